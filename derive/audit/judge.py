@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
+from functools import cache
 from typing import Literal
 
 import mpmath
@@ -115,6 +116,10 @@ def _describe_witness(witness: Witness) -> str:
     return f"against {witness.where}: {values}"
 
 
+MOST_OPERATIONS = 1000
+"""Operations of an equation that is edited: what vector algebra multiplied out is not what was printed."""
+
+
 def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgement:
     """The verdict on an equation by values alone: whether it holds at every point, or which single edits make it."""
     lacking = sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in points))
@@ -124,7 +129,8 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
-    repairs = [(edit, residual) for edit, residual in _edited(printed, words, points) if holds(residual, points)]
+    edited = _edited(printed, words, points) if sp.count_ops(printed.residual) <= MOST_OPERATIONS else ()
+    repairs = [(edit, residual) for edit, residual in edited if holds(residual, points)]
     if repairs:
         texts = tuple(dict.fromkeys((edit.text,) for edit, _ in repairs))
         edit, residual = repairs[0]
@@ -179,7 +185,21 @@ def _vanishes(residual: Expr, point: Point) -> bool:
     summands = max(abs(point(summand)) for summand in sp.Add.make_args(residual))
     if summands > 0 and abs(remainder) <= TOLERANCE * summands / MOST_TERMS:
         return True
+    if abs(remainder) > TOLERANCE * _bound_terms(residual, point):
+        return False
     return abs(remainder) <= TOLERANCE * largest_term(residual, point)
+
+
+@cache
+def _bound_terms(expr: Expr, point: Point) -> mpf:
+    """Return what no term of an expression multiplied out exceeds, found without multiplying it out."""
+    if isinstance(expr, sp.Add):
+        return sum((_bound_terms(summand, point) for summand in expr.args), mpf(0))
+    if isinstance(expr, sp.Mul):
+        return mpmath.fprod(_bound_terms(factor, point) for factor in expr.args)
+    if isinstance(expr, sp.Pow) and expr.exp.is_Integer and expr.exp > 0:
+        return _bound_terms(expr.base, point) ** int(expr.exp)
+    return abs(point(expr))
 
 
 def _failing(residual: Expr, points: Points) -> str:
@@ -222,6 +242,9 @@ def judge_equation(
         return _agreement(printed, derived)
     if edits and () not in edits:
         return Judgement("misprint", "the relation is another", (edits[0],))
+    size = sp.count_ops(printed.residual) + sp.count_ops(derived.residual)
+    if size > MOST_OPERATIONS and not holds(printed.residual, at):
+        return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}"))
     vocabulary = _vocabulary(printed, derived, at, words)
     judgements = []
     for side, comparison in compared:

@@ -97,6 +97,8 @@ def find_vanishing_terms(case: Case, number: str, sign: Expr = sp.S.One) -> list
 def _derived(case: Case, number: str, sign: Expr) -> list[Vanished]:
     """Terms that the derivation has while the assumptions are lifted, and those that the print has."""
     reasons = case.assumed(number)
+    if not reasons:  # nothing is multiplied out for nothing
+        return []
     lifted = case.lifted(number)
     derived_terms = [sign * t for t in _lost(expand_sum(lifted.residual), reasons, case.points)] if lifted else []
     printed_terms = [t for t in expand_sum(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
@@ -127,6 +129,8 @@ def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> Said:
 def _read(case: Case, number: str) -> list[Vanished]:
     """Printed terms that cancel, or are zero, when the printed symbols are read as what they stand for."""
     reading = {s: e for s, e in case.symbol_meanings(number).items() if s not in case.assumed(number)}
+    if not reading:
+        return []
     terms = expand_sum(case.paper.equations[number].residual)
     left = {m for _, m in _split(expand_sum(sp.Add(*terms).xreplace(reading)))}
     vanished_terms = []

@@ -44,6 +44,8 @@ MOST_SIGNS = 28
 MOST_CANDIDATES = 20_000
 SOLVED = 1e-13
 """Residual at which what is lacking has been found, as a share of the sides."""
+MOST_TOKENS = 400_000
+"""Tokens of all candidates of a group of changes, each of which is read again: fewer candidates of a longer row."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +97,14 @@ def find_repairs(
     is_mixed = _mixes_units(chain, index, names)
     changes: list[tuple[int, LatexChange]] = []
     seen_sources: set[str] = {latex}
+    limit = min(MOST_CANDIDATES, MOST_TOKENS // len(tokenize_formula(latex, macros)))
     tiers = (
         *_list_tiers(latex, chain, macros, names, vocabulary),
         _list_completions(latex, index, chain, macros, at_points, vocabulary),
     )
     for tier in tiers:
         for count, change in enumerate(tier):
-            if count >= MOST_CANDIDATES or len(changes) >= MOST_LISTED:
+            if count >= limit or len(changes) >= MOST_LISTED:
                 break
             changed = change.apply(latex)
             if changed in seen_sources:

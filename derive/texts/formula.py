@@ -214,11 +214,15 @@ class FunctionCall(Node):
 
 @dataclass(frozen=True)
 class Derivative(Node):
-    """A derivative to time of an order (``by`` is None), or the partial one to a name."""
+    """A derivative to time of an order (``by`` is None), or the partial one to a name.
+
+    ``seen_from`` names the frame of the observer of a vector's change in time, empty if the text names none.
+    """
 
     inner: Node
     order: int = 1
     by: Symbol | None = None
+    seen_from: str = ""
 
 
 @dataclass(frozen=True)
@@ -703,6 +707,7 @@ class Reader:
 
     def _derivative(self, above: list[Token], below: list[Token], start: int) -> Node | None:
         """Read d/dt and partial derivatives, of what stands in the fraction or after it."""
+        seen_from, above = _observer(above)
         upper, lower = _without_fonts(above), _without_fonts(below)
         if not upper or not lower or upper[0].text != lower[0].text or upper[0].text not in ("d", "\\partial"):
             return None
@@ -724,7 +729,7 @@ class Reader:
         if upper and not partial and upper[0].text in ("_", "^"):
             return None
         inner = self._read_all(upper) if upper else self.factor()
-        return Derivative(start, self._end(), inner, order, by if partial else None)
+        return Derivative(start, self._end(), inner, order, by if partial else None, seen_from)
 
     def _call(self, function: str, start: int) -> Node:
         """Read a function with what it is of: in brackets, in braces, or juxtaposed factors."""
@@ -990,7 +995,22 @@ class Reader:
         start = self.take("^").start
         before = self._spell_group()
         symbol = self._symbol()
+        if self.peek() == "^" and not symbol.after and re.fullmatch(r"[A-Z]", self.peek(1)):  # ^N omega^C, not bold
+            self.take()
+            symbol = replace(symbol, after=self._spell_group())
         return Name(start, self._end(), replace(symbol, before=before))
+
+
+def _observer(tokens: list[Token]) -> tuple[str, list[Token]]:
+    """Return the frame before the d of a derivative, as in ^N d, empty if there is none, and what follows it."""
+    texts = [token.text for token in tokens]
+    start = 2 if texts[:2] == ["{", "}"] else 0
+    if texts[start : start + 1] != ["^"]:
+        return "", tokens
+    braced = texts[start + 1 : start + 2] == ["{"]
+    name, rest = start + 1 + braced, start + 2 + 2 * braced
+    is_observer = re.fullmatch(r"[A-Za-z]", "".join(texts[name : name + 1])) and texts[rest : rest + 1] == ["d"]
+    return (texts[name], tokens[rest:]) if is_observer else ("", tokens)
 
 
 def _without_fonts(tokens: list[Token]) -> list[Token]:

@@ -36,6 +36,7 @@ from .values import Algebra, MatrixValue, OperandError, Scalar, Value, VectorVal
 
 MOST_READINGS = 32
 """Readings of a formula that are tried."""
+_VECTOR_PRODUCTS = ("\\cdot", "\\times", "\\wedge")
 
 
 class UnknownNameError(FormulaError):
@@ -67,8 +68,8 @@ class Meanings(Protocol):
         """Return a vector along the axes of another frame."""
         ...
 
-    def rate(self, value: Value) -> Value:
-        """Return the time derivative of a value. Raises FormulaError if it is not known."""
+    def rate(self, value: Value, seen_from: str = "") -> Value:
+        """Return the time derivative of a value, of a vector as a frame sees it. Raises FormulaError if not known."""
         ...
 
     def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
@@ -264,6 +265,7 @@ class Interpreter:
 
     def _product(self, node: Product) -> Value:
         product: Value | None = None
+        waiting: tuple[str, Value] | None = None  # in r x m a, the cross and what is known of its second vector
         index, factors = 0, node.factors
         while index < len(factors):
             operator, factor = factors[index]
@@ -273,10 +275,21 @@ class Interpreter:
                 value = self.value(factor)
             else:
                 index += 1
-            product = value if product is None else self._multiplied(product, operator, value)
             index += 1
+            if waiting is not None and product is not None:
+                if not operator:
+                    waiting = waiting[0], self._multiplied(waiting[1], "", value)
+                    if isinstance(waiting[1], Scalar):
+                        continue
+                    product, waiting = self._multiplied(product, *waiting), None
+                    continue
+                product, waiting = self._multiplied(product, "", waiting[1]), None
+            if isinstance(product, VectorValue) and isinstance(value, Scalar) and operator in _VECTOR_PRODUCTS:
+                waiting = operator, value
+                continue
+            product = value if product is None else self._multiplied(product, operator, value)
         assert product is not None
-        return product
+        return product if waiting is None else self._multiplied(product, "", waiting[1])
 
     def _maybe_called(self, factor: Node, following: tuple[str, Node] | None) -> Value | None:
         """Return the value of a name that is followed by what it depends on, None if it is a product.
@@ -437,7 +450,7 @@ class Interpreter:
         value = self.value(node.inner)
         for _ in range(node.order):
             if node.by is None:
-                value = self.meanings.rate(value)
+                value = self.meanings.rate(value, node.seen_from)
             elif isinstance(value, Scalar):
                 value = self.meanings.partial(value, node.by)
             else:

@@ -283,13 +283,16 @@ class StatedNames:
         )
         return VectorValue(frame, (x, y, z))
 
-    def rate(self, value: Value) -> Value:
-        """Return the time derivative, of a vector as seen from the world."""
+    def rate(self, value: Value, seen_from: str | Frame = "") -> Value:
+        """Return the time derivative, of a vector as seen from the world, or from a frame or the frame of a name."""
         if not isinstance(self.stated, Mechanism):
             raise FormulaError("formulas without bodies have no time derivatives")
         if isinstance(value, VectorValue):
             vector = Vec(value.frame, _triple([self._explicit(c.value) for c in value.components]))
-            return to_vector(self.stated.motion.derivative(vector))
+            if isinstance(seen_from, str) and seen_from and seen_from not in self.frames:
+                raise FormulaError(f"nothing says what the frame {seen_from} is")
+            observer = self.frames[seen_from or "world"] if isinstance(seen_from, str) else seen_from
+            return to_vector(self.stated.motion.relative_derivative(vector, observer))
         if isinstance(value, MatrixValue):
             return MatrixValue(tuple(tuple(self._scalar_rate(entry) for entry in row) for row in value.rows))
         return self._scalar_rate(value)
@@ -379,8 +382,8 @@ class StatedNames:
             if function == "sqrt":
                 return arguments[0].power(Scalar(sp.Rational(1, 2)))
             return to_scalar(SYMBOLIC.functions[function](*(argument.value for argument in arguments)))
-        if function == "rate" and len(arguments) == 1:
-            return self.rate(arguments[0])
+        if function == "rate" and (len(arguments) == 1 or (len(arguments) == 2 and isinstance(arguments[1], Frame))):
+            return self.rate(*arguments)
         if function == "matrix":
             return _build_matrix(arguments)
         if function in GEOMETRY and isinstance(self.stated, Mechanism):
@@ -591,7 +594,7 @@ class PointNames:
         ]
         return VectorValue(self._world, _triple(Scalar(c, shared.dimension, shared.angular, mixed) for c in components))
 
-    def rate(self, value: Value) -> Value:
+    def rate(self, value: Value, seen_from: str = "") -> Value:
         """Raise FormulaError: rates are symbolic."""
         raise FormulaError("a derivative has no values at points")
 

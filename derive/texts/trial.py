@@ -388,9 +388,9 @@ def format_skeleton(case: Case) -> str:
     texts = {spelling: text for spelling, text in meanings.items() if text}
     lines = [
         f"# Names of {source.document.name}, for {names.stated.name}. A name without a meaning is not judged.",
-        "# A meaning is a quantity, an expression of quantities, or of frames and points: rate(x), spin(FRAME),",
-        "# velocity(POINT), axis(FRAME, 1), component(VECTOR, 1), kinetic(), potential(), rotation(FROM, TO),",
-        "# matrix(2, a, b, c, d) of 2 rows, row by row.",
+        "# A meaning is a quantity, an expression of quantities, or of frames and points: rate(x), rate(v, FRAME),",
+        "# spin(FRAME), velocity(POINT), axis(FRAME, 1), component(VECTOR, 1), kinetic(), potential(),",
+        "# rotation(FROM, TO), matrix(2, a, b, c, d) of 2 rows, row by row.",
         f"# Quantities: {', '.join(sorted(names.quantities))}.",
         *([f"# Frames: {', '.join(names.frames)}. Points: {', '.join(names.places)}."] if names.frames else []),
         "# [rows] may say of a row what it claims to be, or that it is left out:",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from derive.audit.record import record_equation
 from derive.generated_folder import OwnError
 from derive.texts.trial import read_trial
 from tests.support import own
@@ -27,6 +28,7 @@ TEXT = r"""\begin{align}
         ("names.toml", "[nmes]\n'T' = \"r\"\n", ("nmes",)),
         ("names.toml", '[rows.99]\nskip = "no"\n', ("rows.99", "eq:s")),
         ("names.toml", "[rows.'eq:s']\nclaims = \"what F_gs is\"\n", ("rows.eq:s.claims", "what F_gas is")),
+        ("names.toml", "[rows.1]\nnames = { T = 3 }\n", ("rows.1.names", "quotes")),
         ("names.toml", "until_s = -1\n", ("until_s", "positive")),
         ("names.toml", "[names\n", ("names.toml",)),
         ("slider_crank.py", "1 + \n", ("slider_crank.py",)),
@@ -47,3 +49,41 @@ def test_error_names_file_and_key(tmp_path: Path, file: str, content: str, words
     for word in words:
         assert word in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+FRAMES = """
+from derive import Mechanism, quantities
+
+q = quantities("l | m | arm | 0.4\\nm_1 | kg | mass | 2\\nT_1 | s | period | 1\\nT_2 | s | period | 3")
+m = Mechanism("arm", q)
+alpha = m.coordinate("alpha", "rad", "turn")
+N, A = m.world, m.frame("A", alpha)
+P = m.point("P", m.O, A, q.l)
+L = m.name_("L", "N m", "moment", q.l * q.m_1 * m.motion.acceleration(P, A)[1])
+"""
+VECTORS = r"""\begin{align}
+ ^N\omega^A &= \dot\alpha \hat{a}_3 \label{spin}\\
+ L &= (\bar{r} \times m_1\,\bar{a}) \cdot \hat{a}_3 \label{cross}\\
+ \frac{{}^Nd\bar{r}}{dt} &= \frac{{}^Ad\bar{r}}{dt} + {}^N\omega^A \times \bar{r} \label{seen}\\
+ T &= T_1 \label{first}\\
+ T &= T_2 \label{second}
+\end{align}"""
+VECTOR_NAMES = """
+[names]
+'^N\\omega^A' = "spin(A)"
+'\\hat{a}_3' = "axis(A, 3)"
+'\\bar{r}' = "position(P)"
+'\\bar{a}' = "acceleration(P)"
+'T' = "T_1"
+[rows.second]
+names = { 'T' = "T_2" }
+"""
+
+
+def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -> None:
+    for name, content in (("arm.py", FRAMES), ("arm.tex", VECTORS), ("arm.toml", VECTOR_NAMES)):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
+    assert [row.reason for row in case.source.rows] == [""] * 5
+    for number, equation in case.paper.equations.items():
+        assert equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed", number
