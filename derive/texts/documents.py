@@ -134,7 +134,7 @@ def _blank_out(text: str, kind: str) -> str:
     else:
         patterns = [r"<!--.*?-->"]
     if kind in (".md", ".ipynb"):
-        patterns += [r"^(?P<fence>```+|~~~+)(?![ \t]*\{?math\}?[ \t]*$)[^\n]*\n.*?^(?P=fence)[ \t]*$"]
+        patterns += [r"^(?P<fence>```+|~~~+)(?P<info>[^\n]*)\n.*?^(?P=fence)[ \t]*$"]
         patterns += [r"(?<!`)`[^`\n]+`(?!`)"]
     for pattern in patterns:
         text = re.sub(pattern, _blank, text, flags=re.S | re.M)
@@ -142,6 +142,9 @@ def _blank_out(text: str, kind: str) -> str:
 
 
 def _blank(match: re.Match[str]) -> str:
+    """Return as many blanks as were matched, what a fence of mathematics holds unchanged."""
+    if match.groupdict().get("info", "").strip() in ("math", "{math}"):
+        return match.group()
     return re.sub(r"[^\n]", " ", match.group())
 
 
