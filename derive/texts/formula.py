@@ -296,6 +296,9 @@ def _expand(
             "\\hspace*",
             "\\eqno",
             "\\color",
+            "\\vphantom",
+            "\\hphantom",
+            "\\phantom",
             "\\intertext",
         ):
             begin = latex.find("{", position)

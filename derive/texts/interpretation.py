@@ -288,9 +288,7 @@ class Interpreter:
         bracket = following[1]
         if not isinstance(bracket, Bracket) or not all(isinstance(part, Name) for part in bracket.parts):
             return None
-        if bracket.start != factor.end:
-            return None
-        if len(bracket.parts) == 1 and not self._choose(2):
+        if len(bracket.parts) == 1 and (bracket.start != factor.end or not self._choose(2)):
             return None
         return self.value(factor)
 

@@ -116,3 +116,9 @@ def test_identities_hold_and_definitions_are_not_judged(tmp_path: Path) -> None:
     case = _read_case(tmp_path, text, "[names]\n'K' = \"m_r*l\"\n")
     claims = [str(equation.claims) for equation in case.paper.equations.values()]
     assert ["same by the meaning" in claim for claim in claims] == [False, False, True]
+
+
+def test_arguments_after_a_blank_and_phantoms(tmp_path: Path) -> None:
+    text = r"\[ T (\varphi, \beta) = \vphantom{\frac{l}{l}} m_r l^2 \]"
+    (row,) = _read_case(tmp_path, text, "[names]\n'T' = \"J\"\n").source.list_rows()
+    assert row["reason"] == ""
