@@ -122,3 +122,9 @@ def test_arguments_after_a_blank_and_phantoms(tmp_path: Path) -> None:
     text = r"\[ T (\varphi, \beta) = \vphantom{\frac{l}{l}} m_r l^2 \]"
     (row,) = _read_case(tmp_path, text, "[names]\n'T' = \"J\"\n").source.list_rows()
     assert row["reason"] == ""
+
+
+def test_values_of_the_table_are_not_judged(tmp_path: Path) -> None:
+    case = _read_case(tmp_path, r"\begin{align} r &= 30 \\ s &= 3 \end{align}", "")
+    claims = [str(equation.claims) for equation in case.paper.equations.values()]
+    assert ["a value that the text gives" in claim for claim in claims] == [True, False]
