@@ -99,6 +99,8 @@ def build_document(name: str, kind: str, source: str) -> TextDocument:
     if kind != ".tex":
         for display in _list_displays(TextDocument(name, kind, text, lines)):
             body = re.sub(_COMMENT, _blank, text[display.start : display.end])
+            if kind == ".md":  # Markdown itself escapes what it would take for emphasis
+                body = re.sub(r"(?<!\\)\\_(?=[A-Za-z0-9{\\])", " _", body)
             text = text[: display.start] + body + text[display.end :]
     return TextDocument(name, kind, text, lines, find_macros(text))
 

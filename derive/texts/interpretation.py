@@ -71,8 +71,11 @@ class Meanings(Protocol):
         """Return the time derivative of a value. Raises FormulaError if it is not known."""
         ...
 
-    def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
-        """Return the partial derivative of a value to a name. Raises FormulaError if that is none of its variables."""
+    def partial(self, value: Scalar, symbol: Symbol) -> Value:
+        """Return the partial derivative of a value to a name, a column of them to a name of a column.
+
+        Raises FormulaError if the name is none of the variables.
+        """
         ...
 
 

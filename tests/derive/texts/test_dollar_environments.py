@@ -41,3 +41,8 @@ def test_comments_in_displays_of_markdown_and_rst_are_left_out() -> None:
 def test_fences_of_mathematics_and_of_code_do_not_swallow_each_other() -> None:
     source = "```math\na = b\n```\nText.\n```math\nc = d\n```\n```python\ne = f\n```\n```math\ng = h\n```\n"
     assert [row.latex for row in list_rows(build_document("text.md", ".md", source))] == ["a = b", "c = d", "g = h"]
+
+
+def test_underscores_that_markdown_escapes_are_subscripts() -> None:
+    (row,) = list_rows(build_document("text.md", ".md", "$$ \\dot{x}\\_p = T\\_{cart} \\\\_ $$\n"))
+    assert row.latex == "\\dot{x} _p = T _{cart} \\\\_"
