@@ -300,8 +300,8 @@ def _is_name(node: Node) -> bool:
     if isinstance(node, Matrix):
         return all(_is_name(cell) for row in node.rows for cell in row)
     if isinstance(node, Product):
-        first, *others = (factor for _, factor in node.factors)
-        return isinstance(first, Name) and all(isinstance(factor, Bracket) for factor in others)
+        first, *arguments = (factor for _, factor in node.factors)
+        return isinstance(first, Name) and all(isinstance(argument, Bracket) for argument in arguments)
     return isinstance(node, Name | Number)
 
 
