@@ -19,6 +19,10 @@ TARGET = """also write this language (repeatable): matlab (MATLAB and Octave), l
 one of an installed package. Our own models are written in it to --out alone"""
 AGAINST = "Python file with the mechanism or the formulas that a text is compared with"
 NAMES = "TOML file that says what names of a text mean; without it a skeleton is written as names.toml"
+BENCHMARK = "score the audit of texts on a corpus, which is a folder, and write benchmark.json"
+SLIPS = "number of slips in all texts together"
+SEED = "what is drawn depends on it"
+ANSWERS = "JSON lines with the answers of another checker"
 CHECK = "derive everything, write nothing, and compare with what was written"
 
 
@@ -26,6 +30,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Derive or compare what the arguments name, and return the exit status; an error of the user's is printed."""
     arguments = _parser().parse_args(argv)
     try:
+        if arguments.benchmark:
+            return _score_corpus(arguments)
         if arguments.against is not None:
             return _judge_text(
                 Path(arguments.what), arguments.against, arguments.names, arguments.out, arguments.overwrite
@@ -48,6 +54,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, metavar="DIR", help=OUT)
     parser.add_argument("--against", type=Path, metavar="FILE", help=AGAINST)
     parser.add_argument("--names", type=Path, metavar="TOML", help=NAMES)
+    parser.add_argument("--benchmark", action="store_true", help=BENCHMARK)
+    parser.add_argument("--slips", type=int, default=300, metavar="N", help=SLIPS)
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help=SEED)
+    parser.add_argument("--answers", type=Path, metavar="FILE", help=ANSWERS)
     parser.add_argument("--overwrite", action="store_true", help=OVERWRITE)
     return parser
 
@@ -86,6 +96,17 @@ def _judge_text(text: Path, against: Path, names: Path | None, out: Path | None,
     from .generation import derive_text
 
     return _added(out or text.parent / "generated", derive_text(text, against, names), "a text", overwrite)
+
+
+def _score_corpus(arguments: argparse.Namespace) -> int:
+    """Write the scores on a corpus."""
+    import json
+
+    from .texts.benchmark import run_benchmark
+
+    result = run_benchmark(Path(arguments.what), arguments.slips, arguments.seed, arguments.answers)
+    content = {"benchmark.json": json.dumps(result, indent=1) + "\n"}
+    return _added(arguments.out or Path("benchmark"), content, "a benchmark", arguments.overwrite)
 
 
 def _added(folder: Path, content: dict[str, str], part: str, overwrite: bool) -> int:

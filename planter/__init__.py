@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from planter.mapping.file import load_poses
     from planter.mapping.synthesis import synthesise
     from planter.mapping.train import build_training as train
+    from planter.measured.posterior import Posterior, load_posterior
+    from planter.measured.reading import Columns
     from planter.mechanism.optimisation import optimise_machine as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
     from planter.planting.calibration import calibrate
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Batch",
     "CallError",
+    "Columns",
     "ComputationError",
     "Device",
     "GeometryError",
@@ -54,6 +57,7 @@ __all__ = [
     "Optimisation",
     "OutputBatch",
     "PlanterError",
+    "Posterior",
     "Record",
     "Simulation",
     "Turns",
@@ -70,6 +74,7 @@ __all__ = [
     "load_machine",
     "load_mechanism",
     "load_poses",
+    "load_posterior",
     "optimise_clutch",
     "optimise_device",
     "optimise_machine",
@@ -100,6 +105,8 @@ _HOMES = {
     "mapping.file": ("load_poses",),
     "mapping.synthesis": ("synthesise",),
     "mapping.train": ("train:build_training",),
+    "measured.posterior": ("Posterior", "load_posterior"),
+    "measured.reading": ("Columns",),
     "mechanism.optimisation": ("optimise_machine",),
     "pickup.analysis": ("pick_up:analyse_pickup",),
     "planting.family_comparison": ("compare_families",),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Literal
 
@@ -44,7 +44,7 @@ class Judgement:
 
     ``domain`` says where an equation does not hold that holds at all angles that the machine uses, and is empty
     elsewhere. ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first
-    correction, with what they replace.
+    correction, with what they replace, and ``corrected`` is the print after them, with the terms that it lacks.
     """
 
     verdict: Word
@@ -55,6 +55,7 @@ class Judgement:
     loose: tuple[str, ...] = ()
     domain: str = ""
     edits: tuple[Edit, ...] = field(default=(), compare=False)
+    corrected: Equation | None = field(default=None, compare=False)
 
     @property
     def severity(self) -> tuple[int, int, int]:
@@ -123,10 +124,12 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
-    repairs = [edit for edit, residual in _edited(printed, words, points) if holds(residual, points)]
+    repairs = [(edit, residual) for edit, residual in _edited(printed, words, points) if holds(residual, points)]
     if repairs:
-        texts = tuple(dict.fromkeys((edit.text,) for edit in repairs))
-        return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(repairs[0],))
+        texts = tuple(dict.fromkeys((edit.text,) for edit, _ in repairs))
+        edit, residual = repairs[0]
+        corrected = replace(printed, residual=residual)
+        return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(edit,), corrected=corrected)
     return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}"))
 
 
@@ -220,10 +223,29 @@ def judge_equation(
     if edits and () not in edits:
         return Judgement("misprint", "the relation is another", (edits[0],))
     vocabulary = _vocabulary(printed, derived, at, words)
-    judgements = [
-        _corrected(comparison, vocabulary, _relation(side, printed, derived), remark) for side, comparison in compared
-    ]
+    judgements = []
+    for side, comparison in compared:
+        judgement = _corrected(comparison, vocabulary, _relation(side, printed, derived), remark)
+        judgements.append(replace(judgement, corrected=_apply_correction(side, comparison, judgement)))
     return min(judgements, key=lambda judgement: judgement.severity)
+
+
+def _apply_correction(side: Equation, comparison: Comparison, judgement: Judgement) -> Equation | None:
+    """Return a printed equation after the edits of a judgement, with the terms that it lacks, if that is all there is.
+
+    It is None if the print had to be rearranged to be compared.
+    """
+    edited = judgement.edits[-1].result if judgement.edits else comparison.printed
+    if judgement.unexplained or not (judgement.edits or judgement.missing):
+        return None
+    sums = [edited + sign * sp.Add(*judgement.missing) for sign in ((1, -1) if judgement.missing else (1,))]
+    result = next((some for some in sums if comparison.edited(some).same), None)
+    if result is not None and comparison.printed == side.residual:
+        return replace(side, residual=result)
+    symbol = side.defines
+    if result is not None and symbol is not None and comparison.printed == solve_for(side, symbol):
+        return replace(side, residual=symbol - result)
+    return None
 
 
 def _relation(side: Equation, printed: Equation, derived: Equation) -> tuple[Said, ...]:

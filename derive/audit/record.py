@@ -226,6 +226,7 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
         MATHML: {
             "printed": formula,
             "derived": "",
+            "corrected": "",
             "finding": typeset_sentence(judgement.finding),
             "reading": "",
             **empty,
@@ -273,6 +274,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         MATHML: {
             "printed": typeset_equation(printed) if shows else "",
             "derived": typeset_equation(meant) if meant else "",
+            "corrected": typeset_equation(judgement.corrected) if shows and judgement.corrected else "",
             "finding": typeset_sentence(judgement.finding),
             "correction": [typeset_sentence(text) for text in corrections],
             "reading": typeset_sentence(read),

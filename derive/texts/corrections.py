@@ -28,7 +28,8 @@ from .formula import (
     read_formula,
     tokenize_formula,
 )
-from .interpretation import Interpreter, Read, interpret_formula
+from .interpretation import Interpreter, interpret_formula
+from .monomials import MonomialSearch
 from .names import PointNames, StatedNames
 from .values import OperandError, Scalar, Value
 
@@ -69,14 +70,16 @@ class LatexChange:
 
 def find_repairs(
     latex: str, index: int, names: StatedNames, points: Sequence[Point], macros: Mapping[str, tuple[int, str]],
-    vocabulary: Sequence[str],
+    vocabulary: Sequence[str], outcomes: dict[str, list[bool] | None] | None = None,
 ) -> Repair | None:  # fmt: skip
     """Return the smallest change of a row after which its residual of an index vanishes at points, None without one.
 
+    ``outcomes`` holds what earlier searches for the same row and points found of each source, and is added to.
     Residuals of the row that hold before must hold after it. Changes are tried in floating point; what is found is
     confirmed by the exact reading, so that it holds to all digits and is no identity.
     """
     at_points = PointNames(names, points)
+    outcomes = {} if outcomes is None else outcomes
     try:
         chain = read_formula(latex, macros)
         before = _outcomes(chain, at_points)
@@ -86,7 +89,11 @@ def find_repairs(
         return None
     changes: list[LatexChange] = []
     seen_sources: set[str] = {latex}
-    for tier in _list_tiers(latex, chain, macros, names, vocabulary):
+    tiers = (
+        *_list_tiers(latex, chain, macros, names, vocabulary),
+        _list_completions(latex, index, chain, at_points, vocabulary),
+    )
+    for tier in tiers:
         for count, change in enumerate(tier):
             if count >= MOST_CANDIDATES or len(changes) >= MOST_LISTED:
                 break
@@ -94,7 +101,9 @@ def find_repairs(
             if changed in seen_sources:
                 continue
             seen_sources.add(changed)
-            after = _try(changed, macros, at_points)
+            if changed not in outcomes:
+                outcomes[changed] = _try(changed, macros, at_points)
+            after = outcomes[changed]
             if after is None or len(after) != len(before) or not after[index]:
                 continue
             if all(now or not then for now, then in zip(after, before, strict=True)) and _confirmed(
@@ -150,15 +159,22 @@ def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames) -
 def _confirmed(
     latex: str, index: int, macros: Mapping[str, tuple[int, str]], names: StatedNames, points: Sequence[Point]
 ) -> bool:
-    """Return whether the exact reading of a changed row holds, is consistent, and is no identity."""
+    """Return whether the exact reading of a changed row holds, is consistent, and is no identity.
+
+    A row may be one where a name in it stands for what is computed of the mechanism, as its kinetic energy is.
+    """
     try:
-        read: Read = interpret_formula(read_formula(latex, macros), names)
-        _, relation, left, right = read.residuals(names)[index]
+        chain = read_formula(latex, macros)
+        _, relation, left, right = interpret_formula(chain, names).residuals(names)[index]
     except (FormulaError, OperandError, TypeError, ValueError, IndexError):
         return False
     residual = left.value - right.value
-    if relation != "=" or residual == 0 or (left + (-right)).mixed:
+    if relation != "=" or (left + (-right)).mixed:
         return False
+    if residual == 0:
+        sides = {"".join(latex[side.start : side.end].split()) for side in chain.sides}
+        named = [node.symbol for node in list_nodes(chain) if isinstance(node, Name)]
+        return len(sides) > 1 and any(map(names.is_computed, named))
     return holds(residual, tuple(points))
 
 
@@ -251,18 +267,18 @@ def _replacements(
 
 
 def _alternatives(symbol: Symbol, names: StatedNames, vocabulary: Sequence[str]) -> list[str]:
-    """Return names that may have been meant: those of the dimension, and the name with other dots or another index."""
+    """Return names that may have been meant: of the dimension, with other dots or another index, then all others."""
     value = names.look_up(symbol) if names.is_known(symbol) else None
-    fitting = []
+    fitting: list[str] = []
+    different: list[str] = []
     for spelling in vocabulary:
         node = read_formula(f"{spelling} = 0").sides[0]
         other = names.look_up(node.symbol) if isinstance(node, Name) and names.is_known(node.symbol) else None
-        if _alike(value, other):
-            fitting.append(spelling)
+        (fitting if _alike(value, other) else different).append(spelling)
     dotted = [Symbol(symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after)
               for dots in range(3) if dots != symbol.dots]  # fmt: skip
     moving = (other for other in dotted if names.is_known(other) and _is_moving(names.look_up(other)))
-    return list(dict.fromkeys([*fitting, *(other.spell() for other in moving)]))
+    return list(dict.fromkeys([*fitting, *(other.spell() for other in moving), *different]))
 
 
 def _is_moving(value: Value) -> bool:
@@ -379,6 +395,42 @@ def _without_function(latex: str, match: re.Match[str]) -> Iterator[LatexChange]
     if argument and match.group(1) in FUNCTIONS:
         end = match.end() + argument.end()
         yield LatexChange(((match.start(), end, ""),), f"without {_shorten(latex[match.start() : end])}")
+
+
+def _list_completions(
+    latex: str, index: int, chain: RelationChain, names: PointNames, vocabulary: Sequence[str]
+) -> Iterator[LatexChange]:
+    """Yield terms that the row lacks, and factors that a term lacks, found by the values that they should have."""
+    reader = Interpreter(names, [])
+    with np.errstate(all="ignore"):
+        residuals = reader.read(chain).residuals(names)
+        if len(residuals) != 1 or len(chain.sides) != 2 or reader.options:
+            return
+        _, _, left, right = residuals[index]
+        gap = np.asarray(left.value, dtype=float) - np.asarray(right.value, dtype=float)
+        search, right_side = MonomialSearch(names, vocabulary), chain.sides[1]
+        dimension = left.dimension if right.dimension is None else right.dimension
+        for lacking in search.find(gap, dimension):
+            signed = lacking if lacking.startswith("-") else f"+ {lacking}"
+            yield LatexChange(((right_side.end, right_side.end, f" {signed}"),), f"{signed} at the end")
+        for side, sign in zip(chain.sides, (-1, 1), strict=True):
+            for _, term in side.terms if isinstance(side, Sum) else ((1, side),):
+                yield from _complete_term(latex, term, sign * gap, reader, search)
+
+
+def _complete_term(
+    latex: str, term: Node, gap: Any, reader: Interpreter, search: MonomialSearch
+) -> Iterator[LatexChange]:
+    """Yield factors by which a term has to be larger for a gap to close, whatever sign it stands with."""
+    value = reader.value(term)
+    if not isinstance(value, Scalar):
+        return
+    for sign in (1, -1):
+        factor = 1 + sign * gap / np.asarray(value.value, dtype=float)
+        for product in search.find(factor, None):
+            if not product.startswith("-"):
+                text = f"{product} on {_shorten(latex[term.start :])}"
+                yield LatexChange(((term.start, term.start, f"{product} "),), text)
 
 
 def _sign_pairs(tokens: Sequence[Token]) -> Iterator[LatexChange]:

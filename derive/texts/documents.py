@@ -284,7 +284,7 @@ def _list_spans(document: TextDocument, display: _Display) -> Iterator[tuple[int
     """Yield the ranges of the rows of a display, without blanks at their ends."""
     text = document.text
     start, end = _unwrap(text, display.start, display.end)
-    blank_lines = document.kind in (".rst", ".md") and "\\begin" not in text[start:end]
+    blank_lines = document.kind in (".rst", ".md")
     pieces = [piece for part in _split_at_breaks(text, start, end, blank_lines) for piece in _split_row(text, *part)]
     if re.search(r"\\begin\{multline", text[max(0, display.start - 20) : display.start]):
         pieces = [(start, end)]
@@ -416,5 +416,7 @@ def _is_open(piece: str, _gap: str) -> bool:
     bare = re.sub(r"\\[{}]|\\(?:left|right|bigg?[lr]?|Bigg?[lr]?)(?![A-Za-z])", "", bare)
     if sum(map(bare.count, "([")) > sum(map(bare.count, ")]")):
         return True
+    if re.search(r"\\end\s*\{[^{}]*\}[\s&.,;]*$", piece):
+        return False
     tail = r"(?:[+\-*/=<>]|\\(?:cdot|times|pm|mp|leq?|geq?|equiv|approx))$"
     return bool(re.search(tail, bare) and re.search(tail, _REMARK.sub("", piece)))

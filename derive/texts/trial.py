@@ -83,14 +83,16 @@ class PrintedText:
     rows: list[ReadRow]
     places: dict[str, Place] = field(default_factory=dict)
     _repairs: dict[str, Repair | None] = field(default_factory=dict)
+    _outcomes: dict[str, dict[str, list[bool] | None]] = field(default_factory=dict)
 
     def repair(self, number: str, points: list[Point]) -> Repair | None:
         """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one."""
         if number not in self._repairs:
             place = self.places[number]
             repairs = find_repairs(
-                place.row.row.latex, place.index, place.row.names, points, self.document.macros, self._vocabulary()
-            )
+                place.row.row.latex, place.index, place.row.names, points, self.document.macros, self.list_vocabulary(),
+                self._outcomes.setdefault(place.row.row.number, {}),
+            )  # fmt: skip
             self._repairs[number] = repairs
         return self._repairs[number]
 
@@ -102,7 +104,7 @@ class PrintedText:
         """Return place, status and reason of every displayed row."""
         return [entry.record for entry in self.rows]
 
-    def _vocabulary(self) -> list[str]:
+    def list_vocabulary(self) -> list[str]:
         """Return the names of the text that have a meaning, as they are printed."""
         spelled: dict[str, Symbol] = {}
         for row in self.rows:
@@ -161,7 +163,14 @@ def read_trial(text: str | Path, against: str | Path, names: str | Path | None =
 
 
 def build_trial(document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None) -> Case:
-    """Build the case of a document: every row that can be read for certain becomes an equation of the paper."""
+    """Build the case of a document, in which equations that do not hold claim what they come closest to."""
+    case = read_case(document, stated, table, module)
+    _claim_what_fails(case, case.paper)
+    return case
+
+
+def read_case(document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None) -> Case:
+    """Read the case of a document: every row that can be read for certain becomes an equation of the paper."""
     document = replace(document, macros={**document.macros, **table.macros})
     until = table.until_s or SECONDS
     subject = build_subject(stated, until)
@@ -182,9 +191,7 @@ def build_trial(document: TextDocument, stated: Stated, table: NameTable, module
     if unknown := sorted(table.rows.keys() - {entry.row.number for entry in printed.rows}):
         numbers = ", ".join(entry.row.number for entry in printed.rows[:20]) or "none"
         raise OwnError(f"{table.file}: rows.{unknown[0]}: {document.name} has no such row; it has {numbers}")
-    case = replace(trial(stated, paper, until), source=printed)
-    _claim_what_fails(case, paper)
-    return case
+    return replace(trial(stated, paper, until), source=printed)
 
 
 def _find_claim(

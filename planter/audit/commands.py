@@ -18,6 +18,7 @@ app = typer.Typer()
 AGAINST = "Python file with the mechanism that a text is compared with (it is run: only use files you trust)"
 NAMES = "TOML file with the meanings of a text's names; without it, one to complete is written next to the text"
 TEXTS = (".tex", ".md", ".rst", ".ipynb")
+SLIPS = 300
 NUMBERS = "printed numbers of a paper of your own, to compute anew: the TOML file that is described above"
 
 
@@ -48,6 +49,20 @@ def audit(
     experiment: Annotated[
         bool, typer.Option("--experiment", help="also compare hypotheses on what the paper measured")
     ] = False,
+    benchmark: Annotated[
+        bool,
+        typer.Option(
+            "--benchmark", help="score the audit on a corpus of texts, the folder FILE, beside other checkers"
+        ),
+    ] = False,
+    slips: Annotated[
+        int, typer.Option(min=1, max=100_000, help="with --benchmark: number of errors that are drawn")
+    ] = SLIPS,
+    seed: Annotated[int, typer.Option(help="with --benchmark: which errors are drawn depends on it")] = 0,
+    answers: Annotated[
+        Path | None,
+        typer.Option(metavar="JSONL", help="with --benchmark: answers of another checker", show_default=False),
+    ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
@@ -62,6 +77,10 @@ def audit(
     can read and whose names it knows. paper.names.toml is written to say what the other names mean: complete it, and
     pass it by --names.
 
+    `planter audit --benchmark` draws errors into sound equations of a corpus, and counts which are found and repaired.
+    claims.jsonl has what was judged; --answers scores what another checker says of it, a line of JSON for each claim:
+    "key", "outcome" (holds, fails or refused), and "latex", the row as it should be.
+
     The numbers are tables [[number]]: place = "Table 2, row 3"; quantity = "max F_Ax" (or min, range, mean, rms,
     variance, with abs before the name if wanted; "M_in at 90", in deg, "x_G at 0.5 s" of a mechanism that moves by
     itself); unit = "N"; printed = "412.6", as text, for its digits are its precision. What else they may say: with =
@@ -75,6 +94,10 @@ def audit(
     with console.outcome():
         from planter.audit.presentation import present_audit
 
+        if benchmark:
+            _refuse_options_of_papers(front, experiment)
+            _present_benchmark(console, out, paper, slips, seed, answers)
+            return
         if against is not None or names is not None or str(paper).lower().endswith(TEXTS):
             _refuse_options_of_papers(front, experiment)
             audited = _audit_text(console, paper, against, names, numbers)
@@ -84,6 +107,15 @@ def audit(
         else:
             audited = _audit_built_in(console, paper, numbers, front, experiment)
         present_audit(*audited).show(console, out)
+
+
+def _present_benchmark(
+    console: Console, out: Path | None, corpus: str | None, slips: int, seed: int, answers: Path | None
+) -> None:
+    from planter.audit.benchmark import CORPUS, present_benchmark, run_benchmark
+
+    result = run_benchmark(CORPUS if corpus is None else Path(corpus), slips, seed, answers)
+    present_benchmark(*result).show(console, out)
 
 
 def _is_file(paper: str | None) -> bool:

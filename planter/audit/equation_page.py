@@ -9,14 +9,15 @@ from difflib import SequenceMatcher
 from html import escape
 from typing import Any
 
+from planter.audit.formula_changes import mark_changes
 from planter.audit.verdicts import FAULTY, UNJUDGED
 from planter.report.html import Block, Cell, MarkupCell, Table, cell_text
 
 Entry = Mapping[str, Any]
 CONFIRMED = ("confirmed", "confirmed as rebuilt", "untested", "definition", "reconstructed")
 """Verdicts without a correction."""
-LONG_FORMULA = 240
-"""Characters from which a formula is set smaller."""
+LONG_FORMULA = 110
+"""Characters from which a formula has a line of the page for itself."""
 SHORT_TERM = 60
 """Largest number of characters of a term or finding in a line of a table."""
 
@@ -167,11 +168,20 @@ class EquationArticle:
         sides = {"printed": label, "derived": "as derived"}
         if printed and printed == derived:
             sides = {"printed": f"{label} and as derived"}
-        for side, title in sides.items():
-            if self.entry.get(side):
-                kind = "formula long" if len(self.entry[side]) > LONG_FORMULA else "formula"
-                fit = f' style="--fit: {find_print_size(self.typeset[side]):.2f}"'
-                yield f'<p class="label">{title}</p><div class="{kind}"{fit}>{self.typeset[side]}</div>'
+        formulas = {side: self.typeset[side] for side in sides if self.entry.get(side)}
+        if self.typeset.get("corrected"):
+            formulas["printed"], formulas["corrected"] = mark_changes(formulas["printed"], self.typeset["corrected"])
+            sides = {"printed": label, "corrected": "corrected", "derived": "as derived"}
+        boxes = [_format_formula(title, formulas[side]) for side, title in sides.items() if side in formulas]
+        if boxes:
+            yield f'<div class="sides">{"".join(boxes)}</div>'
+
+
+def _format_formula(title: str, formula: str) -> str:
+    text = re.sub(r"<annotation.*?</annotation>|<[^>]*>", "", formula, flags=re.DOTALL)
+    kind = "side long" if len(text) > LONG_FORMULA else "side"
+    fit = f' style="--fit: {find_print_size(formula):.2f}"'
+    return f'<div class="{kind}"><p class="label">{title}</p><div class="formula"{fit}>{formula}</div></div>'
 
 
 LINE = 70
@@ -247,7 +257,12 @@ math { font-size: 1.1em; font-family: "STIX Two Math", "Cambria Math", "Latin Mo
 math[display="block"] { margin: .2rem 0 .2rem 1rem; text-align: left; display: block math; width: fit-content; }
 math mtd { padding: .12em 0; }
 math mtd + mtd { padding-left: 1.2em; }
+.sides { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); gap: 0 1.5rem; }
+.side { min-width: 0; }
+.side.long { grid-column: 1 / -1; }
 .long math { font-size: 1em; }
+.changed { color: var(--bad); }
+.side + .side .changed { color: var(--good); font-weight: 600; }
 .source { margin: .2rem 0 .4rem 1rem; white-space: pre-wrap; font-size: .9em; }
 .source del { color: var(--bad); text-decoration: line-through; }
 .source ins { color: var(--good); text-decoration: underline; font-weight: 600; }

@@ -230,5 +230,59 @@ class AuditResult(Record):
     rows: list[RowResult] | None = None
 
 
-COMMANDS = {"audit": AuditResult}
+@dataclass(frozen=True)
+class BenchmarkText(Record):
+    """A text of the corpus: rows displayed and read, sound equations and known errors, the time that it took."""
+
+    name: str
+    licence: str
+    is_held_out: bool
+    rows: int
+    read_rows: int
+    sound: int
+    errata: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class CheckerScore(Record):
+    """Counts of a checker; what is refused is neither detected nor a false alarm.
+
+    `detection` and `exact_repair` are shares of all slips, null without slips; `sound` counts equations as printed and
+    rewritten ones.
+    """
+
+    slips: int
+    detected: int
+    repaired: int
+    errata: int
+    errata_found: int
+    sound: int
+    false_alarms: int
+    refused: int
+    detection: float | None
+    exact_repair: float | None
+    false_alarms_per_100: float | None
+
+
+@dataclass(frozen=True)
+class CheckerScores(Record):
+    """Scores of a checker on all texts, on those that were held out, and by classes of slips."""
+
+    all: CheckerScore
+    held_out: CheckerScore
+    classes: dict[str, CheckerScore]
+
+
+@dataclass(frozen=True)
+class AuditBenchmark(Record):
+    """`planter audit --benchmark`: `absent` are texts of the corpus whose licence keeps them out of it."""
+
+    seed: int
+    texts: list[BenchmarkText]
+    absent: list[str]
+    checkers: dict[str, CheckerScores]
+
+
+COMMANDS = {"audit": AuditResult, "audit benchmark": AuditBenchmark}
 """What the package's command returns."""

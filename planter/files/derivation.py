@@ -10,6 +10,8 @@ from planter.errors import ComputationError, InputError
 from planter.files.text import check_regular
 
 GENERATED = "generated"
+BENCHMARK = "benchmark.json"
+"""Name of the file with the scores on a corpus."""
 
 
 def derive_file(source: Path, out: Path | None = None, targets: Iterable[str] = (), overwrite: bool = False) -> Path:
@@ -41,6 +43,15 @@ def judge_text(text: Path, against: Path, names: Path | None, folder: Path) -> N
         check_regular(path)
     options = ["--against", str(against)] + ([] if names is None else ["--names", str(names)])
     _run_derive(text, folder, options)
+
+
+def score_corpus(corpus: Path, folder: Path, slips: int, seed: int, answers: Path | None) -> None:
+    """Score the audit, and the answers of another checker, on a corpus, and write the scores into a folder.
+
+    Raises InputError for an error in one of the files, ComputationError for any other failure.
+    """
+    options = ["--benchmark", "--slips", str(slips), "--seed", str(seed)]
+    _run_derive(corpus, folder, options + ([] if answers is None else ["--answers", str(answers)]))
 
 
 def _run_derive(source: Path, folder: Path, options: list[str]) -> None:

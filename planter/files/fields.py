@@ -215,6 +215,7 @@ def _list_of(count: int) -> BeforeValidator:
 
 Pair = Annotated[tuple[Real, Real], _list_of(2)]
 Triple = Annotated[tuple[Real, Real, Real], _list_of(3)]
+Quadruple = Annotated[tuple[Real, Real, Real, Real], _list_of(4)]
 PositiveTriple = Annotated[tuple[Positive, Positive, Positive], _list_of(3)]
 
 

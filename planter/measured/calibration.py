@@ -42,6 +42,7 @@ from planter.measured.findings import (
 from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
 from planter.measured.noise import REFUTING, LackOfFit, assess_lack_of_fit, assess_whiteness
 from planter.measured.reading import Columns, Measurement
+from planter.measured.sensor_curve import build_curve, describe_view
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
@@ -110,7 +111,7 @@ def calibrate(
     for name, machine_of_model in machines.items():
         arguments = {"chosen": chosen[name], "measured": measured, "quantities": quantities}
         task = Task(prepare_starts, {"build": builders[name], **arguments})
-        curve = MeasuredCurve(machine_of_model, chosen[name], measured, quantities)
+        curve = build_curve(machine_of_model, chosen[name], measured, quantities)
         fits[name] = fit_curve(curve, seed, STARTS, phase, task, means)
     results = {name: _describe_fit(fit, measured) for name, fit in fits.items()}
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(fits[model], rebuild)
@@ -128,7 +129,7 @@ def calibrate(
             unit=unit,
             outcome=first.outcome,
             statement=_statement(results, measured.noise, unit),
-            treatment=[*measured.treatment, *notes],
+            treatment=[*measured.treatment, *describe_view(fits[model].curve), *notes],
             warnings=_warnings(first),
             left_out=int((~measured.used).sum()),
             noise=first.noise,
@@ -151,7 +152,7 @@ def prepare_starts(
     build: Callable[[], Machine], chosen: Chosen, measured: Measurement, quantities: Sequence[str]
 ) -> Callable[[Array], SearchEnd]:
     """Return the function that searches from values (n,), in a worker."""
-    return prepare_searches(MeasuredCurve(build(), chosen, measured, quantities))
+    return prepare_searches(build_curve(build(), chosen, measured, quantities))
 
 
 def _spread(rms: float, points: int, unit: str) -> NoiseSpread:
@@ -241,7 +242,7 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
         value, display_lower, display_upper, low95, high95 = display
         inputs.append(
             FittedInput(
-                name=name, value=value, unit=_unit_of(curve, name),
+                name=name, value=value, unit=find_unit(curve, name),
                 lower=display_lower, upper=display_upper, start=float((start[i] + moved) / factor),
                 low95=low95, high95=high95, interval=[low95, high95], open=bool(is_open), origin="calibrated",
             )
@@ -249,7 +250,7 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
     return inputs
 
 
-def _unit_of(curve: MeasuredCurve, name: str) -> str:
+def find_unit(curve: MeasuredCurve, name: str) -> str:
     """Return the display unit of an input, by its key, else the SI unit of the value."""
     if is_offset(name):
         return curve.units[find_offset_channel(name, curve.keys, curve.units)]
@@ -309,7 +310,7 @@ def _predict(
         data[fit.curve.machine.speed] = speed
         machine = fit.curve.machine.with_data(data)
         measured = read_measurement(machine, check.path, columns, quantities)
-        curve = MeasuredCurve(machine, fit.curve.chosen, measured, quantities)
+        curve = build_curve(machine, fit.curve.chosen, measured, quantities)
         residuals: Array = (curve.values - curve(fit.values)[0])[curve.channels[0]]
         rms[model], points = float(np.sqrt(np.mean(residuals**2))), len(residuals)
     is_force = fit.curve.unit == FORCE

@@ -53,6 +53,12 @@ class Parameter:
             return self.reference / value if value else None
         return self.reference * (float(np.exp(value)) if self.scale == "log" else value)
 
+    def from_display(self, value: float) -> float:
+        """Return the searched value of one in the display unit, which is not zero unless its scale is linear."""
+        if self.scale == "reciprocal":
+            return self.reference / value
+        return float(np.log(value / self.reference)) if self.scale == "log" else value / self.reference
+
 
 @dataclass(frozen=True)
 class Curves:
@@ -246,6 +252,12 @@ class ElectricCoupling:
         assert corner is not None
         s = _list_rates(curves)
         return _filter(signal, s / (s + TURN * corner))
+
+
+def rank_effect(effect: SensorEffect) -> int:
+    """Return the place of an effect between machine and amplifier, in which effects act."""
+    # the speed acts on the machine, before what the sensor adds
+    return (SpeedHarmonics, LeakedForce, LeakedTorque, Imbalance, ElasticMount, ElectricCoupling).index(type(effect))
 
 
 def _list_rates(curves: Curves) -> ComplexArray:

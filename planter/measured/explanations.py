@@ -28,8 +28,8 @@ from planter.measured.effects import (
     LeakedTorque,
     SensorEffect,
     SpeedHarmonics,
+    rank_effect,
 )
-from planter.measured.explained_curve import ExplainedCurve, name_parameter
 from planter.measured.findings import EffectParameter, Explanation, ExplanationFound, LackOfFitTest
 from planter.measured.fit import MOST_POINTS, Fit, fit_curve
 from planter.measured.noise import (
@@ -41,9 +41,17 @@ from planter.measured.noise import (
     find_independent,
 )
 from planter.measured.reading import Columns, Measurement
+from planter.measured.sensor_curve import SensorCurve, describe_view, name_parameter
+from planter.measured.sensor_view import StatedEffect, with_view
 from planter.progress import Listener, ProgressPhase
 
-RIGID = "rigid"
+RIGID, STATED = "rigid", "stated"
+"""Names of the explanations that add no effect: to the rigid machine, and to what the machine file states."""
+MEANINGS = {
+    RIGID: "the sensor sees the rigid machine",
+    STATED: "the sensor sees what the machine file states",
+}
+SUBJECTS = {RIGID: "the rigid machine", STATED: "the machine behind the file's [measurement]"}
 STARTS = 6
 ENCLOSURES, LEVERS = 3, 2
 """Number of enclosed forces and levers that are fitted, of all that are scanned."""
@@ -52,7 +60,6 @@ LEVEL = 0.01
 DECISIVE = 1.0
 """Logarithm, to the base 10, of the ratio of evidences from which on data decide."""
 FORCE, TORQUE = "N", "N m"
-MEAN_SPEED = "explanations hold at the mean speed of the record, whose swing is a part of what they leave"
 
 
 @dataclass(frozen=True)
@@ -68,7 +75,18 @@ class ExplainedFit:
     @property
     def name(self) -> str:
         """The names of the effects."""
-        return " + ".join(effect.name for effect in self.effects) or RIGID
+        return " + ".join(effect.name for effect in self.effects) or self.base
+
+    @property
+    def base(self) -> str:
+        """The name of the explanation without effects."""
+        return STATED if self.curve.stated else RIGID
+
+    @property
+    def curve(self) -> SensorCurve:
+        """The fitted curve."""
+        assert isinstance(self.fit.curve, SensorCurve)
+        return self.fit.curve
 
 
 @dataclass(frozen=True)
@@ -98,14 +116,16 @@ def explain_curve(
     InputError for inputs that do not exist.
     """
     chosen = Chosen.from_bounds(machine, _with_nuisances(machine, measured, bounds), priors)
-    effects = list_effects(machine, quantity, measured)
+    stated = SensorCurve(machine, chosen, measured, quantity).stated
+    effects = [effect for effect in list_effects(machine, quantity, measured) if not _is_stated(effect, stated)]
     phase = ProgressPhase("explanations", "fit", ENCLOSURES + LEVERS + 5, progress)
 
     def fit_effects(*chosen_effects: SensorEffect) -> ExplainedFit:
-        curve = ExplainedCurve(machine, chosen, measured, quantity, chosen_effects)
+        curve = SensorCurve(machine, chosen, measured, quantity, chosen_effects)
         fit = fit_curve(curve, seed, STARTS)
-        phase.advance(" + ".join(effect.name for effect in chosen_effects) or RIGID)
-        return _assess_fit(chosen_effects, fit)
+        explained = _assess_fit(chosen_effects, fit)
+        phase.advance(explained.name)
+        return explained
 
     rigid = fit_effects()
     screened = list(_screen_effects(machine, chosen, measured, quantity, effects))
@@ -122,6 +142,8 @@ def explain_curve(
     detailed = {preferred.name, *undecided}
     rows = [_describe_explanation(each, rigid, each.name in detailed) for each in fits]
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(preferred.fit, rebuild)
+    if fitted is not None and preferred.effects:
+        fitted = with_view(fitted, preferred.curve.find_view(preferred.fit.values))
     assert measured.reading is not None
     result = ExplanationFound(
         machine=machine.name,
@@ -135,7 +157,7 @@ def explain_curve(
         compared=compared,
         explanations=rows,
         fitted=describe_inputs(preferred.fit),
-        treatment=[*measured.treatment, *([] if measured.speed is None else [MEAN_SPEED]), *notes],
+        treatment=[*measured.treatment, *describe_view(preferred.curve), *notes],
         reading=measured.reading,
     )
     return ExplanationFits(measured, {each.name: each for each in fits}, fitted, result)
@@ -179,6 +201,13 @@ def list_effects(machine: Machine, quantity: str, measured: Measurement) -> list
     return [*effects, ElasticMount(speed), ElectricCoupling(speed)]
 
 
+def _is_stated(effect: SensorEffect, stated: Sequence[StatedEffect]) -> bool:
+    """Return whether the machine file states an effect; it can state one lever only."""
+    names = {each.effect.name for each in stated}
+    has_lever = any(isinstance(each.effect, LeakedTorque) for each in stated)
+    return effect.name in names or (has_lever and isinstance(effect, LeakedTorque))
+
+
 def _with_nuisances(
     machine: Machine, measured: Measurement, bounds: Mapping[str, tuple[float, float]]
 ) -> dict[str, tuple[float, float]]:
@@ -199,7 +228,7 @@ def _screen_effects(
     sums: dict[type, list[tuple[float, int]]] = {LeakedForce: [], LeakedTorque: []}
     for i, effect in enumerate(effects):
         if type(effect) in sums:
-            curve = ExplainedCurve(machine, chosen, measured, quantity, [effect]).with_points(MOST_POINTS)
+            curve = SensorCurve(machine, chosen, measured, quantity, [effect]).with_points(MOST_POINTS)
             sums[type(effect)].append((find_phases(curve, curve.machine_values(), 1)[0][1], i))
     limits = ((LeakedForce, ENCLOSURES), (LeakedTorque, LEVERS))
     selected = {i for kind, limit in limits for _, i in sorted(sums[kind])[:limit]}
@@ -212,14 +241,7 @@ def _pair_effects(fits: Sequence[ExplainedFit]) -> list[tuple[SensorEffect, ...]
     """Return the most probable effect with each of another kind, in the order in which they act."""
     best = max(fits, key=lambda each: each.log_evidence).effects[0]
     added = [effect for (effect,) in (each.effects for each in fits) if type(effect) is not type(best)]
-    return [tuple(sorted((best, effect), key=_rank_effect)) for effect in added]
-
-
-def _rank_effect(effect: SensorEffect) -> int:
-    """Return the place of an effect between machine and amplifier, in which effects act."""
-    order = (LeakedForce, LeakedTorque, Imbalance, SpeedHarmonics, ElasticMount, ElectricCoupling)
-    # the speed acts on the machine, before what the sensor adds
-    return -1 if isinstance(effect, SpeedHarmonics) else order.index(type(effect))
+    return [tuple(sorted((best, effect), key=rank_effect)) for effect in added]
 
 
 def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
@@ -252,7 +274,7 @@ def _is_undecided(each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedF
 
 
 def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_intervals: bool) -> Explanation:
-    fit, curve = each.fit, each.fit.curve
+    fit, curve = each.fit, each.curve
     test = None if each is rigid else compare_likelihoods(rigid.likelihood, each.likelihood)
     correlation = fit.correlation()
     names = curve.chosen.names
@@ -276,7 +298,7 @@ def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_interval
     displayed = curve.chosen.to_display(fit.values)
     return Explanation(
         name=each.name,
-        meaning="; ".join(effect.meaning for effect in each.effects) or "the sensor sees the rigid machine",
+        meaning="; ".join(effect.meaning for effect in each.effects) or MEANINGS[each.base],
         outcome=judge_fit(fit, each.lack),
         rms=fit.rms,
         noise=describe_noise(curve.noises[0], curve.unit),
@@ -293,22 +315,23 @@ def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_interval
 
 
 def _state_result(rows: Mapping[str, Explanation], preferred: str, undecided: Sequence[str], compared: int) -> str:
-    rigid, best = rows[RIGID], rows[preferred]
+    base = next(name for name in SUBJECTS if name in rows)
+    rigid, best, subject = rows[base], rows[preferred], SUBJECTS[base]
     sentences = []
-    if preferred == RIGID:
+    if preferred == base:
         lowest = min(row.probability for row in rows.values() if row.probability is not None)
         end = {
             "explained": "explains the curve", "not explained": "does not explain the curve, and no effect is better",
             "not settled": "is not settled as an explanation, and no effect is better",
         }[rigid.outcome]  # fmt: skip
         sentences.append(
-            f"The rigid machine {end}: the least probability of {compared} effects by chance is {lowest:.2g} each"
+            f"T{subject[1:]} {end}: the least probability of {compared} effects by chance is {lowest:.2g} each"
         )
     else:
         verb = {"explained": "explains", "not explained": "comes nearest but does not explain",
                 "not settled": "comes nearest to"}[best.outcome]  # fmt: skip
         sentences.append(
-            f"{preferred[0].upper()}{preferred[1:]} {verb} the curve ({best.meaning}): the rigid machine is "
+            f"{preferred[0].upper()}{preferred[1:]} {verb} the curve ({best.meaning}): {subject} is "
             f"10^{best.log10_bayes:.1f} times less probable, and leaves {rigid.rms / best.rms:.3g} times the residual"
         )
         values = [

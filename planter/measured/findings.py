@@ -34,6 +34,24 @@ class FittedInput(Record):
 
 
 @dataclass(frozen=True)
+class MeasurementResult(Record):
+    """Statistics of the curve that a machine file's sensor sees: extremes, range, mean, population variance of samples.
+
+    `seen` describes, in the order in which they act, what stands between the rigid machine and the signal. The numbers
+    are in `unit`, the `variance` in its square.
+    """
+
+    quantity: str
+    unit: str
+    max: float
+    min: float
+    range: float
+    mean: float
+    variance: float
+    seen: list[str]
+
+
+@dataclass(frozen=True)
 class Noise(Record):
     """Noise that the intervals assume: `white`, or `ar1`, with the correlation `rho` of neighbouring points.
 
@@ -186,8 +204,9 @@ class Explanation(Record):
 
     `outcome` is that of what is left; `F` and `probability` compare with the rigid machine, for the correlation of the
     noise that is most favourable to it; `log10_bayes` is the logarithm of the ratio of the evidences of this
-    explanation and of the rigid machine. `correlation` is the matrix of inputs and parameters in their order, null if
-    the data do not determine all.
+    explanation and of the rigid machine. If the machine file has a [measurement] of the quantity, the machine behind
+    that, "stated", takes the place of the rigid one. `correlation` is the matrix of inputs and parameters in their
+    order, null if the data do not determine all.
     """
 
     name: str

@@ -59,7 +59,7 @@ class RhoLikelihood:
     def compute(cls, residuals: Array, columns: Array, gaps: Array) -> RhoLikelihood:
         """Return the likelihood; `gaps` (m - 1,) are the steps between neighbours."""
         count, size = columns.shape
-        products = _sum_products(np.column_stack([columns, residuals]), gaps)
+        products = sum_white_products(np.column_stack([columns, residuals]), gaps)
         inner, side, corner = products[:, :size, :size], products[:, :size, size], products[:, size, size]
         inverses = np.linalg.inv(inner)
         shifts = np.einsum("gij,gj->gi", inverses, side)
@@ -138,7 +138,7 @@ def estimate_noise(curve: MeasuredCurve, residuals: Array, slopes: Array) -> Noi
     return NoiseEstimate(tuple(likelihoods), tuple(combinations))
 
 
-def _sum_products(rows: Array, gaps: Array) -> Array:
+def sum_white_products(rows: Array, gaps: Array) -> Array:
     """Return the products (g, j, j) of rows (m, j) that are white for each of `RHOS`."""
     products = np.repeat(np.outer(rows[0], rows[0])[None], len(RHOS), axis=0)
     for gap in np.unique(gaps):

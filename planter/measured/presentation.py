@@ -14,6 +14,7 @@ from planter.measured.curve import is_nuisance
 from planter.measured.explanations import ExplanationFits
 from planter.measured.findings import ExplanationFound, FittedInput, MeasuredFound, MeasuredPreview
 from planter.measured.reading import DataReading, Measurement, describe_dropped, find_repeat_residuals
+from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
 from planter.report.html import Block, Cell, Items, Keys, Section, Table
@@ -113,7 +114,8 @@ def _list_explanations(result: ExplanationFound) -> Iterator[Section]:
          f"{e.agreeing_starts} of {e.starts}", e.noise.rho, e.lack_of_fit.probability)
         for e in sorted(result.explanations, key=lambda e: -e.log10_bayes)
     ]  # fmt: skip
-    caption = "p: probability of the improvement over the rigid machine by chance; Bayes: evidence over its evidence."
+    base = result.explanations[0].name
+    caption = f"p: probability of the improvement over {base} by chance; Bayes: evidence over its evidence."
     yield Section("Explanations", [Table(head, rows, caption, page_columns=head[-3:])])
     considered = {result.preferred, *result.undecided}
     parameters: list[tuple[Cell, ...]] = [
@@ -198,17 +200,24 @@ def machine_text(calibrated: Calibrated) -> str:
 
 def _write_explained(explained: ExplanationFits) -> dict[str, str]:
     result = explained.result
-    if explained.machine is None or all(is_nuisance(entry.name) for entry in result.fitted):
+    has_effects = bool(explained.fits[result.preferred].effects)
+    if explained.machine is None or (not has_effects and all(is_nuisance(entry.name) for entry in result.fitted)):
         return {}
     origin = f"calibrated ({result.model} model, {result.reading.used} points, {result.preferred})"
-    return {MACHINE_FILE: _format_machine(explained.machine, result.fitted, origin, result.statement)}
+    return {MACHINE_FILE: _format_machine(explained.machine, result.fitted, origin, result.statement, has_effects)}
 
 
-def _format_machine(machine: Document | None, fitted: Sequence[FittedInput], origin: str, statement: str) -> str:
+def _format_machine(
+    machine: Document | None, fitted: Sequence[FittedInput], origin: str, statement: str, is_sensor_fitted: bool = False
+) -> str:
     assert machine is not None
     table = machine.written_table()
     names = [entry.name for entry in fitted if not is_nuisance(entry.name)]
     origins = {name: words for name, words in machine.origins.items() if name not in names}
+    if is_sensor_fitted and SECTION in table:
+        keys = {SECTION, *MeasurementSection.model_fields}
+        origins = {name: words for name, words in origins.items() if name.removeprefix(f"{SECTION}.") not in keys}
+        names.append(SECTION)
     table["origin"] = origins | {name.partition("[")[0]: origin for name in names}
     nuisances = [f"# {e.name} = {e.value!r}" for e in fitted if is_nuisance(e.name)]
     head = [f"# {machine.name}, inputs fitted to measured data: {statement}.", *nuisances]
@@ -275,7 +284,7 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     dense, phi = np.linspace(0, end, round(2 * end) + 1), np.mod(np.degrees(first.phi), end)
     thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
     top.plot(phi[thin], first.values[thin], "o", color=style.SOFT, markersize=2, label="measured")
-    names = dict.fromkeys(["rigid", result.preferred, *result.undecided[:2]])
+    names = dict.fromkeys([fits[result.preferred].base, result.preferred, *result.undecided[:2]])
     for index, name in enumerate(names):
         fit, shade = fits[name].fit, style.curve_colour(name, index)
         top.plot(dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=name)

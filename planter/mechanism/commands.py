@@ -195,12 +195,17 @@ def run_optimise(
 def require_measurable(machine: Machine, quantities: Sequence[str]) -> None:
     """Raise InputError if no quantity or an unknown one is named, ComputationError for one that does not repeat."""
     from planter.measured.curve import find_measured
+    from planter.measured.sensor_view import find_sensor_view
     from planter.mechanism.model import require_repeating
 
     if not quantities:
         keys = ", ".join(result.key for result in machine.results)
         raise InputError(f"--quantity must name what was measured: it must be one of {keys}")
-    require_repeating(machine, [find_measured(machine, quantity).name for quantity in quantities])
+    names = [find_measured(machine, quantity).name for quantity in quantities]
+    view = find_sensor_view(machine)
+    if view is not None and view.quantity.name in names:
+        names += [find_measured(machine, key).name for key in view.needed]
+    require_repeating(machine, dict.fromkeys(names))
 
 
 def calibrate_machine(
@@ -217,14 +222,16 @@ def calibrate_machine(
 ) -> Calibrated:
     """Fit values within `bounds` (display units, by key) to measured curves of one or several quantities.
 
-    `means` are the processes of the searches, on which results do not depend; `priors` are those of
-    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns, values or a quantity that cannot be
-    used, ComputationError for a quantity that does not repeat after a cycle.
+    Without `quantity` it is that of the file's [measurement]. `means` are the processes of the searches, on which
+    results do not depend; `priors` are those of `planter.measured.calibration.calibrate`. Raises InputError for a file,
+    columns, values or a quantity that cannot be used, ComputationError for a quantity that does not repeat after a
+    cycle.
     """
     from planter.measured.calibration import calibrate
+    from planter.measured.sensor_view import list_measured
     from planter.parallel.task import AUTO
 
-    quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity or ())
+    quantities = list_measured(machine.document, quantity)
     require_measurable(machine, quantities)
     builders = {"derived": partial(machine.build, machine.document)}
     rebuild = machine.document.with_numbers

@@ -12,6 +12,8 @@ from planter.engine.summary import CycleSummary, summarise
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
+from planter.measured.sensor_curve import SensorSignal, measure_cycle
+from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model, Periodicity, compare_cycles
@@ -36,7 +38,7 @@ class MechanismCycle:
     """A cycle: samples of all results in display units (n,) by key, and its result.
 
     `ends` are the results at the end of the cycle by key; `places` (n,) [m] the coordinates of the bodies' points; a
-    cycle takes `seconds`.
+    cycle takes `seconds`. `measured` is what the sensor sees, if the file has [measurement].
     """
 
     machine: Machine
@@ -46,6 +48,7 @@ class MechanismCycle:
     places: dict[str, Array]
     seconds: float
     result: MechanismCycleResult
+    measured: SensorSignal | None = None
 
     @property
     def repeats(self) -> bool:
@@ -208,8 +211,15 @@ def simulate_machine(machine: Machine, samples: int | None = None, at_deg: Seque
         AngleValues(float(angle), {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()})
         for angle in at_deg
     ]
-    warnings = [*cycle.result.warnings, *warnings]
-    return replace(cycle, result=replace(cycle.result, at=at or None, designer=designer, warnings=warnings))
+    measured, sensor_warnings = _measure(cycle)
+    result = replace(
+        cycle.result,
+        at=at or None,
+        designer=designer,
+        warnings=[*cycle.result.warnings, *warnings, *sensor_warnings],
+        measurement=None if measured is None else measured.result,
+    )
+    return replace(cycle, result=result, measured=measured)
 
 
 def check_angles(at_deg: Sequence[float]) -> None:
@@ -225,6 +235,17 @@ def _summarise(model: Model, cycle: MechanismCycle) -> tuple[CycleSummary | None
     except ComputationError as error:
         message = f"the designer's summary is missing: {error.message}"
         return None, [MechanismWarning(name="no_summary", angle_deg=0.0, message=message)]
+
+
+def _measure(cycle: MechanismCycle) -> tuple[SensorSignal | None, list[MechanismWarning]]:
+    """Return what the sensor of the file sees, if it states that, or a warning if a quantity does not repeat."""
+    view = find_sensor_view(cycle.machine)
+    if view is None:
+        return None, []
+    if changing := [key for key in view.needed if key in cycle.result.not_repeating]:
+        message = f"what the sensor sees is missing: {', '.join(changing)} does not end the cycle as it began it"
+        return None, [MechanismWarning(name="no_measurement", angle_deg=0.0, message=message)]
+    return measure_cycle(cycle.machine, np.radians(cycle.angles_deg), cycle.columns), []
 
 
 def validate_machine(machine: Machine) -> MachineValidation:

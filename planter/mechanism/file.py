@@ -18,6 +18,7 @@ from planter.files.text import is_file, read_toml
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
+from planter.measured.section import SECTION, MeasurementSection
 from planter.optimise.sections import GeneticAlgorithm
 
 GENERATED = Path("generated")
@@ -54,6 +55,7 @@ class MechanismFile(Document):
     objective: ObjectiveSection | None = None
     requirements: LimitsSection | None = None
     genetic_algorithm: GeneticAlgorithm | None = None
+    measurement: MeasurementSection | None = None
     origins: Origins = Field(alias="origin")
 
     _folder: Path = PrivateAttr(default=Path())
@@ -175,6 +177,8 @@ def _check(file: MechanismFile) -> None:
     missing = [f"{key} ({meaning})" for key, meaning in meanings.items() if key not in file.values]
     if missing:
         raise InputError(f"{file.source}: [values] lacks {', '.join(missing)}")
+    if file.measurement is not None and not file.is_driven:
+        raise InputError(f"{file.source}: [{SECTION}] needs a cycle, but no angle drives the mechanism")
     for key, (lower, upper) in file.bounds.items():
         if not lower < upper:
             raise InputError(f"{file.source}: bounds.{key} = [{lower:g}, {upper:g}]: lower must be below upper")

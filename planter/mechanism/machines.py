@@ -27,6 +27,7 @@ from planter.errors import InputError
 from planter.files import units
 from planter.files.text import read_toml
 from planter.kernels.formulas import HOISTED, Formulas
+from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
 
@@ -75,7 +76,7 @@ def describe(source: str, changes: Mapping[str, float]) -> Description:
 
 
 def build_machine(mechanism: MechanismFile) -> Machine:
-    """Return the machine of a mechanism's file. Raises InputError if no angle drives it."""
+    """Return the machine of a mechanism's file. Raises InputError if no angle drives it, or for its sensor."""
     formulas = mechanism.model
     sidecar = formulas.sidecar
     if not mechanism.is_driven:
@@ -86,7 +87,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
     moved = tuple(keys.index(key) for key in mechanism.bounds)
     factors = np.array([values[index].factor for index in moved])
     ends = np.array(list(mechanism.bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
-    return Machine(
+    machine = Machine(
         document=mechanism,
         build=build_machine,
         assumptions=tuple(sidecar["assumptions"]),
@@ -115,6 +116,8 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         angle=formulas.function("lane").name_in(0),
         documentation=Documentation(sidecar["title"], sidecar["source"], tuple(sidecar["equations"])),
     )
+    find_sensor_view(machine)  # raises InputError if [measurement] names what the machine lacks
+    return machine
 
 
 class _Stages(NamedTuple):

@@ -13,6 +13,8 @@ from planter.engine.sensitivity import SensitivityResult
 from planter.files import units
 from planter.files.document import Document, format_lines
 from planter.kernels import Array
+from planter.measured.sensor_curve import SensorSignal
+from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, list_measurement_sections
 from planter.mechanism import drawing
 from planter.mechanism.cycle import MechanismCycle, compute_cycle
 from planter.mechanism.drawing import PlotAxis
@@ -65,7 +67,11 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
     """Return the presentation of a cycle: quantities, works, laws, limits."""
     result = cycle.result
     title = f"Cycle of {result.machine} in {result.samples} samples"
-    sections = [*_list_cycle_sections(cycle), *list_limit_sections(result.holds or ())]
+    sections = [
+        *_list_cycle_sections(cycle),
+        *list_measurement_sections(result.measurement),
+        *list_limit_sections(result.holds or ()),
+    ]
     return _present(
         _describe_machine(cycle.machine),
         title,
@@ -73,7 +79,8 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
         sections,
         conclusion=_conclude_cycle(result),
         key_figures=list(_list_cycle_figures(result)),
-        **_draw_cycle(title, lambda: cycle),
+        captions={FIGURE: CAPTION},
+        **_draw_cycle(title, lambda: cycle, cycle.measured),
     )
 
 
@@ -235,7 +242,9 @@ def _present(
     return ResultPresentation(title, result, list(sections), document=document, model=model, comments=comments, **parts)
 
 
-def _draw_cycle(title: str, find_cycle: Callable[[], MechanismCycle]) -> dict[str, Any]:
+def _draw_cycle(
+    title: str, find_cycle: Callable[[], MechanismCycle], measured: SensorSignal | None = None
+) -> dict[str, Any]:
     """Return figures, table and moving scene of a cycle, which is computed only if a folder is written."""
 
     def animate() -> Iterator[MotionBlock]:
@@ -245,21 +254,24 @@ def _draw_cycle(title: str, find_cycle: Callable[[], MechanismCycle]) -> dict[st
             scene = drawing.build_scene(title, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine)
             yield MotionBlock(scene, MOTION_CAPTION)
 
-    return _draw_quantities(lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate)
+    return _draw_quantities(lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate, measured)
 
 
 def _draw_quantities(
-    find_curves: Callable[[], tuple[PlotAxis, Mapping[str, Array]]], animate: Callable[[], Iterable[MotionBlock]]
+    find_curves: Callable[[], tuple[PlotAxis, Mapping[str, Array]]],
+    animate: Callable[[], Iterable[MotionBlock]],
+    measured: SensorSignal | None = None,
 ) -> dict[str, Any]:
-    """Return figures, table and moving scene of quantities (n,) by key over an axis."""
+    """Return figures, table and moving scene of quantities (n,) by key over an axis, and of what a sensor sees."""
 
     def draw() -> dict[str, Figure]:
         axis, columns = find_curves()
-        return dict(drawing.draw_curves(columns, axis))
+        return {**draw_signals(measured, axis.label, axis.end), **dict(drawing.draw_curves(columns, axis))}
 
     def tabulate() -> Mapping[str, Mapping[str, Array]]:
         axis, columns = find_curves()
-        return {"values.csv": {axis.label.replace(" / ", "_"): axis.values, **columns}}
+        table = {axis.label.replace(" / ", "_"): axis.values, **columns}
+        return {"values.csv": table | ({} if measured is None else measured.column)}
 
     return {"figures": draw, "tables": tabulate, "motions": animate}
 

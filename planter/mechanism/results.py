@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from planter.engine.sensitivity import Direction
 from planter.engine.summary import CycleSummary
+from planter.measured.findings import MeasurementResult
 from planter.optimise.proof.search import GlobalBound
 from planter.records import Record, WarningRecord
 
@@ -80,7 +81,8 @@ class MechanismCycleResult(Record):
     after which it does; `not_repeating` has the largest difference, a cycle later, of each quantity that does not
     repeat, in its unit, or null if the next cycle cannot be computed. Angles are compared modulo 360 deg. `holds` are
     the limits of the file, if it has any, and `met` says whether all of them are satisfied. `at` are the requested
-    angles. `designer` has true extremes; a warning explains if it is missing.
+    angles. `designer` has true extremes; a warning explains if it is missing. `measurement` is what the sensor sees, if
+    the file has [measurement].
     """
 
     machine: str
@@ -95,6 +97,7 @@ class MechanismCycleResult(Record):
     met: bool | None = None
     at: list[AngleValues] | None = None
     designer: CycleSummary | None = None
+    measurement: MeasurementResult | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,6 +19,7 @@ from planter.kernels import Array
 from planter.measured import calibration
 from planter.measured.calibration import Calibrated, ValidationMeasurement
 from planter.measured.reading import Columns
+from planter.measured.sensor_view import list_measured
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import cycle, functions, simulation
@@ -258,7 +259,7 @@ def calibrate_to_data(
     data: str | Path,
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
-    quantity: str | Sequence[str] = SUPPORT,
+    quantity: str | Sequence[str] | None = None,
     check: ValidationMeasurement | None = None,
     seed: int = 0,
     progress: Listener | None = None,
@@ -267,13 +268,15 @@ def calibrate_to_data(
 ) -> Calibrated:
     """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in both models.
 
-    `model` is reported first, `means` says what runs the searches, `priors` are those of
+    The curves are of `quantity`, unless it is given that of [measurement], else the support force. `model` is reported
+    first, `means` says what runs the searches, `priors` are those of
     `planter.measured.calibration.calibrate`. Raises InputError for a file, columns or inputs that cannot be used.
     """
     models = (model, *(other for other in MODELS if other != model))
     builders: dict[str, Callable[[], Machine]] = {each: partial(build_engine_machine, machine, each) for each in models}
+    quantities = list_measured(machine, quantity, (SUPPORT,))
     return calibration.calibrate(
-        builders, data, columns, bounds, quantity, machine.with_numbers, check, seed, progress, means, priors
+        builders, data, columns, bounds, quantities, machine.with_numbers, check, seed, progress, means, priors
     )
 
 

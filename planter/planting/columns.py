@@ -13,6 +13,10 @@ FITTED = {
     **{f"{model}_N": (f"the same by the fitted {model} model", "derived") for model in MODELS},
 }
 """Columns of a fit to measured data."""
+SENSOR = {
+    "measured_support_N": ("the support force as the sensor sees it by [measurement] of the file", "derived"),
+}
+"""Column of a cycle whose file has [measurement]; that of another quantity has its key behind `measured_`."""
 
 
 def columns() -> dict[str, tuple[str, str]]:
@@ -29,4 +33,4 @@ def columns() -> dict[str, tuple[str, str]]:
                         entry["source"],
                     )
     meanings |= {key: (meaning, "derived: assumption lifted") for key, meaning in describe_friction_columns().items()}
-    return meanings | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))
+    return meanings | SENSOR | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))

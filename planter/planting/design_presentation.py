@@ -15,6 +15,7 @@ from planter.engine.sensitivity import SensitivityResult
 from planter.explain import dictionary
 from planter.files import paths, units
 from planter.files.document import format_lines
+from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, list_measurement_sections
 from planter.mechanism.presentation import describe_strongest, list_limit_sections, list_sensitivity_sections
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import list_breakpoints
@@ -78,6 +79,7 @@ CAPTIONS = {
     "convergence": "Best objective so far against evaluations: of the genetic algorithm (ga), of local searches from "
     "points within the bounds (ipopt), of local searches from the best individuals of the genetic algorithm (polish).",
     "pareto": "Range against variance of the support force.",
+    FIGURE: CAPTION,
 }
 MOTION_CAPTION = (
     "The device over a cycle, both sides, with the path of the tip. The width of the nozzle is a sketch: the machine "
@@ -114,8 +116,12 @@ def present_simulation(simulation: Simulation) -> ResultPresentation:
         f"the machine {result.weight_N:#.4g} N.",
         key_figures=list(_list_simulation_figures(result)),
         motions=lambda: [_animate(device, device.design)],
-        figures=lambda: _draw_forces(devices, device.design) | _draw_motion(device, device.design),
-        tables=lambda: {"cycle.csv": simulation.cycle.columns()},
+        figures=lambda: (
+            _draw_forces(devices, device.design)
+            | draw_signals(simulation.measured, "carrier angle / deg")
+            | _draw_motion(device, device.design)
+        ),
+        tables=lambda: {"cycle.csv": simulation.columns()},
         comments=_list_comments(device, device.design),
     )
 
@@ -247,6 +253,7 @@ def _list_simulation_sections(result: SimulationFound, machine: PlantingMachine)
     columns = {TRUE: result.refined.table(), _name_sampling(result.samples): sampled}
     force = _tabulate_force(columns, tuple(FORCE_ROWS), [("weight", result.weight_N, None, "N")])
     yield Section(FORCE, [force])
+    yield from list_measurement_sections(result.measurement)
     yield Section("Work of a cycle", [list_values(result.work.table())])
     yield Section("Designer's summary", list(_describe_designer(result.designer)))
     yield from _list_requirement_sections(result.requirements)

@@ -19,6 +19,7 @@ from planter.files.csv_rows import inline_points
 from planter.files.document import Document, Origins
 from planter.files.fields import (
     FileSection,
+    Line,
     NotNegative,
     Pair,
     Positive,
@@ -33,6 +34,7 @@ from planter.files.fields import (
     raise_problems,
     value_error,
 )
+from planter.measured.section import MeasurementSection
 from planter.optimise.sections import GeneticAlgorithm
 from planter.planting import functions
 from planter.planting.requirements_section import Requirements
@@ -184,6 +186,12 @@ class GearsSection(FileSection):
         return None not in (self.face_width_mm, self.youngs_modulus_GPa, self.poisson_ratio)
 
 
+class DeviceMeasurementSection(MeasurementSection):
+    """The sensor of a planting device, which measures the support force unless `quantity` names another."""
+
+    quantity: Annotated[Line, Field(description="name of the quantity that the sensor measures")] = "support_N"
+
+
 class ForceObjectiveSection(FileSection):
     """Objective to be minimised: weight_range * range + weight_variance * spread of the support force.
 
@@ -238,6 +246,7 @@ class PlantingMachine(Document):
     objective: ForceObjectiveSection
     genetic_algorithm: GeneticAlgorithm
     requirements: Requirements | None = None
+    measurement: DeviceMeasurementSection | None = None
     origins: Origins = Field(alias="origin")
 
     @classmethod

@@ -211,6 +211,7 @@ class PlantingLabels:
         "a parameter of a pitch curve before it is deformed; the curve itself is drawn": ("*3_mm", "*6_mm"),
         "of side 2, half a turn behind side 1": ("*_2_deg", "*_2_mm"),
         "what the design is asked for, not a part of it": ("requirements.", "gears."),
+        "what the sensor sees, not a part of the device": ("measurement.",),
         "what is assumed in place of the file's own, when it is lifted": ("derived: assumption lifted",),
     }  # fmt: skip
 

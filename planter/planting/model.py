@@ -23,6 +23,7 @@ from planter.files.fields import read_range
 from planter.gear_geometry import families, stage
 from planter.gear_geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
+from planter.measured.sensor_view import build_sensor_view
 from planter.planting import functions
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import Functions, Model
@@ -81,6 +82,10 @@ class Device:
     def _take(self, machine: PlantingMachine) -> None:
         """Take the numbers of a machine in SI: design and bounds (p,), and the model's other inputs (c,)."""
         self.machine, numbers = machine, machine.numbers()
+        if machine.measurement is not None:  # names of quantities are checked before anything is computed
+            models = [formulas.load(f"planting_{model}").sidecar["vectors"] for model in functions.MODELS]
+            by_key = {quantity.key: quantity for vectors in models for quantity in _list_quantities(vectors)}
+            build_sensor_view(machine.measurement, tuple(by_key.values()), machine.source)
         design = self.scale * [machine.design[name] for name in self.names]
         constants = [numbers[e["shown"]] * units.unit_factor(e["shown"]) for e in self._vectors["machine"]]
         self.data = np.concatenate([design, constants])
@@ -275,14 +280,7 @@ def build_machine(device: Device) -> Machine:
     totals = ca.Function("totals", [first, second, d], [functions.frame(first, second, d[size:])])
     both = ca.MX.sym("d", len(values))
     prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
-    quantities = tuple(
-        Quantity(
-            e["name"], e["unit"], e["meaning"], e.get("shown") or units.display_key(e["name"], e["unit"]), total,
-            source=e["source"],
-        )
-        for vector, total in (("side", False), ("totals", True))
-        for e in vectors[vector]
-    )  # fmt: skip
+    quantities = _list_quantities(vectors)
     return Machine(
         document=device.machine,
         build=partial(_rebuild_machine, type(device), device.model),
@@ -310,6 +308,17 @@ def build_machine(device: Device) -> Machine:
         genetic=device.machine.genetic_algorithm,
         documentation=_documentation(device),
     )
+
+
+def _list_quantities(vectors: Mapping[str, Any]) -> tuple[Quantity, ...]:
+    return tuple(
+        Quantity(
+            e["name"], e["unit"], e["meaning"], e.get("shown") or units.display_key(e["name"], e["unit"]), total,
+            source=e["source"],
+        )
+        for vector, total in (("side", False), ("totals", True))
+        for e in vectors[vector]
+    )  # fmt: skip
 
 
 def _rebuild_machine(kind: type[Device], model: Model, machine: PlantingMachine) -> Machine:

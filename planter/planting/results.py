@@ -7,7 +7,7 @@ from typing import Literal
 
 from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityResult
-from planter.measured.findings import ExplanationFound, MeasuredFound, MeasuredPreview
+from planter.measured.findings import ExplanationFound, MeasuredFound, MeasuredPreview, MeasurementResult
 from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
 from planter.optimise.proof.search import GlobalBound
 from planter.planting.design_results import DesignersSummary, ToothCountResult
@@ -162,6 +162,8 @@ class SimulationFound(Record):
     `holds` are the limits of the file on measures, if it has any, and `met` says whether all of them are satisfied.
 
     `objective` and `support_force` are evaluated over `samples` samples, `refined` by true extremes and integrals.
+
+    `measurement` is what the sensor sees over the same samples, if the file has [measurement].
     """
 
     machine: str
@@ -181,6 +183,7 @@ class SimulationFound(Record):
     holds: list[LimitResult] | None = None
     met: bool | None = None
     lifted: list[Lifted] | None = None
+    measurement: MeasurementResult | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

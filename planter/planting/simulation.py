@@ -17,6 +17,7 @@ from planter.engine.sensitivity import SensitivityResult, build_goal
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
+from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.mechanism import cycle as mechanism
 from planter.mechanism.cycle import MechanismCycle
 from planter.mechanism.optimisation import compute_objective_sensitivity, evaluate_limits
@@ -119,11 +120,15 @@ FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
 
 @dataclass(frozen=True)
 class Simulation:
-    """A simulated cycle: its samples (n,) each [in shown units], and the result as `planter simulate --json` has it."""
+    """A simulated cycle: its samples (n,) each [in shown units], and the result as `planter simulate --json` has it.
+
+    `measured` is what the sensor sees, if the file has [measurement].
+    """
 
     cycle: planting.DeviceCycleTable
     result: SimulationFound
     device: Device
+    measured: SensorSignal | None = None
 
     def show(self) -> Any:
         """Return a notebook widget that animates the device. Raises InputError if anywidget is missing."""
@@ -134,7 +139,11 @@ class Simulation:
 
         Raises InputError where pandas is missing (`planter[notebook]` brings it).
         """
-        return build_frame(self.cycle.columns())
+        return build_frame(self.columns())
+
+    def columns(self) -> dict[str, Array]:
+        """Return columns (n,) of the cycle, and the sensor's signal if the file has one [in the units of the keys]."""
+        return {**self.cycle.columns(), **({} if self.measured is None else self.measured.column)}
 
     def _repr_html_(self) -> str:
         from planter.planting.report.forces import draw_support_force
@@ -179,6 +188,9 @@ def simulate(
     prologue = device.prologue(device.design)
     turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
     objective, limits = read_weights(device.machine), evaluate_file_limits(device)
+    measured = None
+    if device.machine.measurement is not None:
+        measured = measure_cycle(device.force.machine, turn.phi, turn.columns())
     sampled = planting.compute_statistics(turn.support)
     result = SimulationFound(
         machine=device.machine.name,
@@ -198,8 +210,9 @@ def simulate(
         holds=limits,
         met=None if limits is None else all(limit.met for limit in limits),
         lifted=None if lift_mm is None else lifted.find_assumption_effects(device, lift_mm),
+        measurement=None if measured is None else measured.result,
     )
-    return Simulation(turn, result, device)
+    return Simulation(turn, result, device, measured)
 
 
 def check_samples(samples: int) -> int:

@@ -25,7 +25,10 @@ NEARBY = 8
 
 
 class ConfigurationSubject(Subject):
-    """Frames and points at random values of their coordinates, rates and accelerations, which satisfy the loops."""
+    """Frames and points at random values of their coordinates, rates and accelerations.
+
+    The values satisfy the loops, and the rates and accelerations also what rolls without slip.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -52,9 +55,10 @@ class ConfigurationSubject(Subject):
 
     @cached_property
     def _stages(self) -> tuple[list[sp.Expr], list[sp.Expr], list[sp.Expr]]:
-        """The gaps, their rates and their accelerations."""
+        """The gaps, their rates with the slips, and the rates of those."""
         gaps = [sp.sympify(gap) for gap in self.mechanism.loops.gaps.values()]
-        rates = [sp.sympify(self.mechanism.motion.rate(gap)) for gap in gaps]
+        slips = [sp.sympify(slip) for slip in self.mechanism.slips.values()]
+        rates = [*(sp.sympify(self.mechanism.motion.rate(gap)) for gap in gaps), *slips]
         return gaps, rates, [sp.sympify(self.mechanism.motion.rate(rate)) for rate in rates]
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
@@ -73,6 +77,9 @@ class ConfigurationSubject(Subject):
     def _complete(self, values: Values, rng: random.Random) -> Values:
         """Return values with those of coordinates, rates, accelerations and named quantities."""
         solved = self._solved
+        for let in self.mechanism.named:
+            if let.expr.free_symbols <= values.keys():
+                values[let.symbol] = Point(values)(let.expr)
         for coordinate in self.mechanism.loops.coordinates:
             for part in (coordinate.value, coordinate.rate, coordinate.acceleration):
                 reach = REACH.get(part.unit, 1.0)
@@ -82,8 +89,17 @@ class ConfigurationSubject(Subject):
             tolerance = mpf(10) ** (8 - 2 * mpmath.mp.dps)
             solution = mpmath.findroot(lambda *x: self._gaps_at(values, x), start, tol=tolerance)
             values |= zip((c.value for c in solved), list(solution), strict=True)
-            values |= self._solve_linear(self._stages[1], [c.rate for c in solved], values)
-            values |= self._solve_linear(self._stages[2], [c.acceleration for c in solved], values)
+        _, rates, accelerations = self._stages
+        if self.mechanism.slips:
+            coordinates = self.mechanism.loops.coordinates
+            for residuals, jacobian, unknowns in (
+                (rates, self._jacobians[0], [c.rate for c in coordinates]),
+                (accelerations, self._jacobians[1], [c.acceleration for c in coordinates]),
+            ):
+                values |= self._project(residuals, jacobian, unknowns, values)
+        elif solved:
+            values |= self._solve_linear(rates, [c.rate for c in solved], values)
+            values |= self._solve_linear(accelerations, [c.acceleration for c in solved], values)
         for let in self.mechanism.named:
             values[let.symbol] = Point(values)(let.expr)
         return values
@@ -100,6 +116,28 @@ class ConfigurationSubject(Subject):
         system = mpmath.matrix([[point(matrix[i, j]) for j in range(size)] for i in range(size)])
         solution = mpmath.lu_solve(system, mpmath.matrix([point(right[i]) for i in range(size)]))
         return dict(zip(unknowns, solution, strict=True))
+
+    @cached_property
+    def _jacobians(self) -> tuple[list[list[sp.Expr]], list[list[sp.Expr]]]:
+        """The derivatives of the rates to those of the coordinates, and of the accelerations to accelerations."""
+        coordinates = self.mechanism.loops.coordinates
+        _, rates, accelerations = self._stages
+        return (
+            [[rate.diff(c.rate) for c in coordinates] for rate in rates],
+            [[acceleration.diff(c.acceleration) for c in coordinates] for acceleration in accelerations],
+        )
+
+    @staticmethod
+    def _project(
+        residuals: Sequence[sp.Expr], derivatives: Sequence[Sequence[sp.Expr]], unknowns: Sequence[Quantity],
+        values: Values,
+    ) -> Values:  # fmt: skip
+        """Return the values of ``unknowns`` nearest to the present ones at which residuals, linear in them, vanish."""
+        point = Point(values)
+        jacobian = mpmath.matrix([[point(entry) for entry in row] for row in derivatives])
+        present = mpmath.matrix([point(residual) for residual in residuals])
+        change = jacobian.T * mpmath.lu_solve(jacobian * jacobian.T, present)
+        return {unknown: values[unknown] - change[index] for index, unknown in enumerate(unknowns)}
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """Return the values of random configurations, since nothing moves the mechanism along a cycle."""

@@ -83,14 +83,16 @@ def simulate(
             refuse_options(other, {"--model": model is not ModelName.exact, "--lift": lift})
             run_simulate(console, other, samples, at or (), out)
             return
+        device = build_device(machine, model, set_, speed_rpm)
         if out is not None:
+            from planter.measured.sensor_presentation import FIGURE
             from planter.report.folder import check_files
 
-            check_files(out, ["cycle.csv", *figure_files(*FIGURES)])
+            figures = FIGURES if device.machine.measurement is None else (*FIGURES, FIGURE)
+            check_files(out, ["cycle.csv", *figure_files(*figures)])
         from planter.planting import simulation
         from planter.planting.design_presentation import present_simulation
 
-        device = build_device(machine, model, set_, speed_rpm)
         simulated = simulation.simulate(device, samples, at or (), module_mm if lift else None)
         present_simulation(simulated).show(console, out)
 
@@ -239,7 +241,11 @@ def calibrate(
     place_unit: Annotated[str | None, text_option("unit of angle or time: deg, rad, rev, s, ms, min", "UNIT")] = None,
     quantity: Annotated[
         list[str] | None,
-        text_option("what was measured: a key of `simulate` [default: support_N of a planting device]", "KEY"),
+        text_option(
+            "what was measured: a key of `simulate` [default: that of the file's measurement, else support_N of a "
+            "planting device]",
+            "KEY",
+        ),
     ] = None,
     fit: Annotated[
         list[str] | None,
@@ -297,6 +303,7 @@ def calibrate(
             return
         from planter.measured.calibration import ValidationMeasurement
         from planter.measured.reading import Columns
+        from planter.measured.sensor_view import list_measured
 
         if not column:
             raise InputError("--column must name the column of --data with the measured values")
@@ -312,22 +319,23 @@ def calibrate(
         from planter.report.presentation import ModelAssumptions
 
         if other is not None:
+            quantities = list_measured(other.document, quantity)
             if preview:
-                require_measurable(other, quantity or ())
-                run_preview(console, other, data, columns, quantity or (), out)
+                require_measurable(other, quantities)
+                run_preview(console, other, data, columns, quantities, out)
                 return
             if explain:
-                require_measurable(other, quantity or ())
-                run_explain(console, other, data, columns, bounds, quantity or (), seed, priors, out)
+                require_measurable(other, quantities)
+                run_explain(console, other, data, columns, bounds, quantities, seed, priors, out)
                 return
             fitted = calibrate_machine(
-                other, data, columns, bounds, quantity, second, seed, console.progress, means, priors
+                other, data, columns, bounds, quantities, second, seed, console.progress, means, priors
             )
             with interruptible_result(fitted.result.table()):
                 run_calibrate(console, other.document, other.meanings, fitted, out)
             return
         device = build_device(machine, model, set_, speed_rpm)
-        quantities = quantity or (calibration.SUPPORT,)
+        quantities = list_measured(device.machine, quantity, (calibration.SUPPORT,))
         if preview:
             run_preview(
                 console, calibration.build_engine_machine(device.machine, device.model), data, columns, quantities, out

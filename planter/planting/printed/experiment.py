@@ -16,7 +16,7 @@ from planter.audit import numbers
 from planter.audit.registry import register_experiment
 from planter.engine.machine import Machine
 from planter.kernels import Array
-from planter.measured.curve import SAMPLES, Chosen
+from planter.measured.curve import SAMPLES
 from planter.measured.effects import (
     ElasticMount,
     Imbalance,
@@ -25,8 +25,7 @@ from planter.measured.effects import (
     SensorEffect,
     SpeedHarmonics,
 )
-from planter.measured.explained_curve import ExplainedCurve, name_parameter
-from planter.measured.reading import Channel, Measurement
+from planter.measured.sensor_curve import SensorCurve, name_parameter
 from planter.numerics.arrays import TURN
 from planter.planting.file import load
 from planter.planting.machines import build_machine
@@ -71,8 +70,7 @@ def fit_hypothesis(
     The sum of squares of the relative misses is least, from `STARTS` points.
     """
     angles = np.linspace(0, TURN, SAMPLES, endpoint=False)
-    empty = Channel("support", "N", np.zeros(SAMPLES), np.ones(SAMPLES, dtype=bool), 1.0)
-    curve = ExplainedCurve(machine, Chosen.from_bounds(machine, {}), Measurement(angles, (empty,)), quantity, effects)
+    curve = SensorCurve.at_angles(machine, quantity, angles, effects)
     goal = np.array([target[key] for key in FIGURES])
     lower, width = curve.chosen.lower, curve.chosen.upper - curve.chosen.lower
 

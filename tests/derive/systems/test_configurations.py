@@ -7,6 +7,7 @@ from types import ModuleType
 
 import pytest
 from mpmath import mpf
+from sympy import cos
 
 from derive import Mechanism, quantities
 from derive.audit.record import record_equation
@@ -95,3 +96,22 @@ def test_lengths_that_never_close_are_refused() -> None:
     subject = ConfigurationSubject(m)
     with pytest.raises(MechanismError):
         subject.admissible(random.Random(1))
+
+
+def test_rates_and_accelerations_satisfy_rolling_without_slip() -> None:
+    m = Mechanism("disc", quantities("r | m | radius | 0.3"), spatial=True)
+    q = m.given
+    x, roll, yaw = (m.coordinate(name, unit, name) for name, unit in (("x", "m"), ("roll", "rad"), ("yaw", "rad")))
+    drop = m.coordinate("drop", "m", "height")
+    double = m.name_("double", "m", "diameter", 2 * q.r)
+    m.constrain("plane", drop - double / 2, start={drop: q.r})
+    m.roll("wheel", m.rate(x) - q.r * m.rate(roll) * cos(yaw))
+    values = ConfigurationSubject(m).admissible(random.Random(1))
+    rates = m.motion.rates
+    accelerations = {c: rates[rates[c]] for c in (x, roll, drop)}
+    at = Point(values)
+    assert abs(at(rates[x] - q.r * rates[roll] * cos(yaw))) < 1e-30
+    assert abs(at(m.rate(m.rate(x) - q.r * m.rate(roll) * cos(yaw)))) < 1e-30
+    assert abs(at(rates[drop])) < 1e-30
+    assert abs(at(accelerations[drop])) < 1e-30
+    assert abs(at(rates[x])) > 1e-9

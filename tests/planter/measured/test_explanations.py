@@ -23,10 +23,10 @@ from planter.measured.effects import (
     SensorEffect,
     SpeedHarmonics,
 )
-from planter.measured.explained_curve import ExplainedCurve, name_parameter
 from planter.measured.explanations import explain_curve
 from planter.measured.findings import ExplanationFound
 from planter.measured.reading import Channel, DataReading, Measurement
+from planter.measured.sensor_curve import SensorCurve, name_parameter
 from planter.numerics.arrays import TURN
 from planter.planting.machines import build_machine
 from tests.planter.measured.test_noise import correlate
@@ -102,13 +102,11 @@ def test_acceleration_part_is_integral_of_square_part() -> None:
     assert abs(square.mean()) < 1e-3 * np.ptp(square)  # momentum repeats
 
 
-def build_curve(machine: Machine, key: str, effects: Sequence[SensorEffect], degrees: Array) -> ExplainedCurve:
-    empty = Channel("F", "N", np.zeros(len(degrees)), np.ones(len(degrees), dtype=bool), 1.0)
-    chosen = Chosen.from_bounds(machine, {})
-    return ExplainedCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), key, effects)
+def build_curve(machine: Machine, key: str, effects: Sequence[SensorEffect], degrees: Array) -> SensorCurve:
+    return SensorCurve.at_angles(machine, key, np.radians(degrees), effects)
 
 
-def set_values(curve: ExplainedCurve, values: Mapping[str, float]) -> Array:
+def set_values(curve: SensorCurve, values: Mapping[str, float]) -> Array:
     z = curve.machine_values()
     for name, value in values.items():
         z[curve.chosen.names.index(f"effect: {name}")] = value
@@ -121,7 +119,7 @@ def test_slopes_equal_differences() -> None:
     degrees = np.arange(0, 360, 9.0)
     empty = Channel("F", "N", np.zeros(40), np.ones(40, dtype=bool), 1.0)
     chosen = Chosen.from_bounds(machine, {"m_s_kg": (1.0, 3.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)})
-    curve = ExplainedCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N", effects)
+    curve = SensorCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N", effects)
     low, high = curve.chosen.lower, curve.chosen.upper
     z = low + 0.4 * (high - low)
     slopes = curve(z)[1]

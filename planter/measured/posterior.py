@@ -1,0 +1,142 @@
+"""Log density of inputs given measured curves, with its gradient: what samplers such as PyMC's or NumPyro's ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import logsumexp, softmax
+
+from planter.engine.machine import Machine
+from planter.errors import ComputationError, InputError
+from planter.kernels import Array
+from planter.measured.calibration import find_unit, read_measurement
+from planter.measured.curve import Chosen, MeasuredCurve, factor_of
+from planter.measured.fit import fit_curve
+from planter.measured.noise import RHOS, sum_white_products
+from planter.measured.reading import Columns
+from planter.measured.sensor_curve import build_curve
+
+STEP = 1e-5
+"""Step of the differences of a gradient, in shares of the bounds."""
+
+
+@dataclass(frozen=True)
+class NormalPosterior:
+    """A posterior as a normal density: its mean (n,) and covariance (n, n), in the units of `Posterior`."""
+
+    mean: Array
+    covariance: Array
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations (n,)."""
+        deviations: Array = np.sqrt(np.diag(self.covariance))
+        return deviations
+
+
+class Posterior:
+    """Density of inputs x (n,) of a machine, given measured curves; x is in the `units` of `names`.
+
+    Inputs are uniform within `lower` and `upper`, or normal where they have a prior. The noise of each quantity is an
+    autoregression of first order; its size, with the prior 1 / size, and its correlation, with the prior
+    (1 - rho^2)^-1/2 from 0 on, are integrated.
+    """
+
+    def __init__(self, curve: MeasuredCurve) -> None:
+        self.curve = curve
+        self.names = curve.chosen.names
+        self._scale = np.array([factor_of(name) for name in self.names])
+        self.lower, self.upper = curve.chosen.lower / self._scale, curve.chosen.upper / self._scale
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units (n,) of the inputs."""
+        return tuple(find_unit(self.curve, name) for name in self.names)
+
+    def log_density(self, x: Array) -> float:
+        """Return the logarithm of the density at x (n,) [`units`], but for a constant; -inf outside the bounds."""
+        return self.evaluate(x)[0]
+
+    def gradient(self, x: Array) -> Array:
+        """Return the gradient (n,) of the logarithm at x (n,) [`units`], per unit; zero where that is -inf."""
+        return self.evaluate(x)[1]
+
+    def evaluate(self, x: Array) -> tuple[float, Array]:
+        """Return the logarithm of the density at x (n,) [`units`] and its gradient (n,); -inf without a cycle."""
+        x = np.asarray(x, dtype=float)
+        outside = -np.inf, np.zeros(len(self.names))
+        if not (np.all(x >= self.lower) and np.all(x <= self.upper)):
+            return outside
+        z = x * self._scale
+        try:
+            values, slopes = self.curve(z)
+        except ComputationError:
+            return outside
+        prior, prior_slopes = self.curve.chosen.prior_rows(z)
+        total, gradient = -float(prior @ prior) / 2, -(prior @ prior_slopes)
+        for points, gaps in zip(self.curve.channels, self.curve.gaps, strict=True):
+            residuals = values[points] - self.curve.values[points]
+            logs, log_slopes = _integrate_size(residuals, slopes[points], gaps)
+            total += float(logsumexp(logs))
+            gradient = gradient + softmax(logs) @ log_slopes
+        return total, gradient * self._scale
+
+    def approximate(self, seed: int = 0) -> NormalPosterior:
+        """Return the normal density at the mode (Laplace's method), searched from the best fit of several starts.
+
+        Raises ComputationError if the data do not determine all inputs, and if no search ends at a cycle.
+        """
+        width = self.upper - self.lower
+        start = fit_curve(self.curve, seed).values / self._scale
+        ends = [(0.0, 1.0)] * len(width)
+
+        def descend(u: Array) -> tuple[float, Array]:
+            value, slopes = self.evaluate(self.lower + np.clip(u, 0, 1) * width)
+            return (-value, -slopes * width) if np.isfinite(value) else (np.finfo(float).max, np.zeros(len(u)))
+
+        end = minimize(descend, np.clip((start - self.lower) / width, 0, 1), jac=True, bounds=ends, method="L-BFGS-B")
+        mode = np.clip(end.x, STEP, 1 - STEP)
+        rows = [(descend(mode + step)[1] - descend(mode - step)[1]) / (2 * STEP) for step in STEP * np.eye(len(width))]
+        hessian = (np.array(rows) + np.array(rows).T) / 2
+        if not np.linalg.eigvalsh(hessian)[0] > 1:  # a deviation of a whole width of the bounds
+            raise ComputationError(f"the data do not determine all of {', '.join(self.names)} within their bounds")
+        covariance = np.asarray(np.linalg.inv(hessian) * np.outer(width, width), dtype=float)
+        return NormalPosterior(self.lower + end.x * width, covariance)
+
+
+def load_posterior(
+    machine: Machine,
+    data: str | Path,
+    columns: Columns | str,
+    quantity: str | Sequence[str],
+    bounds: Mapping[str, tuple[float, float]],
+    priors: Mapping[str, tuple[float, float]] | None = None,
+) -> Posterior:
+    """Return the posterior of inputs of a machine given the curves in a CSV file.
+
+    `columns` are the columns of the file, or the name of that with the values; `quantity` says what they are. `bounds`
+    holds the inputs by path, as `--fit` does, "offset" and "phase_deg" too, `priors` means and standard deviations, all
+    in the units that the paths end in, as "mass.planet_kg" [kg].
+    Raises InputError for a file, columns or inputs that cannot be used.
+    """
+    if not bounds:
+        raise InputError("bounds: they must name at least one input")
+    quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
+    columns = Columns(columns) if isinstance(columns, str) else columns
+    chosen = Chosen.from_bounds(machine, bounds, priors)
+    return Posterior(build_curve(machine, chosen, read_measurement(machine, data, columns, quantities), quantities))
+
+
+def _integrate_size(residuals: Array, slopes: Array, gaps: Array) -> tuple[Array, Array]:
+    """Return the logarithm of the density for each of `RHOS` (g,), and its gradient (g, n), the size integrated."""
+    count = len(residuals)
+    products = sum_white_products(np.column_stack([slopes, residuals]), gaps)
+    sums, sides = np.maximum(products[:, -1, -1], np.finfo(float).tiny), products[:, :-1, -1]
+    determinants = np.array([np.log1p(-(float(rho) ** (2 * gaps))).sum() for rho in RHOS])
+    weights = np.log(np.gradient(RHOS)) - np.log1p(-(RHOS**2)) / 2
+    logs: Array = -(count * np.log(sums) + determinants) / 2 + weights
+    return logs, -count * sides / sums[:, None]

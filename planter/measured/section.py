@@ -1,0 +1,96 @@
+"""The table of machine files that says what a sensor measures: a quantity, and what stands before the signal."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field
+
+from planter.files.fields import (
+    FileSection,
+    Line,
+    Pair,
+    Positive,
+    Problems,
+    Quadruple,
+    Real,
+    check,
+    invalid_value_problem,
+    missing_value_problem,
+)
+
+SECTION = "measurement"
+"""Name of the table in files."""
+PAIRS = (("drive", "lever_mm"), ("mount_Hz", "mount_damping"))
+"""Keys that belong together."""
+
+
+class MeasurementSection(FileSection):
+    """The sensor of a machine: the quantity that it measures, and what stands between the rigid machine and it."""
+
+    quantity: Annotated[Line, Field(description="name of the quantity that the sensor measures")]
+    enclosed: Annotated[
+        list[Line] | None,
+        Field(min_length=1, description="names of further quantities, in the same unit, that the sensor also sees"),
+    ] = None
+    shares: Annotated[
+        list[Real] | None,
+        Field(min_length=1, description="share of each enclosed quantity in the signal, 1 unless the file says it"),
+    ] = None
+    drive: Annotated[Line | None, Field(description="name of the torque whose reaction the sensor also sees")] = None
+    lever_mm: Annotated[
+        Real | None, Field(description="lever at which the reaction of the drive acts; negative on the other side")
+    ] = None
+    imbalance_kg_m: Annotated[
+        Pair | None,
+        Field(description="mass times radius of an imbalance of the drive, along and across the sensor at angle 0"),
+    ] = None
+    speed_harmonics: Annotated[
+        Quadruple | None,
+        Field(description="shares of the speed by which it swings: [cos1, sin1, cos2, sin2] of the drive's angle"),
+    ] = None
+    mount_Hz: Annotated[
+        Positive | None, Field(description="natural frequency of the elastic mount that the machine stands on")
+    ] = None
+    mount_damping: Annotated[
+        Positive | None, Field(description="damping of the elastic mount, as a share of the critical one")
+    ] = None
+    corner_Hz: Annotated[
+        Positive | None, Field(description="corner frequency of an amplifier that passes no direct current")
+    ] = None
+
+    @check
+    def _shares_belong_to_enclosed(self) -> Problems:
+        enclosed = self.enclosed or []
+        if self.shares is not None and len(self.shares) != len(enclosed):
+            allowed = f"it must have as many numbers as enclosed has names, {len(enclosed)}"
+            yield invalid_value_problem("shares", self.shares, allowed)
+        for name in sorted({name for name in enclosed if enclosed.count(name) > 1}):
+            yield invalid_value_problem("enclosed", enclosed, f"{name} must be in it once, with the sum of its shares")
+
+    @check
+    def _pairs_are_complete(self) -> Problems:
+        for pair in PAIRS:
+            for key, other in (pair, pair[::-1]):
+                if getattr(self, key) is None and (value := getattr(self, other)) is not None:
+                    yield missing_value_problem(key, f"it must be given with {other} = {value}")
+
+    @check
+    def _lever_is_not_zero(self) -> Problems:
+        if self.lever_mm == 0:
+            yield invalid_value_problem("lever_mm", self.lever_mm, "it must not be 0; leave out drive and lever_mm")
+
+    @check
+    def _speed_keeps_its_sign(self) -> Problems:
+        if self.speed_harmonics is None:
+            return
+        swing = math.hypot(*self.speed_harmonics[:2]) + math.hypot(*self.speed_harmonics[2:])
+        if swing >= 1:
+            allowed = f"its amplitudes must add up to less than 1, but they are {swing:.4g}: the speed would reverse"
+            yield invalid_value_problem("speed_harmonics", list(self.speed_harmonics), allowed)
+
+    @property
+    def shares_of_enclosed(self) -> list[float]:
+        """The share of each enclosed quantity."""
+        return self.shares or [1.0] * len(self.enclosed or ())

@@ -1,0 +1,133 @@
+"""The density of inputs given data: against dense covariances and quadrature, differences, and fits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import trapezoid
+from scipy.linalg import toeplitz
+from scipy.special import logsumexp
+
+import planter
+from planter.engine.machine import Machine
+from planter.engine.response import MachineResponse
+from planter.errors import ComputationError, InputError
+from planter.kernels import Array
+from planter.measured.fit import fit_curve
+from planter.measured.noise import RHOS
+from planter.measured.posterior import Posterior
+from tests.support import own
+
+MASS = "m_s_kg"
+Write = Callable[..., Path]
+
+
+@pytest.fixture(scope="module")
+def crank() -> Machine:
+    return own.machine("slider_crank")
+
+
+@pytest.fixture
+def write(tmp_path: Path, crank: Machine) -> Write:
+    """Write forces and torques of the crank, with autoregressive noise, and return the file."""
+
+    def write_record(points: int, noise: float = 0.5, rho: float = 0.0, seed: int = 0, offset: float = 2.0) -> Path:
+        phi = 2 * np.pi * np.arange(points) / points
+        response = MachineResponse(crank, ["F_Ox", "M_in"])
+        values = response.values(response.at_data(crank.data), phi)
+        rng, errors = np.random.default_rng(seed), np.zeros((2, points))
+        errors[:, 0] = rng.normal(size=2)
+        for i in range(1, points):
+            errors[:, i] = rho * errors[:, i - 1] + np.sqrt(1 - rho**2) * rng.normal(size=2)
+        force, torque = values[0] + offset + noise * errors[0], values[1] + noise / 50 * errors[1]
+        rows = [f"{np.degrees(a):.9f},{f:.12f},{m:.12f}" for a, f, m in zip(phi, force, torque, strict=True)]
+        path = tmp_path / "force.csv"
+        path.write_text("\n".join(["angle [deg],force [N],torque [Nm]", *rows]) + "\n", encoding="utf-8")
+        return path
+
+    return write_record
+
+
+def load(crank: Machine, path: Path, both: bool = False, **bounds: tuple[float, float]) -> Posterior:
+    names = ["force", "torque"] if both else ["force"]
+    columns = planter.Columns(names, angle="angle")
+    quantities = ["F_Ox", "M_in"] if both else ["F_Ox"]
+    return planter.load_posterior(crank, path, columns, quantities, bounds or {MASS: (0.1, 2.0), "offset": (-20, 20)})
+
+
+def integrate_noise(residuals: Array) -> float:
+    """The log density of residuals, their size integrated by quadrature, correlations by dense covariances."""
+    sizes = np.exp(np.linspace(np.log(1e-3), np.log(1e4), 4000))
+    logs = []
+    for rho, step in zip(RHOS, np.gradient(RHOS), strict=True):
+        covariance = toeplitz(rho ** np.arange(len(residuals)))
+        square = residuals @ np.linalg.solve(covariance, residuals)
+        log_det = np.linalg.slogdet(covariance)[1]
+        density = -len(residuals) * np.log(sizes) - square / (2 * sizes**2) - log_det / 2
+        peak = density.max()
+        integral = peak + np.log(trapezoid(np.exp(density - peak), np.log(sizes)))
+        logs.append(integral + np.log(step) - np.log1p(-(rho**2)) / 2)
+    return float(logsumexp(logs))
+
+
+def test_density_is_that_of_dense_covariances(crank: Machine, write: Write) -> None:
+    posterior = load(crank, write(24, rho=0.6))
+    assert posterior.units == ("kg", "N")
+    points = [np.array([mass, offset]) for mass, offset in ((0.6, 2.0), (0.7, 1.0), (1.2, -3.0))]
+    logs, expected = [], []
+    for x in points:
+        values, _ = posterior.curve(x)
+        logs.append(posterior.log_density(x))
+        expected.append(integrate_noise(values - posterior.curve.values))
+    np.testing.assert_allclose(np.diff(logs), np.diff(expected), rtol=1e-6)
+
+
+def test_gradient_is_that_of_differences(crank: Machine, write: Write) -> None:
+    bounds = {MASS: (0.1, 2.0), "offset_N": (-20.0, 20.0), "phase_deg": (-10.0, 10.0), "r_mm": (30.0, 80.0)}
+    columns = planter.Columns(["force", "torque"], angle="angle")
+    posterior = planter.load_posterior(crank, write(90), columns, ["F_Ox", "M_in"], bounds, {"r_mm": (50.0, 0.5)})
+    x = np.array([0.7, 1.5, 1.0, crank.document.numbers()["values.r_mm"] * 1.01])
+    gradient = posterior.gradient(x)
+    for i, step in enumerate(1e-5 * (posterior.upper - posterior.lower)):
+        ends = [posterior.log_density(x + side * step * np.eye(4)[i]) for side in (1, -1)]
+        assert gradient[i] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-4, abs=1e-4)
+
+
+def test_normal_approximation_is_the_fit_and_its_covariance(crank: Machine, write: Write) -> None:
+    posterior = load(crank, write(180, noise=0.2))
+    normal = posterior.approximate()
+    fit = fit_curve(posterior.curve)
+    assert fit.covariance is not None
+    assert (np.abs(normal.mean - fit.values) < 0.05 * normal.std).all()
+    np.testing.assert_allclose(normal.std, np.sqrt(np.diag(fit.covariance)), rtol=0.1)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.9])
+def test_intervals_hold_the_truth(crank: Machine, write: Write, rho: float) -> None:
+    """Of 60 records 95 % intervals hold the offset in 52 at least: fewer have a probability of 1 %."""
+    inside, offsets = 0, np.linspace(-8, 12, 401)
+    for seed in range(60):
+        posterior = load(crank, write(60, rho=rho, seed=seed), offset=(-8.0, 12.0))
+        density = np.exp([posterior.log_density(np.array([offset])) for offset in offsets])
+        below = np.interp(2.0, offsets, np.cumsum(density) / density.sum())
+        inside += 0.025 <= below <= 0.975
+    assert inside >= 52
+
+
+def test_outside_of_bounds_is_impossible(crank: Machine, write: Write) -> None:
+    posterior = load(crank, write(30))
+    assert posterior.log_density(np.array([3.0, 0.0])) == -np.inf
+    assert not posterior.gradient(np.array([3.0, 0.0])).any()
+
+
+def test_inputs_that_data_do_not_determine_are_named(crank: Machine, write: Write) -> None:
+    posterior = load(crank, write(60), offset=(-20.0, 20.0), J_kg_m2=(1e-9, 2e-9))
+    with pytest.raises(ComputationError, match="J_kg_m2"):
+        posterior.approximate()
+    with pytest.raises(InputError, match="at least one"):
+        planter.load_posterior(crank, write(30), "force", "F_Ox", {})
+    with pytest.raises(InputError, match="did you mean"):
+        load(crank, write(30), m_ss_kg=(0.1, 1.0))

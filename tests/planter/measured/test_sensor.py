@@ -1,0 +1,380 @@
+"""[measurement] of machine files: laws of what a sensor sees, in simulations, fits and explanations; refusals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from planter.engine.machine import Machine
+from planter.errors import InputError
+from planter.files.document import Document, format_lines
+from planter.kernels import Array
+from planter.measured.curve import Chosen
+from planter.measured.effects import Curves, ElasticMount
+from planter.measured.reading import Channel, Measurement
+from planter.measured.sensor_curve import SensorCurve, measure_cycle
+from planter.mechanism.cycle import simulate_machine
+from planter.mechanism.file import build_from_table
+from planter.mechanism.machines import build_machine
+from planter.numerics.arrays import TURN
+from planter.planting.file import PlantingMachine
+from planter.planting.model import Device
+from planter.planting.simulation import Simulation, simulate
+from planter.report.files import read_cycle_csv
+from tests.support import machines, own
+from tests.support.cli import answer, refusal
+
+KNIFE = '''"""A knife drive: a crank turns clockwise and moves a knife bar by a connecting rod."""
+
+from derive import Mechanism, quantities
+
+q = quantities("""
+    theta | rad   | angle of the crank
+    n     | r/min | speed of the crank, clockwise     | -420
+    g     | m/s2  | free fall, across the bar         | 9.81
+    a     | mm    | crank                             | 35
+    b     | mm    | connecting rod                    | 180
+    m_k   | kg    | mass of the knife bar             | 1.2  | 0.8 1.8
+    k     | N/m   | stiffness of the spring           | 700
+    l_0   | mm    | length of the spring without load | 150
+    wall  | mm    | anchor of the spring              | 400
+""")
+m = Mechanism("knife_drive", q, angle=q.theta, speed=q.n, gravity=q.g, source="a test")
+beta, s = m.coordinate("beta", "rad", "angle of the rod"), m.coordinate("s", "m", "place of the knife bar")
+crank, rod = m.frame("crank", q.theta), m.frame("rod", beta)
+A, slot = m.point("A", m.O, crank, q.a), m.point("slot", m.O, m.world, s)
+B = m.point("B", A, rod, q.b)
+m.close(B, slot, start={beta: 0, s: q.a + q.b})
+wheel, link = m.body("crank", crank), m.body("rod", rod)
+bar = m.body("bar", m.world, mass=q.m_k, centroid=slot)
+m.pin("O", wheel, m.ground, m.O)
+m.pin("A", link, wheel, A)
+m.pin("B", bar, link, slot)
+m.slide("guide", bar, m.ground, slot)
+m.spring("spring", bar, m.ground, (slot, m.point("anchor", m.O, m.world, q.wall)), q.k, q.l_0)
+m.motor("M_c", wheel, m.ground, m.O)
+
+SYSTEM = m.system()
+'''
+WANG = "wang2017"
+LEVER = {"drive": "M_L", "lever_mm": 37.2}
+PHASE_DEG = 40.0
+
+
+def build_knife(**measurement: Any) -> Machine:
+    """Return the knife drive with a [measurement], or without one."""
+    file = own.file(KNIFE, "knife_drive")
+    table = file.table() | ({"measurement": measurement} if measurement else {})
+    return build_machine(build_from_table(table, "knife.toml", file.place))
+
+
+def build_wang(**measurement: Any) -> PlantingMachine:
+    table = machines.machine(WANG).table() | ({"measurement": measurement} if measurement else {})
+    return PlantingMachine.read(table, "wang.toml")
+
+
+def simulate_wang(samples: int | None = None, **measurement: Any) -> Simulation:
+    return simulate(Device(build_wang(**measurement)), samples)
+
+
+def measure_knife(**measurement: Any) -> tuple[Array, Array]:
+    """Return the rigid curve and the signal of the knife drive over its cycle."""
+    measured = simulate_machine(build_knife(**measurement)).measured
+    assert measured is not None
+    return measured.rigid, measured.signal
+
+
+def write_file(folder: Path, document: Document) -> str:
+    path = folder / f"{document.name}.toml"
+    path.write_text("\n".join(format_lines(document.written_table(), {})) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def write_data(folder: Path, degrees: Array, values: Array) -> str:
+    path = folder / "data.csv"
+    rows = (f"{angle:.9g},{value:.12g}\n" for angle, value in zip(degrees, values, strict=True))
+    path.write_text("angle [deg],F [N]\n" + "".join(rows), encoding="utf-8")
+    return str(path)
+
+
+def test_lever_of_the_drive_gives_the_published_force() -> None:
+    """The measured figures of wang2017 are 171.96 N, 24.93 N and 1033 N2; a lever of 37.2 mm comes near."""
+    result = simulate_wang(**LEVER).result.measurement
+    assert result is not None
+    assert (result.quantity, result.unit, len(result.seen)) == ("support_N", "N", 1)
+    assert (result.max, result.min) == (pytest.approx(176.98, abs=0.01), pytest.approx(30.13, abs=0.01))
+    assert result.variance == pytest.approx(924.6, abs=0.1)
+    assert result.range == pytest.approx(result.max - result.min)
+
+
+def test_signal_adds_force_of_torque_at_lever() -> None:
+    rigid, signal = measure_knife(quantity="F_Ox_N", drive="M_c", lever_mm=-25.0)
+    torque = simulate_machine(build_knife()).columns["M_c_Nm"]
+    assert signal == pytest.approx(rigid - torque / 0.025, rel=1e-12, abs=1e-9)
+
+
+def test_enclosed_force_counts_once_unless_a_share_is_stated() -> None:
+    columns = simulate_machine(build_knife()).columns
+    _, full = measure_knife(quantity="F_Ox", enclosed=["F_By"])
+    _, half = measure_knife(quantity="F_Ox", enclosed=["F_By_N", "F_Oy_N"], shares=[0.5, -2.0])
+    assert full == pytest.approx(columns["F_Ox_N"] + columns["F_By_N"], abs=1e-9)
+    assert half == pytest.approx(columns["F_Ox_N"] + 0.5 * columns["F_By_N"] - 2 * columns["F_Oy_N"], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "neutral",
+    [
+        {"enclosed": ["F_Oy_N", "F_By_N"], "shares": [0.0, 0.0]},
+        {"imbalance_kg_m": [0.0, 0.0]},
+        {"drive": "M_c", "lever_mm": 1e14},
+        {"mount_Hz": 1e12, "mount_damping": 0.3},
+    ],
+    ids=str,
+)
+def test_effects_of_size_zero_change_nothing(neutral: Mapping[str, Any]) -> None:
+    rigid, signal = measure_knife(quantity="F_Ox_N", **neutral)
+    assert signal == pytest.approx(rigid, abs=1e-9 * np.ptp(rigid))
+
+
+def test_harmonics_of_zero_change_nothing() -> None:
+    signal = simulate_wang(speed_harmonics=[0.0, 0.0, 0.0, 0.0]).measured
+    assert signal is not None
+    assert signal.signal == pytest.approx(signal.rigid, abs=1e-10)
+
+
+def test_stiff_mount_tends_to_the_rigid_curve_and_keeps_the_mean() -> None:
+    misses = []
+    for frequency in (30.0, 300.0, 3000.0):
+        rigid, signal = measure_knife(quantity="F_Ox_N", mount_Hz=frequency, mount_damping=0.05)
+        assert signal.mean() == pytest.approx(rigid.mean(), abs=1e-9 * np.ptp(rigid))
+        misses.append(np.abs(signal - rigid).max() / np.ptp(rigid))
+    assert misses[0] > 10 * misses[1] > 100 * misses[2]
+    assert misses[2] < 1e-3
+
+
+def test_coupling_removes_the_mean() -> None:
+    rigid, signal = measure_knife(quantity="F_Ox_N", corner_Hz=0.01)
+    assert signal.mean() == pytest.approx(0, abs=1e-9 * np.ptp(rigid))
+    assert np.ptp(signal) == pytest.approx(np.ptp(rigid), rel=0.01)
+
+
+def test_mount_of_clockwise_drive_equals_integrated_motion() -> None:
+    """The drive passes its angles backwards, so that the response is late at smaller angles."""
+    speed, frequency, damping, phi = -5.0, 2.3, 0.2, np.linspace(0, TURN, 720, endpoint=False)
+
+    def force(angle: Array | float) -> Array:
+        return np.asarray(3 + 2 * np.cos(angle) + np.sin(3 * angle))
+
+    wn, effect = TURN * frequency, ElasticMount(5.0)
+    end = 12 * TURN / 5.0
+    times = np.linspace(end, end + TURN / 5.0, 721)
+    motion = solve_ivp(
+        lambda t, y: [y[1], float(force(speed * t)) - 2 * damping * wn * y[1] - wn**2 * y[0]],
+        (0, times[-1]), [0.0, 0.0], t_eval=times, rtol=1e-10, atol=1e-12,
+    )  # fmt: skip
+    reaction = 2 * damping * wn * motion.y[1] + wn**2 * motion.y[0]
+    values = [p.from_display(v) for p, v in zip(effect.parameters, (frequency, damping), strict=True)]
+    signal = effect.apply(force(phi)[:, None], Curves({"": force(phi)[:, None]}, TURN, speed), values)[:, 0]
+    assert reaction[::-1][:-1] == pytest.approx(signal, abs=1e-6)
+
+
+def test_imbalance_turns_with_the_clockwise_drive() -> None:
+    rigid, signal = measure_knife(quantity="F_Ox_N", imbalance_kg_m=[0.003, -0.001])
+    machine = build_knife()
+    phi, square = machine.list_angles(), float(machine.data[machine.speed]) ** 2
+    assert signal - rigid == pytest.approx(square * (0.003 * np.cos(phi) - 0.001 * np.sin(phi)), abs=1e-9)
+
+
+def test_slopes_of_stated_effects_equal_differences() -> None:
+    """Those in the speed, too, on which mounts, couplings and imbalances depend besides their curves."""
+    stated = {"quantity": "F_Ox_N", "drive": "M_in", "lever_mm": 80.0, "imbalance_kg_m": [0.01, 0.02],
+              "speed_harmonics": [0.05, 0.0, 0.0, -0.02], "mount_Hz": 40.0, "mount_damping": 0.1,
+              "corner_Hz": 0.5}  # fmt: skip
+    file = own.file("slider_crank", "", mu=0)
+    machine = build_machine(build_from_table(file.table() | {"measurement": stated}, "crank.toml", file.place))
+    bounds = {"m_s_kg": (1.0, 3.0), "omega_rpm": (250.0, 400.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)}
+    chosen = Chosen.from_bounds(machine, bounds)
+    degrees = np.arange(0, 360, 9.0)
+    empty = Channel("F", "N", np.zeros(40), np.ones(40, dtype=bool), 1.0)
+    curve = SensorCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N")
+    assert len(curve.stated) == 5
+    low, high = curve.chosen.lower, curve.chosen.upper
+    z = low + 0.4 * (high - low)
+    slopes = curve(z)[1]
+    for i, width in enumerate(high - low):
+        step = np.zeros_like(z)
+        step[i] = 1e-5 * width
+        difference = (curve(z + step)[0] - curve(z - step)[0]) / 2e-5
+        assert slopes[:, i] * width == pytest.approx(difference, abs=1e-4 * (1 + abs(difference).max())), i
+
+
+def test_file_without_measurement_reports_none() -> None:
+    table, cycle = simulate_wang().result.table(), simulate_machine(build_knife())
+    assert "measurement" not in table
+    assert "measurement" not in cycle.result.table()
+    assert not [key for key in simulate_wang().columns() if key.startswith("measured")]
+    assert measure_cycle(build_knife(), cycle.machine.list_angles(), cycle.columns) is None
+
+
+STATED: dict[str, Any] = {"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": [0.3], "drive": "M_c_Nm",
+                          "lever_mm": 90.0, "mount_Hz": 35.0, "mount_damping": 0.08}  # fmt: skip
+
+
+def test_simulated_signal_gives_back_a_mass_of_a_mechanism(tmp_path: Path) -> None:
+    """Written by `simulate`, read by `calibrate`: the same file but for the mass, which is found again."""
+    heavy = write_file(tmp_path, build_knife(**STATED).document.with_numbers({"m_k_kg": 1.43}))
+    out = tmp_path / "out"
+    result = answer("simulate", heavy, "--out", str(out))
+    _, columns = read_cycle_csv(out / "values.csv")
+    signal = columns["measured_F_Ox_N"]
+    assert result["measurement"]["max"] == pytest.approx(signal.max())
+    assert (out / "figures" / "measurement.svg").stat().st_size > 5000
+    assert "F_By_N" in (out / "report.html").read_text(encoding="utf-8")
+    own_file = write_file(tmp_path, build_knife(**STATED).document)
+    data = write_data(tmp_path, columns["theta_deg"], signal)
+    call = ("--data", data, "--column", "F", "--angle", "angle", "--fit", "m_k_kg=0.8:1.8")
+    result = answer("calibrate", own_file, *call, "--out", str(tmp_path / "fit"))
+    assert result["quantity"] == "F_Ox_N", "that of the file"
+    assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
+    assert len([line for line in result["treatment"] if "[measurement]" in line]) == 3
+    rigid = write_file(tmp_path, build_knife().document)
+    missed = answer("calibrate", rigid, *call, "--quantity", "F_Ox_N")
+    assert missed["reached"]["rms"] > 1
+
+
+def test_simulated_signal_gives_back_a_mass_of_a_device(tmp_path: Path) -> None:
+    machine = build_wang(corner_Hz=0.1, **LEVER)
+    measured = simulate(Device(machine.with_numbers({"mass.planet_kg": 1.3}))).measured
+    assert measured is not None
+    path, data = write_file(tmp_path, machine), write_data(tmp_path, measured.angles_deg, measured.signal)
+    result = answer(
+        "calibrate", path, "--data", data, "--column", "F", "--angle", "angle", "--model", "exact",
+        "--fit", "mass.planet_kg=0.5:2",
+    )  # fmt: skip
+    assert result["outcome"] == "explained"
+    assert result["fitted"][0]["value"] == pytest.approx(1.3, rel=1e-6)
+
+
+def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
+    """The file speaks of one sensor; another column is another sensor."""
+    cycle = simulate_machine(build_knife(**STATED).with_numbers({"m_k_kg": 1.43}))
+    assert cycle.measured is not None
+    path = tmp_path / "data.csv"
+    rows = zip(cycle.angles_deg, cycle.measured.signal, cycle.columns["M_c_Nm"], strict=True)
+    path.write_text("a [deg],F [N],M [Nm]\n" + "".join(f"{a},{f},{m}\n" for a, f, m in rows), encoding="utf-8")
+    file = write_file(tmp_path, build_knife(**STATED).document)
+    result = answer(
+        "calibrate", file, "--data", str(path), "--angle", "a", "--column", "F", "--quantity", "F_Ox",
+        "--column", "M", "--quantity", "M_c", "--fit", "m_k_kg=0.8:1.8",
+    )  # fmt: skip
+    assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
+    assert max(channel["rms"] for channel in result["models"]["derived"]["channels"]) < 1e-6
+
+
+def test_explained_lever_is_written_to_the_calibrated_file(tmp_path: Path) -> None:
+    """Data behind a lever, explained without [measurement]: the written file simulates the data."""
+    degrees = np.arange(0, 360, 3.0)
+    measured = simulate_wang(120, **LEVER).measured
+    assert measured is not None
+    data = write_data(tmp_path, degrees, np.roll(measured.signal, -round(PHASE_DEG / 3)) + 3.0)
+    out = tmp_path / "out"
+    call = ("--data", data, "--column", "F", "--angle", "angle", "--model", "exact", "--explain")
+    result = answer("calibrate", WANG, *call, "--out", str(out))
+    assert result["preferred"] == "lever M_L_Nm"
+    text = (out / "calibrated.toml").read_text(encoding="utf-8")
+    assert "[measurement]" in text
+    written = answer("simulate", str(out / "calibrated.toml"), "--samples", "120", "--out", str(tmp_path / "again"))
+    _, columns = read_cycle_csv(tmp_path / "again" / "cycle.csv")
+    assert columns["measured_support_N"] == pytest.approx(measured.signal, abs=0.05)
+    assert written["measurement"]["variance"] == pytest.approx(measured.signal.var(), rel=1e-3)
+    again = answer("calibrate", str(out / "calibrated.toml"), *call)
+    assert again["preferred"] == "stated", "the file explains the data"
+    assert not [row for row in again["explanations"] if "lever" in row["name"]], "not offered twice"
+
+
+@pytest.mark.long
+def test_second_effect_is_explained_upon_the_stated_one(tmp_path: Path) -> None:
+    stated = {"quantity": "F_Ox_N", "drive": "M_c", "lever_mm": 90.0}
+    measured = simulate_machine(build_knife(**stated, enclosed=["F_By_N"], shares=[0.3]), 120).measured
+    assert measured is not None
+    noise = np.random.default_rng(3).normal(0, 0.3, 120)
+    data = write_data(tmp_path, measured.angles_deg, measured.signal + noise)
+    file, out = write_file(tmp_path, build_knife(**stated).document), tmp_path / "out"
+    answer("calibrate", file, "--data", data, "--column", "F", "--angle", "angle", "--explain", "--out", str(out))
+    written = answer("simulate", str(out / "calibrated.toml"), "--samples", "120")["measurement"]
+    assert len(written["seen"]) == 2
+    assert written["variance"] == pytest.approx(measured.signal.var(), rel=0.01)
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "unknown quantity": ({"quantity": "F_Oxx_N"}, "F_Ox_N"),
+    "no quantity": ({"corner_Hz": 1.0}, "quantity"),
+    "unknown key": ({"quantity": "F_Ox_N", "lever_m": 0.1}, "lever_mm"),
+    "unknown enclosed": ({"quantity": "F_Ox_N", "enclosed": ["F_Byy"]}, "F_By"),
+    "enclosed of another unit": ({"quantity": "F_Ox_N", "enclosed": ["M_c"]}, "F_By_N"),
+    "enclosed itself": ({"quantity": "F_Ox_N", "enclosed": ["F_Ox"]}, "F_Ox_N"),
+    "enclosed twice": ({"quantity": "F_Ox_N", "enclosed": ["F_By", "F_By_N"]}, "once"),
+    "enclosed empty": ({"quantity": "F_Ox_N", "enclosed": []}, "at least 1"),
+    "shares without enclosed": ({"quantity": "F_Ox_N", "shares": [1.0]}, "enclosed"),
+    "shares of another length": ({"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": [1.0, 1.0]}, "1"),
+    "share of text": ({"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": ["half"]}, "number"),
+    "unknown drive": ({"quantity": "F_Ox_N", "drive": "M_cc", "lever_mm": 9.0}, "M_c"),
+    "drive that is a force": ({"quantity": "F_Ox_N", "drive": "F_By_N", "lever_mm": 9.0}, "M_c_Nm"),
+    "drive without lever": ({"quantity": "F_Ox_N", "drive": "M_c"}, "lever_mm"),
+    "lever without drive": ({"quantity": "F_Ox_N", "lever_mm": 9.0}, "drive"),
+    "lever of zero": ({"quantity": "F_Ox_N", "drive": "M_c", "lever_mm": 0.0}, "lever_mm"),
+    "lever of a length": ({"quantity": "s_mm", "drive": "M_c", "lever_mm": 9.0}, "force in N"),
+    "imbalance of a length": ({"quantity": "s_mm", "imbalance_kg_m": [0.1, 0.0]}, "force in N"),
+    "imbalance of one number": ({"quantity": "F_Ox_N", "imbalance_kg_m": [0.1]}, "2 numbers"),
+    "harmonics of three numbers": ({"quantity": "F_Ox_N", "speed_harmonics": [0.1, 0.0, 0.0]}, "4 numbers"),
+    "harmonics that reverse": ({"quantity": "F_Ox_N", "speed_harmonics": [0.8, 0.0, 0.0, 0.3]}, "less than 1"),
+    "harmonics without acceleration": ({"quantity": "F_Ox_N", "speed_harmonics": [0.1, 0.0, 0, 0]}, "acceleration="),
+    "mount without damping": ({"quantity": "F_Ox_N", "mount_Hz": 9.0}, "mount_damping"),
+    "damping without mount": ({"quantity": "F_Ox_N", "mount_damping": 0.1}, "mount_Hz"),
+    "mount of negative frequency": ({"quantity": "F_Ox_N", "mount_Hz": -9.0, "mount_damping": 0.1}, "greater than 0"),
+    "mount without loss": ({"quantity": "F_Ox_N", "mount_Hz": 9.0, "mount_damping": 0.0}, "greater than 0"),
+    "corner of zero": ({"quantity": "F_Ox_N", "corner_Hz": 0.0}, "greater than 0"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("stated", "hint"), REFUSED.values(), ids=REFUSED.keys())
+def test_wrong_measurement_is_refused(stated: dict[str, Any], hint: str) -> None:
+    with pytest.raises(InputError) as error:
+        build_knife(**stated)
+    message = str(error.value)
+    assert "knife.toml: measurement." in message
+    assert hint in message.partition("measurement.")[2]
+    wrong = {key: value for key, value in stated.items() if key != "quantity"} or stated
+    assert any(f"measurement.{key}" in message for key in wrong) or "missing" in message
+
+
+def test_commands_refuse_a_wrong_measurement(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.toml"
+    table = machines.machine(WANG).table() | {"measurement": {"drive": "M_LL", "lever_mm": 37.2}}
+    path.write_text("\n".join(format_lines(table, {})), encoding="utf-8")
+    for command in ("simulate", "validate"):
+        message = refusal(command, str(path))
+        assert "measurement.drive" in message
+        assert "M_LL" in message
+        assert "did you mean M_L" in message
+
+
+def test_free_motion_has_no_measurement() -> None:
+    file = own.file("spinning_top")
+    with pytest.raises(InputError, match="no angle drives"):
+        build_from_table(file.table() | {"measurement": {"quantity": "F_Ox_N"}}, "top.toml", file.place)
+
+
+def test_record_is_that_of_the_json(tmp_path: Path) -> None:
+    path = write_file(tmp_path, build_wang(**LEVER))
+    assert json.loads(json.dumps(answer("simulate", path)["measurement"])).keys() == {
+        "quantity", "unit", "max", "min", "range", "mean", "variance", "seen",
+    }  # fmt: skip
+    lever = answer("simulate", path, "--set", "measurement.lever_mm=1e9")
+    assert lever["measurement"]["max"] == pytest.approx(lever["support_force"]["max_N"], abs=1e-3)
