@@ -99,6 +99,8 @@ def build_document(name: str, kind: str, source: str) -> TextDocument:
     if kind != ".tex":
         for display in _list_displays(TextDocument(name, kind, text, lines)):
             body = re.sub(_COMMENT, _blank, text[display.start : display.end])
+            if kind == ".md":  # Markdown itself escapes what it would take for emphasis
+                body = re.sub(r"(?<!\\)\\_(?=[A-Za-z0-9{\\])", " _", body)
             text = text[: display.start] + body + text[display.end :]
     return TextDocument(name, kind, text, lines, find_macros(text))
 
@@ -134,7 +136,7 @@ def _blank_out(text: str, kind: str) -> str:
     else:
         patterns = [r"<!--.*?-->"]
     if kind in (".md", ".ipynb"):
-        patterns += [r"^(?P<fence>```+|~~~+)(?![ \t]*\{?math\}?[ \t]*$)[^\n]*\n.*?^(?P=fence)[ \t]*$"]
+        patterns += [r"^(?P<fence>```+|~~~+)(?P<info>[^\n]*)\n.*?^(?P=fence)[ \t]*$"]
         patterns += [r"(?<!`)`[^`\n]+`(?!`)"]
     for pattern in patterns:
         text = re.sub(pattern, _blank, text, flags=re.S | re.M)
@@ -142,6 +144,9 @@ def _blank_out(text: str, kind: str) -> str:
 
 
 def _blank(match: re.Match[str]) -> str:
+    """Return as many blanks as were matched, what a fence of mathematics holds unchanged."""
+    if match.groupdict().get("info", "").strip() in ("math", "{math}"):
+        return match.group()
     return re.sub(r"[^\n]", " ", match.group())
 
 

@@ -300,6 +300,9 @@ def _expand(
             "\\hspace*",
             "\\eqno",
             "\\color",
+            "\\vphantom",
+            "\\hphantom",
+            "\\phantom",
             "\\intertext",
         ):
             begin = latex.find("{", position)

@@ -72,8 +72,11 @@ class Meanings(Protocol):
         """Return the time derivative of a value, of a vector as a frame sees it. Raises FormulaError if not known."""
         ...
 
-    def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
-        """Return the partial derivative of a value to a name. Raises FormulaError if that is none of its variables."""
+    def partial(self, value: Scalar, symbol: Symbol) -> Value:
+        """Return the partial derivative of a value to a name, a column of them to a name of a column.
+
+        Raises FormulaError if the name is none of the variables.
+        """
         ...
 
 
@@ -301,9 +304,7 @@ class Interpreter:
         bracket = following[1]
         if not isinstance(bracket, Bracket) or not all(isinstance(part, Name) for part in bracket.parts):
             return None
-        if bracket.start != factor.end:
-            return None
-        if len(bracket.parts) == 1 and not self._choose(2):
+        if len(bracket.parts) == 1 and (bracket.start != factor.end or not self._choose(2)):
             return None
         return self.value(factor)
 

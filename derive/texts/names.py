@@ -322,9 +322,14 @@ class StatedNames:
             expr = sp.sympify(expr.xreplace(present))
         return expr
 
-    def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
-        """Return the partial derivative to a name that stands for a single quantity."""
+    def partial(self, value: Scalar, symbol: Symbol) -> Value:
+        """Return the partial derivative to a name of a single quantity, the column of them to a name of a column."""
         variable = self.look_up(symbol)
+        if isinstance(variable, MatrixValue) and variable.shape[1] == 1:
+            return MatrixValue(tuple((self._scalar_partial(value, entry, symbol),) for entry in variable.entries))
+        return self._scalar_partial(value, variable, symbol)
+
+    def _scalar_partial(self, value: Scalar, variable: Value, symbol: Symbol) -> Scalar:
         if not isinstance(variable, Scalar) or not isinstance(variable.value, sp.Symbol):
             raise FormulaError(f"{symbol.spell()} is no single quantity, so that nothing is derived by it")
         inner = sp.sympify(value.value)
@@ -598,6 +603,6 @@ class PointNames:
         """Raise FormulaError: rates are symbolic."""
         raise FormulaError("a derivative has no values at points")
 
-    def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
+    def partial(self, value: Scalar, symbol: Symbol) -> Value:
         """Raise FormulaError: partial derivatives are symbolic."""
         raise FormulaError("a derivative has no values at points")

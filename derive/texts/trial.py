@@ -280,8 +280,16 @@ def _add_row(
         if left.value == right.value:
             circular = Definition("both sides are the same by the meaning of their names")
             paper.equation(name, sp.S.Zero, circular if _is_circular(entry, side) else Unclaimed.HOLDS)
+        elif relation == "=" and _gives_value(left, right, entry.names.stated):
+            paper.equation(name, sp.S.Zero, Definition("a value that the text gives"))
         else:
             _add_equation(paper, name, relation, left, right, claim, claims)
+
+
+def _gives_value(left: Scalar, right: Scalar, stated: Stated) -> bool:
+    """Return whether two sides are a quantity of the table and a number: the table has other values."""
+    sides = {sp.sympify(side.value) for side in (left, right)}
+    return len(sides & set(stated.given.values())) == 1 and any(side.is_number for side in sides)
 
 
 def _is_circular(entry: ReadRow, side: int) -> bool:
@@ -299,8 +307,8 @@ def _is_name(node: Node) -> bool:
     if isinstance(node, Matrix):
         return all(_is_name(cell) for row in node.rows for cell in row)
     if isinstance(node, Product):
-        first, *others = (factor for _, factor in node.factors)
-        return isinstance(first, Name) and all(isinstance(factor, Bracket) for factor in others)
+        first, *arguments = (factor for _, factor in node.factors)
+        return isinstance(first, Name) and all(isinstance(argument, Bracket) for argument in arguments)
     return isinstance(node, Name | Number)
 
 

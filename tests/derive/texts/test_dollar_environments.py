@@ -36,3 +36,13 @@ def test_comments_in_displays_of_markdown_and_rst_are_left_out() -> None:
     source = ".. math::\n    a &= b % + \\left[ c\n    \\\\\n    d &= 5\\% e\n\n100% text = c\n"
     rows = list_rows(build_document("text.rst", ".rst", source))
     assert [" ".join(row.latex.split()) for row in rows] == ["a &= b", "d &= 5\\% e"]
+
+
+def test_fences_of_mathematics_and_of_code_do_not_swallow_each_other() -> None:
+    source = "```math\na = b\n```\nText.\n```math\nc = d\n```\n```python\ne = f\n```\n```math\ng = h\n```\n"
+    assert [row.latex for row in list_rows(build_document("text.md", ".md", source))] == ["a = b", "c = d", "g = h"]
+
+
+def test_underscores_that_markdown_escapes_are_subscripts() -> None:
+    (row,) = list_rows(build_document("text.md", ".md", "$$ \\dot{x}\\_p = T\\_{cart} \\\\_ $$\n"))
+    assert row.latex == "\\dot{x} _p = T _{cart} \\\\_"

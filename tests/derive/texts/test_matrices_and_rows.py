@@ -116,3 +116,22 @@ def test_identities_hold_and_definitions_are_not_judged(tmp_path: Path) -> None:
     case = _read_case(tmp_path, text, "[names]\n'K' = \"m_r*l\"\n")
     claims = [str(equation.claims) for equation in case.paper.equations.values()]
     assert ["same by the meaning" in claim for claim in claims] == [False, False, True]
+
+
+def test_arguments_after_a_blank_and_phantoms(tmp_path: Path) -> None:
+    text = r"\[ T (\varphi, \beta) = \vphantom{\frac{l}{l}} m_r l^2 \]"
+    (row,) = _read_case(tmp_path, text, "[names]\n'T' = \"J\"\n").source.list_rows()
+    assert row["reason"] == ""
+
+
+def test_values_of_the_table_are_not_judged(tmp_path: Path) -> None:
+    case = _read_case(tmp_path, r"\begin{align} r &= 30 \\ s &= 3 \end{align}", "")
+    claims = [str(equation.claims) for equation in case.paper.equations.values()]
+    assert ["a value that the text gives" in claim for claim in claims] == [True, False]
+
+
+def test_gradient_is_a_column(tmp_path: Path) -> None:
+    text = r"\[ \frac{\partial T}{\partial q} = \begin{bmatrix} 2 m_s s \\ m_s l \end{bmatrix} \]"
+    names = "[names]\n'T' = \"m_s*s**2 + m_s*l*beta\"\n'q' = \"matrix(2, s, beta)\"\n"
+    case = _read_case(tmp_path, text, names)
+    assert [equation.residual for equation in case.paper.equations.values()] == [0, 0]
