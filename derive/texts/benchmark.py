@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import random
+import sys
 import time
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,6 +25,7 @@ import mpmath
 from sympy import Expr
 
 from ..audit.judge import holds
+from ..equations import Definition
 from ..evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ..generated_folder import OwnError
 from .corrections import find_repairs
@@ -35,7 +37,7 @@ from .slips import SLIPS, PrintedFormula, list_rewrites
 from .trial import PrintedText, ReadRow, load_module, read_case
 from .values import OperandError
 
-SOURCE, MECHANISM, NAMES = "source.toml", "mechanism.py", "names.toml"
+SOURCE, MECHANISM, NAMES, TEXT = "source.toml", "mechanism.py", "names.toml", "text"
 Kind = Literal["sound", "erratum", "rewrite", "slip"]
 Outcome = Literal["holds", "fails", "refused"]
 HELD_OUT = 3
@@ -60,6 +62,11 @@ class CorpusText:
     def name(self) -> str:
         """The name of its folder."""
         return self.folder.name
+
+    @property
+    def is_original(self) -> bool:
+        """Whether the file is the whole original, of which only the lines count that the corpus takes."""
+        return self.file is not None and self.file.stem != TEXT
 
     @property
     def is_held_out(self) -> bool:
@@ -150,8 +157,8 @@ def read_corpus(folder: Path) -> list[CorpusText]:
 def _find_text(folder: Path, table: Mapping[str, Any]) -> Path | None:
     """Return the file of a text: the equations that stand in the corpus, or the original that somebody fetched."""
     for suffix in SUFFIXES:
-        if (folder / f"text{suffix}").is_file():
-            return folder / f"text{suffix}"
+        if (folder / f"{TEXT}{suffix}").is_file():
+            return folder / f"{TEXT}{suffix}"
     original = folder / Path(table["path"]).name
     if not original.is_file():
         return None
@@ -171,14 +178,16 @@ class TextClaims:
         case = read_case(read_document(text.file), find_stated(module), table, module)
         assert isinstance(case.source, PrintedText)
         self.text, self.printed, self.points = text, case.source, list(case.points)
-        first, last = text.table.get("lines", (0, 10**9))
+        first, last = text.table["lines"] if text.is_original and "lines" in text.table else (0, sys.maxsize)
         self.rows = [row for row in self.printed.rows if first <= row.row.line <= last]
         self.vocabulary = self.printed.list_vocabulary()
         self._names = {row.row.number: row.names for row in self.rows}
         self.sound: list[BenchmarkClaim] = []
         self.errata: list[BenchmarkClaim] = []
+        places, equations = self.printed.places.items(), case.paper.equations
+        judged = {place.row.row.number for name, place in places if not isinstance(equations[name].claims, Definition)}
         for row in self.rows:
-            if row.read is not None and not row.reason:
+            if row.row.number in judged and not row.reason:
                 self._add_claim(row)
         self.seconds = time.perf_counter() - begun
 

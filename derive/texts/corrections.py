@@ -101,6 +101,7 @@ def find_repairs(
     tiers = (
         *_list_tiers(latex, chain, macros, names, vocabulary),
         _list_completions(latex, index, chain, macros, at_points, vocabulary),
+        _replacements(latex, chain, names, vocabulary, are_alike=False),
     )
     for tier in tiers:
         for count, change in enumerate(tier):
@@ -264,40 +265,42 @@ def _functions(tokens: Sequence[Token]) -> Iterator[LatexChange]:
 
 
 def _replacements(
-    latex: str, chain: RelationChain, names: StatedNames, vocabulary: Sequence[str]
+    latex: str, chain: RelationChain, names: StatedNames, vocabulary: Sequence[str], are_alike: bool = True
 ) -> Iterator[LatexChange]:
-    """Yield other names of the text for a name, of its dimension or its dots, at one place and everywhere."""
+    """Yield other names of the text for a name, at one place and everywhere: of its dimension or dots, or others."""
     places: dict[Symbol, list[Node]] = {}
     for node in list_nodes(chain):
         if isinstance(node, Name):
             places.setdefault(node.symbol, []).append(node)
     for symbol, nodes in places.items():
-        alternatives = [other for other in _alternatives(symbol, names, vocabulary) if other != symbol.spell()]
+        alike = _alternatives(symbol, names, vocabulary)
+        alternatives = alike if are_alike else [other for other in vocabulary if other not in alike]
+        alternatives = [other for other in alternatives if other != symbol.spell()]
         for other in alternatives:
             for place in nodes:
                 yield LatexChange(((place.start, place.end, other),), f"{other} for {latex[place.start : place.end]}")
-        if len(nodes) > 1:
+        if len(nodes) > 1 and are_alike:
             for other in alternatives:
                 pieces = tuple((node.start, node.end, other) for node in nodes)
                 yield LatexChange(pieces, f"{other} for {symbol.spell()} throughout")
 
 
 def _alternatives(symbol: Symbol, names: StatedNames, vocabulary: Sequence[str]) -> list[str]:
-    """Return names that may have been meant: of the dimension, with other dots or another index, then all others."""
+    """Return names that may have been meant: those of the dimension, and the name with other dots or another index."""
     value = names.look_up(symbol) if names.is_known(symbol) else None
-    fitting: list[str] = []
-    different: list[str] = []
+    fitting = []
     for spelling in vocabulary:
         node = read_formula(f"{spelling} = 0").sides[0]
         other = names.look_up(node.symbol) if isinstance(node, Name) and names.is_known(node.symbol) else None
-        (fitting if _alike(value, other) else different).append(spelling)
+        if _alike(value, other):
+            fitting.append(spelling)
     dotted = [Symbol(symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after)
               for dots in range(3) if dots != symbol.dots]  # fmt: skip
-    moving = (other for other in dotted if names.is_known(other) and _is_moving(names.look_up(other)))
-    return list(dict.fromkeys([*fitting, *(other.spell() for other in moving), *different]))
+    moving = (other for other in dotted if names.is_known(other) and is_moving(names.look_up(other)))
+    return list(dict.fromkeys([*fitting, *(other.spell() for other in moving)]))
 
 
-def _is_moving(value: Value) -> bool:
+def is_moving(value: Value) -> bool:
     """Return whether a value is no rate of what is constant: dots on a mass are no error that a text has."""
     return not isinstance(value, Scalar) or value.value != 0
 
@@ -426,7 +429,7 @@ class _Completed(PointNames):
 
     def __init__(self, names: PointNames, lacking: Any) -> None:
         super().__init__(names.names, names.points)
-        self._meanings, self._turns = names._meanings, names._turns
+        self._meanings, self._derivatives, self._turns = names._meanings, names._derivatives, names._turns
         self.lacking = Scalar(lacking, None)
 
     def is_known(self, symbol: Symbol) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations_with_replacement
+from itertools import combinations, combinations_with_replacement
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ CLOSE = 1e-9
 DIGITS = 6
 """Digits of logarithms by which pairs of factors are looked up; what is found is compared by `CLOSE`."""
 POWERS = (1, 2)
+MOST_ANGLES = 4
+"""Angles of which functions of two are tried."""
 MOST_NAMES = 60
 """Names of a text that are tried, those of a row first."""
 
@@ -45,7 +47,9 @@ class MonomialSearch:
     """
 
     def __init__(self, names: PointNames, vocabulary: Sequence[str]) -> None:
-        self.factors = [factor for spelling in vocabulary[:MOST_NAMES] for factor in _list_factors(names, spelling)]
+        words = vocabulary[:MOST_NAMES]
+        self.factors = [factor for spelling in words for factor in _list_factors(names, spelling)]
+        self.factors += _list_functions_of_two(names, words)
 
     def find(self, values: Any, dimension: Dimension | None) -> Iterator[str]:
         """Yield the LaTeX of products with numbers that have values (points,) and a dimension, short ones first."""
@@ -92,20 +96,41 @@ class MonomialSearch:
         return singles, pairs, table
 
 
-def _list_factors(names: PointNames, spelling: str) -> Iterator[NamedFactor]:
+def _find_scalar(names: PointNames, spelling: str) -> Scalar | None:
+    """Return the values of a name without zeros among them, None if it has none."""
     node = read_formula(f"{spelling} = 0").sides[0]
     value = names.look_up(node.symbol) if isinstance(node, Name) and names.is_known(node.symbol) else None
     if not isinstance(value, Scalar) or value.dimension is None:
+        return None
+    values = np.asarray(value.value, dtype=float)
+    return value if np.all(np.isfinite(values)) and np.all(values != 0) else None
+
+
+def _list_factors(names: PointNames, spelling: str) -> Iterator[NamedFactor]:
+    value = _find_scalar(names, spelling)
+    if value is None or value.dimension is None:
         return
     values = np.asarray(value.value, dtype=float)
-    if not (np.all(np.isfinite(values)) and np.all(values != 0)):
-        return
     for power in POWERS:
         kg, m, s = (power * part for part in value.dimension)
         yield NamedFactor(f"{spelling}^{power}" if power > 1 else spelling, values**power, (kg, m, s), spelling)
     if value.angular and value.dimension == NONE:
         for function, shape in (("\\sin", np.sin), ("\\cos", np.cos)):
             yield NamedFactor(f"{function} {spelling}", shape(values), NONE, f"{function} {spelling}")
+
+
+def _list_functions_of_two(names: PointNames, words: Sequence[str]) -> Iterator[NamedFactor]:
+    """Yield the sines and cosines of differences and sums of two of the first angles."""
+    pairs = ((word, _find_scalar(names, word)) for word in words)
+    scalars = {word: value for word, value in pairs if value is not None}
+    angles = [word for word, value in scalars.items() if value.angular and value.dimension == NONE]
+    for first, second in combinations(angles[:MOST_ANGLES], 2):
+        a, b = (np.asarray(scalars[word].value, dtype=float) for word in (first, second))
+        for sign, values in (("-", a - b), ("+", a + b)):
+            for function, shape in (("\\sin", np.sin), ("\\cos", np.cos)):
+                latex = f"{function}({first} {sign} {second})"
+                if np.all(shape(values) != 0):
+                    yield NamedFactor(latex, shape(values), NONE, latex)
 
 
 def _compare_logarithms(values: Any) -> Any:

@@ -27,7 +27,7 @@ from ..mechanics.frames import Point as Place
 from ..mechanics.mechanism import TIME, Mechanism
 from ..quantity import DimensionError, Quantity, dimension
 from .formula import FormulaError, Reader, Symbol, tokenize_formula
-from .interpretation import UnknownNameError
+from .interpretation import Meanings, UnknownNameError
 from .values import NUMERIC, SYMBOLIC, Algebra, MatrixValue, OperandError, Scalar, Value, VectorValue, quantity_scalar
 
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -209,6 +209,10 @@ class StatedNames:
         if text is None:
             return bool(symbol.dots) and self.guess(symbol) is None
         return any(re.search(rf"\b{function}\s*\(", text) for function in ("rate", *GEOMETRY))
+
+    def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
+        """Return None: these meanings are exact, and a derivative is that of what it is of."""
+        return None
 
     def look_up(self, symbol: Symbol) -> Value:
         """Return the meaning of a name. Raises UnknownNameError if it has none."""
@@ -544,6 +548,7 @@ class PointNames:
     def __init__(self, names: StatedNames, points: Iterable[Point]) -> None:
         self.names, self.points = names, list(points)
         self._meanings: dict[str, Value] = {}
+        self._derivatives: dict[str, Value] = {}
         self._turns: dict[Frame, list[list[Any]]] = {}
 
     def is_known(self, symbol: Symbol) -> bool:
@@ -556,6 +561,12 @@ class PointNames:
         if spelling not in self._meanings:
             self._meanings[spelling] = self._at_points(self.names.look_up(symbol))
         return self._meanings[spelling]
+
+    def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
+        """Return the values of a derivative, which its exact meaning has, by a key of its formula."""
+        if key not in self._derivatives:
+            self._derivatives[key] = self._at_points(build(self.names))
+        return self._derivatives[key]
 
     def _at_points(self, value: Value) -> Value:
         if isinstance(value, VectorValue):

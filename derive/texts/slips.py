@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from .corrections import LatexChange
+from .corrections import LatexChange, is_moving
 from .formula import (
     Bracket,
     Name,
@@ -85,7 +85,7 @@ def _change_dots(printed: PrintedFormula) -> Iterator[LatexChange]:
             other = Symbol(
                 symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after
             )
-            if dots != symbol.dots and printed.names.is_known(other):
+            if dots != symbol.dots and printed.names.is_known(other) and is_moving(printed.names.look_up(other)):
                 yield LatexChange(((node.start, node.end, other.spell()),), f"{other.spell()} for {symbol.spell()}")
 
 
@@ -153,7 +153,8 @@ SLIPS = {
 def list_rewrites(printed: PrintedFormula) -> Iterator[LatexChange]:
     """Yield changes of an equation that leave it the same: sides exchanged, brackets, room, other fractions."""
     latex, chain = printed.latex, printed.chain
-    if chain.relations == ("=",) and not re.search(r"\\\\|&|\\begin|\\tag|\\label", latex):
+    starts_bare = any(latex[side.start : side.start + 1] == "^" for side in chain.sides)
+    if chain.relations == ("=",) and not starts_bare and not re.search(r"\\\\|&|\\begin|\\tag|\\label", latex):
         left, right = chain.sides
         sides = [latex[side.start : side.end] for side in (left, right)]
         pieces = ((left.start, left.end, sides[1]), (right.start, right.end, sides[0]))
