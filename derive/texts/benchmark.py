@@ -30,7 +30,7 @@ from ..evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ..generated_folder import OwnError
 from .corrections import find_repairs
 from .documents import SUFFIXES, read_document
-from .formula import FormulaError, read_formula
+from .formula import FormulaError, expand_matrix_macros, read_formula
 from .interpretation import interpret_formula
 from .names import find_stated, read_name_table
 from .slips import SLIPS, PrintedFormula, list_rewrites
@@ -198,7 +198,8 @@ class TextClaims:
         if reading is None or not all(part.is_equation for part in reading):
             return
         if number in errata and self.judge(claim) != "holds":
-            self.errata.append(replace(claim, kind="erratum", correct=errata[number]))
+            correct = expand_matrix_macros(errata[number], self.printed.document.macros)
+            self.errata.append(replace(claim, kind="erratum", correct=correct))
         else:
             self.sound.append(claim)
 
