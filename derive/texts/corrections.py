@@ -446,8 +446,8 @@ def _list_completions(
     vocabulary: Sequence[str],
 ) -> Iterator[LatexChange]:  # fmt: skip
     """Yield terms and factors that the row lacks at any place, found by the values that they should have."""
-    own = [node.symbol.spell() for node in list_nodes(chain) if isinstance(node, Name)]
-    search = MonomialSearch(names, list(dict.fromkeys([*own, *vocabulary])))
+    spelled = [node.symbol.spell() for node in list_nodes(chain) if isinstance(node, Name)]
+    search = MonomialSearch(names, list(dict.fromkeys([*spelled, *vocabulary])))
     ends, starts = _list_places(chain)
     for place, is_term in [*((end, True) for end in ends), *((start, False) for start in starts)][:MOST_PLACES]:
         word = f" + {LACKING.spell()}" if is_term else f"{LACKING.spell()} "

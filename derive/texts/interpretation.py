@@ -454,9 +454,9 @@ class Interpreter:
 
     def _derivative(self, node: Derivative) -> Value:
         key = re.sub(r"start=\d+, end=\d+(, )?", "", repr(node))
-        known = self.meanings.find_derivative(key, lambda exact: Interpreter(exact, []).value(node))
-        if known is not None:
-            return known
+        derivative = self.meanings.find_derivative(key, lambda exact: Interpreter(exact, []).value(node))
+        if derivative is not None:
+            return derivative
         value = self.value(node.inner)
         for _ in range(node.order):
             if node.by is None:

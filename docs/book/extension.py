@@ -14,6 +14,7 @@ from book import (
     commands,
     docstrings,
     drawings,
+    errata,
     figures,
     findings,
     formats,
@@ -30,6 +31,7 @@ MADE = Path(__file__).parents[1] / "made"
 PAGES = {
     "commands": commands.page,
     "drawings": drawings.page,
+    "errata": errata.page,
     "findings": findings.page,
     "formats": formats.page,
     "keys": keys.page,
