@@ -114,6 +114,7 @@ def _present_benchmark(
 ) -> None:
     from planter.audit.benchmark import CORPUS, present_benchmark, run_benchmark
 
+    console.say(f"{slips} slips are drawn, judged and repaired: this takes minutes")
     result = run_benchmark(CORPUS if corpus is None else Path(corpus), slips, seed, answers)
     present_benchmark(*result).show(console, out)
 
