@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
@@ -86,10 +86,10 @@ def find_repairs(
     and is no identity.
     """
     at_points = PointNames(names, points)
-    outcomes = {} if outcomes is None else outcomes
+    outcomes, memory = {} if outcomes is None else outcomes, _Memory()
     try:
         chain = read_formula(latex, macros)
-        before = _outcomes(chain, at_points)
+        before = _outcomes(chain, at_points, _Memory())
     except (FormulaError, OperandError, TypeError, ValueError):
         return None
     if before is None or not index < len(before):
@@ -112,7 +112,7 @@ def find_repairs(
                 continue
             seen_sources.add(changed)
             if changed not in outcomes:
-                outcomes[changed] = _try(changed, macros, at_points)
+                outcomes[changed] = _try(changed, macros, at_points, memory)
             after = outcomes[changed]
             if after is None or len(after) != len(before) or not after[index]:
                 continue
@@ -132,10 +132,34 @@ def _mixes_units(chain: RelationChain, index: int, names: StatedNames) -> bool:
     return (left + (-right)).mixed
 
 
+@dataclass
+class _Memory:
+    """Brackets of the candidates of a row, read once, with their values and the size of the largest term in them.
+
+    Values are by the identity of their bracket, which they hold, so that no other can have it.
+    """
+
+    brackets: dict[tuple[str, ...], Bracket] = field(default_factory=dict)
+    values: dict[int, tuple[Bracket, Value, Any]] = field(default_factory=dict)
+
+
 class _Sizing(Interpreter):
     """An interpreter at points that notes the size of the largest term."""
 
     largest: Any = 0.0
+    memory: _Memory
+
+    def _bracket(self, node: Bracket) -> Value:
+        if id(node) in self.memory.values:
+            _, value, largest = self.memory.values[id(node)]
+        else:
+            before, options, self.largest = self.largest, len(self.options), 0.0
+            value = super()._bracket(node)
+            largest, self.largest = self.largest, before
+            if len(self.options) == options:
+                self.memory.values[id(node)] = node, value, largest
+        self.largest = np.maximum(self.largest, largest)
+        return value
 
     def _added(self, first: Value, second: Value) -> Value:
         for value in (first, second):
@@ -144,9 +168,10 @@ class _Sizing(Interpreter):
         return super()._added(first, second)
 
 
-def _outcomes(chain: RelationChain, names: PointNames) -> list[bool] | None:
+def _outcomes(chain: RelationChain, names: PointNames, memory: _Memory) -> list[bool] | None:
     """Return for each residual of a row whether it vanishes at all points; None for one of no consistent reading."""
     reader = _Sizing(names, [])
+    reader.memory = memory
     with np.errstate(all="ignore"):
         try:
             read = reader.read(chain)
@@ -165,9 +190,9 @@ def _vanishes(left: Scalar, right: Scalar, largest: Any) -> bool:
     return bool(np.all(gap <= TOLERANCE * size) and np.all(np.isfinite(gap)) and np.any(np.asarray(size) > 0))
 
 
-def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames) -> list[bool] | None:
+def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames, memory: _Memory) -> list[bool] | None:
     try:
-        return _outcomes(read_formula(latex, macros), names)
+        return _outcomes(read_formula(latex, macros, memory.brackets), names, memory)
     except (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError):
         return None
 

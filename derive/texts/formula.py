@@ -270,6 +270,10 @@ def _join_functions(tokens: list[Token]) -> list[Token]:
     joined: list[Token] = []
     index = 0
     while index < len(tokens):
+        if tokens[index].text not in ("s", "c", "t"):
+            joined.append(tokens[index])
+            index += 1
+            continue
         word = "".join(token.text for token in tokens[index : index + 3])
         last = tokens[min(index + 3, len(tokens) - 1)]
         adjacent = all(a.end == b.start for a, b in pairwise(tokens[index : index + 3]))
@@ -377,6 +381,8 @@ class Reader:
     tokens: list[Token]
     at: int = 0
     bars: list[str] = field(default_factory=list)
+    brackets: dict[tuple[str, ...], Bracket] | None = None
+    """Brackets of other formulas by their tokens, which are read once; their places are those of the first."""
 
     def peek(self, ahead: int = 0) -> str:
         """Return the text of a token, empty after the end."""
@@ -601,6 +607,29 @@ class Reader:
         return first.end == second.start and second.end == third.start
 
     def _bracket(self) -> Node:
+        if self.brackets is None:
+            return self._read_bracket()
+        start, end = self.at, self._find_closing()
+        key = tuple(token.text for token in self.tokens[start:end])
+        if key in self.brackets:
+            self.at = end
+        else:
+            bracket = self._read_bracket()
+            if self.at != end:
+                return bracket
+            self.brackets[key] = bracket
+        return self.brackets[key]
+
+    def _find_closing(self) -> int:
+        """Return the index after the bracket that closes the one that opens here, that of the end if none does."""
+        depth, (opening, closing) = 0, (self.peek(), _OPEN[self.peek()])
+        for index in range(self.at, len(self.tokens)):
+            depth += (self.tokens[index].text == opening) - (self.tokens[index].text == closing)
+            if depth == 0:
+                return index + 1
+        return len(self.tokens)
+
+    def _read_bracket(self) -> Bracket:
         opening = self.take()
         parts = [self.sum()]
         while self.peek() == ",":
@@ -1037,9 +1066,15 @@ def _order(tokens: list[Token]) -> tuple[list[Token], int]:
     return tokens, 1
 
 
-def read_formula(latex: str, macros: Mapping[str, tuple[int, str]] | None = None) -> RelationChain:
-    """Read a formula as a tree. Raises FormulaError, which says at which place, for what is not read for certain."""
-    reader = Reader(latex, tokenize_formula(latex, macros))
+def read_formula(
+    latex: str, macros: Mapping[str, tuple[int, str]] | None = None,
+    brackets: dict[tuple[str, ...], Bracket] | None = None,
+) -> RelationChain:  # fmt: skip
+    """Read a formula as a tree. Raises FormulaError, which says at which place, for what is not read for certain.
+
+    ``brackets`` are those of formulas like it, which are read once and added to.
+    """
+    reader = Reader(latex, tokenize_formula(latex, macros), brackets=brackets)
     chain = reader.chain()
     if not chain.relations:
         raise FormulaError("no relation stands in it: it states nothing")

@@ -52,7 +52,8 @@ def audit(
     benchmark: Annotated[
         bool,
         typer.Option(
-            "--benchmark", help="score the audit on a corpus of texts, the folder FILE, beside other checkers"
+            "--benchmark",
+            help="score the audit on a corpus of texts, the folder FILE, beside other checkers (this takes minutes)",
         ),
     ] = False,
     slips: Annotated[
@@ -114,7 +115,6 @@ def _present_benchmark(
 ) -> None:
     from planter.audit.benchmark import CORPUS, present_benchmark, run_benchmark
 
-    console.say(f"{slips} slips are drawn, judged and repaired: this takes minutes")
     result = run_benchmark(CORPUS if corpus is None else Path(corpus), slips, seed, answers)
     present_benchmark(*result).show(console, out)
 

@@ -1,11 +1,13 @@
 """Typical equations of mechanism papers, each with what it must mean in SymPy, and those that must be refused."""
 
+import re
+
 import pytest
 import sympy as sp
 
 from derive import Formulas, quantities
 from derive.texts.documents import build_document
-from derive.texts.formula import FormulaError, FunctionCall, list_nodes, read_formula
+from derive.texts.formula import Bracket, FormulaError, FunctionCall, list_nodes, read_formula
 from derive.texts.interpretation import interpret_formula
 from derive.texts.names import NameTable, StatedNames, spell_name
 from derive.texts.values import OperandError
@@ -227,3 +229,19 @@ def test_functions_without_backslash_are_read(latex: str, same: str) -> None:
 def test_letters_that_are_no_function_stay(latex: str) -> None:
     functions = {node.function for node in list_nodes(read_formula(latex)) if isinstance(node, FunctionCall)}
     assert functions <= {"atan"}
+
+
+def test_brackets_read_before_are_the_same() -> None:
+    """Whatever was read before, a formula is the same but for the places of its brackets."""
+    brackets: dict[tuple[str, ...], Bracket] = {}
+    for text in (
+        r"a (b + c (d - e)) = f [g (b + c)]",
+        r"x = (d - e) + a (b - c (d - e))",
+        r"\frac{(b + c)}{2} = (b, c)",
+    ):
+        fresh, known = (
+            re.sub(r"start=\d+, end=\d+", "", repr(formula))
+            for formula in (read_formula(text), read_formula(text, None, brackets))
+        )
+        assert known == fresh
+    assert ("(", "d", "-", "e", ")") in brackets
