@@ -234,14 +234,9 @@ def test_letters_that_are_no_function_stay(latex: str) -> None:
 def test_brackets_read_before_are_the_same() -> None:
     """Whatever was read before, a formula is the same but for the places of its brackets."""
     brackets: dict[tuple[str, ...], Bracket] = {}
-    for text in (
-        r"a (b + c (d - e)) = f [g (b + c)]",
-        r"x = (d - e) + a (b - c (d - e))",
-        r"\frac{(b + c)}{2} = (b, c)",
-    ):
-        fresh, known = (
-            re.sub(r"start=\d+, end=\d+", "", repr(formula))
-            for formula in (read_formula(text), read_formula(text, None, brackets))
-        )
-        assert known == fresh
+    texts = r"a (b + c (d - e)) = f [g (b + c)]", r"x = (d - e) + a (b - c (d - e))", r"\frac{(b + c)}{2} = (b, c)"
+    for text in texts:
+        formulas = read_formula(text), read_formula(text, None, brackets)
+        first, second = (re.sub(r"start=\d+, end=\d+", "", repr(formula)) for formula in formulas)
+        assert first == second
     assert ("(", "d", "-", "e", ")") in brackets
