@@ -202,8 +202,8 @@ def test_command_reports_reached_gap() -> None:
     assert proof["proved"] == (proof["gap"] <= 1e-6 * proof["objective"])
     assert not proof["proved"]
     assert proof["lower_bound"] < proof["objective"]
-    apart = proof["objective"] - proof["lower_bound"]
-    assert apart <= proof["gap"] <= apart + 1e-8 * proof["objective"], "the upper bound has a margin for rounding"
+    distance = proof["objective"] - proof["lower_bound"]
+    assert distance <= proof["gap"] <= distance + 1e-8 * proof["objective"], "the upper bound has a margin for rounding"
     assert proof["statement"].startswith("not proved to 1e-06 of the objective in ")
 
 
