@@ -270,23 +270,23 @@ class Machine:
         closed = q if self.loops is None else ca.vertcat(*map(self.graph, self.loops.names))
         return self.stages[PLACES].function(phi, d, h, closed)
 
-    def find_point(self, point: Sequence[str]) -> tuple[Quantity, Quantity]:
-        """Return the coordinates x and y of a point by its name, or by theirs.
+    def find_point(self, point: Sequence[str]) -> tuple[Quantity, ...]:
+        """Return the coordinates x, y and, in space, z of a point by its name, or x and y by theirs.
 
         Raises InputError, with names that are close, if it is unknown.
         """
         if len(point) == 2:
-            x, y = point
-            return self.find_quantity(x), self.find_quantity(y)
+            return tuple(self.find_quantity(name) for name in point)
         (name,) = point
-        for x, y in ((f"x_{name}", f"y_{name}"), (f"{name}_x", f"{name}_y")):
-            first, second = self._find_coordinate(x), self._find_coordinate(y)
-            if first is not None and second is not None:
-                return first, second
+        for form in ("{axis}_{name}", "{name}_{axis}"):
+            named = (self._find_coordinate(form.format(axis=axis, name=name)) for axis in "xyz")
+            coordinates = tuple(quantity for quantity in named if quantity is not None)
+            if len(coordinates) > 1:
+                return coordinates
         raise self._refuse("point", name, self.list_points())
 
     def list_points(self) -> list[str]:
-        """Return the names of the points in the plane whose coordinates are results, then of those of bodies."""
+        """Return the names of the points whose coordinates x and y are results, then of those of bodies."""
         stage = self.stages.get(PLACES)
         names = [q.name for q in (*self.results, *(stage.quantities if stage else ())) if q.unit == "m"]
         points = [name[2:] for name in names if name.startswith("x_") and f"y_{name[2:]}" in names]
@@ -315,14 +315,18 @@ class Machine:
 
     def _add_distance(self, distance: PointDistance) -> Quantity:
         """Return a distance as a quantity, and add its graph. Raises InputError as `find_quantity`."""
-        x, y = self.find_point(distance.point)
+        coordinates = self.find_point(distance.point)
         other_coordinates = self.find_point(distance.other) if distance.other else ()
-        for quantity in (x, y, *other_coordinates):
+        for quantity in (*coordinates, *other_coordinates):
             if quantity.unit != "m":
                 unit = quantity.unit or "1"
                 reason = f"{quantity.name} is in {unit}, but it must be a length, a coordinate of a point"
                 raise InputError(f"{self.source}: {distance}: {reason}")
-        distance = replace(distance, point=_name_point(distance.point, (x, y)))
+        if len(coordinates) != (len(other_coordinates) or 2):
+            other = "a curve in a file" if not other_coordinates else f"the {len(other_coordinates)} of the other point"
+            reason = f"{' '.join(distance.point)} has {len(coordinates)} coordinates, which do not go with {other}"
+            raise InputError(f"{self.source}: {distance}: {reason}: give points in the plane by x and y of both")
+        distance = replace(distance, point=_name_point(distance.point, coordinates))
         if other_coordinates:
             distance = replace(distance, other=_name_point(distance.other, other_coordinates))
         point = _describe_point(distance.point)
@@ -331,11 +335,15 @@ class Machine:
         if distance.word == "clearance":
             meaning = f"height of {point} over the ground of {distance.file}"
         if str(distance) not in self._composed:
-            graphs = [self.graph(quantity.name) for quantity in (x, y, *other_coordinates)]
-            if other_coordinates:
-                graph = build_separation(*graphs)
+            graphs, separated = (
+                [self.graph(quantity.name) for quantity in quantities]
+                for quantities in (coordinates, other_coordinates)
+            )
+            if separated:
+                graph = build_separation(graphs, separated)
             else:
-                points = read_curve(distance.find_file(self.source), (x.key, y.key), distance.word == "clearance")
+                keys = coordinates[0].key, coordinates[1].key
+                points = read_curve(distance.find_file(self.source), keys, distance.word == "clearance")
                 build = build_clearance if distance.word == "clearance" else build_distance
                 graph = build(graphs[0], graphs[1], points)
             self._composed[str(distance)] = graph
@@ -485,7 +493,7 @@ def build_vectors(components: Mapping[str, tuple[str, ...]], quantities: Sequenc
             yield Vector(name, meaning.rpartition(", ")[0] or meaning.partition(" ")[2] or name, parts)
 
 
-def _name_point(point: tuple[str, ...], coordinates: tuple[Quantity, Quantity]) -> tuple[str, ...]:
+def _name_point(point: tuple[str, ...], coordinates: tuple[Quantity, ...]) -> tuple[str, ...]:
     """Return a point by its name if it has been given by that, else by the names, not the keys, of its coordinates."""
     return point if len(point) == 1 else tuple(quantity.name for quantity in coordinates)
 

@@ -81,9 +81,9 @@ def build_distance(x: ca.SX, y: ca.SX, points: Array) -> ca.SX:
     return ca.sqrt(_build_square(x, y, *ca.vertsplit(chosen)) + DISTANCE_EPS**2)
 
 
-def build_separation(x: ca.SX, y: ca.SX, other_x: ca.SX, other_y: ca.SX) -> ca.SX:
-    """Return the graph of the distance [m] of two points."""
-    return ca.sqrt((x - other_x) ** 2 + (y - other_y) ** 2 + DISTANCE_EPS**2)
+def build_separation(point: Sequence[ca.SX], other: Sequence[ca.SX]) -> ca.SX:
+    """Return the graph of the distance [m] of two points, each by its coordinates."""
+    return ca.sqrt(sum((a - b) ** 2 for a, b in zip(point, other, strict=True)) + DISTANCE_EPS**2)
 
 
 def build_clearance(x: ca.SX, y: ca.SX, points: Array) -> ca.SX:

@@ -321,6 +321,21 @@ def test_named_points_are_those_at_their_coordinates(tmp_path: Path) -> None:
     np.testing.assert_allclose(values[0], np.hypot(tip[0] - pivot, tip[1]), rtol=1e-9)
 
 
+def test_points_in_space_have_three_coordinates() -> None:
+    machine, phi = own.machine("rssr"), np.linspace(0, 6, 9)
+    points = "crank__B", "ground__D"
+    names = [f"{axis}_{point}" for point in points for axis in "xyz"]
+    response = MachineResponse(machine, [f"distance {' to '.join(points)}", *names])
+    distance, *coordinates = response.values(response.at_data(machine.data), phi)
+    vectors = np.array(coordinates[:3]) - np.array(coordinates[3:])
+    np.testing.assert_allclose(distance, np.linalg.norm(vectors, axis=0), rtol=1e-12)
+    assert np.abs(vectors[2]).max() > 1e-3, "the third counts"
+    with pytest.raises(InputError, match="3 coordinates"):
+        machine.find_quantity("clearance crank__B over soil.csv")
+    with pytest.raises(InputError, match="3 coordinates"):
+        machine.find_quantity("distance crank__B to x_ground__D y_ground__D")
+
+
 def test_slopes_of_points_of_bodies_cross_the_loops() -> None:
     """The coupler's end is where the rocker's is: what moves it is the loop alone for some of the lengths."""
     machine, phi, step = arm("a_mm", "b_mm", "c_mm", "d_mm"), np.linspace(0.1, 6, 9), 1e-6
