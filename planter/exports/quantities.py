@@ -174,7 +174,7 @@ class SampledGoal:
             if measure.is_moving:
                 return f"{measure} is of a part of the cycle that the design moves, and has no form in C"
             if any(parse_distance(name) for name in measure.names):
-                return f"{measure} is of a curve in a file, and has no form in C"
+                return f"{measure} is of a distance of a point, and has no form in C"
         return ""
 
     @cached_property
