@@ -19,6 +19,7 @@ AGAINST = "Python file with the mechanism that a text is compared with (it is ru
 NAMES = "TOML file with the meanings of a text's names; without it, one to complete is written next to the text"
 TEXTS = (".tex", ".md", ".rst", ".ipynb")
 SLIPS = 300
+PAPER_NAME = "one of the papers by its short name"
 NUMBERS = "printed numbers of a paper of your own, to compute anew: the TOML file that is described above"
 
 
@@ -96,14 +97,17 @@ def audit(
         from planter.audit.presentation import present_audit
 
         if benchmark:
-            _refuse_options_of_papers(front, experiment)
+            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
+            _refuse_options("a text or a paper, and does not go with --benchmark",
+                            against=against, names=names, numbers=numbers)  # fmt: skip
             _present_benchmark(console, out, paper, slips, seed, answers)
             return
+        _refuse_options("--benchmark", answers=answers)
         if against is not None or names is not None or str(paper).lower().endswith(TEXTS):
-            _refuse_options_of_papers(front, experiment)
+            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
             audited = _audit_text(console, paper, against, names, numbers)
         elif _is_file(paper):
-            _refuse_options_of_papers(front, experiment)
+            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
             audited = _audit_user_paper(console, paper, numbers)
         else:
             audited = _audit_built_in(console, paper, numbers, front, experiment)
@@ -126,10 +130,11 @@ def _is_file(paper: str | None) -> bool:
     return paper.endswith(".py") or (paper not in list(_list_papers()) and Path(paper).exists())
 
 
-def _refuse_options_of_papers(front: bool, experiment: bool) -> None:
-    for option, is_given in (("--front", front), ("--experiment", experiment)):
-        if is_given:
-            raise InputError(f"{option} needs one of the papers by its short name")
+def _refuse_options(needed: str, **options: object) -> None:
+    """Raise InputError for an option that is given and needs something else."""
+    for name, value in options.items():
+        if value:
+            raise InputError(f"--{name} needs {needed}")
 
 
 def _audit_text(

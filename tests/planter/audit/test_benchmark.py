@@ -28,3 +28,5 @@ def test_folder_that_is_no_corpus_is_refused(tmp_path: Path) -> None:
     assert "no such folder" in refusal("audit", str(tmp_path / "none"), "--benchmark")
     assert "source.toml" in refusal("audit", str(tmp_path), "--benchmark")
     assert "--front" in refusal("audit", str(tmp_path), "--benchmark", "--front")
+    assert "--names" in refusal("audit", str(tmp_path), "--benchmark", "--names", "names.toml")
+    assert "--answers needs --benchmark" in refusal("audit", "wang2017", "--answers", "other.jsonl")
