@@ -1,8 +1,8 @@
 """A benchmark of formula audits: texts with known errors, slips drawn into sound equations, rewrites of them.
 
 A corpus is a folder of texts, each in a folder with ``source.toml``, ``mechanism.py``, ``names.toml`` and the text
-itself, if its licence allows that; a third of the texts, by their hashes, is held out. Any checker can be scored: its
-answers say of each claim whether it holds, and what it should be.
+itself, if its licence allows that; texts are held out by their hashes, one in three on the
+average. Any checker can be scored: its answers say of each claim whether it holds, and what it should be.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import time
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -28,26 +28,23 @@ from ..audit.judge import holds
 from ..equations import Definition
 from ..evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ..generated_folder import OwnError
-from .corrections import find_repairs
+from .corrections import UNREADABLE, find_repairs
 from .documents import SUFFIXES, read_document
-from .formula import FormulaError, expand_matrix_macros, read_formula
+from .formula import expand_matrix_macros, read_formula
 from .interpretation import interpret_formula
 from .names import find_stated, read_name_table
 from .slips import SLIPS, PrintedFormula, list_rewrites
 from .trial import PrintedText, ReadRow, load_module, read_case
-from .values import OperandError
 
 SOURCE, MECHANISM, NAMES, TEXT = "source.toml", "mechanism.py", "names.toml", "text"
 Kind = Literal["sound", "erratum", "rewrite", "slip"]
 Outcome = Literal["holds", "fails", "refused"]
 HELD_OUT = 3
-"""One of so many texts is held out."""
+"""One of so many texts is held out, on the average."""
 SAMPLES = 4
 """Random values at which two readings are compared."""
 ZERO = 1e-30
 """Size of a residual at values of the size of one that is rounding."""
-FAULTS = (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError)
-"""Errors of a formula that cannot be read or evaluated."""
 
 
 @dataclass(frozen=True)
@@ -107,40 +104,6 @@ class CheckerAnswer:
 
     outcome: Outcome
     is_exact: bool = False
-
-
-@dataclass(frozen=True)
-class TextScore:
-    """A text of the benchmark: its rows, and its claims that stand in it."""
-
-    name: str
-    licence: str
-    is_held_out: bool
-    rows: int
-    read_rows: int
-    sound: int
-    errata: int
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Score:
-    """Counts of a checker, and their shares: of slips detected and repaired, false alarms per 100 sound equations.
-
-    A slip or a rewrite that is refused counts as neither detected nor as a false alarm.
-    """
-
-    slips: int
-    detected: int
-    repaired: int
-    errata: int
-    errata_found: int
-    sound: int
-    false_alarms: int
-    refused: int
-    detection: float | None
-    exact_repair: float | None
-    false_alarms_per_100: float | None
 
 
 def read_corpus(folder: Path) -> list[CorpusText]:
@@ -212,7 +175,7 @@ class TextClaims:
                 EquationReading(left.value - right.value, (left + (-right)).mixed, relation == "=")
                 for _, relation, left, right in residuals
             ] or None
-        except FAULTS:
+        except UNREADABLE:
             return None
 
     def judge(self, claim: BenchmarkClaim) -> Outcome:
@@ -318,9 +281,9 @@ def _are_proportional(first: Expr, second: Expr) -> bool:
 
 @dataclass(frozen=True)
 class TextResult:
-    """The claims of a text and the answers to them by checker."""
+    """A text's part of the result, its claims, and the answers to them by checker."""
 
-    score: TextScore
+    summary: dict[str, Any]
     claims: tuple[BenchmarkClaim, ...]
     answers: Mapping[str, tuple[CheckerAnswer, ...]]
 
@@ -337,12 +300,12 @@ def judge_corpus_text(text: CorpusText, slips: int, seed: int) -> TextResult:
         OWN: tuple(audit.answer(claim) for claim in claims),
         UNITS: tuple(audit.answer_by_units(claim) for claim in claims),
     }
-    score = TextScore(
-        name=text.name, licence=text.table["licence"], is_held_out=text.is_held_out, rows=len(audit.rows),
-        read_rows=sum(row.chain is not None for row in audit.rows), sound=len(audit.sound), errata=len(audit.errata),
-        seconds=audit.seconds + time.perf_counter() - begun,
-    )  # fmt: skip
-    return TextResult(score, claims, answers)
+    summary = {
+        "name": text.name, "licence": text.table["licence"], "is_held_out": text.is_held_out, "rows": len(audit.rows),
+        "read_rows": sum(row.chain is not None for row in audit.rows), "sound": len(audit.sound),
+        "errata": len(audit.errata), "seconds": audit.seconds + time.perf_counter() - begun,
+    }  # fmt: skip
+    return TextResult(summary, claims, answers)
 
 
 def run_benchmark(folder: Path, slips: int, seed: int, answers: Path | None = None) -> dict[str, Any]:
@@ -364,7 +327,7 @@ def run_benchmark(folder: Path, slips: int, seed: int, answers: Path | None = No
         by_checker[answers.stem] = _read_answers(answers, claims)
     return {
         "seed": seed,
-        "texts": [asdict(result.score) for result in results],
+        "texts": [result.summary for result in results],
         "absent": [text.name for text in corpus if text.file is None],
         "checkers": {name: score_answers(claims, answered) for name, answered in by_checker.items()},
         "claims": [{"key": claim.key, "latex": claim.latex, "text": claim.text} for claim in claims],
@@ -396,29 +359,30 @@ def score_answers(claims: Sequence[BenchmarkClaim], answers: Sequence[CheckerAns
     held_out = [pair for pair in pairs if pair[0].is_held_out]
     classes = {slip: [pair for pair in pairs if pair[0].slip == slip] for slip in SLIPS}
     return {
-        "all": asdict(_count(pairs)),
-        "held_out": asdict(_count(held_out)),
-        "classes": {slip: asdict(_count(some)) for slip, some in classes.items()},
+        "all": _count(pairs),
+        "held_out": _count(held_out),
+        "classes": {slip: _count(some) for slip, some in classes.items()},
     }
 
 
-def _count(pairs: Sequence[tuple[BenchmarkClaim, CheckerAnswer]]) -> Score:
+def _count(pairs: Sequence[tuple[BenchmarkClaim, CheckerAnswer]]) -> dict[str, Any]:
+    """Count slips, errata and sound rows; what is refused is neither detected nor a false alarm."""
     slips, errata, rest = (
         [answer for claim, answer in pairs if claim.kind in kinds]
         for kinds in (("slip",), ("erratum",), ("sound", "rewrite"))
     )
     detected, repaired = sum(a.outcome == "fails" for a in slips), sum(a.is_exact for a in slips)
     sound, alarms = sum(a.outcome != "refused" for a in rest), sum(a.outcome == "fails" for a in rest)
-    return Score(
-        slips=len(slips),
-        detected=detected,
-        repaired=repaired,
-        errata=len(errata),
-        errata_found=sum(a.outcome == "fails" for a in errata),
-        sound=sound,
-        false_alarms=alarms,
-        refused=sum(a.outcome == "refused" for _, a in pairs),
-        detection=detected / len(slips) if slips else None,
-        exact_repair=repaired / len(slips) if slips else None,
-        false_alarms_per_100=100 * alarms / sound if sound else None,
-    )
+    return {
+        "slips": len(slips),
+        "detected": detected,
+        "repaired": repaired,
+        "errata": len(errata),
+        "errata_found": sum(a.outcome == "fails" for a in errata),
+        "sound": sound,
+        "false_alarms": alarms,
+        "refused": sum(a.outcome == "refused" for _, a in pairs),
+        "detection": detected / len(slips) if slips else None,
+        "exact_repair": repaired / len(slips) if slips else None,
+        "false_alarms_per_100": 100 * alarms / sound if sound else None,
+    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any
 
@@ -41,6 +41,8 @@ MOST_LISTED = 5
 """Corrections that are listed."""
 MOST_SIGNS = 28
 """Signs of which any two are tried."""
+UNREADABLE = (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError)
+"""Errors of a formula that cannot be read or evaluated."""
 MOST_CANDIDATES = 20_000
 SOLVED = 1e-13
 """Residual at which what is lacking has been found, as a share of the sides."""
@@ -193,7 +195,7 @@ def _vanishes(left: Scalar, right: Scalar, largest: Any) -> bool:
 def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames, memory: _Memory) -> list[bool] | None:
     try:
         return _outcomes(read_formula(latex, macros, memory.brackets), names, memory)
-    except (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError):
+    except UNREADABLE:
         return None
 
 
@@ -319,14 +321,16 @@ def _alternatives(symbol: Symbol, names: StatedNames, vocabulary: Sequence[str])
         other = names.look_up(node.symbol) if isinstance(node, Name) and names.is_known(node.symbol) else None
         if _alike(value, other):
             fitting.append(spelling)
-    dotted = [Symbol(symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after)
-              for dots in range(3) if dots != symbol.dots]  # fmt: skip
-    moving = (other for other in dotted if names.is_known(other) and is_moving(names.look_up(other)))
-    return list(dict.fromkeys([*fitting, *(other.spell() for other in moving)]))
+    return list(dict.fromkeys([*fitting, *(other.spell() for other in list_dotted(symbol, names))]))
 
 
-def is_moving(value: Value) -> bool:
-    """Return whether a value is no rate of what is constant: dots on a mass are no error that a text has."""
+def list_dotted(symbol: Symbol, names: StatedNames) -> list[Symbol]:
+    """List a name with other numbers of dots that has a meaning: dots on a constant are no error that a text has."""
+    dotted = (replace(symbol, dots=dots) for dots in range(3) if dots != symbol.dots)
+    return [other for other in dotted if names.is_known(other) and _is_moving(names.look_up(other))]
+
+
+def _is_moving(value: Value) -> bool:
     return not isinstance(value, Scalar) or value.value != 0
 
 
@@ -383,8 +387,6 @@ def _turned(latex: str, chain: RelationChain) -> Iterator[LatexChange]:
             if above and below:
                 pieces = ((*above, latex[slice(*below)]), (*below, latex[slice(*above)]))
                 yield LatexChange(pieces, f"the fraction {_shorten(latex[node.start : node.end])} upside down")
-            elif above is None and below is None and "/" not in latex[node.start : node.end]:
-                continue
 
 
 def _group_of(latex: str, node: Node) -> tuple[int, int] | None:
@@ -519,7 +521,7 @@ def _solve_for_lacking(
             if not np.all(np.isfinite(step)):
                 return None
             before, now, gap_before = now, now - step, gap
-    except (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError):
+    except UNREADABLE:
         return None
     return None
 

@@ -610,7 +610,7 @@ class Reader:
         if self.brackets is None:
             return self._read_bracket()
         start, end = self.at, self._find_closing()
-        key = tuple(token.text for token in self.tokens[start:end])
+        key = (*self.bars, *(token.text for token in self.tokens[start:end]))
         if key in self.brackets:
             self.at = end
         else:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from .corrections import LatexChange, is_moving
+from .corrections import LatexChange, list_dotted
 from .formula import (
     Bracket,
     Name,
@@ -80,13 +80,8 @@ def _read_symbol(spelling: str) -> Symbol:
 
 def _change_dots(printed: PrintedFormula) -> Iterator[LatexChange]:
     for node in printed.list_named():
-        symbol = node.symbol
-        for dots in range(3):
-            other = Symbol(
-                symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after
-            )
-            if dots != symbol.dots and printed.names.is_known(other) and is_moving(printed.names.look_up(other)):
-                yield LatexChange(((node.start, node.end, other.spell()),), f"{other.spell()} for {symbol.spell()}")
+        for other in list_dotted(node.symbol, printed.names):
+            yield LatexChange(((node.start, node.end, other.spell()),), f"{other.spell()} for {node.symbol.spell()}")
 
 
 def _change_powers(printed: PrintedFormula) -> Iterator[LatexChange]:

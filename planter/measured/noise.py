@@ -23,6 +23,8 @@ from planter.numerics.arrays import TURN
 
 RHOS = np.tanh(np.linspace(0.0, 3.2, 65))
 """Correlations that are tried, 0 to 0.997."""
+RHO_PRIOR = np.gradient(RHOS) / np.sqrt(1 - RHOS**2)
+"""Prior of the correlations, (1 - rho^2)^-1/2, with the widths between them."""
 CORRELATED = 1.35
 """Gain of the logarithm of the likelihood from which on noise counts as correlated: a level of 10 %."""
 INDEPENDENT = 1e-9
@@ -64,8 +66,7 @@ class RhoLikelihood:
         inverses = np.linalg.inv(inner)
         shifts = np.einsum("gij,gj->gi", inverses, side)
         sums: Array = np.maximum(corner - np.einsum("gi,gi->g", shifts, side), ROUNDING * corner)
-        log_dets = np.array([np.log1p(-(float(rho) ** (2 * gaps))).sum() for rho in RHOS])
-        log_dets += np.linalg.slogdet(inner)[1]
+        log_dets = compute_log_determinants(gaps) + np.linalg.slogdet(inner)[1]
         logs = -((count - size) * np.log(np.maximum(sums, 1e-300)) + log_dets) / 2
         return cls(logs, sums, inverses.astype(float), shifts, count - size)
 
@@ -80,7 +81,7 @@ class RhoLikelihood:
         """Probabilities of the correlations, for the prior (1 - rho^2)^-1/2; of the best alone if there is none."""
         if self.best == 0:
             return np.eye(len(RHOS))[0]
-        density = np.exp(self.logs - self.logs.max()) / np.sqrt(1 - RHOS**2) * np.gradient(RHOS)
+        density = np.exp(self.logs - self.logs.max()) * RHO_PRIOR
         weights: Array = density / density.sum()
         return weights
 
@@ -136,6 +137,11 @@ def estimate_noise(curve: MeasuredCurve, residuals: Array, slopes: Array) -> Noi
         likelihoods.append(RhoLikelihood.compute(residuals[points], columns, gaps))
         combinations.append(back)
     return NoiseEstimate(tuple(likelihoods), tuple(combinations))
+
+
+def compute_log_determinants(gaps: Array) -> Array:
+    """Return the logarithms (g,) of the determinants of the noise's covariance, of size 1, for each of `RHOS`."""
+    return np.array([np.log1p(-(float(rho) ** (2 * gaps))).sum() for rho in RHOS])
 
 
 def sum_white_products(rows: Array, gaps: Array) -> Array:

@@ -16,7 +16,7 @@ from planter.kernels import Array
 from planter.measured.calibration import find_unit, read_measurement
 from planter.measured.curve import Chosen, MeasuredCurve, factor_of
 from planter.measured.fit import fit_curve
-from planter.measured.noise import RHOS, sum_white_products
+from planter.measured.noise import RHO_PRIOR, compute_log_determinants, sum_white_products
 from planter.measured.reading import Columns
 from planter.measured.sensor_curve import build_curve
 
@@ -51,6 +51,7 @@ class Posterior:
         self.names = curve.chosen.names
         self._scale = np.array([factor_of(name) for name in self.names])
         self.lower, self.upper = curve.chosen.lower / self._scale, curve.chosen.upper / self._scale
+        self._log_weights = [np.log(RHO_PRIOR) - compute_log_determinants(gaps) / 2 for gaps in curve.gaps]
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -78,9 +79,10 @@ class Posterior:
             return outside
         prior, prior_slopes = self.curve.chosen.prior_rows(z)
         total, gradient = -float(prior @ prior) / 2, -(prior @ prior_slopes)
-        for points, gaps in zip(self.curve.channels, self.curve.gaps, strict=True):
+        for points, gaps, log_weights in zip(self.curve.channels, self.curve.gaps, self._log_weights, strict=True):
             residuals = values[points] - self.curve.values[points]
             logs, log_slopes = _integrate_size(residuals, slopes[points], gaps)
+            logs = logs + log_weights
             total += float(logsumexp(logs))
             gradient = gradient + softmax(logs) @ log_slopes
         return total, gradient * self._scale
@@ -132,11 +134,9 @@ def load_posterior(
 
 
 def _integrate_size(residuals: Array, slopes: Array, gaps: Array) -> tuple[Array, Array]:
-    """Return the logarithm of the density for each of `RHOS` (g,), and its gradient (g, n), the size integrated."""
+    """Return the log density of white residuals for each correlation (g,), and its gradient, the size integrated."""
     count = len(residuals)
     products = sum_white_products(np.column_stack([slopes, residuals]), gaps)
     sums, sides = np.maximum(products[:, -1, -1], np.finfo(float).tiny), products[:, :-1, -1]
-    determinants = np.array([np.log1p(-(float(rho) ** (2 * gaps))).sum() for rho in RHOS])
-    weights = np.log(np.gradient(RHOS)) - np.log1p(-(RHOS**2)) / 2
-    logs: Array = -(count * np.log(sums) + determinants) / 2 + weights
+    logs: Array = -count * np.log(sums) / 2
     return logs, -count * sides / sums[:, None]
