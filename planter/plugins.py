@@ -44,6 +44,11 @@ def load_modules(name: str) -> Iterator[ModuleType]:
             logging.getLogger(__package__).warning("%s is skipped: %s: %s", package, type(error).__name__, error)
 
 
+def name_package(module: ModuleType) -> str:
+    """Return the short name of the package that a module from `load_modules` belongs to."""
+    return module.__name__.rpartition(".")[0].rpartition(".")[-1]
+
+
 def _has_module(package: str, name: str) -> bool:
     spec = find_spec(package)
     locations = spec.submodule_search_locations if spec else None

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from planter import plugins
 from planter.difference.results import (
     ComparedCurve,
     ComparedMachine,
@@ -63,7 +64,7 @@ class ComparedDesign:
         choices = {} if options.model == "exact" else {"model": options.model}
         self.source, self.options = source, options
         self.machine = load_machine(source, options.changes, options.speed_rpm, **choices)
-        self.kind = "" if package is None else package.__name__.split(".")[-2]
+        self.kind = "" if package is None else plugins.name_package(package)
 
     @cached_property
     def cycle(self) -> MechanismCycle:

@@ -95,7 +95,7 @@ def find_meanings(machine: str, requested: Sequence[str], command: str) -> list[
 def _list_columns() -> Iterator[Meaning]:
     """Yield the meanings of the columns of CSV files that packages declare."""
     for module in plugins.load_modules("columns"):
-        package = module.__name__.split(".")[-2]
+        package = plugins.name_package(module)
         for name, (meaning, source) in module.columns().items():
             yield Meaning(name, "column", package, units.display_unit(name), meaning, source)
 
@@ -118,7 +118,7 @@ def _load_drawn_columns() -> dict[str, Mapping[str, Sequence[str]]]:
         if hasattr(report, "__path__") and find_spec(name) is not None:
             plots = getattr(import_module(name), "DRAWN", None)
             if plots is not None:
-                by_package[report.__name__.split(".")[-2]] = plots
+                by_package[plugins.name_package(report)] = plots
     return by_package
 
 
@@ -212,7 +212,7 @@ TIGHTEST: dict[str, Callable[..., float]] = {"greater than": max, "at least": ma
 def list_input_keys(symbols: Mapping[tuple[str, str], str]) -> Iterator[Meaning]:
     """Yield every key with a value; `symbols` has meanings by machine and path of the value in the file."""
     for module in plugins.load_modules("file"):
-        package = module.__name__.split(".")[-2]
+        package = plugins.name_package(module)
         for kind in vars(module).values():
             if isinstance(kind, type) and issubclass(kind, Document) and kind is not Document:
                 yield from _list_section(package, kind, "", symbols)
@@ -285,7 +285,7 @@ def list_result_keys(columns: Mapping[tuple[str, str], str]) -> Iterator[Meaning
     `columns` has meanings by machine and column, for records that contain columns.
     """
     for module in plugins.load_modules("results"):
-        package = module.__name__.split(".")[-2]
+        package = plugins.name_package(module)
         places: dict[tuple[str, str], list[str]] = {}
         for command, kind in module.COMMANDS.items():
             for key, meaning in _list_numbers(command, kind):

@@ -48,7 +48,7 @@ class LabelledMachine:
 
 def find_drawings() -> dict[str, Draughtsman]:
     """Return the drawing modules by kind of machine."""
-    return {module.__name__.split(".")[-2]: module.LABELS for module in plugins.load_modules("labelled")}
+    return {plugins.name_package(module): module.LABELS for module in plugins.load_modules("labelled")}
 
 
 def takes(source: str) -> bool:

@@ -50,7 +50,7 @@ def find_meanings(mechanism: ExplainedMechanism, source: str, key: str) -> Expla
     Raises InputError as `dictionary.select_meanings`.
     """
     module = find_machine_package(source)
-    package = module.__name__.split(".")[-2] if module else ""
+    package = plugins.name_package(module) if module else ""
     meanings = [
         *mechanism.values,
         *mechanism.quantities,
