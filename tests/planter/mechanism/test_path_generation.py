@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.engine.search import SearchSpec
 from planter.kernels import Array
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import optimise_machine
@@ -43,14 +44,17 @@ def test_example_finds_the_four_bar_of_its_points() -> None:
     assert result["design"]["a_mm"] == pytest.approx(40, abs=0.2)
 
 
-def test_optimum_recovers_the_four_bar_of_dense_points(tmp_path: Path) -> None:
-    write_points(tmp_path / "path.csv", 901)
+@pytest.mark.parametrize("points", [225, pytest.param(900, marks=pytest.mark.long)])
+def test_optimum_recovers_the_four_bar_of_dense_points(points: int, tmp_path: Path) -> None:
+    """Chords differ from the curve by the square of their length, and so do the lengths that are found."""
+    write_points(tmp_path / "path.csv", points + 1)
     machine = build_machine(own.file("coupler_path"))
-    optimum = optimise_machine(machine, f"rms distance x_P y_P to {tmp_path / 'path.csv'}")
+    objective = f"rms distance x_P y_P to {tmp_path / 'path.csv'}"
+    optimum = optimise_machine(machine, objective, spec=SearchSpec(machine.sampling, starts=2))
     lengths = {path.rpartition(".")[2]: value for path, value in optimum.result.design.items()}
     expected = {"a_mm": 40, "b_mm": 115, "c_mm": 105, "x_D_mm": 128, "y_D_mm": 0, "u_mm": 65, "v_mm": 50}
-    assert lengths == pytest.approx(expected, abs=2e-3)
-    assert optimum.result.objective < 1e-4
+    assert lengths == pytest.approx(expected, abs=2e-3 * (900 / points) ** 2)
+    assert optimum.result.objective < 1e-4 * (900 / points) ** 2
 
 
 def test_cognate_traces_the_same_path() -> None:
