@@ -47,6 +47,15 @@ def symbolic_accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...
     return Free(stated, time).solved()
 
 
+def project_on_rates(stated: Statement, time: Quantity) -> tuple[list[list[Expr]], list[Expr]]:
+    """Return inertia (k, k) and forces (k,) of virtual power on the rates of the k coordinates.
+
+    Joints, and whatever else guides bodies along their coordinates, do no work and stay out. Raises MechanismError for
+    friction of a force that a joint would have to determine.
+    """
+    return Free(stated, time).project()
+
+
 class FreeMotion(Motion):
     """Motion of many coordinates: rates of expressions in one pass."""
 
@@ -110,7 +119,14 @@ class Free:
 
     def solved(self) -> tuple[Expr, ...]:
         """Accelerations of the coordinates, if nothing holds them."""
-        return tuple(sp.Matrix(self._inertia()).LUsolve(sp.Matrix(self._forces())))
+        inertia, forces = self.project()
+        return tuple(sp.Matrix(inertia).LUsolve(sp.Matrix(forces)))
+
+    def project(self) -> tuple[list[list[Expr]], list[Expr]]:
+        """Inertia and forces on the coordinates' rates."""
+        if self._sizes:
+            raise MechanismError(f"{self.stated.name}: friction follows from {', '.join(map(str, self._sizes))}")
+        return self._inertia(), self._forces()
 
     def _start(self) -> ClosedForm:
         start = self.stated.loops.start | self.stated.start

@@ -384,7 +384,7 @@ def format_skeleton(case: Case) -> str:
     assert isinstance(source, PrintedText)
     names = source.names
     stands: dict[str, list[str]] = {}
-    meanings: dict[str, str] = {}
+    meanings: dict[str, str | None] = {}
     for entry in source.rows:
         for symbol in list_symbols(entry.chain):
             spelling = symbol.spell()
@@ -407,9 +407,11 @@ def format_skeleton(case: Case) -> str:
         "",
         "[names]",
     ]
-    abbreviations = [spelling for spelling in meanings if spelling in names.abbreviations]
-    lines[-1:-1] = [f"# The text itself defines {', '.join(abbreviations)}.", ""] if abbreviations else []
-    for spelling in (*texts, *(s for s in meanings if s not in texts and s not in abbreviations)):
+    defined = [spelling for spelling in meanings if spelling in names.abbreviations]
+    lines[-1:-1] = (
+        [f"# The text itself defines {', '.join(defined)}, and with that their rates.", ""] if defined else []
+    )
+    for spelling in (*texts, *(spelling for spelling, text in meanings.items() if text == "")):
         places = ", ".join(f"({number})" for number in stands[spelling][:6])
         more = f" and {len(stands[spelling]) - 6} more" if len(stands[spelling]) > 6 else ""
         quoted = f"'{spelling}'" if "'" not in spelling else '"' + spelling.replace("\\", "\\\\") + '"'
@@ -417,10 +419,11 @@ def format_skeleton(case: Case) -> str:
     return "\n".join([*lines, ""])
 
 
-def _meaning(symbol: Symbol, names: StatedNames) -> str:
-    if symbol.spell() in names.abbreviations:
-        return ""
+def _meaning(symbol: Symbol, names: StatedNames) -> str | None:
+    """Return what the names file says of a name: nothing where the text defines it, or what it is the rate of."""
     text = names.table.find(symbol.spell())
+    if symbol.base.spell() in names.abbreviations and not text and names.guess(symbol) is None:
+        return None
     if text is not None:
         return text
     if not names.is_known(symbol):

@@ -12,10 +12,12 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
-from ...audit.paper import Array
+from ...audit.paper import Array, Dynamics
 from ...audit.trial import Formula
+from ...equations import Balance, Claimed, Equation
 from ...evaluate import DIGITS, GUARD, Point
 from ...functions import partial_derivative
+from ...mechanics.free_motion import project_on_rates
 from ...mechanics.loops import Coordinate
 from ...mechanics.mechanism import TIME, Mechanism
 from ...mechanics.statement import MechanismError
@@ -43,6 +45,8 @@ NEARBY_ANGLES = 8
 """Angles of a revolution with data near those of the mechanism."""
 ANGLE_OFFSET = 0.382
 """Offset, as a share of a step, from the angles at which mechanisms are often singular."""
+Rows = tuple[list[list[Expr]], list[Expr]]
+"""Linear equations: rows of slopes in the unknowns, and right-hand sides."""
 
 
 class DrivenSubject(MechanismSubject):
@@ -149,7 +153,11 @@ MAX_ITERATIONS = 40
 
 
 class FreeSubject(MechanismSubject):
-    """A mechanism that moves freely: in random states, and in its motion over some seconds."""
+    """A mechanism that moves freely: in random states, and in its motion over some seconds.
+
+    Where no joint holds a body that its coordinates guide, balances lack what guides it: accelerations then follow from
+    virtual power, and neither actions nor balances are claimed.
+    """
 
     def __init__(self, mechanism: Mechanism, until: float) -> None:
         super().__init__(mechanism)
@@ -168,15 +176,44 @@ class FreeSubject(MechanismSubject):
         inputs = {TIME, *self.mechanism.given.values(), *self._state, *self._unknowns}
         return frozenset(inputs.union(let.symbol for let in self.named))
 
+    @property
+    def named(self) -> list[Let]:
+        """Definitions of all named quantities that have a value, each after those that it needs."""
+        if self._is_held:
+            return super().named
+        missing, determined = set(self.mechanism.assembly.unknowns), []
+        for let in super().named:
+            if let.expr.free_symbols & missing:
+                missing.add(let.symbol)
+            else:
+                determined.append(let)
+        return determined
+
+    def claims(self) -> Mapping[Claimed, Equation]:
+        """Return what any mechanism claims, without balances where these lack what guides a body."""
+        claims = super().claims()
+        return claims if self._is_held else {c: e for c, e in claims.items() if not isinstance(c, Balance)}
+
+    def actions(self) -> Mapping[sp.Symbol, str]:
+        """Return the forces and moments between bodies, with their meanings, where balances determine them."""
+        return super().actions() if self._is_held else {}
+
+    def dynamics(self) -> Dynamics | None:
+        """Return the laws for the printed equations as a whole, where balances determine all actions."""
+        return super().dynamics() if self._is_held else None
+
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
         """Draw data and a state that the constraints allow."""
-        data = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
         with mpmath.workdps(DIGITS + GUARD):
-            start = self._start(data)
-            for c in self.coordinates:
-                start[c.value] += mpf(rng.uniform(-1, 1)) * COORDINATE_RANGE[c.value.unit]
-                start[c.rate] += mpf(rng.uniform(0.5, 2)) * rng.choice((-1, 1))
-            return self._evaluate(self._project(data | {TIME: mpf(0)}, start))
+            return self._evaluate(self._draw_state(rng))
+
+    def _draw_state(self, rng: random.Random) -> Values:
+        data = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
+        start = self._start(data)
+        for c in self.coordinates:
+            start[c.value] += mpf(rng.uniform(-1, 1)) * COORDINATE_RANGE[c.value.unit]
+            start[c.rate] += mpf(rng.uniform(0.5, 2)) * rng.choice((-1, 1))
+        return self._project(data | {TIME: mpf(0)}, start)
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """Return the mechanism's motion from its start."""
@@ -209,7 +246,19 @@ class FreeSubject(MechanismSubject):
 
     @property
     def _unknowns(self) -> list[Quantity]:
-        return [*self._accelerations, *self.mechanism.assembly.unknowns]
+        return [*self._accelerations, *(self.mechanism.assembly.unknowns if self._is_held else ())]
+
+    @cached_property
+    def _is_held(self) -> bool:
+        """Whether balances and constraints, often more than their unknowns, have a solution in a random state."""
+        with mpmath.workdps(DIGITS + GUARD):
+            values = evaluate_steps(self._state_steps, self._draw_state(random.Random(0)))
+            matrix, right = _evaluate_rows(self._balance_rows, values)
+            if matrix.rows <= matrix.cols:
+                return True
+            solution = self._solve_rows(matrix, right)
+            loads = [abs(matrix[i, j] * solution[j]) for i in range(matrix.rows) for j in range(matrix.cols)]
+            return bool(mpmath.norm(matrix * solution - right) <= max(loads) * mpf(10) ** (-DIGITS // 2))
 
     @cached_property
     def _speeds(self) -> list[Expr]:
@@ -220,10 +269,16 @@ class FreeSubject(MechanismSubject):
         return [sp.sympify(speed).xreplace(definitions) for speed in (*rates, *mechanism.slips.values())]
 
     @cached_property
+    def _bends(self) -> list[Expr]:
+        """Rates of the speeds that must vanish."""
+        definitions = self.mechanism.told_in(self._accelerations)
+        return [sp.sympify(self.mechanism.motion.rate(speed)).xreplace(definitions) for speed in self._speeds]
+
+    @cached_property
     def _state_steps(self) -> list[Let]:
         """Definitions that follow from a state alone."""
-        later, steps = set(self._unknowns), []
-        for let in self.named:
+        later, steps = {*self._accelerations, *self.mechanism.assembly.unknowns}, []
+        for let in super().named:
             if let.expr.free_symbols & later:
                 later.add(let.symbol)
             else:
@@ -231,32 +286,41 @@ class FreeSubject(MechanismSubject):
         return steps
 
     @cached_property
-    def _system(self) -> tuple[list[list[Expr]], list[Expr]]:
-        """Matrix rows in accelerations and actions, and right-hand sides: balances, then constraints."""
+    def _balance_rows(self) -> Rows:
+        """Balances, then constraints: their slopes in accelerations and actions, and right-hand sides."""
         mechanism = self.mechanism
-        definitions = mechanism.told_in(self._unknowns)
-        residuals = [e.residual.xreplace(definitions) for e in mechanism.equations()]
-        residuals += [mechanism.motion.rate(speed).xreplace(definitions) for speed in self._speeds]
-        nothing = dict.fromkeys(self._unknowns, sp.S.Zero)
-        rows = [[partial_derivative(r, u) for u in self._unknowns] for r in residuals]
-        return rows, [-r.xreplace(nothing) for r in residuals]
+        unknowns = [*self._accelerations, *mechanism.assembly.unknowns]
+        definitions = mechanism.told_in(unknowns)
+        balances = [e.residual.xreplace(definitions) for e in mechanism.equations()]
+        return _linear_rows([*balances, *self._bends], unknowns)
 
-    def _evaluate(self, state: Values) -> Values:
-        """Return all quantities in a state. Raises MechanismError if actions are statically indeterminate."""
-        values = evaluate_steps(self._state_steps, state)
-        point, (rows, right) = Point(values), self._system
+    @cached_property
+    def _system(self) -> Rows:
+        """What determines the unknowns: balances and constraints, or virtual power where balances do not."""
+        if self._is_held:
+            return self._balance_rows
+        inertia, forces = project_on_rates(self.mechanism, TIME)
+        slopes, bends = _linear_rows(self._bends, self._accelerations)
+        balanced = [[*row, *(slope[i] for slope in slopes)] for i, row in enumerate(inertia)]
+        return [*balanced, *([*slope, *[sp.S.Zero] * len(slopes)] for slope in slopes)], [*forces, *bends]
+
+    def _solve_rows(self, matrix: mpmath.matrix, right: mpmath.matrix) -> mpmath.matrix:
+        """Return the solution by least squares. Raises MechanismError if actions are statically indeterminate."""
         try:
-            matrix = mpmath.matrix([[point(entry) for entry in row] for row in rows])
-            # more equations than unknowns are solved by least squares, which is exact as they are consistent
-            solution = mpmath.lu_solve(matrix, mpmath.matrix([point(entry) for entry in right]))
+            return mpmath.lu_solve(matrix, right)
         except ZeroDivisionError:
             raise MechanismError(
                 f"{self.mechanism.name}: accelerations and actions do not follow from its balances: joints hold "
                 "something twice, or nothing resists a motion"
             ) from None
+
+    def _evaluate(self, state: Values) -> Values:
+        """Return all quantities in a state. Raises MechanismError if actions are statically indeterminate."""
+        values = evaluate_steps(self._state_steps, state)
+        solution = self._solve_rows(*_evaluate_rows(self._system, values))
         return evaluate_steps(
             [let for let in self.named if let not in self._state_steps],
-            values | dict(zip(self._unknowns, solution, strict=True)),
+            values | dict(zip(self._unknowns, solution, strict=False)),
         )
 
     def _start(self, data: Values) -> Values:
@@ -307,8 +371,7 @@ class FreeSubject(MechanismSubject):
         """Return states (n, 2k) in floating point. Raises MechanismError if the motion ends early."""
         from scipy.integrate import solve_ivp
 
-        size, count = len(self.coordinates), len(self._unknowns)
-        rows, right = self._system
+        size, (rows, right) = len(self.coordinates), self._system
         definitions: dict[Quantity, Expr] = {}
         for let in self._state_steps:
             definitions[let.symbol] = let.expr.xreplace(definitions)
@@ -318,7 +381,7 @@ class FreeSubject(MechanismSubject):
         def rates(time: float, state: Array) -> Array:
             values = constants | {TIME: np.asarray(time)} | dict(zip(self._state, map(np.asarray, state), strict=True))
             entries = np.array([float(form(values)) for form in forms])
-            matrix, pushes = entries[: -len(right)].reshape(-1, count), entries[-len(right) :]
+            matrix, pushes = entries[: -len(right)].reshape(len(right), -1), entries[-len(right) :]
             solution = np.linalg.lstsq(matrix, pushes, rcond=None)[0]
             return np.concatenate([state[size:], solution[:size]])
 
@@ -327,3 +390,16 @@ class FreeSubject(MechanismSubject):
             raise MechanismError(f"{self.mechanism.name}: its motion ends at {result.t[-1]:.6g} s: {result.message}")
         states: Array = result.y.T
         return states
+
+
+def _linear_rows(residuals: Sequence[Expr], unknowns: Sequence[Quantity]) -> Rows:
+    """Return the slopes of residuals in unknowns, and the right-hand sides at which the residuals vanish."""
+    nothing = dict.fromkeys(unknowns, sp.S.Zero)
+    rows = [[partial_derivative(residual, unknown) for unknown in unknowns] for residual in residuals]
+    return rows, [-residual.xreplace(nothing) for residual in residuals]
+
+
+def _evaluate_rows(rows: Rows, values: Values) -> tuple[mpmath.matrix, mpmath.matrix]:
+    point, (slopes, right) = Point(values), rows
+    matrix = mpmath.matrix([[point(entry) for entry in row] for row in slopes])
+    return matrix, mpmath.matrix([point(entry) for entry in right])

@@ -9,7 +9,7 @@ import pytest
 
 from derive.audit.record import record_equation
 from derive.generated_folder import OwnError
-from derive.texts.trial import read_trial
+from derive.texts.trial import format_skeleton, read_trial
 from tests.support import own
 
 TEXT = r"""\begin{align}
@@ -87,3 +87,52 @@ def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -
     assert [row.reason for row in case.source.rows] == [""] * 5
     for number, equation in case.paper.equations.items():
         assert equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed", number
+
+
+GUIDED = """
+from sympy import cos, sin
+from derive import Mechanism, quantities
+
+q = quantities('''
+    g   | m/s2  | free fall                | 9.81
+    L   | m     | rod                      | 0.4
+    m   | kg    | mass of the rod          | 1.2
+    J   | kg m2 | rod about its centroid   | 0.016
+    k   | N/m   | spring at the lower end  | 200
+    M_1 | kg    | mass of the upper block  | 0.5
+''')
+m = Mechanism("trammel", q, gravity=q.g)
+theta = m.coordinate("theta", "rad", "angle of the rod")
+m.begin({theta: 0.7})
+A, B = (m.point(name, m.O, m.world, *place) for name, place in (
+    ("A", (0, q.L * sin(theta))), ("B", (q.L * cos(theta), 0)),
+))
+G = m.point("G", m.O, m.world, q.L * cos(theta) / 2, q.L * sin(theta) / 2)
+rod = m.body("rod", m.frame("rod", -theta), q.m, G, q.J)
+m.pin("A", rod, m.body("block", m.world, q.M_1, A), A)
+m.spring("spring", rod, m.ground, (B, m.O), q.k, 0)
+"""
+GUIDED_TEXT = r"""\begin{align}
+ y_G &= \frac{L}{2}\sin\theta \\
+ \dot y_G &= %s\frac{L}{2}\dot\theta\cos\theta \label{rate}\\
+ \Bigl(J + \frac{m L^2}{4} + M_1 L^2\cos^2\theta\Bigr)\ddot\theta - M_1 L^2\dot\theta^2\sin\theta\cos\theta
+ &= -\Bigl(\frac{m}{2} + M_1\Bigr) g L\cos\theta + k L^2\sin\theta%s \label{motion}\\
+ F_{Ax} &= 0 \label{force}
+\end{align}"""
+
+
+@pytest.mark.parametrize("named", [False, True], ids=["without names", "with the skeleton"])
+@pytest.mark.parametrize(("sign", "factor", "verdict"), [("", r"\cos\theta", "confirmed"), ("-", "", "misprint")])
+def test_motion_of_guided_bodies_is_judged_by_virtual_power(
+    tmp_path: Path, sign: str, factor: str, verdict: str, named: bool
+) -> None:
+    """Nothing states the guides of a trammel's rod: Lagrange's equation is judged, and no force of a joint."""
+    (tmp_path / "trammel.py").write_text(GUIDED, encoding="utf-8")
+    (tmp_path / "trammel.tex").write_text(GUIDED_TEXT % (sign, factor), encoding="utf-8")
+    call = tmp_path / "trammel.tex", tmp_path / "trammel.py"
+    if named:
+        (tmp_path / "names.toml").write_text(format_skeleton(read_trial(*call)), encoding="utf-8")
+        call = *call, tmp_path / "names.toml"
+    case = read_trial(*call)
+    assert [record_equation(case, number, "")["verdict"] for number in ("rate", "motion")] == [verdict] * 2
+    assert "F_{Ax}" in case.source.explain_unjudged("force")
