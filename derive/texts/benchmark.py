@@ -1,8 +1,8 @@
 """A benchmark of formula audits: texts with known errors, slips drawn into sound equations, rewrites of them.
 
 A corpus is a folder of texts, each in a folder with ``source.toml``, ``mechanism.py``, ``names.toml`` and the text
-itself, if its licence allows that; texts are held out by their hashes, one in three on the
-average. Any checker can be scored: its answers say of each claim whether it holds, and what it should be.
+itself, if its licence allows that; ``held_out`` in its source says why a text is held out. Any checker can be scored:
+its answers say of each claim whether it holds, and what it should be.
 """
 
 from __future__ import annotations
@@ -39,8 +39,6 @@ from .trial import PrintedText, ReadRow, load_module, read_case
 SOURCE, MECHANISM, NAMES, TEXT = "source.toml", "mechanism.py", "names.toml", "text"
 Kind = Literal["sound", "erratum", "rewrite", "slip"]
 Outcome = Literal["holds", "fails", "refused"]
-HELD_OUT = 3
-"""One of so many texts is held out, on the average."""
 SAMPLES = 4
 """Random values at which two readings are compared."""
 ZERO = 1e-30
@@ -67,8 +65,8 @@ class CorpusText:
 
     @property
     def is_held_out(self) -> bool:
-        """Whether the text is none of those that the audit may be tuned by, which its hash decides."""
-        return int(self.table["sha256"], 16) % HELD_OUT == 0
+        """Whether the text is none of those that the audit may be tuned by, for the reason that ``held_out`` gives."""
+        return bool(self.table.get("held_out"))
 
     @property
     def errata(self) -> Mapping[str, str]:

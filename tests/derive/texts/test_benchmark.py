@@ -123,11 +123,12 @@ def test_answers_of_another_checker_are_scored_beside(corpus: Path, tmp_path: Pa
         run_benchmark(corpus, 18, 0, path)
 
 
-def test_a_third_of_texts_is_held_out_by_their_hashes(tmp_path: Path) -> None:
-    for number in range(60):
-        write_text(tmp_path / f"t{number}", "text.tex", hashlib.sha256(str(number).encode()).hexdigest())
-    held_out = [text.is_held_out for text in read_corpus(tmp_path)]
-    assert 10 <= sum(held_out) <= 30
+def test_text_is_held_out_if_its_source_gives_a_reason(tmp_path: Path) -> None:
+    for name, key in (("plain", ""), ("kept", 'held_out = "added last"\n'), ("empty", 'held_out = ""\n')):
+        write_text(tmp_path / name, "text.tex", "3" * 64)
+        source = tmp_path / name / "source.toml"
+        source.write_text(key + source.read_text(encoding="utf-8"), encoding="utf-8")
+    assert [text.name for text in read_corpus(tmp_path) if text.is_held_out] == ["kept"]
 
 
 def test_original_is_read_only_with_its_hash(tmp_path: Path) -> None:
