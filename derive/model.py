@@ -222,7 +222,8 @@ class System:
 
     ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names of forces of contacts
     that cannot pull; ``axes`` name the frames by which components of joints' actions are given, if not the world's;
-    ``meshes`` are names of gears that mesh, by the tag of their mesh.
+    ``meshes`` are names of gears that mesh, by the tag of their mesh; ``supports`` those of the forces of the ground on
+    bodies, by body and axis.
     """
 
     name: str
@@ -236,6 +237,7 @@ class System:
     pushing: tuple[str, ...] = ()
     axes: Mapping[str, str] = field(default_factory=dict)
     meshes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    supports: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)

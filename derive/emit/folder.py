@@ -121,6 +121,7 @@ def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
         **({"pushing": system.pushing} if system.pushing else {}),
         **({"axes": system.axes} if system.axes else {}),
         **({"meshes": system.meshes} if system.meshes else {}),
+        **({"supports": system.supports} if system.supports else {}),
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip

@@ -93,6 +93,9 @@ def derive_driven_motion(
     steps, reports = motion_steps(stated), [*stated.reports, *stated.world_components()]
     if reported is None or any(str(name).startswith(LAW) for name in reported):
         reports += build_law_residuals(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])
+    if reported is None:
+        supports = [force for forces in stated.support_forces().values() for force in forces.values()]
+        reports += [force for force in supports if force.symbol != force.expr]
     outputs = stated.chosen(_reportable(stated, steps, reports, reported is None), reported)
     forces = solve_forces(stated, speed)
     tested = [s for s in needed((*steps, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]

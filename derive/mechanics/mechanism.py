@@ -345,6 +345,7 @@ class Mechanism(Joints):
                 pushing=tuple(force.name for force in self.pushing if force in lane.outputs),
                 axes=self.component_axes,
                 meshes={tag: (inner.name, outer.name) for tag, (inner, outer, _) in self.meshing.items()},
+                supports=self.name_supports(lane.outputs.quantities),
             )  # fmt: skip
         functions = derive_free_motion(self, TIME, reported)
         return System(

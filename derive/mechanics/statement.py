@@ -12,7 +12,7 @@ from ..equations import Balance, Equation, Kind
 from ..model import PLACES, ClosedForm, Event, Let, Packed, Step, build_function, let
 from ..quantity import DimensionError, Quantities, Quantity, Vector, dimension, of_unit, word
 from .bodies import AXES, EVERY, PLANE, Action, Asked, Assembly, Body, Pin
-from .frames import Frame, Motion, Point, Triple, Vec, displacement
+from .frames import Frame, Motion, Point, Triple, Vec, displacement, zero
 from .loops import Loops
 
 READABLE = 40
@@ -143,6 +143,36 @@ class Statement:
             for axis, component in zip(AXES, action.resolved(self.world).components, strict=True)
             if component != 0
         ]
+
+    def support_forces(self) -> dict[str, dict[str, Let]]:
+        """The forces of the ground on each body that touches it [N], by body and axis of the world, if not zero.
+
+        A component is an action of a joint under its own name, or else F_ground_BODY_AXIS.
+        """
+        supports: dict[str, dict[str, Let]] = {}
+        for body in self.assembly.bodies[1:]:
+            total = zero(self.world)
+            for action in self.assembly.actions:
+                if {action.on, action.by} == {self.ground, body}:
+                    total = total + action.sign(body) * action.force.resolved(self.world)
+            forces = {}
+            for axis, component in zip(self.axes, total.components, strict=False):
+                name, meaning = f"F_ground_{word(body.name)}_{axis}", f"force of the ground on {body}, {axis}"
+                is_named = component in self.assembly.unknowns
+                symbol = component if is_named else quantity(name, "N", meaning)
+                if component != 0:
+                    forces[axis] = Let(symbol, component, symbol.source)
+            if forces:
+                supports[body.name] = forces
+        return supports
+
+    def name_supports(self, outputs: Collection[Quantity]) -> dict[str, dict[str, str]]:
+        """Return the names of the forces of the ground on bodies that are among ``outputs``, by body and axis."""
+        named = {
+            body: {axis: force.symbol.name for axis, force in forces.items() if force.symbol in outputs}
+            for body, forces in self.support_forces().items()
+        }
+        return {body: names for body, names in named.items() if names}
 
     def balance(self, body: Body, kind: Kind, axis: str = "z") -> Balance:
         """Return what an equation of a paper claims to be: a body's balance of ``"force"`` [N] or ``"moment"`` [N m].

@@ -129,7 +129,7 @@ def calibrate(
             unit=unit,
             outcome=first.outcome,
             statement=_statement(results, measured.noise, unit),
-            treatment=[*measured.treatment, *describe_view(fits[model].curve), *notes],
+            treatment=[*measured.treatment, *describe_view(fits[model].curve, fits[model].values), *notes],
             warnings=_warnings(first),
             left_out=int((~measured.used).sum()),
             noise=first.noise,

@@ -12,7 +12,7 @@ from planter.files.units import parse_unit
 ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0, "rev": 2 * np.pi}
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
 VALUES = {
-    "N": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
+    "N": {"N": 1.0, "kN": 1e3, "daN": 10.0, "mN": 1e-3},
     "N m": {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3, "N mm": 1e-3, "Nmm": 1e-3, "N cm": 1e-2, "Ncm": 1e-2},
 }
 """Units of a column by the unit of the measured quantity."""

@@ -19,6 +19,7 @@ from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array
 from planter.measured.reading import Measurement
+from planter.measured.sensor_view import check_sensor_bounds, is_sensor_input, list_sensor_inputs
 from planter.numerics.arrays import Integers
 
 OFFSET, PHASE = "offset_N", "phase_deg"
@@ -57,7 +58,7 @@ class Chosen:
 
         Raises InputError for an unknown name, empty bounds, or a prior that does not fit.
         """
-        paths_of_inputs = [value.path for value in machine.values]
+        paths_of_inputs = [*(value.path for value in machine.values), *list_sensor_inputs(machine)]
         selected: dict[str, tuple[float, float]] = {}
         for name, (low, high) in bounds.items():
             matches = [name] if is_nuisance(name) else paths.Names(paths_of_inputs).candidates(name)
@@ -66,6 +67,8 @@ class Chosen:
                 raise InputError(f"--fit {name}: {hint}")
             if not low < high:
                 raise InputError(f"--fit {name}={low:g}:{high:g}: the lower bound must be below the upper")
+            if is_sensor_input(matches[0]):
+                check_sensor_bounds(machine, matches[0], (low, high))
             selected[matches[0]] = (low, high)
         factors = np.array([factor_of(name) for name in selected])
         ends = np.array(list(selected.values())).reshape(-1, 2) * factors[:, None]
@@ -128,7 +131,7 @@ class MeasuredCurve:
             ChannelNoise(max(channel.noise, SMALLEST_NOISE * float(np.ptp(channel.values[each])), TINIEST_NOISE))
             for channel, each in zip(measured.channels, used, strict=True)
         )
-        self._inputs = [i for i, name in enumerate(chosen.names) if not is_nuisance(name)]
+        self._inputs = [i for i, name in enumerate(chosen.names) if not (is_nuisance(name) or is_sensor_input(name))]
         self._offsets = {
             i: find_offset_channel(name, self.keys, self.units)
             for i, name in enumerate(chosen.names)

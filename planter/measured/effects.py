@@ -99,6 +99,29 @@ class SensorEffect(Protocol):
 
 
 @dataclass(frozen=True)
+class TurnedAxis:
+    """A sensor in the plane of x and y: a force along x is turned towards y, along which another one acts."""
+
+    key: str
+    name: str = "axis"
+    meaning: str = "the axis of the sensor is turned from x towards y"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return (Parameter("angle", "deg", -180.0, 180.0),)
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        return (self.key,)
+
+    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
+        """Return the force along the axis of the sensor."""
+        angle = np.radians(values[0])
+        turned: Array = np.cos(angle) * signal + np.sin(angle) * curves.rows[self.key]
+        return turned
+
+
+@dataclass(frozen=True)
 class LeakedForce:
     """A share of another force of the machine, which the sensor sees besides."""
 
@@ -257,7 +280,9 @@ class ElectricCoupling:
 def rank_effect(effect: SensorEffect) -> int:
     """Return the place of an effect between machine and amplifier, in which effects act."""
     # the speed acts on the machine, before what the sensor adds
-    return (SpeedHarmonics, LeakedForce, LeakedTorque, Imbalance, ElasticMount, ElectricCoupling).index(type(effect))
+    return (SpeedHarmonics, TurnedAxis, LeakedForce, LeakedTorque, Imbalance, ElasticMount, ElectricCoupling).index(
+        type(effect)
+    )
 
 
 def _list_rates(curves: Curves) -> ComplexArray:

@@ -157,7 +157,7 @@ def explain_curve(
         compared=compared,
         explanations=rows,
         fitted=describe_inputs(preferred.fit),
-        treatment=[*measured.treatment, *describe_view(preferred.curve), *notes],
+        treatment=[*measured.treatment, *describe_view(preferred.curve, preferred.fit.values), *notes],
         reading=measured.reading,
     )
     return ExplanationFits(measured, {each.name: each for each in fits}, fitted, result)

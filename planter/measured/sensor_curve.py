@@ -9,16 +9,16 @@ from typing import Self
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from planter.engine.machine import Machine
+from planter.engine.machine import Machine, Quantity
 from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
-from planter.measured.curve import EFFECT, SAMPLES, Chosen, MeasuredCurve, find_measured
-from planter.measured.effects import RATE, SQUARE, Curves, SensorEffect, rank_effect
+from planter.measured.curve import EFFECT, SAMPLES, Chosen, MeasuredCurve, factor_of, find_measured
+from planter.measured.effects import RATE, SQUARE, Curves, Parameter, SensorEffect, rank_effect
 from planter.measured.findings import MeasurementResult
 from planter.measured.reading import Channel, Measurement
-from planter.measured.sensor_view import SensorView, StatedEffect, find_sensor_view
+from planter.measured.sensor_view import SensorView, StatedEffect, find_sensor_view, is_sensor_input
 from planter.numerics.arrays import TURN
 
 DIFFERENCE = 1e-5
@@ -26,6 +26,38 @@ DIFFERENCE = 1e-5
 SPEED_STEP = 0.25
 """Relative change of the speed's square from which its share of a curve follows."""
 MEAN_SPEED = "what the sensor sees holds at the mean speed of the record, whose swing is a part of the residuals"
+
+
+@dataclass(frozen=True)
+class ParameterSource:
+    """The value of a parameter as it is searched, or the index of the chosen input that has it.
+
+    That input is the value itself, or, with a `factor`, the value in the display unit times the factor.
+    """
+
+    parameter: Parameter
+    value: float
+    index: int | None = None
+    factor: float | None = None
+
+    def read_value(self, z: Array) -> float:
+        """Return the searched value for chosen inputs z (n,)."""
+        if self.index is None:
+            return self.value
+        chosen = float(z[self.index])
+        return chosen if self.factor is None else self.parameter.from_display(chosen / self.factor)
+
+
+@dataclass(frozen=True)
+class SensorOperator:
+    """An effect, with the source of each of its parameters."""
+
+    effect: SensorEffect
+    sources: tuple[ParameterSource, ...]
+
+    def read_values(self, z: Array) -> tuple[float, ...]:
+        """Return the searched values of the parameters for chosen inputs z (n,)."""
+        return tuple(source.read_value(z) for source in self.sources)
 
 
 class SensorCurve(MeasuredCurve):
@@ -55,12 +87,11 @@ class SensorCurve(MeasuredCurve):
         self.stated = view.effects if view is not None and view.quantity.key in self.keys else ()
         key = view.quantity.key if view is not None and self.stated else self.keys[0]
         self._seen = [k for k, other in enumerate(self.keys) if other == key]
-        fitted = [(effect, None) for effect in self.effects]
-        fixed = [(stated.effect, stated.values) for stated in self.stated]
-        self._operators: list[tuple[SensorEffect, tuple[float, ...] | None]] = sorted(
-            [*fixed, *fitted], key=lambda operator: rank_effect(operator[0])
+        self._operators = sorted(
+            [*map(self._read_stated, self.stated), *map(self._read_fitted, self.effects)],
+            key=lambda operator: rank_effect(operator.effect),
         )
-        needed = {name: None for effect, _ in self._operators for name in effect.needed}
+        needed = {name: None for operator in self._operators for name in operator.effect.needed}
         self._needed = {name: find_measured(self.machine, name) for name in needed if name not in (SQUARE, RATE)}
         parts = set(needed) & {SQUARE, RATE}
         self._parts = parts | ({SQUARE} if RATE in parts else set())
@@ -88,11 +119,15 @@ class SensorCurve(MeasuredCurve):
         self._grid = None
 
     def machine_values(self) -> Array:
-        """Return the values (n,) of the machine, and those of the effects at which they do least."""
+        """Return the values (n,) of the machine and of its file, and those of the effects at which they do least."""
         values, names = super().machine_values(), self.chosen.names
         for effect in self.effects:
             for parameter in effect.parameters:
                 values[names.index(name_parameter(effect, parameter.name))] = parameter.neutral
+        for stated in self.stated:
+            for path, (_, value) in stated.parameters.items():
+                if path in names:
+                    values[names.index(path)] = value * factor_of(path)
         return np.clip(values, self.chosen.lower, self.chosen.upper)
 
     def evaluate(self, z: Array, phi: Array, speeds: Array | None = None) -> tuple[Array, Array]:
@@ -111,7 +146,7 @@ class SensorCurve(MeasuredCurve):
 
     def find_view(self, z: Array) -> SensorView:
         """Return the view of the sensor: stated effects, and fitted ones with their values among the inputs (n,)."""
-        effects = (StatedEffect(effect, fixed or self._read_values(effect, z)) for effect, fixed in self._operators)
+        effects = (StatedEffect(operator.effect, operator.read_values(z)) for operator in self._operators)
         return SensorView(find_measured(self.machine, self.keys[self._seen[0]]), tuple(effects))
 
     @property
@@ -123,8 +158,7 @@ class SensorCurve(MeasuredCurve):
         """Return the signal without offset (m,) and its Jacobian (m, n) at angles [rad]."""
         x = z[self._inputs]
         curves = self._compute_curves(x)
-        names = self.chosen.names
-        moved = [names.index(name_parameter(e, p.name)) for e in self.effects for p in e.parameters]
+        moved = [source.index for each in self._operators for source in each.sources if source.index is not None]
         values = _drop_slopes(curves)
         columns = [self._apply(curves, z)]
         if self.machine.speed in self._grid_response.machine.moved:
@@ -160,14 +194,28 @@ class SensorCurve(MeasuredCurve):
         slope: Array = (signals[0] - signals[1]) / (2 * step)
         return slope
 
-    def _read_values(self, effect: SensorEffect, z: Array) -> tuple[float, ...]:
+    def _read_stated(self, stated: StatedEffect) -> SensorOperator:
+        """Return an effect of the machine file, of whose values the chosen inputs may have some."""
+        names, paths = self.chosen.names, stated.paths or ("",) * len(stated.values)
+        sources = (
+            ParameterSource(parameter, value, names.index(path) if path in names else None, factor_of(path))
+            for parameter, value, path in zip(stated.effect.parameters, stated.values, paths, strict=True)
+        )
+        return SensorOperator(stated.effect, tuple(sources))
+
+    def _read_fitted(self, effect: SensorEffect) -> SensorOperator:
+        """Return an effect whose parameters are among the chosen inputs."""
         names = self.chosen.names
-        return tuple(float(z[names.index(name_parameter(effect, p.name))]) for p in effect.parameters)
+        sources = (
+            ParameterSource(parameter, parameter.neutral, names.index(name_parameter(effect, parameter.name)))
+            for parameter in effect.parameters
+        )
+        return SensorOperator(effect, tuple(sources))
 
     def _apply(self, curves: Curves, z: Array) -> Array:
         signal = curves.rows[""].copy()
-        for effect, fixed in self._operators:
-            signal = effect.apply(signal, curves, self._read_values(effect, z) if fixed is None else fixed)
+        for operator in self._operators:
+            signal = operator.effect.apply(signal, curves, operator.read_values(z))
         return signal
 
     def _compute_curves(self, x: Array) -> Curves:
@@ -211,6 +259,9 @@ def build_curve(
     quantities = (quantity,) if isinstance(quantity, str) else quantity
     keys = [find_measured(machine, each).key for each in quantities]
     is_seen = view is not None and bool(view.effects) and view.quantity.key in keys
+    if view is not None and not is_seen and any(map(is_sensor_input, chosen.names)):
+        name = next(filter(is_sensor_input, chosen.names))
+        raise InputError(f"--fit {name}: the sensor of [measurement] measures {view.quantity.key}, not {keys[0]}")
     return (SensorCurve if is_seen else MeasuredCurve)(machine, chosen, measured, quantity)
 
 
@@ -253,10 +304,18 @@ def measure_cycle(machine: Machine, phi: Array, columns: Mapping[str, Array]) ->
     if view is None:
         return None
     key = view.quantity.key
-    signal = columns[key]
+    rigid = columns[key] if key in columns else _evaluate_quantity(machine, view.quantity, phi)
+    signal = rigid
     if view.effects:
         signal = SensorCurve.at_angles(machine, key, phi).evaluate(np.zeros(0), phi)[0][0]
-    return SensorSignal(view, np.degrees(phi), columns[key], signal)
+    return SensorSignal(view, np.degrees(phi), rigid, signal)
+
+
+def _evaluate_quantity(machine: Machine, quantity: Quantity, phi: Array) -> Array:
+    """Return a quantity (n,) at angles (n,) [rad] in the unit of its key."""
+    response = MachineResponse(machine, [quantity.name])
+    values: Array = response.values(response.at_data(machine.data), phi)[0] / quantity.factor
+    return values
 
 
 def _drop_slopes(curves: Curves) -> Curves:
@@ -294,11 +353,16 @@ def _with_effects(chosen: Chosen, effects: Sequence[SensorEffect]) -> Chosen:
     )
 
 
-def describe_view(curve: MeasuredCurve) -> list[str]:
-    """Return sentences on what the machine file states of the sensor, and on the speed at which a signal holds."""
+def describe_view(curve: MeasuredCurve, z: Array) -> list[str]:
+    """Return sentences on what the machine file states of the sensor, and on the speed at which a signal holds.
+
+    Values that are among the chosen inputs are those in z (n,).
+    """
     sentences = []
     if isinstance(curve, SensorCurve):
-        sentences = [f"the machine file's [measurement]: {stated}" for stated in curve.stated]
+        stated = {each.effect.name for each in curve.stated}
+        effects = [each for each in curve.find_view(z).effects if each.effect.name in stated]
+        sentences = [f"the machine file's [measurement]: {each}" for each in effects]
         if curve.has_speeds:
             sentences.append(MEAN_SPEED)
     view = find_sensor_view(curve.machine)

@@ -13,32 +13,46 @@ from planter.files.document import Document
 from planter.files.fields import find_section as find_table
 from planter.files.fields import value_error
 from planter.measured.effects import (
+    RATE,
+    SQUARE,
     ElasticMount,
     ElectricCoupling,
     Imbalance,
     LeakedForce,
     LeakedTorque,
+    Parameter,
     SensorEffect,
     SpeedHarmonics,
+    TurnedAxis,
     rank_effect,
 )
-from planter.measured.section import SECTION, MeasurementSection
+from planter.measured.section import SECTION, MeasurementSection, name_carried_force
 
 FORCE, TORQUE = "N", "N m"
 
 
 @dataclass(frozen=True)
 class StatedEffect:
-    """An effect between machine and sensor with the values of its parameters, as they are searched."""
+    """An effect between machine and sensor with the values of its parameters, as they are searched.
+
+    `paths` are their places in the machine file; none for values that it does not hold.
+    """
 
     effect: SensorEffect
     values: tuple[float, ...]
+    paths: tuple[str, ...] = ()
 
     @classmethod
-    def from_display(cls, effect: SensorEffect, values: Sequence[float]) -> StatedEffect:
-        """Return an effect with values of its parameters in their display units."""
+    def from_display(cls, effect: SensorEffect, values: Sequence[float], keys: Sequence[str] = ()) -> StatedEffect:
+        """Return an effect with values of its parameters in their display units, at keys of [measurement]."""
         searched = (p.from_display(value) for p, value in zip(effect.parameters, values, strict=True))
-        return cls(effect, tuple(searched))
+        return cls(effect, tuple(searched), tuple(f"{SECTION}.{key}" for key in keys))
+
+    @property
+    def parameters(self) -> dict[str, tuple[Parameter, float]]:
+        """The parameters by their paths in the machine file, with their values in display units."""
+        values = (value or 0.0 for value in self.display_values)
+        return dict(zip(self.paths, zip(self.effect.parameters, values, strict=True), strict=False))
 
     @property
     def display_values(self) -> tuple[float | None, ...]:
@@ -61,8 +75,13 @@ class SensorView:
     @property
     def needed(self) -> tuple[str, ...]:
         """Keys of all quantities of the machine that reach the sensor."""
-        leaked = (e.effect.key for e in self.effects if isinstance(e.effect, LeakedForce | LeakedTorque))
-        return (self.quantity.key, *leaked)
+        further = (name for stated in self.effects for name in stated.effect.needed if name not in (SQUARE, RATE))
+        return (self.quantity.key, *further)
+
+    @property
+    def parameters(self) -> dict[str, tuple[Parameter, float]]:
+        """The parameters of the effects by their paths in the machine file, with their values in display units."""
+        return {path: entry for stated in self.effects for path, entry in stated.parameters.items()}
 
 
 def find_section(document: Document) -> MeasurementSection | None:
@@ -78,7 +97,7 @@ def list_measured(
     if quantity:
         return (quantity,) if isinstance(quantity, str) else tuple(quantity)
     section = find_section(document)
-    return tuple(default) if section is None else (section.quantity,)
+    return tuple(default) if section is None else (section.measured,)
 
 
 def find_sensor_view(machine: Machine) -> SensorView | None:
@@ -91,6 +110,26 @@ def find_sensor_view(machine: Machine) -> SensorView | None:
         return None
     speed = abs(float(machine.data[machine.speed]))
     return build_sensor_view(section, machine.results, machine.source, speed, machine.acceleration is not None)
+
+
+def is_sensor_input(name: str) -> bool:
+    """Return whether a path is that of a number of [measurement]."""
+    return name.startswith(f"{SECTION}.")
+
+
+def list_sensor_inputs(machine: Machine) -> tuple[str, ...]:
+    """Return the paths of the numbers of [measurement] that can be fitted."""
+    view = find_sensor_view(machine)
+    return () if view is None else tuple(view.parameters)
+
+
+def check_sensor_bounds(machine: Machine, path: str, bounds: tuple[float, float]) -> None:
+    """Raise InputError if the file of a machine cannot hold a number of [measurement] anywhere between bounds."""
+    for end in bounds:
+        machine.document.with_numbers({path: end})
+    view = find_sensor_view(machine)
+    if view is not None and view.parameters[path][0].scale == "reciprocal" and bounds[0] < 0 < bounds[1]:
+        raise InputError(f"--fit {path}={bounds[0]:g}:{bounds[1]:g}: it must not be 0, so both bounds need one sign")
 
 
 def build_sensor_view(
@@ -118,7 +157,7 @@ def build_sensor_view(
             raise refuse(key, name, f"{rule}: {_join(keys)}")
         return match
 
-    target = find_quantity("quantity", section.quantity, lambda _: True, "")
+    target = find_quantity("quantity", section.measured, lambda _: True, "")
     unit = units.display_unit(target.key)
     if unit != FORCE:
         for key in ("lever_mm", "imbalance_kg_m"):
@@ -133,15 +172,19 @@ def build_sensor_view(
         return quantity.key != target.key and units.display_unit(quantity.key) == unit
 
     effects: list[StatedEffect] = []
-    for name, share in zip(section.enclosed or (), section.shares_of_enclosed, strict=True):
+    if section.axis_deg is not None:
+        turned = TurnedAxis(name_carried_force(section.carried_axes[1]))
+        effects.append(StatedEffect.from_display(turned, [section.axis_deg], ["axis_deg"]))
+    for index, (name, share) in enumerate(zip(section.enclosed or (), section.shares_of_enclosed, strict=True)):
         rule = f"it must be a quantity in {unit or '1'} other than {target.key}"
         leaked = find_quantity("enclosed", name, is_other, rule)
         if any(isinstance(e.effect, LeakedForce) and e.effect.key == leaked.key for e in effects):
             raise refuse("enclosed", name, f"{leaked.key} must be in it once, with the sum of its shares")
-        effects.append(StatedEffect.from_display(LeakedForce(leaked.key), [share]))
+        keys = [f"shares[{index}]"] if section.shares else []
+        effects.append(StatedEffect.from_display(LeakedForce(leaked.key), [share], keys))
     if section.drive is not None and section.lever_mm is not None:
         torque = find_quantity("drive", section.drive, _is_torque, "it must be a torque in N m")
-        effects.append(StatedEffect.from_display(LeakedTorque(torque.key), [section.lever_mm]))
+        effects.append(StatedEffect.from_display(LeakedTorque(torque.key), [section.lever_mm], ["lever_mm"]))
     effects += _list_own_effects(section, speed)
     return SensorView(target, tuple(sorted(effects, key=lambda stated: rank_effect(stated.effect))))
 
@@ -151,13 +194,18 @@ def _list_own_effects(section: MeasurementSection, speed: float) -> Iterator[Sta
     scale = speed or 1.0  # of the bounds of a search, which a known value does not need
     if section.imbalance_kg_m is not None:
         largest = max(map(abs, section.imbalance_kg_m))
-        yield StatedEffect.from_display(Imbalance(largest), section.imbalance_kg_m)
+        yield StatedEffect.from_display(Imbalance(largest), section.imbalance_kg_m, _index("imbalance_kg_m", 2))
     if section.speed_harmonics is not None:
-        yield StatedEffect.from_display(SpeedHarmonics(), section.speed_harmonics)
+        yield StatedEffect.from_display(SpeedHarmonics(), section.speed_harmonics, _index("speed_harmonics", 4))
     if section.mount_Hz is not None and section.mount_damping is not None:
-        yield StatedEffect.from_display(ElasticMount(scale), [section.mount_Hz, section.mount_damping])
+        values, keys = [section.mount_Hz, section.mount_damping], ["mount_Hz", "mount_damping"]
+        yield StatedEffect.from_display(ElasticMount(scale), values, keys)
     if section.corner_Hz is not None:
-        yield StatedEffect.from_display(ElectricCoupling(scale), [section.corner_Hz])
+        yield StatedEffect.from_display(ElectricCoupling(scale), [section.corner_Hz], ["corner_Hz"])
+
+
+def _index(key: str, count: int) -> list[str]:
+    return [f"{key}[{index}]" for index in range(count)]
 
 
 def _is_torque(quantity: Quantity) -> bool:
@@ -178,12 +226,16 @@ def with_view(document: Document, view: SensorView) -> Document:
     kind = None if field is None else find_table(field.annotation)
     if kind is None:
         return document
-    return document.model_copy(update={SECTION: kind.model_validate(write_view(view))})
+    section = find_section(document)
+    subject = {"quantity": view.quantity.key}
+    if section is not None and section.bodies and view.quantity.key == section.measured:
+        subject = section.model_dump(include={"bodies", "axis"}, exclude_none=True)
+    return document.model_copy(update={SECTION: kind.model_validate({**subject, **write_effects(view)})})
 
 
-def write_view(view: SensorView) -> dict[str, Any]:
-    """Return the table [measurement] that states a view; an effect that does nothing is left out."""
-    table: dict[str, Any] = {"quantity": view.quantity.key}
+def write_effects(view: SensorView) -> dict[str, Any]:
+    """Return the entries of [measurement] that state the effects of a view; one that does nothing is left out."""
+    table: dict[str, Any] = {}
     leaked = [stated for stated in view.effects if isinstance(stated.effect, LeakedForce)]
     if leaked:
         table["enclosed"] = [stated.effect.key for stated in leaked if isinstance(stated.effect, LeakedForce)]
@@ -196,6 +248,8 @@ def write_view(view: SensorView) -> dict[str, Any]:
 def _write_effect(effect: SensorEffect, values: Sequence[float]) -> Mapping[str, Any]:
     if isinstance(effect, LeakedTorque):
         return {"drive": effect.key, "lever_mm": values[0]} if values else {}
+    if isinstance(effect, TurnedAxis):
+        return {"axis_deg": values[0]}
     if isinstance(effect, Imbalance):
         return {"imbalance_kg_m": list(values)}
     if isinstance(effect, SpeedHarmonics):

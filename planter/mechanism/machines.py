@@ -27,6 +27,7 @@ from planter.errors import InputError
 from planter.files import units
 from planter.files.text import read_toml
 from planter.kernels.formulas import HOISTED, Formulas
+from planter.measured.carried import add_carried_forces
 from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
@@ -116,6 +117,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         angle=formulas.function("lane").name_in(0),
         documentation=Documentation(sidecar["title"], sidecar["source"], tuple(sidecar["equations"])),
     )
+    machine = add_carried_forces(machine, mechanism.measurement, sidecar.get("supports", {}))
     find_sensor_view(machine)  # raises InputError if [measurement] names what the machine lacks
     return machine
 

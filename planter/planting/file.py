@@ -7,7 +7,7 @@ y', z' in the planet frame at B1, xi, eta, zeta in the half frame at the hinge.
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator
 
@@ -19,7 +19,6 @@ from planter.files.csv_rows import inline_points
 from planter.files.document import Document, Origins
 from planter.files.fields import (
     FileSection,
-    Line,
     NotNegative,
     Pair,
     Positive,
@@ -187,9 +186,9 @@ class GearsSection(FileSection):
 
 
 class DeviceMeasurementSection(MeasurementSection):
-    """The sensor of a planting device, which measures the support force unless `quantity` names another."""
+    """The sensor of a planting device, which measures the support force unless the file says another force."""
 
-    quantity: Annotated[Line, Field(description="name of the quantity that the sensor measures")] = "support_N"
+    default_quantity: ClassVar[str | None] = "support_N"
 
 
 class ForceObjectiveSection(FileSection):

@@ -23,6 +23,7 @@ from planter.files.fields import read_range
 from planter.gear_geometry import families, stage
 from planter.gear_geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
+from planter.measured.carried import add_carried_forces, list_carried_forces
 from planter.measured.sensor_view import build_sensor_view
 from planter.planting import functions
 from planter.planting.file import PlantingMachine
@@ -85,7 +86,11 @@ class Device:
         if machine.measurement is not None:  # names of quantities are checked before anything is computed
             models = [formulas.load(f"planting_{model}").sidecar["vectors"] for model in functions.MODELS]
             by_key = {quantity.key: quantity for vectors in models for quantity in _list_quantities(vectors)}
-            build_sensor_view(machine.measurement, tuple(by_key.values()), machine.source)
+            quantities = tuple(by_key.values())
+            forces = list_carried_forces(
+                machine.measurement, self.sidecar.get("supports", {}), quantities, machine.source
+            )
+            build_sensor_view(machine.measurement, (*quantities, *forces), machine.source)
         design = self.scale * [machine.design[name] for name in self.names]
         constants = [numbers[e["shown"]] * units.unit_factor(e["shown"]) for e in self._vectors["machine"]]
         self.data = np.concatenate([design, constants])
@@ -281,7 +286,7 @@ def build_machine(device: Device) -> Machine:
     both = ca.MX.sym("d", len(values))
     prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
     quantities = _list_quantities(vectors)
-    return Machine(
+    machine = Machine(
         document=device.machine,
         build=partial(_rebuild_machine, type(device), device.model),
         assumptions=tuple(device.sidecar["assumptions"]),
@@ -308,6 +313,7 @@ def build_machine(device: Device) -> Machine:
         genetic=device.machine.genetic_algorithm,
         documentation=_documentation(device),
     )
+    return add_carried_forces(machine, device.machine.measurement, device.sidecar.get("supports", {}))
 
 
 def _list_quantities(vectors: Mapping[str, Any]) -> tuple[Quantity, ...]:

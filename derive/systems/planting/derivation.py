@@ -240,6 +240,11 @@ def _gear_pair(
     return ClosedForm(name, inputs, steps, Vector(f"{name}_points", q.PAIR))
 
 
+def name_supports() -> dict[str, dict[str, str]]:
+    """Return the names of the forces of the frame on sun and carrier, by body and axis."""
+    return build_device().name_supports(q.TOTALS)
+
+
 def exact_lane() -> Lane:
     """Return the lane of the device from first principles, over the carrier angle."""
     return build_device().twin_lane(Sides(q.twin, q.REPORTED_EXACT, q.TOTALS), q.INPUTS)
@@ -248,7 +253,7 @@ def exact_lane() -> Lane:
 def build_exact_system() -> System:
     """Build the model of the device from first principles."""
     title, source = "Planting device, from first principles", "derived (Newton-Euler)"
-    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane(), closed_forms())
+    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane(), closed_forms(), supports=name_supports())
 
 
 def build_printed_system(paper: Chain, frame: Chain) -> System:
@@ -257,7 +262,7 @@ def build_printed_system(paper: Chain, frame: Chain) -> System:
     forces = (*paper.lets(), m.assembly.law(q.F_E_loss))
     lane = m.twin_lane(Sides(q.twin, q.REPORTED, q.TOTALS), q.INPUTS, forces, frame.lets())
     title, source = "Planting device, as printed", "wang2017 (1)-(31), taken literally"
-    return System("planting_printed", title, source, ASSUMPTIONS, lane, closed_forms())
+    return System("planting_printed", title, source, ASSUMPTIONS, lane, closed_forms(), supports=name_supports())
 
 
 SYSTEMS = (build_exact_system,)

@@ -19,8 +19,9 @@ from planter.measured.curve import Chosen
 from planter.measured.effects import Curves, ElasticMount
 from planter.measured.reading import Channel, Measurement
 from planter.measured.sensor_curve import SensorCurve, measure_cycle
+from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism.cycle import simulate_machine
-from planter.mechanism.file import build_from_table
+from planter.mechanism.file import build_from_table, load
 from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import TURN
 from planter.planting.file import PlantingMachine
@@ -127,6 +128,38 @@ def test_enclosed_force_counts_once_unless_a_share_is_stated() -> None:
     assert half == pytest.approx(columns["F_Ox_N"] + 0.5 * columns["F_By_N"] - 2 * columns["F_Oy_N"], abs=1e-9)
 
 
+def test_carried_force_obeys_dalembert() -> None:
+    """Guide and spring hold the bar: its rate of momentum less its weight and the force of the rod."""
+    machine = build_knife()
+    columns, mass, fall = (
+        simulate_machine(machine).columns,
+        machine.document.si("m_k_kg"),
+        machine.document.si("g_m_s2"),
+    )
+    force_x = mass * columns["a_bar_x_m_s2"] - columns["F_Bx_N"]
+    force_y = mass * fall - columns["F_By_N"]
+    assert measure_knife(bodies=["bar"], axis="x")[1] == pytest.approx(force_x, abs=1e-9)
+    assert measure_knife(bodies=["bar"], axis="y")[1] == pytest.approx(force_y, abs=1e-9)
+    _, both = measure_knife(bodies=["crank", "bar"], axis="y")
+    assert both == pytest.approx(force_y + columns["F_Oy_N"], abs=1e-9)
+    _, turned = measure_knife(bodies=["crank", "bar"], axis_deg=30.0)
+    across = (force_x + columns["F_Ox_N"]) * np.cos(np.pi / 6)
+    assert turned == pytest.approx(across + both / 2, abs=1e-9)
+    assert np.abs(turned - both).max() > 1
+
+
+def test_carried_force_of_a_device_is_the_support_force() -> None:
+    support = simulate_wang(speed_harmonics=[0.1, 0.0, 0.0, 0.0]).measured
+    carried = simulate_wang(bodies=["sun", "carrier"], axis="y", speed_harmonics=[0.1, 0.0, 0.0, 0.0]).measured
+    sun = simulate_wang(bodies=["sun"], axis="y").measured
+    assert support is not None
+    assert carried is not None
+    assert sun is not None
+    assert carried.rigid == pytest.approx(support.rigid, abs=1e-9)
+    assert carried.signal == pytest.approx(support.signal, abs=1e-9)
+    assert np.abs(sun.rigid - support.rigid).max() > 1
+
+
 @pytest.mark.parametrize(
     "neutral",
     [
@@ -191,19 +224,35 @@ def test_imbalance_turns_with_the_clockwise_drive() -> None:
     assert signal - rigid == pytest.approx(square * (0.003 * np.cos(phi) - 0.001 * np.sin(phi)), abs=1e-9)
 
 
-def test_slopes_of_stated_effects_equal_differences() -> None:
+STATED_EFFECTS: dict[str, tuple[dict[str, Any], dict[str, tuple[float, float]]]] = {
+    "quantity": (
+        {"quantity": "F_Ox_N", "drive": "M_in", "lever_mm": 80.0, "imbalance_kg_m": [0.01, 0.02],
+         "speed_harmonics": [0.05, 0.0, 0.0, -0.02], "mount_Hz": 40.0, "mount_damping": 0.1, "corner_Hz": 0.5},
+        {"lever_mm": (60.0, 100.0), "imbalance_kg_m[1]": (0.0, 0.03), "speed_harmonics[3]": (-0.05, 0.05),
+         "mount_Hz": (35.0, 60.0), "mount_damping": (0.05, 0.3), "corner_Hz": (0.2, 0.9)},
+    ),
+    "bodies": (
+        {"bodies": ["crank", "slider"], "axis_deg": 20.0, "enclosed": ["F_Ay_N"], "shares": [0.5]},
+        {"axis_deg": (-40.0, 70.0), "shares[0]": (0.0, 1.0)},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("stated", "fitted"), STATED_EFFECTS.values(), ids=STATED_EFFECTS.keys())
+def test_slopes_of_stated_effects_equal_differences(
+    stated: dict[str, Any], fitted: dict[str, tuple[float, float]]
+) -> None:
     """Those in the speed, too, on which mounts, couplings and imbalances depend besides their curves."""
-    stated = {"quantity": "F_Ox_N", "drive": "M_in", "lever_mm": 80.0, "imbalance_kg_m": [0.01, 0.02],
-              "speed_harmonics": [0.05, 0.0, 0.0, -0.02], "mount_Hz": 40.0, "mount_damping": 0.1,
-              "corner_Hz": 0.5}  # fmt: skip
     file = own.file("slider_crank", "", mu=0)
     machine = build_machine(build_from_table(file.table() | {"measurement": stated}, "crank.toml", file.place))
     bounds = {"m_s_kg": (1.0, 3.0), "omega_rpm": (250.0, 400.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)}
-    chosen = Chosen.from_bounds(machine, bounds)
+    chosen = Chosen.from_bounds(machine, bounds | {f"measurement.{key}": ends for key, ends in fitted.items()})
     degrees = np.arange(0, 360, 9.0)
     empty = Channel("F", "N", np.zeros(40), np.ones(40, dtype=bool), 1.0)
-    curve = SensorCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N")
-    assert len(curve.stated) == 5
+    view = find_sensor_view(machine)
+    assert view is not None
+    curve = SensorCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), view.quantity.key)
+    assert len(curve.stated) == len(view.effects) > 1
     low, high = curve.chosen.lower, curve.chosen.upper
     z = low + 0.4 * (high - low)
     slopes = curve(z)[1]
@@ -226,8 +275,8 @@ STATED: dict[str, Any] = {"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares"
                           "lever_mm": 90.0, "mount_Hz": 35.0, "mount_damping": 0.08}  # fmt: skip
 
 
-def test_simulated_signal_gives_back_a_mass_of_a_mechanism(tmp_path: Path) -> None:
-    """Written by `simulate`, read by `calibrate`: the same file but for the mass, which is found again."""
+def test_simulated_signal_gives_back_mass_and_lever(tmp_path: Path) -> None:
+    """Written by `simulate`, read by `calibrate`: the same file but for mass and lever, which are found again."""
     heavy = write_file(tmp_path, build_knife(**STATED).document.with_numbers({"m_k_kg": 1.43}))
     out = tmp_path / "out"
     result = answer("simulate", heavy, "--out", str(out))
@@ -236,13 +285,27 @@ def test_simulated_signal_gives_back_a_mass_of_a_mechanism(tmp_path: Path) -> No
     assert result["measurement"]["max"] == pytest.approx(signal.max())
     assert (out / "figures" / "measurement.svg").stat().st_size > 5000
     assert "F_By_N" in (out / "report.html").read_text(encoding="utf-8")
-    own_file = write_file(tmp_path, build_knife(**STATED).document)
+    own_file = write_file(tmp_path, build_knife(**STATED | {"lever_mm": 120.0}).document)
     data = write_data(tmp_path, columns["theta_deg"], signal)
     call = ("--data", data, "--column", "F", "--angle", "angle", "--fit", "m_k_kg=0.8:1.8")
-    result = answer("calibrate", own_file, *call, "--out", str(tmp_path / "fit"))
+    lever, fit = ("--fit", "measurement.lever_mm=60:200"), tmp_path / "fit"
+    result = answer("calibrate", own_file, *call, *lever, "--out", str(fit))
     assert result["quantity"] == "F_Ox_N", "that of the file"
-    assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
+    mass, fitted_lever = result["fitted"]
+    assert mass["value"] == pytest.approx(1.43, rel=1e-6)
+    assert (fitted_lever["value"], fitted_lever["unit"]) == (pytest.approx(90.0, rel=1e-6), "mm")
+    assert fitted_lever["start"] == pytest.approx(120.0)
     assert len([line for line in result["treatment"] if "[measurement]" in line]) == 3
+    written = load(fit / "calibrated.toml")
+    assert written.origin("measurement.lever_mm").startswith("calibrated")
+    assert written.measurement is not None
+    assert written.measurement.lever_mm == pytest.approx(90.0, rel=1e-6)
+    crossing = refusal("calibrate", own_file, *call, "--fit", "measurement.lever_mm=-60:200")
+    assert "measurement.lever_mm=-60:200: it must not be 0" in crossing
+    assert "measurement.mount_Hz" in refusal("calibrate", own_file, *call, "--fit", "measurement.mount_Hz=-1:20")
+    other = refusal("calibrate", own_file, *call, *lever, "--quantity", "F_Oy_N")
+    assert "measures F_Ox_N, not F_Oy_N" in other
+    assert "measurement.shares[0]" in refusal("calibrate", own_file, *call, "--fit", "measurement.share=0:1")
     rigid = write_file(tmp_path, build_knife().document)
     missed = answer("calibrate", rigid, *call, "--quantity", "F_Ox_N")
     assert missed["reached"]["rms"] > 1
@@ -324,6 +387,17 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "shares without enclosed": ({"quantity": "F_Ox_N", "shares": [1.0]}, "enclosed"),
     "shares of another length": ({"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": [1.0, 1.0]}, "1"),
     "share of text": ({"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": ["half"]}, "number"),
+    "unknown body": ({"bodies": ["bat"], "axis": "x"}, "bar"),
+    "body that the ground does not touch": ({"bodies": ["rod"], "axis": "x"}, "crank, bar"),
+    "body twice": ({"bodies": ["bar", "bar"], "axis": "x"}, "once"),
+    "bodies beside a quantity": ({"quantity": "F_Ox_N", "bodies": ["bar"], "axis": "x"}, "left out"),
+    "bodies without axis": ({"bodies": ["bar"]}, "axis_deg"),
+    "axis without bodies": ({"quantity": "F_Ox_N", "axis": "x"}, "bodies"),
+    "two axes": ({"bodies": ["bar"], "axis": "x", "axis_deg": 3.0}, "left out"),
+    "axis out of the plane": ({"bodies": ["bar"], "axis": "z"}, "along x, y alone"),
+    "unknown axis": ({"bodies": ["bar"], "axis": "w"}, "x"),
+    "swing along a turned axis": ({"bodies": ["bar"], "axis_deg": 3.0, "speed_harmonics": [0.1, 0, 0, 0]}, "use axis"),
+    "nothing measured": ({"lever_mm": 9.0, "drive": "M_c"}, "bodies with axis"),
     "unknown drive": ({"quantity": "F_Ox_N", "drive": "M_cc", "lever_mm": 9.0}, "M_c"),
     "drive that is a force": ({"quantity": "F_Ox_N", "drive": "F_By_N", "lever_mm": 9.0}, "M_c_Nm"),
     "drive without lever": ({"quantity": "F_Ox_N", "drive": "M_c"}, "lever_mm"),
