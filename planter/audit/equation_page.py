@@ -16,7 +16,7 @@ from planter.report.html import Block, Cell, MarkupCell, Table, cell_text
 Entry = Mapping[str, Any]
 CONFIRMED = ("confirmed", "confirmed as rebuilt", "untested", "definition", "reconstructed")
 """Verdicts without a correction."""
-LONG_FORMULA = 110
+LONG_FORMULA = 50
 """Characters from which a formula has a line of the page for itself."""
 SHORT_TERM = 60
 """Largest number of characters of a term or finding in a line of a table."""
@@ -259,14 +259,15 @@ math mtd { padding: .12em 0; }
 math mtd + mtd { padding-left: 1.2em; }
 .sides { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr)); gap: 0 1.5rem; }
 .side { min-width: 0; }
-.side.long { grid-column: 1 / -1; }
+.side.long, .sides:has(.long) .side { grid-column: 1 / -1; }
 .long math { font-size: 1em; }
 .changed { color: var(--bad); }
 .side + .side .changed { color: var(--good); font-weight: 600; }
 .source { margin: .2rem 0 .4rem 1rem; white-space: pre-wrap; font-size: .9em; }
 .source del { color: var(--bad); text-decoration: line-through; }
 .source ins { color: var(--good); text-decoration: underline; font-weight: 600; }
-td math, th math { font-size: 1em; }
+td math, th math { font-size: 1em; } tbody th:has(math) { position: static; max-width: none;
+  padding-right: 2rem; }
 .mark { font-size: .85em; white-space: nowrap; color: var(--soft); }
 .mark.confirmed, .mark.reproduced, .mark.holds { color: var(--good); }
 .mark.misprint, .mark.incomplete, .mark.not-recomputable { color: var(--doubt); }

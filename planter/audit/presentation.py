@@ -14,7 +14,8 @@ from planter.audit.verdicts import HEADLINE, UNJUDGED
 from planter.errors import InputError
 from planter.progress import Listener
 from planter.report import files, style
-from planter.report.html import Block, Cell, FigureSvg, Items, Keys, Section, Table, Text
+from planter.report.html import Block, Cell, FigureSvg, Folded, Items, KeyFigure, Keys, Section, Table, Text
+from planter.report.labels import clean_zero
 from planter.report.presentation import ResultPresentation
 from planter.version import __version__
 
@@ -35,20 +36,26 @@ READ = (
 )
 NUMBER_VERDICTS = ("not reproduced", "not recomputable", "consistent", "reproduced")
 """Verdicts on numbers, the most serious first."""
-ROUNDING = 1e-9
-"""Magnitude below which a computed value is shown as zero."""
 
 
 def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentation:
     """Return the presentation of an audit; `typeset` has the formulas as MathML by paper and equation."""
     counts = result["summary"].values()
     equations, numbers = (sum(sum(s[part].values()) for s in counts) for part in ("equations", "numbers"))
+    at_fault = sum(s["at_fault"] for s in counts)
     differing = sum(s["numbers"].get("not reproduced", 0) for s in counts)
+    laws = result.get("laws", ())
+    figures = {
+        "printed equations are at fault": (at_fault, equations),
+        "laws are broken": (sum(bool(law["caused_by"]) for law in laws), len(laws)),
+        "printed numbers are not reproduced": (differing, numbers),
+    }
     front = result.get("front")
     return ResultPresentation(
         title="Formula audit",
-        conclusion=f"{sum(s['at_fault'] for s in counts)} of {equations} printed equations are at fault; "
+        conclusion=f"{at_fault} of {equations} printed equations are at fault; "
         f"{differing} of {numbers} printed numbers are not reproduced.",
+        key_figures=[KeyFigure(f"{count} of {total}", "", words) for words, (count, total) in figures.items() if total],
         record=AuditResult.read(result),
         sections=list(_list_sections(result, typeset)),
         details=lambda: [
@@ -160,10 +167,9 @@ def _list_consequence_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterat
                  clean_zero(e["as_printed"]), clean_zero(e["as_derived"]), ", ".join(e["rests_on"]))
                 for e in entries if e["about"] == about]  # fmt: skip
         yield Table((about, "unit", "in the paper", "by the print", "as derived", "rests on"), rows)
-    if statements := [e["statement"] for e in entries if e["statement"]]:
-        yield Items(statements)
     if assumed := max((e["assumed_inputs"] for e in entries), key=len):
-        yield Text(f"Assumed for this: {', '.join(assumed)}.", "note")
+        pairs = (text.partition(" = ")[::2] for text in assumed)
+        yield Folded("Assumed for this", [Table(("key", "value"), list(pairs))])
 
 
 def _list_law_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
@@ -271,15 +277,6 @@ def format_amount(value: float | None, unit: str) -> str:
     ('0.00275', '31.3 deg', '-')
     """
     return "-" if value is None else f"{clean_zero(value):.3g} {unit}".strip()
-
-
-def clean_zero(value: float | None) -> float | None:
-    """Return a value with rounding errors replaced by zero.
-
-    >>> clean_zero(-1.8e-14), clean_zero(1.8e-6), clean_zero(None)
-    (0.0, 1.8e-06, None)
-    """
-    return 0.0 if value is not None and abs(value) < ROUNDING else value
 
 
 def _capitalise(text: str) -> str:

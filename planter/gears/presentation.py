@@ -26,7 +26,7 @@ from planter.progress import Listener
 from planter.report import files
 from planter.report.folder import renews_files
 from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import format_label
+from planter.report.labels import clean_zero, format_label
 from planter.report.presentation import ResultPresentation
 from planter.view.animation import MotionBlock
 from planter.view.scene import Scene
@@ -123,14 +123,14 @@ def _describe_stage(stage: StageCut, centre_error_mm: float) -> Section:
             for gear, (name, *measures) in zip(stage.gears, _list_gears(stage.gears), strict=True)
         ], page_columns=("area / mm2", "root radius / mm")),
         *_describe_rims(stage.gears),
-        Table(("mesh", "least", "largest"), [
+        Table(("mesh", "least", "largest"), _clean_rows([
             *_list_mesh(stage),
             ("gap of flanks / mm", stage.gap_mm.min, stage.gap_mm.max),
             ("gap of polygons / mm", stage.polygon_gap_mm.min, stage.polygon_gap_mm.max),
             ("overlap of polygons / mm2", None, stage.overlap_mm2),
             ("penetration of polygons / modules", None, stage.penetration_modules),
             *((name, extent.min, extent.max) for name, extent in lost_motions.items() if extent is not None),
-        ]),
+        ])),
         Text("Lost motion: turn of the second gear, the first gear fixed, from the central position to contact on one "
              "side, and from contact on one side to contact on the other.", "note"),
     ]  # fmt: skip
@@ -148,7 +148,16 @@ def _list_gears(gears: Iterable[GearCut | IncompleteCut]) -> list[tuple[Cell, ..
              f"{gear.top_land_mm:.4g} ({gear.top_land_tooth})", gear.area_mm2) for gear in gears]  # fmt: skip
 
 
-def _list_mesh(pair: StageCut | Intermittent) -> list[tuple[Cell, ...]]:
+MeshRow = tuple[str, float | None, float | None]
+"""A measure of a mesh with its least and largest value."""
+
+
+def _clean_rows(rows: Iterable[MeshRow]) -> list[MeshRow]:
+    """Return rows in which zeros stand for rounding errors."""
+    return [(name, clean_zero(lower), clean_zero(upper)) for name, lower, upper in rows]
+
+
+def _list_mesh(pair: StageCut | Intermittent) -> list[MeshRow]:
     ratio, angle = pair.contact_ratio, pair.pressure_angle_deg
     return [
         ("contact ratio", ratio.min, ratio.max),

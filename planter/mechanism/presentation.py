@@ -299,7 +299,7 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
         ]
         yield Section("At single angles", [Table(("quantity", *angles, "unit"), cells)])
     if result.laws:
-        laws = [(law.law, law.violation, law.unit) for law in result.laws]
+        laws = [(law.law, float(f"{law.violation:.2g}"), law.unit) for law in result.laws]
         yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])
 
 

@@ -44,7 +44,7 @@ from planter.planting.results import (
 )
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
-from planter.report.html import Block, Cell, Folded, KeyFigure, Keys, Section, Table, Text
+from planter.report.html import Block, Cell, Folded, KeyFigure, Keys, MarkupCell, Section, Table, Text, escape_markup
 from planter.report.labels import format_label, list_values, tabulate_angles
 from planter.report.presentation import (
     ModelAssumptions,
@@ -56,6 +56,7 @@ from planter.report.presentation import (
 )
 from planter.version import __version__
 from planter.view.animation import MotionBlock
+from planter.view.names import load_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -344,18 +345,25 @@ def _tabulate_states(states: Sequence[DeviceState]) -> Table:
 
 
 REQUIREMENT_HEAD = (
-    "requirement", "value", "min", "max", "unit", "margin", "needed", "phi / deg", "", "meaning", "origin",
+    "requirement", "value", "min", "max", "unit", "margin", "needed", "phi / deg", "", "origin",
 )  # fmt: skip
 
 
 def _list_requirement_sections(requirements: Sequence[RequirementResult] | None) -> Iterator[Section]:
     rows: list[tuple[Cell, ...]] = [
-        (row.name, _round(row.value), row.lower, row.upper, row.unit, _round(row.margin), row.wanted_margin,
-         _round(row.phi_deg), row.verdict, row.meaning, row.origin)
+        (_name_requirement(row), _round(row.value), row.lower, row.upper, row.unit, _round(row.margin),
+         row.wanted_margin, _round(row.phi_deg), row.verdict, row.origin)
         for row in requirements or ()
     ]  # fmt: skip
     if rows:
-        yield Section("Requirements", [Table(REQUIREMENT_HEAD, rows, page_columns=REQUIREMENT_HEAD[-2:])])
+        yield Section("Requirements", [Table(REQUIREMENT_HEAD, rows, page_columns=REQUIREMENT_HEAD[-1:])])
+
+
+def _name_requirement(row: RequirementResult) -> MarkupCell:
+    """Return the key of a requirement, in whose place a page has its name and meaning."""
+    entry = load_names("planter.planting").find(row.name)
+    name = entry.name if entry else row.name
+    return MarkupCell(row.name, f"{escape_markup(name)} <small>{escape_markup(row.meaning)}</small>")
 
 
 def _round(value: float | None) -> float | None:

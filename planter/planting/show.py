@@ -160,7 +160,7 @@ class PlantingView:
         values = {f"{DESIGN}{name}": value for name, value in answer["design"].items()}
         return Sought(
             values,
-            f"Optimised: objective {answer['start_objective']:.6g} -> {answer['objective']:.6g}{starts}.",
+            f"Optimised: objective {answer['start_objective']:.6g} to {answer['objective']:.6g}{starts}.",
         )
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:

@@ -21,8 +21,8 @@ from planter.report import style
 
 MANY_COLUMNS = 7
 """Columns from which on a table is printed in smaller type."""
-SHORT = 10
-"""Characters up to which a text stays on one line."""
+SHORT, LONG = 10, 24
+"""Characters up to which a text stays on one line, and from which on it has a column of some width."""
 CLASS_NUMBER = ' class="number"'
 Cell = str | int | float | bool | None
 """A value in a table; None is displayed as a dash."""
@@ -86,7 +86,7 @@ class Conclusion:
 
     def html(self, name: str) -> str:
         """Return the sentences as HTML."""
-        return f'<div class="conclusion"><p>{escape_markup(self.text)}</p></div>'
+        return f'<div class="conclusion"><p>{typeset_numbers(escape_markup(self.text))}</p></div>'
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class KeyFigures:
         """Return the numbers as HTML."""
         rows = (
             f"<div><dt>{escape_markup(figure.meaning)}</dt><dd>{escape_markup(figure.value)} "
-            f"<small>{escape_markup(figure.unit)}</small></dd></div>"
+            f"<small>{typeset_unit(figure.unit)}</small></dd></div>"
             for figure in self.figures
         )
         return _lines('<dl class="key-figures">', *rows, "</dl>")
@@ -145,7 +145,7 @@ class Keys:
 
     def html(self, name: str) -> str:
         rows = (
-            f"<div><dt>{escape_markup(key)}</dt><dd>{cell_text(value)}</dd></div>" for key, value in self.pairs.items()
+            f"<div><dt>{typeset_label(key)}</dt><dd>{cell_text(value)}</dd></div>" for key, value in self.pairs.items()
         )
         return _lines("<dl>", *rows, "</dl>")
 
@@ -170,15 +170,18 @@ class Table:
             if self.rows and all(is_number(row[index]) or row[index] is None for row in self.rows)
         }
         head = "".join(
-            f'<th scope="col"{CLASS_NUMBER if index in numbers else ""}>{escape_markup(column)}</th>'
+            f'<th scope="col"{CLASS_NUMBER if index in numbers else ""}>{typeset_label(column)}</th>'
             if column
             else "<td></td>"
             for index, column in enumerate(self.head)
         )
-        body = (
-            f"<tr>{''.join(_cell(index, value, index in numbers) for index, value in enumerate(row))}</tr>"
+        units = {index for index, column in enumerate(self.head) if column == "unit"}
+        cells = (
+            [MarkupCell(value, typeset_unit(value)) if index in units and isinstance(value, str) else value
+             for index, value in enumerate(row)]
             for row in self.rows
-        )
+        )  # fmt: skip
+        body = (f"<tr>{''.join(_cell(i, value, i in numbers) for i, value in enumerate(row))}</tr>" for row in cells)
         kind = ' class="many"' if len(self.head) > MANY_COLUMNS else ""
         opened, closed = f'<div class="wide" tabindex="0"><table{kind}>', "</tbody></table></div>"
         return _lines(opened, caption, f"<thead><tr>{head}</tr></thead>", "<tbody>", *body, closed)
@@ -230,6 +233,37 @@ def cell_text(value: Cell) -> str:
     return value.markup if isinstance(value, MarkupCell) else escape_markup(value)
 
 
+_UNIT_SIGNS = {"deg": "\N{DEGREE SIGN}", "1": ""}
+_SUPERSCRIPTS = str.maketrans(
+    "23456", "\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}\N{SUPERSCRIPT FOUR}\N{SUPERSCRIPT FIVE}\N{SUPERSCRIPT SIX}"
+)
+
+
+def typeset_unit(unit: str) -> str:
+    """Return a unit as escaped text with exponents as superscripts, and nothing for the unit 1.
+
+    >>> typeset_unit("rad/s2"), typeset_unit("deg"), typeset_unit("1")
+    ('rad/s²', '°', '')
+    """
+    raised = re.sub(r"(?<=[A-Za-z])[2-6]\b", lambda exponent: exponent[0].translate(_SUPERSCRIPTS), unit)
+    return _UNIT_SIGNS.get(unit, escape_markup(raised))
+
+
+def typeset_label(label: str) -> str:
+    """Return a label as escaped text, with the unit behind its last stroke, if it has one, as `typeset_unit` does."""
+    name, stroke, unit = label.rpartition(" / ")
+    return f"{escape_markup(name)}{stroke}{typeset_unit(unit)}" if stroke else escape_markup(label)
+
+
+def typeset_numbers(text: str) -> str:
+    r"""Return a text whose negative numbers have a minus sign instead of a hyphen.
+
+    >>> [typeset_numbers(text).count("\N{MINUS SIGN}") for text in ("between -3.2 and 1e-06", "x-2 in 2026-11")]
+    [2, 0]
+    """
+    return re.sub(r"(?:(?<![\w.\])-])|(?<=\de))-(?=\.?\d)", "\N{MINUS SIGN}", text)
+
+
 def inline_svg(svg: str, name: str, label: str = "") -> str:
     """Return SVG text as a part of a page: without prologue and size, with ids prefixed by `name`."""
     body = svg[svg.index("<svg") :]
@@ -257,7 +291,7 @@ def render_page(
         lead=_lines('<div class="lead">', *parts, "</div>") if parts else "",
         links="\n".join(links),
         body="\n".join(bodies),
-        style=Template(_STYLE).substitute(ink=style.INK, paper=style.PAPER)
+        style=Template(_STYLE).substitute(shades=_DARK_RULES)
         + "".join(dict.fromkeys(block.style for block in moving))
         + extra_style,
         policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {policy_source(script)}",
@@ -278,12 +312,11 @@ def _section(number: int, section: Section) -> str:
 
 
 def _cell(index: int, value: Cell, in_numbers: bool) -> str:
-    if index == 0:
-        return f'<th scope="row">{cell_text(value)}</th>'
-    if is_number(value) or in_numbers:
+    if index and (is_number(value) or in_numbers):
         return f"<td{CLASS_NUMBER}>{cell_text(value)}</td>"
-    is_short = not isinstance(value, str) or len(value) <= SHORT
-    return f'<td class="short">{cell_text(value)}</td>' if is_short else f"<td>{cell_text(value)}</td>"
+    length = len(re.sub(r"<[^>]*>", "", cell_text(value)))
+    kind = ' class="short"' if length <= SHORT else ' class="long"' if length >= LONG else ""
+    return f"<td{kind}>{cell_text(value)}</td>" if index else f'<th scope="row"{kind}>{cell_text(value)}</th>'
 
 
 def is_number(value: Cell) -> TypeGuard[int | float]:
@@ -295,7 +328,12 @@ def _lines(*parts: str) -> str:
     return "\n".join(part for part in parts if part)
 
 
-# Figures are drawn in ink on paper; on a dark screen these two colours are exchanged.
+_DARK_RULES = "\n  ".join(
+    f'svg [style*="{part}: {shade}"] {{ {part}: {dark} !important; }}'
+    for shade, dark in {style.INK: "var(--ink)", style.PAPER: "var(--paper)", **style.DARK_SHADES}.items()
+    for part in ("fill", "stroke")
+)
+"""Figures are drawn in ink on paper; on a dark screen these two colours are exchanged, and others are lighter."""
 _STYLE = """\
 :root { color-scheme: light dark; --canvas: #eef1f4; --paper: #fefefe; --sunk: #f6f8fa; --ink: #141c26; --soft: #4c5766;
   --rule: #d8dee6; --edge: #78838f; --a: #0b5cad; --good: #0a6640; --good-paper: #e4f4ec; --warn: #775200;
@@ -318,7 +356,8 @@ p { margin: 6px 0; overflow-wrap: anywhere; }
 .conclusion { border-left: 4px solid var(--a); background: var(--sunk); padding: 12px 16px; margin: 16px 0 8px;
   font-size: 18px; line-height: 1.42; }
 .conclusion p { margin: 0; }
-.key-figures { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: 12px; margin: 14px 0; }
+.key-figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(12rem, 100%), 1fr)); gap: 12px;
+  margin: 14px 0; }
 .key-figures > div { display: flex; flex-direction: column-reverse; justify-content: flex-end; min-width: 0;
   border: 1px solid var(--rule); border-radius: 6px; padding: 10px 12px; }
 .key-figures dd { font-size: 27px; line-height: 1.15; letter-spacing: -.02em; font-weight: 650; }
@@ -341,7 +380,7 @@ th, td { padding: 4px 14px 4px 0; text-align: left; vertical-align: baseline; bo
 thead th { color: var(--soft); font-size: 12.5px; font-weight: 400; border-bottom: 1.5px solid var(--edge); }
 thead th.number { white-space: normal; }
 tbody th { font-weight: 400; } th small { display: block; color: var(--soft); font-size: 11.5px; }
-td:not(.number, .short) { min-width: 4rem; }
+td:not(.number, .short) { min-width: 4rem; } td.long { min-width: 11rem; }
 .short { white-space: nowrap; }
 .number { text-align: right; white-space: nowrap; }
 figure { margin: 1rem 0; }
@@ -352,13 +391,11 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   font: 13px/1.5 ui-monospace, "DejaVu Sans Mono", monospace; margin: 6px 0; white-space: pre-wrap;
   overflow-wrap: anywhere; }
 @media (max-width: 640px) { body { padding: 16px 16px 40px; } h1 { font-size: 22px; } .conclusion { font-size: 16.5px; }
-  .key-figures { grid-template-columns: minmax(0, 1fr); gap: 8px; }
-  tbody th { position: sticky; left: 0; background: var(--paper); min-width: 9.5rem; max-width: 45vw;
-    overflow-wrap: anywhere; } }
-@media screen and (prefers-color-scheme: dark) { svg [style*="fill: $ink"] { fill: var(--ink) !important; }
-  svg [style*="stroke: $ink"] { stroke: var(--ink) !important; }
-  svg [style*="fill: $paper"] { fill: var(--paper) !important; }
-  svg [style*="stroke: $paper"] { stroke: var(--paper) !important; } }
+  .key-figures { grid-template-columns: minmax(0, 1fr); gap: 8px; } figure { overflow-x: auto; }
+  figure > svg { min-width: 620px; }
+  tbody th { position: sticky; left: 0; background: var(--paper); max-width: 45vw; overflow-wrap: anywhere; }
+  tbody th.long { min-width: 9.5rem; } }
+@media screen and (prefers-color-scheme: dark) { $shades }
 @page { size: A4; margin: 12mm 15mm; }
 @media print { :root { color-scheme: light; --canvas: #fff; --paper: #fff; --sunk: #f6f8fa; --ink: #141c26;
   --soft: #4c5766; --rule: #d8dee6; --edge: #78838f; --a: #0b5cad; --good: #0a6640; --good-paper: #e4f4ec;
@@ -373,7 +410,8 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   table { font-size: 8.5pt; max-width: 100%; } thead th { font-size: 8pt; }
   table.many { font-size: 7pt; } table.many thead th { font-size: 6.5pt; }
   table.many :is(th, td) { padding-right: 6px; }
-  th, td:not(.number, .short) { overflow-wrap: anywhere; min-width: 0; } }
+  th, td:not(.number, .short), td.long { overflow-wrap: break-word; min-width: 0; }
+  .long, table.many :is(th, td:not(.number, .short)) { overflow-wrap: anywhere; } }
 """
 
 _PAGE = Template("""\

@@ -8,6 +8,9 @@ from typing import Any
 from planter.files import units
 from planter.report.html import Cell, Keys, Table
 
+ROUNDING = 1e-9
+"""Magnitude below which a computed value is shown as zero."""
+
 
 def format_label(key: str) -> str:
     """Return a key as a label with its unit.
@@ -81,3 +84,12 @@ def tabulate_angles(rows: Sequence[Mapping[str, Any]], angle: str) -> Table:
     return Table(
         head, [(format_label(key), *(format_cell(row[key]) for row in rows)) for key in rows[0] if key != angle]
     )
+
+
+def clean_zero(value: float | None) -> float | None:
+    """Return a value with rounding errors replaced by zero.
+
+    >>> clean_zero(-1.8e-14), clean_zero(1.8e-6), clean_zero(None)
+    (0.0, 1.8e-06, None)
+    """
+    return 0.0 if value is not None and abs(value) < ROUNDING else value

@@ -38,6 +38,12 @@ CLEAR = {"boxstyle": "square,pad=0.1", "facecolor": PAPER, "edgecolor": "none", 
 PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours that people with any kind of colour vision can tell apart (Okabe and Ito)."""
 
+TEXT_SHADES = {VERMILION: "#b54f00", GREEN: "#00795a", PURPLE: "#a04a80", ORANGE: "#8f6400", SKY: "#1b6d9c"}
+"""Darker shades of the palette's colours for text, with a contrast of 4.5 to the paper."""
+DARK_SHADES = {BLUE: "#4ea3e6", PURPLE: "#cf7db2", "#b54f00": "#e8742b", "#00795a": "#2bb58c", "#a04a80": "#cf7db2",
+               "#8f6400": ORANGE, "#1b6d9c": SKY}  # fmt: skip
+"""Colours on a dark page in the place of those that are too dark for it."""
+
 _MODEL_COLOURS = {"exact": BLUE, "printed": VERMILION}
 _LOCK = threading.RLock()
 _SETTINGS: dict[Any, Any] = {
@@ -157,6 +163,7 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -
     on_screen = axes.transData.transform([(1, end[0]) for end in order])
     targets = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()
     for (_, text, shade), height in zip(order, spread_heights(targets, gap), strict=True):
+        shade = TEXT_SHADES.get(shade, shade)
         axes.text(1.012, height, text, color=shade, transform=axes.transAxes, va="center", ha="left")
 
 

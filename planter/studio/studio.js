@@ -12,6 +12,7 @@ const state = {
   sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false,
 };
 const STORED = `planter studio ${location.pathname}`; // of this tab and this studio
+const THEME = "planter studio theme";
 const MOST_STEPS = 100;
 const MODELS = { exact: "Exact", printed: "As printed" };
 const parameters = new Map();
@@ -452,6 +453,18 @@ function download(text) {
   say(`${link.download} was handed to the browser.`);
 }
 
+/** Set the theme, "light", "dark" or "" for the system's, and keep it for all of this browser's studios. */
+function theme(name) {
+  if (name) document.documentElement.dataset.theme = name;
+  else delete document.documentElement.dataset.theme;
+  $("theme").value = name;
+  try { localStorage.setItem(THEME, name); } catch { return; } // a browser that keeps nothing
+}
+
+function storedTheme() {
+  try { return localStorage.getItem(THEME) ?? ""; } catch { return ""; }
+}
+
 /** Choose what a narrow screen shows below the drawing. */
 function panel(name) {
   document.body.dataset.panel = name;
@@ -488,6 +501,8 @@ $("model").addEventListener("change", () => { Object.assign(state, { model: $("m
 for (const [name, deed] of Object.entries({ undo, redo: () => go(state.at + 1), reset, keep, exchange, discard: () => beside(null), optimise, help: () => $("keys").showModal() })) {
   $(name).addEventListener("click", deed);
 }
+$("theme").addEventListener("change", () => theme($("theme").value));
+theme(storedTheme());
 $("find").addEventListener("input", find);
 $("tabs").addEventListener("click", (event) => event.target.dataset.to && panel(event.target.dataset.to));
 $("wish").addEventListener("click", () => send({ ask: "wish", values: state.values }));

@@ -27,6 +27,8 @@ PANELS = 3
 BARS = 8
 """Maximum number of inputs in the figure of an output."""
 BINS = 60
+LEAST_LINES = 3
+"""Number of inputs for which the figure of an output has room at least, so that bars are not thicker."""
 MIN_TOTAL = 0.005
 """Total index above which an input is in the figure."""
 LEAST_REDUCTION = 0.1
@@ -80,6 +82,7 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]]) -> Figure:
         axes.set_title(format_label(name))
         axes.grid(visible=False, axis="y")
         axes.set_xlim(0, None)
+        axes.set_ylim(-0.6, max(len(largest), LEAST_LINES) - 0.4)
     for axes in panels[len(sobol) :]:
         axes.set_visible(False)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
@@ -215,7 +218,8 @@ def _list_sections(result: ToleranceFound) -> Iterator[Section]:
             f"others (total). {result.index_rows} cycles; errors are half the 95 % intervals."
         )
         yield Section(
-            "Largest Sobol' indices", [Table(("output", "input", "first", "total", "+-"), shares), Text(note, "note")]
+            "Largest Sobol' indices",
+            [Table(("output", "input", "first", "total", "\N{PLUS-MINUS SIGN}"), shares), Text(note, "note")],
         )
     yield from _list_tightening(result, LARGEST)
     if result.robust is not None:
@@ -263,11 +267,15 @@ def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
     tables = []
     for name, shares in result.sobol.items():
         rows: list[tuple[Cell, ...]] = [
-            (path, share.first, share.first_error, share.total, share.total_error)
+            (path, *(round(value, 3) for value in (share.first, share.first_error, share.total, share.total_error)))
             for path, share in rank_shares(shares)[:MOST_INPUTS]
             if share.total > 0
         ]
-        tables += [Table(("input", "first", "+-", "total", "+-"), rows, format_label(name))] if rows else []
+        tables += (
+            [Table(("input", "first", "\N{PLUS-MINUS SIGN}", "total", "\N{PLUS-MINUS SIGN}"), rows, format_label(name))]
+            if rows
+            else []
+        )
     if tables:
         yield Section("Sobol' indices of each output", tables)
     entries = [(x.name, x.distribution, x.low, x.high, x.std, meanings[x.name]) for x in result.inputs]

@@ -18,7 +18,7 @@ from planter.planting.optimisation import Optimisation, optimise
 from planter.planting.report import figures
 from planter.planting.results import HeldBound, PlantingWarning
 from planter.planting.simulation import simulate
-from planter.report import html
+from planter.report import html, style
 
 EVIL = "<script>alert('x')</script> & \"more\""
 
@@ -165,3 +165,45 @@ def test_page_of_second_machine_has_inputs() -> None:
     simulation = simulate(Device(load("compact")), 24)
     page = replace(present_simulation(simulation), motions=tuple).page({})
     assert "forward_speed_m_s \N{MINUS SIGN}0.5 m/s" in words(page)
+
+
+def test_units_of_tables_and_figures_are_typeset() -> None:
+    table = html.Table(("quantity", "unit", "area / mm2"), [("variance", "N2", 1.0), ("ratio", "1", 2.0)]).html("")
+    assert "N\N{SUPERSCRIPT TWO}" in table
+    assert "mm\N{SUPERSCRIPT TWO}" in table
+    assert '<td class="short">1</td>' not in table
+    assert "rad/s\N{SUPERSCRIPT TWO}" in html.KeyFigures([html.KeyFigure("2", "rad/s2", "acceleration")]).html("")
+    assert "2 a2" in html.Table(("quantity",), [("2 a2",)]).html("")
+
+
+@pytest.mark.parametrize(
+    ("cell", "kind"),
+    [("pass", "short"), ("x" * html.LONG, "long"), (html.MarkupCell("key", "a" * html.LONG), "long"),
+     (html.MarkupCell("key", f"<b title='{'a' * html.LONG}'>name</b>"), "short")],
+)  # fmt: skip
+def test_cells_are_classed_by_what_a_page_shows(cell: str, kind: str) -> None:
+    assert f'<td class="{kind}">' in html.Table(("", ""), [("row", cell)]).html("")
+
+
+def _luminance(colour: str) -> float:
+    parts = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
+    linear = (part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+    return sum(weight * value for weight, value in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def _contrast(first: str, second: str) -> float:
+    dark, light = sorted((_luminance(first), _luminance(second)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+DARK_PAPER = "#151b22"
+"""The paper of a page in dark colours."""
+
+
+@pytest.mark.parametrize("shade", style.PALETTE)
+def test_labels_of_curves_are_legible_on_both_papers(shade: str) -> None:
+    label = style.TEXT_SHADES.get(shade, shade)
+    assert _contrast(label, style.PAPER) >= 4.5
+    assert _contrast(style.DARK_SHADES.get(label, label), DARK_PAPER) >= 4.5
+    assert _contrast(style.DARK_SHADES.get(shade, shade), DARK_PAPER) >= 3
+    assert f"--paper: {DARK_PAPER}" in html.render_page("", [])

@@ -24,6 +24,8 @@ MISSING = "key: Stress needs [gears]"
 REPORTS = (
     ("simulate", "wang2017-wide"), ("diff", "wang2017", "wang2017-wide"), ("pickup", "yu2023"),
     ("clutch", "geometry", "shi2021"), ("synthesise", "sun2019-corrected"),
+    ("audit", "wang2017"), ("explain", "wang2017"), ("optimise", "wang2017", "--method", "ipopt", "--starts", "2"),
+    ("tolerance", "wang2017", "--samples", "1000", "--indices", "64", "--halved", "0", "--no-robust"),
 )  # fmt: skip
 FAULTS = {
     "contrast": '<p style="color: #999">pale</p>',
@@ -102,6 +104,44 @@ def test_reports_have_no_barriers(words: tuple[str, ...], chromium: Browser, tmp
     assert [barrier for barrier in barriers if " key: " not in barrier] == []
 
 
+def test_theme_is_chosen_and_survives_a_reload(chromium: Browser, tmp_path: Path) -> None:
+    """The system's theme at first; another one from the keyboard, also after a reload; and back to the system's."""
+    colour = "() => getComputedStyle(document.body).backgroundColor"
+    with (
+        studio(tmp_path, "wang2017-wide") as address,
+        open_page(chromium, address, 1280, "dark") as page,
+    ):
+        dark = page.evaluate(colour)
+        theme = page.get_by_label("Theme")
+        expect(theme).to_have_value("")
+        theme.focus()
+        page.keyboard.press("ArrowDown")
+        expect(theme).to_have_value("light")
+        light = page.evaluate(colour)
+        assert light != dark
+        page.reload()
+        expect(theme).to_have_value("light")
+        assert page.evaluate(colour) == light
+        page.emulate_media(color_scheme="light")
+        theme.select_option("dark")
+        assert page.evaluate(colour) == dark
+        theme.select_option("")
+        assert page.evaluate(colour) == light
+
+
+@pytest.mark.long
+def test_studio_fills_a_large_window(chromium: Browser, tmp_path: Path) -> None:
+    """Panels scroll, and the page does not."""
+    with (
+        studio(tmp_path, "wang2017-wide") as address,
+        open_page(chromium, f"{address}#wang2017-wide", 1280, "light") as page,
+    ):
+        page.wait_for_selector("body[data-detailed]", timeout=60_000)
+        excess = "(part) => part.scrollHeight - part.clientHeight"
+        assert page.locator("html").evaluate(excess) == 0
+        assert page.locator("#told").evaluate(excess) > 0
+
+
 @pytest.mark.long
 def test_keyboard_alone_does_all(chromium: Browser, tmp_path: Path) -> None:
     """Each control is reached by Tab; values are typed, stepped, refused and undone; nothing moves by itself."""
@@ -139,6 +179,7 @@ def test_keyboard_alone_does_all(chromium: Browser, tmp_path: Path) -> None:
             expect(field).to_have_attribute("aria-invalid", "true")
             expect(page.locator("#said")).to_have_attribute("role", "alert")
             expect(page.locator("#said")).to_contain_text("Circle radius")
+        expect(page.locator("#readings")).to_have_attribute("aria-busy", "false", timeout=60_000)
         picture_id = page.locator("body").get_attribute("data-shown")
         field.focus()
         page.keyboard.press("Escape")
