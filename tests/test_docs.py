@@ -22,7 +22,7 @@ from tests.support.structure import ROOT
 DOCS = ROOT / "docs"
 GALLERY = sorted(path for path in (DOCS / "gallery").glob("*.md") if path.stem != "index")
 WITH_PROCESSES = {
-    "embedding", "free_motion", "gears_to_cut", "measured", "own_mechanism", "own_paper", "tolerance",
+    "embedding", "free_motion", "gears_to_cut", "library", "measured", "own_mechanism", "own_paper", "tolerance",
 }  # fmt: skip
 """Pages that start commands, for some seconds."""
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")])

@@ -264,7 +264,10 @@ def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -
 # --- any sum of measures ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("goal", ["max M_L", "range F_support"], ids=["programme", "curve"])
+@pytest.mark.parametrize(
+    "goal",
+    [pytest.param("max M_L", id="programme", marks=pytest.mark.long), pytest.param("range F_support", id="curve")],
+)
 def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str) -> None:
     built = load_machine(WIDE)
     spec = SearchSpec(sampling=36, starts=1)
