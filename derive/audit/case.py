@@ -30,35 +30,41 @@ def directions(equations: Sequence[Equation]) -> frozenset[Quantity]:
     """
     symbols = set().union(*(e.residual.free_symbols for e in equations))
     angles = {s for s in symbols if isinstance(s, Quantity) and s.unit == "rad"}
-    while counted := {s for s in angles if not _turns_freely(s, equations, angles)}:
+    found = [(e.defines, _find_outside(e.residual, frozenset(angles))) for e in equations]
+    while counted := {s for s in angles if not _turns_freely(s, found, angles)}:
         angles -= counted
     return frozenset(s for s in angles if any(_is_periodic_in(e, s) for e in equations))
 
 
-def _turns_freely(symbol: Quantity, equations: Iterable[Equation], angles: set[Quantity]) -> bool:
+Outside = dict[Basic, set[Basic]]
+"""Terms, by the angle that stands in them elsewhere than in a periodic function."""
+
+
+def _turns_freely(
+    symbol: Quantity, found: Iterable[tuple[sp.Symbol | None, Outside]], angles: set[Quantity]
+) -> bool:  # fmt: skip
     """Whether no equation but those of other directions tells it from itself a turn later."""
-    for equation in equations:
-        if symbol in equation.residual.free_symbols:
-            outside = _outside(equation.residual, symbol)
-            if equation.defines is not None and equation.defines in angles:
-                outside = {node for node in outside if not _adds(node, symbol)}
-            if outside:
-                return False
+    for defines, outside in found:
+        terms = outside.get(symbol, set())
+        if any(defines not in angles or not _adds(term, symbol) for term in terms):
+            return False
     return True
 
 
-def _outside(expr: Basic, symbol: Quantity) -> set[Basic]:
-    """The terms of an expression, or of its cases, in which a symbol stands elsewhere than in a periodic function."""
-    if symbol not in expr.free_symbols:
-        return set()
+def _find_outside(expr: Basic, angles: frozenset[Quantity]) -> Outside:
+    """The terms of an expression, or of its cases, in which angles stand elsewhere than in a periodic function."""
+    if isinstance(expr, sp.Symbol):
+        return {expr: {expr}} if expr in angles else {}
     if isinstance(expr, _PERIODIC):
-        return set() if _adds(expr.args[0], symbol) else {expr}
-    if isinstance(expr, sp.Mul) and expr.args[0].is_Integer:
-        return _outside(sp.Mul(*expr.args[1:]), symbol)
-    inner = set().union(*(_outside(part, symbol) for part in expr.args))
-    if isinstance(expr, sp.Add | sp.Piecewise | sp.Tuple):
+        return {s: {expr} for s in expr.free_symbols & angles if not _adds(expr.args[0], s)}
+    inner: Outside = {}
+    for part in expr.args:
+        for symbol, terms in _find_outside(part, angles).items():
+            inner.setdefault(symbol, set()).update(terms)
+    is_multiple = isinstance(expr, sp.Mul) and len(expr.args) == 2 and expr.args[0].is_Integer
+    if is_multiple or isinstance(expr, sp.Add | sp.Piecewise | sp.Tuple):
         return inner
-    return {expr} if inner or isinstance(expr, sp.Symbol) else set()
+    return {symbol: {expr} for symbol in inner}
 
 
 def _adds(expr: Basic, symbol: Quantity) -> bool:
