@@ -50,7 +50,7 @@ def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentati
         "laws are broken": (sum(bool(law["caused_by"]) for law in laws), len(laws)),
         "printed numbers are not reproduced": (differing, numbers),
     }
-    front = result.get("front")
+    front, experiment = result.get("front"), result.get("experiment")
     return ResultPresentation(
         title="Formula audit",
         conclusion=f"{at_fault} of {equations} printed equations are at fault; "
@@ -60,9 +60,13 @@ def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentati
         sections=list(_list_sections(result, typeset)),
         details=lambda: [
             *([] if front is None else [build_figure_section(front)]),
+            *([] if experiment is None else [build_experiment_figure(experiment)]),
             Section("Meanings of the terms", [Keys(MEANINGS)]),
         ],
-        texts=lambda: {} if front is None else format_front_files(front),
+        texts=lambda: {
+            **({} if front is None else format_front_files(front)),
+            **({} if experiment is None else format_figure_files("experiment", plot_hypotheses(experiment))),
+        },
         summary_parts=result,  # its keys are in the order of the stored verdicts
         provenance={"planter": __version__},
     )
@@ -385,14 +389,55 @@ def format_front_files(front: FrontTable) -> dict[str, str | bytes]:
         for curve in front["fronts"]
         for p in curve["points"]
     ]
-    figure = plot_front(front)
     return {
         "front.json": files.summary_text(front),
         "front.csv": "\n".join([",".join(names), *lines]) + "\n",
-        "front.svg": style.render_svg(figure),
-        "front.png": style.render_png(figure),
-        "front.pdf": style.render_pdf(figure),
+        **format_figure_files("front", plot_front(front)),
     }
+
+
+def format_figure_files(name: str, figure: Figure) -> dict[str, str | bytes]:
+    """Return the contents of a figure's files by file name."""
+    return {
+        f"{name}.svg": style.render_svg(figure),
+        f"{name}.png": style.render_png(figure),
+        f"{name}.pdf": style.render_pdf(figure),
+    }
+
+
+EXPERIMENT_CAPTION = (
+    "Least to largest force that each hypothesis gives, its parameters fitted to the measured extremes and variance, "
+    "and the measured extremes as lines. The share is the largest miss of the three figures."
+)
+
+
+def build_experiment_figure(result: FrontTable) -> Section:
+    """Return the section with the figure of the hypotheses on a measurement."""
+    figure = FigureSvg(style.render_svg(plot_hypotheses(result)), EXPERIMENT_CAPTION)
+    return Section("Figure of the hypotheses", [figure])
+
+
+@style.with_style
+def plot_hypotheses(result: FrontTable) -> Figure:
+    """Plot the range of the force of each hypothesis, with its largest miss and the measured extremes."""
+    plot = style.new_figure(3.6)
+    axes = plot.subplots()
+    rows = result["hypotheses"]
+    for key in ("min_N", "max_N"):
+        axes.axvline(result["measured"][key], color=style.INK, linewidth=0.8, linestyle=(0, (4, 2)))
+    right = max(row["max_N"] for row in [*rows, result["measured"]])
+    for place, row in enumerate(rows):
+        shade = style.BLUE if row["reached"] else style.SOFT
+        axes.barh(place, row["max_N"] - row["min_N"], left=row["min_N"], height=0.5, color=shade)
+        verdict = "reached" if row["reached"] else f"{row['largest_miss_percent']:.0f} %"
+        count = len(row["parameters"])
+        axes.text(1.04 * right, place, f"{verdict}, {count} parameter{'' if count == 1 else 's'}", va="center")
+    axes.set_yticks(range(len(rows)), [row["name"] for row in rows])
+    axes.grid(visible=False, axis="y")
+    axes.invert_yaxis()
+    axes.set_xlim(0, 1.5 * right)
+    axes.set_xlabel("force at the sensor / N")
+    return plot
 
 
 def _format_cell(value: Any) -> str:

@@ -49,6 +49,7 @@ EXTRAS: Mapping[str, tuple[str, str]] = {
     "parquet": ("pyarrow", "tables of sweeps as Parquet beside CSV"),
     "step": ("OCP", "solid bodies as STEP files"),
     "cluster": ("distributed", "jobs on a Dask cluster"),
+    "sampling": ("numpyro", "samplers of posteriors of measured data"),
 }
 """Extras of pyproject.toml for those who use the package: a module that only the extra brings, and its purpose."""
 

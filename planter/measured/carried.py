@@ -5,7 +5,7 @@ By d'Alembert it is the rate of their momentum less their weights and the forces
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import casadi as ca
@@ -56,22 +56,22 @@ def add_carried_forces(machine: Machine, section: MeasurementSection | None, sup
     """Return a machine with the forces on the bodies that its [measurement] names. Raises as `list_carried_forces`."""
     if section is None:
         return machine
-    for force, parts in list_carried_forces(section, supports, machine.quantities, machine.source).items():
-        names = [quantity.name for quantity in machine.quantities if quantity.total == force.total]
-        rows = [names.index(part) for part in parts]
-        quantities = (*machine.quantities, force)
-        if force.total and machine.totals is not None:
-            machine = replace(machine, totals=_append_sum(machine.totals, rows), quantities=quantities)
-        else:
-            machine = replace(machine, lane=_append_sum(machine.lane, rows), quantities=quantities)
-    return machine
+    forces = list_carried_forces(section, supports, machine.quantities, machine.source)
+    if not forces:
+        return machine
+    are_totals = next(iter(forces)).total
+    summed = [quantity for quantity in machine.quantities if quantity.total == are_totals]
+    quantities = (*machine.quantities, *forces)
+    if are_totals and machine.totals is not None:
+        return replace(machine, totals=_append_sums(machine.totals, summed, forces.values()), quantities=quantities)
+    return replace(machine, lane=_append_sums(machine.lane, summed, forces.values()), quantities=quantities)
 
 
-def _append_sum(function: ca.Function, rows: Sequence[int]) -> ca.Function:
-    """Return a function (m,) with a further output, the sum of some rows."""
-    inputs = function.sx_in()
+def _append_sums(function: ca.Function, quantities: Sequence[Quantity], sums: Iterable[Sequence[str]]) -> ca.Function:
+    """Return a function that gives quantities (m,) with further outputs, each the sum of some of them by name."""
+    names, inputs = [quantity.name for quantity in quantities], function.sx_in()
     (output,) = function.call(inputs)
-    total = ca.sum1(output[list(rows)])
+    totals = [ca.sum1(output[[names.index(part) for part in parts]]) for parts in sums]
     return ca.Function(
-        function.name(), inputs, [ca.densify(ca.vertcat(output, total))], function.name_in(), function.name_out()
+        function.name(), inputs, [ca.densify(ca.vertcat(output, *totals))], function.name_in(), function.name_out()
     )

@@ -35,8 +35,8 @@ _UNIT_SPELLINGS = {
 def list_units(unit: str) -> dict[str, float]:
     """Return the units that a column of a quantity may have, each in parts of the quantity's display unit.
 
-    >>> list_units("mm")["m"], list_units("N")["kN"]
-    (1000.0, 1000.0)
+    >>> list_units("mm")["m"], list_units("N")["daN"]
+    (1000.0, 10.0)
     """
     if unit in VALUES:
         return VALUES[unit]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 from scipy.special import logsumexp, softmax
+from scipy.stats import chi2, norm, qmc
 
 from planter.engine.machine import Machine
 from planter.errors import ComputationError, InputError
@@ -22,6 +23,8 @@ from planter.measured.sensor_curve import build_curve
 
 STEP = 1e-5
 """Step of the differences of a gradient, in shares of the bounds."""
+DRAWS, FREEDOM, SPREAD = 8192, 4.0, 2.0
+"""Number of draws for moments, their degrees of freedom, and their scale, in covariances at the mode."""
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,10 @@ class Posterior:
         return total, gradient * self._scale
 
     def approximate(self, seed: int = 0) -> NormalPosterior:
-        """Return the normal density at the mode (Laplace's method), searched from the best fit of several starts.
+        """Return the normal density with mean and covariance of the posterior for a curve that is linear in its inputs.
 
+        It is linear about the mode, which is searched from the best fit of several starts. The curvature there alone
+        (Laplace's method) would be too large: the noise's size and correlation are uncertain, which widens the tails.
         Raises ComputationError if the data do not determine all inputs, and if no search ends at a cycle.
         """
         width = self.upper - self.lower
@@ -107,7 +112,36 @@ class Posterior:
         if not np.linalg.eigvalsh(hessian)[0] > 1:  # a deviation of a whole width of the bounds
             raise ComputationError(f"the data do not determine all of {', '.join(self.names)} within their bounds")
         covariance = np.asarray(np.linalg.inv(hessian) * np.outer(width, width), dtype=float)
-        return NormalPosterior(self.lower + end.x * width, covariance)
+        return self._match_moments(self.lower + end.x * width, covariance, seed)
+
+    def _match_moments(self, mode: Array, covariance: Array, seed: int) -> NormalPosterior:
+        """Return mean and covariance about a mode (n,), by weighted draws from Student's t of a covariance (n, n)."""
+        count = len(mode)
+        steps = draw_student(np.asarray(np.linalg.cholesky(SPREAD * covariance), dtype=float), seed)
+        squares = np.einsum("mi,ij,mj->m", steps, np.linalg.inv(SPREAD * covariance), steps)
+        logs = (FREEDOM + count) / 2 * np.log1p(squares / FREEDOM)
+        z = mode * self._scale
+        values, slopes = self.curve(z)
+        ends = np.column_stack([steps, np.ones(len(steps))])
+        for points, gaps, log_weights in zip(self.curve.channels, self.curve.gaps, self._log_weights, strict=True):
+            rows = np.column_stack([slopes[points] * self._scale, values[points] - self.curve.values[points]])
+            sums = np.einsum("mi,gij,mj->mg", ends, sum_white_products(rows, gaps), ends, optimize=True)
+            logs += logsumexp(log_weights - len(rows) / 2 * np.log(np.maximum(sums, np.finfo(float).tiny)), axis=1)
+        prior, prior_slopes = self.curve.chosen.prior_rows(z)
+        logs -= ((prior + steps @ (prior_slopes * self._scale).T) ** 2).sum(axis=1) / 2
+        logs[((mode + steps < self.lower) | (mode + steps > self.upper)).any(axis=1)] = -np.inf
+        weights = softmax(logs)
+        mean = weights @ steps
+        deviations = steps - mean
+        matched: Array = (deviations * weights[:, None]).T @ deviations
+        return NormalPosterior(mode + mean, matched)
+
+
+def draw_student(root: Array, seed: int) -> Array:
+    """Return draws (`DRAWS`, n) of Student's t with `FREEDOM` degrees, for the root (n, n) of its scale matrix."""
+    uniform = qmc.Sobol(len(root) + 1, seed=seed).random(DRAWS)
+    normal: Array = norm.ppf(uniform[:, 1:]) @ root.T
+    return normal / np.sqrt(chi2.ppf(uniform[:, :1], FREEDOM) / FREEDOM)
 
 
 def load_posterior(

@@ -280,6 +280,11 @@ class SensorSignal:
         return {f"measured_{self.view.quantity.key}": self.signal}
 
     @property
+    def name(self) -> str:
+        """The name of the signal on a page."""
+        return f"{self.view.quantity.name} as the sensor sees it"
+
+    @property
     def result(self) -> MeasurementResult:
         """Statistics of the signal over its angles."""
         signal, key = self.signal, self.view.quantity.key

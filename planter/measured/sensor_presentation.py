@@ -13,6 +13,7 @@ from planter.measured.sensor_curve import SensorSignal
 from planter.report import style
 from planter.report.html import Block, Items, Keys, Section
 from planter.report.labels import format_name
+from planter.view.subject import Reading
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,6 +34,17 @@ def list_measurement_sections(result: MeasurementResult | None) -> Iterator[Sect
     sentences = [f"{sentence[0].upper()}{sentence[1:]}." for sentence in result.seen or [RIGID]]
     blocks: list[Block] = [Items(sentences), Keys({**keys, square: result.variance})]
     yield Section(f"Measurement, {result.quantity}", blocks)
+
+
+def list_signal_readings(signal: SensorSignal | None) -> list[Reading]:
+    """Return the extremes of what a sensor sees, none without a signal."""
+    if signal is None:
+        return []
+    result = signal.result
+    return [
+        Reading(f"{signal.name}, {kind}", result.unit, value)
+        for kind, value in (("largest", result.max), ("least", result.min))
+    ]
 
 
 def draw_signals(signal: SensorSignal | None, angle: str, end: float = 360.0) -> dict[str, Figure]:

@@ -123,6 +123,15 @@ def list_sensor_inputs(machine: Machine) -> tuple[str, ...]:
     return () if view is None else tuple(view.parameters)
 
 
+def describe_sensor_inputs(view: SensorView | None) -> dict[str, str]:
+    """Return the meanings of the numbers of [measurement] that a user can change, by path."""
+    return {
+        path: f"{stated.effect.meaning}: {parameter.name}"
+        for stated in (view.effects if view else ())
+        for path, (parameter, _) in stated.parameters.items()
+    }
+
+
 def check_sensor_bounds(machine: Machine, path: str, bounds: tuple[float, float]) -> None:
     """Raise InputError if the file of a machine cannot hold a number of [measurement] anywhere between bounds."""
     for end in bounds:

@@ -211,7 +211,7 @@ def simulate_machine(machine: Machine, samples: int | None = None, at_deg: Seque
         AngleValues(float(angle), {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()})
         for angle in at_deg
     ]
-    measured, sensor_warnings = _measure(cycle)
+    measured, sensor_warnings = measure_sensor(cycle)
     result = replace(
         cycle.result,
         at=at or None,
@@ -237,7 +237,7 @@ def _summarise(model: Model, cycle: MechanismCycle) -> tuple[CycleSummary | None
         return None, [MechanismWarning(name="no_summary", angle_deg=0.0, message=message)]
 
 
-def _measure(cycle: MechanismCycle) -> tuple[SensorSignal | None, list[MechanismWarning]]:
+def measure_sensor(cycle: MechanismCycle) -> tuple[SensorSignal | None, list[MechanismWarning]]:
     """Return what the sensor of the file sees, if it states that, or a warning if a quantity does not repeat."""
     view = find_sensor_view(cycle.machine)
     if view is None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from planter.measured.section import SECTION
+from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
 from planter.mechanism.swept import ROOM
 from planter.view.subject import (
     Control,
@@ -45,18 +48,32 @@ class MechanismView:
         """Its values, within their bounds if the file has any."""
         meanings = {entry["shown"]: entry["meaning"] for entry in self.file.entries}
         bounds = {f"values.{key}": pair for key, pair in self.file.bounds.items()}
+        if self.file.measurement is not None:
+            meanings |= describe_sensor_inputs(find_sensor_view(self._compute_cycle({}).machine))
         return list_controls(self.file, meanings, meanings, bounds)
+
+    @property
+    def rigid(self) -> MechanismView:
+        """The mechanism without its sensor, for pages without a server."""
+        return MechanismView(self.file.model_copy(update={SECTION: None}))
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Return its bodies over a cycle."""
-        from planter.mechanism.drawing import PlotAxis, build_scene
+        from planter.mechanism.drawing import PlotAxis, build_scene, select_frames
+        from planter.view.scene import Curve
 
         cycle = self._compute_cycle(values)
         axis = PlotAxis.from_cycle(cycle)
-        return [build_scene(self.name, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine)]
+        scene = build_scene(self.name, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine)
+        if cycle.measured is not None:
+            values_shown = cycle.measured.signal[select_frames(len(cycle.angles_deg))]
+            measured = Curve(cycle.measured.name, cycle.measured.result.unit, values_shown)
+            scene = replace(scene, curves=[measured, *scene.curves])
+        return [scene]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """Return largest and least values of the first results that change over the cycle."""
+        """Return largest and least values of what the sensor sees, and of the first results that change."""
+        from planter.measured.sensor_presentation import list_signal_readings
         from planter.mechanism.drawing import name_quantity, select_curves
 
         cycle = self._compute_cycle(values)
@@ -64,9 +81,12 @@ class MechanismView:
         moving = [key for key, extreme in extremes.items() if extreme.max > extreme.min]
         keys = select_curves(moving, cycle.machine)[:MOST_READINGS]
         return [
-            Reading(f"{name_quantity(results[key])}, {kind}", extremes[key].unit, value)
-            for key in keys
-            for kind, value in (("largest", extremes[key].max), ("least", extremes[key].min))
+            *list_signal_readings(cycle.measured),
+            *(
+                Reading(f"{name_quantity(results[key])}, {kind}", extremes[key].unit, value)
+                for key in keys
+                for kind, value in (("largest", extremes[key].max), ("least", extremes[key].min))
+            ),
         ]
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
@@ -96,15 +116,16 @@ class MechanismView:
         return write_numbers(self.file, self._with_values(values))
 
     def _with_values(self, values: Values) -> MechanismFile:
-        return self.file.with_values({path.removeprefix("values."): value for path, value in values.items()})
+        return self.file.with_numbers(values)
 
     def _compute_cycle(self, values: Values) -> MechanismCycle:
-        from planter.mechanism.cycle import compute_cycle
+        from planter.mechanism.cycle import compute_cycle, measure_sensor
         from planter.mechanism.machines import build_machine
         from planter.mechanism.model import Model
 
         if self._latest is None or self._latest[0] != dict(values):
-            self._latest = dict(values), compute_cycle(Model(build_machine(self._with_values(values))))
+            cycle = compute_cycle(Model(build_machine(self._with_values(values))))
+            self._latest = dict(values), replace(cycle, measured=measure_sensor(cycle)[0])
         return self._latest[1]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from planter.engine.response import DesignPoint
 from planter.files import units
 from planter.kernels import Array
+from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.numerics.extrema import index_first_extremum
 from planter.planting.model import Device
 from planter.planting.results import PlantingWarning, Statistics
@@ -173,3 +174,11 @@ def _describe_lost_contact(turn: DeviceCycleTable, key: str, name: str, text: st
         f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; side 2 half a turn later"
     )
     return PlantingWarning(name=name, phi_deg=float(np.degrees(turn.phi[worst])), message=message)
+
+
+def measure_design(device: Device, x: Array, turn: DeviceCycleTable) -> SensorSignal | None:
+    """Return what the sensor of the file sees over a turn of a design x (p,) [SI], None if the file states none."""
+    if device.machine.measurement is None:
+        return None
+    machine = device.force.machine
+    return measure_cycle(machine.with_data(machine.build_data(x)), turn.phi, turn.columns())

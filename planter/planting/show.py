@@ -11,6 +11,8 @@ import numpy as np
 
 from planter.interchange.motion_formats import MotionFormat
 from planter.kernels import Array
+from planter.measured.section import SECTION
+from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
 from planter.planting import cycle
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
@@ -135,7 +137,15 @@ class PlantingView:
         bounds = {f"{DESIGN}{name}": pair for name, pair in self.machine.bounds.items()}
         paths = [f"{DESIGN}{name}" for name in device.names]
         points = find_point_bounds(self.machine)
-        return list_controls(self.machine, [*paths, *BESIDE, *points], meanings, bounds | points, NAMES)
+        sensor = describe_sensor_inputs(find_sensor_view(device.force.machine))
+        return list_controls(
+            self.machine, [*paths, *BESIDE, *points, *sensor], meanings | sensor, bounds | points, NAMES
+        )
+
+    @property
+    def rigid(self) -> PlantingView:
+        """The device without its sensor, for pages without a server."""
+        return PlantingView(self.machine.model_copy(update={SECTION: None}))
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
@@ -174,6 +184,7 @@ class PlantingView:
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Objective, support force, motor torque, centre distances; all of the samples of the file."""
+        from planter.measured.sensor_presentation import list_signal_readings
         from planter.planting import cycle
         from planter.planting.objective import read_weights
 
@@ -184,6 +195,7 @@ class PlantingView:
         over = partial(cycle.name_over_samples, samples=device.machine.objective.samples)
         a1, a2 = cycle.find_centre_distances(device, at) * 1e3
         return [
+            *list_signal_readings(cycle.measure_design(device, x, turn)),
             Reading(over("objective (31)"), "", read_weights(device.machine).value(force.range_N, force.variance_N2)),
             Reading(over("range of the support force"), "N", force.range_N),
             Reading(over("largest support force"), "N", force.max_N),

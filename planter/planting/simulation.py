@@ -17,7 +17,7 @@ from planter.engine.sensitivity import SensitivityResult, build_goal
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
-from planter.measured.sensor_curve import SensorSignal, measure_cycle
+from planter.measured.sensor_curve import SensorSignal
 from planter.mechanism import cycle as mechanism
 from planter.mechanism.cycle import MechanismCycle
 from planter.mechanism.optimisation import compute_objective_sensitivity, evaluate_limits
@@ -188,9 +188,7 @@ def simulate(
     prologue = device.prologue(device.design)
     turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
     objective, limits = read_weights(device.machine), evaluate_file_limits(device)
-    measured = None
-    if device.machine.measurement is not None:
-        measured = measure_cycle(device.force.machine, turn.phi, turn.columns())
+    measured = planting.measure_design(device, device.design, turn)
     sampled = planting.compute_statistics(turn.support)
     result = SimulationFound(
         machine=device.machine.name,

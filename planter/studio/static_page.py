@@ -11,7 +11,7 @@ import difflib
 import gzip
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -63,17 +63,18 @@ def write_page(source: str, file: Path) -> Path:
 
 def build_page(machine: Movable) -> str:
     """Return the page. Raises CompilerError if the programs cannot be compiled, and the errors of these programs."""
-    models = {name: StaticPageModel(machine, name) for name in machine.models}
+    rigid = machine.rigid
+    models = {name: StaticPageModel(rigid, name) for name in machine.models}
     programs = [program for model in models.values() for program in model.portable.programs]
     module = gzip.compress(build_webassembly(programs), mtime=0)
     description = {
         "name": machine.name,
-        "controls": [control.to_json() for control in machine.controls],
+        "controls": [control.to_json() for control in rigid.controls],
         "search": "Improve" if all(model.portable.gradient for model in models.values()) else None,
         "models": {name: model.json() for name, model in models.items()},
         "programs": {program.name: program.size for program in programs},
         "module": base64.b64encode(module).decode("ascii"),
-        "file": file_template(machine),
+        "file": file_template(machine, rigid.controls),
     }
     return _html(machine, description, models)
 
@@ -117,14 +118,14 @@ def _scoped(name: str, text: str) -> str:
     return f"modules.{name} = (() => {{\n{inner}\nreturn {{ {exported} }};\n}})();"
 
 
-def file_template(machine: Movable) -> dict[str, Any]:
-    """Return the lines of a machine's file, and edits by path, which replace the lines `from` to `to`.
+def file_template(machine: Movable, controls: Sequence[Control]) -> dict[str, Any]:
+    """Return the lines of a machine's file, and edits by path of controls, which replace the lines `from` to `to`.
 
     Raises ComputationError if two numbers are in the same line.
     """
-    values = {control.path: control.value for control in machine.controls}
+    values = {control.path: control.value for control in controls}
     lines = machine.handed(values).splitlines()
-    edits = {control.path: _edits(machine, values, lines, control) for control in machine.controls}
+    edits = {control.path: _edits(machine, values, lines, control) for control in controls}
     replaced = [line for changes in edits.values() for edit in changes for line in range(edit["from"], edit["to"])]
     if len(set(replaced)) < len(replaced):
         raise ComputationError(f"{machine.name}: a page without a server cannot write its file, line by line")

@@ -394,6 +394,10 @@ class Portable:
 class Movable(Shown, Protocol):
     """A machine that a page can compute without Python."""
 
+    @property
+    def rigid(self) -> Movable:
+        """The machine without its sensor, which the programs do not compute."""
+
     def portable(self, model: str) -> Portable:
         """Return the programs that compute the numbers of the first scene.
 

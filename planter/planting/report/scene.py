@@ -68,7 +68,7 @@ def build_scene(device: Device, x: Array, before: Array | None = None, toothed: 
     Its gears have teeth where those can be made, but for a scene that is not `toothed`: it is found ten times faster.
     """
     turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS))
-    columns = turn.columns()
+    columns, measured = turn.columns(), cycle.measure_design(device, x, turn)
     columns |= {f"{name}_N": np.hypot(columns[f"{name}x_N"], columns[f"{name}y_N"]) for name in FORCES}
     gears = locate_pitch_curves(device, x, samples=CORNERS)
     speed, forward = (device.machine.si(f"operation.{key}") for key in ("speed_rpm", "forward_speed_m_s"))
@@ -87,7 +87,10 @@ def build_scene(device: Device, x: Array, before: Array | None = None, toothed: 
         bodies=(_sun(gears, cut), carrier, *_halves(device, columns, corner), *_before(device, before)),
         points=points,
         forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
-        curves=[_curve(device, columns, key) for key in CURVES],
+        curves=[
+            *([] if measured is None else [Curve(measured.name, measured.result.unit, measured.signal)]),
+            *(_curve(device, columns, key) for key in CURVES),
+        ],
         events=[Event(p.name, float(np.degrees(p.angle))) for p in list_breakpoints(device.force, device.prologue(x))],
         labels=(Label("nozzle opening (front view)", float(corner[0]), float(corner[1]) + 70, "end"),),
         ground=_soil(device, columns, forward * seconds * 1e3),

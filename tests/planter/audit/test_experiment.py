@@ -1,9 +1,13 @@
 """`planter audit wang2017 --experiment`: hypotheses on the measured figures, checked without the operators."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from matplotlib.patches import Rectangle
 
 from planter import Device, load_machine, simulate
+from planter.audit.presentation import plot_hypotheses
 from tests.support.cli import answer, refusal
 
 MEASURED = {"max_N": 171.96, "min_N": 24.93, "variance_N2": 1033.23}
@@ -16,8 +20,8 @@ def compute_lever_figures(lever_mm: float) -> list[float]:
     return [float(force.max()), float(force.min()), float(force.var())]
 
 
-def test_hypotheses_reach_figures() -> None:
-    result = answer("audit", "wang2017", "--experiment")["experiment"]
+def test_hypotheses_reach_figures(tmp_path: Path) -> None:
+    result = answer("audit", "wang2017", "--experiment", "--out", str(tmp_path))["experiment"]
     rows = {row["name"]: row for row in result["hypotheses"]}
     assert {key: result["measured"][key] for key in MEASURED} == MEASURED
     lever = rows["lever M_L_Nm"]
@@ -33,6 +37,11 @@ def test_hypotheses_reach_figures() -> None:
     assert rows["only F_O1y_N"]["range_N"] == pytest.approx(108, rel=0.01)
     assert rows["only F_O1y_N"]["variance_N2"] == pytest.approx(508, rel=0.01)
     assert len(result["statements"]) == len(rows) + 2
+    bars = plot_hypotheses(result).axes[0].patches
+    intervals = [(bar.get_x(), bar.get_width()) for bar in bars if isinstance(bar, Rectangle)]
+    expected = [(row["min_N"], row["range_N"]) for row in result["hypotheses"]]
+    assert np.array(intervals) == pytest.approx(np.array(expected))
+    assert {path.name for path in tmp_path.iterdir()} >= {"experiment.svg", "experiment.png"}
 
 
 def test_lever_of_prototype_is_reproduced() -> None:

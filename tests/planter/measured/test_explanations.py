@@ -30,6 +30,7 @@ from planter.measured.sensor_curve import SensorCurve, name_parameter
 from planter.numerics.arrays import TURN
 from planter.planting.machines import build_machine
 from tests.planter.measured.test_noise import correlate
+from tests.planter.measured.test_sensor import build_knife, write_file
 from tests.support import machines, own
 from tests.support.cli import answer, refusal
 
@@ -197,16 +198,18 @@ def test_false_alarms_are_rare() -> None:
 
 
 def test_command_explains_and_refuses(tmp_path: Path) -> None:
-    machine = own.machine("slider_crank")
+    """Bounds of the phase spare the scan of a whole turn, which other tests have."""
+    machine = build_knife()
     measured = measure(machine, "F_Oy_N", [LeakedForce("F_Ox_N")], {"enclosed F_Ox_N.share": 0.4}, 0.3)
     rows = zip(np.degrees(measured.phi), measured.values, strict=True)
     path = tmp_path / "data.csv"
     path.write_text("a [deg];F [N]\n" + "".join(f"{a:.1f};{f:.5f}\n" for a, f in rows), encoding="utf-8")
-    call = ("calibrate", str(own.generated("slider_crank") / "slider_crank.toml"), "--data", str(path), "--column", "F")
+    call = ("calibrate", write_file(tmp_path, machine.document), "--data", str(path), "--column", "F")
     out = tmp_path / "out"
     result = answer(
-        *call, "--angle", "a", "--quantity", "F_Oy_N", "--fit", "m_s_kg=1:2", "--explain", "--out", str(out)
-    )
+        *call, "--angle", "a", "--quantity", "F_Oy_N", "--fit", "m_k_kg=0.8:1.8", "--fit", "phase_deg=20:60",
+        "--explain", "--out", str(out),
+    )  # fmt: skip
     assert (result["outcome"], result["preferred"]) == ("explained", "enclosed F_Ox_N")
     row = next(row for row in result["explanations"] if row["name"] == "enclosed F_Ox_N")
     assert row["parameters"][0]["value"] == pytest.approx(0.4, abs=0.05)

@@ -105,6 +105,21 @@ def test_normal_approximation_is_the_fit_and_its_covariance(crank: Machine, writ
     np.testing.assert_allclose(normal.std, np.sqrt(np.diag(fit.covariance)), rtol=0.1)
 
 
+def test_normal_approximation_has_moments_of_density(crank: Machine, write: Write) -> None:
+    """The noise's correlation is uncertain, so the tails are wider than those of the curvature at the mode."""
+    posterior = load(crank, write(60, rho=0.9, seed=3), offset=(-8.0, 12.0))
+    normal = posterior.approximate()
+    offsets = np.linspace(-8, 12, 801)
+    weights = np.exp([posterior.log_density(np.array([x])) - posterior.log_density(normal.mean) for x in offsets])
+    mean = weights @ offsets / weights.sum()
+    std = np.sqrt(weights @ (offsets - mean) ** 2 / weights.sum())
+    assert normal.mean[0] == pytest.approx(mean, abs=0.05 * std)
+    assert normal.std[0] == pytest.approx(std, rel=0.03)
+    step = 1e-4
+    sides = [posterior.gradient(normal.mean + side * step)[0] for side in (1, -1)]
+    assert std > 1.1 * np.sqrt(2 * step / (sides[1] - sides[0]))
+
+
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_intervals_hold_the_truth(crank: Machine, write: Write, rho: float) -> None:
     """Of 60 records 95 % intervals hold the offset in 52 at least: fewer have a probability of 1 %."""

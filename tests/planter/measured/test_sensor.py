@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,9 @@ from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.simulation import Simulation, simulate
 from planter.report.files import read_cycle_csv
+from planter.studio.static_model import StaticPageModel
+from planter.studio.static_page import file_template
+from planter.view.subject import Movable, open_machine
 from tests.support import machines, own
 from tests.support.cli import answer, refusal
 
@@ -452,3 +455,30 @@ def test_record_is_that_of_the_json(tmp_path: Path) -> None:
     }  # fmt: skip
     lever = answer("simulate", path, "--set", "measurement.lever_mm=1e9")
     assert lever["measurement"]["max"] == pytest.approx(lever["support_force"]["max_N"], abs=1e-3)
+
+
+@pytest.mark.parametrize("build", [build_wang, lambda **stated: build_knife(**stated).document], ids=["device", "own"])
+def test_studio_moves_the_sensor(tmp_path: Path, build: Callable[..., Document]) -> None:
+    """A lever of twice the length is half the torque's force; a page without a server has the rigid machine."""
+    is_device = build is build_wang
+    lever = {"drive": "M_L" if is_device else "M_c", "lever_mm": 60.0}
+    stated = lever if is_device else {"bodies": ["crank"], "axis": "x"} | lever
+    view = open_machine(write_file(tmp_path, build(**stated)))
+    assert isinstance(view, Movable)
+    values = {control.path: control.value for control in view.controls}
+    assert values["measurement.lever_mm"] == 60.0
+    signals = []
+    for length in (60.0, 80.0, 1e9):
+        moved = values | {"measurement.lever_mm": length}
+        signals.append(view.scenes(moved, "exact")[0].curves[0].values)
+        highest, lowest = (reading.value for reading in view.readings(moved, "exact")[:2])
+        assert highest is not None
+        assert lowest is not None
+        assert highest >= signals[-1].max() - 0.01 * np.ptp(signals[-1])
+        assert lowest <= signals[-1].min() + 0.01 * np.ptp(signals[-1])
+        assert f"lever_mm = {length!r}" in view.text(moved)
+    assert 4 * (signals[1] - signals[2]) == pytest.approx(3 * (signals[0] - signals[2]), abs=1e-4)
+    assert np.ptp(signals[0] - signals[2]) > 1
+    assert {control.path for control in view.rigid.controls} == values.keys() - {"measurement.lever_mm"}
+    assert StaticPageModel(view.rigid, "exact").json()
+    assert "lever_mm = 60.0" in file_template(view, view.rigid.controls)["lines"]

@@ -68,7 +68,7 @@ def test_curve_following_no_number_is_detected() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_file_written_by_line_equals_planter(name: str) -> None:
     subject = machine(name)
-    template = file_template(subject)
+    template = file_template(subject, subject.controls)
     values = {control.path: control.value for control in subject.controls}
     for count in (0, 1, len(values)):
         moved = {
