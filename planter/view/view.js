@@ -440,6 +440,7 @@ export class Drawing {
     const width = svg.getBoundingClientRect().width;
     if (!width || Math.abs(width - this.room.width) < 0.05 * this.room.width) return;
     this.room = null;
+    this.ghost?.element.remove();
     this.#mechanism(svg);
     this.#settle();
     this.#haunt();
