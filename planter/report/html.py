@@ -403,7 +403,7 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   --warn: #775200; --warn-paper: #fff3d6; }
   html, body { background: #fff; } body { max-width: none; padding: 0; font-size: 10pt; }
   * { print-color-adjust: exact; }
-  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 95mm; }
+  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 190mm; }
   .conclusion { font-size: 12pt; padding: 8px 12px; margin: 8px 0; } .key-figures { margin: 8px 0; }
   .lead figure svg { max-height: 78mm; }
   figure, tr, dl > div, .key-figures { break-inside: avoid; } caption, summary, thead { break-after: avoid; }
@@ -412,7 +412,8 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   table.many { font-size: 7pt; } table.many thead th { font-size: 6.5pt; }
   table.many :is(th, td) { padding-right: 6px; }
   th, td:not(.number, .short), td.long { overflow-wrap: break-word; min-width: 0; }
-  .long, table.many :is(th, td:not(.number, .short)) { overflow-wrap: anywhere; } }
+  .long, table.many :is(tbody th, td:not(.number, .short)) { overflow-wrap: anywhere; }
+  tbody th small { font-size: .9em; } }
 """
 
 _PAGE = Template("""\
