@@ -250,7 +250,7 @@ article { margin: 1rem 0; padding: .7rem 0 .2rem .9rem; border-left: 3px solid v
 article.incomplete { border-left-color: var(--doubt); }
 article.misprint { border-left-color: var(--doubt); }
 article.contradicted { border-left-color: var(--bad); }
-article > p { margin: .5rem 0; }
+article > p { margin: .5rem 0; overflow: auto hidden; }
 .label { color: var(--soft); font-size: .85rem; margin: .5rem 0 0; }
 .formula { overflow-x: auto; overflow-y: hidden; padding: .15rem 0; }
 math { font-size: 1.1em; font-family: "STIX Two Math", "Cambria Math", "Latin Modern Math", "Libertinus Math", math; }

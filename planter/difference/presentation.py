@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
@@ -38,7 +39,10 @@ CURVES = (
 def present_comparison(comparison: DesignComparison) -> ResultPresentation:
     """Return the presentation of a comparison."""
     result, first = comparison.result, comparison.designs[0].machine
-    names = [f"{letter} {design.source}" for letter, design in zip(comparison.letters, comparison.designs, strict=True)]
+    names = [
+        f"{letter} {Path(design.source).name}"
+        for letter, design in zip(comparison.letters, comparison.designs, strict=True)
+    ]
     hashes = {
         f"{letter} sha256": files.list_provenance(design.machine.document)["machine_sha256"]
         for letter, design in zip(comparison.letters, comparison.designs, strict=True)

@@ -9,7 +9,7 @@ from dataclasses import replace
 from planter.explain.machine import LabelledMachine
 from planter.explain.results import DrawnSymbol, Explained, ExplainedMechanism, KnownNames, Meaning
 from planter.files import csv_rows, units
-from planter.report.html import Block, Items, Section, Table, Text
+from planter.report.html import Block, Items, KeyFigure, Section, Table, Text
 from planter.report.presentation import WIDTH, PlacedFigure, ResultPresentation
 from planter.view.sheet import Sheet, draw_figure
 
@@ -50,12 +50,17 @@ def present_mechanism(mechanism: ExplainedMechanism, sheet: Sheet | None, is_wri
         ResultPresentation(
             title=f"{mechanism.machine}: values, quantities and functions",
             conclusion=f"{len(values)} values, {len(quantities)} quantities and {len(functions)} functions.",
+            key_figures=[
+                KeyFigure(f"{len(values)}", "", "values"), KeyFigure(f"{len(quantities)}", "", "quantities"),
+                KeyFigure(f"{len(functions)}", "", "functions"),
+            ],
             record=replace(mechanism, files=_list_files(sheets) if is_written else []),
             sections=[
                 Section("Statement", [*(PlacedFigure(sheet.name) for sheet in sheets), *statement]),
                 Section("Values", [Table(
                     ("symbol", "unit", "meaning", "key", "value", "bounds", "origin"),
-                    [(item.name, item.unit, item.meaning, item.key, item.value, item.allowed, item.origin)
+                    [(item.name, units.display_unit(item.key or ""), item.meaning, item.key, item.value, item.allowed,
+                      item.origin)
                      for item in values], page_columns=("unit", "origin"))]),
                 Section("Quantities", [Table(
                     ("symbol", "unit", "meaning", "key", "kind", "source"),

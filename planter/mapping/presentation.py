@@ -15,7 +15,7 @@ from planter.mapping import model
 from planter.mapping.train import GEARS, polar_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
-from planter.report.labels import list_values, tabulate_rows
+from planter.report.labels import clean_zero, list_values, tabulate_rows
 from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
 from planter.version import __version__
 
@@ -98,7 +98,7 @@ def _describe_dyads(result: SynthesisFound) -> Iterator[Block]:
     if result.dyads:
         head = ("dyad", "x / mm", "y / mm", "X / mm", "Y / mm", "radius / mm", "largest miss / mm", "outside")
         rows = [
-            (k, *dyad.moving_point_mm, *dyad.centre_mm, dyad.radius_mm, dyad.largest_miss_mm, dyad.outside)
+            (k, *dyad.moving_point_mm, *dyad.centre_mm, dyad.radius_mm, clean_zero(dyad.largest_miss_mm), dyad.outside)
             for k, dyad in enumerate(result.dyads, 1)
         ]
         caption = "Moving point, centre and radius; is the centre outside the polyline of the poses?"

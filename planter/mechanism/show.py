@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planter.measured.section import SECTION
 from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
@@ -16,6 +16,7 @@ from planter.view.subject import (
     Export,
     Reading,
     RequirementCheck,
+    Sought,
     Values,
     list_controls,
     write_numbers,
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 MOST_READINGS = 12
 """Results whose largest and least values are displayed."""
+VALUES = "values"
+"""Section of the file that has the numbers of the mechanism."""
 EXPORTS = (Export("report", "page, figures and table of a turn", ("turn",)),)
 
 
@@ -47,7 +50,7 @@ class MechanismView:
     def controls(self) -> Sequence[Control]:
         """Its values, within their bounds if the file has any."""
         meanings = {entry["shown"]: entry["meaning"] for entry in self.file.entries}
-        bounds = {f"values.{key}": pair for key, pair in self.file.bounds.items()}
+        bounds = {f"{VALUES}.{key}": pair for key, pair in self.file.bounds.items()}
         if self.file.measurement is not None:
             meanings |= describe_sensor_inputs(find_sensor_view(self._compute_cycle({}).machine))
         return list_controls(self.file, meanings, meanings, bounds)
@@ -102,8 +105,27 @@ class MechanismView:
 
     def text(self, values: Values) -> str:
         """Return the mechanism's file with these values and the folder of its functions."""
-        moved = self._with_values(values)
-        return write_numbers(self.file, moved.model_copy(update={"folder": str(self.file.place)}))
+        return self.with_locks(values, ())
+
+    @property
+    def search(self) -> Sequence[str]:
+        """Words of the search for the objective of the file, if it has one and bounds."""
+        return ("optimise",) if self.lockable else ()
+
+    @property
+    def lockable(self) -> Sequence[str]:
+        """Values with bounds, if the file has an objective."""
+        return [f"{VALUES}.{name}" for name in self.file.bounds] if self.file.objective is not None else []
+
+    def with_locks(self, values: Values, locked: Collection[str]) -> str:
+        """Return the file as `text` does, without the bounds of locked values."""
+        bounds = {name: pair for name, pair in self.file.bounds.items() if f"{VALUES}.{name}" not in locked}
+        changes = {"folder": str(self.file.place), "bounds": bounds}
+        return write_numbers(self.file, self._with_values(values).model_copy(update=changes))
+
+    def sought(self, answer: Mapping[str, Any]) -> Sought:
+        """Return the optimum of the file's objective."""
+        return Sought.from_answer(answer, VALUES)
 
     def portable(self, model: str) -> Portable:
         """Return the program of the cycle for a page."""

@@ -165,13 +165,7 @@ class PlantingView:
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The design that was found."""
-        agreeing = answer.get("certificate")
-        starts = f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)" if agreeing else ""
-        values = {f"{DESIGN}{name}": value for name, value in answer["design"].items()}
-        return Sought(
-            values,
-            f"Optimised: objective {answer['start_objective']:.6g} to {answer['objective']:.6g}{starts}.",
-        )
+        return Sought.from_answer(answer, "design")
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Both sides over a turn, the path of the machine's own tip beneath."""

@@ -189,14 +189,15 @@ class Table:
 
 @dataclass(frozen=True)
 class FigureSvg:
-    """A drawing, as the SVG text of `style.render_svg`, and its caption."""
+    """A drawing, as the SVG text of `style.render_svg`, its caption, and its name for readers who cannot see it."""
 
     svg: str
     caption: str = ""
+    name: str = ""
 
     def html(self, name: str) -> str:
         caption = f"<figcaption>{escape_markup(self.caption)}</figcaption>" if self.caption else ""
-        return _lines("<figure>", inline_svg(self.svg, name, self.caption), caption, "</figure>")
+        return _lines("<figure>", inline_svg(self.svg, name, self.caption or self.name), caption, "</figure>")
 
 
 @dataclass(frozen=True)
@@ -394,7 +395,7 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   .key-figures { grid-template-columns: minmax(0, 1fr); gap: 8px; } figure { overflow-x: auto; }
   figure > svg { min-width: 620px; }
   tbody th { position: sticky; left: 0; background: var(--paper); max-width: 45vw; overflow-wrap: anywhere; }
-  tbody th.long { min-width: 9.5rem; } }
+  tbody th:not(.short) { min-width: 6.5rem; } tbody th.long { min-width: 9.5rem; } }
 @media screen and (prefers-color-scheme: dark) { $shades }
 @page { size: A4; margin: 12mm 15mm; }
 @media print { :root { color-scheme: light; --canvas: #fff; --paper: #fff; --sunk: #f6f8fa; --ink: #141c26;
@@ -402,7 +403,7 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   --warn: #775200; --warn-paper: #fff3d6; }
   html, body { background: #fff; } body { max-width: none; padding: 0; font-size: 10pt; }
   * { print-color-adjust: exact; }
-  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 95mm; }
+  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 190mm; }
   .conclusion { font-size: 12pt; padding: 8px 12px; margin: 8px 0; } .key-figures { margin: 8px 0; }
   .lead figure svg { max-height: 78mm; }
   figure, tr, dl > div, .key-figures { break-inside: avoid; } caption, summary, thead { break-after: avoid; }
@@ -411,7 +412,8 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   table.many { font-size: 7pt; } table.many thead th { font-size: 6.5pt; }
   table.many :is(th, td) { padding-right: 6px; }
   th, td:not(.number, .short), td.long { overflow-wrap: break-word; min-width: 0; }
-  .long, table.many :is(th, td:not(.number, .short)) { overflow-wrap: anywhere; } }
+  .long, table.many :is(tbody th, td:not(.number, .short)) { overflow-wrap: anywhere; }
+  tbody th small { font-size: .9em; } }
 """
 
 _PAGE = Template("""\

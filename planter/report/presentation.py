@@ -87,7 +87,9 @@ def tabulate_inputs(machine: Document, meanings: Mapping[str, str], besides: Col
 
 def provenance_section(provenance: Mapping[str, Any]) -> Section:
     """Return versions, hash and seed, as `planter.report.files.list_provenance` returns them, as a section."""
-    return Section("Provenance", [Keys({name: format_cell(value) for name, value in provenance.items()})])
+    return Section(
+        "Provenance", [Keys({separate_words(name): format_cell(value) for name, value in provenance.items()})]
+    )
 
 
 WIDTH = 80
@@ -173,7 +175,9 @@ class ResultPresentation:
     def page(self, svgs: Mapping[str, str]) -> str:
         """Return the page as HTML text, with figures as SVG texts by name."""
         sections: list[Section] = []
-        figures = {name: FigureSvg(svg, self.captions.get(name, "")) for name, svg in svgs.items()}
+        figures = {
+            name: FigureSvg(svg, self.captions.get(name, ""), separate_words(name)) for name, svg in svgs.items()
+        }
         for section in self.sections:
             blocks = [figures.pop(b.figure) if isinstance(b, PlacedFigure) else b for b in section.blocks]
             sections.append(Section(section.title, blocks))
@@ -254,16 +258,17 @@ def _list_key_figures(section: Section) -> Iterator[KeyFigure]:
     for block in section.blocks:
         if isinstance(block, Keys):
             for label, value in block.pairs.items():
-                if is_number(value):
+                if is_number(value) and label != "seed":
                     yield _build_key_figure(value, label)
         elif isinstance(block, Table):
             for row in block.rows:
                 index = next((k for k, value in enumerate(row) if is_number(value)), None)
-                if index is not None:
+                if index:  # rows whose first cell is a number are only counted by it
                     unit = next((str(row[k] or "") for k, head in enumerate(block.head) if head == "unit"), None)
-                    head = block.head[index] if index else ""
-                    words = ", ".join(filter(None, (section.title if index else "", str(row[0]), head)))
-                    yield _build_key_figure(row[index], words, unit)
+                    name, stroke, behind = str(row[0]).rpartition(" / ")
+                    head = "" if block.head[index] == "value" else block.head[index]
+                    words = ", ".join(filter(None, (section.title, name or behind, head)))
+                    yield _build_key_figure(row[index], words, behind if stroke and unit is None else unit)
 
 
 def _build_key_figure(value: Cell, label: str, unit: str | None = None) -> KeyFigure:

@@ -162,6 +162,14 @@ class Sought:
     values: Values
     sentence: str
 
+    @classmethod
+    def from_answer(cls, answer: Mapping[str, Any], section: str) -> Sought:
+        """Return the design in the JSON object of `planter optimise`, whose numbers a file has in a section."""
+        agreeing = answer.get("certificate")
+        starts = f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)" if agreeing else ""
+        sentence = f"Optimised: objective {answer['start_objective']:.6g} to {answer['objective']:.6g}{starts}."
+        return cls({f"{section}.{name}": value for name, value in answer["design"].items()}, sentence)
+
 
 @runtime_checkable
 class Searching(Protocol):

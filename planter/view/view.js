@@ -3,6 +3,7 @@
 
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
 const LETTER = 12.5, TALLEST = 544; // size of names, and height of a drawing, in pixels
+const LONGEST_BAR = 160; // of the scale, in pixels
 const MOST_NAMES = 12; // bodies that are named in a drawing
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
@@ -120,10 +121,10 @@ class Mechanism {
       return [0, 1].map((axis) => (corners[0][axis] + corners.at(-1)[axis]) / 2);
     }));
     const [left, top, width, height] = this.svg.dataset.near.split(" ").map(Number);
-    this.size = LETTER / Math.min(this.room.width / (1.3 * width), this.room.height / height);
+    this.size = LETTER / Math.min(this.room.width / (1.3 * width), (this.room.height - 2 * LETTER) / height);
     const longest = Math.max(0, ...this.named.map(({ name }) => name.length));
     this.right = left + width + 1.5 * this.size;
-    this.near_box = [left, top, width + (this.named.length ? (0.56 * longest + 3) * this.size : 0), height];
+    this.near_box = [left, top, width + (this.named.length ? (0.56 * longest + 3) * this.size : 0), height + 2 * this.size];
     this.labels = this.named.map(({ name }) => {
       const line = make("path", { class: "leader" });
       const text = make("text", { "font-size": this.size, class: "name" }, name);
@@ -135,11 +136,12 @@ class Mechanism {
     this.svg.setAttribute("viewBox", this.near_box.join(" "));
   }
 
-  /** A bar of a round length, so that sizes can be read off. */
+  /** A bar of a round length below the drawing, so that sizes can be read off. */
   #bar() {
-    const [left, top, width, height] = this.svg.dataset.near.split(" ").map(Number);
-    const power = 10 ** Math.floor(Math.log10(0.3 * width));
-    const length = power * [5, 2, 1].find((factor) => factor * power <= 0.3 * width);
+    const [left, top, width, height] = this.near_box;
+    const longest = Math.min(LONGEST_BAR * (this.size / LETTER), width - this.size);
+    const power = 10 ** Math.floor(Math.log10(longest));
+    const length = power * [5, 2, 1].find((factor) => factor * power <= longest);
     const [x, y, notch] = [left + this.size / 2, top + height - this.size / 2, this.size / 3];
     const bar = make("path", { class: "scale", d: `M${x} ${y - notch}V${y}H${x + length}V${y - notch}` });
     const text = make("text", { x: x + length / 2, y: y - notch, "font-size": this.size, "text-anchor": "middle" }, `${digits(length)} mm`);
@@ -155,7 +157,7 @@ class Mechanism {
     let before = top;
     places.forEach(({ k, at: [x, y] }, order) => {
       const rest = (places.length - 1 - order) * gap;
-      const level = Math.min(Math.max(-y, before), top + height - this.size - rest);
+      const level = Math.min(Math.max(-y, before), top + height - 3 * this.size - rest);
       before = level + gap;
       const { line, text } = this.labels[k];
       line.setAttribute("d", `M${x.toFixed(2)} ${(-y).toFixed(2)} ${(this.right - this.size / 2).toFixed(2)} ${level.toFixed(2)}`);
@@ -172,8 +174,9 @@ class Mechanism {
   }
 
   #box() {
-    const near = this.named_shown === false ? this.svg.dataset.near : this.near_box.join(" ");
-    this.svg.setAttribute("viewBox", this.overGround ? this.svg.dataset.wide : near);
+    const [left, top, named, height] = this.near_box;
+    const width = this.named_shown === false ? this.svg.dataset.near.split(" ")[2] : named;
+    this.svg.setAttribute("viewBox", this.overGround ? this.svg.dataset.wide : [left, top, width, height].join(" "));
   }
 
   /** Look from the ground, over which the machine travels, or from the machine. */
@@ -243,6 +246,7 @@ function ticks(low, high, count) {
 const LEFT = 58, RIGHT = 64, TOP = 20, HEIGHT = 210, FLOOR = 172; // of a curve's drawing, in pixels
 const PANE = 100, HEAD = 22; // height of the differences above the axis of angles, and of their title
 const FLOAT = 1e-6; // rounding of numbers of 32 bits, relative to the largest
+const LETTER_WIDTH = 6.5; // width of a letter of an axis, at most on average
 const NARROW = 420; // width below which an axis of angles has a tick every 90 deg
 
 /** A curve over the cycle with its axes, and a mark that moves along it; others of the same name are dashed. */
@@ -353,7 +357,10 @@ class Curve {
       }
       parts.push(make("text", { x, y: bottom + 15, "text-anchor": "middle" }, digits(place) + (record.unit === "deg" ? "\u00b0" : "")));
     }
-    parts.push(make("text", { x: LEFT, y: 12, class: "axis" }, curve.unit ? `${curve.name} / ${curve.unit}` : curve.name));
+    const unit = curve.unit ? ` / ${curve.unit}` : "";
+    const room = Math.floor((this.width - LEFT) / LETTER_WIDTH) - unit.length;
+    const name = curve.name.length > room ? `${curve.name.slice(0, room - 1).trimEnd()}\u2026` : curve.name;
+    parts.push(make("text", { x: LEFT, y: 12, class: "axis" }, name + unit));
     const under = record.unit === "deg" || !record.unit ? record.place : `${record.place} / ${record.unit}`;
     parts.push(make("text", { x: (LEFT + right) / 2, y: height - 6, "text-anchor": "middle" }, under));
     this.axes.replaceChildren(...parts);
@@ -433,6 +440,7 @@ export class Drawing {
     const width = svg.getBoundingClientRect().width;
     if (!width || Math.abs(width - this.room.width) < 0.05 * this.room.width) return;
     this.room = null;
+    this.ghost?.element.remove();
     this.#mechanism(svg);
     this.#settle();
     this.#haunt();
@@ -491,7 +499,7 @@ export class Drawing {
     if (this.curve) this.curve.show(moment);
     this.scrub.value = moment;
     const { record } = this.motion;
-    const place = `${record.place} ${digits(this.motion.place(moment))} ${record.unit}`;
+    const place = `${record.place} ${digits(this.motion.place(moment))}${record.unit === "deg" ? "\u00b0" : ` ${record.unit}`}`;
     this.scrub.setAttribute("aria-valuetext", place);
     this.told.textContent = this.curve ? `${place}, ${this.curve.told(moment)}` : place;
   }

@@ -161,7 +161,7 @@ def plot_limits(part: CamPart) -> Figure:
     figure = style.new_figure(3.8)
     upper, lower = figure.subplots(2, 1, sharex=True)
     _plot_curve(upper, np.degrees(columns["pressure"]), "pressure angle / deg")
-    _plot_curve(lower, columns["room"], "undercut margin (negative: undercut)")
+    _plot_curve(lower, columns["room"], "margin against\nundercut")
     lower.axhline(0, color=style.VERMILION, linewidth=0.8)
     lower.set_xlabel("cam angle / deg")
     return figure

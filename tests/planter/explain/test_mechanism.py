@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
 
+from planter.explain.mechanism import explain_mechanism
+from planter.explain.presentation import present_mechanism
+from planter.files import units
 from planter.mechanism import sheets
+from planter.report.html import Table
 from planter.view.sheet import Length
 from tests.support import own
 from tests.support.cli import answer, refusal
@@ -54,3 +59,17 @@ def test_drawing_names_lengths_with_values() -> None:
     lengths = {mark.names[0]: mark.size for mark in sheet.marks if isinstance(mark, Length)}
     assert lengths == pytest.approx({"r": 50.0, "l": 200.0, "c": 80.0, "e": 10.0}, rel=1e-9)
     assert {"phi", "beta"} <= sheet.names
+
+
+def test_page_has_values_in_the_unit_beside_them(path: str) -> None:
+    mechanism = explain_mechanism(path, {})
+    (table,) = (
+        block for section in present_mechanism(mechanism, None, is_written=False).sections if section.title == "Values"
+        for block in section.blocks if isinstance(block, Table)
+    )  # fmt: skip
+    numbers = tomllib.loads(Path(path).read_text(encoding="utf-8"))["values"]
+    for row in table.rows:
+        cells = dict(zip(table.head, row, strict=True))
+        name = str(cells["key"]).removeprefix("values.")
+        assert cells["value"] == pytest.approx(numbers[name])
+        assert cells["unit"] == units.display_unit(name)

@@ -88,12 +88,24 @@ def test_page_opens_with_conclusion_and_three_numbers() -> None:
         ("2", "kg"),
         ("4", "N"),
     ]
-    assert figures[0].meaning == "Sizes, stroke, value"
+    assert figures[0].meaning == "Sizes, stroke"
     assert all(figure.value in lead for figure in figures)
     stated = [KeyFigure("7", "N", "largest force")]
     page = ResultPresentation("A slider", StrokeResult(12.5), sections, key_figures=stated).page({})
     assert "largest force" in page
     assert "Sizes, stroke" not in page
+
+
+def test_key_figures_have_the_unit_of_their_row_and_skip_counts() -> None:
+    rows = Table(("pose", "angle / deg"), [(1, 45.0)])
+    table = Table(("quantity", "value", "least"), [("radius / mm", 5.0, 1.0)])
+    (figure,) = find_key_figures([Section("Results", [rows, Keys({"seed": 3}), table])])
+    assert figure == KeyFigure("5", "mm", "Results, radius")
+
+
+def test_pictures_without_caption_have_a_name() -> None:
+    page = ResultPresentation("A slider", StrokeResult(12.5), []).page({"bearing_forces": "<svg></svg>"})
+    assert 'aria-label="bearing forces"' in page
 
 
 def test_page_says_how_to_repeat_a_command() -> None:

@@ -143,6 +143,22 @@ def test_studio_fills_a_large_window(chromium: Browser, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+def test_design_kept_as_b_survives_another_width(chromium: Browser, tmp_path: Path) -> None:
+    with (
+        studio(tmp_path, "wang2017-wide") as address,
+        open_page(chromium, f"{address}#wang2017-wide", 1280, "light") as page,
+    ):
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.wait_for_selector("body[data-detailed]", timeout=60_000)
+        page.keyboard.press("k")
+        page.set_viewport_size({"width": 600, "height": 800})
+        expect(page.locator("#drawings .ghost")).to_have_count(1)
+        page.wait_for_timeout(300)
+        assert errors == []
+
+
+@pytest.mark.long
 def test_keyboard_alone_does_all(chromium: Browser, tmp_path: Path) -> None:
     """Each control is reached by Tab; values are typed, stepped, refused and undone; nothing moves by itself."""
     with (

@@ -210,5 +210,5 @@ def test_page_writes_and_links_selected_exports(address: str) -> None:
         with page.expect_popup() as popup:
             link.click()
         report = popup.value
-        expect(report.locator(".told")).to_contain_text("carrier angle 0 deg")
+        expect(report.locator(".told")).to_contain_text("carrier angle 0\N{DEGREE SIGN}")
         assert report.evaluate("origin") == "null"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 import urllib.error
 import urllib.request
@@ -21,6 +22,7 @@ from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from planter.studio.session import LARGEST, Session
 from tests.planter.studio.serving import answer, line, message_with, page_of, studio, until
+from tests.support import own
 from tests.support.cli import answer as command
 
 IDLE_MS, RATE, REQUIREMENTS_MS = 33.0, 50.0, 150.0
@@ -229,6 +231,24 @@ def test_locked_numbers_have_no_room_in_a_search(tmp_path: Path) -> None:
             session.search({"values": values, "locked": locked})
     with pytest.raises(InputError, match="unlock at least one"):
         session.search({"values": values, "locked": opened["lockable"]})
+
+
+def test_own_mechanism_is_searched_for_its_objective(tmp_path: Path) -> None:
+    """What the page takes over is the optimum of the command, without what was locked; no objective, no search."""
+    folder = shutil.copytree(own.generated("slider_crank"), tmp_path / "own")
+    text = (folder / "slider_crank.toml").read_text(encoding="utf-8")
+    (folder / "stated.toml").write_text(f'{text}\n[objective]\nleast = "range F_Ox"\n', encoding="utf-8")
+    session = Session(folder, tmp_path / "scratch")
+    assert session.open({"name": "slider_crank.toml"})["opened"]["search"] is None
+    opened = session.open({"name": "stated.toml"})["opened"]
+    assert opened["search"]
+    assert opened["lockable"] == ["values.r_mm", "values.l_mm", "values.e_mm"]
+    words = session.search({"values": {"values.mu": 0.12}, "locked": ["values.r_mm"]})["command"]
+    optimum = command(*words[:-1], "--starts", "2")
+    sought = session.sought({"answer": optimum})
+    assert sought["optimum"] == {"values.l_mm": optimum["design"]["l_mm"], "values.e_mm": optimum["design"]["e_mm"]}
+    assert optimum["objective"] < optimum["start_objective"]
+    assert f"{optimum['objective']:.6g}" in sought["sentence"]
 
 
 MEASURED = """async () => {

@@ -65,7 +65,7 @@ def test_a_notebook_shows_the_machine_as_it_moves(lab: str) -> None:
     for model in ("exact", "printed"):
         device = Device(load("wang2017"), model)
         turn = cycle.evaluate_cycle(device, device.prologue(device.design), cycle.sample_angles(360)).columns()
-        messages.append(f"carrier angle 0 deg, vertical support force {turn['support_N'][0]:.5g} N")
+        messages.append(f"carrier angle 0\N{DEGREE SIGN}, vertical support force {turn['support_N'][0]:.5g} N")
     with sync_playwright() as play, play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium:
         page = chromium.new_page()
         page.goto(lab)

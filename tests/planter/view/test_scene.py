@@ -180,7 +180,7 @@ def test_page_policy_allows_only_local_script(device_scene: Scene, tmp_path: Pat
     match = re.search(r'class="told">([^<]*)<', page_after_scripts(tmp_path / "own.html", tmp_path / "profile"))
     force = f"{device_scene.curves[0].values[0]:.5g}"
     assert match
-    assert match[1] == f"carrier angle 0 deg, vertical support force {force} N"
+    assert match[1] == f"carrier angle 0\N{DEGREE SIGN}, vertical support force {force} N"
     (tmp_path / "changed.html").write_text(text.replace("const SPEEDS", "const  SPEEDS"), encoding="utf-8")
     assert 'class="told"' not in page_after_scripts(tmp_path / "changed.html", tmp_path / "profile")
     still = render_page("A machine", [Section("Motion", [])])

@@ -110,7 +110,7 @@ def test_picture_moves_with_numbers(page: Told) -> None:
     assert before[0] != after[0]
     assert before[1] == after[1]
     expected = simulate(Device(load("wang2017-wide", {"design.R3_mm": 30.6})), at_deg=[90.0]).result.at[0]
-    assert told_at == f"carrier angle 90 deg, vertical support force {expected.support_N:.5g} N"
+    assert told_at == f"carrier angle 90\N{DEGREE SIGN}, vertical support force {expected.support_N:.5g} N"
     assert messages == []
 
 
