@@ -30,8 +30,8 @@ def directions(equations: Sequence[Equation]) -> frozenset[Quantity]:
     """
     symbols = set().union(*(e.residual.free_symbols for e in equations))
     angles = {s for s in symbols if isinstance(s, Quantity) and s.unit == "rad"}
-    found = [(e.defines, _find_outside(e.residual, frozenset(angles))) for e in equations]
-    while counted := {s for s in angles if not _turns_freely(s, found, angles)}:
+    outsides = [(e.defines, _find_outside(e.residual, frozenset(angles))) for e in equations]
+    while counted := {s for s in angles if not _turns_freely(s, outsides, angles)}:
         angles -= counted
     return frozenset(s for s in angles if any(_is_periodic_in(e, s) for e in equations))
 
@@ -41,10 +41,10 @@ Outside = dict[Basic, set[Basic]]
 
 
 def _turns_freely(
-    symbol: Quantity, found: Iterable[tuple[sp.Symbol | None, Outside]], angles: set[Quantity]
+    symbol: Quantity, outsides: Iterable[tuple[sp.Symbol | None, Outside]], angles: set[Quantity]
 ) -> bool:  # fmt: skip
     """Whether no equation but those of other directions tells it from itself a turn later."""
-    for defines, outside in found:
+    for defines, outside in outsides:
         terms = outside.get(symbol, set())
         if any(defines not in angles or not _adds(term, symbol) for term in terms):
             return False
