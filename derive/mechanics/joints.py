@@ -431,8 +431,9 @@ class Joints(Contacts):
         counter-clockwise and of the other, negative at a depth. An event marks where each opens or closes.
 
         The rate of a depth is the velocity of the flanks along the normal at the pitch point: exact for round gears,
-        for others up to the share lag R'/R of the speed, R' being the slope of the pitch radius. As the stiffness
-        rises without backlash, forces approach those of `mesh`. Raises MechanismError for a rack.
+        for others up to the share lag R'/R of the speed, R' being the slope of the pitch radius; the energy of their
+        free rattling drifts by that share. As the stiffness rises without backlash, forces approach those of `mesh`.
+        Raises MechanismError for a rack.
 
         >>> from derive import GearContact, Mechanism, quantities
         >>> q = quantities('''

@@ -57,6 +57,40 @@ else:
     m.begin({m.rate(theta): -q.omega * q.r / q.R})
 SYSTEM = m.system()
 """
+LIMACON = """
+from derive import GearContact, Mechanism, gear_pair, quantities, tangent_angle
+q = quantities('''
+    phi   | rad   | driver         | 0
+    omega | rad/s | its speed      | 12
+    l     | mm    | mean radius    | 20
+    b     | mm    | swing          | 4
+    alpha | deg   | pressure angle | 20
+    m     | kg    | mate           | 1.8
+    J     | kg m2 | mate           | 0.004
+    T     | N m   | resistance     | 6
+    K     | N/m   | teeth          | 5e6
+    C     | N s/m | their damping  | 5600
+''')
+RIGID = True
+m = Mechanism("own", q, angle=q.phi, speed=q.omega) if RIGID else Mechanism("own", q)
+turned = q.phi if RIGID else q.omega * m.time
+pair = gear_pair("limacon", -turned, l=q.l, b=q.b)
+psi = m.coordinate("psi", "rad", "mate", **({"equals": pair.turned} if RIGID else {}))
+D = m.point("D", m.O, m.world, pair.distance)
+driver, mate = m.body("driver", m.frame("driver", turned)), m.body("mate", m.frame("mate", psi), q.m, D, q.J)
+m.pin("O", driver, m.ground, m.O)
+m.pin("D", mate, m.ground, D)
+m.torque("resistance", mate, m.ground, q.T)
+m.motor("M_in", driver, m.ground, m.O)
+tangent = tangent_angle(m.motion, m.world, driver.frame, -turned, pair.radius, pair.slope)
+teeth = GearContact(m.world, D, pair.distance - pair.radius, q.alpha, tangent=tangent)
+if RIGID:
+    m.mesh("P", driver, mate, teeth)
+else:
+    m.compliant_mesh("P", driver, mate, teeth, pair.turned - psi, lambda depth, rate: q.K * depth + q.C * rate)
+    m.begin({m.rate(psi): -q.omega * 2 / 3})
+SYSTEM = m.system()
+"""
 PAIR = """
 from derive import GearContact, Mechanism, quantities
 q = quantities('''
@@ -101,17 +135,23 @@ def compute_energy(run: MotionRun) -> Array:
     return energy
 
 
-def test_stiff_teeth_approach_rigid_ones_in_first_order():
-    times = np.linspace(0.05, 0.15, 41)
-    forces = ("F_Dx", "F_Dy", "F_Ox", "F_Oy", "F_Bx", "F_By", "F_NP")
-    rigid = own.evaluate_lane(own.file(GEARED_CRANK, "own"), 100 * times)
+@pytest.mark.parametrize(
+    ("statement", "forces", "speed", "stiffness", "damping"),
+    [
+        (GEARED_CRANK, ("F_Dx", "F_Dy", "F_Ox", "F_Oy", "F_Bx", "F_By", "F_NP"), 100, 5e5, 560),
+        (LIMACON, ("F_Dx", "F_Dy", "F_Ox", "F_Oy", "F_NP"), 12, 5e6, 5600),
+    ],
+    ids=["geared crank", "limacon"],
+)
+def test_stiff_teeth_approach_rigid_ones_in_first_order(statement, forces, speed, stiffness, damping):
+    times = np.linspace(5, 12, 41) / speed
+    rigid = own.evaluate_lane(own.file(statement, "own"), speed * times)
     largest = max(np.abs(rigid[name]).max() for name in forces)
     errors = []
-    for stiffness, damping in ((5e5, 560), (2e6, 1120)):
-        crank = own.dynamics(
-            GEARED_CRANK.replace("RIGID = True", "RIGID = False"), "own", K_N_m=stiffness, C_N_s_m=damping
-        )
-        run = crank.run(np.array([0, *times]), tolerance=1e-9)
+    for factor in (1, 4):
+        values = {"K_N_m": factor * stiffness, "C_N_s_m": np.sqrt(factor) * damping}
+        motion = own.dynamics(statement.replace("RIGID = True", "RIGID = False"), "own", **values)
+        run = motion.run(np.array([0, *times]), tolerance=1e-9)
         errors.append(max(np.abs(run.results[name][1:] - rigid[name]).max() for name in forces) / largest)
     assert errors[1] < 1e-3
     assert np.log(errors[0] / errors[1]) / np.log(4) == pytest.approx(1, abs=0.02)
