@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import sympy as sp
@@ -12,7 +13,7 @@ from ..functions import switch
 from ..model import Event
 from ..quantity import Quantity
 from .bodies import AXES, SHAFT, Body, Part, Pin, point_velocity
-from .contacts import Contacts
+from .contacts import Contacts, GearContact
 from .frames import Axis, Frame, Point, Vec, X, Y, Z, displacement, unit, zero
 from .impact import creeping
 from .statement import MechanismError, to_triple
@@ -414,6 +415,59 @@ class Joints(Contacts):
         slip = motion - opening * way
         drag = creeping(friction * push, slip.components, creep) if friction != 0 else S.Zero
         self.force(name, on, at, push * way - drag * slip, by)
+        return push
+
+    def compliant_mesh(
+        self, tag: str, inner: Body, outer: Body, contact: GearContact, lag: Expr, law: Callable[[Expr, Expr], Expr],
+        backlash: Scalar = 0,
+    ) -> Quantity:  # fmt: skip
+        r"""State teeth of two gears that give way and can part, as `mesh` has them rigid. Returns F_Ntag [N].
+
+        ``lag`` [rad] is the angle by which ``outer`` is behind the position that rigid teeth without backlash give it,
+        counter-clockwise, with both flanks as far apart at zero; for round gears -inner r/R - outer. ``backlash`` [m]
+        is the play along the line of action, ``law`` the normal force [N] of the depth [m] of a flank and of its rate
+        [m/s], as for `compliant_contact`. F_Ntag is the normal force on the flank that bears, positive; gap_tag_ahead
+        and gap_tag_behind [m] are the gaps along the line of action of the flank that turns ``outer``
+        counter-clockwise and of the other, negative at a depth. An event marks where each opens or closes.
+
+        The rate of a depth is the velocity of the flanks along the normal at the pitch point: exact for round gears,
+        for others up to the share lag R'/R of the speed, R' being the slope of the pitch radius; the energy of their
+        free rattling drifts by that share. As the stiffness rises without backlash, forces approach those of `mesh`.
+        Raises MechanismError for a rack.
+
+        >>> from derive import GearContact, Mechanism, quantities
+        >>> q = quantities('''
+        ...     r     | m     | pinion         | 0.02
+        ...     R     | m     | wheel          | 0.04
+        ...     m     | kg    | each gear      | 1
+        ...     J     | kg m2 | its inertia    | 1e-4
+        ...     alpha | rad   | pressure angle | 0.35
+        ...     K     | N/m   | stiffness      | 1e8
+        ...     j     | m     | backlash       | 5e-5
+        ... ''')
+        >>> m = Mechanism("gears", q)
+        >>> a, b = m.coordinate("a", "rad", "pinion"), m.coordinate("b", "rad", "wheel")
+        >>> D = m.point("D", m.O, m.world, q.r + q.R)
+        >>> pinion = m.body("pinion", m.frame("pinion", a), q.m, m.O, q.J)
+        >>> wheel = m.body("wheel", m.frame("wheel", b), q.m, D, q.J)
+        >>> teeth = GearContact(m.world, D, q.R, q.alpha)
+        >>> m.compliant_mesh("P", pinion, wheel, teeth, -a * q.r / q.R - b, lambda depth, rate: q.K * depth, q.j)
+        F_NP
+        """
+        if contact.is_rack:
+            raise MechanismError(f"{self.name}: teeth {tag} of a rack cannot give way; state a compliant_contact")
+        smooth, pushes = replace(contact, friction=S.Zero), []
+        for bearing, side in ((1, "ahead"), (-1, "behind")):
+            lever = smooth.lever(bearing)
+            meaning = f"gap of the flanks of {inner} and {outer}, {side}"
+            gap = self.name_(f"gap_{tag}_{side}", "m", meaning, backlash / 2 - lever * lag)
+            self.motion.rates[gap] = -lever * self.motion.rate(lag)
+            self.events.append(Event(f"teeth at {tag}, {side}", gap, S.Zero, 0))
+            pushes.append(switch(gap, S.Zero, sp.Max(law(switch(gap, S.Zero, -gap), -self.motion.rate(gap)), 0)))
+        push = self.name_(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}", sp.Add(*pushes))
+        sides = zip(contact.flank(1), contact.flank(-1), strict=True)
+        force = Vec(contact.frame, tuple(pushes[0] * ahead + pushes[1] * behind for ahead, behind in sides))
+        self.force(f"F_{tag}", inner, contact.pitch_point, force, outer)
         return push
 
     def force(self, name: str, on: Body, at: Point, force: Vec, by: Body | None = None) -> None:

@@ -50,7 +50,7 @@ PAGES = {
         "Bodies": ".body .bodies derive.Body derive.Part derive.about_pin",
         "Joints": ".pin .weld .slide .ball .universal .cylinder .plane .wheel",
         "Forces": ".force .torque .spring .strut .bushing .motor .actuator derive.creeping derive.dahl",
-        "Contacts and teeth": ".contact .compliant_contact .follower .mesh .couple derive.GearContact "
+        "Contacts and teeth": ".contact .compliant_contact .follower .mesh .compliant_mesh .couple derive.GearContact "
         "derive.SlidingContact derive.SharedContact derive.tangent_angle derive.Impact derive.ImpactLaw",
         "Gears that are not round": "derive.gear_pair derive.read_gear_pair derive.RollingPair derive.GearTable",
         "Closed loops": ".close .parallel .constrain",
