@@ -430,9 +430,9 @@ class Joints(Contacts):
         and gap_tag_behind [m] are the gaps along the line of action of the flank that turns ``outer``
         counter-clockwise and of the other, negative at a depth. An event marks where each opens or closes.
 
-        The rate of a depth is the velocity of the flanks along the normal at the pitch point: exact for round gears,
-        for others up to the share lag R'/R of the speed, R' being the slope of the pitch radius; the energy of their
-        free rattling drifts by that share. As the stiffness rises without backlash, forces approach those of `mesh`.
+        The rate of a depth is the velocity of the flanks along the normal at the pitch point. It is exact for round
+        gears; for others it leaves out lag times the rate of the pitch radius, so that the energy of free rattling
+        drifts. As the stiffness rises without backlash, forces approach those of `mesh`.
         Raises MechanismError for a rack.
 
         >>> from derive import GearContact, Mechanism, quantities
