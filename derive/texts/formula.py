@@ -610,7 +610,9 @@ class Reader:
         if self.brackets is None:
             return self._read_bracket()
         start, end = self.at, self._find_closing()
-        key = (*self.bars, *(token.text for token in self.tokens[start:end]))
+        tokens = self.tokens[start:end]
+        touching = (str(first.end == second.start) for first, second in pairwise(tokens))
+        key = (*self.bars, *(token.text for token in tokens), *touching)
         if key in self.brackets:
             self.at = end
         else:

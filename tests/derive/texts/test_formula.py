@@ -239,4 +239,19 @@ def test_brackets_read_before_are_the_same() -> None:
         formulas = read_formula(text), read_formula(text, None, brackets)
         first, second = (re.sub(r"start=\d+, end=\d+", "", repr(formula)) for formula in formulas)
         assert first == second
-    assert ("(", "d", "-", "e", ")") in brackets
+    assert any(key[:5] == ("(", "d", "-", "e", ")") for key in brackets)
+
+
+@pytest.mark.parametrize("texts", [(r"a (q (t) + b)", r"a (q(t) + b)"), (r"a (q(t) + b)", r"a (q (t) + b)")])
+def test_bracket_of_other_spaces_is_read_anew(texts: tuple[str, str]) -> None:
+    brackets: dict[tuple[str, ...], Bracket] = {}
+    read_formula(f"x = {texts[0]}", None, brackets)
+    second, alone = read_formula(f"x = {texts[1]}", None, brackets), read_formula(f"x = {texts[1]}")
+    assert re.sub(r"start=\d+, end=\d+", "", repr(second)) == re.sub(r"start=\d+, end=\d+", "", repr(alone))
+
+
+def test_comma_between_digits_fails_after_spaced_one() -> None:
+    brackets: dict[tuple[str, ...], Bracket] = {}
+    read_formula("x = f (1, 2)", None, brackets)
+    with pytest.raises(FormulaError):
+        read_formula("x = f (1,2)", None, brackets)
