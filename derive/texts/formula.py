@@ -528,9 +528,9 @@ class Reader:
                 self.fail("a subscript after a power is read on a name only")
             self.take()
             subscript = self._spell_group()
-            name = Name(base.start, self._end(), replace(base.symbol, subscript=subscript))
-            return Power(start, self._end(), name, exponent)
-        return power
+            base = Name(base.start, self._end(), replace(base.symbol, subscript=subscript))
+            power = Power(start, self._end(), base, exponent)
+        return self._of_time(power) if isinstance(base, Name) else power
 
     def _read_all(self, inner: list[Token]) -> Node:
         reader = Reader(self.latex, inner)
@@ -918,15 +918,15 @@ class Reader:
         name = Name(start, self._end(), symbol)
         return self._of_time(name)
 
-    def _of_time(self, name: Name) -> Node:
-        """Read what may follow a name: (t), which says that it depends on time, and a value at a time, which is not."""
-        if self.peek() == "(" and self.peek(2) == ")" and self.tokens[self.at].start == name.end:
+    def _of_time(self, named: Name | Power) -> Node:
+        """Read what may follow a name or its power: (t), as it depends on time; a value at a time is refused."""
+        if self.peek() == "(" and self.peek(2) == ")" and self.tokens[self.at].start == named.end:
             if self.peek(1) == "t":
                 self.at += 3
-                return replace(name, end=self._end())
+                return replace(named, end=self._end())
             if self.peek(1).isdigit():
                 self.fail("a value at a time is not read")
-        return name
+        return named
 
     def _symbol(self) -> Symbol:
         """Read nucleus, accents, subscript and primes of a name."""

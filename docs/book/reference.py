@@ -79,7 +79,7 @@ SPLIT = (derive.Mechanism, derive.Formulas, derive.Paper)
 """Classes whose members have entries of their own."""
 UNLISTED = {
     "anchor", "axes", "case_events", "chosen", "common", "component_axes", "data", "defined", "name_accelerations",
-    "pin_of", "refuse_shared_names", "told_in", "world_components",
+    "name_supports", "pin_of", "refuse_shared_names", "support_forces", "told_in", "world_components",
 }  # fmt: skip
 """Members of `derive.Mechanism` for derivations, which no statement needs."""
 

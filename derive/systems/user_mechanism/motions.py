@@ -45,6 +45,8 @@ NEARBY_ANGLES = 8
 """Angles of a revolution with data near those of the mechanism."""
 ANGLE_OFFSET = 0.382
 """Offset, as a share of a step, from the angles at which mechanisms are often singular."""
+INSTANT = 0.2, 1.5
+"""Range of the times [s] of random states: at time zero too much would hold."""
 Rows = tuple[list[list[Expr]], list[Expr]]
 """Linear equations: rows of slopes in the unknowns, and right-hand sides."""
 
@@ -213,7 +215,7 @@ class FreeSubject(MechanismSubject):
         for c in self.coordinates:
             start[c.value] += mpf(rng.uniform(-1, 1)) * COORDINATE_RANGE[c.value.unit]
             start[c.rate] += mpf(rng.uniform(0.5, 2)) * rng.choice((-1, 1))
-        return self._project(data | {TIME: mpf(0)}, start)
+        return self._project(data | {TIME: mpf(rng.uniform(*INSTANT))}, start)
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """Return the mechanism's motion from its start."""
