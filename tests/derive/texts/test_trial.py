@@ -136,3 +136,26 @@ def test_motion_of_guided_bodies_is_judged_by_virtual_power(
     case = read_trial(*call)
     assert [record_equation(case, number, "")["verdict"] for number in ("rate", "motion")] == [verdict] * 2
     assert "F_{Ax}" in case.source.explain_unjudged("force")
+
+
+SHAKEN = """
+from sympy import cos
+from derive import Mechanism, quantities
+
+q = quantities("U | m | stroke | 0.1\\nw | rad/s | pulsation | 3\\nM | kg | mass | 2")
+m = Mechanism("shaken", q)
+x = m.coordinate("x", "m", "place of the mass")
+u = m.name_("u", "m", "place of the table", q.U * cos(q.w * m.time))
+mass = m.body("mass", m.world, q.M, m.point("P", m.O, m.world, x, 0))
+m.slide("rail", mass, m.ground, m.O)
+"""
+
+
+@pytest.mark.parametrize(("factor", "verdict"), [("", "confirmed"), ("2", "misprint")])
+def test_functions_of_time_are_judged_after_the_start(tmp_path: Path, factor: str, verdict: str) -> None:
+    """At time zero any factor of the time would do."""
+    (tmp_path / "shaken.py").write_text(SHAKEN, encoding="utf-8")
+    text = rf"\begin{{equation}} u^2(t) = U^2 \cos^2({factor} w t) \label{{table}} \end{{equation}}"
+    (tmp_path / "shaken.tex").write_text(text, encoding="utf-8")
+    case = read_trial(tmp_path / "shaken.tex", tmp_path / "shaken.py")
+    assert record_equation(case, "table", "")["verdict"] == verdict
