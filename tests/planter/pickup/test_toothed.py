@@ -36,7 +36,7 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     assert summary["intermittent"] == pair
     assert pair["transmission_error_rad"] < 1e-11
     page = (tmp_path / "report.html").read_text()
-    assert "ahead of it / deg" in page
+    assert "ahead of it / °" in page
     assert "planter-view" in page
     assert {path.stem for path in (tmp_path / "figures").glob("*.png")} == {"assembly", "dwell", "loose", "lands"}
 
