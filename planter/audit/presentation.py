@@ -50,12 +50,12 @@ def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentati
         "laws are broken": (sum(bool(law["caused_by"]) for law in laws), len(laws)),
         "printed numbers are not reproduced": (differing, numbers),
     }
+    counted = [(f"{count} of {total}", words) for words, (count, total) in figures.items() if total]
     front, experiment = result.get("front"), result.get("experiment")
     return ResultPresentation(
         title="Formula audit",
-        conclusion=f"{at_fault} of {equations} printed equations are at fault; "
-        f"{differing} of {numbers} printed numbers are not reproduced.",
-        key_figures=[KeyFigure(f"{count} of {total}", "", words) for words, (count, total) in figures.items() if total],
+        conclusion=f"{'; '.join(map(' '.join, counted)) or 'No equation was judged'}.",
+        key_figures=[KeyFigure(share, "", words) for share, words in counted],
         record=AuditResult.read(result),
         sections=list(_list_sections(result, typeset)),
         details=lambda: [
