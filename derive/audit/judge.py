@@ -118,6 +118,7 @@ def _describe_witness(witness: Witness) -> str:
 
 MOST_OPERATIONS = 1000
 """Operations of an equation that is edited: what vector algebra multiplied out is not what was printed."""
+UNSEARCHED = f"; its terms were not searched for an error, as they have more than {MOST_OPERATIONS} operations"
 
 
 def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgement:
@@ -129,14 +130,16 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
-    edited = _edited(printed, words, points) if sp.count_ops(printed.residual) <= MOST_OPERATIONS else ()
+    is_large = sp.count_ops(printed.residual) > MOST_OPERATIONS
+    edited = () if is_large else _edited(printed, words, points)
     repairs = [(edit, residual) for edit, residual in edited if holds(residual, points)]
     if repairs:
         texts = tuple(dict.fromkeys((edit.text,) for edit, _ in repairs))
         edit, residual = repairs[0]
         corrected = replace(printed, residual=residual)
         return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(edit,), corrected=corrected)
-    return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}"))
+    unsearched = UNSEARCHED if is_large else ""
+    return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}{unsearched}"))
 
 
 def judge_condition(printed: Equation, cycle: Sequence[Point]) -> Judgement:
@@ -244,7 +247,7 @@ def judge_equation(
         return Judgement("misprint", "the relation is another", (edits[0],))
     size = sp.count_ops(printed.residual) + sp.count_ops(derived.residual)
     if size > MOST_OPERATIONS and not holds(printed.residual, at):
-        return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}"))
+        return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}{UNSEARCHED}"))
     vocabulary = _vocabulary(printed, derived, at, words)
     judgements = []
     for side, comparison in compared:

@@ -57,6 +57,15 @@ def test_uncorrectable_equation_is_contradicted_with_remainder() -> None:
     assert "is left of terms of up to" in judgement.finding
 
 
+def test_error_that_was_not_searched_for_says_so() -> None:
+    """One wrong sign among many terms that are zero together: few enough to be edited, or too many."""
+    zeros = [sp.sin(k * a) ** 2 + sp.cos(k * a) ** 2 - 1 for k in range(1, 201)]
+    short, long = (judged(2 * a * u + b * sp.cos(v) + sum(zeros[:count])) for count in (1, 200))
+    assert (short.verdict, long.verdict) == ("misprint", "contradicted")
+    assert "not searched" in long.finding
+    assert "not searched" not in judged(3 * a * u - 5 * b).finding
+
+
 def test_edit_to_a_tautology_is_no_correction() -> None:
     assert "test_F for" not in str(judged(sp.Integer(3) * c).corrections)
 
