@@ -405,17 +405,20 @@ class Joints(Contacts):
             way, distance = (side / sp.Max(far, CENTRE * sp.Abs(radius))) * place, side * far - radius
         opening = motion.dot(way)
         gap = self.name_(f"gap_{name}", "m", f"distance of {at.name} from the surface of {by}", distance)
-        self.motion.rates[gap] = opening
-        self.events.append(Event(f"contact of {name}", gap, S.Zero, 0))
-        depth = switch(gap, S.Zero, -gap)
         push = self.name_(
             f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal",
-            switch(gap, S.Zero, sp.Max(law(depth, -opening), 0)),
+            self._push_at(gap, opening, law, f"contact of {name}"),
         )  # fmt: skip
         slip = motion - opening * way
         drag = creeping(friction * push, slip.components, creep) if friction != 0 else S.Zero
         self.force(name, on, at, push * way - drag * slip, by)
         return push
+
+    def _push_at(self, gap: Quantity, opening: Expr, law: Callable[[Expr, Expr], Expr], event: str) -> Expr:
+        """Return the force [N] of a law where a gap, of a rate ``opening`` [m/s], is closed; state its event."""
+        self.motion.rates[gap] = opening
+        self.events.append(Event(event, gap, S.Zero, 0))
+        return switch(gap, S.Zero, sp.Max(law(switch(gap, S.Zero, -gap), -opening), 0))
 
     def compliant_mesh(
         self, tag: str, inner: Body, outer: Body, contact: GearContact, lag: Expr, law: Callable[[Expr, Expr], Expr],
@@ -461,9 +464,7 @@ class Joints(Contacts):
             lever = smooth.lever(bearing)
             meaning = f"gap of the flanks of {inner} and {outer}, {side}"
             gap = self.name_(f"gap_{tag}_{side}", "m", meaning, backlash / 2 - lever * lag)
-            self.motion.rates[gap] = -lever * self.motion.rate(lag)
-            self.events.append(Event(f"teeth at {tag}, {side}", gap, S.Zero, 0))
-            pushes.append(switch(gap, S.Zero, sp.Max(law(switch(gap, S.Zero, -gap), -self.motion.rate(gap)), 0)))
+            pushes.append(self._push_at(gap, -lever * self.motion.rate(lag), law, f"teeth at {tag}, {side}"))
         push = self.name_(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}", sp.Add(*pushes))
         sides = zip(contact.flank(1), contact.flank(-1), strict=True)
         force = Vec(contact.frame, tuple(pushes[0] * ahead + pushes[1] * behind for ahead, behind in sides))
