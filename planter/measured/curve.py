@@ -415,7 +415,7 @@ def _fit_at_phases(
     ends = ((bounds[0] - z[free]) / width, (bounds[1] - z[free]) / width)
     prior, prior_slopes = curve.chosen.prior_rows(z)
     prior_rows = np.column_stack([-prior, prior_slopes[:, free] * width])
-    fits = []
+    fits: list[tuple[Array, float]] = []
     for part in np.array_split(phases, -(-len(phases) * len(curve.phi) // SCANNED)):
         columns = []
         for k, points in enumerate(curve.channels):
@@ -426,16 +426,37 @@ def _fit_at_phases(
         stacked[:, :, 0] = curve.values[:, None] - stacked[:, :, 0]
         rows = curve.whiten(stacked.reshape(len(stacked), -1)).reshape(stacked.shape)
         products = np.einsum("mpi,mpj->pij", rows, rows, optimize=True) + prior_rows.T @ prior_rows
-        fits += [_solve_within(each, ends) for each in products]
-    return [(np.clip(z[free] + step * width, *bounds), total) for step, total in fits]
+        steps, sums = _solve_within(products, ends)
+        fits += [
+            (np.clip(z[free] + step * width, *bounds), float(total)) for step, total in zip(steps, sums, strict=True)
+        ]
+    return fits
 
 
-def _solve_within(products: Array, ends: tuple[Array, Array]) -> tuple[Array, float]:
-    """Return the least squares (j,) of a residual and columns, by their products (1 + j, 1 + j), and the sum."""
-    inner, side, total = products[1:, 1:], products[1:, 0], float(products[0, 0])
-    step: Array = np.linalg.lstsq(inner, side, rcond=INDEPENDENT)[0].astype(float)
-    if ((step < ends[0]) | (step > ends[1])).any():
-        values, vectors = np.linalg.eigh(products)
+def _solve_within(products: Array, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the least squares (k, j) of residuals and columns, by their products (k, 1 + j, 1 + j), and the sums (k,).
+
+    Where a solution without bounds leaves them, what leaves is held at its bound; what is no optimum then, by its slope
+    there, is solved one by one.
+    """
+    inner, side, total = products[:, 1:, 1:], products[:, 1:, 0], products[:, 0, 0]
+    steps = _solve_products(inner, side)
+    outside = (steps < ends[0]) | (steps > ends[1])
+    held = np.where(outside, np.clip(steps, *ends), 0.0)
+    kept = ~outside[:, :, None] & ~outside[:, None, :]
+    slopes = side - np.einsum("kij,kj->ki", inner, held)
+    steps = _solve_products(inner * kept, slopes * ~outside) + held
+    slopes = side - np.einsum("kij,kj->ki", inner, steps)
+    is_wrong = np.where(outside, slopes * np.where(held <= ends[0], 1, -1) > 0, (steps < ends[0]) | (steps > ends[1]))
+    for k in np.flatnonzero(is_wrong.any(axis=1)):
+        values, vectors = np.linalg.eigh(products[k])
         rows = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T  # the same products in 1 + j rows
-        step = scipy.optimize.lsq_linear(rows[:, 1:], rows[:, 0], ends, method="bvls").x
-    return step, max(total - 2 * float(step @ side) + float(step @ inner @ step), 0.0)
+        steps[k] = scipy.optimize.lsq_linear(rows[:, 1:], rows[:, 0], ends, method="bvls").x
+    sums = total - 2 * np.einsum("ki,ki->k", steps, side) + np.einsum("ki,kij,kj->k", steps, inner, steps)
+    return steps, np.maximum(sums, 0.0)
+
+
+def _solve_products(inner: Array, side: Array) -> Array:
+    """Return the least squares (k, j) without bounds by products (k, j, j) of columns, and (k, j) with a residual."""
+    inverse = np.linalg.pinv(inner, INDEPENDENT, hermitian=True)
+    return np.einsum("kij,kj->ki", inverse, side)
