@@ -442,12 +442,14 @@ def _solve_within(products: Array, ends: tuple[Array, Array]) -> tuple[Array, Ar
     inner, side, total = products[:, 1:, 1:], products[:, 1:, 0], products[:, 0, 0]
     steps = _solve_products(inner, side)
     outside = (steps < ends[0]) | (steps > ends[1])
-    held = np.where(outside, np.clip(steps, *ends), 0.0)
-    kept = ~outside[:, :, None] & ~outside[:, None, :]
-    slopes = side - np.einsum("kij,kj->ki", inner, held)
-    steps = _solve_products(inner * kept, slopes * ~outside) + held
+    bounded = np.where(outside, np.clip(steps, *ends), 0.0)
+    free_pairs = ~outside[:, :, None] & ~outside[:, None, :]
+    slopes = side - np.einsum("kij,kj->ki", inner, bounded)
+    steps = _solve_products(inner * free_pairs, slopes * ~outside) + bounded
     slopes = side - np.einsum("kij,kj->ki", inner, steps)
-    is_wrong = np.where(outside, slopes * np.where(held <= ends[0], 1, -1) > 0, (steps < ends[0]) | (steps > ends[1]))
+    is_wrong = np.where(
+        outside, slopes * np.where(bounded <= ends[0], 1, -1) > 0, (steps < ends[0]) | (steps > ends[1])
+    )
     for k in np.flatnonzero(is_wrong.any(axis=1)):
         values, vectors = np.linalg.eigh(products[k])
         rows = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T  # the same products in 1 + j rows
