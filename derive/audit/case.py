@@ -6,7 +6,7 @@ import random
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain, islice, product
+from itertools import islice, product
 from typing import Any
 
 import sympy as sp
@@ -81,8 +81,8 @@ def _is_periodic_in(equation: Equation, symbol: Quantity) -> bool:
 
 SEEDS = (1, 2, 5, 8)
 """Seeds of the random admissible points: between them they take both cases of every branch."""
-MOST_SEEDS = 60
-"""Seeds up to which points are tried for a condition that an equation holds on."""
+MOST_POINTS = 55
+"""Points that are tried for a condition that an equation holds on."""
 CYCLE = 24
 """Points along the machine's own cycle."""
 NEAR = mpf("1e-6")
@@ -138,6 +138,7 @@ class Case:
     subject: Subject
     chains: tuple[Chain, Chain] | None = None
     source: Source | None = field(default=None, compare=False)
+    _random_points: list[Point] = field(init=False, default_factory=list, compare=False)
     _chosen: dict[sp.Basic, list[Point]] = field(init=False, default_factory=dict, compare=False)
     _lifted: dict[str, Equation | None] = field(init=False, default_factory=dict, compare=False)
 
@@ -147,13 +148,20 @@ class Case:
 
     @cached_property
     def points(self) -> list[Point]:
-        return [Point(self.subject.admissible(random.Random(seed))) for seed in SEEDS]
+        return self.draw(len(SEEDS))
+
+    def draw(self, count: int) -> list[Point]:
+        """Return random admissible points, the same ones and more of them at each call."""
+        for place in range(len(self._random_points), count):
+            seed = SEEDS[place] if place < len(SEEDS) else SEEDS[-1] + 1 + place - len(SEEDS)
+            self._random_points.append(Point(self.subject.admissible(random.Random(seed))))
+        return self._random_points[:count]
 
     def points_where(self, condition: sp.Basic) -> list[Point]:
         """Random admissible points at which a condition holds; all of them where none is tried at which it does."""
         if condition not in self._chosen:
-            more = (Point(self.subject.admissible(random.Random(seed))) for seed in range(SEEDS[-1] + 1, MOST_SEEDS))
-            fitting = (point for point in chain(self.points, more) if point.holds(condition))
+            points = (self.draw(place + 1)[place] for place in range(MOST_POINTS))
+            fitting = (point for point in points if point.holds(condition))
             self._chosen[condition] = self.points if condition == sp.true else list(islice(fitting, len(SEEDS)))
         return self._chosen[condition] or self.points
 

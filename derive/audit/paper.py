@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, Protocol
@@ -157,8 +157,11 @@ class SourceChange(Protocol):
 class Source(Protocol):
     """The text that a paper's equations were read from, which can be changed and read again."""
 
-    def repair(self, number: str, points: list[Point]) -> SourceChange | None:
-        """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one."""
+    def repair(self, number: str, points: list[Point], draw: Callable[[int], list[Point]]) -> SourceChange | None:
+        """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one.
+
+        ``draw`` returns a number of random admissible points.
+        """
         ...
 
     def describe(self, number: str) -> dict[str, Any]:

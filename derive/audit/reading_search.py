@@ -181,7 +181,7 @@ def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, p
     in_use = confirm_in_use(case, printed, derived, Judgement("contradicted", ""))
     if in_use.domain:
         return in_use
-    repair = case.source.repair(printed.number, points)
+    repair = case.source.repair(printed.number, points, case.draw)
     if repair is None:
         return None
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "

@@ -138,7 +138,7 @@ class TextClaims:
         table = read_name_table(text.folder / NAMES)
         case = read_case(read_document(text.file), find_stated(module), table, module)
         assert isinstance(case.source, PrintedText)
-        self.text, self.printed, self.points = text, case.source, list(case.points)
+        self.text, self.printed, self.points, self.draw_points = text, case.source, list(case.points), case.draw
         first, last = text.table["lines"] if text.is_original and "lines" in text.table else (0, sys.maxsize)
         self.rows = [row for row in self.printed.rows if first <= row.row.line <= last]
         self.vocabulary = self.printed.list_vocabulary()
@@ -239,7 +239,7 @@ class TextClaims:
             return CheckerAnswer(outcome)
         macros, names = self.printed.document.macros, self._names[claim.row]
         index = next(i for i, part in enumerate(self.read(claim.latex, claim) or ()) if not self._holds(part))
-        repair = find_repairs(claim.latex, index, names, self.points, macros, self.vocabulary)
+        repair = find_repairs(claim.latex, index, names, self.points, macros, self.vocabulary, self.draw_points)
         return CheckerAnswer(outcome, repair is not None and self.is_same(repair.latex, claim.correct, claim))
 
     def answer_by_units(self, claim: BenchmarkClaim) -> CheckerAnswer:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -39,8 +38,12 @@ TOLERANCE = 1e-9
 """Residual that counts as zero, as a share of the largest term: far above the rounding of 15 digits."""
 MOST_LISTED = 5
 """Corrections that are listed."""
-MOST_SIGNS = 28
-"""Signs of which any two are tried."""
+MOST_SIGNS = 60
+"""Terms of which any number may have another sign."""
+SPARE = 4
+"""Points by which there are more than terms, of which the signs are sought."""
+DEPENDENT = 1e-8
+"""Length of a sum of unit vectors that is zero but for rounding."""
 UNREADABLE = (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError)
 """Errors of a formula that cannot be read or evaluated."""
 MOST_CANDIDATES = 20_000
@@ -78,10 +81,12 @@ class LatexChange:
 
 def find_repairs(
     latex: str, index: int, names: StatedNames, points: Sequence[Point], macros: Mapping[str, tuple[int, str]],
-    vocabulary: Sequence[str], outcomes: dict[str, list[bool] | None] | None = None,
+    vocabulary: Sequence[str], draw: Callable[[int], Sequence[Point]],
+    outcomes: dict[str, list[bool] | None] | None = None,
 ) -> Repair | None:  # fmt: skip
     """Return the smallest change of a row after which its residual of an index vanishes at points, None without one.
 
+    ``draw`` returns a number of random admissible points, for changes of several signs.
     ``outcomes`` holds what earlier searches for the same row and points found of each source, and is added to.
     Residuals of the row that hold before must hold after it, and a change after which more of them hold is better.
     Changes are tried in floating point; what is found is confirmed by the exact reading, so that it holds to all digits
@@ -102,6 +107,7 @@ def find_repairs(
     limit = min(MOST_CANDIDATES, MOST_TOKENS // len(tokenize_formula(latex, macros)))
     tiers = (
         *_list_tiers(latex, chain, macros, names, vocabulary),
+        _sign_groups(latex, index, chain, macros, names, draw),
         _list_completions(latex, index, chain, macros, at_points, vocabulary),
         _replacements(latex, chain, names, vocabulary, are_alike=False),
     )
@@ -229,11 +235,10 @@ def _list_tiers(
     names: StatedNames,
     vocabulary: Sequence[str],
 ) -> Iterator[Iterator[LatexChange]]:
-    """Yield changes in groups: a single character or name first, then factors, then two signs, then two changes."""
+    """Yield changes in groups: a single character or name first, then factors and names of a product."""
     tokens = [token for token in tokenize_formula(latex, macros) if not token.fixed]
     yield _single_changes(latex, tokens, chain, names, vocabulary)
     yield _factor_changes(latex, tokens, chain, names, vocabulary)
-    yield _sign_pairs(tokens)
 
 
 def _single_changes(
@@ -534,9 +539,64 @@ def _evaluate_gap(chain: RelationChain, index: int, names: PointNames) -> tuple[
         return first - second, np.maximum(np.abs(first), np.abs(second))
 
 
-def _sign_pairs(tokens: Sequence[Token]) -> Iterator[LatexChange]:
-    signs = [token for token in tokens if token.text in ("+", "-", "\u2212")][:MOST_SIGNS]
-    for size in (2, 3) if len(signs) <= MOST_SIGNS // 2 else (2,):
-        for some in combinations(signs, size):
-            pieces = tuple((t.start, t.end, "-" if t.text == "+" else "+") for t in some)
-            yield LatexChange(pieces, f"{size} other signs")
+def _sign_groups(
+    latex: str, index: int, chain: RelationChain, macros: Mapping[str, tuple[int, str]], names: StatedNames,
+    draw: Callable[[int], Sequence[Point]],
+) -> Iterator[LatexChange]:  # fmt: skip
+    """Yield other signs of several terms: of the outermost sums, then of the innermost ones.
+
+    A residual is linear in the signs of such terms. Its part that a sign turns is half of what it changes by when the
+    sign does; the combination of those parts that vanishes at more points than there are parts gives the signs.
+    """
+    for terms in _list_signed_terms(chain):
+        if not 1 < len(terms) <= MOST_SIGNS:
+            continue
+        flips = [_flip(latex, term) for term in terms]
+        try:
+            at_points = PointNames(names, draw(len(terms) + 1 + SPARE))
+            gap, _ = _evaluate_gap(chain, index, at_points)
+            changed = [read_formula(LatexChange((flip,), "").apply(latex), macros) for flip in flips]
+            parts = np.array([(gap - _evaluate_gap(other, index, at_points)[0]) / 2 for other in changed])
+        except UNREADABLE:
+            continue
+        wrong = _find_wrong_signs(np.vstack([parts, gap - parts.sum(axis=0)]))
+        if wrong:
+            where = ", ".join(_shorten(latex[terms[place].start :]) for place in wrong)
+            yield LatexChange(tuple(flips[place] for place in wrong), f"other signs of {where}")
+
+
+def _list_signed_terms(chain: RelationChain) -> tuple[list[Node], list[Node]]:
+    """List the terms of the sides of a row, and the terms of all its sums that contain no other sum."""
+    sums = [node for node in list_nodes(chain) if isinstance(node, Sum)]
+    sides = [term for side in chain.sides for term in ([t for _, t in side.terms] if side in sums else [side])]
+    inner = [t for some in sums for _, t in some.terms if not any(isinstance(part, Sum) for part in list_nodes(t))]
+    return sides, inner
+
+
+def _flip(latex: str, term: Node) -> tuple[int, int, str]:
+    """Return the piece of a change that gives a term the other sign."""
+    before = re.search(r"([+\-\u2212])(?:\s|\\\\|\\[,;:!]|&)*$", latex[: term.start])
+    if before is None:
+        return term.start, term.start, "-"
+    return before.start(1), before.end(1), "-" if before.group(1) == "+" else "+"
+
+
+def _find_wrong_signs(parts: Any) -> list[int]:
+    """Return the fewest parts, but not the last, that need another sign to add up to zero: indices of (parts, points).
+
+    Nothing unless the parts have a single combination that vanishes, and all of one size in it.
+    """
+    sizes = np.linalg.norm(parts, axis=1)
+    used = np.flatnonzero(sizes > DEPENDENT * sizes.max(initial=0))
+    if len(used) < 2 or not np.all(np.isfinite(parts)):
+        return []
+    _, lengths, rows = np.linalg.svd((parts[used] / sizes[used, None]).T)
+    if lengths[-1] > DEPENDENT or lengths[-2] <= np.sqrt(DEPENDENT):
+        return []
+    shares = rows[-1] / sizes[used]
+    signs = np.sign(shares)
+    if np.ptp(np.abs(shares)) > np.sqrt(DEPENDENT) * np.abs(shares).max():
+        return []
+    last = len(parts) - 1
+    groups = [[int(place) for place in used[signs == sign]] for sign in (-1, 1)]
+    return min((group for group in groups if last not in group), key=lambda group: (len(group), 0 in group))

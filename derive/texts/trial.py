@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -85,13 +85,16 @@ class PrintedText:
     _repairs: dict[str, Repair | None] = field(default_factory=dict)
     _outcomes: dict[str, dict[str, list[bool] | None]] = field(default_factory=dict)
 
-    def repair(self, number: str, points: list[Point]) -> Repair | None:
-        """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one."""
+    def repair(self, number: str, points: list[Point], draw: Callable[[int], list[Point]]) -> Repair | None:
+        """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one.
+
+        ``draw`` returns a number of random admissible points.
+        """
         if number not in self._repairs:
             place = self.places[number]
             repairs = find_repairs(
                 place.row.row.latex, place.index, place.row.names, points, self.document.macros, self.list_vocabulary(),
-                self._outcomes.setdefault(place.row.row.number, {}),
+                draw, self._outcomes.setdefault(place.row.row.number, {}),
             )  # fmt: skip
             self._repairs[number] = repairs
         return self._repairs[number]

@@ -25,6 +25,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+import scipy
 
 from planter import plugins
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded, half_place
@@ -278,8 +279,6 @@ def fits_jointly(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> bool
     This is a linear feasibility problem in the roundings u of the inputs, -1 <= u <= 1 half a unit of the last digit
     each.
     """
-    from scipy.optimize import linprog  # a fifth of a second that few numbers need
-
     reproduced = (
         candidate
         for candidate in of_paper
@@ -294,8 +293,8 @@ def fits_jointly(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> bool
     gaps = np.array([float(printed) - float(computed.value or 0.0) for printed, computed in together])
     reach = np.array([half_place(printed) * (1 + _TIE) for printed, _ in together])
     scaled = np.vstack([rows, -rows]) / np.tile(reach, 2)[:, None]
-    solution = linprog(np.zeros(len(keys)), scaled, np.concatenate([gaps + reach, reach - gaps]) / np.tile(reach, 2),
-                    bounds=(-1, 1))  # fmt: skip
+    limits = np.concatenate([gaps + reach, reach - gaps]) / np.tile(reach, 2)
+    solution = scipy.optimize.linprog(np.zeros(len(keys)), scaled, limits, bounds=(-1, 1))
     return bool(solution.status == 0)
 
 

@@ -16,8 +16,8 @@ from dataclasses import astuple, dataclass
 
 import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from planter.clutch import contact_dynamics
 from planter.clutch.contact_dynamics import (
@@ -154,7 +154,7 @@ def find_clear_state(clutch: ClutchDynamics, inputs: ContactInputs, phase: float
         state[:2] = place * 1e-3
         return -1e3 * float(clutch.columns(state, vector)["gaps"][:-FIXED].min())
 
-    searches = [minimize(depth, start, method="Nelder-Mead", options=SEARCH) for start in _starts()]
+    searches = [scipy.optimize.minimize(depth, start, method="Nelder-Mead", options=SEARCH) for start in _starts()]
     best = min(searches, key=lambda search: float(search.fun))
     if best.fun > 0:
         raise ComputationError(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from planter.clutch.results import CornerPath, Harmonic, Oval, PolygonFit, Sliding, SlidPath
 from planter.errors import GeometryError
@@ -68,12 +69,12 @@ class Rotor:
 
         The sides are moved out together; a linear programme finds the centroid.
         """
-        from scipy.optimize import linprog
-
         reach = self.supports(np.array([rotation]))[:, 0]
         rows = np.column_stack([np.cos(self.normals), np.sin(self.normals), -np.ones(self.sides)])
         free = (None, None)
-        optimum = linprog([0, 0, 1], A_ub=rows, b_ub=-reach, bounds=[free, free, free], method="highs-ds")
+        optimum = scipy.optimize.linprog(
+            [0, 0, 1], A_ub=rows, b_ub=-reach, bounds=[free, free, free], method="highs-ds"
+        )
         return float(optimum.x[2]), np.asarray(optimum.x[:2])
 
     @cached_property

@@ -14,7 +14,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-import scipy.optimize
+import scipy
 
 from planter.engine.loops import split_gaps
 from planter.engine.machine import Machine

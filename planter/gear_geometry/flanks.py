@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+import scipy
 
 from planter.errors import GeometryError
 from planter.gear_geometry.pitch_curves import KAPPA, POLAR, RACK, PitchCurve
@@ -328,8 +329,6 @@ def _list_forward_parts(flanks: Flanks, flank: int) -> Iterator[FlankLine]:
 
 def _find_turns(flanks: Flanks, start: float, end: float, bad: Callable[[Array, Array], Array]) -> Iterator[float]:
     """Yield arc lengths [m] from `start` to `end` at which a function of arc length and side changes its sign."""
-    from scipy.optimize import brentq
-
     low, high = sorted((start, end))
     _, lows, highs = split_at_breakpoints(flanks.curve, np.array([low]), np.array([high]))
     parts = np.array([lows, highs]).T
@@ -340,7 +339,7 @@ def _find_turns(flanks: Flanks, start: float, end: float, bad: Callable[[Array, 
         if signs[0] != before:
             yield float(a)
         for k in np.flatnonzero(signs[1:] != signs[:-1]):
-            yield brentq(lambda s: bad(np.array([s]), towards[:1])[0], grid[k], grid[k + 1], xtol=1e-15)  # noqa: B023
+            yield scipy.optimize.brentq(lambda s: bad(np.array([s]), towards[:1])[0], grid[k], grid[k + 1], xtol=1e-15)  # noqa: B023
         before = bool(signs[-1])
 
 

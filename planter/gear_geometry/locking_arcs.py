@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
+import scipy
 
 from planter.errors import GeometryError
 from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair, PitchCurve, X, Y
@@ -137,14 +138,12 @@ class _OffsetLine:
 
     def _find_crossing(self, spare: Callable[[float], float]) -> float:
         """Return the first rolling length [m] from the end at which `spare` is not negative. Raises GeometryError."""
-        from scipy.optimize import brentq
-
         trials = np.linspace(0, min(_SEARCH_ANGLE * self.rolling.ends[self.end], self.rolling.length / 2), _SAMPLES)
         if spare(0.0) >= 0:
             return 0.0
         for low, high in pairwise(trials.tolist()):
             if spare(high) >= 0:
-                return float(brentq(spare, low, high, xtol=1e-16))
+                return float(scipy.optimize.brentq(spare, low, high, xtol=1e-16))
         raise GeometryError(NO_HORN)
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import scipy
 
 from planter.errors import GeometryError
 from planter.gear_geometry.stage import Stage
@@ -236,10 +237,9 @@ def build_sampled_pair(polar: Array, radius: Array, name: str, turns: int = 1, s
     if the curve through the points reaches its axis, is too steep for any teeth, or has no centre distance that
     closes the mate.
     """
-    from scipy.interpolate import CubicSpline
 
     knots = np.append(polar, polar[0] + TURN) - polar[0]
-    curve = CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
+    curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
     _check_slope(curve, knots, polar[0], sense, name)
     try:
         return _build_pair(curve, knots, _find_centre_distance(curve, knots, turns, name), turns, sense)
@@ -294,8 +294,6 @@ def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, 
 
 def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: int, name: str) -> float:
     """Return the centre distance [m] at which the mate turns once in `turns`. Raises GeometryError without one."""
-    from scipy.optimize import brentq
-
     high = float(curve(_sample_angles(knots)).max())
 
     def over(distance: float) -> float:
@@ -309,7 +307,7 @@ def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: int, name:
     for gap in turns * 0.5 ** np.arange(1, MAX_HALVINGS + 1):
         nearer = high * (1 + gap)
         if over(nearer) >= 0:
-            return float(brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
+            return float(scipy.optimize.brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
         farther = nearer
     raise GeometryError(
         f"{name}: no mate rolls on this curve: where its radius is largest, {high * 1e3:.4g} mm, the mate's would be "

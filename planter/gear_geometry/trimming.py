@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import scipy
 
 from planter.errors import GeometryError
 from planter.gear_geometry.gear import Kind, OutlinePiece
@@ -104,12 +105,14 @@ def start_outside(pieces: Sequence[OutlinePiece], region: Region) -> list[Outlin
 
 def _split_piece(piece: OutlinePiece, region: Region) -> Iterator[tuple[float, float, bool]]:
     """Yield parameter intervals of a piece on one side of a region's edge, and whether they remain."""
-    from scipy.optimize import brentq
-
     grid = np.linspace(0, 1, _SAMPLES)
     beyond = region.beyond(piece.at(grid))
     cuts = [
-        float(brentq(lambda s: float(region.beyond(piece.at(np.array([s])))[0]), grid[k], grid[k + 1], xtol=_XTOL))
+        float(
+            scipy.optimize.brentq(
+                lambda s: float(region.beyond(piece.at(np.array([s])))[0]), grid[k], grid[k + 1], xtol=_XTOL
+            )
+        )
         for k in np.flatnonzero((beyond[1:] > 0) != (beyond[:-1] > 0))
     ]
     for low, high in pairwise([0.0, *cuts, 1.0]):

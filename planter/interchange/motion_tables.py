@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.io import savemat
+import scipy
 
 from planter.files import csv_rows, units
 from planter.kernels import Array
@@ -151,7 +151,7 @@ def format_simulink(motion: MotionTable) -> dict[str, bytes]:
     """Return `motion.mat` with the matrix `motion` in SI units and radians, and the dictionary of its rows."""
     columns = [PlacedColumn(str(row), column.unit, 1.0, column) for row, column in enumerate(motion.columns, 1)]
     stream = io.BytesIO()
-    savemat(stream, {"motion": np.array([column.values for column in columns])}, format="5")
+    scipy.io.savemat(stream, {"motion": np.array([column.values for column in columns])}, format="5")
     text = f"MATLAB 5.0 MAT-file, {motion.name}, rows: see {DICTIONARY}".encode("ascii", "replace")[:_MAT_HEADER_BYTES]
     content = text.ljust(_MAT_HEADER_BYTES) + stream.getvalue()[_MAT_HEADER_BYTES:]
     return {"motion.mat": content} | _format_dictionary("row", motion, columns)

@@ -6,18 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 
 from planter.errors import InputError
 from planter.files import csv_rows, examples
 from planter.kernels import Array
 from planter.numerics.arrays import MAX_GAP_RATIO, TURN, find_gap
 from planter.numerics.extrema import index_first_extremum
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
 
 
 @dataclass(frozen=True)
@@ -41,12 +38,10 @@ class AngleCurve:
     sense: int = -1
 
     @cached_property
-    def _periodic(self) -> CubicSpline:
+    def _periodic(self) -> scipy.interpolate.CubicSpline:
         """The rotation less that of a uniform turn."""
-        from scipy.interpolate import CubicSpline
-
         rest = self.relative - self.sense * self.carrier
-        return CubicSpline(self.carrier, np.append(rest[:-1], rest[0]), bc_type="periodic")
+        return scipy.interpolate.CubicSpline(self.carrier, np.append(rest[:-1], rest[0]), bc_type="periodic")
 
     def at(self, theta: Array) -> Array:
         """Relative rotation [rad] at any carrier angles [rad]."""

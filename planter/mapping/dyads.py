@@ -21,6 +21,7 @@ from math import comb
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from planter.errors import ComputationError, InputError
@@ -422,14 +423,20 @@ def fit_dyads(poses: Array) -> Solution:
     The miss is the distance of the moving hinge from the circle. Starts are the dyads of five poses each. The complex
     roots are those of the three singular vectors with the smallest values.
     """
-    from scipy.optimize import least_squares
 
     scale, separate = Scale.from_poses(poses), distinct(poses)
     inside = scale.normalise(poses)
     minima: list[tuple[float, Array]] = []
     for start in _starts(separate, scale):
-        fitted = least_squares(lambda v: _miss(inside, v)[0], start, lambda v: _miss(inside, v)[1], method="lm",
-                               xtol=1e-15, ftol=1e-15, gtol=1e-15)  # fmt: skip
+        fitted = scipy.optimize.least_squares(
+            lambda v: _miss(inside, v)[0],
+            start,
+            lambda v: _miss(inside, v)[1],
+            method="lm",
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=1e-15,
+        )
         new = all(np.abs(fitted.x - other).max() > _SAME_DYAD * (1 + abs(fitted.x[4])) for _, other in minima)
         if new and abs(fitted.x[4]) < FIT_REACH and np.abs(fitted.grad).max() < _SAME_DYAD * (1 + abs(fitted.x[4])):
             minima.append((float(fitted.cost), fitted.x))

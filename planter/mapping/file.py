@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+import scipy
 from pydantic import Field
 
 from planter.engine.measures import Limit
@@ -86,10 +87,8 @@ def _within_reach(linkage: FourBar, theta: float) -> bool:
 
 
 def _between(theta: Array, relative: Array, free: Array) -> Array:
-    from scipy.interpolate import PchipInterpolator
-
     turns = np.array([-1, 0, 1])[:, None] * TURN
-    return PchipInterpolator((theta + turns).ravel(), (relative - turns).ravel())(free)
+    return scipy.interpolate.PchipInterpolator((theta + turns).ravel(), (relative - turns).ravel())(free)
 
 
 def duplicates(angles: Sequence[float]) -> list[float]:

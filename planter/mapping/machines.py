@@ -7,6 +7,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+import scipy
 
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.piecewise import compose_pieces
@@ -289,11 +290,9 @@ def _spline_prologue(train: Train, count: int) -> ca.Function:
     Coefficients are linear in the curve's points, which come first in d; the split parameter is the mean root of the
     slope, by the quadrature of the file's own curve.
     """
-    from scipy.interpolate import CubicSpline
-
     curve = train.curve
     size = len(curve.carrier) - 1
-    unit = CubicSpline(curve.carrier, np.vstack([np.eye(size), np.eye(size)[:1]]), bc_type="periodic")
+    unit = scipy.interpolate.CubicSpline(curve.carrier, np.vstack([np.eye(size), np.eye(size)[:1]]), bc_type="periodic")
     nodes, weights = train.panels()
     d = ca.MX.sym("d", count)
     rest = d[:size] - curve.sense * ca.DM(curve.carrier[:-1].tolist())

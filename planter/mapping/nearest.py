@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from planter.errors import ComputationError
@@ -137,14 +138,12 @@ class _Aim:
 
     def fit_order(self, order: tuple[int, ...]) -> tuple[float, Array, Array, tuple[int, ...]] | None:
         """Sum of squares, carrier and arm angles in the order of the poses; None where the search fails."""
-        from scipy.optimize import LinearConstraint, minimize
-
         sequence = np.array(order)
         start = self._start(sequence)
         matrix, lower = self._steps(len(order))
-        optimum = minimize(
+        optimum = scipy.optimize.minimize(
             lambda z: self._cost(z, sequence), start, jac=True, method="SLSQP",
-            constraints=LinearConstraint(matrix, lower, np.inf), options={"maxiter": 300, "ftol": 1e-15},
+            constraints=scipy.optimize.LinearConstraint(matrix, lower, np.inf), options={"maxiter": 300, "ftol": 1e-15},
         )  # fmt: skip
         if (matrix @ optimum.x - lower).min() < -1e-9:
             return None
@@ -203,7 +202,6 @@ def fit_smooth_curve(theta: Array, relative: Array, slopes: tuple[float, float])
 
     Raises ComputationError if no curve has such slopes.
     """
-    from scipy.optimize import LinearConstraint, minimize
 
     angles, rest = _periodic(theta, relative)
     nodes, fixed = _nodes(angles)
@@ -216,9 +214,9 @@ def fit_smooth_curve(theta: Array, relative: Array, slopes: tuple[float, float])
     target = factor.T @ bends[:, fixed] @ values[fixed]
     back = np.linalg.inv(root)
     matrix, level = -slope[:, free] @ back, 1 - slope[:, fixed] @ values[fixed]
-    optimum = minimize(
+    optimum = scipy.optimize.minimize(
         lambda w: (float(np.sum((w + target) ** 2) / 2), w + target), -target, jac=True, method="SLSQP",
-        constraints=LinearConstraint(matrix, slopes[0] - level, slopes[1] - level),
+        constraints=scipy.optimize.LinearConstraint(matrix, slopes[0] - level, slopes[1] - level),
         options={"maxiter": 200, "ftol": 1e-12},
     )  # fmt: skip
     values[free] = back @ optimum.x
@@ -265,11 +263,10 @@ def _operators(nodes: Array) -> tuple[Array, Array]:
 
     Between two points the slope is a parabola, and no further out than its three Bezier ordinates.
     """
-    from scipy.interpolate import CubicSpline
 
     closed = np.append(nodes, nodes[0] + TURN)
     ordinates = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])
-    spline = CubicSpline(closed, ordinates, bc_type="periodic")
+    spline = scipy.interpolate.CubicSpline(closed, ordinates, bc_type="periodic")
     widths = np.diff(closed)
     # The second derivative is linear between points: Gauss' two places integrate its square exactly.
     gauss = (nodes[:, None] + widths[:, None] * (1 + np.array([-1, 1]) / np.sqrt(3)) / 2).ravel()

@@ -11,7 +11,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import lsq_linear
+import scipy
 
 from planter.engine.machine import Machine, Quantity
 from planter.engine.response import MachineResponse
@@ -437,5 +437,5 @@ def _solve_within(products: Array, ends: tuple[Array, Array]) -> tuple[Array, fl
     if ((step < ends[0]) | (step > ends[1])).any():
         values, vectors = np.linalg.eigh(products)
         rows = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T  # the same products in 1 + j rows
-        step = lsq_linear(rows[:, 1:], rows[:, 0], ends, method="bvls").x
+        step = scipy.optimize.lsq_linear(rows[:, 1:], rows[:, 0], ends, method="bvls").x
     return step, max(total - 2 * float(step @ side) + float(step @ inner @ step), 0.0)

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq, least_squares
-from scipy.stats import f as f_distribution
+import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
@@ -151,7 +150,7 @@ class Fit:
         best = float(white @ white)
         standard_error = self._standard_error(index)
         spread = 1.0 if standard_error is None else self.noise.widen(index, LEVEL)
-        allowed = best * (1 + spread**2 * float(f_distribution.ppf(LEVEL, 1, free)) / free) + TOLERANCE
+        allowed = best * (1 + spread**2 * float(scipy.stats.f.ppf(LEVEL, 1, free)) / free) + TOLERANCE
         lower, upper = (float(ends[index]) for ends in self.curve.bounds(self.values))
         first = (upper - lower) / 8 if standard_error is None else standard_error * float(np.sqrt(allowed - best))
         ends = self._end(index, lower, -2 * first, allowed), self._end(index, upper, 2 * first, allowed)
@@ -186,7 +185,7 @@ class Fit:
         while abs(value - bound) > AT_BOUND * self._widths[index]:
             value = last + step if abs(step) < abs(bound - last) else bound
             if self._profile(index, value) > allowed:
-                end = brentq(
+                end = scipy.optimize.brentq(
                     lambda at: self._profile(index, at) - allowed, last, value,
                     xtol=1e-4 * abs(value - self.values[index]) + 1e-15, rtol=1e-6,
                 )  # fmt: skip
@@ -331,7 +330,7 @@ def search(curve: MeasuredCurve, start: Array, moved: list[int], tolerance: floa
         values[moved] = low + u * width
         return values
 
-    solution = least_squares(
+    solution = scipy.optimize.least_squares(
         lambda u: curve.residuals(at(u))[0], np.clip((start[moved] - low) / width, 1e-9, 1 - 1e-9),
         lambda u: curve.residuals(at(u))[1][:, moved] * width, bounds=(0, 1),
         ftol=tolerance, xtol=tolerance, gtol=tolerance, max_nfev=MAX_EVALUATIONS,

@@ -11,10 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import gammaln, logsumexp
-from scipy.stats import f as f_distribution
-from scipy.stats import t as t_distribution
+import scipy
 
 from planter.kernels import Array
 from planter.measured.curve import ChannelNoise, MeasuredCurve
@@ -95,17 +92,17 @@ class RhoLikelihood:
         if not deviations[self.best] > 0 or self.best == 0:
             return 1.0
         shifts = self.shifts @ direction - self.shifts[self.best] @ direction
-        quantile = float(t_distribution.ppf((1 + level) / 2, self.free))
+        quantile = float(scipy.stats.t.ppf((1 + level) / 2, self.free))
 
         def miss(width: float) -> float:
             ends = (np.array([width, -width])[:, None] * deviations[self.best] * quantile - shifts) / deviations
-            inside = t_distribution.cdf(ends[0], self.free) - t_distribution.cdf(ends[1], self.free)
+            inside = scipy.stats.t.cdf(ends[0], self.free) - scipy.stats.t.cdf(ends[1], self.free)
             return float(self.weights @ inside) - level
 
         high = 2.0
         while miss(high) < 0:
             high *= 2
-        return max(1.0, float(brentq(miss, 0.1, high, xtol=1e-4))) if miss(0.1) < 0 else 1.0
+        return max(1.0, float(scipy.optimize.brentq(miss, 0.1, high, xtol=1e-4))) if miss(0.1) < 0 else 1.0
 
 
 @dataclass(frozen=True)
@@ -211,7 +208,7 @@ def _compare_with_mean_curve(values: Array, phi: Array, residuals: Array, slopes
     if min(mean.free, model.free) <= 0:
         return LackOfFit(0.0, 1.0, 0)
     ratios = model.sums / model.free / np.maximum(mean.sums / mean.free, 1e-300)
-    return _find_least_refuting(mean, ratios, f_distribution.sf(ratios, model.free, mean.free), basis.shape[1])
+    return _find_least_refuting(mean, ratios, scipy.stats.f.sf(ratios, model.free, mean.free), basis.shape[1])
 
 
 def _find_least_refuting(likelihood: RhoLikelihood, statistics: Array, probabilities: Array, size: int) -> LackOfFit:
@@ -235,7 +232,7 @@ def compare_likelihoods(small: RhoLikelihood, large: RhoLikelihood) -> LackOfFit
     if more <= 0 or large.free <= 0:
         return LackOfFit(0.0, 1.0, 0)
     statistics = (small.sums - large.sums) / more / np.maximum(large.sums / large.free, 1e-300)
-    return _find_least_refuting(large, statistics, f_distribution.sf(statistics, more, large.free), more)
+    return _find_least_refuting(large, statistics, scipy.stats.f.sf(statistics, more, large.free), more)
 
 
 def compute_log_evidence(curve: MeasuredCurve, residuals: Array, slopes: Array) -> float:
@@ -251,7 +248,12 @@ def compute_log_evidence(curve: MeasuredCurve, residuals: Array, slopes: Array) 
     determined = columns @ directions[values > np.sqrt(TURN)].T
     likelihood = RhoLikelihood.compute(residuals, determined, curve.gaps[0])
     free = likelihood.free
-    return float(logsumexp(likelihood.logs)) - np.log(len(RHOS)) + float(gammaln(free / 2)) - free / 2 * np.log(np.pi)
+    return (
+        float(scipy.special.logsumexp(likelihood.logs))
+        - np.log(len(RHOS))
+        + float(scipy.special.gammaln(free / 2))
+        - free / 2 * np.log(np.pi)
+    )
 
 
 def assess_whiteness(curve: MeasuredCurve, residuals: Array) -> tuple[float, bool]:
@@ -277,7 +279,6 @@ def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float
     over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its degrees of freedom are `lags` less the
     number of `fitted` coefficients. Equal residuals have the probability 0.
     """
-    from scipy import stats
 
     count, centred = len(residuals), residuals - residuals.mean()
     total = float(centred @ centred)
@@ -285,4 +286,4 @@ def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float
         return 0.0
     rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / total
     statistic = count * (count + 2) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
-    return float(stats.chi2.sf(statistic, lags - fitted))
+    return float(scipy.stats.chi2.sf(statistic, lags - fitted))

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.special import logsumexp, softmax
-from scipy.stats import chi2, norm, qmc
+import scipy
 
 from planter.engine.machine import Machine
 from planter.errors import ComputationError, InputError
@@ -86,8 +84,8 @@ class Posterior:
             residuals = values[points] - self.curve.values[points]
             logs, log_slopes = _integrate_size(residuals, slopes[points], gaps)
             logs = logs + log_weights
-            total += float(logsumexp(logs))
-            gradient = gradient + softmax(logs) @ log_slopes
+            total += float(scipy.special.logsumexp(logs))
+            gradient = gradient + scipy.special.softmax(logs) @ log_slopes
         return total, gradient * self._scale
 
     def approximate(self, seed: int = 0) -> NormalPosterior:
@@ -105,7 +103,9 @@ class Posterior:
             value, slopes = self.evaluate(self.lower + np.clip(u, 0, 1) * width)
             return (-value, -slopes * width) if np.isfinite(value) else (np.finfo(float).max, np.zeros(len(u)))
 
-        end = minimize(descend, np.clip((start - self.lower) / width, 0, 1), jac=True, bounds=ends, method="L-BFGS-B")
+        end = scipy.optimize.minimize(
+            descend, np.clip((start - self.lower) / width, 0, 1), jac=True, bounds=ends, method="L-BFGS-B"
+        )
         mode = np.clip(end.x, STEP, 1 - STEP)
         rows = [(descend(mode + step)[1] - descend(mode - step)[1]) / (2 * STEP) for step in STEP * np.eye(len(width))]
         hessian = (np.array(rows) + np.array(rows).T) / 2
@@ -126,11 +126,13 @@ class Posterior:
         for points, gaps, log_weights in zip(self.curve.channels, self.curve.gaps, self._log_weights, strict=True):
             rows = np.column_stack([slopes[points] * self._scale, values[points] - self.curve.values[points]])
             sums = np.einsum("mi,gij,mj->mg", ends, sum_white_products(rows, gaps), ends, optimize=True)
-            logs += logsumexp(log_weights - len(rows) / 2 * np.log(np.maximum(sums, np.finfo(float).tiny)), axis=1)
+            logs += scipy.special.logsumexp(
+                log_weights - len(rows) / 2 * np.log(np.maximum(sums, np.finfo(float).tiny)), axis=1
+            )
         prior, prior_slopes = self.curve.chosen.prior_rows(z)
         logs -= ((prior + steps @ (prior_slopes * self._scale).T) ** 2).sum(axis=1) / 2
         logs[((mode + steps < self.lower) | (mode + steps > self.upper)).any(axis=1)] = -np.inf
-        weights = softmax(logs)
+        weights = scipy.special.softmax(logs)
         mean = weights @ steps
         deviations = steps - mean
         matched: Array = (deviations * weights[:, None]).T @ deviations
@@ -139,9 +141,9 @@ class Posterior:
 
 def draw_student(root: Array, seed: int) -> Array:
     """Return draws (`DRAWS`, n) of Student's t with `FREEDOM` degrees, for the root (n, n) of its scale matrix."""
-    uniform = qmc.Sobol(len(root) + 1, seed=seed).random(DRAWS)
-    normal: Array = norm.ppf(uniform[:, 1:]) @ root.T
-    return normal / np.sqrt(chi2.ppf(uniform[:, :1], FREEDOM) / FREEDOM)
+    uniform = scipy.stats.qmc.Sobol(len(root) + 1, seed=seed).random(DRAWS)
+    normal: Array = scipy.stats.norm.ppf(uniform[:, 1:]) @ root.T
+    return normal / np.sqrt(scipy.stats.chi2.ppf(uniform[:, :1], FREEDOM) / FREEDOM)
 
 
 def load_posterior(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from planter.errors import InputError
 from planter.kernels import Array
@@ -413,7 +413,7 @@ def _follow_trigger(
     intervals = np.diff(pulses)
     is_single = intervals <= PULSE_RATIO[1] * np.median(intervals)
     counts = np.concatenate([[0], np.cumsum(np.where(is_single, 1, np.round(intervals / np.median(intervals))))])
-    follow = PchipInterpolator(pulses, counts * TURN)
+    follow = scipy.interpolate.PchipInterpolator(pulses, counts * TURN)
     phi = np.full(count, np.nan)
     inside = good[(clock[good] >= pulses[0]) & (clock[good] <= pulses[-1])]
     phi[inside] = follow(clock[inside])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from planter.engine.machine import Machine, Quantity
 from planter.engine.response import MachineResponse
@@ -172,7 +172,7 @@ class SensorCurve(MeasuredCurve):
             columns.append((self._apply(values, ends[0]) - self._apply(values, ends[1])) / (2 * step))
         stacked = np.column_stack(columns)
         angles = phi + (0.0 if self.phase_index is None else z[self.phase_index])
-        spline = CubicSpline(
+        spline = scipy.interpolate.CubicSpline(
             np.append(curves.angles, curves.turn), np.vstack([stacked, stacked[:1]]), bc_type="periodic"
         )
         at = np.mod(angles, curves.turn)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from planter.engine.machine import Machine, Quantity, check_samples
 from planter.engine.summary import CycleSummary, summarise
@@ -188,11 +189,9 @@ def _find_intervals(
 
 def _find_sign_change(model: Model, name: str, places: Array, k: int) -> float:
     """Return the angle in a cycle at which the force changes sign between a place and the one before it, cyclically."""
-    from scipy.optimize import brentq
-
     turn, high, low = model.machine.turn, float(places[k % len(places)]), float(places[(k - 1) % len(places)])
     start = low - turn * (low > high)
-    root = brentq(lambda at: float(model(np.array([at]))[name][0]), start, high, xtol=ANGLE_TOLERANCE)
+    root = scipy.optimize.brentq(lambda at: float(model(np.array([at]))[name][0]), start, high, xtol=ANGLE_TOLERANCE)
     return float(root) % turn
 
 

@@ -16,9 +16,7 @@ from functools import cached_property, partial
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
-import scipy.integrate
-import scipy.linalg
-import scipy.optimize
+import scipy
 from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError, NotFiniteError

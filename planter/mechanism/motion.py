@@ -8,8 +8,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-import scipy.linalg
-import scipy.optimize
+import scipy
 
 from planter.errors import ComputationError, InputError
 from planter.files import units

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from planter.audit.registry import Inputs, Value, formula
 from planter.audit.user_paper import MEASURE, MeasureQuestion
@@ -171,7 +171,7 @@ def _evaluate_over_time(file: MechanismFile, measure: Measure, samples: int | No
 
 def _evaluate_spline(kind: Kind, times: Array, values: Array) -> float:
     """Return a measure of the spline through values (n,) at times (n,)."""
-    spline, end = CubicSpline(times, values), times[-1]
+    spline, end = scipy.interpolate.CubicSpline(times, values), times[-1]
     if kind in ("max", "min", "range"):
         turning = spline.derivative().roots(extrapolate=False)
         extremes = spline(np.concatenate([[0.0, end], turning[np.isfinite(turning)]]))
@@ -179,7 +179,7 @@ def _evaluate_spline(kind: Kind, times: Array, values: Array) -> float:
     mean = float(spline.integrate(0.0, end)) / end
     if kind == "mean":
         return mean
-    square = float(CubicSpline(times, values**2).integrate(0.0, end)) / end
+    square = float(scipy.interpolate.CubicSpline(times, values**2).integrate(0.0, end)) / end
     if kind == "rms":
         return float(np.sqrt(square))
     variance = square - mean**2

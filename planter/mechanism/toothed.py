@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
+import scipy
 
 from planter.engine.machine import load_machine
 from planter.errors import InputError
@@ -98,8 +99,6 @@ class MechanismMesh:
 
     def _turn(self) -> Array:
         """Return angles (n + 1,) [rad] of the drive over a turn of the faster gear against the line of centres."""
-        from scipy.optimize import brentq
-
         start = self._polar(np.zeros(1))[self.gear, 0]
 
         def left(phi: float) -> float:
@@ -108,7 +107,7 @@ class MechanismMesh:
         end = next((TURN * k for k in range(1, MOST_TURNS + 1) if left(TURN * k) >= 0), None)
         if end is None:
             raise InputError(f"{self.place}: {self.names[0]} does not turn once in {MOST_TURNS} turns of the drive")
-        return np.linspace(0, float(brentq(left, 0, end, xtol=1e-14)), SAMPLES + 1)
+        return np.linspace(0, float(scipy.optimize.brentq(left, 0, end, xtol=1e-14)), SAMPLES + 1)
 
     def _polar(self, phi: Array) -> Array:
         values = self._values(phi)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
@@ -108,12 +109,10 @@ def _find_candidates(values: Array, closed: bool) -> Integers:
 
 def _refine_minimum(function: ArrayFunction, places: Array, values: Array, k: int, closed: bool) -> ExtremePoint:
     """Return sample k, or a smaller value between its neighbours."""
-    from scipy.optimize import minimize_scalar
-
     step, place, value = float(places[1] - places[0]), float(places[k]), float(values[k])
     low = -step if closed else float(places[max(k - 1, 0)]) - place
     high = step if closed else float(places[min(k + 1, len(places) - 1)]) - place
-    result = minimize_scalar(
+    result = scipy.optimize.minimize_scalar(
         lambda offset: float(function(np.array([place + offset]))[0]), bounds=(low, high), method="bounded",
         options={"xatol": PLACE_TOLERANCE * (high - low)},
     )  # fmt: skip

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import lsq_linear
+import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
@@ -120,7 +120,7 @@ def estimate_multipliers(problem: Problem, u: Array) -> Multipliers:
     lower_limits = np.repeat([*[0.0] * 7, -np.inf], sizes)
     upper_limits = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 5], sizes)
     solved = (
-        lsq_linear(matrix, target, (lower_limits, upper_limits), method="bvls", tol=1e-15).x
+        scipy.optimize.lsq_linear(matrix, target, (lower_limits, upper_limits), method="bvls", tol=1e-15).x
         if sum(sizes)
         else np.empty(0)
     )

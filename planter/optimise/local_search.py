@@ -23,6 +23,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
@@ -201,13 +202,11 @@ AGREEMENT_TOLERANCE = 1e-6
 
 def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
     """Return starting points u (p,), that of the design first; the same seed and count give the same points."""
-    from scipy.stats import qmc
-
     problem.restart()
     first = problem.complete(problem.start)
     if count < 2:
         return [first]
-    cube = qmc.LatinHypercube(len(problem.independent), seed=np.random.default_rng(seed)).random(count - 1)
+    cube = scipy.stats.qmc.LatinHypercube(len(problem.independent), seed=np.random.default_rng(seed)).random(count - 1)
     return [first, *(problem.interpolate(v) for v in cube)]
 
 

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
@@ -76,10 +77,8 @@ def find_insensitive(names: tuple[str, ...], columns: Array, rows: Array | None 
     space = right[rank:]
     zero: Flags = np.linalg.norm(columns, axis=0) <= limit
     if rows is not None:
-        from scipy.linalg import null_space
-
         rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-        space = space.T @ null_space(rows @ space.T, RANK_TOLERANCE)
+        space = space.T @ scipy.linalg.null_space(rows @ space.T, RANK_TOLERANCE)
         space, zero = space.T, zero & (np.abs(rows).max(axis=0) <= RANK_TOLERANCE)
     return InsensitiveDirections(rank, _name_directions(names, space, zero), zero, space)
 

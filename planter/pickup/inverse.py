@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
-from scipy.optimize import brentq
+import scipy
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
@@ -202,7 +201,7 @@ def _closed_law(chain: _Chain, phi5: Array, phi1: Array) -> tuple[float, SplineL
     far = chain.direction(float(np.interp(chain.far.u, chain.path.knots[:-1], phi5)))
     t, lead = phi5 - far, phi1 - phi5 + far - TURN
     ring, closed = np.append(t, t[0] + TURN), np.append(lead, lead[0])
-    curve = make_interp_spline(ring, closed, k=LAW_DEGREE, bc_type="periodic")
+    curve = scipy.interpolate.make_interp_spline(ring, closed, k=LAW_DEGREE, bc_type="periodic")
     curve.extrapolate = "periodic"
     return far, SplineLaw(curve, None, 0.0)
 
@@ -225,26 +224,26 @@ def _dwelling_law(
         far = chain.direction(float(np.interp(chain.far.u, chain.path.knots, phi5)))
     turns = np.floor((ends[1] - far) / TURN)
     shift = far + turns * TURN
-    lead = BSpline(arm.t - shift, arm.c - _greville(arm) + far - TURN, arm.k)
+    lead = scipy.interpolate.BSpline(arm.t - shift, arm.c - _greville(arm) + far - TURN, arm.k)
     dwell = Dwell(float(ends[1] - shift), float(ends[0] - shift + TURN))
     return far, SplineLaw(lead, dwell, held1 - TURN - turns * TURN)
 
 
-def _greville(curve: BSpline) -> Array:
+def _greville(curve: scipy.interpolate.BSpline) -> Array:
     """Coefficients of the spline on the same knots that gives its argument back."""
     return np.array([curve.t[i + 1 : i + 1 + curve.k].mean() for i in range(len(curve.c))])
 
 
-def _spline(phi5: Array, phi1: Array) -> BSpline:
-    return make_interp_spline(phi5, phi1, k=min(LAW_DEGREE, len(phi5) // 2 * 2 - 1))
+def _spline(phi5: Array, phi1: Array) -> scipy.interpolate.BSpline:
+    return scipy.interpolate.make_interp_spline(phi5, phi1, k=min(LAW_DEGREE, len(phi5) // 2 * 2 - 1))
 
 
-def _meets(arm: BSpline, dwell_end: tuple[float, float], toothed: float) -> float | None:
+def _meets(arm: scipy.interpolate.BSpline, dwell_end: tuple[float, float], toothed: float) -> float | None:
     """Return the angle at which a law reaches the arm's angle in the dwell, or None if it does not before the dwell."""
     angle, level = dwell_end
     if (arm(toothed) - level) * (arm(angle) - level) > 0:
         return None
-    return float(brentq(lambda x: float(arm(x)) - level, toothed, angle, xtol=1e-15, rtol=1e-15))
+    return float(scipy.optimize.brentq(lambda x: float(arm(x)) - level, toothed, angle, xtol=1e-15, rtol=1e-15))
 
 
 LEAST_SWEEP = np.radians(5)

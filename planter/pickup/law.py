@@ -8,7 +8,7 @@ from typing import ClassVar, Protocol
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import BSpline
+import scipy
 
 from planter.kernels import Array, Kernel
 from planter.kernels.formulas import load
@@ -98,7 +98,7 @@ class CosineLaw:
 class SplineLaw:
     """A law by its lead phi1 - t, a spline over the toothed range; `held` is phi1 in the dwell that follows it."""
 
-    lead: BSpline
+    lead: scipy.interpolate.BSpline
     dwell: Dwell | None
     dwell_angle: float
     transition: ClassVar[float] = 0.0

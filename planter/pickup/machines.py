@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import PPoly
+import scipy
 
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.piecewise import compose_pieces
@@ -195,7 +195,7 @@ def _compose_law(train: PickupTrain, inputs: Mapping[str, Any]) -> _LawGraph:
 
 def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph:
     """Return the graph of a law by its spline, with the numbers that the spline has now."""
-    pieces = PPoly.from_spline((law.lead.t, law.lead.c, law.lead.k))
+    pieces = scipy.interpolate.PPoly.from_spline((law.lead.t, law.lead.c, law.lead.k))
     chosen = np.flatnonzero(np.diff(pieces.x) > 0)
     knots, coefficients = pieces.x[chosen], pieces.c[:, chosen]
     first, last = toothed_range(law.dwell)

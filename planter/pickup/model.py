@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from planter.errors import GeometryError
 from planter.gear_geometry.flanks import TEETH
@@ -139,7 +139,11 @@ class PickupTrain:
     @cached_property
     def nearest_angle(self) -> float:
         """Carrier angle where the tip is nearest [rad]; the first of them, should the arm dwell there."""
-        return float(brentq(lambda t: float(self.law.arm(np.array([t]))[0]) - TURN, 0.0, TURN, xtol=1e-15, rtol=1e-14))
+        return float(
+            scipy.optimize.brentq(
+                lambda t: float(self.law.arm(np.array([t]))[0]) - TURN, 0.0, TURN, xtol=1e-15, rtol=1e-14
+            )
+        )
 
     @cached_property
     def slope_extremes(self) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
+import scipy
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
@@ -60,7 +60,7 @@ class LawNodes:
         return np.concatenate([[v[-1] - TURN], v])
 
     @cached_property
-    def _basis(self) -> BSpline:
+    def _basis(self) -> scipy.interpolate.BSpline:
         """Splines through one for a node and zero for the others."""
         return _interpolant(self.t, np.eye(len(self.t)), self.law.dwell is None)
 
@@ -81,14 +81,14 @@ class LawNodes:
         return SplineLaw(curve, self.law.dwell, float(v[-1]))
 
 
-def _interpolant(t: Array, values: Array, closed: bool) -> BSpline:
+def _interpolant(t: Array, values: Array, closed: bool) -> scipy.interpolate.BSpline:
     if closed:
         ring = values.copy()
         ring[-1] = ring[0]
-        curve = make_interp_spline(t, ring, k=LAW_DEGREE, bc_type="periodic")
+        curve = scipy.interpolate.make_interp_spline(t, ring, k=LAW_DEGREE, bc_type="periodic")
         curve.extrapolate = "periodic"
         return curve
-    return make_interp_spline(t, values, k=LAW_DEGREE)
+    return scipy.interpolate.make_interp_spline(t, values, k=LAW_DEGREE)
 
 
 def build_nodes(train: PickupTrain, value_points: int) -> LawNodes:

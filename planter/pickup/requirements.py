@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import TURN, to_degrees
@@ -66,14 +67,13 @@ def find_push(train: PickupTrain) -> tuple[float, float]:
 
 def _level(train: PickupTrain, low: float, high: float) -> float:
     """Return the angle of slope 1 between two angles, or of the closest slope if it jumps past 1."""
-    from scipy.optimize import brentq
 
     def beyond(t: float) -> float:
         return float(train.slope(np.array([t]))[0]) - 1
 
     if beyond(low) * beyond(high) > 0:
         return low if train.arm_heading(np.array([low])) < train.arm_heading(np.array([high])) else high
-    return float(brentq(beyond, low, high, xtol=1e-14))
+    return float(scipy.optimize.brentq(beyond, low, high, xtol=1e-14))
 
 
 def pick_angle_deg(machine: Pickup) -> float:

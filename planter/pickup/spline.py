@@ -12,7 +12,7 @@ from math import comb
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, PPoly, make_interp_spline
+import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
@@ -57,7 +57,7 @@ def best_spline(points: Array, closed: bool) -> PathSpline:
 
 def _miss(parameter: Array, points: Array) -> float:
     """Root mean square distance of every other point from the curve through those between."""
-    curve = make_interp_spline(parameter[::2], points[::2], k=DEGREE)
+    curve = scipy.interpolate.make_interp_spline(parameter[::2], points[::2], k=DEGREE)
     odd = slice(1, len(points) - 1, 2)
     return float(np.sqrt(np.mean((curve(parameter[odd]) - points[odd]) ** 2)))
 
@@ -81,11 +81,11 @@ class PathSpline:
         return np.concatenate([[0.0], np.cumsum(chord_lengths(self.points, self.closed))])
 
     @cached_property
-    def curve(self) -> BSpline:
+    def curve(self) -> scipy.interpolate.BSpline:
         if self.closed:
             ring = np.vstack([self.points, self.points[:1]])
-            return make_interp_spline(self.knots, ring, k=DEGREE, bc_type="periodic")
-        return make_interp_spline(self.knots, self.points, k=DEGREE)
+            return scipy.interpolate.make_interp_spline(self.knots, ring, k=DEGREE, bc_type="periodic")
+        return scipy.interpolate.make_interp_spline(self.knots, self.points, k=DEGREE)
 
     @property
     def length(self) -> float:
@@ -116,12 +116,12 @@ class PathSpline:
         controls = self.controls.copy()
         controls[index] = place
         periodic = np.vstack([controls, controls[:DEGREE]])
-        moved = BSpline(self.curve.t, periodic, DEGREE)
+        moved = scipy.interpolate.BSpline(self.curve.t, periodic, DEGREE)
         return PathSpline(np.asarray(moved(self.knots[:-1])), self.closed)
 
     @cached_property
-    def _pieces(self) -> list[PPoly]:
-        return [PPoly.from_spline((self.curve.t, self.curve.c[:, axis], DEGREE)) for axis in (0, 1)]
+    def _pieces(self) -> list[scipy.interpolate.PPoly]:
+        return [scipy.interpolate.PPoly.from_spline((self.curve.t, self.curve.c[:, axis], DEGREE)) for axis in (0, 1)]
 
     def extremes(self, tolerance: float) -> list[DistanceExtreme]:
         """Extremes of the distance from O by parameter: roots of S . S', without those that differ by less."""

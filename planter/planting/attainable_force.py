@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from planter.audit import numbers
 from planter.kernels import Array, generated
@@ -68,7 +68,7 @@ def _minimise_with_penalties(cost: Cost, start: Array, bounds: Sequence[tuple[fl
     """Return the end of a search with growing weights of the penalties; `cost` gives value and gradient."""
     w, options = start, {"maxiter": MAX_ITERATIONS}
     for weight in PENALTIES:
-        w = minimize(cost, w, (weight,), "L-BFGS-B", jac=True, bounds=bounds, options=options).x
+        w = scipy.optimize.minimize(cost, w, (weight,), "L-BFGS-B", jac=True, bounds=bounds, options=options).x
     return w
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
+import scipy
 
 from planter.kernels import Array, Kernel, generated
 from planter.planting import cycle
@@ -130,8 +131,6 @@ class LiftedModel:
 
     def _arcs(self, turn: LiftedCycle, phi: Array) -> Iterator[Array]:
         """Length of the inner pitch curves that has passed the contact since t = 0, at each angle [m], (n,)."""
-        from scipy.integrate import cumulative_simpson
-
         machine = self.device.machine
         polar = (phi + machine.si("design.alpha3_deg"), turn.one["phi52"] + machine.si("design.beta6_deg"))
         first = len(self.device.names) - sum(len(stage.names) for stage in self.device.stages)
@@ -142,7 +141,7 @@ class LiftedModel:
             hoisted = stage.prologue(parameters=parameters)["hoisted"]
             contact = stage.contact(t=dense, parameters=parameters, hoisted=hoisted)
             speed = np.hypot(contact["r"][0], contact["dr"][0])
-            arc = cumulative_simpson(speed, x=dense, initial=0.0)
+            arc = scipy.integrate.cumulative_simpson(speed, x=dense, initial=0.0)
             yield np.interp(t, dense, arc) - np.interp(0.0, dense, arc)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import least_squares, minimize
+import scipy
 
 from planter.files import units
 from planter.files.text import parse_toml
@@ -310,7 +310,9 @@ def fit_from_starts(
     exact = {"ftol": CLOSE, "xtol": CLOSE, "gtol": CLOSE}
     for z in starts:
         inside = np.clip(z, 1e-6, 1 - 1e-6)
-        solution = least_squares(residuals, inside, slopes, bounds=(0, 1), max_nfev=MOST_EVALUATIONS, **exact)
+        solution = scipy.optimize.least_squares(
+            residuals, inside, slopes, bounds=(0, 1), max_nfev=MOST_EVALUATIONS, **exact
+        )
         yield ForceFit(force, solution.x, target)
 
 
@@ -329,7 +331,7 @@ def fit_nearest(fit: ForceFit, pushing: bool) -> ForceFit:
                 "jac": lambda z: force(z).push_slopes[stride] / SEARCH_UNIT,
             }
         )
-    solution = minimize(
+    solution = scipy.optimize.minimize(
         lambda z: ((z - reference) @ (z - reference), 2 * (z - reference)),
         fit.z,
         jac=True,

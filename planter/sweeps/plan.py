@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, Self
 
 import numpy as np
+import scipy
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
-from scipy.stats import qmc
 
 from planter.errors import InputError
 from planter.files.fields import (
@@ -180,7 +180,7 @@ class Latin(UnitCubePoints):
     def cube(self, start: int, stop: int) -> Array:
         """Return the hypercube of the chunk from `start` to `stop`, (stop - start, n)."""
         rng = chunk_generator(self.seed, start)
-        cube: Array = qmc.LatinHypercube(len(self.axes), rng=rng).random(stop - start)
+        cube: Array = scipy.stats.qmc.LatinHypercube(len(self.axes), rng=rng).random(stop - start)
         return cube
 
 
@@ -195,7 +195,7 @@ class SobolSequence:
         self._begin()
 
     def _begin(self) -> None:
-        self._engine = qmc.Sobol(self.size, rng=np.random.default_rng(self.seed))
+        self._engine = scipy.stats.qmc.Sobol(self.size, rng=np.random.default_rng(self.seed))
 
     def __call__(self, start: int, stop: int) -> Array:
         """Return the points from `start` to `stop`, (stop - start, size)."""

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Annotated, Any, Self, cast
 
 import numpy as np
+import scipy
 from pydantic import Field, ValidationError
-from scipy.stats import sobol_indices
 
 from planter.errors import ComputationError, InputError
 from planter.files.fields import FileSection, Positive, Problems, Real, check, describe_problems, invalid_value_problem
@@ -197,7 +197,7 @@ def _shares(inputs: Sequence[str], f_a: Array, f_b: Array, f_ab: Array, seed: in
 def _indices(f_a: Array, f_b: Array, f_ab: Array) -> Array:
     """Return first and total indices, (2, d)."""
     mixed = np.concatenate([f_ab, f_ab[:1]])[:, None]  # SciPy fails on the values of a single input
-    result = sobol_indices(func={"f_A": f_a[None], "f_B": f_b[None], "f_AB": mixed}, n=len(f_a))
+    result = scipy.stats.sobol_indices(func={"f_A": f_a[None], "f_B": f_b[None], "f_AB": mixed}, n=len(f_a))
     return np.array([np.ravel(result.first_order)[:-1], np.ravel(result.total_order)[:-1]])
 
 

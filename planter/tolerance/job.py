@@ -9,7 +9,7 @@ from math import exp, pi, sqrt
 from typing import Any, Literal
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+import scipy
 
 from planter.kernels import Array
 from planter.sweeps.adapter import ResolvedMachine, SweepSubject
@@ -19,7 +19,7 @@ from planter.sweeps.plan import SobolSequence, chunk_generator
 Kind = Literal["normal", "uniform", "triangular"]
 ENDS = 3.0
 """Standard deviations at which a normal distribution is truncated."""
-_TAIL = float(ndtr(-ENDS))
+_TAIL = float(scipy.special.ndtr(-ENDS))
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Spread:
             case "triangular":
                 half = np.sqrt(np.minimum(shares, 1 - shares) / 2)
                 return np.where(shares < 0.5, self.low + half * width, self.high - half * width)
-        values: Array = self.centre + width / (2 * ENDS) * ndtri(_TAIL + shares * (1 - 2 * _TAIL))
+        values: Array = self.centre + width / (2 * ENDS) * scipy.special.ndtri(_TAIL + shares * (1 - 2 * _TAIL))
         return values
 
 

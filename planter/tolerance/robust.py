@@ -16,8 +16,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.stats import qmc
+import scipy
 
 from planter.engine.goal import Goal, GoalConstraints
 from planter.engine.machine import Machine
@@ -199,7 +198,7 @@ class _Search:
     def random_starts(self, settings: Settings) -> Array:
         """Return random initial points, (n, p)."""
         generator = np.random.default_rng(settings.seed)
-        cube: Array = qmc.LatinHypercube(len(self.initial), rng=generator).random(settings.starts)
+        cube: Array = scipy.stats.qmc.LatinHypercube(len(self.initial), rng=generator).random(settings.starts)
         return cube
 
     def value(self, u: Array, sigmas: float | None) -> tuple[float, Array]:
@@ -218,7 +217,7 @@ class _Search:
             value, slope = self.value(np.clip(u, 0, 1), sigmas)
             return value / scale, slope / scale
 
-        result = minimize(
+        result = scipy.optimize.minimize(
             scaled, start, jac=True, method="SLSQP", bounds=[(0, 1)] * len(start), constraints=self._constraints,
             options={"maxiter": ITERATIONS, "ftol": PRECISION},
         )  # fmt: skip

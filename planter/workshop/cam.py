@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 from shapely import LineString
 
 from planter.errors import GeometryError, InputError
@@ -166,7 +166,9 @@ def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
         low, high = high, 2 * high
         if abs(high) > MAX_SPEED_RATIO * abs(speed):
             return None
-    critical = float(brentq(lambda trial: _find_smallest_force(push, trial).value, low, high, rtol=1e-12))
+    critical = float(
+        scipy.optimize.brentq(lambda trial: _find_smallest_force(push, trial).value, low, high, rtol=1e-12)
+    )
     return RollerLiftOff(critical, _find_smallest_force(push, critical).place % (2 * np.pi))
 
 

@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+import scipy
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
@@ -207,7 +207,7 @@ def _refine_parameters() -> Iterator[Array]:
 def _interpolate(places: Array, ends: Any) -> tuple[Spline, Array]:
     """Return a spline through every other point (2 n + 1, d) by chord length, and its values halfway between."""
     length = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(places, axis=0) ** 2).sum(axis=1)))])
-    spline = make_interp_spline(length[::2], places[::2], k=DEGREE, bc_type=ends)
+    spline = scipy.interpolate.make_interp_spline(length[::2], places[::2], k=DEGREE, bc_type=ends)
     knots, multiplicities = np.unique(spline.t, return_counts=True)
     return Spline(spline.c, knots, tuple(multiplicities.tolist())), spline(length[1::2])
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 
 from planter.clutch.field.trial import Factor, FieldResponse, Trial
 from planter.clutch.results import Compared, Effect, LevelMeans, Residual, Total
@@ -83,8 +84,6 @@ class MainEffectsModel:
 
         F and p are None if the error has no degrees of freedom, or is rounding.
         """
-        from scipy import stats
-
         middle, size = _scaled(response.values)
         scaled = (response.values - middle) / size
         rest = fit_least_squares(scaled, self.matrix).residual_squares
@@ -96,7 +95,7 @@ class MainEffectsModel:
             reduced = self._columns(i for i in range(len(self.blocks)) if i != index)
             ss, df = max(fit_least_squares(scaled, reduced).residual_squares - rest, 0.0), block.shape[1]
             ratio = None if noise is None else ss / df / noise
-            p = None if ratio is None else float(stats.f.sf(ratio, df, self.freedom))
+            p = None if ratio is None else float(scipy.stats.f.sf(ratio, df, self.freedom))
             table[factor.name] = Effect(ss * size**2, df, ss * size**2 / df, ratio, p)
         ms = rest * size**2 / self.freedom if self.freedom else None
         table["error"] = Residual(rest * size**2, self.freedom, ms)
@@ -267,13 +266,11 @@ def _pair(new: Sample, reference: Sample) -> Compared:
 
 def welch_probability(a: Sample, b: Sample) -> float | None:
     """Return the p-value of equal means with unequal variances (Welch 1947), or None if neither clutch scatters."""
-    from scipy import stats
-
     scale = max(a.sd, b.sd)
     if scale == 0:
         return None
     gap = (a.mean - b.mean) / scale
-    test = stats.ttest_ind_from_stats(gap, a.sd / scale, a.n, 0.0, b.sd / scale, b.n, equal_var=False)
+    test = scipy.stats.ttest_ind_from_stats(gap, a.sd / scale, a.n, 0.0, b.sd / scale, b.n, equal_var=False)
     return float(test.pvalue)
 
 

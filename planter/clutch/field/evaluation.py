@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from planter.clutch.field import analysis, trial
@@ -105,10 +106,8 @@ def check_goals(goals: Mapping[str, ResponseGoal], responses: Sequence[str], sou
 
 def rank_losses(losses: Array) -> Array:
     """Return ranks (n,) of losses from 1 for the smallest; equal losses, up to rounding, share their mean rank."""
-    from scipy.stats import rankdata
-
     step = _SAME * float(np.max(np.abs(losses)))
-    return np.asarray(rankdata(np.round(losses / step) if step else losses))
+    return np.asarray(scipy.stats.rankdata(np.round(losses / step) if step else losses))
 
 
 def order_combinations(losses: Sequence[Array]) -> NDArray[np.intp]:

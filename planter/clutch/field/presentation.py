@@ -12,6 +12,7 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 
 from planter.clutch.field.analysis import Effects, Sample
 from planter.clutch.field.evaluation import FieldEvaluation, ResponseGoal, order_combinations
@@ -348,10 +349,9 @@ def interpolate_effect(knots: Array, values: Array, points: Array) -> Array:
     >>> interpolate_effect(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 4.0]), np.array([0.5])).round(12).tolist()
     [0.25]
     """
-    from scipy.interpolate import KroghInterpolator, PchipInterpolator
-
     order = np.argsort(knots)
-    curve = (KroghInterpolator if len(knots) <= 3 else PchipInterpolator)(knots[order], values[order])
+    kind = scipy.interpolate.KroghInterpolator if len(knots) <= 3 else scipy.interpolate.PchipInterpolator
+    curve = kind(knots[order], values[order])
     return np.asarray(curve(points), dtype=float)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from planter.audit.registry import MM, Inputs, formula
 from planter.kernels import Array
@@ -142,5 +142,7 @@ def _law(inputs: Inputs) -> CosineLaw:
 def _sample_turn(inputs: Inputs) -> TipMotion:
     """A turn by the law, its near point among the samples."""
     law = _law(inputs)
-    near_point = brentq(lambda t: float(law.arm(np.array([t]))[0]) - TURN, 0, law.dwell.start, xtol=1e-15)
+    near_point = scipy.optimize.brentq(
+        lambda t: float(law.arm(np.array([t]))[0]) - TURN, 0, law.dwell.start, xtol=1e-15
+    )
     return of_law(inputs, np.unique([*np.linspace(0, TURN, _SAMPLES, endpoint=False), near_point]))

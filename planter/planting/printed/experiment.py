@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from planter.audit import numbers
 from planter.audit.registry import register_experiment
@@ -85,7 +85,7 @@ def fit_hypothesis(
     if len(lower):
         starts = [begin, *(rng.random(len(lower)) for _ in range(STARTS - 1))]
         ends = [
-            least_squares(lambda u: compute_misses(u)[0], np.clip(start, 1e-3, 1 - 1e-3),
+            scipy.optimize.least_squares(lambda u: compute_misses(u)[0], np.clip(start, 1e-3, 1 - 1e-3),
                           lambda u: compute_misses(u)[1], bounds=(0, 1))
             for start in starts
         ]  # fmt: skip

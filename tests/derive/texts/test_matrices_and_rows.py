@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 from derive.audit.case import Case
+from derive.audit.judge import holds
 from derive.generated_folder import OwnError
 from derive.texts.trial import read_trial
 from tests.support import own
@@ -52,8 +53,31 @@ def test_names_of_a_row_hold_in_it_alone(tmp_path: Path) -> None:
 
 def test_no_correction_puts_dots_on_a_constant(tmp_path: Path) -> None:
     case = _read_case(tmp_path, r"\[ s = r\cos\varphi + l\cos\beta + 2 l \]", "")
-    (correction,) = [case.source.repair(number, list(case.points)) for number in case.paper.equations]
+    (correction,) = [case.source.repair(number, case.points, case.draw) for number in case.paper.equations]
     assert correction is None or r"\dot" not in correction.latex
+
+
+CUBE = r"r^3\cos^3\varphi", r"3 r l \cos\varphi \cos\beta", r"r\cos\varphi", r"l\cos\beta", r"l^3\cos^3\beta"
+SIGNS = {
+    "right": ("{} + {} ({} + {}) + {}", ""),
+    "outermost": ("-{} + {} ({} + {}) - {}", "+{} + {} ({} + {}) + {}"),
+    "innermost": ("{} + {} ({} - {}) - {}", "{} + {} ({} + {}) + {}"),
+    "signs and a factor": ("-{} - {} ({} + {}) - 5 {}", ""),
+}
+
+
+@pytest.mark.parametrize(("printed", "corrected"), SIGNS.values(), ids=SIGNS)
+def test_signs_of_several_terms_are_found_together(tmp_path: Path, printed: str, corrected: str) -> None:
+    case = _read_case(tmp_path, rf"\[ s^3 = {printed.format(*CUBE)} \]", "")
+    (number,) = case.paper.equations
+    points = tuple(case.points)
+    assert holds(case.paper.equations[number].residual, points) == (printed == SIGNS["right"][0])
+    repair = case.source.repair(number, case.points, case.draw)
+    if corrected:
+        assert repair is not None
+        assert repair.latex.split() == rf"s^3 = {corrected.format(*CUBE)}".split()
+    elif printed != SIGNS["right"][0]:
+        assert repair is None
 
 
 REPORTING = """

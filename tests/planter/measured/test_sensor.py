@@ -343,23 +343,24 @@ def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
     assert max(channel["rms"] for channel in result["models"]["derived"]["channels"]) < 1e-6
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_explained_lever_is_written_to_the_calibrated_file(tmp_path: Path) -> None:
     """Data behind a lever, explained without [measurement]: the written file simulates the data."""
-    degrees = np.arange(0, 360, 3.0)
-    measured = simulate_wang(120, **LEVER).measured
+    measured = simulate_machine(build_knife(quantity="F_Ox_N", drive="M_c", lever_mm=90.0), 120).measured
     assert measured is not None
-    data = write_data(tmp_path, degrees, np.roll(measured.signal, -round(PHASE_DEG / 3)) + 3.0)
+    data = write_data(tmp_path, measured.angles_deg, np.roll(measured.signal, -round(PHASE_DEG / 3)) + 3.0)
     out = tmp_path / "out"
-    call = ("--data", data, "--column", "F", "--angle", "angle", "--model", "exact", "--explain")
-    result = answer("calibrate", WANG, *call, "--out", str(out))
-    assert result["preferred"] == "lever M_L_Nm"
-    text = (out / "calibrated.toml").read_text(encoding="utf-8")
-    assert "[measurement]" in text
-    written = answer("simulate", str(out / "calibrated.toml"), "--samples", "120", "--out", str(tmp_path / "again"))
-    _, columns = read_cycle_csv(tmp_path / "again" / "cycle.csv")
-    assert columns["measured_support_N"] == pytest.approx(measured.signal, abs=0.05)
+    call = ("--data", data, "--column", "F", "--angle", "angle", "--quantity", "F_Ox", "--explain")
+    result = answer("calibrate", write_file(tmp_path, build_knife().document), *call, "--out", str(out))
+    assert result["preferred"] == "lever M_c_Nm"
+    calibrated = str(out / "calibrated.toml")
+    assert "[measurement]" in Path(calibrated).read_text(encoding="utf-8")
+    written = answer("simulate", calibrated, "--samples", "120", "--out", str(tmp_path / "again"))
+    _, columns = read_cycle_csv(tmp_path / "again" / "values.csv")
+    signal = columns["measured_F_Ox_N"]
+    assert signal == pytest.approx(measured.signal, abs=0.05)
     assert written["measurement"]["variance"] == pytest.approx(measured.signal.var(), rel=1e-3)
-    again = answer("calibrate", str(out / "calibrated.toml"), *call)
+    again = answer("calibrate", calibrated, *call)
     assert again["preferred"] == "stated", "the file explains the data"
     assert not [row for row in again["explanations"] if "lever" in row["name"]], "not offered twice"
 
