@@ -29,7 +29,22 @@ _REMARK = re.compile(
     r"|\\[,;:! ]|[&~\s]"
 )
 _BREAK = re.compile(r"\\\\\*?(?:\s*\[[^\]]*\])?|\\cr(?![A-Za-z])|\\newline(?![A-Za-z])")
+_SPACE = r"(?:\\q?quad(?![A-Za-z])|\\[,;:! ]|[\s~&])*"
+_ARROW = (
+    rf"{_SPACE}\\(?:Rightarrow|rightarrow|Longrightarrow|longrightarrow|implies|iff|Leftrightarrow|Longleftrightarrow"
+    rf"|therefore|leadsto)(?![A-Za-z]){_SPACE}"
+)
+_ATOM = r"[-+]?\s*(?:\d[\d.]*)?\s*\\?[A-Za-z]*(?:\{[^{}]*\})?(?:[_^](?:\{[^{}]*\}|\\[A-Za-z]+|\w))*(?:/\d+)?[\s.,;]*"
+_CONNECTING = r"(?:\W*\b(?:then|and|or|so|that|thus|hence|therefore|consequently|finally|also)\b)*\W*"
+_CONDITION = (
+    r"(?i)\b(?:if|when|whenever|for|near|at|small|assum\w*|suppos\w*|unless|provided|case|initial\w*|rest|static\w*)\b"
+)
+_ANNOUNCING = (
+    r"(?is).*\b(?:define|calculate|compute|write|written|expressed|obtain|get|have|find|follows|gives?|yields?|becomes?)\b"
+    r".*(?::|\bas)\s*"
+)
 _BETWEEN = re.compile(
+    rf"(?P<arrow>(?:,|;)?{_ARROW})|"
     r"(?:,|;)?\s*(?:\\qquad|\\quad\s*\\quad|,\s*\\quad|;\s*\\quad"
     r"|(?:\\quad|\\,|\\ |\s)*\\(?:text|mbox|mathrm|textrm)\s*\{\s*,?\s*(?:and|or|with|where|und|et)\s*,?\s*\}"
     r"(?:\\quad|\\,|\\ |\s)*)"
@@ -95,7 +110,7 @@ def build_document(name: str, kind: str, source: str) -> TextDocument:
         text, lines = _read_notebook(name, source)
     else:
         text, lines = source, tuple(range(1, source.count("\n") + 2))
-    text = _blank_out(text, kind)
+    text = _unbox(_blank_out(text, kind))
     if kind != ".tex":
         for display in _list_displays(TextDocument(name, kind, text, lines)):
             body = re.sub(_COMMENT, _blank, text[display.start : display.end])
@@ -140,6 +155,15 @@ def _blank_out(text: str, kind: str) -> str:
         patterns += [r"(?<!`)`[^`\n]+`(?!`)"]
     for pattern in patterns:
         text = re.sub(pattern, _blank, text, flags=re.S | re.M)
+    return text
+
+
+def _unbox(text: str) -> str:
+    """Return a text of the same length without boxes around whole equations."""
+    for match in re.finditer(r"\\boxed\s*\{", text):
+        end = find_group_end(text, match.end() - 1)
+        if end is not None and _RELATION.search(_hide(text[match.end() : end - 1])):
+            text = text[: match.start()] + " " * len(match.group()) + text[match.end() : end - 1] + " " + text[end:]
     return text
 
 
@@ -213,7 +237,7 @@ def list_rows(document: TextDocument) -> list[Row]:
             if not name or name in numbers:
                 name = next(n for n in _line_names(line) if n not in numbers)
             numbers.add(name)
-            clean = latex.strip()
+            clean = latex[_opening_words(latex) :].strip()
             if rows and re.match(r"&?\s*=", clean) and _BLANK.fullmatch(document.text[stop:start]):
                 clean = f"{_left_side(rows[-1].latex)} {clean}".strip()
             stop = end
@@ -295,6 +319,36 @@ def _list_spans(document: TextDocument, display: _Display) -> Iterator[tuple[int
             yield row_start + inner, row_start + len(body.rstrip())
 
 
+def _opening_words(row: str) -> int:
+    """Return the length of words before an equation that only announce it: then, or "we can write" with a colon.
+
+    Words that name a condition, or what the equation is of, belong to it.
+    """
+    length = 0
+    while match := re.compile(rf"{_SPACE}\\(?:text|textrm|textnormal|mbox|mathrm)\s*\{{([^{{}}]*)\}}").match(
+        row, length
+    ):
+        words = match.group(1)
+        announces = re.fullmatch(_CONNECTING, words) or re.fullmatch(_ANNOUNCING, words)
+        relation = _RELATION.search(_hide(row[match.end() :]))
+        follows = relation and re.search(r"\w", _REMARK.sub("", row[match.end() : match.end() + relation.start()]))
+        if not words.strip() or not announces or re.search(_CONDITION, words) or not follows:
+            break
+        length = match.end()
+    return length
+
+
+def _is_condition(piece: str) -> bool:
+    """Return whether all sides of a piece are single names or numbers, as in theta = 0: a case, and no finding."""
+    return all(re.fullmatch(rf"\s*{_ATOM}", _REMARK.sub(" ", side)) for side in _RELATION.split(piece))
+
+
+def _states_side_by_side(line: str) -> bool:
+    """Return whether several cells of a line of an array are equations of their own."""
+    cells = re.split(r"(?<!\\)&", _hide(line))
+    return sum(bool(re.search(rf"[\w)\]}}][^=]*(?:{_RELATION.pattern})\s*[\w\\(\[{{+-]", cell)) for cell in cells) > 1
+
+
 def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
     """Return the inner range of a display that is nothing but one aligned group, or a system behind a brace.
 
@@ -309,10 +363,13 @@ def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
     match = wrapped.match(text[start:end])
     if match is None or (match.group("name") in _SYSTEMS[2:] and not _RELATION.search(match.group("body"))):
         return start, end
-    groups = (*_GROUPS, *_NUMBERED, "cases")
-    if match.group("name").rstrip("*") not in groups and not match.group("brace"):
+    groups, body = (*_GROUPS, *_NUMBERED, "cases"), match.group("body")
+    is_array = match.group("name") == "array"
+    lines = [body[slice(*part)] for part in _split_at_breaks(body, 0, len(body), False)]
+    if is_array and (any(map(_states_side_by_side, lines)) or not _RELATION.search(_hide(body))):
         return start, end
-    body = match.group("body")
+    if match.group("name").rstrip("*") not in groups and not match.group("brace") and not is_array:
+        return start, end
     if rf"\end{{{match.group('name')}}}" in body:
         return start, end
     return _unwrap(text, start + match.start("body"), start + match.end("body"))
@@ -348,6 +405,8 @@ def _split_row(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
     at = start
     for match in _BETWEEN.finditer(text, start, end):
         before, after = _hide(text[at : match.start()]), _hide(text[match.end() : end])
+        if match["arrow"] and _is_condition(text[at : match.start()]):
+            continue
         if _RELATION.search(before) and _RELATION.search(after) and _is_balanced(text[at : match.start()]):
             yield from _split_columns(text, at, match.start())
             at = match.end()
@@ -399,9 +458,16 @@ def _join(text: str, pieces: list[tuple[int, int]]) -> Iterator[tuple[int, int]]
             if "\\begin" in text[start:end]:
                 joined.append((start, end))
             continue
+        arrow = re.match(_ARROW, text[start:end])
+        if arrow and joined and not _is_condition(text[slice(*joined[-1])]):
+            joined.append((start + arrow.end(), end))
+            continue
         relation = _RELATION.search(bare)
         goes_on = joined and (
-            relation is None or relation.start() == 0 or _is_open(text[slice(*joined[-1])], text[joined[-1][1] : start])
+            arrow
+            or relation is None
+            or relation.start() == 0
+            or _is_open(text[slice(*joined[-1])], text[joined[-1][1] : start])
         )
         if goes_on and "intertext" not in text[joined[-1][1] : start]:
             joined[-1] = joined[-1][0], end

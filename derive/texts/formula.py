@@ -39,10 +39,10 @@ RELATIONS = {
     **dict.fromkeys(("<", "\\lt"), "<"), **dict.fromkeys((">", "\\gt"), ">"),
     **dict.fromkeys(("\\le", "\\leq", "\\leqslant", "\\leqq"), "<="),
     **dict.fromkeys(("\\ge", "\\geq", "\\geqslant", "\\geqq"), ">="),
+    **dict.fromkeys(("\\approx", "\\simeq", "\\cong"), "~"),
 }  # fmt: skip
-UNREAD_RELATIONS = _words(
-    r"\approx \simeq \neq \ne \propto \sim \in \to \rightarrow \Rightarrow \implies \mapsto \ll \gg"
-)
+"""Printed relations with their own; ``~`` is that of an approximation."""
+UNREAD_RELATIONS = _words(r"\neq \ne \propto \sim \in \to \rightarrow \Rightarrow \implies \mapsto \ll \gg")
 _SILENT = _words(
     r"\quad \qquad \displaystyle \textstyle \scriptstyle \nonumber \notag \limits \nolimits \noindent \allowbreak",
     r"\thinspace \medspace \enspace \left \right \middle \big \Big \bigg \Bigg \bigl \bigr \Bigl \Bigr \biggl \biggr",
@@ -56,6 +56,8 @@ _TIMES = ("\\cdot", "\\times", "\\ast", "*", "\\wedge")
 _ROOM = re.compile(r"\s*\[\s*-?[\d.]+\s*(?:pt|em|ex|mm|cm|in|bp|\\baselineskip)\s*\]")
 """The space after a line break that a text may ask for."""
 _MOST_EXPANSIONS = 1000
+_MOST_TERMS = 50
+"""Terms of a sum over an index."""
 
 
 class FormulaError(ValueError):
@@ -214,7 +216,7 @@ class FunctionCall(Node):
 
 @dataclass(frozen=True)
 class Derivative(Node):
-    """A derivative to time of an order (``by`` is None), or the partial one to a name.
+    """A derivative to time of an order (``by`` is None), or to a name: the partial one, or the first if ``is_total``.
 
     ``seen_from`` names the frame of the observer of a vector's change in time, empty if the text names none.
     """
@@ -223,6 +225,7 @@ class Derivative(Node):
     order: int = 1
     by: Symbol | None = None
     seen_from: str = ""
+    is_total: bool = False
 
 
 @dataclass(frozen=True)
@@ -420,10 +423,13 @@ class Reader:
         sides: list[Node] = []
         relations: list[str] = []
         while True:
-            sides.append(self._heading() if self.peek() == "\\sum" else self.sum())
+            is_heading = self.peek() == "\\sum" and self.peek(1) not in ("_", "^")
+            sides.append(self._heading() if is_heading else self.sum())
             text = self.peek()
             if text in RELATIONS:
                 relations.append(RELATIONS[self.take().text])
+                if self.peek() == text and "\\\\" in self.latex[self._end() : self._position()]:
+                    self.take()  # a relation at the end of a line stands again at the beginning of the next
                 continue
             if text in UNREAD_RELATIONS:
                 self.fail(f"the relation {text} is not one that can be judged")
@@ -435,8 +441,6 @@ class Reader:
 
     def _heading(self) -> Node:
         start = self.take().start
-        if self.peek() in ("_", "^"):
-            self.fail("a sum over an index is not read")
         while self.peek() and self.peek() not in RELATIONS:
             self.take()
         if not self.peek():
@@ -505,13 +509,26 @@ class Reader:
     def factor(self) -> Node:
         """Read a part with its powers."""
         start = self._position()
+        mark, is_braced = self.at, self.peek() == "{"
         base = self._primary()
+        if is_braced:
+            self._check_braced(base, mark)
         while self.peek() == "^" and not self._is_frame_before():
             self.take()
             base = self._power(base, start)
         if self.peek() == "!" or self.peek().startswith("'"):
             self.fail(f"{self.peek()} after a bracket is not read")
         return base
+
+    def _check_braced(self, node: Node, mark: int) -> None:
+        """Refuse a sum or product in braces that print no brackets, where they would change what is read."""
+        before = self.tokens[mark - 1].text if mark else ""
+        if isinstance(node, Sum) and len(node.terms) > 1:
+            is_alone = not before or before in ("+", ",", *_OPEN, *_BARS, *RELATIONS)
+            if not is_alone or self._begins_factor() or self.peek() in ("^", "/", *_TIMES):
+                self.fail("braces print no brackets around a sum")
+        elif isinstance(node, Product) and self.peek() == "^" and not self._is_frame_before():
+            self.fail("braces print no brackets around a product")
 
     def _power(self, base: Node, start: int) -> Node:
         group_start, inner = self._group()
@@ -694,7 +711,11 @@ class Reader:
             return self._call(FUNCTIONS[word], start)
         if word == "begin":
             return self._environment(start)
-        if word in ("partial", "int", "iint", "oint", "prod", "lim", "sum", "nabla"):
+        if word == "sum":
+            return self._indexed_sum()
+        if word in ("underbrace", "overbrace"):
+            return self._annotated()
+        if word in ("partial", "int", "iint", "oint", "prod", "lim", "nabla"):
             self.fail(f"\\{word} is not read here")
         if word in ("circ", "degree"):
             self.take()
@@ -702,6 +723,54 @@ class Reader:
         if word in GREEK or word in DOTS or word in ACCENTS or word in FONTS:
             return self._named()
         return self.fail(f"\\{word} is not known")
+
+    def _indexed_sum(self) -> Node:
+        """Read a sum over an index between whole numbers as the sum of its terms: of the factors that follow it.
+
+        Copies of a term stand at the place of the one that is printed.
+        """
+        start = self.take("\\sum").start
+        bounds: dict[str, list[str]] = {"_": [], "^": []}
+        while self.peek() in bounds:
+            place = self.take().text
+            bounds[place] = [token.text for token in self._group()[1]]
+        index, *first = bounds["_"] or [""]
+        last = bounds["^"]
+        if not (index.isalpha() and first[:1] == ["="] and all(map(str.isdigit, (*first[1:], *last))) and last):
+            self.fail("a sum is read over an index between whole numbers only")
+        values = range(int("".join(first[1:]) or -1), int("".join(last)) + 1)
+        if not 0 < len(values) <= _MOST_TERMS or values.start < 0:
+            self.fail(f"a sum is read of 1 to {_MOST_TERMS} terms only")
+        mark = self.at
+        self.term()
+        body = self.tokens[mark : self.at]
+        if index not in (token.text for token in body):
+            self.fail(f"the index {index} does not stand in what the sum is of")
+        for token in self.tokens[self.at :]:
+            if token.text in RELATIONS or token.text == "\\sum":
+                break
+            if token.text == index:
+                self.fail(f"the index {index} stands after the first term too: add brackets")
+        terms = tuple((1, self._read_term(_put_index(body, index, value))) for value in values)
+        return terms[0][1] if len(terms) == 1 else Sum(start, self._end(), terms)
+
+    def _read_term(self, tokens: list[Token]) -> Node:
+        reader = Reader(self.latex, tokens)
+        node = reader.term()
+        if reader.peek():
+            reader.fail(f"{reader.peek()} is not read here")
+        return node
+
+    def _annotated(self) -> Node:
+        """Read what has a brace over or under it, with or without a remark there."""
+        mark = self.at
+        remark = "_" if self.take().text == "\\underbrace" else "^"
+        node = self._read_all(self._group()[1])
+        if self.peek() == remark:
+            self.take()
+            self._group()
+        self._check_braced(node, mark)
+        return node
 
     def _function_word(self) -> str:
         texts = []
@@ -758,12 +827,13 @@ class Reader:
             order_below = int(digits[0].text) if len(digits) == 1 and digits[0].text.isdigit() else 0
         if reader.peek() or order_below != order:
             self.fail("a derivative of mixed kind is not read")
-        if not partial and by != Symbol("t"):
-            self.fail("a total derivative is read to time t only")
+        is_total = not partial and by != Symbol("t")
+        if is_total and order > 1:
+            self.fail("a total derivative of higher order is read to time t only")
         if upper and not partial and upper[0].text in ("_", "^"):
             return None
         inner = self._read_all(upper) if upper else self.factor()
-        return Derivative(start, self._end(), inner, order, by if partial else None, seen_from)
+        return Derivative(start, self._end(), inner, order, by if partial or is_total else None, seen_from, is_total)
 
     def _call(self, function: str, start: int) -> Node:
         """Read a function with what it is of: in brackets, in braces, or juxtaposed factors."""
@@ -1037,14 +1107,27 @@ class Reader:
 
 def _observer(tokens: list[Token]) -> tuple[str, list[Token]]:
     """Return the frame before the d of a derivative, as in ^N d, empty if there is none, and what follows it."""
-    texts = [token.text for token in tokens]
-    start = 2 if texts[:2] == ["{", "}"] else 0
-    if texts[start : start + 1] != ["^"]:
+    texts = " ".join(token.text for token in tokens)
+    frame = r"(?:(?P<a>[A-Za-z])|\{ (?P<b>[A-Za-z]) \}|(?:\{ )?\\(?:mathbf|mathrm|text) \{ (?P<c>[A-Za-z]) \}(?: \})?)"
+    match = re.match(rf"(?:\{{ \}} )?\^ {frame} (?=d(?: |$))", texts)
+    if match is None:
         return "", tokens
-    braced = texts[start + 1 : start + 2] == ["{"]
-    name, rest = start + 1 + braced, start + 2 + 2 * braced
-    is_observer = re.fullmatch(r"[A-Za-z]", "".join(texts[name : name + 1])) and texts[rest : rest + 1] == ["d"]
-    return (texts[name], tokens[rest:]) if is_observer else ("", tokens)
+    return match["a"] or match["b"] or match["c"], tokens[match.group().count(" ") :]
+
+
+def _put_index(tokens: list[Token], index: str, value: int) -> list[Token]:
+    """Return the tokens of a term of a sum, with a number for its index but in words set upright."""
+    put: list[Token] = []
+    depth, is_word = 0, False
+    for before, token in zip([None, *tokens], tokens, strict=False):
+        if depth or (before is not None and before.text[1:] in FONTS and token.text == "{"):
+            depth += {"{": 1, "}": -1}.get(token.text, 0)
+            is_word = depth > 0
+        if token.text != index or is_word:
+            put.append(token)
+            continue
+        put += [Token(text, token.start, token.end, fixed=True) for text in ("{", str(value), "}")]
+    return put
 
 
 def _without_fonts(tokens: list[Token]) -> list[Token]:

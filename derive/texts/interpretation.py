@@ -84,6 +84,10 @@ class Meanings(Protocol):
         """
         ...
 
+    def total(self, value: Value, symbol: Symbol) -> Value:
+        """Return the derivative of a value to a name along the motion. Raises FormulaError where it may be partial."""
+        ...
+
 
 @dataclass(frozen=True)
 class Read:
@@ -97,11 +101,14 @@ class Read:
     notes: tuple[str, ...] = ()
 
     def residuals(self, meanings: Meanings) -> list[tuple[int, str, Scalar, Scalar]]:
-        """List index of the relation, relation, left and right of each pair of sides, vectors by their components."""
+        """List index of the relation, relation, left and right of each pair of sides, vectors by their components.
+
+        An approximation has none: it says nothing that values could contradict.
+        """
         residuals = []
         pairs = zip(self.sides, self.relations, self.sides[1:], strict=False)
         for index, (left, relation, right) in enumerate(pairs):
-            if left is not None and right is not None:
+            if left is not None and right is not None and relation != "~":
                 residuals += [(index, relation, a, b) for a, b in _entries(left, right, meanings)]
         return residuals
 
@@ -302,14 +309,16 @@ class Interpreter:
     def _maybe_called(self, factor: Node, following: tuple[str, Node] | None) -> Value | None:
         """Return the value of a name that is followed by what it depends on, None if it is a product.
 
-        A name before brackets with nothing but names in them, as in F(x), may be either, and units must decide.
+        A name before brackets with nothing but names in them, as in F(x), may be either, and units must decide; so may
+        its power, as in M^{-1}(q).
         """
-        if not isinstance(factor, Name) or following is None or following[0]:
+        named = factor.base if isinstance(factor, Power) else factor
+        if not isinstance(named, Name) or following is None or following[0]:
             return None
         bracket = following[1]
         if not isinstance(bracket, Bracket) or not all(isinstance(part, Name) for part in bracket.parts):
             return None
-        if len(bracket.parts) == 1 and (bracket.start != factor.end or not self._choose(2)):
+        if len(bracket.parts) == 1 and not self._choose(2):
             return None
         return self.value(factor)
 
@@ -363,6 +372,8 @@ class Interpreter:
                 return self._multiplied(base, "\\cdot", base)
             raise OperandError("a power of a vector")
         if isinstance(base, MatrixValue):
+            if exponent.value == -1:
+                return base.inverse()
             raise OperandError("a power of a matrix")
         return base.power(exponent)
 
@@ -458,6 +469,10 @@ class Interpreter:
         if derivative is not None:
             return derivative
         value = self.value(node.inner)
+        if node.is_total and node.by is not None:
+            if self.meanings.is_known(Symbol("d")):
+                raise FormulaError("d is both a name here and, in this fraction, may be that of a derivative")
+            return self.meanings.total(value, node.by)
         for _ in range(node.order):
             if node.by is None:
                 value = self.meanings.rate(value, node.seen_from)

@@ -333,6 +333,24 @@ class StatedNames:
             return MatrixValue(tuple((self._scalar_partial(value, entry, symbol),) for entry in variable.entries))
         return self._scalar_partial(value, variable, symbol)
 
+    def total(self, value: Value, symbol: Symbol) -> Value:
+        """Return the derivative to a name along the motion, as dy/dx = y_dot/x_dot, of a number.
+
+        Raises FormulaError for a function of the name and of what else moves: it may be meant at rest of the others.
+        """
+        variable = self.look_up(symbol)
+        if not isinstance(value, Scalar) or not isinstance(variable, Scalar):
+            raise FormulaError("a vector or matrix is derived to time t only")
+        pace, change = self.rate(variable), self.rate(value)
+        assert isinstance(pace, Scalar)
+        assert isinstance(change, Scalar)
+        if pace.value == 0:
+            raise FormulaError(f"{symbol.spell()} does not move, so that nothing is derived by it")
+        moving = {s for s in self._explicit(value.value).free_symbols if self._scalar_rate(to_scalar(s)).value != 0}
+        if variable.value in moving and len(moving) > 1:
+            raise FormulaError(f"the derivative by {symbol.spell()} of what depends on more: write a partial one")
+        return change * pace.inverse()
+
     def _scalar_partial(self, value: Scalar, variable: Value, symbol: Symbol) -> Scalar:
         if not isinstance(variable, Scalar) or not isinstance(variable.value, sp.Symbol):
             raise FormulaError(f"{symbol.spell()} is no single quantity, so that nothing is derived by it")
@@ -616,4 +634,8 @@ class PointNames:
 
     def partial(self, value: Scalar, symbol: Symbol) -> Value:
         """Raise FormulaError: partial derivatives are symbolic."""
+        raise FormulaError("a derivative has no values at points")
+
+    def total(self, value: Value, symbol: Symbol) -> Value:
+        """Raise FormulaError: derivatives are symbolic."""
         raise FormulaError("a derivative has no values at points")

@@ -236,6 +236,8 @@ def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
             _define(abbreviation, entry, names)
         else:
             entry.read = interpret_formula(entry.chain, names)
+            if set(entry.chain.relations) == {"~"}:
+                entry.reason = "an approximation: no value could contradict it"
     except (FormulaError, OperandError) as error:
         entry.reason = str(error)
     except (TypeError, ValueError, ZeroDivisionError, RecursionError) as error:

@@ -168,6 +168,23 @@ class MatrixValue:
             parts.append(entry * minor if index % 2 == 0 else -(entry * minor))
         return reduce(Scalar.__add__, parts)
 
+    def inverse(self) -> MatrixValue:
+        """Return the inverse by cofactors. Raises OperandError for a matrix that is not square, or has none."""
+        determinant = self.determinant()
+        if isinstance(determinant.value, sp.Basic) and determinant.value.is_zero:
+            raise OperandError("the inverse of a singular matrix")
+        if self.shape == (1, 1):
+            return MatrixValue(((determinant.inverse(),),))
+        indices = range(self.shape[0])
+
+        def cofactor(row: int, column: int) -> Scalar:
+            lines = [line[:column] + line[column + 1 :] for k, line in enumerate(self.rows) if k != row]
+            minor = MatrixValue(tuple(lines)).determinant()
+            return -minor if (row + column) % 2 else minor
+
+        adjugate = MatrixValue(tuple(tuple(cofactor(row, column) for row in indices) for column in indices))
+        return adjugate.scaled(determinant.inverse())
+
 
 Value: TypeAlias = Scalar | VectorValue | MatrixValue
 

@@ -9,8 +9,8 @@ from derive import Formulas, quantities
 from derive.texts.documents import build_document
 from derive.texts.formula import Bracket, FormulaError, FunctionCall, list_nodes, read_formula
 from derive.texts.interpretation import interpret_formula
-from derive.texts.names import NameTable, StatedNames, spell_name
-from derive.texts.values import OperandError
+from derive.texts.names import NameTable, StatedNames, spell_name, to_scalar
+from derive.texts.values import MatrixValue, OperandError
 
 Q = quantities(
     "\n".join(
@@ -103,6 +103,15 @@ TYPICAL = [
     (r"x = \cos\theta\, r - \sin\theta \, l", "x - r*cos(theta) + l*sin(theta)"),
     (r"y = -\left[ r \sin\theta - \left( e + d \right) \right]", "y + r*sin(theta) - e - d"),
     (r"i = \frac{\omega}{\omega_1} = -\frac{z_1}{z_2}", "i - omega/omega_1; omega/omega_1 + z_1/z_2"),
+    (r"l = \sum_{i=1}^{2} l_i", "l - l_1 - l_2"),
+    (r"x = l + 2\sum\limits_{j=1}^2 l_j\cos\theta_j - r", "x - l - 2*(l_1*cos(theta_1) + l_2*cos(theta_2)) + r"),
+    (r"M = \sum_{i=1}^{2} (m_i + m) + m_1", "M - 2*m - 2*m_1 - m_2"),
+    (r"l = \sum_{i=1}^{2} i r", "l - 3*r"),
+    (r"F_{x} = \sum_{x=1}^{1} F_{\mathrm{12x}} \frac{x}{2}", "F_x - F_12x/2"),
+    (r"x = r = l \approx s", "x - r; r - l"),
+    (r"x = \underbrace{r\theta}_{\text{arc}} + \overbrace{l + s}^{h}", "x - r*theta - l - s"),
+    (r"x = l {(r + s)}/h", "x - l*(r + s)/h"),
+    ("x = r + l = \\\\\n = s", "x - r - l; r + l - s"),
 ]  # fmt: skip
 
 
@@ -159,7 +168,15 @@ REFUSED = [
     r"x = \pm\sqrt{r^2}",
     r"s = \int_0^1 v\,dt",
     r"F = \sum_{i=1}^{3} F_i",
-    r"x \approx r",
+    r"F = \sum_{i=1}^{n} F_i",
+    r"F = \sum_{i} F_i",
+    r"F = \sum_{i=2}^{1} F_i",
+    r"l = \sum_{i=1}^{2} r",
+    r"l = \sum_{i=1}^{2} l_i + r_i",
+    r"x = l {r + s}",
+    r"x = l - {r + s}",
+    r"x^2 = {r l}^2",
+    r"x^2 = {r + l}^2",
     r"x = \left. r \right|_{\theta=0}",
     r"x = 0,5 r",
     r"x = r!",
@@ -183,6 +200,50 @@ REFUSED = [
 def test_uncertain_formula_is_refused(latex):
     with pytest.raises((FormulaError, OperandError)):
         read(latex)
+
+
+def test_sum_goes_over_its_own_bounds():
+    """The nearest wrong reading, of one term more or less, is another equation."""
+    right, *wrong = (
+        read(rf"\omega_{{1}} = \sum_{{i={first}}}^{{{last}}} \omega_i") for first, last in ((1, 2), (1, 1), (2, 2))
+    )
+    assert right == [-Q.omega_2]
+    assert all(other != right for other in wrong)
+
+
+def test_approximation_states_nothing_to_judge():
+    assert read(r"\sin\theta \approx \theta") == read(r"\sin\theta \approx r") == []
+
+
+def test_inverse_of_a_matrix_is_read():
+    matrix = r"\begin{bmatrix} l & e \\ 0 & r \end{bmatrix}"
+    unknown, column = r"\begin{bmatrix} \theta_1 \\ \theta_2 \end{bmatrix}", r"\begin{bmatrix} x \\ y \end{bmatrix}"
+    inverse = sp.Matrix([[Q.l, Q.e], [0, Q.r]]).inv() * sp.Matrix([Q.x, Q.y])
+    for power in ("^{-1}", "^{ -1 }"):
+        residuals = read(f"{unknown} = \\left({matrix}\\right){power} {column}")
+        assert [sp.simplify(a) for a in residuals] == [
+            sp.simplify(Q.theta_1 - inverse[0]), sp.simplify(Q.theta_2 - inverse[1])
+        ]  # fmt: skip
+    transposed = read(f"{unknown} = \\left({matrix}\\right)^T {column}".replace("= ", r"= \frac{1}{l r}"))
+    assert sp.simplify(transposed[1] - residuals[1]) != 0
+
+
+def test_inverse_of_three_rows_is_that_of_sympy():
+    rows = [[Q.l, Q.e, Q.x], [Q.y, Q.r, Q.s], [Q.d, Q.h, Q.R]]
+    value = MatrixValue(tuple(tuple(to_scalar(entry) for entry in row) for row in rows)).inverse()
+    assert sp.simplify(sp.Matrix(3, 3, [e.value for e in value.entries]) * sp.Matrix(rows)) == sp.eye(3)
+    assert {entry.dimension for entry in value.entries} == {to_scalar(1 / Q.l).dimension}
+    singular = MatrixValue(((to_scalar(Q.l), to_scalar(Q.e)), (to_scalar(Q.l), to_scalar(Q.e))))
+    with pytest.raises(OperandError, match="singular"):
+        singular.inverse()
+
+
+@pytest.mark.parametrize("space", ["", " ", r"\,", r" \, "])
+def test_units_decide_what_a_name_before_brackets_is(space):
+    assert read(rf"V{space}(x) = L") == [Q.V - Q.L]
+    assert read(rf"M_1 = F{space}(x)") == [Q.M_1 - Q.F * Q.x]
+    with pytest.raises(FormulaError):
+        read(rf"F_x = F{space}(\theta)")
 
 
 def test_refusal_names_the_place():

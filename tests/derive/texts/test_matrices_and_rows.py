@@ -159,3 +159,35 @@ def test_gradient_is_a_column(tmp_path: Path) -> None:
     names = "[names]\n'T' = \"m_s*s**2 + m_s*l*beta\"\n'q' = \"matrix(2, s, beta)\"\n"
     case = _read_case(tmp_path, text, names)
     assert [equation.residual for equation in case.paper.equations.values()] == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("latex", "holds"),
+    [
+        (r"\frac{d V}{d \beta} = 2 m_s \beta", True),
+        (r"\frac{d V}{d \beta} = m_s \beta", False),
+        (r"\frac{d}{d \beta} \left(\sin\beta\right) = \cos\beta", True),
+        (r"\frac{d s}{d \beta} = \frac{\dot s}{\dot\beta}", True),
+        (r"\frac{d s}{d \beta} = \frac{\dot\beta}{\dot s}", False),
+        (r"\frac{\mathrm{d} s}{\mathrm{d} \beta} \frac{d\beta}{ds} = 1", True),
+    ],
+)
+def test_derivative_to_a_name_is_that_along_the_motion(tmp_path: Path, latex: str, holds: bool) -> None:
+    case = _read_case(tmp_path, rf"\[ {latex} \]", "[names]\n'V' = \"m_s*beta**2\"\n")
+    assert [row["reason"] for row in case.source.list_rows()] == [""]
+    (equation,) = case.paper.equations.values()
+    assert (sp.simplify(equation.residual) == 0) == holds
+
+
+@pytest.mark.parametrize("latex", [r"\frac{d W}{d \beta}", r"\frac{d W}{d r}", r"\frac{d^2 V}{d\beta^2}"])
+def test_derivative_that_may_be_partial_is_refused(tmp_path: Path, latex: str) -> None:
+    names = "[names]\n'V' = \"m_s*beta**2\"\n'W' = \"m_s*s*beta\"\n"
+    (row,) = _read_case(tmp_path, rf"\[ {latex} = m_s s \]", names).source.list_rows()
+    assert row["reason"]
+
+
+def test_approximation_is_read_and_not_judged(tmp_path: Path) -> None:
+    text = r"\begin{align} \sin\beta &\approx \beta \\ \sin\beta &= \beta \end{align}"
+    first, second = _read_case(tmp_path, text, "").source.list_rows()
+    assert (first["status"], second["status"], second["reason"]) == ("read", "read", "")
+    assert "approximation" in first["reason"]

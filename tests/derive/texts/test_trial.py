@@ -65,6 +65,7 @@ VECTORS = r"""\begin{align}
  ^N\omega^A &= \dot\alpha \hat{a}_3 \label{spin}\\
  L &= (\bar{r} \times m_1\,\bar{a}) \cdot \hat{a}_3 \label{cross}\\
  \frac{{}^Nd\bar{r}}{dt} &= \frac{{}^Ad\bar{r}}{dt} + {}^N\omega^A \times \bar{r} \label{seen}\\
+ \frac{{}^{\mathbf{N}} d \bar{r}}{dt} &= \frac{{}^\mathbf{A} d \bar{r}}{dt} + {}^N\omega^A \times \bar{r} \label{bold}\\
  T &= T_1 \label{first}\\
  T &= T_2 \label{second}
 \end{align}"""
@@ -84,7 +85,7 @@ def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -
     for name, content in (("arm.py", FRAMES), ("arm.tex", VECTORS), ("arm.toml", VECTOR_NAMES)):
         (tmp_path / name).write_text(content, encoding="utf-8")
     case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
-    assert [row.reason for row in case.source.rows] == [""] * 5
+    assert [row.reason for row in case.source.rows] == [""] * 6
     for number, equation in case.paper.equations.items():
         assert equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed", number
 
