@@ -176,10 +176,16 @@ class Quotient(Node):
 
 @dataclass(frozen=True)
 class Power(Node):
-    """A power."""
+    """A power. ``script`` is the spelling of an exponent of letters alone, which may be part of the name below it."""
 
     base: Node
     exponent: Node
+    script: str = ""
+
+    @property
+    def symbol(self) -> Symbol | None:
+        """The name that base and exponent are together if they are one, None for what can only be a power."""
+        return replace(self.base.symbol, after=self.script) if isinstance(self.base, Name) and self.script else None
 
 
 @dataclass(frozen=True)
@@ -539,14 +545,15 @@ class Reader:
         if plain in (["T"], ["\\top"], ["\\intercal"], ["\\mathsf{T}"]):
             return Transposed(start, self._end(), base)
         exponent = self._read_all(inner)
-        power = Power(start, self._end(), base, exponent)
+        script = "".join(texts) if isinstance(base, Name) and all(map(str.isalpha, texts)) else ""
+        power = Power(start, self._end(), base, exponent, script)
         if self.peek() == "_":
             if not isinstance(base, Name) or base.symbol.subscript:
                 self.fail("a subscript after a power is read on a name only")
             self.take()
             subscript = self._spell_group()
             base = Name(base.start, self._end(), replace(base.symbol, subscript=subscript))
-            power = Power(start, self._end(), base, exponent)
+            power = replace(power, end=self._end(), base=base)
         return self._of_time(power) if isinstance(base, Name) else power
 
     def _read_all(self, inner: list[Token]) -> Node:

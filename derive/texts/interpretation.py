@@ -362,6 +362,8 @@ class Interpreter:
 
     def _power(self, node: Power) -> Value:
         base_symbol = node.base.symbol if isinstance(node.base, Name) else None
+        if node.symbol is not None and self.meanings.is_known(node.symbol):
+            return self.meanings.look_up(node.symbol)
         if base_symbol == Symbol("e") and not self.meanings.is_known(Symbol("e")):
             return self._apply("exp", [self.scalar(node.exponent)])
         base, exponent = self.value(node.base), self.scalar(node.exponent)

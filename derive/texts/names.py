@@ -88,11 +88,11 @@ def spell_name(latex: str, macros: Mapping[str, tuple[int, str]] | None = None) 
     """Return the one spelling of a printed name. Raises FormulaError if it is no name."""
     pattern = latex.replace("#", r"\mathrm{HASH}")
     reader = Reader(pattern, tokenize_formula(pattern, macros))
-    if reader.peek() == "^" or (reader.peek() == "{" and reader.peek(1) == "}"):
-        node = reader.factor()
-        symbol = getattr(node, "symbol", None)
-    else:
-        symbol = reader.try_symbol()
+    framed = reader.peek() == "^" or (reader.peek() == "{" and reader.peek(1) == "}")
+    symbol = None if framed else reader.try_symbol()
+    if symbol is None or reader.peek() == "^":
+        reader.at = 0
+        symbol = getattr(reader.factor(), "symbol", None)
     if symbol is None or reader.peek():
         raise FormulaError(f"{latex} is no name")
     spelled: str = symbol.spell()

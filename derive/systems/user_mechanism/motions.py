@@ -15,7 +15,7 @@ from sympy import Expr
 from ...audit.paper import Array, Dynamics
 from ...audit.trial import Formula
 from ...equations import Balance, Claimed, Equation
-from ...evaluate import DIGITS, GUARD, Point
+from ...evaluate import DIGITS, GUARD, NotEvaluated, Point
 from ...functions import partial_derivative
 from ...mechanics.free_motion import project_on_rates
 from ...mechanics.loops import Coordinate
@@ -218,8 +218,15 @@ class FreeSubject(MechanismSubject):
         return self._project(data | {TIME: mpf(rng.uniform(*INSTANT))}, start)
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        """Return the mechanism's motion from its start."""
-        return self._simulate(np.linspace(0, self.until, points))
+        """Return the mechanism's motion from its start. Raises MechanismError if none can be followed."""
+        try:
+            return self._simulate(np.linspace(0, self.until, points))
+        except (ZeroDivisionError, NotEvaluated, MechanismError) as error:
+            reason = str(error).removeprefix(f"{self.mechanism.name}: ") or "something is divided by zero"
+            raise MechanismError(
+                f"{self.mechanism.name}: no motion from its start could be followed: {reason}; "
+                "Mechanism.begin states another start"
+            ) from error
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
         """Return states and data near those of the reference motion; None if the constraints allow none."""
@@ -390,6 +397,10 @@ class FreeSubject(MechanismSubject):
         result = solve_ivp(rates, (times[0], times[-1]), start, "LSODA", times, rtol=TOLERANCE, atol=TOLERANCE)
         if not result.success:
             raise MechanismError(f"{self.mechanism.name}: its motion ends at {result.t[-1]:.6g} s: {result.message}")
+        if not np.isfinite(result.y).all():
+            raise MechanismError(
+                f"{self.mechanism.name}: its accelerations have no value: something is divided by zero"
+            )
         states: Array = result.y.T
         return states
 

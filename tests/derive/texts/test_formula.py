@@ -102,6 +102,7 @@ TYPICAL = [
     (r"v_x = \dot x \cos\phi - \dot y\sin\phi", "v_x - x_dot*cos(phi) + y_dot*sin(phi)"),
     (r"x = \cos\theta\, r - \sin\theta \, l", "x - r*cos(theta) + l*sin(theta)"),
     (r"y = -\left[ r \sin\theta - \left( e + d \right) \right]", "y + r*sin(theta) - e - d"),
+    (r"x = \\ \nonumber = r", "x - r"),
     (r"i = \frac{\omega}{\omega_1} = -\frac{z_1}{z_2}", "i - omega/omega_1; omega/omega_1 + z_1/z_2"),
     (r"l = \sum_{i=1}^{2} l_i", "l - l_1 - l_2"),
     (r"x = l + 2\sum\limits_{j=1}^2 l_j\cos\theta_j - r", "x - l - 2*(l_1*cos(theta_1) + l_2*cos(theta_2)) + r"),
@@ -148,6 +149,12 @@ def test_macros_with_arguments_are_expanded():
     assert read(r"x = \half{r}\cos\th", macros=macros) == [Q.x - Q.r * sp.cos(Q.theta) / 2]
 
 
+def test_letters_above_a_name_are_its_own_where_a_table_says_so():
+    assert read(r"J^{lr} = m r^2", {"J^{lr}": "J"}) == [Q.J - Q.m * Q.r**2]
+    assert read(r"J^{lr} = m r^2") == [Q.J ** (Q.l * Q.r) - Q.m * Q.r**2]
+    assert read(r"x^{n} = r", {"x^{m}": "x"}) == [Q.x**Q.n - Q.r]
+
+
 def test_units_decide_the_argument_of_a_function():
     assert read(r"h = \sin\theta l") == [Q.h - Q.l * sp.sin(Q.theta)]
     assert read(r"h = l\cos\omega t_1") == [Q.h - Q.l * sp.cos(Q.omega * Q.t_1)]
@@ -190,6 +197,9 @@ REFUSED = [
     r"x = r \text{ if it turns}",
     r"x = \lim_{t} r",
     r"x \to r",
+    r"x = = r",
+    r"\boxed{x = r",
+    r"x = r - \underbrace{e - d}_{\text{small}} + l",
     r"x = \sqrt[n]{r}",
     r"x = r''",
     r"v = \frac{\partial x}{\partial y \partial s}",

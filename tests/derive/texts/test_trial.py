@@ -9,6 +9,7 @@ import pytest
 
 from derive.audit.record import record_equation
 from derive.generated_folder import OwnError
+from derive.mechanics.statement import MechanismError
 from derive.texts.trial import format_skeleton, read_trial
 from tests.support import own
 
@@ -160,3 +161,29 @@ def test_functions_of_time_are_judged_after_the_start(tmp_path: Path, factor: st
     (tmp_path / "shaken.tex").write_text(text, encoding="utf-8")
     case = read_trial(tmp_path / "shaken.tex", tmp_path / "shaken.py")
     assert record_equation(case, "table", "")["verdict"] == verdict
+
+
+SLIDING = """
+from sympy import sqrt
+from derive import Mechanism, quantities
+
+q = quantities("m | kg | mass | 2\\nR | N | drag | 3")
+m = Mechanism("sliding", q)
+x, y = m.coordinate("x", "m", "across"), m.coordinate("y", "m", "along")
+P = m.point("P", m.O, m.world, x, y)
+stone = m.body("stone", m.world, q.m, P)
+speed = m.report("v", "m/s", "speed", sqrt(m.rate(x) ** 2 + m.rate(y) ** 2))
+m.force("drag", stone, P, m.vector(m.world, -q.R * m.rate(x) / speed, -q.R * m.rate(y) / speed))
+"""
+
+
+@pytest.mark.parametrize("begin", ["", "m.begin({m.rate(x): 20})\n"])
+def test_start_without_a_motion_is_an_error_that_names_the_remedy(tmp_path: Path, begin: str) -> None:
+    (tmp_path / "sliding.py").write_text(SLIDING + begin, encoding="utf-8")
+    (tmp_path / "sliding.tex").write_text(r"\[ m \ddot{x} = -R \frac{\dot{x}}{v} \]", encoding="utf-8")
+    case = read_trial(tmp_path / "sliding.tex", tmp_path / "sliding.py")
+    if begin:
+        assert len(case.cycle) > 1
+    else:
+        with pytest.raises(MechanismError, match=r"divided by zero.*begin"):
+            assert case.cycle

@@ -81,4 +81,5 @@ m.pin("plate", plate, m.ground, m.O)
 m.report("T_plate", "N m", "kinetic energy of the plate", q.I * m.rate(gamma) ** 2 / 2)
 m.report("V_plate", "N m", "potential energy of the plate", q.m * q.g * m.position(S)[1])
 
+m.begin({r: q.r_0})  # no motion follows from a bob at the origin
 SYSTEM = m.system()

@@ -36,4 +36,5 @@ m.report("theta", "rad", "angle of climb", climb)
 m.report("radius", "m", "radius of the way", sqrt(square) / m.motion.rate(climb))
 m.report("depth", "m", "depth below the level of rest", square / 2 / q.g)
 m.report("z_t", "m", "depth at the trim speed", q.m / (q.C_L * q.S * q.rho))
+m.begin({m.rate(x): 6, m.rate(y): 2})  # at rest no way has a direction
 SYSTEM = m.system()

@@ -55,4 +55,5 @@ linear_v = m.report(
 )
 m.report("linear_beta", "rad/s", "rate of v over u, at a constant u", linear_v / u)
 m.report("linear_r", "rad/s2", "rate of the yaw rate", (q.l_f * q.c_f * small_f - q.l_r * q.c_r * small_r) / q.i_z)
+m.begin({m.rate(x): 12})  # at rest no slip angle has a value
 SYSTEM = m.system()
