@@ -8,6 +8,7 @@ from fractions import Fraction
 from itertools import combinations
 
 import mpmath
+import numpy as np
 import sympy as sp
 from mpmath import mpf
 from sympy import Expr
@@ -15,7 +16,8 @@ from sympy import Expr
 from ..equations import Equation, Relation
 from ..evaluate import DIGITS, GUARD, TOLERANCE, Point
 from ..quantity import Quantity, of_unit
-from .edits import Edit, list_edits
+from .edit_values import SCREEN, EditValues, is_computable
+from .edits import Edit, EditProposal, propose_edits
 from .terms import (
     Gap,
     Match,
@@ -125,8 +127,40 @@ class Comparison:
 
     def edits(self, words: list[Quantity]) -> list[Edit]:
         """Return the edits of the printed side with symbols among ``words``."""
+        return [proposal.apply(self.printed) for proposal in self._propose(words)]
+
+    def repairs(self, words: list[Quantity]) -> list[Edit]:
+        """Return the edits of the printed side, with symbols among ``words``, after which both sides say the same."""
+        edits = (proposal.apply(self.printed) for proposal in self._screen(self._propose(words)))
+        return [edit for edit in edits if self._is_repair(edit)]
+
+    def _propose(self, words: list[Quantity]) -> Iterator[EditProposal]:
         present = sorted(self.derived.free_symbols, key=str)
-        return list(list_edits(self.printed, words, overall=not self.scales, present=present))
+        return propose_edits(self.printed, words, overall=not self.scales, present=present)
+
+    def _is_repair(self, edit: Edit) -> bool:
+        try:
+            return self.edited(edit.result).same
+        except (ZeroDivisionError, ValueError):
+            return False
+
+    def _screen(self, proposals: Iterator[EditProposal]) -> Iterator[EditProposal]:
+        """Yield the edits after which both sides may say the same, as floating point tells; all of a condition."""
+        if self.bounds or not is_computable(self.printed):
+            yield from proposals
+            return
+        derived = np.array([float(point(self.derived)) for point in self.points])
+        terms = np.array([float(largest_term(self.derived, point)) for point in self.points])
+        for proposal, values, sizes in EditValues(self.printed, self.points).list_values(proposals):
+            with np.errstate(all="ignore"):
+                gap, ratio = values - derived, values / derived
+                if self.turns:
+                    gap -= 2 * np.pi * np.round(gap / (2 * np.pi))
+                is_equal = np.all(np.abs(gap) <= SCREEN * np.maximum(sizes, terms))
+                rounding = SCREEN * sizes / np.abs(derived)
+                is_multiple = np.all(np.abs(ratio - ratio[0]) <= np.maximum(rounding, rounding[0]))
+            if is_equal or (self.scales and is_multiple):
+                yield proposal
 
 
 def list_orientations(printed: Equation) -> list[Equation]:

@@ -9,6 +9,7 @@ from functools import cache
 from typing import Literal
 
 import mpmath
+import numpy as np
 import sympy as sp
 from mpmath import mpf
 from sympy import Expr
@@ -25,7 +26,8 @@ from .comparison import (
     list_orientations,
     solve_for,
 )
-from .edits import Edit, list_edits
+from .edit_values import SCREEN, EditValues, is_computable
+from .edits import Edit, EditProposal, propose_edits
 from .terms import Points, evaluate_at, largest_term
 from .typesetting import Said, join_parts
 
@@ -117,8 +119,10 @@ def _describe_witness(witness: Witness) -> str:
 
 
 MOST_OPERATIONS = 1000
-"""Operations of an equation that is edited: what vector algebra multiplied out is not what was printed."""
-UNSEARCHED = f"; its terms were not searched for an error, as they have more than {MOST_OPERATIONS} operations"
+"""Operations of an equation of which several edits are tried together: what vector algebra expanded was not printed."""
+MOST_SEARCHED = 10_000
+"""Operations of an equation of which single edits and missing terms are tried."""
+UNSEARCHED = f"; its terms were not searched for an error, as they have more than {MOST_SEARCHED} operations"
 
 
 def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgement:
@@ -130,14 +134,13 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
-    is_large = sp.count_ops(printed.residual) > MOST_OPERATIONS
+    is_large = sp.count_ops(printed.residual) > MOST_SEARCHED
     edited = () if is_large else _edited(printed, words, points)
     repairs = [(edit, residual) for edit, residual in edited if holds(residual, points)]
     if repairs:
-        texts = tuple(dict.fromkeys((edit.text,) for edit, _ in repairs))
         edit, residual = repairs[0]
         corrected = replace(printed, residual=residual)
-        return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(edit,), corrected=corrected)
+        return replace(_misprint([(edit.text,) for edit, _ in repairs], remark, [edit]), corrected=corrected)
     unsearched = UNSEARCHED if is_large else ""
     return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}{unsearched}"))
 
@@ -159,14 +162,29 @@ def judge_condition(printed: Equation, cycle: Sequence[Point]) -> Judgement:
 
 
 def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Edit, Expr]]:
-    """Every edit with the residual that it leaves, but for those that leave nothing to say."""
+    """Edits that may be corrections, with the residuals that they leave, but for those that leave nothing to say."""
     candidates = [word for word in words if all(word in point for point in points)]
     symbol = printed.defines
     side = printed.residual if symbol is None else solve_for(printed, symbol)
-    for edit in list_edits(side, candidates, overall=symbol is not None):
+    for proposal in _screen(side, propose_edits(side, candidates, overall=symbol is not None), symbol, points):
+        edit = proposal.apply(side)
         residual = edit.result if symbol is None else symbol - edit.result
         if len(sp.Add.make_args(residual)) > 1:
             yield edit, residual
+
+
+def _screen(
+    side: Expr, proposals: Iterator[EditProposal], symbol: Quantity | None, points: Points
+) -> Iterator[EditProposal]:
+    """Yield the edits of a side after which it may be zero, or a symbol's value, as floating point tells."""
+    if not is_computable(side):
+        yield from proposals
+        return
+    edits = EditValues(side, points)
+    meant = edits.value(sp.S.Zero if symbol is None else symbol)
+    for proposal, values, sizes in edits.list_values(proposals):
+        if np.all(np.abs(values - meant) <= SCREEN * np.maximum(sizes, np.abs(meant))):
+            yield proposal
 
 
 def holds(residual: Expr, points: Points) -> bool:
@@ -246,12 +264,18 @@ def judge_equation(
     if edits and () not in edits:
         return Judgement("misprint", "the relation is another", (edits[0],))
     size = sp.count_ops(printed.residual) + sp.count_ops(derived.residual)
-    if size > MOST_OPERATIONS and not holds(printed.residual, at):
+    is_large = size > MOST_OPERATIONS and not holds(printed.residual, at)
+    if is_large and size > MOST_SEARCHED:
         return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}{UNSEARCHED}"))
     vocabulary = _vocabulary(printed, derived, at, words)
     judgements = []
     for side, comparison in compared:
-        judgement = _corrected(comparison, vocabulary, _relation(side, printed, derived), remark)
+        done = _relation(side, printed, derived)
+        judgement = _find_simple_correction(comparison, vocabulary, done, remark)
+        if judgement is None and is_large:
+            judgement = Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}"))
+        elif judgement is None:
+            judgement = _corrected(comparison, vocabulary, done, remark)
         judgements.append(replace(judgement, corrected=_apply_correction(side, comparison, judgement)))
     return min(judgements, key=lambda judgement: judgement.severity)
 
@@ -296,15 +320,22 @@ def _agreement(printed: Equation, derived: Equation) -> Judgement:
     return Judgement("confirmed", "no difference left")
 
 
-def _corrected(start: Comparison, words: list[Quantity], done: tuple[Said, ...], remark: str) -> Judgement:
-    """The verdict on a difference; ``done`` are edits that are needed in addition to those of the residual."""
-    first = start.edits(words)
-    exact = [edit for edit in first if _solves(start, edit)]
-    if exact:
-        return _misprint([(*done, edit.text) for edit in exact], remark, exact[:1])
+def _find_simple_correction(
+    start: Comparison, words: list[Quantity], done: tuple[Said, ...], remark: str
+) -> Judgement | None:
+    """The verdict on a difference that one edit or a missing term makes, None for any other; see `_corrected`."""
+    repairs = start.repairs(words)
+    if repairs:
+        return _misprint([(*done, edit.text) for edit in repairs], remark, repairs[:1])
     missing = find_missing_terms(start, words) if not done else ()
     if missing:
         return Judgement("incomplete", f"{remark}terms of the derivation are missing", missing=missing)
+    return None
+
+
+def _corrected(start: Comparison, words: list[Quantity], done: tuple[Said, ...], remark: str) -> Judgement:
+    """The verdict on a difference; ``done`` are edits that are needed in addition to those of the residual."""
+    first = start.edits(words)
     explanation = explain_by_edits(start, first, words)
     if explanation.comparison.same and not (start.bounds and len(explanation.edits) > MOST_OF_A_CONDITION):
         return _misprint([(*done, *(edit.text for edit in explanation.edits))], remark, explanation.edits)
@@ -330,17 +361,16 @@ def _another_condition(start: Comparison, remark: str) -> Judgement:
 def _pairs(start: Comparison, first: list[Edit], words: list[Quantity]) -> list[tuple[Edit, Edit]]:
     """Two edits that remove the difference together, the first of them one of those that leave least."""
     candidates = [edit for edit, _ in _ranked(start, first)[:PROMISING]]
-    return [
-        (first, second)
-        for first in candidates
-        for second in start.edited(first.result).edits(words)
-        if _solves(start, second)
-    ]
+    return [(first, second) for first in candidates for second in start.edited(first.result).repairs(words)]
 
 
 def _misprint(corrections: Sequence[tuple[Said, ...]], remark: str, edits: Sequence[Edit]) -> Judgement:
     distinct = tuple(dict.fromkeys(tuple(sorted(c)) for c in corrections))
-    return Judgement("misprint", f"{remark}removed by {len(distinct[0])} edit(s)", distinct, edits=tuple(edits))
+    return Judgement("misprint", f"{remark}removed by {_count_edits(distinct[0])}", distinct, edits=tuple(edits))
+
+
+def _count_edits(correction: Sequence[Said]) -> str:
+    return "1 edit" if len(correction) == 1 else f"{len(correction)} edits"
 
 
 def _left_over(comparison: Comparison, done: tuple[Said, ...], edits: tuple[Edit, ...], remark: str) -> Judgement:
@@ -359,13 +389,6 @@ def _left_over(comparison: Comparison, done: tuple[Said, ...], edits: tuple[Edit
 def _format_value(expr: Expr, point: Point) -> str:
     number = evaluate_at(expr, point)
     return "no real value" if number is None else mpmath.nstr(number, 6)
-
-
-def _solves(start: Comparison, edit: Edit) -> bool:
-    try:
-        return start.edited(edit.result).same
-    except (ZeroDivisionError, ValueError):
-        return False
 
 
 def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, int]]:

@@ -32,6 +32,7 @@ from .formula import (
 from .interpretation import Interpreter, interpret_formula
 from .monomials import MonomialSearch
 from .names import PointNames, StatedNames
+from .rereading import Rereader
 from .values import OperandError, Scalar, Value
 
 TOLERANCE = 1e-9
@@ -102,6 +103,7 @@ def find_repairs(
     if before is None or not index < len(before):
         return None
     is_mixed = _mixes_units(chain, index, names)
+    rereader = Rereader(latex, chain, macros, memory.brackets)
     changes: list[tuple[int, LatexChange]] = []
     seen_sources: set[str] = {latex}
     limit = min(MOST_CANDIDATES, MOST_TOKENS // len(tokenize_formula(latex, macros)))
@@ -120,7 +122,7 @@ def find_repairs(
                 continue
             seen_sources.add(changed)
             if changed not in outcomes:
-                outcomes[changed] = _try(changed, macros, at_points, memory)
+                outcomes[changed] = _try(change, changed, rereader, at_points, memory)
             after = outcomes[changed]
             if after is None or len(after) != len(before) or not after[index]:
                 continue
@@ -144,11 +146,11 @@ def _mixes_units(chain: RelationChain, index: int, names: StatedNames) -> bool:
 class _Memory:
     """Brackets of the candidates of a row, read once, with their values and the size of the largest term in them.
 
-    Values are by the identity of their bracket, which they hold, so that no other can have it.
+    Values are by the identity of the parts of their bracket, which they hold, so that no other can have it.
     """
 
     brackets: dict[tuple[str, ...], Bracket] = field(default_factory=dict)
-    values: dict[int, tuple[Bracket, Value, Any]] = field(default_factory=dict)
+    values: dict[int, tuple[tuple[Node, ...], Value, Any]] = field(default_factory=dict)
 
 
 class _Sizing(Interpreter):
@@ -158,14 +160,14 @@ class _Sizing(Interpreter):
     memory: _Memory
 
     def _bracket(self, node: Bracket) -> Value:
-        if id(node) in self.memory.values:
-            _, value, largest = self.memory.values[id(node)]
+        if id(node.parts) in self.memory.values:
+            _, value, largest = self.memory.values[id(node.parts)]
         else:
             before, options, self.largest = self.largest, len(self.options), 0.0
             value = super()._bracket(node)
             largest, self.largest = self.largest, before
             if len(self.options) == options:
-                self.memory.values[id(node)] = node, value, largest
+                self.memory.values[id(node.parts)] = node.parts, value, largest
         self.largest = np.maximum(self.largest, largest)
         return value
 
@@ -198,9 +200,11 @@ def _vanishes(left: Scalar, right: Scalar, largest: Any) -> bool:
     return bool(np.all(gap <= TOLERANCE * size) and np.all(np.isfinite(gap)) and np.any(np.asarray(size) > 0))
 
 
-def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames, memory: _Memory) -> list[bool] | None:
+def _try(
+    change: LatexChange, changed: str, rereader: Rereader, names: PointNames, memory: _Memory
+) -> list[bool] | None:
     try:
-        return _outcomes(read_formula(latex, macros, memory.brackets), names, memory)
+        return _outcomes(rereader.read(change.pieces, changed), names, memory)
     except UNREADABLE:
         return None
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from .documents import find_group_end
 
@@ -51,7 +51,11 @@ _SILENT = _words(
 _OPEN, _CLOSE = {"(": ")", "[": "]", "\\{": "\\}", "\\lbrace": "\\rbrace"}, {")", "]", "\\}", "\\rbrace"}
 _BARS = {"|": "|", "\\lvert": "\\rvert", "\\vert": "\\vert", "\\|": "\\|", "\\lVert": "\\rVert", "\\Vert": "\\Vert"}
 MATRICES = {"matrix": "", "bmatrix": "", "pmatrix": "", "Bmatrix": "", "smallmatrix": "", "array": "", "vmatrix": "det"}
-_TOKEN = re.compile(r"\\[A-Za-z]+\*?|\\.|:=|\d+(?:\.\d+)?|\.\d+|[A-Za-z]|'+|\s+|\S", re.S)
+_TOKEN = re.compile(r"\s*(\\[A-Za-z]+\*?|\\.|:=|\d+(?:\.\d+)?|\.\d+|[A-Za-z]|'+|\S)", re.S)
+_UNREAD_COMMANDS = _words(
+    r"\label \tag \tag* \hspace \vspace \hspace* \eqno \color \vphantom \hphantom \phantom \intertext"
+)
+"""Commands that are passed over with their argument."""
 _TIMES = ("\\cdot", "\\times", "\\ast", "*", "\\wedge")
 _ROOM = re.compile(r"\s*\[\s*-?[\d.]+\s*(?:pt|em|ex|mm|cm|in|bp|\\baselineskip)\s*\]")
 """The space after a line break that a text may ask for."""
@@ -64,8 +68,7 @@ class FormulaError(ValueError):
     """A formula that is not read, with the place at which reading ended."""
 
 
-@dataclass(frozen=True)
-class Token:
+class Token(NamedTuple):
     """A token of a formula: its text, and the range of the source that it stands for.
 
     ``fixed`` says that it comes from a macro, so that its range is that of the macro's use. ``closes`` marks a \\left.
@@ -277,23 +280,19 @@ def _join_functions(tokens: list[Token]) -> list[Token]:
     Texts write gcos{x}, mcos^2(x) or vtan\\delta; a product of just these letters is no ordinary one.
     """
     joined: list[Token] = []
-    index = 0
-    while index < len(tokens):
-        if tokens[index].text not in ("s", "c", "t"):
-            joined.append(tokens[index])
-            index += 1
+    start = 0
+    for index in range(len(tokens) - 3):
+        if tokens[index].text not in ("s", "c", "t") or index < start:
             continue
-        word = "".join(token.text for token in tokens[index : index + 3])
-        last = tokens[min(index + 3, len(tokens) - 1)]
-        adjacent = all(a.end == b.start for a, b in pairwise(tokens[index : index + 3]))
-        follows = last.text in _OPEN or last.text in ("{", "^") or last.text[1:] in GREEK or last.text[1:] in ACCENTS
-        if word in ("sin", "cos", "tan") and len(tokens) > index + 3 and adjacent and follows:
-            joined.append(Token(f"\\{word}", tokens[index].start, tokens[index + 2].end, tokens[index].fixed))
-            index += 3
-        else:
-            joined.append(tokens[index])
-            index += 1
-    return joined
+        letters, last = tokens[index : index + 3], tokens[index + 3].text
+        word = "".join(token.text for token in letters)
+        if word not in ("sin", "cos", "tan") or any(a.end != b.start for a, b in pairwise(letters)):
+            continue
+        if last in _OPEN or last in ("{", "^") or last[1:] in GREEK or last[1:] in ACCENTS:
+            joined += tokens[start:index]
+            joined.append(Token(f"\\{word}", letters[0].start, letters[2].end, letters[0].fixed))
+            start = index + 3
+    return joined + tokens[start:]
 
 
 def _expand(
@@ -301,23 +300,9 @@ def _expand(
 ) -> Iterator[Token]:
     position = 0
     while match := _TOKEN.match(latex, position):
-        text, start, position = match.group(), match.start(), match.end()
-        if text.isspace():
-            continue
-        if text in (
-            "\\label",
-            "\\tag",
-            "\\tag*",
-            "\\hspace",
-            "\\vspace",
-            "\\hspace*",
-            "\\eqno",
-            "\\color",
-            "\\vphantom",
-            "\\hphantom",
-            "\\phantom",
-            "\\intertext",
-        ):
+        text = match[1]
+        start, position = match.span(1)
+        if text in _UNREAD_COMMANDS:
             begin = latex.find("{", position)
             position = (find_group_end(latex, begin) or len(latex)) if begin >= 0 else position
             continue
@@ -391,7 +376,7 @@ class Reader:
     at: int = 0
     bars: list[str] = field(default_factory=list)
     brackets: dict[tuple[str, ...], Bracket] | None = None
-    """Brackets of other formulas by their tokens, which are read once; their places are those of the first."""
+    """Brackets of other formulas by their tokens, of which the parts are read once, with the places of the first."""
 
     def peek(self, ahead: int = 0) -> str:
         """Return the text of a token, empty after the end."""
@@ -456,12 +441,15 @@ class Reader:
     def sum(self) -> Node:
         """Read terms with their signs."""
         start = self._position()
+        terms = self.terms()
+        return build_sum(start, terms, self._end())
+
+    def terms(self) -> tuple[tuple[int, Node], ...]:
+        """Read terms with their signs, and return both."""
         terms = [(self._sign(), self.term())]
         while self.peek() in ("+", "-", "\\pm", "\\mp", "\u2212"):
             terms.append((self._sign(), self.term()))
-        if len(terms) == 1 and terms[0][0] == 1:
-            return terms[0][1]
-        return Sum(start, self._end(), tuple(terms))
+        return tuple(terms)
 
     def _sign(self) -> int:
         sign = 1
@@ -644,7 +632,7 @@ class Reader:
             if self.at != end:
                 return bracket
             self.brackets[key] = bracket
-        return self.brackets[key]
+        return Bracket(self.tokens[start].start, self._end(), self.brackets[key].parts)
 
     def _find_closing(self) -> int:
         """Return the index after the bracket that closes the one that opens here, that of the end if none does."""
@@ -1171,6 +1159,22 @@ def read_formula(
     if not chain.relations:
         raise FormulaError("no relation stands in it: it states nothing")
     return chain
+
+
+def read_terms(
+    latex: str, macros: Mapping[str, tuple[int, str]], brackets: dict[tuple[str, ...], Bracket]
+) -> tuple[tuple[int, Node], ...]:
+    """Read a sum as its signs and terms. Raises FormulaError; ``brackets`` are those of `read_formula`."""
+    reader = Reader(latex, tokenize_formula(latex, macros), brackets=brackets)
+    terms = reader.terms()
+    if reader.peek():
+        reader.fail(f"{reader.peek()} is not read here")
+    return terms
+
+
+def build_sum(start: int, terms: tuple[tuple[int, Node], ...], end: int) -> Node:
+    """Return the sum of terms, a term itself if there is but one, with a plus."""
+    return terms[0][1] if len(terms) == 1 and terms[0][0] == 1 else Sum(start, end, terms)
 
 
 def list_nodes(node: Node) -> Iterator[Node]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..quantity import NONE, Dimension
+from ..quantity import NONE, Dimension, raise_dimension
 from .formula import Name, read_formula
 from .names import PointNames
 from .values import Scalar
@@ -112,8 +112,8 @@ def _list_factors(names: PointNames, spelling: str) -> Iterator[NamedFactor]:
         return
     values = np.asarray(value.value, dtype=float)
     for power in POWERS:
-        kg, m, s = (power * part for part in value.dimension)
-        yield NamedFactor(f"{spelling}^{power}" if power > 1 else spelling, values**power, (kg, m, s), spelling)
+        dimension = raise_dimension(value.dimension, power)
+        yield NamedFactor(f"{spelling}^{power}" if power > 1 else spelling, values**power, dimension, spelling)
     if value.angular and value.dimension == NONE:
         for function, shape in (("\\sin", np.sin), ("\\cos", np.cos)):
             yield NamedFactor(f"{function} {spelling}", shape(values), NONE, f"{function} {spelling}")

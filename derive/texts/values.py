@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from ..mechanics.frames import Frame
-from ..quantity import NONE, Dimension, Quantity, of_unit
+from ..quantity import NONE, Dimension, Quantity, of_unit, raise_dimension
 
 
 class OperandError(ValueError):
@@ -55,9 +55,8 @@ class Scalar:
         if number is None:
             return Scalar(self.value**exponent.value, NONE, 0, True)
         assert self.dimension is not None
-        kg, m, s = self.dimension
         angular = self.angular * number.numerator if number.denominator == 1 else 0
-        return Scalar(self.value**exponent.value, (kg * number, m * number, s * number), angular, mixed)
+        return Scalar(self.value**exponent.value, raise_dimension(self.dimension, number), angular, mixed)
 
     def inverse(self) -> Scalar:
         """Return one over the scalar."""

@@ -1,13 +1,15 @@
 """The audit's parts: terms and their matching, edits, values at points."""
 
 import mpmath
+import numpy as np
 import pytest
 import sympy as sp
 from mpmath import mpf
 
 from derive.audit.case import directions
 from derive.audit.comparison import Comparison, _simple_ratio, find_missing_terms
-from derive.audit.edits import list_edits
+from derive.audit.edit_values import EditValues, is_computable
+from derive.audit.edits import list_edits, propose_edits
 from derive.audit.terms import (
     Gap,
     Match,
@@ -23,7 +25,7 @@ from derive.audit.terms import (
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point, UnknownNodeError
 from derive.quantity import Quantity
-from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, e, quantity, t, u, v, x, x_dot
+from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, e, quantity, t, u, v, x, x_dot
 
 # terms
 
@@ -151,6 +153,28 @@ def test_every_edit_differs_from_the_original() -> None:
     for edit in list_edits(FORMULA, WORDS):
         assert edit.result != FORMULA, edit.text
         assert any(abs(p(edit.result) - p(FORMULA)) > mpf(10) ** -40 for p in POINTS), edit.text
+
+
+BENT = (a * sp.sin(u) - b) * (c + e * sp.sqrt(u * v)) / d + sp.Max(a, b) * sp.Abs(c - e) ** 3 - sp.atan2(a, -b) * x
+
+
+@pytest.mark.parametrize("formula", [FORMULA, BENT, a * sp.sin(u) * (b - c), sp.tan(u) + a])
+def test_values_of_edits_are_those_of_their_results(formula: sp.Expr) -> None:
+    assert is_computable(formula)
+    proposals = list(propose_edits(formula, WORDS, present=[v]))
+    values = list(EditValues(formula, POINTS).list_values(proposals))
+    assert [proposal for proposal, _, _ in values] == proposals
+    for proposal, at_points, sizes in values:
+        result = proposal.apply(formula).result
+        for point, value, size in zip(POINTS, at_points, sizes, strict=True):
+            exact = evaluate_at(result, point)
+            assert np.isnan(value) if exact is None else value == pytest.approx(float(exact), rel=1e-12, abs=1e-14)
+            largest = max(abs(evaluate_at(summand, point) or 0) for summand in sp.Add.make_args(result))
+            assert exact is None or size >= 0.49 * largest  # two equal summands become one of twice the size
+
+
+def test_floating_point_lacks_functions_of_tables() -> None:
+    assert not is_computable(a + sp.Function("odd")(b))
 
 
 def test_symbols_are_mistaken_for_those_of_their_dimension_only() -> None:

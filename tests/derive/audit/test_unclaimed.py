@@ -59,10 +59,11 @@ def test_uncorrectable_equation_is_contradicted_with_remainder() -> None:
 
 def test_error_that_was_not_searched_for_says_so() -> None:
     """One wrong sign among many terms that are zero together: few enough to be edited, or too many."""
-    zeros = [sp.sin(k * a) ** 2 + sp.cos(k * a) ** 2 - 1 for k in range(1, 201)]
-    short, long = (judged(2 * a * u + b * sp.cos(v) + sum(zeros[:count])) for count in (1, 200))
-    assert (short.verdict, long.verdict) == ("misprint", "contradicted")
-    assert "not searched" in long.finding
+    zeros = [sp.sin(k * a) ** 2 + sp.cos(k * a) ** 2 - 1 for k in range(1, 1301)]
+    long, too_long = (judged(2 * a * u + b * sp.cos(v) + sp.Add(*zeros[:count])) for count in (200, 1300))
+    assert (long.verdict, too_long.verdict) == ("misprint", "contradicted")
+    assert [str(text) for (text,) in long.corrections] == ["sign of -test_b*cos(test_v)"]
+    assert "not searched" in too_long.finding
     assert "not searched" not in judged(3 * a * u - 5 * b).finding
 
 
