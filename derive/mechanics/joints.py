@@ -13,7 +13,7 @@ from ..functions import switch
 from ..model import Event
 from ..quantity import Quantity
 from .bodies import AXES, SHAFT, Body, Part, Pin, point_velocity
-from .contacts import Contacts, GearContact
+from .contacts import Contacts, GearContact, slope_by_turning, turning_rate
 from .frames import Axis, Frame, Point, Vec, X, Y, Z, displacement, unit, zero
 from .impact import creeping
 from .statement import MechanismError, to_triple
@@ -433,9 +433,9 @@ class Joints(Contacts):
         and gap_tag_behind [m] are the gaps along the line of action of the flank that turns ``outer``
         counter-clockwise and of the other, negative at a depth. An event marks where each opens or closes.
 
-        The rate of a depth is the velocity of the flanks along the normal at the pitch point. It is exact for round
-        gears; for others it leaves out lag times the rate of the pitch radius, so that the energy of free rattling
-        drifts. As the stiffness rises without backlash, forces approach those of `mesh`.
+        Forces have the potential of the depth: gaps change at the rate of their flanks, also as the pitch radius of the
+        inner gear changes, which the normal at the pitch point leaves out. Without damping the energy is constant. As
+        the stiffness rises without backlash, forces approach those of `mesh`.
         Raises MechanismError for a rack.
 
         >>> from derive import GearContact, Mechanism, quantities
@@ -459,15 +459,24 @@ class Joints(Contacts):
         """
         if contact.is_rack:
             raise MechanismError(f"{self.name}: teeth {tag} of a rack cannot give way; state a compliant_contact")
-        smooth, pushes = replace(contact, friction=S.Zero), []
+        smooth, pushes, turns = replace(contact, friction=S.Zero), [], S.Zero
         for bearing, side in ((1, "ahead"), (-1, "behind")):
             lever = smooth.lever(bearing)
-            meaning = f"gap of the flanks of {inner} and {outer}, {side}"
-            gap = self.name_(f"gap_{tag}_{side}", "m", meaning, backlash / 2 - lever * lag)
-            pushes.append(self._push_at(gap, -lever * self.motion.rate(lag), law, f"teeth at {tag}, {side}"))
+            meaning, distance = f"gap of the flanks of {inner} and {outer}, {side}", backlash / 2 - lever * lag
+            gap = self.name_(f"gap_{tag}_{side}", "m", meaning, distance)
+            pushes.append(self._push_at(gap, self.motion.rate(distance), law, f"teeth at {tag}, {side}"))
+            turns -= (
+                pushes[-1] * lag * slope_by_turning(self.motion, contact.frame, inner.frame, self.motion.rate(lever))
+            )
         push = self.name_(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}", sp.Add(*pushes))
         sides = zip(contact.flank(1), contact.flank(-1), strict=True)
         force = Vec(contact.frame, tuple(pushes[0] * ahead + pushes[1] * behind for ahead, behind in sides))
+        if turns != 0:
+            # a force through the outer gear's centre turns the inner gear alone
+            follows = self.motion.rate(lag) + turning_rate(self.motion, contact.frame, outer.frame)
+            ratio = slope_by_turning(self.motion, contact.frame, inner.frame, follows)
+            across = Vec(contact.frame, (S.Zero, turns / (contact.outer_radius * (1 - ratio)), S.Zero))
+            self.force(f"F_{tag}, as the lever changes", inner, contact.outer, across, outer)
         self.force(f"F_{tag}", inner, contact.pitch_point, force, outer)
         return push
 
