@@ -37,7 +37,7 @@ DIFFERENCE_STEP = 1e-7
 EVENT_SAMPLES = 32
 """Parts of an integrator's step in which an event is looked for."""
 TIME_RESOLUTION = 1e-12
-"""Events are located to this share of a motion's duration."""
+"""Events are located to this share of a motion's last time, of which floating point resolves 1e-16."""
 MOST_SIGN_CHANGES = 50
 """Steps to the sizes of normal forces that friction follows from."""
 MOST_PROJECTIONS = 30
@@ -369,7 +369,7 @@ class Dynamics:
         method = partial(scipy.integrate.Radau, jac=differentiate) if stiff else scipy.integrate.DOP853
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
         solver, states, passages = begin(times[0], at, times[-1]), [at], []
-        resolution = TIME_RESOLUTION * (times[-1] - times[0])
+        resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
         while solver.t < times[-1]:
             at = solver.y
             if (message := solver.step()) is not None:
