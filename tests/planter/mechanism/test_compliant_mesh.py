@@ -246,3 +246,9 @@ def test_compliant_rack_is_refused():
     body = m.body("gear", m.world)
     with pytest.raises(MechanismError, match="rack"):
         m.compliant_mesh("P", body, m.ground, GearContact(m.world, m.O, sp.oo, sp.Rational(1, 3)), q.s, lambda d, _: d)
+
+
+def test_lag_against_another_frame_is_refused():
+    text = FREE_LIMACON.replace("pair.turned - (psi - c)", "pair.turned - psi")
+    with pytest.raises(MechanismError, match="lag changes with c_dot"):
+        exec(text, {})
