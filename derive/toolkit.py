@@ -22,6 +22,7 @@ from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y,
 from .mechanics.impact import Impact, ImpactLaw, creeping, dahl
 from .mechanics.kinematics import Followed, FollowerLaw, GearStage
 from .mechanics.mechanism import Mechanism
+from .mechanics.release import ElasticTeeth, FrameMount, Release, ReleasedMechanism
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantities, Quantity, Vector, quantities
 from .systems.user_mechanism.trial import trial
@@ -39,6 +40,7 @@ __all__ = [
     "ClosedForm",
     "Condition",
     "Dialect",
+    "ElasticTeeth",
     "Emitted",
     "Equation",
     "Event",
@@ -47,6 +49,7 @@ __all__ = [
     "Formulas",
     "Frame",
     "FrameError",
+    "FrameMount",
     "GearContact",
     "GearStage",
     "GearTable",
@@ -64,6 +67,8 @@ __all__ = [
     "Printer",
     "Quantities",
     "Quantity",
+    "Release",
+    "ReleasedMechanism",
     "RollingPair",
     "RuntimeFunction",
     "Shape",

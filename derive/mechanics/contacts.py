@@ -156,8 +156,17 @@ def tangent_angle(motion: Motion, line: Frame, gear: Frame, parameter: Expr, rad
 
 def polar_sense(motion: Motion, line: Frame, gear: Frame, parameter: Expr) -> Expr:
     """1 where a curve's parameter at the contact runs with the polar angle of its gear, -1 where against it."""
-    polar_rate = (motion.spin(line) - motion.spin(gear).resolved(line))[2]
-    return sp.cancel(motion.rate(parameter) / polar_rate)
+    return -slope_by_turning(motion, line, gear, motion.rate(parameter))
+
+
+def slope_by_turning(motion: Motion, line: Frame, gear: Frame, rate: Expr) -> Expr:
+    """Return a rate per angular velocity of a gear about z, counted from the line of centres [unit of rate s/rad]."""
+    return sp.cancel(rate / turning_rate(motion, line, gear))
+
+
+def turning_rate(motion: Motion, line: Frame, gear: Frame) -> Expr:
+    """Return the angular velocity of a gear about z, counted from the line of centres [rad/s]."""
+    return (motion.spin(gear).resolved(line) - motion.spin(line))[2]
 
 
 @dataclass(frozen=True)

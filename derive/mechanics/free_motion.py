@@ -176,7 +176,7 @@ class Free:
         """Kinetic energy, and potential energy of weights and springs [J]."""
         stated, bodies = self.stated, self.stated.assembly.bodies
         moving = kinetic_energy(self.motion, bodies, stated.world)
-        stored = sp.Add(*stated.potentials) + potential_energy(stated.assembly, bodies, stated.O, stated.world)
+        stored = sp.Add(*stated.potentials) + potential_energy(stated.assembly, bodies, stated.origin, stated.world)
         stored_name = quantity("potential", "J", "potential energy of weights and springs")
         return let(quantity("kinetic", "J", "kinetic energy"), moving), let(stored_name, stored)
 
@@ -231,11 +231,11 @@ class Free:
 
     def _given_loads(self) -> list[tuple[Vec, Vec]]:
         stated = self.stated
-        return [p for a in self._given_actions() for p in action_load(self.motion, a, stated.ground, stated.anchor)]
+        return [p for a in self._given_actions() for p in action_load(self.motion, a, stated.earth, stated.anchor)]
 
     def _body_loads(self) -> list[tuple[Vec, Vec]]:
         assembly = self.stated.assembly
-        return [pair for body in assembly.bodies for pair in body_loads(assembly, body, self.stated.ground)]
+        return [pair for body in assembly.bodies for pair in body_loads(assembly, body, self.stated.earth)]
 
     def _parts(self) -> list[tuple[Body, Part]]:
         return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]

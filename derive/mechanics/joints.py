@@ -13,7 +13,7 @@ from ..functions import switch
 from ..model import Event
 from ..quantity import Quantity
 from .bodies import AXES, SHAFT, Body, Part, Pin, point_velocity
-from .contacts import Contacts, GearContact
+from .contacts import Contacts, GearContact, slope_by_turning, turning_rate
 from .frames import Axis, Frame, Point, Vec, X, Y, Z, displacement, unit, zero
 from .impact import creeping
 from .statement import MechanismError, to_triple
@@ -431,12 +431,14 @@ class Joints(Contacts):
         is the play along the line of action, ``law`` the normal force [N] of the depth [m] of a flank and of its rate
         [m/s], as for `compliant_contact`. F_Ntag is the normal force on the flank that bears, positive; gap_tag_ahead
         and gap_tag_behind [m] are the gaps along the line of action of the flank that turns ``outer``
-        counter-clockwise and of the other, negative at a depth. An event marks where each opens or closes.
+        counter-clockwise and of the other, negative at a depth. An event marks where each opens or closes. Without
+        friction P_tag [W] is the power of the teeth on both gears, negative while they store or lose energy.
 
-        The rate of a depth is the velocity of the flanks along the normal at the pitch point. It is exact for round
-        gears; for others it leaves out lag times the rate of the pitch radius, so that the energy of free rattling
-        drifts. As the stiffness rises without backlash, forces approach those of `mesh`.
-        Raises MechanismError for a rack.
+        Forces have the potential of the depth: gaps change at the rate of their flanks, also as the pitch radius of the
+        inner gear changes, which the normal at the pitch point leaves out. Without damping the energy is constant. As
+        the stiffness rises without backlash, forces approach those of `mesh`.
+        Raises MechanismError for a rack, and if ``lag`` changes other than by the turning of both gears, which it must
+        where the lever does.
 
         >>> from derive import GearContact, Mechanism, quantities
         >>> q = quantities('''
@@ -459,16 +461,35 @@ class Joints(Contacts):
         """
         if contact.is_rack:
             raise MechanismError(f"{self.name}: teeth {tag} of a rack cannot give way; state a compliant_contact")
-        smooth, pushes = replace(contact, friction=S.Zero), []
+        smooth, pushes, power, turns = replace(contact, friction=S.Zero), [], S.Zero, S.Zero
         for bearing, side in ((1, "ahead"), (-1, "behind")):
             lever = smooth.lever(bearing)
-            meaning = f"gap of the flanks of {inner} and {outer}, {side}"
-            gap = self.name_(f"gap_{tag}_{side}", "m", meaning, backlash / 2 - lever * lag)
-            pushes.append(self._push_at(gap, -lever * self.motion.rate(lag), law, f"teeth at {tag}, {side}"))
+            meaning, distance = f"gap of the flanks of {inner} and {outer}, {side}", backlash / 2 - lever * lag
+            gap = self.name_(f"gap_{tag}_{side}", "m", meaning, distance)
+            opening = self.motion.rate(distance)
+            pushes.append(self._push_at(gap, opening, law, f"teeth at {tag}, {side}"))
+            power += pushes[-1] * opening
+            turns -= (
+                pushes[-1] * lag * slope_by_turning(self.motion, contact.frame, inner.frame, self.motion.rate(lever))
+            )
         push = self.name_(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}", sp.Add(*pushes))
         sides = zip(contact.flank(1), contact.flank(-1), strict=True)
         force = Vec(contact.frame, tuple(pushes[0] * ahead + pushes[1] * behind for ahead, behind in sides))
-        self.force(f"F_{tag}", inner, contact.pitch_point, force, outer)
+        if turns != 0:
+            # a force through the outer gear's centre turns the inner gear alone
+            follows = self.motion.rate(lag) + turning_rate(self.motion, contact.frame, outer.frame)
+            ratio = slope_by_turning(self.motion, contact.frame, inner.frame, follows)
+            if stray := ratio.free_symbols & {c.rate for c in self.loops.coordinates}:
+                names = ", ".join(sorted(map(str, stray)))
+                raise MechanismError(
+                    f"teeth {tag}: lag changes with {names} other than by the turning of {inner} and {outer}; state it "
+                    f"in terms of the angle of {inner}, not of what turns that"
+                )
+            across = Vec(contact.frame, (S.Zero, turns / (contact.outer_radius * (1 - ratio)), S.Zero))
+            self.force(f"F_{tag}, as the lever changes", inner, contact.outer, across, outer)
+        self.force(f"F_{tag}", inner, replace(contact.pitch_point, name=f"pitch point {tag}"), force, outer)
+        if contact.friction == 0:
+            self.report(f"P_{tag}", "W", f"power of the teeth on {inner} and {outer}", power)
         return push
 
     def force(self, name: str, on: Body, at: Point, force: Vec, by: Body | None = None) -> None:

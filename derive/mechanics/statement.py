@@ -34,6 +34,7 @@ class Statement:
         self.world, self.O = world, Point("O")
         self.assembly = Assembly(motion, Vec(self.world, to_triple(gravity)))
         self.ground = self.assembly.add(Body("ground", self.world))
+        self.origin, self.earth = self.O, self.ground  # at rest, also where O and ground move on a mount
         self.loops = Loops()
         self.slips: dict[str, Expr] = {}
         self.start: dict[sp.Symbol, Expr] = {} if angle is None else {angle: S.Zero}
@@ -258,7 +259,7 @@ class Statement:
         beam: force along y of world | F_Ay - g*m
         beam: moment along z of world about O | M_Az - g*l*m
         """
-        bodies = [body for body in self.assembly.bodies if body not in (self.ground, *self.shared)]
+        bodies = [body for body in self.assembly.bodies if body not in (self.earth, *self.shared)]
         balances = [e for body in bodies for e in self.assembly.balances(body, self.pin_of(body))]
         return [_consistent(e) for e in (*self.assembly.definitions(), *balances) if e.residual != 0]
 
@@ -272,7 +273,7 @@ class Statement:
         reactions = set(self.assembly.unknowns)  # a pole on a given load would leave joints' forces in the moments
         joints = sorted(
             (a for a in self.assembly.actions if a.sign(body)),
-            key=lambda a: (not a.needs & reactions, not a.sign(self.ground)),
+            key=lambda a: (not a.needs & reactions, not a.sign(self.earth)),
         )
         at = next(iter((*(a.at for a in joints), *(part.centroid for part in body.parts))), None)
         if at is None:

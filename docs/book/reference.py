@@ -55,6 +55,8 @@ PAGES = {
         "Gears that are not round": "derive.gear_pair derive.read_gear_pair derive.RollingPair derive.GearTable",
         "Closed loops": ".close .parallel .constrain",
         "Free motion": ".free_frame .begin .roll .accelerations",
+        "Release of a driven mechanism": "derive.ReleasedMechanism derive.Release derive.ElasticTeeth "
+        "derive.FrameMount",
         "Results": ".name_ .let .report .system .equations .balance .named .unknowns",
         "Pitch curves and cam laws chosen at run time": ".stage .flank derive.GearStage derive.FollowerLaw",
         "Named places and equal sides": ".name_place .name_acceleration .hang .mirror_place .twin_lane derive.Sides",
@@ -71,7 +73,9 @@ PAGES = {
     "running": Page(RUNNING, {
         "Along an angle": "planter.load_mechanism planter.mechanism.model.Model",
         "Free motion": "planter.mechanism.file.load planter.mechanism.dynamics.Dynamics "
-        "planter.mechanism.dynamics.MotionRun planter.mechanism.dynamics.Equations",
+        "planter.mechanism.dynamics.MotionRun planter.mechanism.dynamics.Equations "
+        "planter.mechanism.ensemble.compute_ensemble planter.mechanism.ensemble.EnsembleSpec "
+        "planter.mechanism.ensemble.MechanismEnsemble",
     }),
 }  # fmt: skip
 """Names that begin with a dot are those of `derive.Mechanism`."""

@@ -30,9 +30,14 @@ if TYPE_CHECKING:
 
     from planter.engine.drive import Drive
     from planter.mechanism.cycle import MechanismCycle
+    from planter.mechanism.ensemble import MechanismEnsemble
 
 MOST_CURVES = 6
 """Curves in one figure."""
+MOST_BANDS = 4
+"""Bands in one figure."""
+MOST_SEPARATIONS = 40
+"""Runs whose separation is drawn."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +93,54 @@ def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figu
     if not axis.is_angle:
         axes.set_xlim(axis.values[0], axis.values[-1])
     axes.autoscale_view()
+    style.label_ends(axes, ends, 0.07)
+    return figure
+
+
+def draw_ensemble(ensemble: MechanismEnsemble) -> Iterator[tuple[str, Figure]]:
+    """Yield figures of the bands of an ensemble by the names of their files, then that of the runs' separation."""
+    by_unit: dict[str, list[str]] = {}
+    for key in ensemble.curves:
+        by_unit.setdefault(units.display_unit(key), []).append(key)
+    bands = ensemble.bands
+    for unit, keys in by_unit.items():
+        stem = "".join(c if c.isalnum() else "_" for c in unit or "number")
+        for number, first in enumerate(range(0, len(keys), MOST_BANDS), 1):
+            group = {key: bands[key] for key in keys[first : first + MOST_BANDS]}
+            yield f"{stem}_{number}", _draw_bands(ensemble.times, group, unit)
+    yield "separation", _draw_separation(ensemble)
+
+
+@style.with_style
+def _draw_bands(times: Array, bands: Mapping[str, Array], unit: str) -> Figure:
+    """Draw the percentiles (5, n) of quantities by key: median, and bands of 50 % and 90 % of the runs."""
+    figure = style.new_figure(0.8 + 1.5 * len(bands))
+    rows = figure.subplots(len(bands), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (key, (low, lower, middle, upper, high)) in zip(rows, bands.items(), strict=True):
+        axes.fill_between(times, low, high, color=style.SKY, alpha=0.35, linewidth=0)
+        axes.fill_between(times, lower, upper, color=style.SKY, alpha=0.7, linewidth=0)
+        axes.plot(times, middle, color=style.BLUE, linewidth=0.9)
+        axes.set_ylabel(f"{labels.format_name(key)} / {unit or '1'}")
+    rows[-1].set_xlim(times[0], times[-1])
+    rows[-1].set_xlabel("time / s")
+    rows[0].set_title("median, 50 % and 90 % of the runs")
+    return figure
+
+
+@style.with_style
+def _draw_separation(ensemble: MechanismEnsemble) -> Figure:
+    """Draw the separation of each run from the stated motion, their median, and the threshold of parted runs."""
+    figure = style.new_figure(2.8)
+    axes = figure.subplots()
+    separation = np.maximum(ensemble.separation, np.finfo(float).tiny)
+    axes.semilogy(ensemble.times, separation[:MOST_SEPARATIONS].T, color=style.SKY, linewidth=0.5, alpha=0.6)
+    axes.semilogy(ensemble.times, np.median(separation, axis=0), color=style.BLUE)
+    threshold = ensemble.result.separation.threshold
+    axes.axhline(threshold, color=style.VERMILION, linewidth=0.8)
+    axes.set_xlim(ensemble.times[0], ensemble.times[-1])
+    axes.set_xlabel("time / s")
+    axes.set_ylabel("separation / range")
+    ends = [(float(np.median(separation[:, -1])), "median", style.BLUE), (threshold, "parted", style.VERMILION)]
     style.label_ends(axes, ends, 0.07)
     return figure
 

@@ -35,7 +35,7 @@ DIFFERENCE_STEP = 1e-7
 EVENT_SAMPLES = 32
 """Parts of an integrator's step in which an event is looked for."""
 TIME_RESOLUTION = 1e-12
-"""Events are located to this share of a motion's duration."""
+"""Events are located to this share of a motion's last time, of which floating point resolves 1e-16."""
 MOST_SIGN_CHANGES = 50
 """Steps to the sizes of normal forces that friction follows from."""
 MOST_PROJECTIONS = 30
@@ -367,15 +367,18 @@ class Dynamics:
         method = partial(scipy.integrate.Radau, jac=differentiate) if stiff else scipy.integrate.DOP853
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
         solver, states, passages = begin(times[0], at, times[-1]), [at], []
-        resolution = TIME_RESOLUTION * (times[-1] - times[0])
+        resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
+        signs = np.zeros(len(self._event_names))
         while solver.t < times[-1]:
             at = solver.y
             if (message := solver.step()) is not None:
                 raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
-            crossed = self._find_passages(solver, resolution) if self._event_names else []
-            if crossed and solver.t > crossed[-1].time + 2 * resolution:  # another law holds in part of the step
-                solver = begin(solver.t_old, at, crossed[-1].time + resolution)
+            crossed, after = self._find_passages(solver, signs, resolution) if self._event_names else ([], signs)
+            inside = [passage.time for passage in crossed if passage.time > solver.t_old + 2 * resolution]
+            if inside and solver.t > inside[0] + 2 * resolution:  # another law holds in part of the step
+                solver = begin(solver.t_old, at, inside[0] + resolution)
                 continue
+            signs = after
             passages += crossed
             if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
                 dense = solver.dense_output()
@@ -392,25 +395,34 @@ class Dynamics:
         """The names of the events, which the meanings of their values are."""
         return [entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())]
 
-    def _find_passages(self, solver: scipy.integrate.OdeSolver, resolution: float) -> list[Passage]:
-        """Return the first event of an integrator's last step, and those less than ``resolution`` [s] later."""
+    def _find_passages(
+        self, solver: scipy.integrate.OdeSolver, signs: Array, resolution: float
+    ) -> tuple[list[Passage], Array]:
+        """Return the events of an integrator's last step by time, and the signs (e,) of their values after it.
+
+        `signs` are those before it, zero if unknown. Values within GAP_TOLERANCE of zero have no sign of their own:
+        rounding decides on it where flanks touch without load.
+        """
         state = solver.dense_output()
 
         def evaluate(times: Array) -> Array:
             return np.array(list(self.formulas("events", time=times, data=self.data, state=state(times)).values()))
 
         times = np.linspace(solver.t_old, solver.t, EVENT_SAMPLES + 1)
-        passages = []
+        passages, after = [], signs.copy()
         for index, values in enumerate(evaluate(times)):
 
             def value(time: float, index: int = index) -> float:
                 return float(evaluate(np.array([time]))[index, 0])
 
-            for start, end in _bracket_sign_changes(value, times, values):
-                time = scipy.optimize.brentq(value, start, end, xtol=resolution)
-                passages.append(Passage(self._event_names[index], float(time), value(start) <= 0))
-        first = min((passage.time for passage in passages), default=solver.t)
-        return sorted((p for p in passages if p.time <= first + resolution), key=lambda passage: passage.time)
+            for start, end, is_rising in _bracket_sign_changes(value, times, values, float(signs[index])):
+                is_over = start == end or (value(start) > 0) == is_rising  # within the tolerance
+                time = start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
+                passages.append(Passage(self._event_names[index], float(time), is_rising))
+            outside = values[np.abs(values) > GAP_TOLERANCE]
+            if len(outside):
+                after[index] = np.sign(outside[-1])
+        return sorted(passages, key=lambda passage: passage.time), after
 
     def _results(
         self, times: Array, states: Array, minimum_norm: bool, share: float, passages: Sequence[Passage]
@@ -451,21 +463,27 @@ class _Pace:
 
 
 def _bracket_sign_changes(
-    value: Callable[[float], float], times: Array, values: Array
-) -> Iterator[tuple[float, float]]:  # fmt: skip
-    """Yield ends of intervals in which a value changes its sign, also where it is back at the next time."""
-    is_positive = values > 0
-    for part in np.flatnonzero(is_positive[1:] != is_positive[:-1]):
-        yield times[part], times[part + 1]
-    sizes = np.abs(values)
+    value: Callable[[float], float], times: Array, values: Array, sign: float
+) -> Iterator[tuple[float, float, bool]]:  # fmt: skip
+    """Yield ends of intervals in which a value changes its sign, and whether it rises.
+
+    `sign` is the sign before the first time, zero if unknown. A value that is back at the next time counts, too.
+    """
+    outside = np.flatnonzero(np.abs(values) > GAP_TOLERANCE)
+    start = times[0]
+    for part in outside:
+        if sign * values[part] < 0:
+            yield start, times[part], bool(values[part] > 0)
+        sign, start = np.sign(values[part]), times[part]
+    sizes, is_positive = np.abs(values), values > 0
     for at in 1 + np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] < sizes[2:])):
         if is_positive[at - 1] == is_positive[at] == is_positive[at + 1]:
-            sign = 1 if is_positive[at] else -1
+            side = 1 if is_positive[at] else -1
             dip = scipy.optimize.minimize_scalar(
-                lambda time, sign=sign: sign * value(time), bounds=(times[at - 1], times[at + 1]), method="bounded"
+                lambda time, side=side: side * value(time), bounds=(times[at - 1], times[at + 1]), method="bounded"
             )
-            if dip.fun < 0:
-                yield times[at - 1], float(dip.x)
+            if dip.fun < -GAP_TOLERANCE:
+                yield times[at - 1], float(dip.x), side < 0
 
 
 def find_independent_rows(slopes: Array, share: float = RANK) -> npt.NDArray[np.intp]:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from planter.engine import tables
 from planter.engine.drive import Drive
 from planter.engine.machine import Machine
@@ -18,11 +20,13 @@ from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, 
 from planter.mechanism import drawing
 from planter.mechanism.cycle import MechanismCycle, compute_cycle
 from planter.mechanism.drawing import PlotAxis
+from planter.mechanism.ensemble import QUANTILES, MechanismEnsemble
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
 from planter.mechanism.motion import MechanismMotion
 from planter.mechanism.optimisation import MechanismOptimum
 from planter.mechanism.results import (
+    EnsembleResult,
     LimitResult,
     MachineValidation,
     MechanismCycleResult,
@@ -194,13 +198,79 @@ def present_drive(drive: Drive) -> ResultPresentation:
 
 def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresentation:
     """Return the presentation of a free motion: quantities, energy, constraints, equilibrium."""
-    sidecar, meanings = file.model.sidecar, {entry["shown"]: entry["meaning"] for entry in file.entries}
-    model = ModelAssumptions(f"{sidecar['title']}, from {sidecar['source']}", sidecar["assumptions"], meanings, False)
     result, axis = motion.result, PlotAxis(motion.times, "time / s", is_angle=False)
     title = f"Motion of {file.name} until {result.until_s:g} s"
     scene = partial(drawing.build_scene, title, axis, result.until_s, motion.columns, motion.places)
     parts = _draw_quantities(lambda: (axis, motion.columns), lambda: [MotionBlock(scene(), MOTION_CAPTION)])
-    return _present((file, model), title, result, _list_motion_sections(motion), **parts)
+    return _present(_describe_file(file), title, result, _list_motion_sections(motion), **parts)
+
+
+def present_ensemble(ensemble: MechanismEnsemble, file: MechanismFile) -> ResultPresentation:
+    """Return the presentation of an ensemble of free motions: statistics, separation, bands over time."""
+    result = ensemble.result
+    title = f"{result.runs} motions of {file.name} until {result.until_s:g} s"
+    return _present(
+        _describe_file(file),
+        title,
+        result,
+        _list_ensemble_sections(ensemble),
+        conclusion=_conclude_ensemble(result),
+        figures=lambda: dict(drawing.draw_ensemble(ensemble)),
+        tables=lambda: _tabulate_ensemble(ensemble),
+    )
+
+
+def _conclude_ensemble(result: EnsembleResult) -> str:
+    separation = result.separation
+    parted = (
+        f"{separation.parted_runs} of {result.runs} runs part from the motion of the stated start by more than "
+        f"{separation.threshold:.0%} of the ranges of its states"
+    )
+    after = "" if separation.parted_after_s is None else f", after {separation.parted_after_s.median:.4g} s (median)"
+    exponent = separation.lyapunov_per_s
+    if exponent is None:
+        growth = "The output times are too far apart for the largest Lyapunov exponent: take more."
+    else:
+        error = "" if exponent.error is None else f" ± {exponent.error:.1g}"
+        growth = f"The largest Lyapunov exponent is {exponent.value:.3g}{error} 1/s."
+    return f"{parted}{after}. {growth}"
+
+
+def _list_ensemble_sections(ensemble: MechanismEnsemble) -> Iterator[Section]:
+    result, meanings = ensemble.result, ensemble.meanings
+    for name in ("range", "variance", "peak"):
+        rows = [
+            (format_name(key), meanings[key], value.mean, value.mean_error, value.std, value.p5, value.median,
+             value.p95, _square_unit(q.unit) if name == "variance" else q.unit)
+            for key, q in result.quantities.items()
+            for value in [getattr(q, name)]
+        ]  # fmt: skip
+        head = ("quantity", MEANING, "mean", "error", "std", "5 %", "median", "95 %", "unit")
+        yield Section(f"{name.capitalize()} of a period", [Table(head, rows, page_columns=(MEANING,))])
+    values = {key: value for key, value in result.separation.table().items() if value is not None}
+    yield Section("Separation", [list_values(values)])
+
+
+def _square_unit(unit: str) -> str:
+    return f"{unit}2" if unit.isalpha() else unit and f"({unit})2"
+
+
+def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str, Array]]:
+    """Return the bands over time with the median separation, and the statistics of each period of each run."""
+    bands = {
+        f"p{share}_{key}": line
+        for key, band in ensemble.bands.items()
+        for share, line in zip(QUANTILES, band, strict=True)
+    }
+    runs, periods = ensemble.result.runs, ensemble.result.periods
+    pieces = {
+        f"{name}_{key}{'_squared' if name == 'variance' else ''}": values.ravel()
+        for key, statistics in ensemble.pieces.items()
+        for name, values in statistics.items()
+    }
+    separation = {"median_separation": np.median(ensemble.separation, axis=0)}
+    numbers = {"run": np.repeat(np.arange(runs), periods), "period": np.tile(np.arange(periods), runs)}
+    return {"values.csv": {"time_s": ensemble.times, **separation, **bands}, "runs.csv": {**numbers, **pieces}}
 
 
 def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
@@ -232,6 +302,12 @@ def _describe_machine(machine: Machine) -> tuple[Document, ModelAssumptions]:
     text = machine.documentation
     title = ", from ".join(filter(None, (text.title or machine.name, text.reference)))
     return machine.document, ModelAssumptions(title, machine.assumptions, machine.meanings, False)
+
+
+def _describe_file(file: MechanismFile) -> tuple[Document, ModelAssumptions]:
+    sidecar, meanings = file.model.sidecar, {entry["shown"]: entry["meaning"] for entry in file.entries}
+    title = f"{sidecar['title']}, from {sidecar['source']}"
+    return file, ModelAssumptions(title, sidecar["assumptions"], meanings, False)
 
 
 def _present(

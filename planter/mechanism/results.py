@@ -180,6 +180,75 @@ class MotionResult(Record):
 
 
 @dataclass(frozen=True)
+class EnsembleStatistic(Record):
+    """Distribution of a value over all periods of all runs: mean, standard deviation, percentiles 5, 50 and 95.
+
+    `mean_error` is the standard error of the mean; it takes runs as independent, not their periods. It is null for one
+    run.
+    """
+
+    mean: float
+    mean_error: float | None
+    std: float
+    p5: float
+    median: float
+    p95: float
+
+
+@dataclass(frozen=True)
+class EnsembleQuantity(Record):
+    """Range, variance in time and peak of a quantity; the variance is in the square of `unit`."""
+
+    unit: str
+    range: EnsembleStatistic
+    variance: EnsembleStatistic
+    peak: EnsembleStatistic
+
+
+@dataclass(frozen=True)
+class LyapunovExponent(Record):
+    """Mean rate of growth of a small separation, and its standard error, null for one run."""
+
+    value: float
+    error: float | None
+
+
+@dataclass(frozen=True)
+class EnsembleSeparation(Record):
+    """Separation of the runs from the motion of the stated start, as a share of the ranges of coordinates and rates.
+
+    A run has parted when it exceeds `threshold`; `parted_after_s` is null if none has. `lyapunov_per_s`, the largest
+    Lyapunov exponent, is null if the output times are too far apart: separations must stay small between them.
+    """
+
+    threshold: float
+    parted_runs: int
+    parted_after_s: EnsembleStatistic | None
+    last_median: float
+    lyapunov_per_s: LyapunovExponent | None
+
+
+@dataclass(frozen=True)
+class EnsembleResult(Record):
+    """An ensemble of free motions whose starts differ by `perturbation`, as a share of the ranges of the states.
+
+    Statistics are those of `periods` pieces of `period_s` of each run after `since_s`; `period_s` is null for one piece
+    until the end.
+    """
+
+    machine: str
+    until_s: float
+    since_s: float
+    period_s: float | None
+    runs: int
+    periods: int
+    perturbation: float
+    seed: int
+    quantities: dict[str, EnsembleQuantity]
+    separation: EnsembleSeparation
+
+
+@dataclass(frozen=True)
 class ActiveLimit(Record):
     """An active limit or requirement of an optimum, and its multiplier: the loss of the objective per `unit`."""
 
@@ -245,5 +314,5 @@ class MechanismOptimumResult(Record):
     front: list[FrontDesign] | None = None
 
 
-COMMANDS = {"move": MotionResult, "optimise least": MechanismOptimumResult}
+COMMANDS = {"move": MotionResult | EnsembleResult, "optimise least": MechanismOptimumResult}
 """Results by command."""

@@ -119,6 +119,38 @@ m.compliant_mesh(
 m.begin({m.rate(a): q.w})
 SYSTEM = m.system()
 """
+FREE_LIMACON = """
+from derive import GearContact, Mechanism, gear_pair, quantities, tangent_angle
+q = quantities('''
+    l     | mm    | mean radius    | 20
+    b     | mm    | swing          | 4
+    alpha | deg   | pressure angle | 20
+    m     | kg    | each gear      | 1.8
+    J_1   | kg m2 | driver         | 0.002
+    J_2   | kg m2 | mate           | 0.004
+    J_c   | kg m2 | carrier        | 0.01
+    j     | mm    | backlash       | 0.4
+    K     | N/m   | teeth          | 5e6
+    w     | rad/s | driver         | 12
+    w_c   | rad/s | carrier        | -5
+''')
+m = Mechanism("own", q)
+c, phi, psi = (m.coordinate(name, "rad", name) for name in ("c", "phi", "psi"))
+line = m.frame("line", c)
+pair = gear_pair("limacon", c - phi, l=q.l, b=q.b)
+D = m.point("D", m.O, line, pair.distance)
+carrier = m.body("carrier", line, q.m, m.O, q.J_c)
+driver = m.body("driver", m.frame("driver", phi), q.m, m.O, q.J_1)
+mate = m.body("mate", m.frame("mate", psi), q.m, D, q.J_2)
+m.pin("C", carrier, m.ground, m.O)
+m.pin("O", driver, m.ground, m.O)
+m.pin("D", mate, carrier, D)
+tangent = tangent_angle(m.motion, line, driver.frame, c - phi, pair.radius, pair.slope)
+teeth = GearContact(line, D, pair.distance - pair.radius, q.alpha, tangent=tangent)
+m.compliant_mesh("P", driver, mate, teeth, pair.turned - (psi - c), lambda depth, rate: q.K * depth, q.j)
+m.begin({m.rate(phi): q.w, m.rate(c): q.w_c})
+SYSTEM = m.system()
+"""
 RADII, INERTIAS = np.array([0.03, 0.06]), np.array([4e-4, 3e-3])
 APPROACH = 10 * 0.03 * np.cos(0.35)
 """Speed [m/s] of the flanks along the line of action at the start."""
@@ -128,10 +160,10 @@ def run_pair(damping: float, until: float) -> MotionRun:
     return own.dynamics(PAIR, "own", H_s_m=damping).run(np.linspace(0, until, 400), tolerance=1e-11)
 
 
-def compute_energy(run: MotionRun) -> Array:
-    """Return the kinetic energy (n,) of the pair and what its flanks store [J]."""
+def compute_energy(run: MotionRun, stiffness: float = 1e6) -> Array:
+    """Return the kinetic energy (n,) of the gears and what their flanks store [J]."""
     gaps = np.array([run.results["gap_P_ahead"], run.results["gap_P_behind"]])
-    energy: Array = run.results["kinetic"] + 0.5e6 * (np.minimum(gaps, 0) ** 2).sum(axis=0)
+    energy: Array = run.results["kinetic"] + 0.5 * stiffness * (np.minimum(gaps, 0) ** 2).sum(axis=0)
     return energy
 
 
@@ -167,6 +199,24 @@ def test_pair_without_damping_keeps_energy_and_momentum():
     assert np.ptp(energy) < 1e-6 * energy[0]
 
 
+def measure_free_drift(text: str, tolerance: float) -> float:
+    """Return the largest change of the energy of gears on a free carrier, as a share of it."""
+    run = own.dynamics(text, "own").run(np.linspace(0, 0.15, 200), tolerance)
+    assert {event.event for event in run.events} == {"teeth at P, ahead", "teeth at P, behind"}
+    energy = compute_energy(run, 5e6)
+    return float(np.ptp(energy) / energy[0])
+
+
+def test_noncircular_teeth_keep_energy_to_the_tolerance():
+    assert measure_free_drift(FREE_LIMACON, 1e-8) < 1e-6
+    assert measure_free_drift(FREE_LIMACON, 1e-10) < 1e-8
+
+
+def test_force_of_the_pitch_point_alone_changes_energy(monkeypatch):
+    monkeypatch.setattr("derive.mechanics.joints.slope_by_turning", lambda *_: sp.S.Zero)
+    assert measure_free_drift(f"{FREE_LIMACON}# without the slope of the lever\n", 1e-8) > 1e-3
+
+
 @pytest.mark.parametrize("damping", [0.1, 0.5])
 def test_impact_has_the_restitution_of_its_damping(damping):
     run = run_pair(damping, 0.003)
@@ -196,3 +246,9 @@ def test_compliant_rack_is_refused():
     body = m.body("gear", m.world)
     with pytest.raises(MechanismError, match="rack"):
         m.compliant_mesh("P", body, m.ground, GearContact(m.world, m.O, sp.oo, sp.Rational(1, 3)), q.s, lambda d, _: d)
+
+
+def test_lag_against_another_frame_is_refused():
+    text = FREE_LIMACON.replace("pair.turned - (psi - c)", "pair.turned - psi")
+    with pytest.raises(MechanismError, match="lag changes with c_dot"):
+        exec(text, {})

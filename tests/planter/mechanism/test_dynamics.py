@@ -14,6 +14,7 @@ from planter.errors import ComputationError, InputError
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
 from planter.mechanism.motion import compute_motion, eigenvalues, equilibrium
+from tests.support import own
 from tests.support.cli import answer
 from tests.support.schemas import load_schema
 
@@ -187,3 +188,12 @@ def test_endless_motion_is_given_up(folder: Path, stiff: bool, monkeypatch: pyte
 def test_each_command_sends_to_the_other(folder: Path) -> None:
     with pytest.raises(InputError, match="no angle drives swing; run `planter move`"):
         load_machine(str(folder / "swing.toml"))
+
+
+def test_short_motion_locates_an_event_late_in_time():
+    rattle = own.dynamics("gear_rattle")
+    event = next(event for event in rattle.run(np.linspace(0, 0.03, 61)).events if event.time > 0.02)
+    times = event.time + np.array([-1e-7, 1e-7])
+    state = rattle.run(np.array([0, times[0]])).states[:, -1]
+    (located,) = rattle.run(times, state=state).events
+    assert located.time == pytest.approx(event.time, rel=1e-12)
