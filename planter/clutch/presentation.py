@@ -25,6 +25,7 @@ from planter.report.presentation import (
     list_warning_sections,
 )
 from planter.view.names import load_names
+from planter.view.subject import to_sentence_case
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -271,7 +272,7 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
     for key in LISTS:
         rows = table.get(key) or table.get("rotor", {}).get(key)
         if _is_table(rows):
-            yield Section(format_label(key), [_tabulate_rows(rows)])
+            yield Section(to_sentence_case(format_label(key)), [_tabulate_rows(rows)])
     if printed := table.get("printed"):
         note = Text("The same quantities by the equations as the paper prints them.")
         rows = [_tabulate_rows(printed["conditions"])] if "conditions" in printed else []
