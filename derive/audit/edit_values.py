@@ -20,7 +20,7 @@ MOST_AT_ONCE = 256
 """Symbols replaced throughout that are evaluated at once."""
 _FUNCTIONS: dict[type[Basic], Callable[..., Any]] = {
     **{getattr(sp, name): getattr(np, name) for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log")},
-    **{getattr(sp, f"a{name}"): getattr(np, f"arc{name}") for name in ("sin", "cos", "tan", "tan2")},
+    sp.asin: np.arcsin, sp.acos: np.arccos, sp.atan: np.arctan, sp.atan2: np.arctan2,
     sp.cot: lambda x: 1 / np.tan(x), sp.sec: lambda x: 1 / np.cos(x), sp.csc: lambda x: 1 / np.sin(x),
     sp.sign: np.sign, sp.floor: np.floor, sp.Abs: np.abs, sp.Pow: np.power,
     sp.Min: lambda *some: reduce(np.minimum, some), sp.Max: lambda *some: reduce(np.maximum, some),

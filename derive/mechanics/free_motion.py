@@ -125,7 +125,11 @@ class Free:
     def project(self) -> tuple[list[list[Expr]], list[Expr]]:
         """Inertia and forces on the coordinates' rates."""
         if self._sizes:
-            raise MechanismError(f"{self.stated.name}: friction follows from {', '.join(map(str, self._sizes))}")
+            forces = ", ".join(str(size.args[0]) for size in self._sizes)
+            raise MechanismError(
+                f"{self.stated.name}: friction depends on the size of {forces}, which depends on the accelerations; "
+                "state the normal force of this friction as a value, or leave the friction out"
+            )
         return self._inertia(), self._forces()
 
     def _start(self) -> ClosedForm:

@@ -24,6 +24,8 @@ from planter.report.presentation import (
     describe_violations,
     list_warning_sections,
 )
+from planter.view.names import load_names
+from planter.view.subject import to_sentence_case
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     from planter.kernels import Array
     from planter.records import Record
 
+NAMES = load_names(__package__)
 CAPTIONS = {
     "turning": "The body at five rotations in the smallest regular polygon that lets it turn, with the orbit of its "
     "centroid; and the distance of the sides that each rotation needs beyond the body's width.",
@@ -206,6 +209,7 @@ def present_engagement(
         record=result,
         sections=list(_list_sections(table)),
         document=clutch,
+        meanings=NAMES.meanings(clutch.numbers()),
         motions=animate,
         figures=draw,
         captions=CAPTIONS,
@@ -228,6 +232,8 @@ def _present(
     sidecar = (load_model() if clutch is not None else formulas.load("clutch_rotor")).sidecar
     entries = [entry for vector in load_model().sidecar["vectors"].values() for entry in vector]
     meanings = {e["shown"]: e["meaning"] for e in entries if e.get("shown") and units.display_unit(e["shown"])}
+    if clutch is not None:
+        meanings |= NAMES.meanings(clutch.numbers())
 
     def animate() -> Iterator[Block]:
         from planter.clutch.report.drawings import build_rotor_scene
@@ -266,7 +272,7 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
     for key in LISTS:
         rows = table.get(key) or table.get("rotor", {}).get(key)
         if _is_table(rows):
-            yield Section(format_label(key), [_tabulate_rows(rows)])
+            yield Section(to_sentence_case(format_label(key)), [_tabulate_rows(rows)])
     if printed := table.get("printed"):
         note = Text("The same quantities by the equations as the paper prints them.")
         rows = [_tabulate_rows(printed["conditions"])] if "conditions" in printed else []

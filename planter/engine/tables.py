@@ -8,7 +8,8 @@ from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import Direction, SensitivityResult
 from planter.engine.summary import CycleSummary, MotorTorque, Shock
 from planter.files import units
-from planter.report.html import Table
+from planter.report.html import KeyFigure, Table
+from planter.report.labels import clean_zero
 
 Cells = Sequence[str | float | None]
 ON_THE_SCREEN = ("N", "N m", "W")
@@ -87,7 +88,7 @@ def drive_tables(result: DriveResult) -> Iterator[Table]:
         ("inertia of the machine at the drive, largest", result.inertia_max_kgm2, "kg m2"),
         ("work of the motor over a turn", result.motor_work_J, "J"),
         ("work of friction over a turn", result.friction_work_J, "J"),
-        ("power that is missing, at most", result.imbalance_W, "W"),
+        ("power that is missing, at most", clean_zero(result.imbalance_W), "W"),
     ], "Motor, flywheel and work of a cycle")  # fmt: skip
     yield Table(("", "", "unit"), [
         ("mean", speed.mean_rpm, "r/min"),
@@ -95,6 +96,16 @@ def drive_tables(result: DriveResult) -> Iterator[Table]:
         (f"least, at {speed.min_deg:.4g} deg", speed.min_rpm, "r/min"),
         ("range over mean", speed.fluctuation, "1"),
     ], "Speed of the drive over a cycle that repeats itself")  # fmt: skip
+
+
+def list_drive_figures(result: DriveResult) -> list[KeyFigure]:
+    """Return how much the speed of a drive varies, and its extremes."""
+    speed = result.speed
+    return [
+        KeyFigure(f"{100 * speed.fluctuation:.3g}", "%", "range of the speed over its mean"),
+        KeyFigure(f"{speed.max_rpm:.4g}", "r/min", f"largest speed, at {speed.max_deg:.4g} deg"),
+        KeyFigure(f"{speed.min_rpm:.4g}", "r/min", f"least speed, at {speed.min_deg:.4g} deg"),
+    ]
 
 
 def driven_quantities(result: DriveResult) -> Table:

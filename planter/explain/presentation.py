@@ -40,7 +40,9 @@ def present_machine(machine: LabelledMachine, is_written: bool) -> ResultPresent
 def present_mechanism(mechanism: ExplainedMechanism, sheet: Sheet | None, is_written: bool) -> ResultPresentation:
     """Return the presentation of a mechanism: its statement, values, quantities and functions, and its drawing."""
     sheets = [] if sheet is None else [sheet]
-    values, quantities = mechanism.values, mechanism.quantities
+    # A value is in the unit of its key, which need not be the SI unit of its symbol.
+    values = [replace(item, unit=units.display_unit(item.key or "")) for item in mechanism.values]
+    quantities = mechanism.quantities
     functions = [(item.name, ", ".join(item.inputs), item.outputs, item.operations) for item in mechanism.functions]
     statement: list[Block] = [
         Text(f"{mechanism.title}, from {mechanism.source}. Assumptions:"),
@@ -59,7 +61,7 @@ def present_mechanism(mechanism: ExplainedMechanism, sheet: Sheet | None, is_wri
                 Section("Statement", [*(PlacedFigure(sheet.name) for sheet in sheets), *statement]),
                 Section("Values", [Table(
                     ("symbol", "unit", "meaning", "key", "value", "bounds", "origin"),
-                    [(item.name, units.display_unit(item.key or ""), item.meaning, item.key, item.value, item.allowed,
+                    [(item.name, item.unit, item.meaning, item.key, item.value, item.allowed,
                       item.origin)
                      for item in values], page_columns=("unit", "origin"))]),
                 Section("Quantities", [Table(

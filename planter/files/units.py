@@ -85,6 +85,39 @@ def display_unit(key: str) -> str:
     return _unit(key).display
 
 
+_SIGNS = {"deg": "\N{DEGREE SIGN}", "um": "\N{MICRO SIGN}m", "1": ""}
+_EXPONENTS = {
+    "2": "\N{SUPERSCRIPT TWO}", "3": "\N{SUPERSCRIPT THREE}", "4": "\N{SUPERSCRIPT FOUR}",
+    "5": "\N{SUPERSCRIPT FIVE}", "6": "\N{SUPERSCRIPT SIX}",
+}  # fmt: skip
+
+
+def typeset_unit(unit: str) -> str:
+    """Return a unit as pages and figures show it: exponents as superscripts, and nothing for the unit 1.
+
+    >>> typeset_unit("rad/s2"), typeset_unit("deg"), typeset_unit("1"), typeset_unit("km/h")
+    ('rad/s²', '°', '', 'km/h')
+    """
+    raised = re.sub(r"(?<=[A-Za-z])[2-6]\b", lambda exponent: _EXPONENTS[exponent[0]], unit)
+    return _SIGNS.get(unit, raised)
+
+
+def typeset_label(label: str) -> str:
+    """Return a label with the unit behind the last stroke of each line typeset, and without one for the unit 1.
+
+    >>> typeset_label("variance / N2"), typeset_label("ratio / 1"), typeset_label("angle / deg\\nof the carrier")
+    ('variance / N²', 'ratio', 'angle / °\\nof the carrier')
+    """
+    return "\n".join(_typeset_line(*line.rpartition(" / ")) for line in label.split("\n"))
+
+
+def _typeset_line(name: str, stroke: str, unit: str) -> str:
+    if not stroke:
+        return unit
+    sign = typeset_unit(unit)
+    return f"{name}{stroke}{sign}" if sign else name
+
+
 def unit_suffix(key: str) -> str:
     """Return the ending of a key that names its unit, empty for a number without a unit.
 

@@ -20,7 +20,7 @@ from planter.gears.results import FrictionCurves
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
 from planter.report import style
-from planter.report.labels import ROUNDING
+from planter.report.labels import clean_zero
 from planter.view.scene import Body, Curve, Event, Outline, Scene, refine_places, simplify_outline
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def plot_play(pair: ToothedPair) -> Figure:
     above, middle, below = figure.subplots(3, 1, sharex=True)
     mesh = pair.mesh
     share = mesh.positions / (mesh.period * mesh.pitch)
-    lost = _clean_zeros(np.degrees(pair.lost_motion))
+    lost = clean_zero(np.degrees(pair.lost_motion))
     for values, label in ((lost[:, 1], "anticlockwise"), (lost[:, 0], "clockwise"), (lost.sum(axis=1), "both")):
         above.plot(share, values, label=label)
     above.set_ylim(bottom=0)
@@ -115,17 +115,10 @@ def plot_play(pair: ToothedPair) -> Figure:
     above.legend(frameon=False, ncols=3)
     middle.plot(share, 1e6 * pair.polygon_gaps, color=style.GREEN)
     middle.set_ylabel("least gap of\npolygons / um")
-    below.plot(
-        pair.contacts.faced.at / (mesh.period * mesh.pitch), _clean_zeros(pair.contacts.errors), ".", markersize=2
-    )
+    below.plot(pair.contacts.faced.at / (mesh.period * mesh.pitch), clean_zero(pair.contacts.errors), ".", markersize=2)
     below.set_ylabel("transmission\nerror / rad")
     below.set_xlabel("share of a period")
     return figure
-
-
-def _clean_zeros(values: Array) -> Array:
-    """Return values in which zeros stand for rounding errors."""
-    return np.where(np.abs(values) < ROUNDING, 0.0, values)
 
 
 def build_figures(

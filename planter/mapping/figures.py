@@ -201,6 +201,7 @@ def ratios(training: Training) -> Figure:
     bottom.axhline(1, color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
     bottom.set_yscale("log")
     bottom.yaxis.set_major_formatter("{x:g}")
+    bottom.yaxis.set_minor_formatter("{x:g}")
     bottom.set_ylabel("ratio / 1")
     bottom.legend(frameon=False, loc="best")
     bottom.set_xlim(degrees[0], degrees[-1])

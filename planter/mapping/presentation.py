@@ -148,7 +148,9 @@ def _describe_train(result: TrainFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
     keys = ("slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
     values: dict[str, Cell] = {key: getattr(result, key) for key in keys}
-    values |= {f"closure_error_{stage}_rad": error for stage, error in enumerate(result.closure_error_rad, 1)}
+    values |= {
+        f"closure_error_{stage}_rad": clean_zero(error) for stage, error in enumerate(result.closure_error_rad, 1)
+    }
     by_gear = ("radius_min_mm", "radius_max_mm", "curvature_radius_min_mm", "convex")
     gears = [
         {

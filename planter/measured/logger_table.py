@@ -116,7 +116,10 @@ class LoggerTable:
         return f"{self.encoding}, columns separated by {SEPARATORS[self.layout.separator]}{decimals}; {head}{above}"
 
     def find_column(self, name: str, option: str) -> int:
-        """Return the index of a column by its name, with or without its unit, or by its number."""
+        """Return the index of a column by its name, with or without its unit, by its number, or by a part of its name.
+
+        Raises InputError if no column or several columns fit.
+        """
         for names in (self.names, tuple(split_unit(name)[0] for name in self.names)):
             indices = [i for i, each in enumerate(names) if each == name]
             if len(indices) == 1:
@@ -126,6 +129,14 @@ class LoggerTable:
                 raise InputError(f"{self.source}: {option} = {name}: several columns have this name: use {numbers}")
         if name.isdigit() and 1 <= int(name) <= len(self.names):
             return int(name) - 1
+        parts = [i for i, each in enumerate(self.names) if name and name.casefold() in split_unit(each)[0].casefold()]
+        if len(parts) == 1:
+            return parts[0]
+        if parts:
+            candidates = " or ".join(repr(self.names[i]) for i in parts)
+            raise InputError(
+                f"{self.source}: {option} = {name}: several columns have this in their names: {candidates}"
+            )
         bare = {split_unit(column)[0]: column for column in self.names}
         close = paths.find_similar(name, [*self.names, *bare])
         hint = f"did you mean {bare.get(close[0], close[0])!r}? " if close else ""

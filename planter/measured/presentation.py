@@ -18,6 +18,7 @@ from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
 from planter.report.html import Block, Cell, Items, Keys, Section, Table
+from planter.report.labels import format_name
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
 if TYPE_CHECKING:
@@ -265,7 +266,7 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
             bottom.plot(phi[thin], fit.residuals[points][thin], "o", color=shade, markersize=1.6)
         bottom.axhline(0, color=style.SOFT, linewidth=0.6)
         name = "measured and fitted" if count == 1 else key
-        top.set_ylabel(f"{name} / {unit or '1'}")
+        top.set_ylabel(f"{format_name(name)} / {unit or '1'}")
         bottom.set_ylabel(f"residual / {unit or '1'}")
     style.over_a_turn(panels[-1], label=False, end=end)
     panels[-1].set_xlabel(angle)
@@ -290,7 +291,7 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
         top.plot(dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=name)
         bottom.plot(phi[thin], fit.residuals[thin], "o", color=shade, markersize=1.6)
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    top.set_ylabel(f"{result.quantity} / {result.unit or '1'}")
+    top.set_ylabel(f"{format_name(result.quantity)} / {result.unit or '1'}")
     bottom.set_ylabel(f"residual / {result.unit or '1'}")
     style.over_a_turn(bottom, label=False, end=end)
     bottom.set_xlabel(angle)

@@ -189,6 +189,7 @@ def present_drive(drive: Drive) -> ResultPresentation:
         f"{drive.machine.name} on a motor",
         drive.result,
         [Section(title, [table]) for title, table in zip(("Motor", "Speed", "Forces"), parts, strict=True)],
+        key_figures=tables.list_drive_figures(drive.result),
         conclusion=f"The speed varies by {drive.result.speed.fluctuation:.2%} of its mean, "
         f"{drive.result.speed.mean_rpm:.4g} r/min.",
         figures=lambda: {"drive": drawing.draw_drive(drive)},

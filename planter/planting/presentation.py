@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.engine.tables import drive_tables
+from planter.engine.tables import drive_tables, list_drive_figures
 from planter.files import units
 from planter.kernels import generated
 from planter.mechanism.drawing import draw_drive_speeds, label_cycle_curves
@@ -19,9 +19,10 @@ from planter.planting.model import FORCE, Device
 from planter.planting.motor_drive import NAME, DeviceDrive
 from planter.planting.results import CalibrationFound, ComparedPair, ComparisonFound, ModelFitted, NarrowBox
 from planter.report import files, style
-from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
-from planter.report.labels import format_name, list_values
+from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
+from planter.report.labels import format_name, list_values, separate_words
 from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.view.names import load_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,6 +46,7 @@ def present_drive(device_drive: DeviceDrive, device: Device) -> ResultPresentati
         conclusion=f"The speed varies by {result.speed.fluctuation:.2%} of its mean, {result.speed.mean_rpm:.4g} "
         f"r/min, and the support force differs by at most {result.change_N:.4g} N from that at constant speed.",
         record=result,
+        key_figures=list_drive_figures(result),
         sections=[Section(title, [table]) for title, table in zip(("Motor", "Speed", "Forces"), tables, strict=True)],
         document=machine,
         model=ModelAssumptions.from_sidecar(generated.sidecar(NAME), in_summary=False),
@@ -90,6 +92,7 @@ def present_comparison(result: ComparisonFound, machine: PlantingMachine) -> Res
         title=f"Comparison of gear families in the planting device {machine.name}",
         conclusion=_conclude_comparison(result),
         record=result,
+        key_figures=list(_list_comparison_figures(result)),
         sections=list(_list_comparison_sections(result)),
         document=machine,
         model=ModelAssumptions.from_sidecar(generated.sidecar("planting_exact"), in_summary=False),
@@ -107,6 +110,15 @@ def _conclude_comparison(result: ComparisonFound) -> str:
     kind = "settled" if best.settled else "feasible, but not settled,"
     narrow = f"{NARROW} has {result.narrow.objective:.6g}"
     return f"The best {kind} pair is {pair_name(best)}, with objective {best.objective:.6g}; {narrow}."
+
+
+def _list_comparison_figures(result: ComparisonFound) -> Iterator[KeyFigure]:
+    best = next((pair for pair in result.devices if pair.feasible), None)
+    if best is not None:
+        yield KeyFigure(f"{best.objective:.4g}", "", f"least objective, {pair_name(best)}")
+        yield KeyFigure(f"{best.range_N:.4g}", "N", f"range of the support force, {pair_name(best)}")
+    feasible = sum(pair.feasible for pair in result.devices)
+    yield KeyFigure(f"{feasible} of {len(result.devices)}", "", "pairs satisfy all requirements")
 
 
 def _list_comparison_sections(result: ComparisonFound) -> Iterator[Section]:
@@ -150,11 +162,19 @@ def pair_name(entry: ComparedPair) -> str:
 
 def describe_pair(entry: ComparedPair) -> Iterator[str]:
     """Yield the requirements that are active or violated, and what the pair lacks to be settled."""
-    amounts = [f"{violation.name} by {violation.amount:.3g} {violation.unit}" for violation in entry.violations]
-    names = ", ".join(amounts or entry.binding)
+    amounts = [
+        f"{_name_requirement(violation.name)} by {violation.amount:.3g} {violation.unit}"
+        for violation in entry.violations
+    ]
+    names = ", ".join(amounts or map(_name_requirement, entry.binding))
     yield f"{'active' if entry.feasible else 'violated'}: {names}" if names else "no active requirement"
     if entry.lacks:
         yield f"lacks {' and '.join(entry.lacks)}"
+
+
+def _name_requirement(key: str) -> str:
+    entry = load_names("planter.planting").find(key)
+    return separate_words(key) if entry is None else f"{entry.name[0].lower()}{entry.name[1:]}"
 
 
 def format_devices_csv(machine: PlantingMachine, result: ComparisonFound) -> str:

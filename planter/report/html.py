@@ -17,6 +17,7 @@ from string import Template
 from typing import Protocol, TypeGuard, runtime_checkable
 
 from planter import safe_text
+from planter.files import units
 from planter.report import style
 
 MANY_COLUMNS = 7
@@ -75,7 +76,7 @@ class Text:
 
     def html(self, name: str) -> str:
         attribute = f' class="{escape_markup(self.kind)}"' if self.kind else ""
-        return f"<p{attribute}>{escape_markup(self.text)}</p>"
+        return f"<p{attribute}>{typeset_numbers(self.text)}</p>"
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Conclusion:
 
     def html(self, name: str) -> str:
         """Return the sentences as HTML."""
-        return f'<div class="conclusion"><p>{typeset_numbers(escape_markup(self.text))}</p></div>'
+        return f'<div class="conclusion"><p>{typeset_numbers(self.text)}</p></div>'
 
 
 @dataclass(frozen=True)
@@ -118,8 +119,8 @@ class KeyFigures:
     def html(self, name: str) -> str:
         """Return the numbers as HTML."""
         rows = (
-            f"<div><dt>{escape_markup(figure.meaning)}</dt><dd>{escape_markup(figure.value)} "
-            f"<small>{typeset_unit(figure.unit)}</small></dd></div>"
+            f"<div><dt>{typeset_numbers(figure.meaning)}</dt><dd>{escape_markup(figure.value)} "
+            f"<small>{escape_markup(units.typeset_unit(figure.unit))}</small></dd></div>"
             for figure in self.figures
         )
         return _lines('<dl class="key-figures">', *rows, "</dl>")
@@ -134,7 +135,7 @@ class Items:
 
     def html(self, name: str) -> str:
         attribute = f' class="{escape_markup(self.kind)}"' if self.kind else ""
-        return _lines(f"<ul{attribute}>", *(f"<li>{escape_markup(item)}</li>" for item in self.items), "</ul>")
+        return _lines(f"<ul{attribute}>", *(f"<li>{typeset_numbers(item)}</li>" for item in self.items), "</ul>")
 
 
 @dataclass(frozen=True)
@@ -163,7 +164,7 @@ class Table:
     page_columns: Collection[str] = ()
 
     def html(self, name: str) -> str:
-        caption = f"<caption>{escape_markup(self.caption)}</caption>" if self.caption else ""
+        caption = f"<caption>{typeset_numbers(self.caption)}</caption>" if self.caption else ""
         numbers = {
             index
             for index in range(1, len(self.head))
@@ -175,9 +176,9 @@ class Table:
             else "<td></td>"
             for index, column in enumerate(self.head)
         )
-        units = {index for index, column in enumerate(self.head) if column == "unit"}
+        unit_columns = {index for index, column in enumerate(self.head) if column == "unit"}
         cells = (
-            [MarkupCell(value, typeset_unit(value)) if index in units and isinstance(value, str) else value
+            [units.typeset_unit(value) if index in unit_columns and isinstance(value, str) else value
              for index, value in enumerate(row)]
             for row in self.rows
         )  # fmt: skip
@@ -196,7 +197,7 @@ class FigureSvg:
     name: str = ""
 
     def html(self, name: str) -> str:
-        caption = f"<figcaption>{escape_markup(self.caption)}</figcaption>" if self.caption else ""
+        caption = f"<figcaption>{typeset_numbers(self.caption)}</figcaption>" if self.caption else ""
         return _lines("<figure>", inline_svg(self.svg, name, self.caption or self.name), caption, "</figure>")
 
 
@@ -231,38 +232,24 @@ def cell_text(value: Cell) -> str:
         return f"{value}".replace("-", "\N{MINUS SIGN}")
     if isinstance(value, float):
         return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
-    return value.markup if isinstance(value, MarkupCell) else escape_markup(value)
-
-
-_UNIT_SIGNS = {"deg": "\N{DEGREE SIGN}", "1": ""}
-_SUPERSCRIPTS = str.maketrans(
-    "23456", "\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}\N{SUPERSCRIPT FOUR}\N{SUPERSCRIPT FIVE}\N{SUPERSCRIPT SIX}"
-)
-
-
-def typeset_unit(unit: str) -> str:
-    """Return a unit as escaped text with exponents as superscripts, and nothing for the unit 1.
-
-    >>> typeset_unit("rad/s2"), typeset_unit("deg"), typeset_unit("1")
-    ('rad/s²', '°', '')
-    """
-    raised = re.sub(r"(?<=[A-Za-z])[2-6]\b", lambda exponent: exponent[0].translate(_SUPERSCRIPTS), unit)
-    return _UNIT_SIGNS.get(unit, escape_markup(raised))
+    return value.markup if isinstance(value, MarkupCell) else typeset_numbers(value)
 
 
 def typeset_label(label: str) -> str:
     """Return a label as escaped text, with the unit behind its last stroke, if it has one, as `typeset_unit` does."""
-    name, stroke, unit = label.rpartition(" / ")
-    return f"{escape_markup(name)}{stroke}{typeset_unit(unit)}" if stroke else escape_markup(label)
+    return escape_markup(units.typeset_label(label))
 
 
 def typeset_numbers(text: str) -> str:
-    r"""Return a text whose negative numbers have a minus sign instead of a hyphen.
+    r"""Return a text as escaped text whose negative numbers have a minus sign, and angles the sign of degrees.
 
     >>> [typeset_numbers(text).count("\N{MINUS SIGN}") for text in ("between -3.2 and 1e-06", "x-2 in 2026-11")]
     [2, 0]
+    >>> typeset_numbers("at 12.5 deg of 360 deg, 5 deg/s, from 5 deg.csv")
+    'at 12.5° of 360°, 5 deg/s, from 5 deg.csv'
     """
-    return re.sub(r"(?:(?<![\w.\])-])|(?<=\de))-(?=\.?\d)", "\N{MINUS SIGN}", text)
+    degrees = re.sub(r"(?<=\d) deg\b(?![/\\]|\.\w)", "\N{DEGREE SIGN}", text)
+    return escape_markup(re.sub(r"(?:(?<![\w.\])-])|(?<=\de))-(?=\.?\d)", "\N{MINUS SIGN}", degrees))
 
 
 def inline_svg(svg: str, name: str, label: str = "") -> str:

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.files import units
 from planter.report.html import Cell, Keys, Table
+
+if TYPE_CHECKING:
+    from planter.kernels import Array
+
+V = TypeVar("V", bound="Array | float | None")
 
 ROUNDING = 1e-9
 """Magnitude below which a computed value is shown as zero."""
@@ -86,10 +91,13 @@ def tabulate_angles(rows: Sequence[Mapping[str, Any]], angle: str) -> Table:
     )
 
 
-def clean_zero(value: float | None) -> float | None:
-    """Return a value with rounding errors replaced by zero.
+def clean_zero(value: V) -> V:
+    """Return a value, or an array of values, with rounding errors replaced by zero.
 
     >>> clean_zero(-1.8e-14), clean_zero(1.8e-6), clean_zero(None)
     (0.0, 1.8e-06, None)
     """
-    return 0.0 if value is not None and abs(value) < ROUNDING else value
+    # Adding zero takes the sign from a negative zero.
+    number: Any = value
+    cleaned: V = value if number is None else number * (abs(number) >= ROUNDING) + 0.0
+    return cleaned

@@ -72,17 +72,21 @@ def describe_proof(proof: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def tabulate_inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[str] = ()) -> Iterator[Block]:
-    """Yield tables of every number of a file with its unit, meaning and origin, without the sections `besides`."""
+    """Yield tables of every number of a file by its meaning, with unit, origin and key, without the sections `besides`.
+
+    A number without a meaning has the words of its key.
+    """
     by_section: dict[str, list[tuple[Cell, ...]]] = {}
     origins = machine.number_origins()
     for path, value in machine.numbers().items():
         section, _, key = path.partition(".")
         if section not in besides:
-            row = (key, value, units.display_unit(path), meanings.get(path, ""), origins[path])
+            meaning = meanings.get(path) or labels.format_name(key)
+            row = (meaning, value, units.display_unit(path), origins[path], key)
             by_section.setdefault(section, []).append(row)
     yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
     for section, rows in by_section.items():
-        yield Folded(separate_words(section), [Table(("key", "value", "unit", "meaning", "origin"), rows)])
+        yield Folded(separate_words(section), [Table(("quantity", "value", "unit", "origin", "key"), rows)])
 
 
 def provenance_section(provenance: Mapping[str, Any]) -> Section:
@@ -263,7 +267,7 @@ def _list_key_figures(section: Section) -> Iterator[KeyFigure]:
         elif isinstance(block, Table):
             for row in block.rows:
                 index = next((k for k, value in enumerate(row) if is_number(value)), None)
-                if index:  # rows whose first cell is a number are only counted by it
+                if index and row[0] is not None:  # rows whose first cell is a number are only counted by it
                     unit = next((str(row[k] or "") for k, head in enumerate(block.head) if head == "unit"), None)
                     name, stroke, behind = str(row[0]).rpartition(" / ")
                     head = "" if block.head[index] == "value" else block.head[index]

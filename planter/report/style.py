@@ -13,6 +13,7 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
+from planter.files import units
 from planter.report import files
 
 if TYPE_CHECKING:
@@ -210,7 +211,10 @@ def render_pdf(figure: Figure) -> bytes:
 
 
 def fix_layout(figure: Figure) -> None:
-    """Compute the layout of a figure and fix it, so that drawing it again moves nothing."""
+    """Typeset the units of all axes, and fix the layout of a figure, so that drawing it again moves nothing."""
+    for axes in figure.axes:
+        for axis in filter(None, (axes.xaxis, axes.yaxis, getattr(axes, "zaxis", None))):
+            axis.set_label_text(units.typeset_label(axis.get_label_text()))
     with _settings():
         engine = figure.get_layout_engine()
         if engine is not None:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.errors import InputError
+from planter.files import units
 from planter.kernels import Array
 from planter.report import files, style
 from planter.report.folder import check_files
@@ -80,8 +81,8 @@ def pack_curves(scene: Scene) -> Record:
 
 
 def _curves(scene: Scene, series: Channels) -> list[dict[str, Any]]:
-    return [{"name": curve.name, "unit": curve.unit, "values": series.add(curve.values), "reference": curve.reference}
-            for curve in scene.curves]  # fmt: skip
+    return [{"name": curve.name, "unit": units.typeset_unit(curve.unit), "values": series.add(curve.values),
+             "reference": curve.reference} for curve in scene.curves]  # fmt: skip
 
 
 def pack_scene(scene: Scene) -> Record:

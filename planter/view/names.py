@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib import resources
 from typing import Any, NamedTuple
@@ -41,6 +41,10 @@ class DisplayNames:
                 entry = self._names[pattern]
                 return entry._replace(name=entry.name.format(index), group=entry.group.format(index))
         return None
+
+    def meanings(self, paths: Iterable[str]) -> dict[str, str]:
+        """Return the names of numbers by their paths, without those that have none."""
+        return {path: entry.name for path in paths if (entry := self.find(path)) is not None}
 
     def position(self, path: str) -> tuple[int, int, int]:
         """Return the position of a path on a page: of its group, its index, and its position in the group.

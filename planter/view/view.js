@@ -301,7 +301,7 @@ class Curve {
     const level = deviation || curve.reference === null ? 0 : curve.reference;
     const seen = level >= low && level <= high;
     this.zero.setAttribute("d", seen ? `M${LEFT} ${this.y(level)} ${right} ${this.y(level)}` : "");
-    const unit = curve.unit ? ` ${curve.unit}` : "";
+    const unit = !curve.unit || curve.unit === "\u00b0" ? curve.unit : ` ${curve.unit}`;
     this.exact = (value) => (Math.abs(value) < 1e-9 * span ? 0 : value);
     const told = (value) => digits(this.exact(value)) + unit;
     const also = (i) => others.map(({ model, at }) => `, ${model} ${told(at(i) - from)}`).join("");

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import tomllib
 from pathlib import Path
 
@@ -73,3 +74,15 @@ def test_page_has_values_in_the_unit_beside_them(path: str) -> None:
         name = str(cells["key"]).removeprefix("values.")
         assert cells["value"] == pytest.approx(numbers[name])
         assert cells["unit"] == units.display_unit(name)
+
+
+def test_symbols_table_has_values_in_the_unit_beside_them(path: str, tmp_path: Path) -> None:
+    answer("explain", path, "--out", str(tmp_path))
+    numbers = tomllib.loads(Path(path).read_text(encoding="utf-8"))["values"]
+    with (tmp_path / "symbols.csv").open(encoding="utf-8", newline="") as file:
+        values = [row for row in csv.DictReader(file) if row["kind"] == "value"]
+    assert {row["unit"] for row in values} > {"mm"}
+    for row in values:
+        name = row["key"].removeprefix("values.")
+        assert float(row["value"]) == pytest.approx(numbers[name])
+        assert row["unit"] == units.display_unit(name)

@@ -189,6 +189,18 @@ def test_empty_and_binary_files_are_refused(tmp_path: Path) -> None:
             read_logger_table(path)
 
 
+def test_column_is_found_by_an_unambiguous_part(tmp_path: Path) -> None:
+    path = tmp_path / "force.csv"
+    path.write_text("Angle [deg],Support force left [N],Support force right [N],Mount [N]\n0,1,2,3\n1,2,3,4\n")
+    table = read_logger_table(path)
+    assert [table.find_column(name, "--column") for name in ("force left", "MOUN", "Mount", "4")] == [1, 3, 3, 3]
+    with pytest.raises(InputError, match=r"'Support force left \[N\]' or 'Support force right \[N\]'"):
+        table.find_column("Support force", "--column")
+    for name in ("", "deg", "[N]", "speed"):
+        with pytest.raises(InputError, match="is not a column"):
+            table.find_column(name, "--column")
+
+
 def test_preview_shows_reading_and_fits_nothing(tmp_path: Path) -> None:
     path = tmp_path / "daq.csv"
     write_german(path)

@@ -94,7 +94,7 @@ def test_invalid_fit_is_rejected(data: Path) -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
     call = ("calibrate", path, "--data", str(data), "--time", "t")
     assert "did you mean 'force [kN]'" in refusal(
-        *call, "--column", "forc", "--quantity", "F_Ox_N", "--fit", "r_mm=1:2"
+        *call, "--column", "forcd", "--quantity", "F_Ox_N", "--fit", "r_mm=1:2"
     )
     assert "--quantity must name what was measured" in refusal(*call, "--column", "force", "--fit", "r_mm=40:80")
     assert "did you mean F_Ox_N" in refusal(*call, "--column", "force", "--quantity", "F_Oxx", "--fit", "r_mm=40:80")

@@ -196,7 +196,9 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
     present_comparison(result, file.load("wang2017")).show(Console(as_json=False))
     output = capsys.readouterr().out
     assert max(map(len, output.splitlines())) <= 80
-    assert output.index("Settled pairs") < output.index("Not settled") < output.index("lacks a KKT residual")
+    words = " ".join(output.split())
+    assert words.index("Settled pairs") < words.index("Not settled") < words.index("lacks a KKT residual")
+    assert "planting depth by 1 mm" in words
 
 
 def test_settled_requires_small_residual_and_agreement() -> None:

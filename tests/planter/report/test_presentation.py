@@ -7,10 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.clutch.file import load_clutch
 from planter.records import Record
-from planter.report.html import Items, KeyFigure, Keys, Section, Table, Text
+from planter.report import style
+from planter.report.html import Folded, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import list_values, tabulate_angles
-from planter.report.presentation import ModelAssumptions, PlacedFigure, ResultPresentation, find_key_figures
+from planter.report.presentation import (
+    ModelAssumptions,
+    PlacedFigure,
+    ResultPresentation,
+    find_key_figures,
+    tabulate_inputs,
+)
 from planter.terminal import process
 from planter.terminal.console import Console
 
@@ -129,3 +137,29 @@ def test_angles_are_columns() -> None:
     table = tabulate_angles([{"t_deg": 0.0, "x_mm": 1.0}, {"t_deg": 90.0, "x_mm": [2.0, 3.0]}], "t_deg")
     assert table.head == ("quantity", "at 0 deg", "at 90 deg")
     assert table.rows == [("x / mm", 1.0, "2, 3")]
+
+
+def test_figures_and_pages_typeset_units_alike() -> None:
+    figure = style.new_figure(2)
+    axes = figure.subplots()
+    axes.set_xlabel("angle / deg")
+    axes.set_ylabel("variance / N2\nof the force")
+    style.fix_layout(figure)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("angle / °", "variance / N²\nof the force")
+    page = Table(("pose", "angle / deg"), [("at 45 deg", 45.0)], "up to 30 deg").html("t")
+    assert all(text in page for text in ("angle / °", "at 45°", "up to 30°"))
+    assert "deg" not in page
+
+
+def test_rows_without_a_name_are_no_key_figures() -> None:
+    table = Table(("rank", "pair", "objective"), [(None, "ellipse, ellipse", 1.2), ("A", "sine, sine", 1.3)])
+    (figure,) = find_key_figures([Section("Pairs", [table])])
+    assert figure.meaning == "Pairs, A, objective"
+
+
+def test_inputs_are_named_by_meaning_and_keep_their_keys() -> None:
+    machine = load_clutch("shi2021")
+    blocks = list(tabulate_inputs(machine, {"sleeve.travel_mm": "Travel of the sleeve"}))
+    rows = {row[-1]: row[0] for block in blocks if isinstance(block, Folded) for row in block.blocks[0].rows}
+    assert rows["travel_mm"] == "Travel of the sleeve"
+    assert rows["axial_angle_deg"] == "axial angle"

@@ -56,6 +56,17 @@ def open_page(chromium: Browser, address: str, width: int, scheme: Literal["ligh
     context.close()
 
 
+@contextmanager
+def open_studio(chromium: Browser, folder: Path) -> Iterator[Page]:
+    """The studio of a planting device in a wide window, once its details have arrived."""
+    with (
+        studio(folder, "wang2017-wide") as address,
+        open_page(chromium, f"{address}#wang2017-wide", 1280, "light") as page,
+    ):
+        page.wait_for_selector("body[data-detailed]", timeout=60_000)
+        yield page
+
+
 @pytest.mark.parametrize("kind", FAULTS)
 def test_every_kind_of_barrier_is_found(kind: str, chromium: Browser) -> None:
     page = chromium.new_page()
@@ -132,11 +143,7 @@ def test_theme_is_chosen_and_survives_a_reload(chromium: Browser, tmp_path: Path
 @pytest.mark.long
 def test_studio_fills_a_large_window(chromium: Browser, tmp_path: Path) -> None:
     """Panels scroll, and the page does not."""
-    with (
-        studio(tmp_path, "wang2017-wide") as address,
-        open_page(chromium, f"{address}#wang2017-wide", 1280, "light") as page,
-    ):
-        page.wait_for_selector("body[data-detailed]", timeout=60_000)
+    with open_studio(chromium, tmp_path) as page:
         excess = "(part) => part.scrollHeight - part.clientHeight"
         assert page.locator("html").evaluate(excess) == 0
         assert page.locator("#told").evaluate(excess) > 0
@@ -144,13 +151,9 @@ def test_studio_fills_a_large_window(chromium: Browser, tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_design_kept_as_b_survives_another_width(chromium: Browser, tmp_path: Path) -> None:
-    with (
-        studio(tmp_path, "wang2017-wide") as address,
-        open_page(chromium, f"{address}#wang2017-wide", 1280, "light") as page,
-    ):
+    with open_studio(chromium, tmp_path) as page:
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))
-        page.wait_for_selector("body[data-detailed]", timeout=60_000)
         page.keyboard.press("k")
         page.set_viewport_size({"width": 600, "height": 800})
         expect(page.locator("#drawings .ghost")).to_have_count(1)
@@ -161,11 +164,7 @@ def test_design_kept_as_b_survives_another_width(chromium: Browser, tmp_path: Pa
 @pytest.mark.long
 def test_keyboard_alone_does_all(chromium: Browser, tmp_path: Path) -> None:
     """Each control is reached by Tab; values are typed, stepped, refused and undone; nothing moves by itself."""
-    with (
-        studio(tmp_path, "wang2017-wide") as address,
-        open_page(chromium, f"{address}#wang2017-wide", 1280, "light") as page,
-    ):
-        page.wait_for_selector("body[data-detailed]", timeout=60_000)
+    with open_studio(chromium, tmp_path) as page:
         expected = page.evaluate(
             "() => Array.from(document.querySelectorAll('button, input, select, summary'))"
             ".filter((part) => part.checkVisibility({ checkVisibilityCSS: true }) && !part.disabled).length"

@@ -150,6 +150,13 @@ def test_half_cycle_repetition_is_packed_once(device_scene: Scene) -> None:
     assert unpacked(record, record["curves"][1]["values"]) == pytest.approx(twins[1].values, abs=1e-6)
 
 
+def test_units_of_curves_are_typeset(device_scene: Scene) -> None:
+    values = np.ones(device_scene.moments)
+    curves = tuple(Curve(unit, unit, values) for unit in ("deg", "rad/s2", ""))
+    record: Any = pack_scene(replace(device_scene, curves=curves))
+    assert [curve["unit"] for curve in record["curves"]] == ["°", "rad/s²", ""]
+
+
 def test_a_page_grows_by_less_than_110_kB(device_scene: Scene) -> None:
     block = MotionBlock(device_scene)
     assert len(f"{block.html('s1')}{block.script}{block.style}".encode()) < 110_000
