@@ -29,11 +29,12 @@ from .formula import (
     read_formula,
     tokenize_formula,
 )
-from .interpretation import Interpreter, interpret_formula
+from .interpretation import Interpreter, interpret_formula, list_scalars
 from .monomials import MonomialSearch
 from .names import PointNames, StatedNames
 from .rereading import Rereader
 from .values import OperandError, Scalar, Value
+from .vector_terms import list_vector_terms
 
 TOLERANCE = 1e-9
 """Residual that counts as zero, as a share of the largest term: far above the rounding of 15 digits."""
@@ -94,6 +95,8 @@ def find_repairs(
     and is no identity.
     """
     at_points = PointNames(names, points)
+    in_row = [spelling for spelling, meaning in names.table.meanings.items() if meaning.strip() and "#" not in spelling]
+    vocabulary = list(dict.fromkeys([*vocabulary, *in_row]))
     outcomes, memory = {} if outcomes is None else outcomes, _Memory()
     try:
         chain = read_formula(latex, macros)
@@ -172,9 +175,8 @@ class _Sizing(Interpreter):
         return value
 
     def _added(self, first: Value, second: Value) -> Value:
-        for value in (first, second):
-            if isinstance(value, Scalar):
-                self.largest = np.maximum(self.largest, np.abs(value.value))
+        for value in (*list_scalars(first), *list_scalars(second)):
+            self.largest = np.maximum(self.largest, np.abs(value.value))
         return super()._added(first, second)
 
 
@@ -483,7 +485,10 @@ def _list_completions(
 ) -> Iterator[LatexChange]:  # fmt: skip
     """Yield terms and factors that the row lacks at any place, found by the values that they should have."""
     spelled = [node.symbol.spell() for node in list_nodes(chain) if isinstance(node, Name)]
-    search = MonomialSearch(names, list(dict.fromkeys([*spelled, *vocabulary])))
+    words = list(dict.fromkeys([*spelled, *vocabulary]))
+    search = MonomialSearch(names, words)
+    for place, term in list_vector_terms(chain, index, names, words, search):
+        yield LatexChange(((place, place, term),), f"{term.strip()} after {_shorten(latex[:place][-24:])}")
     ends, starts = _list_places(chain)
     for place, is_term in [*((end, True) for end in ends), *((start, False) for start in starts)][:MOST_PLACES]:
         word = f" + {LACKING.spell()}" if is_term else f"{LACKING.spell()} "

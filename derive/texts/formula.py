@@ -1094,7 +1094,8 @@ class Reader:
         start = self.take("^").start
         before = self._spell_group()
         symbol = self._symbol()
-        if self.peek() == "^" and not symbol.after and re.fullmatch(r"[A-Z]", self.peek(1)):  # ^N omega^C, not bold
+        after = self.peek(2) if (self.peek(1), self.peek(3)) == ("{", "}") else self.peek(1)
+        if self.peek() == "^" and not symbol.after and re.fullmatch(r"[A-Z]", after):  # ^N omega^C, not bold
             self.take()
             symbol = replace(symbol, after=self._spell_group())
         return Name(start, self._end(), replace(symbol, before=before))

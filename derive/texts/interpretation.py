@@ -122,20 +122,21 @@ def _entries(left: Value, right: Value, meanings: Meanings) -> list[tuple[Scalar
     if isinstance(left, Scalar) and isinstance(right, Scalar):
         return [(left, right)]
     if isinstance(left, Scalar) and left.dimension is None:
-        return [(left, entry) for entry in _parts(right)]
+        return [(left, entry) for entry in list_scalars(right)]
     if isinstance(right, Scalar) and right.dimension is None:
-        return [(entry, right) for entry in _parts(left)]
+        return [(entry, right) for entry in list_scalars(left)]
     if isinstance(left, VectorValue) and isinstance(right, VectorValue):
         return list(zip(meanings.resolve(left, right.frame).components, right.components, strict=True))
     if isinstance(left, VectorValue | MatrixValue) and isinstance(right, VectorValue | MatrixValue):
-        first, second = _parts(left), _parts(right)
+        first, second = list_scalars(left), list_scalars(right)
         shapes = {value.shape if isinstance(value, MatrixValue) else (3, 1) for value in (left, right)}
         if len(shapes) == 1:
             return list(zip(first, second, strict=True))
     raise OperandError("the sides are of different kinds: a number, a vector, a matrix")
 
 
-def _parts(value: Value) -> list[Scalar]:
+def list_scalars(value: Value) -> list[Scalar]:
+    """Return a number alone, the components of a vector, or the entries of a matrix."""
     if isinstance(value, Scalar):
         return [value]
     return list(value.components) if isinstance(value, VectorValue) else value.entries

@@ -589,7 +589,7 @@ class PointNames:
     def _at_points(self, value: Value) -> Value:
         if isinstance(value, VectorValue):
             vector = VectorValue(value.frame, _triple(map(self._scalar, value.components)))
-            return self.resolve(vector, self._world)
+            return self.resolve(vector, self.world)
         if isinstance(value, MatrixValue):
             return MatrixValue(tuple(tuple(map(self._scalar, row)) for row in value.rows))
         return self._scalar(value)
@@ -608,16 +608,17 @@ class PointNames:
         return np.array(values)
 
     @property
-    def _world(self) -> Frame:
+    def world(self) -> Frame:
+        """The frame along whose axes vectors at points are compared."""
         assert isinstance(self.names.stated, Mechanism)
         return self.names.stated.world
 
     def resolve(self, vector: VectorValue, frame: Frame) -> VectorValue:
         """Return a vector along the axes of the world, where all vectors at points are compared."""
-        if vector.frame == self._world:
+        if vector.frame == self.world:
             return vector
         if vector.frame not in self._turns:
-            axes = [unit(vector.frame, axis).resolved(self._world).components for axis in AXES]
+            axes = [unit(vector.frame, axis).resolved(self.world).components for axis in AXES]
             self._turns[vector.frame] = [[self.array(c) for c in axis] for axis in axes]
         axes_at = self._turns[vector.frame]
         shared = next((c for c in vector.components if c.dimension is not None), vector.components[0])
@@ -626,7 +627,7 @@ class PointNames:
             sum(component.value * axis[k] for component, axis in zip(vector.components, axes_at, strict=True))
             for k in range(3)
         ]
-        return VectorValue(self._world, _triple(Scalar(c, shared.dimension, shared.angular, mixed) for c in components))
+        return VectorValue(self.world, _triple(Scalar(c, shared.dimension, shared.angular, mixed) for c in components))
 
     def rate(self, value: Value, seen_from: str = "") -> Value:
         """Raise FormulaError: rates are symbolic."""

@@ -271,6 +271,7 @@ def test_e_is_the_base_of_exponentials_unless_it_is_a_name():
 
 def test_one_name_has_one_spelling():
     assert spell_name(r"\dot\theta_1") == spell_name(r"\dot{\theta_{1}}") == spell_name(r"\dot{\theta}_1")
+    assert spell_name(r"{}^N\omega^C") == spell_name(r"{}^{N}\omega^{C}") == spell_name(r"^N\omega^{C}")
     assert spell_name(r"{}^N\bar{\omega}^C") == spell_name(r"^N\bar\omega^{C}")
     assert spell_name(r"F_{\mathrm{in}}") == spell_name(r"F_{in}") == spell_name(r"F_{\rm in}")
     assert len({spell_name(name) for name in (r"\mathbf{x}", "x", "x'", r"\hat{x}")}) == 4

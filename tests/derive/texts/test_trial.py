@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from derive.audit.judge import holds
 from derive.audit.record import record_equation
 from derive.generated_folder import OwnError
 from derive.mechanics.statement import MechanismError
@@ -89,6 +90,43 @@ def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -
     assert [row.reason for row in case.source.rows] == [""] * 6
     for number, equation in case.paper.equations.items():
         assert equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed", number
+
+
+TWICE = r"{}^{N}\omega^{A} \times ({}^{N}\omega^{A} \times \bar{r})"
+
+
+@pytest.mark.parametrize(
+    ("printed", "extra", "corrected"),
+    [
+        (rf"\bar{{a}} = {TWICE}", r"\epsilon", rf"{TWICE} + \epsilon \times \bar{{r}}"),
+        (rf"\bar{{a}} = {TWICE}", "", None),
+        (r"\bar{a} = \epsilon \times \bar{r}", r"\epsilon", r"\epsilon \times \bar{r} - \dot{\alpha}^2 \bar{r}"),
+        (r"\bar{v} = \bar{b}", r"\hat{a}_3", r"\bar{b} + \frac{3}{2} \dot{\alpha} l \hat{a}_{3}"),
+        (r"\bar{v} = \bar{b}", r"", None),
+    ],
+)
+def test_lost_vector_is_found(tmp_path: Path, printed: str, extra: str, corrected: str | None) -> None:
+    """A term with a vector of the names file is put back, of one vector or of products of two."""
+    meanings = {
+        r"\epsilon": "spin_rate(A)", r"{}^{N}\omega^{A}": "spin(A)", r"\hat{a}_3": "axis(A, 3)",
+        r"\bar{r}": "position(P)", r"\bar{v}": "velocity(P)", r"\bar{a}": "acceleration(P)",
+        r"\bar{b}": "vector(A, 0, l*alpha_dot, -1.5*l*alpha_dot)",
+    }  # fmt: skip
+    entries = [f"'{name}' = \"{text}\"" for name, text in meanings.items() if name in extra or name in printed]
+    for name, content in (
+        ("arm.py", FRAMES),
+        ("arm.tex", rf"\[ {printed} \] \[ l = \dot{{\alpha}} \]"),
+        ("arm.toml", "\n".join(["[names]", *entries])),
+    ):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
+    wrong = (name for name, equation in case.paper.equations.items() if not holds(equation.residual, case.points))
+    repair = case.source.repair(next(wrong), case.points, case.draw)
+    if corrected is None:
+        assert repair is None
+    else:
+        assert repair is not None
+        assert "".join(corrected.split()) in "".join(repair.latex.split())
 
 
 GUIDED = """
