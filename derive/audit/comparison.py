@@ -233,7 +233,7 @@ MOST_TERMS = 150
 
 
 def find_missing_terms(at: Comparison, words: Iterable[Quantity]) -> tuple[Expr, ...]:
-    """One or two derived terms, or a quantity, that the print lacks and nothing else; none if it is not so."""
+    """One summand or two terms of the derivation, or a quantity, that the print lacks and nothing else; else none."""
     if any(evaluate_at(at.printed, point) is None for point in at.points):
         return ()
     for side in (at, at.scaled(-1)) if at.scales else (at,):
@@ -251,9 +251,9 @@ def _terms(at: Comparison, words: list[Quantity]) -> tuple[Expr, ...]:
 
 
 def _candidates(at: Comparison, words: list[Quantity]) -> Iterator[tuple[Expr, ...]]:
-    """Terms of the derivation one by one and in pairs, then quantities of what the print defines."""
+    """Terms of the derivation one by one, as its summands, and in pairs, then quantities of what the print defines."""
     terms = [coefficient * monomial for monomial, coefficient in to_monomials(at.derived, at.points).values()]
-    yield from ((term,) for term in terms)
+    yield from ((term,) for term in dict.fromkeys((*terms, *sp.Add.make_args(at.derived))))
     if len(terms) <= MOST_TERMS:
         yield from combinations(terms, 2)
     if not at.scales:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from functools import cache
+from itertools import islice
 from typing import Literal
 
 import mpmath
@@ -28,6 +29,7 @@ from .comparison import (
 )
 from .edit_values import SCREEN, EditValues, is_computable
 from .edits import Edit, EditProposal, propose_edits
+from .products import ProductFactor, ProductSearch
 from .terms import Points, evaluate_at, largest_term
 from .typesetting import Said, join_parts
 
@@ -43,7 +45,7 @@ UNJUDGED: Word = "not judged"
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict with its evidence. ``missing`` are terms of the derivation that the print lacks.
+    """A verdict with its evidence. ``missing`` are terms that the print lacks, of the derivation if there is one.
 
     ``domain`` says where an equation does not hold that holds at all angles that the machine uses, and is empty
     elsewhere. ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first
@@ -141,6 +143,10 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
         edit, residual = repairs[0]
         corrected = replace(printed, residual=residual)
         return replace(_misprint([(edit.text,) for edit, _ in repairs], remark, [edit]), corrected=corrected)
+    for term, residual in () if is_large else _list_lacking_terms(printed, words, points):
+        corrected = replace(printed, residual=residual)
+        finding = Said(f"{remark}it holds with a term more: ", term)
+        return Judgement("incomplete", finding, missing=(term,), corrected=corrected)
     unsearched = UNSEARCHED if is_large else ""
     return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}{unsearched}"))
 
@@ -185,6 +191,40 @@ def _screen(
     for proposal, values, sizes in edits.list_values(proposals):
         if np.all(np.abs(values - meant) <= SCREEN * np.maximum(sizes, np.abs(meant))):
             yield proposal
+
+
+MOST_FACTORS = 120
+"""Factors of an equation of which products are tried as the term that it lacks, those of its own terms first."""
+
+
+def _list_lacking_terms(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Expr, Expr]]:
+    """Terms with which an equation holds, products of up to five of its factors, with the residuals that they leave."""
+    symbol = printed.defines
+    side = printed.residual if symbol is None else solve_for(printed, symbol)
+    gaps = [evaluate_at((symbol or sp.S.Zero) - side, point) for point in points]
+    if not is_computable(side) or None in gaps:
+        return
+    edits = EditValues(side, points)
+    evaluable_words = [word for word in words if word != symbol and all(word in point for point in points)]
+    factors = [
+        ProductFactor(factor, edits.value(factor), None, str(factor.as_base_exp()[0]))
+        for factor in islice(dict.fromkeys((*_list_factors(side), *evaluable_words)), MOST_FACTORS)
+        if np.all(np.isfinite(edits.value(factor)) & (edits.value(factor) != 0))
+    ]
+    for number, some in ProductSearch(factors, max_factors=5).find(
+        [float(gap) for gap in gaps if gap is not None], None
+    ):
+        term = sp.Mul(sp.Rational(number.numerator, number.denominator), *(factor.label for factor in some))
+        residual = side + term if symbol is None else symbol - side - term
+        if len(sp.Add.make_args(residual)) > 1 and holds(residual, points):
+            yield term, residual
+
+
+def _list_factors(expr: Expr) -> Iterator[Expr]:
+    """Yield the symbols, functions and powers of an expression, and the sums in its products."""
+    for node in sp.preorder_traversal(expr):
+        parts = node.args if isinstance(node, sp.Mul) else (node,) if not isinstance(node, sp.Add) else ()
+        yield from (part for part in parts if not part.is_number and not isinstance(part, sp.Mul))
 
 
 def holds(residual: Expr, points: Points) -> bool:

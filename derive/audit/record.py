@@ -269,7 +269,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "domain": str(judgement.domain),
         "reasons": list(list_reasons(judgement, printed, case.subject.actions())),
         "terms": _terms(case, missing, meant),
-        "unexplained": _terms(case, unexplained, meant),
+        "unexplained": _terms(case, unexplained, meant) if meant else [],
         "vanishing": [_vanishing(v) for v in gone],
         "printed": _text(printed) if shows else "",
         "derived": _text(meant) if meant else "",
@@ -326,10 +326,10 @@ def _text(equation: Equation) -> str:
 
 def _terms(case: Case, terms: Sequence[Expr], derived: Equation | None) -> list[Record]:
     """Terms with their largest size over the cycle, with that of the largest derived term; null without a value."""
-    if not terms or derived is None:
-        return []
-    largest = max((_largest(t, case.cycle) or mpmath.mpf(0) for t in expand_sum(derived.residual)), default=None)
-    return [_term(t, _largest(t, case.cycle), largest) for t in terms]
+    sizes = (
+        [_largest(t, case.cycle) or mpmath.mpf(0) for t in expand_sum(derived.residual)] if terms and derived else []
+    )
+    return [_term(t, _largest(t, case.cycle), max(sizes, default=None)) for t in terms]
 
 
 def _term(term: Expr, size: mpmath.mpf | None, largest: mpmath.mpf | None) -> Record:

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..audit.products import CLOSE
 from .formula import Name, RelationChain, read_formula
 from .interpretation import interpret_formula
-from .monomials import CLOSE, MonomialSearch
+from .monomials import MonomialSearch
 from .names import PointNames
 from .values import VectorValue
 

@@ -307,7 +307,7 @@ MEANINGS = {
     "confirmed as rebuilt": "the same, where pieces of the machine-read text were completed",
     "untested": "a definition, or a naming, that nothing here can test",
     "misprint": "what differs is removed by one or two edits",
-    "incomplete": "the print lacks terms that the derivation has",
+    "incomplete": "the print lacks terms: of the derivation, or one with which it holds",
     "contradicted": "a printed term is neither derived nor explained by an edit",
     "reconstructed": "the print is lost; the derivation stands alone",
     "definition": "names a quantity, and agrees with what else the paper prints of it",

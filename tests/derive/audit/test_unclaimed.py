@@ -67,6 +67,21 @@ def test_error_that_was_not_searched_for_says_so() -> None:
     assert "not searched" not in judged(3 * a * u - 5 * b).finding
 
 
+def test_lacking_term_is_named() -> None:
+    """The term is added to the residual, and to what a definition gives its symbol."""
+    residual, definition = judged(-b * sp.cos(v)), judged(-b * sp.cos(v), defines=True)
+    assert residual.verdict == definition.verdict == "incomplete"
+    assert (residual.missing, definition.missing) == ((-2 * a * u,), (2 * a * u,))
+    assert "2*test_a*test_u" in str(definition.finding)
+    for judgement in (residual, definition):
+        assert judgement.corrected is not None
+        assert all(abs(point(judgement.corrected.residual)) < 1e-40 for point in points())
+
+
+def test_two_lacking_terms_are_not_named() -> None:
+    assert judged(c * sp.sin(u)).verdict == "contradicted"
+
+
 def test_edit_to_a_tautology_is_no_correction() -> None:
     assert "test_F for" not in str(judged(sp.Integer(3) * c).corrections)
 
