@@ -152,7 +152,8 @@ def find_products(claims: TextClaims, values: Any, dimension: Any = None) -> lis
 
 def test_term_is_found_by_its_values(claims: TextClaims) -> None:
     names = PointNames(claims.printed.names, claims.points)
-    by_name = {factor.latex: factor.values for factor in MonomialSearch(names, claims.vocabulary).factors}
+    factors = MonomialSearch(names, claims.vocabulary)._search.factors
+    by_name = {factor.label: factor.values for factor in factors}
     values = -1.5 * by_name["m_{s}"] * by_name[r"\dot{s}^2"] * by_name[r"\cos \beta"]
     assert find_products(claims, values)[0].split() == ["-", r"\frac{3}{2}", r"\cos", r"\beta", r"\dot{s}^2", "m_{s}"]
     assert find_products(claims, values, (0, 1, 0)) == []

@@ -6,6 +6,7 @@ import copy
 import json
 import re
 import xml.etree.ElementTree as ET
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from planter.audit import verdicts
 from planter.audit.equation_page import EquationArticle, describe_fault
 from planter.audit.presentation import present_audit
 from planter.kernels import generated
+from planter.report.html import typeset_numbers
 from tests.support.cli import below
 
 run, answer, _ = below("audit")
@@ -27,6 +29,11 @@ def audit() -> dict[str, Any]:
 
 def tree(text: str) -> ET.Element:
     return ET.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+
+
+def shown(text: str) -> str:
+    """Return a text as pages show it."""
+    return unescape(typeset_numbers(text))
 
 
 def test_the_folder_holds_summary_and_page(tmp_path: Path, audit: dict[str, Any]) -> None:
@@ -44,9 +51,12 @@ def test_the_folder_holds_summary_and_page(tmp_path: Path, audit: dict[str, Any]
             assert all(term["term"] in page_text for term in entry[part])
         assert not entry["printed"] or entry["printed"] in page_text
         assert not entry["derived"] or entry["derived"] in page_text
-    assert all(entry["claim"] in page_text for entry in audit["claims"])
-    assert all(entry["quantity"] in page_text and entry["statement"] in page_text for entry in audit["consequences"])
-    assert all(entry["quantity"] in page_text for entry in audit["numbers"])
+    assert all(shown(entry["claim"]) in page_text for entry in audit["claims"])
+    assert all(
+        shown(entry["quantity"]) in page_text and shown(entry["statement"]) in page_text
+        for entry in audit["consequences"]
+    )
+    assert all(shown(entry["quantity"]) in page_text for entry in audit["numbers"])
 
 
 def test_unwritable_folder_is_refused(tmp_path: Path) -> None:
