@@ -31,7 +31,7 @@ def tree(text: str) -> ET.Element:
     return ET.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
 
 
-def shown(text: str) -> str:
+def typeset_text(text: str) -> str:
     """Return a text as pages show it."""
     return unescape(typeset_numbers(text))
 
@@ -51,12 +51,12 @@ def test_the_folder_holds_summary_and_page(tmp_path: Path, audit: dict[str, Any]
             assert all(term["term"] in page_text for term in entry[part])
         assert not entry["printed"] or entry["printed"] in page_text
         assert not entry["derived"] or entry["derived"] in page_text
-    assert all(shown(entry["claim"]) in page_text for entry in audit["claims"])
+    assert all(typeset_text(entry["claim"]) in page_text for entry in audit["claims"])
     assert all(
-        shown(entry["quantity"]) in page_text and shown(entry["statement"]) in page_text
+        typeset_text(entry["quantity"]) in page_text and typeset_text(entry["statement"]) in page_text
         for entry in audit["consequences"]
     )
-    assert all(shown(entry["quantity"]) in page_text for entry in audit["numbers"])
+    assert all(typeset_text(entry["quantity"]) in page_text for entry in audit["numbers"])
 
 
 def test_unwritable_folder_is_refused(tmp_path: Path) -> None:
