@@ -170,13 +170,22 @@ def judge_condition(printed: Equation, cycle: Sequence[Point]) -> Judgement:
 def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Edit, Expr]]:
     """Edits that may be corrections, with the residuals that they leave, but for those that leave nothing to say."""
     candidates = [word for word in words if all(word in point for point in points)]
-    symbol = printed.defines
-    side = printed.residual if symbol is None else solve_for(printed, symbol)
+    symbol, side = printed.defines, _find_side(printed)
     for proposal in _screen(side, propose_edits(side, candidates, overall=symbol is not None), symbol, points):
         edit = proposal.apply(side)
-        residual = edit.result if symbol is None else symbol - edit.result
+        residual = _restore_residual(printed, edit.result)
         if len(sp.Add.make_args(residual)) > 1:
             yield edit, residual
+
+
+def _find_side(printed: Equation) -> Expr:
+    """Return what an equation gives for the symbol that it defines, its residual if it defines none."""
+    return printed.residual if printed.defines is None else solve_for(printed, printed.defines)
+
+
+def _restore_residual(printed: Equation, side: Expr) -> Expr:
+    """Return the residual of an equation with another side; see `_find_side`."""
+    return side if printed.defines is None else printed.defines - side
 
 
 def _screen(
@@ -199,8 +208,7 @@ MOST_FACTORS = 120
 
 def _list_lacking_terms(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Expr, Expr]]:
     """Terms with which an equation holds, products of up to five of its factors, with the residuals that they leave."""
-    symbol = printed.defines
-    side = printed.residual if symbol is None else solve_for(printed, symbol)
+    symbol, side = printed.defines, _find_side(printed)
     gaps = [evaluate_at((symbol or sp.S.Zero) - side, point) for point in points]
     if not is_computable(side) or None in gaps:
         return
@@ -215,7 +223,7 @@ def _list_lacking_terms(printed: Equation, words: Iterable[Quantity], points: Po
         [float(gap) for gap in gaps if gap is not None], None
     ):
         term = sp.Mul(sp.Rational(number.numerator, number.denominator), *(factor.label for factor in some))
-        residual = side + term if symbol is None else symbol - side - term
+        residual = _restore_residual(printed, side + term)
         if len(sp.Add.make_args(residual)) > 1 and holds(residual, points):
             yield term, residual
 

@@ -34,6 +34,7 @@ _ARROW = (
     rf"{_SPACE}\\(?:Rightarrow|rightarrow|Longrightarrow|longrightarrow|implies|iff|Leftrightarrow|Longleftrightarrow"
     rf"|therefore|leadsto)(?![A-Za-z]){_SPACE}"
 )
+_WORDS = re.compile(rf"{_SPACE}\\(?:text|textrm|textnormal|mbox|mathrm)\s*\{{([^{{}}]*)\}}")
 _ATOM = r"[-+]?\s*(?:\d[\d.]*)?\s*\\?[A-Za-z]*(?:\{[^{}]*\})?(?:[_^](?:\{[^{}]*\}|\\[A-Za-z]+|\w))*(?:/\d+)?[\s.,;]*"
 _CONNECTING = r"(?:\W*\b(?:then|and|or|so|that|thus|hence|therefore|consequently|finally|also)\b)*\W*"
 _CONDITION = (
@@ -325,9 +326,7 @@ def _opening_words(row: str) -> int:
     Words that name a condition, or what the equation is of, belong to it.
     """
     length = 0
-    while match := re.compile(rf"{_SPACE}\\(?:text|textrm|textnormal|mbox|mathrm)\s*\{{([^{{}}]*)\}}").match(
-        row, length
-    ):
+    while match := _WORDS.match(row, length):
         words = match.group(1)
         announces = re.fullmatch(_CONNECTING, words) or re.fullmatch(_ANNOUNCING, words)
         relation = _RELATION.search(_hide(row[match.end() :]))
