@@ -22,7 +22,7 @@ from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y,
 from .mechanics.impact import Impact, ImpactLaw, creeping, dahl
 from .mechanics.kinematics import Followed, FollowerLaw, GearStage
 from .mechanics.mechanism import Mechanism
-from .mechanics.release import ElasticTeeth, FrameMount, Release, ReleasedMechanism
+from .mechanics.release import ElasticTeeth, FrameMount, LiftingFollower, LoosePin, Release, ReleasedMechanism
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantities, Quantity, Vector, quantities
 from .systems.user_mechanism.trial import trial
@@ -57,6 +57,8 @@ __all__ = [
     "ImpactLaw",
     "Lane",
     "Let",
+    "LiftingFollower",
+    "LoosePin",
     "Mechanism",
     "Motion",
     "OpenVector",

@@ -85,7 +85,7 @@ class Free:
         """Build the functions in closed form that integrate the motion, and those of what is ``reported``."""
         self._refuse()
         names, constrained_speeds = [str(c.value) for c in self.coordinates], self._constrained_speeds()
-        inertia, forces = self._inertia(), self._forces()
+        inertia, forces, starts = self._inertia(), self._forces(), self.stated.start_conditions
         rows = {
             "inertia": [
                 self._let(f"inertia_{a}_{b}", self._inertia_unit(c, d), inertia[i][j])
@@ -98,6 +98,8 @@ class Free:
             ],
             "events": list(self._events()),
             "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
+            "start_gaps": [self._let(f"start_{name}", "m", gap) for name, (gap, _) in starts.items()],
+            "start_speeds": [self._let(f"start_speed_{name}", "m/s", speed) for name, (_, speed) in starts.items()],
             "speeds": [self._let(f"speed_{name}", "m/s", speed) for name, speed in constrained_speeds.items()],
             "slopes": [
                 self._let(f"slope_{name}_{c.value}", _OF[c.value.unit], partial_derivative(speed, c.rate))

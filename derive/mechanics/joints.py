@@ -401,7 +401,7 @@ class Joints(Contacts):
         motion, distance = self.motion.relative_derivative(place, by.frame), place.dot(way)
         if radius != 0:
             far = self.name_(f"l_{name}", "m", f"distance of {at.name} from {surface.name}", sp.sqrt(place.dot(place)))
-            side = switch(sp.sympify(radius), S.One, -S.One)
+            side = switch(-sp.sympify(radius), -S.One, S.One)  # a bush also without clearance
             way, distance = (side / sp.Max(far, CENTRE * sp.Abs(radius))) * place, side * far - radius
         opening = motion.dot(way)
         gap = self.name_(f"gap_{name}", "m", f"distance of {at.name} from the surface of {by}", distance)

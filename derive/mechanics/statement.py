@@ -38,6 +38,7 @@ class Statement:
         self.loops = Loops()
         self.slips: dict[str, Expr] = {}
         self.start: dict[sp.Symbol, Expr] = {} if angle is None else {angle: S.Zero}
+        self.start_conditions: dict[str, tuple[Expr, Expr]] = {}  # a gap and its speed, closed at the start only
         self.potentials: list[Expr] = []
         self.steps: list[Step] = []
         self.reports: list[Let] = []
@@ -306,7 +307,14 @@ class Statement:
 
     def anchor(self, body: Body) -> Point:
         """Return a point that is fixed in a body: its centroid, or the point of its first joint."""
+        if body == self.earth:
+            return self.origin
         return body.parts[0].centroid if body.parts else self.pin_of(body).at
+
+    def carries(self, body: Body, point: Point) -> bool:
+        """Whether a point does not move as a body sees it."""
+        place = displacement(self.anchor(body), point, body.frame)
+        return not any(self.motion.relative_derivative(place, body.frame).components)
 
     def name_accelerations(self) -> None:
         """Name the accelerations of all centroids, except those whose places have names."""

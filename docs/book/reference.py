@@ -56,7 +56,7 @@ PAGES = {
         "Closed loops": ".close .parallel .constrain",
         "Free motion": ".free_frame .begin .roll .accelerations",
         "Release of a driven mechanism": "derive.ReleasedMechanism derive.Release derive.ElasticTeeth "
-        "derive.FrameMount",
+        "derive.LoosePin derive.LiftingFollower derive.FrameMount",
         "Results": ".name_ .let .report .system .equations .balance .named .unknowns",
         "Pitch curves and cam laws chosen at run time": ".stage .flank derive.GearStage derive.FollowerLaw",
         "Named places and equal sides": ".name_place .name_acceleration .hang .mirror_place .twin_lane derive.Sides",

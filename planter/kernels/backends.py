@@ -35,17 +35,27 @@ from planter.kernels.lane_source import print_file
 
 T = TypeVar("T")
 
+_defers = False
+
 
 def defer_interrupt(call: Callable[[], T]) -> T:
-    """Let a Ctrl-C wait for the end of a call: inside, CasADi's wrappers would turn it into other errors."""
+    """Let a Ctrl-C wait for the end of a call: inside, CasADi's wrappers would turn it into other errors.
+
+    Calls within such a call cost nothing more.
+    """
+    global _defers
+    if _defers or threading.current_thread() is not threading.main_thread():
+        return call()
     before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
+    if not callable(before):
         return call()
     pending: list[int] = []
     signal.signal(signal.SIGINT, lambda number, frame: pending.append(number))
+    _defers = True
     try:
         result = call()
     finally:
+        _defers = False
         signal.signal(signal.SIGINT, before)
     if pending:
         raise KeyboardInterrupt

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import casadi as ca
@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError, NotFiniteError
 from planter.kernels import Array, Kernel
+from planter.kernels.backends import defer_interrupt
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
 
@@ -152,12 +153,18 @@ class Dynamics:
     def start(self) -> Array:
         """Return the start (2k,) [rad, m and per s] of the statement, brought onto the constraints.
 
-        Raises ComputationError if the constraints cannot be met from there.
+        A released mechanism starts as the angle would drive it. Raises ComputationError if the constraints cannot be
+        met from there.
         """
-        return self.project(0.0, self.stated)
+        return self._project(0.0, self.stated, RANK, self._start_equations)
 
     def find_changes(self, start: Array) -> list[int]:
-        """Return the indices of entries of ``start`` (2k,) [rad, m and per s] that differ from the statement."""
+        """Return the indices of entries of ``start`` (2k,) [rad, m and per s] that differ from the statement.
+
+        Of a released mechanism there are none: the statement says only about where its loops start.
+        """
+        if "start_gaps" in self._stages:
+            return []
         stated = self.stated
         moved = np.abs(start - stated) > START_TOLERANCE * (1 + np.abs(stated))
         indices: list[int] = np.flatnonzero(moved).tolist()
@@ -203,6 +210,27 @@ class Dynamics:
             for k, name in enumerate(self._list_outputs(stage)):
                 matrix[places[name]] = values[k]
         return matrix
+
+    @cached_property
+    def _start_function(self) -> ca.Function:
+        """Return the function (time, state) -> gaps and speeds that vanish at the start only, and slopes of these."""
+        time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
+        gaps, speeds = (
+            self.formulas.function(stage)(time, self.data, state) for stage in ("start_gaps", "start_speeds")
+        )
+        slopes = ca.densify(ca.jacobian(speeds, state)[:, self.size :])
+        return ca.Function("start", [time, state], [gaps, speeds, slopes])
+
+    def _start_equations(self, time: float, state: Array) -> Equations:
+        """Return the equations of motion, with what holds at the start only among the constraints."""
+        now = self.equations(time, state)
+        if "start_gaps" not in self._stages:
+            return now
+        gaps, speeds, slopes = map(np.asarray, self._start_function(time, state))
+        return replace(
+            now, gaps=np.r_[gaps[:, 0], now.gaps], speeds=np.r_[speeds[:, 0], now.speeds],
+            slopes=np.vstack([slopes, now.slopes]),
+        )  # fmt: skip
 
     @cached_property
     def _kernel(self) -> Kernel:
@@ -276,6 +304,29 @@ class Dynamics:
         accelerations, multipliers[rows] = self._solve(time, now.inertia, now.slopes[rows], now.forces, now.bends[rows])
         return accelerations, multipliers
 
+    def _bind_accelerations(self, share: float) -> Callable[[float, Array], Array]:
+        """Return the function (time, state) -> accelerations (k,) for many calls in this thread.
+
+        Where nothing constrains the motion, one call of a kernel solves for them.
+        """
+        if self.constraints or self._pressing:
+            return lambda time, state: self.accelerations(time, state, share)[0]
+        now, at = np.zeros((1, 1)), np.zeros((2 * self.size, 1))
+        solved = self._free_kernel.bind(time=now, state=at)
+
+        def accelerate(time: float, state: Array) -> Array:
+            now[0, 0], at[:, 0] = time, state
+            return solved()["accelerations"][:, 0]
+
+        return accelerate
+
+    @cached_property
+    def _free_kernel(self) -> Kernel:
+        time, state, sizes = self.function.sx_in()
+        inertia, forces, *_ = self.function(time, state, sizes)
+        names = ["time", "state"], ["accelerations"]
+        return Kernel(ca.Function("free", [time, state], [ca.densify(ca.solve(inertia, forces))], *names))
+
     def dependent(self, state: Array, time: float = 0.0) -> list[str]:
         """Return the names of constraints that follow from one another in a state (2k,) [rad, m, per s] at a time [s].
 
@@ -296,16 +347,23 @@ class Dynamics:
         The inertia is the measure of distance. Rows of slopes that add less than ``share`` of the first follow from
         others. Raises ComputationError if the constraints cannot be met from there.
         """
+        return self._project(time, state, share, self.equations)
+
+    def _project(
+        self, time: float, state: Array, share: float, equations: Callable[[float, Array], Equations]
+    ) -> Array:  # fmt: skip
+        """Return the nearest state on the constraints of some equations, of which gaps come first."""
         at = np.array(state, dtype=float)
         for _ in range(MOST_PROJECTIONS):
-            now = self.equations(time, at)
+            now = equations(time, at)
             slopes = now.slopes[: len(now.gaps)]
             rows = find_independent_rows(slopes, share)
             if np.all(np.abs(now.gaps[rows]) < GAP_TOLERANCE):
                 break
             at[: self.size] -= self._find_correction(time, now.inertia, slopes[rows], now.gaps[rows])
         else:
-            gap = self.constraints[int(np.argmax(np.abs(now.gaps)))]
+            starting = self.formulas.outputs("start_gaps") if len(now.speeds) > len(self.constraints) else []
+            gap = [*starting, *self.constraints][int(np.argmax(np.abs(now.gaps)))]
             raise ComputationError(
                 f"{self.file.name}: the loops do not close at {time:.6g} s: {gap} is {np.abs(now.gaps).max():.3g} m"
             )
@@ -349,14 +407,17 @@ class Dynamics:
         times = np.asarray(times, dtype=float)
         at = self.project(times[0], self.start() if state is None else state)
         share = max(RANK, PASSAGE * find_weakest_share(self.equations(times[0], at).slopes))
+        self.accelerations(times[0], at)  # refuses what neither inertia nor a constraint resists
 
         pace = _Pace(self.file.name, times[0], times[-1])
+
+        accelerate = self._bind_accelerations(share)
 
         def rates(time: float, y: Array) -> Array:
             pace.count(time)
             with suppress(NotFiniteError):
                 if np.isfinite(y).all():
-                    return np.concatenate([y[self.size :], self.accelerations(time, y, share)[0]])
+                    return np.concatenate([y[self.size :], accelerate(time, y)])
             return np.full(2 * self.size, np.nan)  # the step is too long: the integrator tries a shorter one
 
         def differentiate(time: float, y: Array) -> Array:
@@ -371,7 +432,7 @@ class Dynamics:
         signs = np.zeros(len(self._event_names))
         while solver.t < times[-1]:
             at = solver.y
-            if (message := solver.step()) is not None:
+            if (message := defer_interrupt(solver.step)) is not None:
                 raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
             crossed, after = self._find_passages(solver, signs, resolution) if self._event_names else ([], signs)
             inside = [passage.time for passage in crossed if passage.time > solver.t_old + 2 * resolution]
