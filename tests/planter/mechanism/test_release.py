@@ -188,9 +188,9 @@ def test_press_with_clearance_has_other_forces():
 
 @cache
 def run_idle_press() -> MotionRun:
-    """Return the motion without motor, damping and friction: 50 ms."""
+    """Return the motion without motor, damping and friction: a turn."""
     idle = {"M_0_Nm": 0, "C_N_s_m": 0, "C_e_N_s_m": 0, "mu": 0}
-    return own.dynamics(PRESS, **idle).run(np.linspace(0, 0.05, 501), 1e-11)
+    return own.dynamics(PRESS, **idle).run(np.linspace(0, 0.1, 1001), 1e-10)
 
 
 def list_energies(run: MotionRun) -> dict[str, Array]:
@@ -228,7 +228,7 @@ def test_lifted_ejector_flies_on_its_spring():
     assert flying.sum() > 40
     assert lift == pytest.approx(rest + swing, abs=1e-10)
     assert np.all(run.results["N_cam"][flying] == 0)
-    assert run.results["gap_N_cam"][flying].max() > 1e-4
+    assert run.results["gap_N_cam"][flying].max() > 3e-3
 
 
 ROCKER = """
