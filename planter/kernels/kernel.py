@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from importlib import resources
 from threading import get_ident
 from typing import Any, Never
@@ -40,6 +40,7 @@ def build_finite_check(arrays: Sequence[Array]) -> Callable[[], int]:
     return partial(look, ctypes.c_long(len(arrays)), places, sizes)
 
 
+@cache
 def _load_finite_check() -> Callable[..., int]:
     source = resources.files(__package__).joinpath("finite.c").read_text(encoding="utf-8")
     look: Callable[..., int]

@@ -309,7 +309,7 @@ class Dynamics:
 
         Where nothing constrains the motion, one call of a kernel solves for them.
         """
-        if self.constraints or self._pressing:
+        if not self._is_free:
             return lambda time, state: self.accelerations(time, state, share)[0]
         now, at = np.zeros((1, 1)), np.zeros((2 * self.size, 1))
         solved = self._free_kernel.bind(time=now, state=at)
@@ -325,7 +325,18 @@ class Dynamics:
         time, state, sizes = self.function.sx_in()
         inertia, forces, *_ = self.function(time, state, sizes)
         names = ["time", "state"], ["accelerations"]
-        return Kernel(ca.Function("free", [time, state], [ca.densify(ca.solve(inertia, forces))], *names))
+        solved = ca.Function("free", [time, state], [ca.densify(ca.solve(inertia, forces))], *names)
+        return Kernel(solved, ["time", "state"])
+
+    def compile(self) -> None:
+        """Compile what is evaluated most often, for many motions; results may change by rounding."""
+        if self._is_free:
+            self._free_kernel.compile()
+
+    @property
+    def _is_free(self) -> bool:
+        """Whether neither constraints nor friction of unknown forces make the accelerations depend on reactions."""
+        return not (self.constraints or self._pressing)
 
     def dependent(self, state: Array, time: float = 0.0) -> list[str]:
         """Return the names of constraints that follow from one another in a state (2k,) [rad, m, per s] at a time [s].
@@ -347,7 +358,7 @@ class Dynamics:
         The inertia is the measure of distance. Rows of slopes that add less than ``share`` of the first follow from
         others. Raises ComputationError if the constraints cannot be met from there.
         """
-        return self._project(time, state, share, self.equations)
+        return self._project(time, state, share, self.equations) if self.constraints else np.array(state, dtype=float)
 
     def _project(
         self, time: float, state: Array, share: float, equations: Callable[[float, Array], Equations]
@@ -399,18 +410,18 @@ class Dynamics:
         reactions by least squares, else they lack them. Raises ComputationError if the integrator fails, if the motion
         would need more than MOST_EVALUATIONS, or if the joints do not allow the motion.
         """
-        with threadpool_limits(1, "blas"):
-            return self._run(times, tolerance, state, minimum_norm, stiff)
-
-    def _run(self, times: Array, tolerance: float, state: Array | None, minimum_norm: bool, stiff: bool) -> MotionRun:
-        """Return the motion; one thread solves each of its many small linear systems, since more would wait."""
         times = np.asarray(times, dtype=float)
-        at = self.project(times[0], self.start() if state is None else state)
-        share = max(RANK, PASSAGE * find_weakest_share(self.equations(times[0], at).slopes))
-        self.accelerations(times[0], at)  # refuses what neither inertia nor a constraint resists
+        with threadpool_limits(1, "blas"):  # more threads would wait, in many small linear systems
+            at = self.project(times[0], self.start() if state is None else state)
+            self.accelerations(times[0], at)  # refuses what neither inertia nor a constraint resists
+            states, passages = self.integrate(times, tolerance, at, stiff)
+            return self._results(times, states, minimum_norm, self._find_share(times[0], at), passages)
 
-        pace = _Pace(self.file.name, times[0], times[-1])
-
+    def integrate(
+        self, times: Array, tolerance: float, state: Array, stiff: bool = False
+    ) -> tuple[Array, list[Passage]]:  # fmt: skip
+        """Return the states (2k, n) and the events of a motion, as `run` does, from a state on the constraints."""
+        pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
         accelerate = self._bind_accelerations(share)
 
         def rates(time: float, y: Array) -> Array:
@@ -427,7 +438,7 @@ class Dynamics:
 
         method = partial(scipy.integrate.Radau, jac=differentiate) if stiff else scipy.integrate.DOP853
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
-        solver, states, passages = begin(times[0], at, times[-1]), [at], []
+        solver, states, passages = begin(times[0], state, times[-1]), [state], []
         resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
         signs = np.zeros(len(self._event_names))
         while solver.t < times[-1]:
@@ -449,7 +460,13 @@ class Dynamics:
                 solver = begin(solver.t, at, times[-1])
             else:
                 solver.y, solver.f = at, solver.fun(solver.t, at)
-        return self._results(times, np.array(states).T, minimum_norm, share, passages)
+        return np.array(states).T, passages
+
+    def _find_share(self, time: float, state: Array) -> float:
+        """Return the share of the first row of slopes below which others follow from it, in a motion from a state."""
+        if not self.constraints:
+            return RANK
+        return max(RANK, PASSAGE * find_weakest_share(self.equations(time, state).slopes))
 
     @cached_property
     def _event_names(self) -> list[str]:

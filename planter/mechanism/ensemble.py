@@ -13,6 +13,7 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from planter.errors import ComputationError, InputError
 from planter.files import units
@@ -146,7 +147,9 @@ class EnsembleRuns:
     ) -> None:  # fmt: skip
         """Integrate the motion from the stated start at `times` (n,) [s], unless its states (2k, n) are passed."""
         self.dynamics, self.spec, self.times = Dynamics(file), spec, times
+        self.dynamics.compile()
         self._run = partial(self.dynamics.run, tolerance=tolerance, stiff=stiff)
+        self._integrate = partial(self.dynamics.integrate, tolerance=tolerance, stiff=stiff)
         self.stated = self._run(times).states if stated is None else stated
         after = times >= spec.since
         self.metric = StateMetric.from_motion(self.dynamics, times[after], self.stated[:, after])
@@ -158,7 +161,8 @@ class EnsembleRuns:
         shifts = self.spec.perturbation * generator.uniform(-1.0, 1.0, size)
         run = self._run(self.times, state=self.dynamics.start() + shifts * self.metric.scales)
         columns = dict(zip(self.dynamics.names, run.states, strict=True)) | run.results
-        growth, reach = self._follow_companion(run, generator.normal(size=size))
+        with threadpool_limits(1, "blas"):
+            growth, reach = self._follow_companion(run, generator.normal(size=size))
         return EnsembleRun(columns, self.metric.measure(run.states, self.stated), growth, reach)
 
     def _follow_companion(self, run: MotionRun, direction: Array) -> tuple[Array, float]:
@@ -170,7 +174,7 @@ class EnsembleRuns:
             size = float(metric.measure(offset[:, None], zero)[0])
             companion = self.dynamics.project(start, before + COMPANION / size * offset)
             first = float(metric.measure(companion[:, None], before[:, None])[0])
-            offset = self._run(np.array([start, end]), state=companion).states[:, 1] - after
+            offset = self._integrate(np.array([start, end]), state=companion)[0][:, 1] - after
             last = float(metric.measure(offset[:, None], zero)[0])
             growth.append(math.log(last / first))
             reach = max(reach, last)
