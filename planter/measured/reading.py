@@ -6,6 +6,7 @@ from a trigger that pulses once a revolution. Rows stay in the order of the file
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,8 @@ REACH, OUTSIDE = 2, 6.0
 """Number of neighbours on each side of a point, and robust deviations beyond which it is an outlier."""
 GAP, TINY = 12.0, 1e-6
 """Maximum span of four neighbours and minimum distance of two points, in median steps."""
+JUMP, STEEPER, JUMP_STEP = 8.0, 4.0, math.radians(3)
+"""Least height of a jump in robust deviations of differences, and in differences beside it; largest step [rad]."""
 TO_SIGMA = 1.4826
 """Ratio of the standard deviation of a normal distribution to its median absolute deviation."""
 COARSE = 0.1
@@ -198,9 +201,14 @@ def read(path: str | Path, columns: Columns, speed: float, unit: str | Sequence[
             dropped.append(
                 DroppedRows.at_lines(f"overflow of the logger in {table.names[column]}", lines[overflows].tolist())
             )
-        channel = _build_channel(split_unit(table.names[column])[0], display, numbers[retained] * factor, phi)
+        channel, beside_jumps = _build_channel(
+            split_unit(table.names[column])[0], display, numbers[retained] * factor, phi
+        )
         finite = np.isfinite(channel.values)
-        outliers = np.flatnonzero(finite & ~channel.used)
+        if beside_jumps.any():
+            reason = f"values of {channel.name} beside a jump, where a step of the angle decides"
+            dropped.append(DroppedRows.at_lines(reason, np.sort(lines[retained][beside_jumps]).tolist()))
+        outliers = np.flatnonzero(finite & ~channel.used & ~beside_jumps)
         if int(channel.used.sum()) < FEWEST:
             text = f"{path}: column {channel.name}: {int(channel.used.sum())} points are too few; a fit needs {FEWEST}"
             raise InputError(text)
@@ -458,19 +466,46 @@ def _find_pulses(signal: Array, clock: Array) -> Array:
     return np.array(times)
 
 
-def _build_channel(name: str, unit: str, values: Array, phi: Array) -> Channel:
-    """Return a channel without outliers, with its noise."""
+def _build_channel(name: str, unit: str, values: Array, phi: Array) -> tuple[Channel, Flags]:
+    """Return a channel without outliers and points beside jumps, with its noise, and the mask (n,) of the latter."""
     finite = np.flatnonzero(np.isfinite(values))
-    used = np.zeros(len(values), dtype=bool)
-    used[finite], noise = _inliers(phi[finite], values[finite])
+    beside_jumps, used = np.zeros((2, len(values)), dtype=bool)
+    piece, beside_jumps[finite] = _split_at_jumps(phi[finite], values[finite])
+    apart = phi[finite] + TURN * piece  # no cubic of the test passes a jump
+    used[finite], noise = _inliers(apart, values[finite])
+    used &= ~beside_jumps
     repeats = estimate_repeat_noise(phi[used], values[used])
-    return Channel(name, unit, values, used, *(repeats or (noise, None)))
+    return Channel(name, unit, values, used, *(repeats or (noise, None))), beside_jumps
+
+
+def _split_at_jumps(phi: Array, values: Array) -> tuple[Integers, Flags]:
+    """Return the number of the piece between jumps of each point (n,), and the points within a step of a jump.
+
+    A jump passes within two steps of a fine record, and is far higher than the differences beside it: a friction that
+    turns, a load that ends. A spike is none.
+    """
+    count, steps = len(values), np.diff(values)
+    piece, beside = np.zeros(count, dtype=int), np.zeros(count, dtype=bool)
+    if count < FEWEST or np.median(np.abs(np.diff(phi))) > JUMP_STEP:
+        return piece, beside
+    scatter = TO_SIGMA * float(np.median(np.abs(steps - np.median(steps))))
+    sizes = np.abs(steps)
+    for width in (1, 2):
+        heights = np.abs(values[width:] - values[:-width])
+        inner = np.arange(2, len(heights) - 2)
+        sides = np.array([sizes[inner + shift] for shift in (-2, -1, width, width + 1)]).max(axis=0)
+        jumps = inner[(heights[inner] > JUMP * scatter) & (heights[inner] > STEEPER * sides) & (scatter > 0)]
+        for first in jumps:
+            beside[first - 1 : first + width + 2] = True
+    piece[1:] = np.cumsum(np.diff(beside.astype(int)) == 1)
+    return piece, beside
 
 
 def find_repeat_residuals(phi: Array, values: Array) -> Array | None:
-    """Return the scatter of values (n,) about their mean curve over revolutions, a Fourier series by least squares.
+    """Return the scatter of values (n,) about their mean curve over revolutions.
 
-    Returns None for less than two revolutions, and for too few points.
+    That is a Fourier series by least squares, and where the record is fine also the mean of what this leaves at each
+    angle, which is much at a jump. Returns None for less than two revolutions, and for too few points.
     """
     if not len(phi) or np.ptp(phi) / TURN < TWO_REVOLUTIONS:
         return None
@@ -478,7 +513,12 @@ def find_repeat_residuals(phi: Array, values: Array) -> Array | None:
     if len(phi) < 2 * basis.shape[1]:
         return None
     residuals: Array = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
-    return residuals * np.sqrt(len(phi) / (len(phi) - basis.shape[1]))
+    bins = np.floor(np.mod(phi, TURN) / np.median(np.abs(np.diff(phi)))).astype(int)
+    counts = np.bincount(bins)[bins]
+    if np.median(counts) < 2:
+        return residuals * np.sqrt(len(phi) / (len(phi) - basis.shape[1]))
+    means = np.bincount(bins, residuals)[bins] / counts
+    return (residuals - means) * np.sqrt(counts / np.maximum(counts - 1, 1))
 
 
 def estimate_repeat_noise(phi: Array, values: Array) -> tuple[float, float] | None:
