@@ -39,10 +39,10 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     return reading.read(path, Columns("force", time="time", trigger="pulse"), SPEED / 60 * TURN)
 
 
-def fit_baler(measured: Measurement) -> Fit:
+def fit_baler(measured: Measurement, starts: int = 8) -> Fit:
     machine = Model(own.machine(BALER)).machine
     bounds = {"m_p_kg": (80, 200), "F_h_N": (40e3, 90e3), "offset_N": (-1000, 1000), "phase_deg": (0, 360)}
-    return fit_curve(MeasuredCurve(machine, Chosen.from_bounds(machine, bounds), measured, "F_Ox_N"))
+    return fit_curve(MeasuredCurve(machine, Chosen.from_bounds(machine, bounds), measured, "F_Ox_N"), starts=starts)
 
 
 def find_errors(fit: Fit) -> Array:
@@ -63,8 +63,8 @@ def test_points_beside_jumps_mislead_a_fit(record, monkeypatch):
     monkeypatch.setattr(reading, "JUMP", np.inf)
     with_jumps = reading.read(record.reading.file, Columns("force", time="time", trigger="pulse"), SPEED / 60 * TURN)
     assert with_jumps.used.sum() > record.used.sum()
-    fit = fit_baler(with_jumps)
-    assert abs(fit.values[1] - TRUTH["F_h_N"]) > 10 * np.sqrt(fit_baler(record).covariance[1, 1])
+    fit = fit_baler(with_jumps, starts=2)
+    assert abs(fit.values[1] - TRUTH["F_h_N"]) > 10 * np.sqrt(fit_baler(record, starts=2).covariance[1, 1])
 
 
 @pytest.mark.parametrize("shape", ["noise", "spikes", "steep"])
