@@ -140,4 +140,5 @@ class _Pass:
             return exponent * base ** (exponent - 1) * rates[0]
         if isinstance(expr, sp.Function) and not isinstance(expr, sp.Piecewise) and None not in rates:
             return sp.Add(*(expr.fdiff(i) * r for i, r in enumerate(rates, 1) if r != 0))
-        return sp.Add(*(expr.diff(s) * self._rates[s] for s in sorted(expr.free_symbols & self._rates.keys(), key=str)))
+        moving = sorted((s for s in expr.free_symbols if self.rate(s) != 0), key=str)
+        return sp.Add(*(expr.diff(s) * self._rates[s] for s in moving))
