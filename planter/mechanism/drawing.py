@@ -19,6 +19,7 @@ from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.programs import Program, ProgramStep
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
+from planter.mechanism.wording import name_quantity
 from planter.numerics.arrays import Integers
 from planter.report import labels, style
 from planter.view.scene import Body, Chain, Curve, Force, Outline, Point, Scene
@@ -205,11 +206,6 @@ def select_curves(keys: Iterable[str], machine: Machine | None = None) -> list[s
     return sorted(keys, key=lambda key: -1 if key in motors else order.get(units.display_unit(key), len(order)))[
         :MOST_SCENE_CURVES
     ]
-
-
-def name_quantity(quantity: Quantity) -> str:
-    """Return the name of a quantity on a page: its meaning, and its symbol."""
-    return f"{quantity.meaning} ({quantity.name})" if quantity.meaning else quantity.name
 
 
 def build_scene(

@@ -20,8 +20,12 @@ Send = Callable[[dict[str, Any]], Awaitable[None]]
 HINTS = {
     f" ({SET})": "",
     "rename it, choose another --out, or add --overwrite": "rename it, or move it elsewhere",
+    "ga: generation": "Genetic algorithm: generation",
+    "ipopt: start": "Local searches: start",
+    "polish: individual": "Last local searches: design",
+    "pickup: round": "Moving the path: round",
 }
-"""Parts of messages that refer to the command line, and their replacements on a page."""
+"""Parts of messages that refer to the command line or to methods, and their replacements on a page."""
 
 
 def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
