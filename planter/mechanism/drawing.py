@@ -13,13 +13,13 @@ import numpy as np
 from planter.engine.drive import RPM
 from planter.engine.loops import split_gaps
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
+from planter.engine.wording import name_angle, name_quantity
 from planter.files import units
 from planter.kernels import Array
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.programs import Program, ProgramStep
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
-from planter.mechanism.wording import name_quantity
 from planter.numerics.arrays import Integers
 from planter.report import labels, style
 from planter.view.scene import Body, Chain, Curve, Force, Outline, Point, Scene
@@ -45,8 +45,8 @@ MOST_SEPARATIONS = 40
 class PlotAxis:
     """The abscissa of curves: values (n,), its name with its unit, and whether it is the angle of a cycle [deg].
 
-    For a cycle, `end` is its last angle, `ends` are the values of the curves there by key, and `repeats` holds if it
-    ends in the state in which it began.
+    `column` is its name in tables. For a cycle, `end` is its last angle, `ends` are the values of the curves there by
+    key, and `repeats` holds if it ends in the state in which it began.
     """
 
     values: Array
@@ -55,12 +55,15 @@ class PlotAxis:
     ends: Mapping[str, float] = field(default_factory=dict)
     repeats: bool = False
     end: float = 360.0
+    column: str = ""
 
     @classmethod
     def from_cycle(cls, cycle: MechanismCycle) -> PlotAxis:
         """Return the angle of a cycle as an abscissa."""
         end = float(np.degrees(cycle.machine.turn))
-        return cls(cycle.angles_deg, f"{cycle.machine.angle} / deg", True, cycle.ends, cycle.repeats, end)
+        column = f"{cycle.machine.angle}_deg"
+        label = f"{name_angle(cycle.machine)} / deg"
+        return cls(cycle.angles_deg, label, True, cycle.ends, cycle.repeats, end, column)
 
 
 def draw_curves(columns: Mapping[str, Array], axis: PlotAxis) -> Iterator[tuple[str, Figure]]:

@@ -17,6 +17,7 @@ from planter.engine.problem import CurveProblem, DesignProblem, build_problem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
 from planter.engine.summary import ROUNDING
+from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.model import require_repeating
@@ -28,7 +29,6 @@ from planter.mechanism.results import (
     MechanismCertificate,
     MechanismOptimumResult,
 )
-from planter.mechanism.wording import describe_measure, describe_sum
 from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.local_search import SearchRecord

@@ -77,9 +77,9 @@ class MechanismView:
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return largest and least values of what the sensor sees, and of the first results that change."""
+        from planter.engine.wording import name_quantity
         from planter.measured.sensor_presentation import list_signal_readings
         from planter.mechanism.drawing import select_curves
-        from planter.mechanism.wording import name_quantity
 
         cycle = self._compute_cycle(values)
         extremes, results = cycle.result.quantities, {quantity.key: quantity for quantity in cycle.machine.results}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -55,6 +56,8 @@ def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) 
     code, out, _ = run("field")
     assert code == 0
     assert all(text in out for text in ("Range analysis", "183.828", "**", "reuleaux against jaw", "82.3529"))
+    factor_20_degrees = r"axial angle \(A\) / deg +20 +3\.26667"  # level 3 by its value
+    assert re.search(factor_20_degrees, out)
     path = tmp_path / "rest.csv"
     path.write_text("".join(examples.example("shi2021-field").splitlines(keepends=True)[:-1]))
     code, out, _ = run("field", str(path), *GOALS)

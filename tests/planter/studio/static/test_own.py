@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.engine.wording import name_quantity
 from planter.errors import NotFiniteError
 from planter.kernels import programs
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.show import MechanismView
-from planter.mechanism.wording import name_quantity
 from tests.planter.studio.static.told import Told, written
 from tests.support import own
 from tests.support.cli import run

@@ -15,6 +15,11 @@ KIND_WORDS = {"max": "largest", "min": "least", "rms": "root mean square of", "s
 """Words of kinds of measures before a quantity; the others are said as they are written, with "of"."""
 
 
+def name_angle(machine: Machine) -> str:
+    """Return the name of the angle of a machine's drive, with its symbol."""
+    return f"angle of the drive {machine.angle}"
+
+
 def name_quantity(quantity: Quantity) -> str:
     """Return the name of a quantity on a page: its meaning, and its symbol."""
     return f"{quantity.meaning} ({quantity.name})" if quantity.meaning else quantity.name
