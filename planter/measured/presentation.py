@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.engine.wording import name_quantity
 from planter.files import units
 from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
@@ -38,8 +39,8 @@ MOST_DRAWN = 5000
 OUTLIER = "#c0392b"
 LEAST_PROBABILITY, BELOW = 1e-6, "below 1e-6"
 """Probabilities below this are not given as numbers: the model of the noise is less certain than that."""
-LEGEND_WIDTH = 90
-"""Characters of a line of a legend."""
+LEGEND_WIDTH, LABEL_WIDTH = 90, 34
+"""Characters of a line of a legend, and of the label of an axis."""
 LAGS = 30
 """Number of steps over which correlations of noise are drawn."""
 
@@ -312,7 +313,8 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
         top.plot(dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=label)
         bottom.plot(phi[thin], fit.residuals[thin], "o", color=shade, markersize=1.6)
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    top.set_ylabel(f"{format_name(result.quantity)} / {result.unit or '1'}")
+    name = next(name_quantity(quantity) for quantity in first.machine.results if quantity.key == result.quantity)
+    top.set_ylabel(f"{textwrap.fill(name, LABEL_WIDTH)} / {result.unit or '1'}")
     bottom.set_ylabel(f"residual / {result.unit or '1'}")
     style.over_a_turn(bottom, label=False, end=end)
     bottom.set_xlabel(angle)

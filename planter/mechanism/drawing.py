@@ -33,6 +33,11 @@ if TYPE_CHECKING:
     from planter.mechanism.cycle import MechanismCycle
     from planter.mechanism.ensemble import MechanismEnsemble
 
+UNIT_WORDS = {
+    "N": "force", "N m": "torque", "W": "power", "J": "energy", "deg": "angle", "rad/s": "angular velocity",
+    "rad/s2": "angular acceleration", "mm": "length", "m/s": "speed", "m/s2": "acceleration",
+}  # fmt: skip
+"""What quantities are that share a figure, by their unit."""
 MOST_CURVES = 6
 """Curves in one figure."""
 MOST_BANDS = 4
@@ -85,7 +90,7 @@ def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figu
     if axis.is_angle:
         style.over_a_turn(axes, end=axis.end)
     axes.set_xlabel(axis.label)
-    axes.set_ylabel(unit or "1")
+    axes.set_ylabel(f"{UNIT_WORDS.get(unit, 'value')} / {unit or '1'}")
     ends = []
     for index, (key, values) in enumerate(columns.items()):
         shade = style.curve_colour(key, index)
@@ -105,6 +110,8 @@ def draw_ensemble(ensemble: MechanismEnsemble) -> Iterator[tuple[str, Figure]]:
     """Yield figures of the bands of an ensemble by the names of their files, then that of the runs' separation."""
     by_unit: dict[str, list[str]] = {}
     for key in ensemble.curves:
+        if not ensemble.bands[key].any():  # what is zero in all runs
+            continue
         by_unit.setdefault(units.display_unit(key), []).append(key)
     bands = ensemble.bands
     for unit, keys in by_unit.items():

@@ -212,8 +212,10 @@ def _label_bar(entry: ComparedPair | NarrowBox) -> str:
     if entry.feasible:
         return f"{entry.objective:.4g}"
     violations = entry.violations if isinstance(entry, ComparedPair) else []
-    amounts = [f"{violation.name} {violation.amount:.3g} {violation.unit}" for violation in violations]
-    return f"violates {', '.join(amounts or entry.binding)}".replace("_", " ")
+    amounts = [
+        f"{_name_requirement(violation.name)} by {violation.amount:.3g} {violation.unit}" for violation in violations
+    ]
+    return f"violates {', '.join(amounts or map(_name_requirement, entry.binding))}"
 
 
 def present_calibration(result: CalibrationFound, device: Device) -> ResultPresentation:

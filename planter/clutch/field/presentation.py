@@ -411,7 +411,7 @@ def draw_comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Fig
             if measured:
                 offset = 0.16 * (index - (len(clutches) - 1) / 2)
                 handles[clutch] = _errorbar(axes, measured, speeds, offset, style.curve_colour(clutch, index))
-        axes.set_title(_plain(labels.get(measure, measure)))
+        axes.set_title(_plain(labels.get(measure) or format_label(measure)))
         axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
         axes.set_xlim(-0.5, len(speeds) - 0.5)
         axes.set_xlabel("working speed / (m/s)")
