@@ -340,4 +340,11 @@ def print_section(console: Console, section: Section) -> None:
 
 def print_sentence(text: str, mark: str = "") -> None:
     """Print a text, filled to the width of a terminal."""
-    print(textwrap.fill(safe_text.sanitise_line(text), WIDTH, initial_indent=mark, subsequent_indent=" " * len(mark)))
+    print(
+        textwrap.fill(
+            units.typeset_degrees(safe_text.sanitise_line(text)),
+            WIDTH,
+            initial_indent=mark,
+            subsequent_indent=" " * len(mark),
+        )
+    )

@@ -13,6 +13,7 @@ from typing import Any
 from planter import safe_text, workers
 from planter.errors import ComputationError, InputError, PlanterError
 from planter.files.fields import SET
+from planter.files.units import typeset_degrees
 from planter.report.folder import NAME as LIST
 from planter.report.folder import output_folder
 
@@ -32,7 +33,7 @@ def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
     """Return a message for a page, without references to the command line, and with `labels` for paths and keys."""
     for before, after in sorted({**labels, **HINTS}.items(), key=lambda pair: -len(pair[0])):
         sentence = sentence.replace(before, after)
-    return sentence
+    return typeset_degrees(sentence)
 
 
 class StudioProcess:
