@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
@@ -349,14 +350,14 @@ def _find_entry(entries: Mapping[str, Front], option: str, paper: str | None) ->
 
 def list_experiment_sections(result: FrontTable) -> Iterator[Section]:
     """Yield the section of the hypotheses on a measurement, with their figures."""
-    head = ("hypothesis", "parameters", "max / N", "min / N", "variance / N2", "mean / N", "miss / %")
+    head = ("hypothesis", "parameters", "max / N", "min / N", "variance / N2", "mean / N", "miss / %", "key")
     rows = [
-        (row["name"], len(row["parameters"]), row["max_N"], row["min_N"], row["variance_N2"], row["mean_N"],
-         row["largest_miss_percent"])
+        (row["label"], len(row["parameters"]), row["max_N"], row["min_N"], row["variance_N2"], row["mean_N"],
+         row["largest_miss_percent"], row["name"])
         for row in result["hypotheses"]
     ]  # fmt: skip
     yield Section(
-        "Hypotheses on the experiment", [Items(result["statements"]), Table(head, rows, page_columns=head[-2:])]
+        "Hypotheses on the experiment", [Items(result["statements"]), Table(head, rows, page_columns=head[-3:])]
     )
 
 
@@ -373,6 +374,8 @@ def build_figure_section(front: FrontTable) -> Section:
     return Section("Figure of the fronts", [FigureSvg(style.render_svg(plot_front(front)), CAPTION)])
 
 
+LABEL_WIDTH = 34
+"""Characters of a line of a label in a figure."""
 HEAD = ("range / N", "variance / N2", "flanks", "least push of the cam / N")
 CAPTION = (
     "Largest variance of the support force for a range that a search of inputs within the stated bounds attained in "
@@ -420,7 +423,7 @@ def build_experiment_figure(result: FrontTable) -> Section:
 @style.with_style
 def plot_hypotheses(result: FrontTable) -> Figure:
     """Plot the range of the force of each hypothesis, with its largest miss and the measured extremes."""
-    plot = style.new_figure(3.6)
+    plot = style.new_figure(4.4)
     axes = plot.subplots()
     rows = result["hypotheses"]
     for key in ("min_N", "max_N"):
@@ -429,13 +432,13 @@ def plot_hypotheses(result: FrontTable) -> Figure:
     for place, row in enumerate(rows):
         shade = style.BLUE if row["reached"] else style.SOFT
         axes.barh(place, row["max_N"] - row["min_N"], left=row["min_N"], height=0.5, color=shade)
-        verdict = "reached" if row["reached"] else f"{row['largest_miss_percent']:.0f} %"
+        verdict = "reached" if row["reached"] else f"off by {row['largest_miss_percent']:.0f} %"
         count = len(row["parameters"])
         axes.text(1.04 * right, place, f"{verdict}, {count} parameter{'' if count == 1 else 's'}", va="center")
-    axes.set_yticks(range(len(rows)), [row["name"] for row in rows])
+    axes.set_yticks(range(len(rows)), [textwrap.fill(row["label"], LABEL_WIDTH) for row in rows])
     axes.grid(visible=False, axis="y")
     axes.invert_yaxis()
-    axes.set_xlim(0, 1.5 * right)
+    axes.set_xlim(0, 1.6 * right)
     axes.set_xlabel("force at the sensor / N")
     return plot
 

@@ -17,7 +17,7 @@ from planter.files import units
 from planter.kernels import formulas
 from planter.report import files
 from planter.report.html import Block, Items, Keys, Section, Table, Text
-from planter.report.labels import format_label
+from planter.report.labels import clean_zero, format_label, tabulate_named
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from planter.records import Record
 
 NAMES = load_names(__package__)
+WORDS = NAMES.with_symbols()
 CAPTIONS = {
     "turning": "The body at five rotations in the smallest regular polygon that lets it turn, with the orbit of its "
     "centroid; and the distance of the sides that each rotation needs beyond the body's width.",
@@ -272,7 +273,7 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
     for key in LISTS:
         rows = table.get(key) or table.get("rotor", {}).get(key)
         if _is_table(rows):
-            yield Section(to_sentence_case(format_label(key)), [_tabulate_rows(rows)])
+            yield Section(_name_group(key), [_tabulate_rows(rows)])
     if printed := table.get("printed"):
         note = Text("The same quantities by the equations as the paper prints them.")
         rows = [_tabulate_rows(printed["conditions"])] if "conditions" in printed else []
@@ -281,21 +282,35 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
 
 def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
     """Yield single values, then groups of them, then lists of words."""
-    single = {format_label(key): value for key, value in table.items() if not isinstance(value, Mapping | list)}
-    yield Keys(single)
+    yield _tabulate_values({key: value for key, value in table.items() if not isinstance(value, Mapping | list)})
     for key, value in table.items():
         if isinstance(value, Mapping) and key not in SENTENCES:
-            rows = [
-                (format_label(k), _format_cell(v))
-                for k, v in value.items()
-                if not isinstance(v, Mapping) and not _is_table(v)
-            ]
-            yield Table(("quantity", "value"), rows, format_label(key))
+            single = {k: v for k, v in value.items() if not isinstance(v, Mapping) and not _is_table(v)}
+            yield _tabulate_values(single, _name_group(key))
             for name, entries in value.items():
                 if _is_table(entries) and name != "harmonics":
-                    yield _tabulate_rows(entries, format_label(name))
+                    yield _tabulate_rows(entries, _name_group(name))
         elif isinstance(value, list) and not _is_table(value) and key not in SENTENCES:
-            yield Keys({format_label(key): _format_cell(value)})
+            yield Keys({_name(key): _format_cell(value)})
+
+
+def _tabulate_values(values: Mapping[str, Any], caption: str = "") -> Table:
+    cells = {key: _format_cell(clean_zero(v) if key.endswith("_J") else v) for key, v in values.items()}
+    return tabulate_named(cells, WORDS, caption)
+
+
+def _name(key: str) -> str:
+    return WORDS.get(key, to_sentence_case(format_label(key)))
+
+
+def _name_group(key: str) -> str:
+    return WORDS.get(f"group.{key}", to_sentence_case(format_label(key)))
+
+
+def _name_column(key: str) -> str:
+    """Return a name for the head of a column, with its unit."""
+    unit = units.display_unit(key)
+    return f"{WORDS[key]} / {unit}" if key in WORDS and unit else _name(key)
 
 
 def _is_table(value: object) -> bool:
@@ -308,15 +323,19 @@ def _format_cell(value: Any) -> Any:
     return value
 
 
+def _format_row_cell(key: str, value: Any) -> Any:
+    """Return a value of a row as a cell; an active bound is named with its number."""
+    if key == "name":
+        number, bound, end = str(value).partition(" at its ")
+        return f"{WORDS.get(number, number)}{bound}{end}"
+    return _format_cell(clean_zero(value) if key == "margin" else value)
+
+
 def _tabulate_rows(rows: Iterable[Mapping[str, Any]], caption: str = "") -> Table:
     rows = list(rows)
-    cells = [tuple(map(_format_cell, row.values())) for row in rows]
-    return Table(
-        [format_label(key) for key in rows[0]],
-        cells,
-        caption,
-        page_columns=(format_label("source"), format_label("share")),
-    )
+    cells = [tuple(_format_row_cell(*item) for item in row.items()) for row in rows]
+    page_columns = (_name_column("source"), _name_column("share"))
+    return Table([_name_column(key) for key in rows[0]], cells, caption, page_columns)
 
 
 def _tabulate_poses(rotor: Rotor, side: float) -> dict[str, Array]:

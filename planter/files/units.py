@@ -111,6 +111,21 @@ def typeset_label(label: str) -> str:
     return "\n".join(_typeset_line(*line.rpartition(" / ")) for line in label.split("\n"))
 
 
+_DEGREES = re.compile(r'(`[^`]*`|"[^"]*")|(?<=\d) deg\b(?![/\\]|\.\w)|(?<= / )deg$')
+"""Angles of a sentence, and the unit that ends a label; code and quotations stand in a group, which stays."""
+
+
+def typeset_degrees(text: str) -> str:
+    """Return a sentence or a label whose angles have the sign of degrees, except in code and quotations.
+
+    >>> typeset_degrees("at 12.5 deg of 360 deg, 5 deg/s, from 5 deg.csv, as `--at '5 deg'`")
+    "at 12.5° of 360°, 5 deg/s, from 5 deg.csv, as `--at '5 deg'`"
+    >>> typeset_degrees("angle / deg")
+    'angle / °'
+    """
+    return _DEGREES.sub(lambda match: match[1] or _SIGNS["deg"], text)
+
+
 def _typeset_line(name: str, stroke: str, unit: str) -> str:
     if not stroke:
         return unit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -82,7 +83,8 @@ def plot_teeth(pair: ToothedPair) -> Figure:
         label = f"flanks that {label}"
         above.plot(degrees[order], mesh.contact_ratios[on_side][order], ".-", label=label, linewidth=0.8)
     above.set_ylabel("contact ratio")
-    above.legend(frameon=False, ncols=2)
+    above.margins(y=0.2)
+    above.legend(frameon=False, ncols=2, loc="upper left")
     for index, gear in enumerate(pair.gears):
         teeth = np.arange(gear.z)
         shade = style.PALETTE[index]
@@ -102,22 +104,31 @@ def plot_teeth(pair: ToothedPair) -> Figure:
 
 @style.with_style
 def plot_play(pair: ToothedPair) -> Figure:
-    """Plot lost motion to either side and of both, polygon gap and transmission error over a period."""
-    figure = style.new_figure(4.6)
-    above, middle, below = figure.subplots(3, 1, sharex=True)
+    """Plot lost motion to either side and of both, polygon gap and transmission error over a period.
+
+    What is zero everywhere is named instead of drawn.
+    """
     mesh = pair.mesh
     share = mesh.positions / (mesh.period * mesh.pitch)
-    lost = clean_zero(np.degrees(pair.lost_motion))
-    for values, label in ((lost[:, 1], "anticlockwise"), (lost[:, 0], "clockwise"), (lost.sum(axis=1), "both")):
-        above.plot(share, values, label=label)
-    above.set_ylim(bottom=0)
-    above.set_ylabel("lost motion / deg")
-    above.legend(frameon=False, ncols=3)
-    middle.plot(share, 1e6 * pair.polygon_gaps, color=style.GREEN)
-    middle.set_ylabel("least gap of\npolygons / um")
-    below.plot(pair.contacts.faced.at / (mesh.period * mesh.pitch), clean_zero(pair.contacts.errors), ".", markersize=2)
-    below.set_ylabel("transmission\nerror / rad")
-    below.set_xlabel("share of a period")
+    lost, errors = clean_zero(np.degrees(pair.lost_motion)), clean_zero(pair.contacts.errors)
+    panels = {"lost motion": bool(lost.any()), "gap": True, "transmission error": bool(errors.any())}
+    names = [name for name, is_drawn in panels.items() if is_drawn]
+    figure = style.new_figure(0.4 + 1.4 * len(names))
+    rows = dict(zip(names, figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0], strict=True))
+    if axes := rows.get("lost motion"):
+        for values, label in ((lost[:, 1], "anticlockwise"), (lost[:, 0], "clockwise"), (lost.sum(axis=1), "both")):
+            axes.plot(share, values, label=label)
+        axes.set_ylim(bottom=0)
+        axes.set_ylabel("lost motion / deg")
+        axes.legend(frameon=False, ncols=3)
+    rows["gap"].plot(share, 1e6 * pair.polygon_gaps, color=style.GREEN)
+    rows["gap"].set_ylabel("least gap of\npolygons / um")
+    if axes := rows.get("transmission error"):
+        axes.plot(pair.contacts.faced.at / (mesh.period * mesh.pitch), errors, ".", markersize=2)
+        axes.set_ylabel("transmission\nerror / rad")
+    if absent := [f"no {name}" for name, is_drawn in panels.items() if not is_drawn]:
+        rows[names[0]].set_title(f"{' and '.join(absent)} at any position")
+    rows[names[-1]].set_xlabel("share of a period")
     return figure
 
 
@@ -159,7 +170,9 @@ def _polar_angles(gear: Gear, s: Array) -> Array:
 
 
 _COLUMNS = 2
-_HEIGHT = 1.6
+TITLE_WIDTH = 45
+"""Characters of a line of a panel's title."""
+_HEIGHT = 1.7
 """Height of a row of axes [inch]."""
 _SHADES = {"convention": style.VERMILION, "sliding": style.BLUE}
 
@@ -176,7 +189,8 @@ def plot_friction(curves: FrictionCurves) -> Figure:
         for kind, shade in _SHADES.items():
             axes.plot(curves.phi_deg, kinds[kind] - kinds["without"], color=shade, label=kind, linewidth=0.8)
         unit = units.unit_suffix(key)
-        axes.set_title(f"{key.removesuffix(unit)} / {units.display_unit(key)}")
+        name = textwrap.fill(curves.names.get(key, key.removesuffix(unit)), TITLE_WIDTH)
+        axes.set_title(units.typeset_label(f"{name} / {units.display_unit(key)}"))
         style.over_a_turn(axes, label=False)
     figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside upper right", frameon=False, ncols=2)
     figure.supxlabel("carrier angle φ / deg", fontsize=8.5)

@@ -279,11 +279,15 @@ KINDS = {
 
 @dataclass(frozen=True)
 class FrictionCurves:
-    """Friction result, and quantities (n,) at carrier angles (n,) [deg] by key with display unit, then by kind."""
+    """Friction result, and quantities (n,) at carrier angles (n,) [deg] by key with display unit, then by kind.
+
+    `names` are those of the quantities by key.
+    """
 
     result: Friction
     phi_deg: Array
     curves: Mapping[str, Mapping[str, Array]]
+    names: Mapping[str, str]
 
     def columns(self) -> dict[str, Array]:
         """Return all columns of the table; the kind of friction precedes the unit in the key."""

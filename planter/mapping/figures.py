@@ -30,6 +30,8 @@ MOMENTS = 120
 """Moments of a cycle from which those that are drawn are refined."""
 _ARROW = 0.13
 """Length of a pose's arrow in parts of the extent of the poses."""
+_LEAST_GAP = 0.025
+"""Ends of arrows closer than this, in parts of what is drawn, share the text with their numbers."""
 _WIDEST = 4
 """Circles with a larger radius than this, in extents of the poses, are not drawn."""
 
@@ -87,18 +89,25 @@ def _family(axes: Axes, members: list[Dyad]) -> None:
 
 
 def poses(axes: Axes, placements: Array) -> None:
-    """Poses (n, 3) as numbered arrows along the arm's x axis; numbers of places close together stand apart."""
+    """Poses (n, 3) as numbered arrows along the arm's x axis; numbers of ends close together stand in one text."""
     length = _ARROW * _extent(placements)
-    tips = placements[:, :2]
-    for number, (place, angle) in enumerate(zip(tips, placements[:, 2], strict=True), 1):
-        ahead = place + length * np.array([np.cos(angle), np.sin(angle)])
+    named: list[tuple[Array, Array, str]] = []
+    for number, (x, y, angle) in enumerate(placements, 1):
+        place, direction = np.array([x, y]), np.array([np.cos(angle), np.sin(angle)])
+        ahead = place + length * direction
         axes.update_datalim([MM * (place + 1.3 * (ahead - place))])
-        axes.annotate("", MM * ahead, MM * place, arrowprops={"arrowstyle": "-|>", "color": style.INK, "lw": 0.9})
+        end, begin = ((float(a), float(b)) for a, b in (MM * ahead, MM * place))
+        axes.annotate("", end, begin, arrowprops={"arrowstyle": "-|>", "color": style.INK, "lw": 0.9})
         axes.plot(*MM * place, "o", color=style.INK, markersize=3, zorder=5)
-        side = 7 * np.array([np.cos(angle), np.sin(angle)])
-        at = (float(MM * ahead[0]), float(MM * ahead[1]))
-        axes.annotate(str(number), at, (float(side[0]), float(side[1])), textcoords="offset points", ha="center",
-                      va="center", zorder=6, bbox=style.CLEAR)  # fmt: skip
+        named.append((MM * ahead, 7 * direction, str(number)))
+    gap = _LEAST_GAP * max(axes.dataLim.width, axes.dataLim.height)
+    while named:
+        ahead, offset, _ = named[0]
+        group = [entry for entry in named if np.hypot(*(entry[0] - ahead)) < gap]
+        named = [entry for entry in named if np.hypot(*(entry[0] - ahead)) >= gap]
+        text, (x, y), (dx, dy) = ", ".join(number for *_, number in group), ahead.tolist(), offset.tolist()
+        axes.annotate(text, (x, y), (dx, dy), textcoords="offset points", ha="center", va="center", zorder=6,
+                      bbox=style.CLEAR)  # fmt: skip
 
 
 @style.with_style
@@ -146,7 +155,7 @@ def angle_curve(synthesis: Synthesis) -> Figure:
     top.set_ylabel("arm angle relative to carrier / deg")
     top.legend(frameon=False, loc="best")
     bottom.axhline(0, color=style.INK, linewidth=0.7)
-    bottom.set_ylabel("-d(arm)/d(carrier)")
+    bottom.set_ylabel(r"$-$d(arm)/d(carrier)")
     style.over_a_turn(bottom)
     bottom.set_xlabel("carrier angle θ / deg")
     return figure

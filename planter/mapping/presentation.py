@@ -15,9 +15,10 @@ from planter.mapping import model
 from planter.mapping.train import GEARS, polar_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
-from planter.report.labels import clean_zero, list_values, tabulate_rows
+from planter.report.labels import clean_zero, tabulate_named, tabulate_rows
 from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
 from planter.version import __version__
+from planter.view.names import load_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,6 +41,7 @@ CAPTIONS = {
 POSE_KEYS = ("pose", "crank_angle_deg", "assembly", "circuit", "transmission_deg", "position_error_mm")
 MISS_KEYS = ("pose", "carrier_deg", "position_error_mm", "hinge_error_mm", "angle_error_deg")
 
+NAMES = load_names(__package__).with_symbols()
 Columns = Mapping[str, Mapping[str, "Array"]]
 
 
@@ -117,8 +119,8 @@ def _describe_linkage(linkage: LinkageFound) -> Iterator[Block]:
     defects = [name for name, is_present in linkage.defects.table().items() if is_present]
     keys = ("type", "grashof", "frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "arm_length_mm")
     values: dict[str, Cell] = {key: getattr(linkage, key) for key in (*keys, "transmission_min_deg")}
-    yield list_values(values | {"defects": ", ".join(defects) or "none"})
-    yield tabulate_rows([pose.table() for pose in linkage.poses], POSE_KEYS, "Poses")
+    yield tabulate_named(values | {"defects": ", ".join(defects) or "none"}, NAMES)
+    yield tabulate_rows([pose.table() for pose in linkage.poses], POSE_KEYS, "Poses", names=NAMES)
 
 
 def _describe_curves(result: SynthesisFound) -> Iterator[Block]:
@@ -137,16 +139,17 @@ def _describe_curves(result: SynthesisFound) -> Iterator[Block]:
     for curve, caption in curves:
         if curve:
             yield _tabulate_misses(curve.poses, caption)
-            yield list_values({key: getattr(curve, key) for key in ("slope_min", "slope_max", "monotone", "rms_mm")})
+            values = {key: getattr(curve, key) for key in ("slope_min", "slope_max", "monotone", "rms_mm")}
+            yield tabulate_named(values, NAMES)
 
 
 def _tabulate_misses(rows: Sequence[Missed], caption: str) -> Table:
-    return tabulate_rows([row.table() for row in rows], MISS_KEYS, caption)
+    return tabulate_rows([row.table() for row in rows], MISS_KEYS, caption, names=NAMES)
 
 
 def _describe_train(result: TrainFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
-    keys = ("slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
+    keys = ("ratio_min", "ratio_max", "module_max_mm", "slope_min", "slope_max", "carrier_bend_deg", "x_s")
     values: dict[str, Cell] = {key: getattr(result, key) for key in keys}
     values |= {
         f"closure_error_{stage}_rad": clean_zero(error) for stage, error in enumerate(result.closure_error_rad, 1)
@@ -160,9 +163,8 @@ def _describe_train(result: TrainFound) -> Iterator[Section]:
         }
         for k, gear in enumerate(GEARS)
     ]
-    pitch_curves = tabulate_rows(gears, ("gear", *by_gear), "Pitch curves", ("concave_at_deg",))
-    train = Keys({"x_s": result.x_s, **list_values(values).pairs})  # `_s` is no unit here
-    yield Section("Gear train", [train, pitch_curves])
+    pitch_curves = tabulate_rows(gears, ("gear", *by_gear), "Pitch curves", ("concave_at_deg",), NAMES)
+    yield Section("Gear train", [tabulate_named(values, NAMES), pitch_curves])
     if result.poses:
         yield Section("Poses", [_tabulate_misses(result.poses, "Poses where the path comes closest to them")])
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from planter.engine.machine import Machine
+from planter.engine.wording import name_quantity
 from planter.errors import InputError
 from planter.files import units
 from planter.files.document import Document
@@ -59,6 +60,8 @@ LEVEL = 0.01
 """Level of the test against the rigid machine, for all effects together."""
 DECISIVE = 1.0
 """Logarithm, to the base 10, of the ratio of evidences from which on data decide."""
+MOST_DECADES = 6.0
+"""Logarithm, to the base 10, of the largest ratio of evidences that a sentence states as a number."""
 FORCE, TORQUE = "N", "N m"
 
 
@@ -76,6 +79,11 @@ class ExplainedFit:
     def name(self) -> str:
         """The names of the effects."""
         return " + ".join(effect.name for effect in self.effects) or self.base
+
+    @property
+    def words(self) -> str:
+        """The effects in words, for pages."""
+        return describe_effects(self.curve.machine, self.effects) or self.base
 
     @property
     def base(self) -> str:
@@ -133,6 +141,7 @@ def explain_curve(
     compared = len(effects)
     if not any(judge_fit(each.fit, each.lack) == "explained" for each in fits):
         pairs = _pair_effects(fits[1:])
+        phase.total += len(pairs)
         fits += [fit_effects(*pair) for pair in pairs]
         compared += len(pairs)
     preferred = _choose_explanation(fits, compared)
@@ -151,7 +160,13 @@ def explain_curve(
         quantity=preferred.fit.curve.keys[0],
         unit=preferred.fit.curve.unit,
         outcome=judge_fit(preferred.fit, preferred.lack),
-        statement=_state_result({row.name: row for row in rows}, preferred.name, undecided, compared),
+        statement=_state_result(
+            {row.name: row for row in rows},
+            preferred.name,
+            undecided,
+            compared,
+            {each.name: each.words for each in fits},
+        ),
         preferred=preferred.name,
         undecided=undecided,
         compared=compared,
@@ -180,6 +195,21 @@ def read_and_explain(
         raise InputError("--explain takes one quantity: give --column and --quantity once")
     measured = read_measurement(machine, data, columns, quantities)
     return explain_curve(machine, model, measured, bounds, quantities[0], rebuild, seed, progress, priors)
+
+
+def describe_effects(machine: Machine, effects: Sequence[SensorEffect]) -> str:
+    """Return effects in words, quantities by what they mean and their symbols; empty without effects."""
+    named = {quantity.key: name_quantity(quantity) for quantity in machine.results}
+    words = []
+    for effect in effects:
+        match effect:
+            case LeakedForce(key):
+                words.append(f"share of {named[key]}")
+            case LeakedTorque(key):
+                words.append(f"{named[key]} at a lever")
+            case _:
+                words.append(effect.name)
+    return " + ".join(words)
 
 
 def list_effects(machine: Machine, quantity: str, measured: Measurement) -> list[SensorEffect]:
@@ -314,7 +344,14 @@ def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_interval
     )
 
 
-def _state_result(rows: Mapping[str, Explanation], preferred: str, undecided: Sequence[str], compared: int) -> str:
+def _state_result(
+    rows: Mapping[str, Explanation],
+    preferred: str,
+    undecided: Sequence[str],
+    compared: int,
+    words: Mapping[str, str],
+) -> str:
+    """Return the sentences on the preferred explanation; `words` are those of explanations by their names."""
     base = next(name for name in SUBJECTS if name in rows)
     rigid, best, subject = rows[base], rows[preferred], SUBJECTS[base]
     sentences = []
@@ -331,14 +368,22 @@ def _state_result(rows: Mapping[str, Explanation], preferred: str, undecided: Se
         verb = {"explained": "explains", "not explained": "comes nearest but does not explain",
                 "not settled": "comes nearest to"}[best.outcome]  # fmt: skip
         sentences.append(
-            f"{preferred[0].upper()}{preferred[1:]} {verb} the curve ({best.meaning}): {subject} is "
-            f"10^{best.log10_bayes:.1f} times less probable, and leaves {rigid.rms / best.rms:.3g} times the residual"
+            f"{words[preferred][0].upper()}{words[preferred][1:]} {verb} the curve: {subject} is "
+            f"{_describe_odds(best.log10_bayes)} less probable, and leaves {rigid.rms / best.rms:.3g} times the "
+            "residual"
         )
         values = [
             f"{p.name.rpartition('.')[2]} {p.value or np.inf:.4g} {p.unit}".removesuffix(" 1") for p in best.parameters
         ]
         sentences.append(f"Its parameters: {', '.join(values)}")
     if undecided:
-        names = [preferred, *undecided]
+        names = [words[name] for name in (preferred, *undecided)]
         sentences.append(f"These data cannot decide between {', '.join(names[:-1])} and {names[-1]}")
     return ". ".join(sentences)
+
+
+def _describe_odds(log10_bayes: float) -> str:
+    """Return how many times more probable an explanation is; beyond a million the model itself is less certain."""
+    if log10_bayes >= MOST_DECADES:
+        return "more than a million times"
+    return f"{round(10**log10_bayes, 1 - int(log10_bayes)):g} times"

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planter.engine.wording import name_quantity
 from planter.files import units
 from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
 from planter.measured.explanations import ExplanationFits
-from planter.measured.findings import ExplanationFound, FittedInput, MeasuredFound, MeasuredPreview
+from planter.measured.findings import FittedInput, MeasuredFound, MeasuredPreview
 from planter.measured.reading import DataReading, Measurement, describe_dropped, find_repeat_residuals
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
-from planter.report.html import Block, Cell, Items, Keys, Section, Table
+from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table
 from planter.report.labels import format_name
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
@@ -35,6 +37,10 @@ FIT_CAPTION = "Measured and fitted values over a cycle, and the residuals of eac
 MOST_DRAWN = 5000
 """Maximum number of points of a drawing."""
 OUTLIER = "#c0392b"
+LEAST_PROBABILITY, BELOW = 1e-6, "below 1e-6"
+"""Probabilities below this are not given as numbers: the model of the noise is less certain than that."""
+LEGEND_WIDTH, LABEL_WIDTH = 90, 34
+"""Characters of a line of a legend, and of the label of an axis."""
 LAGS = 30
 """Number of steps over which correlations of noise are drawn."""
 
@@ -95,7 +101,7 @@ def present_explained(
         title=f"{document.name}: explanations of measured data",
         conclusion=f"{result.statement}.",
         record=result,
-        sections=[*_list_explanations(result), *_list_data(result.reading, result.treatment)],
+        sections=[*_list_explanations(explained), *_list_data(result.reading, result.treatment)],
         document=document,
         meanings=meanings,
         figures=lambda: {
@@ -108,19 +114,27 @@ def present_explained(
     )
 
 
-def _list_explanations(result: ExplanationFound) -> Iterator[Section]:
-    head = ("explanation", "outcome", f"rms / {result.unit}", "p", "log10 Bayes", "agree", "correlation", "left p")
+def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
+    result, words = explained.result, {name: fit.words for name, fit in explained.fits.items()}
+    ordered = sorted(result.explanations, key=lambda e: -e.log10_bayes)
+    head = ("explanation", "outcome", f"rms / {result.unit}", "p", "log10 Bayes")
     rows: list[tuple[Cell, ...]] = [
-        (e.name, e.outcome, e.rms, "" if e.probability is None else e.probability, round(e.log10_bayes, 1),
-         f"{e.agreeing_starts} of {e.starts}", e.noise.rho, e.lack_of_fit.probability)
-        for e in sorted(result.explanations, key=lambda e: -e.log10_bayes)
-    ]  # fmt: skip
+        (words[e.name], e.outcome, e.rms, _format_probability(e.probability), round(e.log10_bayes, 1)) for e in ordered
+    ]
     base = result.explanations[0].name
-    caption = f"p: probability of the improvement over {base} by chance; Bayes: evidence over its evidence."
-    yield Section("Explanations", [Table(head, rows, caption, page_columns=head[-3:])])
+    caption = (
+        f"p: probability of the improvement over {base} by chance; log10 Bayes: decimal logarithm of the evidence over "
+        f"that of {base}."
+    )
+    fits: list[tuple[Cell, ...]] = [
+        (e.name, f"{e.agreeing_starts} of {e.starts}", e.noise.rho, _format_probability(e.lack_of_fit.probability))
+        for e in ordered
+    ]
+    details = Table(("key", "starts that agree", "correlation of the noise", "p of what is left"), fits)
+    yield Section("Explanations", [Table(head, rows, caption), Folded("Fits, by their keys", [details])])
     considered = {result.preferred, *result.undecided}
     parameters: list[tuple[Cell, ...]] = [
-        (e.name, p.name.rpartition(".")[2], *map(_cell, (p.value, *(p.interval or (None, None)))), p.unit,
+        (words[e.name], p.name.rpartition(".")[2], *map(_cell, (p.value, *(p.interval or (None, None)))), p.unit,
          *map(_cell, (p.lower, p.upper)), p.prior)
         for e in result.explanations if e.name in considered for p in e.parameters
     ]  # fmt: skip
@@ -129,7 +143,14 @@ def _list_explanations(result: ExplanationFound) -> Iterator[Section]:
         yield Section("Parameters, with 95 % intervals", [Table(columns, parameters, page_columns=columns[-3:])])
     inputs: list[tuple[Cell, ...]] = [(e.name, e.value, e.low95, e.high95, e.unit) for e in result.fitted]
     table = Table(("input", "value", "from", "to", "unit"), inputs)
-    yield Section(f"Fitted inputs, {result.preferred}", [table])
+    yield Section(f"Fitted inputs, {words[result.preferred]}", [table])
+
+
+def _format_probability(probability: float | None) -> Cell:
+    """Return a probability as a cell, without digits if it is as good as zero, empty for None."""
+    if probability is None:
+        return ""
+    return probability if probability > LEAST_PROBABILITY else BELOW
 
 
 def _cell(value: float | None) -> Cell:
@@ -288,28 +309,31 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     names = dict.fromkeys([fits[result.preferred].base, result.preferred, *result.undecided[:2]])
     for index, name in enumerate(names):
         fit, shade = fits[name].fit, style.curve_colour(name, index)
-        top.plot(dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=name)
+        label = textwrap.fill(fits[name].words, LEGEND_WIDTH)
+        top.plot(dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=label)
         bottom.plot(phi[thin], fit.residuals[thin], "o", color=shade, markersize=1.6)
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    top.set_ylabel(f"{format_name(result.quantity)} / {result.unit or '1'}")
+    name = next(name_quantity(quantity) for quantity in first.machine.results if quantity.key == result.quantity)
+    top.set_ylabel(f"{textwrap.fill(name, LABEL_WIDTH)} / {result.unit or '1'}")
     bottom.set_ylabel(f"residual / {result.unit or '1'}")
     style.over_a_turn(bottom, label=False, end=end)
     bottom.set_xlabel(angle)
-    figure.legend(*top.get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
+    figure.legend(*top.get_legend_handles_labels(), loc="outside upper left", frameon=False)
     return figure
 
 
 @style.with_style
 def draw_reading(measured: Measurement) -> Figure:
     """Draw the record with its revolutions and outliers, these over each other, and the correlation of the noise."""
-    count = len(measured.channels)
+    correlations = [_correlate_noise(measured.phi[c.used], c.values[c.used]) for c in measured.channels]
+    count, has_lags = len(correlations), any(each is not None for each in correlations)
     figure = style.new_figure(1.0 + 2.6 * count)
-    grid = figure.subplots(count, 3, squeeze=False, width_ratios=[2.2, 1.2, 0.9])
+    grid = figure.subplots(count, 2 + has_lags, squeeze=False, width_ratios=[2.2, 1.2, 0.9][: 2 + has_lags])
     revolutions = (measured.phi - measured.phi.min()) / TURN
     number = np.floor(revolutions + 1e-9).astype(int)
     rows = np.arange(len(measured.phi))
     thin = 1 + len(rows) // MOST_DRAWN
-    for (record, turns, lags), channel in zip(grid, measured.channels, strict=True):
+    for (record, turns, *rest), channel, correlation in zip(grid, measured.channels, correlations, strict=True):
         for odd in (0, 1):
             part = np.flatnonzero(channel.used & (number % 2 == odd))[::thin]
             shade = (style.curve_colour("exact", 0), style.SOFT)[odd]
@@ -325,22 +349,19 @@ def draw_reading(measured: Measurement) -> Figure:
         for axes in (record, turns):  # outliers beyond the edge do not hide the curve
             axes.set_ylim(inside.min() - 0.15 * span, inside.max() + 0.15 * span)
         record.set_ylabel(f"{channel.name} / {channel.unit or '1'}")
-        record.set_title("record", loc="left")
+        noise = f"noise {channel.noise:.2g} {channel.unit}"
+        record.set_title("record" if has_lags else f"record, {noise}", loc="left")
         turns.set_title(f"{revolutions.max():.3g} revolutions", loc="left")
-        correlations = _correlate_noise(measured.phi[channel.used], channel.values[channel.used])
-        lags.set_title(f"noise {channel.noise:.2g} {channel.unit}", loc="left")
-        if correlations is None:
-            lags.text(
-                0.5, 0.5, "its correlation needs\ntwo revolutions", ha="center", va="center", transform=lags.transAxes
-            )
-            lags.set_xticks([])
-            lags.set_yticks([])
-        else:
-            lags.bar(np.arange(len(correlations)), correlations, color=style.SOFT)
-            lags.set_ylim(min(-0.3, float(correlations.min())), 1.05)
+        for lags in rest:
+            lags.set_title(noise, loc="left")
+            if correlation is None:
+                lags.set_axis_off()
+            else:
+                lags.bar(np.arange(len(correlation)), correlation, color=style.SOFT)
+                lags.set_ylim(min(-0.3, float(correlation.min())), 1.05)
         turns.set_xlim(0, 360)
         turns.set_xticks([0, 180, 360])
-    for axes, label in zip(grid[-1], ("revolutions", "angle / deg", "steps apart"), strict=True):
+    for axes, label in zip(grid[-1], ("revolutions", "angle / deg", "steps apart"), strict=False):
         axes.set_xlabel(label)
     return figure
 

@@ -303,9 +303,10 @@ def run_preview(
 def run_explain(
     console: Console, machine: Machine, data: Path, columns: Columns, bounds: Mapping[str, tuple[float, float]],
     quantities: Sequence[str], seed: int, priors: Mapping[str, tuple[float, float]], out: Path | None,
-    model: str = "derived",
+    model: str = "derived", angle: str | None = None,
 ) -> None:  # fmt: skip
     """Print what explains the measured curve of a quantity of a machine, and write it into a folder if one is named."""
+    from planter.engine.wording import name_angle
     from planter.measured.explanations import read_and_explain
     from planter.measured.presentation import present_explained
 
@@ -313,7 +314,7 @@ def run_explain(
     explained = read_and_explain(
         machine, model, data, columns, bounds, quantities, rebuild, seed, console.progress, priors
     )
-    present_explained(machine.document, explained, machine.meanings, machine.angle).show(console, out)
+    present_explained(machine.document, explained, machine.meanings, angle or name_angle(machine)).show(console, out)
 
 
 def run_calibrate(

@@ -13,6 +13,7 @@ import numpy as np
 from planter.engine.drive import RPM
 from planter.engine.loops import split_gaps
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
+from planter.engine.wording import name_angle, name_quantity
 from planter.files import units
 from planter.kernels import Array
 from planter.kernels.formulas import HOISTED, Formulas
@@ -32,6 +33,11 @@ if TYPE_CHECKING:
     from planter.mechanism.cycle import MechanismCycle
     from planter.mechanism.ensemble import MechanismEnsemble
 
+UNIT_WORDS = {
+    "N": "force", "N m": "torque", "W": "power", "J": "energy", "deg": "angle", "rad/s": "angular velocity",
+    "rad/s2": "angular acceleration", "mm": "length", "m/s": "speed", "m/s2": "acceleration",
+}  # fmt: skip
+"""What quantities are that share a figure, by their unit."""
 MOST_CURVES = 6
 """Curves in one figure."""
 MOST_BANDS = 4
@@ -44,8 +50,8 @@ MOST_SEPARATIONS = 40
 class PlotAxis:
     """The abscissa of curves: values (n,), its name with its unit, and whether it is the angle of a cycle [deg].
 
-    For a cycle, `end` is its last angle, `ends` are the values of the curves there by key, and `repeats` holds if it
-    ends in the state in which it began.
+    `column` is its name in tables. For a cycle, `end` is its last angle, `ends` are the values of the curves there by
+    key, and `repeats` holds if it ends in the state in which it began.
     """
 
     values: Array
@@ -54,12 +60,15 @@ class PlotAxis:
     ends: Mapping[str, float] = field(default_factory=dict)
     repeats: bool = False
     end: float = 360.0
+    column: str = ""
 
     @classmethod
     def from_cycle(cls, cycle: MechanismCycle) -> PlotAxis:
         """Return the angle of a cycle as an abscissa."""
         end = float(np.degrees(cycle.machine.turn))
-        return cls(cycle.angles_deg, f"{cycle.machine.angle} / deg", True, cycle.ends, cycle.repeats, end)
+        column = f"{cycle.machine.angle}_deg"
+        label = f"{name_angle(cycle.machine)} / deg"
+        return cls(cycle.angles_deg, label, True, cycle.ends, cycle.repeats, end, column)
 
 
 def draw_curves(columns: Mapping[str, Array], axis: PlotAxis) -> Iterator[tuple[str, Figure]]:
@@ -81,7 +90,7 @@ def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figu
     if axis.is_angle:
         style.over_a_turn(axes, end=axis.end)
     axes.set_xlabel(axis.label)
-    axes.set_ylabel(unit or "1")
+    axes.set_ylabel(f"{UNIT_WORDS.get(unit, 'value')} / {unit or '1'}")
     ends = []
     for index, (key, values) in enumerate(columns.items()):
         shade = style.curve_colour(key, index)
@@ -101,6 +110,8 @@ def draw_ensemble(ensemble: MechanismEnsemble) -> Iterator[tuple[str, Figure]]:
     """Yield figures of the bands of an ensemble by the names of their files, then that of the runs' separation."""
     by_unit: dict[str, list[str]] = {}
     for key in ensemble.curves:
+        if not ensemble.bands[key].any():  # what is zero in all runs
+            continue
         by_unit.setdefault(units.display_unit(key), []).append(key)
     bands = ensemble.bands
     for unit, keys in by_unit.items():
@@ -205,11 +216,6 @@ def select_curves(keys: Iterable[str], machine: Machine | None = None) -> list[s
     return sorted(keys, key=lambda key: -1 if key in motors else order.get(units.display_unit(key), len(order)))[
         :MOST_SCENE_CURVES
     ]
-
-
-def name_quantity(quantity: Quantity) -> str:
-    """Return the name of a quantity on a page: its meaning, and its symbol."""
-    return f"{quantity.meaning} ({quantity.name})" if quantity.meaning else quantity.name
 
 
 def build_scene(

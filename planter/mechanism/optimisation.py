@@ -17,6 +17,7 @@ from planter.engine.problem import CurveProblem, DesignProblem, build_problem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
 from planter.engine.summary import ROUNDING
+from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.model import require_repeating
@@ -34,7 +35,7 @@ from planter.optimise.local_search import SearchRecord
 from planter.optimise.range_variance import Sampling
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
-from planter.view.subject import RequirementCheck
+from planter.view.subject import RequirementCheck, to_sentence_case
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,10 @@ class StatedGoal:
             tuple(resolve_measure(machine, measure) for measure in terms),
             tuple(resolve_limit(machine, limit) for limit in limits),
         )
+
+    def describe(self) -> str:
+        """Return the sum in words, each measure with its unit."""
+        return describe_sum(self.machine, self.objective)
 
     def require_objective(self) -> None:
         """Raise InputError if there is no sum, ComputationError for the mean of what does not repeat after a cycle."""
@@ -159,13 +164,16 @@ def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[Li
     return results
 
 
-def list_limit_checks(limits: Sequence[Limit], results: Sequence[LimitResult]) -> list[RequirementCheck]:
-    """Return limits with their results as a page has them."""
+def list_limit_checks(machine: Machine, results: Sequence[LimitResult]) -> list[RequirementCheck]:
+    """Return the limits of a machine with their results as a page has them."""
     checks = []
-    for limit, result in zip(limits, results, strict=True):
+    for limit, result in zip(machine.limits, results, strict=True):
         margin = None if result.value is None else limit.sign * (result.limit - result.value)
-        ends = (None, result.limit) if limit.sign > 0 else (result.limit, None)
-        checks.append(RequirementCheck(str(limit.measure), result.unit, result.value, margin, result.met, *ends))
+        lower, upper = (None, result.limit) if limit.sign > 0 else (result.limit, None)
+        words = to_sentence_case(describe_measure(machine, limit.measure))
+        checks.append(
+            RequirementCheck(str(limit.measure), result.unit, result.value, margin, result.met, lower, upper, words)
+        )
     return checks
 
 

@@ -37,8 +37,8 @@ from planter.mechanism.results import (
 )
 from planter.records import Record
 from planter.report import files
-from planter.report.html import Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import format_label, format_name, list_values
+from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
+from planter.report.labels import format_label, format_name, list_values, tabulate_named
 from planter.report.presentation import (
     MOST_KEY_FIGURES,
     ModelAssumptions,
@@ -199,11 +199,28 @@ def present_drive(drive: Drive) -> ResultPresentation:
 
 def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresentation:
     """Return the presentation of a free motion: quantities, energy, constraints, equilibrium."""
-    result, axis = motion.result, PlotAxis(motion.times, "time / s", is_angle=False)
+    result, axis = motion.result, PlotAxis(motion.times, "time / s", is_angle=False, column="time_s")
     title = f"Motion of {file.name} until {result.until_s:g} s"
     scene = partial(drawing.build_scene, title, axis, result.until_s, motion.columns, motion.places)
     parts = _draw_quantities(lambda: (axis, motion.columns), lambda: [MotionBlock(scene(), MOTION_CAPTION)])
     return _present(_describe_file(file), title, result, _list_motion_sections(motion), **parts)
+
+
+SEPARATION_NAMES = {
+    "runs": "Runs",
+    "parted_runs": "Runs that part from the motion of the stated start",
+    "threshold": "Separation from which on a run has parted / ranges of the states",
+    "last_median": "Median of the separation at the end / ranges of the states",
+    "lyapunov_per_s": "Largest Lyapunov exponent / 1/s",
+    "lyapunov_per_s.error": "Standard error of the exponent / 1/s",
+    "parted_after_s.mean": "Mean time until a run has parted / s",
+    "parted_after_s.mean_error": "Standard error of that mean / s",
+    "parted_after_s.std": "Standard deviation of that time / s",
+    "parted_after_s.p5": "Time that 5 % of the parted runs need less than / s",
+    "parted_after_s.median": "Median time until a run has parted / s",
+    "parted_after_s.p95": "Time that 95 % of the parted runs need less than / s",
+}
+"""Names of the separation of an ensemble's runs, with units."""
 
 
 def present_ensemble(ensemble: MechanismEnsemble, file: MechanismFile) -> ResultPresentation:
@@ -248,8 +265,14 @@ def _list_ensemble_sections(ensemble: MechanismEnsemble) -> Iterator[Section]:
         ]  # fmt: skip
         head = ("quantity", MEANING, "mean", "error", "std", "5 %", "median", "95 %", "unit")
         yield Section(f"{name.capitalize()} of a period", [Table(head, rows, page_columns=(MEANING,))])
-    values = {key: value for key, value in result.separation.table().items() if value is not None}
-    yield Section("Separation", [list_values(values)])
+    separation = result.separation
+    values: dict[str, Cell] = {"runs": result.runs, "parted_runs": separation.parted_runs,
+                               "last_median": separation.last_median, "threshold": separation.threshold}  # fmt: skip
+    if exponent := separation.lyapunov_per_s:
+        values |= {"lyapunov_per_s": exponent.value, "lyapunov_per_s.error": exponent.error}
+    if after := separation.parted_after_s:
+        values |= {f"parted_after_s.{key}": value for key, value in after.table().items()}
+    yield Section("Separation", [tabulate_named(values, SEPARATION_NAMES)])
 
 
 def _square_unit(unit: str) -> str:
@@ -347,7 +370,7 @@ def _draw_quantities(
 
     def tabulate() -> Mapping[str, Mapping[str, Array]]:
         axis, columns = find_curves()
-        table = {axis.label.replace(" / ", "_"): axis.values, **columns}
+        table = {axis.column: axis.values, **columns}
         return {"values.csv": table | ({} if measured is None else measured.column)}
 
     return {"figures": draw, "tables": tabulate, "motions": animate}

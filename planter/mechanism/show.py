@@ -11,6 +11,7 @@ from planter.measured.section import SECTION
 from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
 from planter.mechanism.swept import ROOM
 from planter.view.subject import (
+    STARTS,
     Control,
     DetailTable,
     Export,
@@ -76,8 +77,9 @@ class MechanismView:
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return largest and least values of what the sensor sees, and of the first results that change."""
+        from planter.engine.wording import name_quantity
         from planter.measured.sensor_presentation import list_signal_readings
-        from planter.mechanism.drawing import name_quantity, select_curves
+        from planter.mechanism.drawing import select_curves
 
         cycle = self._compute_cycle(values)
         extremes, results = cycle.result.quantities, {quantity.key: quantity for quantity in cycle.machine.results}
@@ -97,7 +99,7 @@ class MechanismView:
         from planter.mechanism.optimisation import list_limit_checks
 
         cycle = self._compute_cycle(values)
-        return list_limit_checks(cycle.machine.limits, cycle.result.holds or ())
+        return list_limit_checks(cycle.machine, cycle.result.holds or ())
 
     def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Return nothing: the report of the cycle has details."""
@@ -111,6 +113,16 @@ class MechanismView:
     def search(self) -> Sequence[str]:
         """Words of the search for the objective of the file, if it has one and bounds."""
         return ("optimise",) if self.lockable else ()
+
+    starts = STARTS
+
+    @property
+    def goal(self) -> str:
+        """The sum of measures of the file's objective."""
+        from planter.mechanism.machines import build_machine
+        from planter.mechanism.optimisation import StatedGoal
+
+        return StatedGoal.read(build_machine(self.file)).describe()
 
     @property
     def lockable(self) -> Sequence[str]:

@@ -75,6 +75,12 @@ class PickUp:
         """Moves the points of the path until the requirements hold; they are as many as the search has."""
         return ("pickup", "--optimise") if len(self.handles) == self.machine.spline.value_points else ()
 
+    starts = 1
+    goal = (
+        "mean square of the tip's displacement, in units of 30 mm, and of the change of the gear ratio's second "
+        "derivative, while the requirements hold"
+    )
+
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The points that were found."""
         optimised = answer["optimised"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,7 +79,7 @@ def draw_speed_and_force(device_drive: DeviceDrive, weight_N: float) -> Figure:
 PAIR = "sun, gear 6"
 NARROW = "the paper's narrow box"
 PAGE_COLUMNS = ("feasible", "KKT residual")
-PAIR_HEAD = ("rank", PAIR, "objective", "range / N", "variance / N2", *PAGE_COLUMNS)
+PAIR_HEAD = ("rank", PAIR, "settled", "objective", "range / N", "variance / N2", *PAGE_COLUMNS)
 CSV_COLUMNS = (
     "rank", "stage1", "stage2", "feasible", "settled", "objective", "range_N", "variance_N2", "kkt_residual", "seconds",
 )  # fmt: skip
@@ -123,18 +122,16 @@ def _list_comparison_figures(result: ComparisonFound) -> Iterator[KeyFigure]:
 
 def _list_comparison_sections(result: ComparisonFound) -> Iterator[Section]:
     devices = result.devices
-    settled, unsettled = ([pair for pair in devices if pair.settled is state] for state in (True, False))
-    tabulate = partial(Table, PAIR_HEAD, page_columns=PAGE_COLUMNS)
-    rows = [*map(_tabulate_pair, settled), _tabulate_pair(result.narrow)]
-    tables = [tabulate(rows, "Settled pairs, true extremes and integrals")]
-    if unsettled:
-        tables.append(tabulate([*map(_tabulate_pair, unsettled)], "Not settled, the best points that were reached"))
+    rows = [*map(_tabulate_pair, devices), _tabulate_pair(result.narrow)]
+    table = Table(PAIR_HEAD, rows, "Pairs, settled ones first, true extremes and integrals", PAGE_COLUMNS)
     description = (
         f"{result.settled} of {len(devices)} pairs are settled: a KKT residual below 1e-6 and a second start that "
         "agrees, or a violation that is least to first order. The others are only the best points reached. The "
         f"computation took {result.seconds:.3g} s."
     )
-    yield Section("Pairs of gear families", [Text(description, "warning" if unsettled else ""), *tables])
+    yield Section(
+        "Pairs of gear families", [Text(description, "" if result.settled == len(devices) else "warning"), table]
+    )
     items = [f"{pair_name(pair)}: {'; '.join(describe_pair(pair))}" for pair in devices]
     yield Section("Requirements", [Text("Requirements that each pair makes active or violates:"), Items(items)])
     if result.proposal is not None:
@@ -151,8 +148,8 @@ def _list_comparison_sections(result: ComparisonFound) -> Iterator[Section]:
 def _tabulate_pair(entry: ComparedPair | NarrowBox) -> tuple[Cell, ...]:
     scores = (entry.objective, entry.range_N, entry.variance_N2, entry.feasible)
     if isinstance(entry, NarrowBox):
-        return None, NARROW, *scores, None
-    return entry.rank, pair_name(entry), *scores, entry.kkt_residual
+        return None, NARROW, None, *scores, None
+    return entry.rank, pair_name(entry), entry.settled, *scores, entry.kkt_residual
 
 
 def pair_name(entry: ComparedPair) -> str:
@@ -215,8 +212,10 @@ def _label_bar(entry: ComparedPair | NarrowBox) -> str:
     if entry.feasible:
         return f"{entry.objective:.4g}"
     violations = entry.violations if isinstance(entry, ComparedPair) else []
-    amounts = [f"{violation.name} {violation.amount:.3g} {violation.unit}" for violation in violations]
-    return f"violates {', '.join(amounts or entry.binding)}".replace("_", " ")
+    amounts = [
+        f"{_name_requirement(violation.name)} by {violation.amount:.3g} {violation.unit}" for violation in violations
+    ]
+    return f"violates {', '.join(amounts or map(_name_requirement, entry.binding))}"
 
 
 def present_calibration(result: CalibrationFound, device: Device) -> ResultPresentation:

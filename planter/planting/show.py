@@ -19,6 +19,7 @@ from planter.planting.model import Device
 from planter.planting.swept import ROOM
 from planter.view.names import load_names
 from planter.view.subject import (
+    STARTS,
     Control,
     DetailTable,
     Export,
@@ -104,6 +105,7 @@ BESIDE = (
 
 
 NAMES = load_names(__package__)
+TIMES = "\N{MULTIPLICATION SIGN}"
 LOCKED = 1e-9
 """Room that a locked number has to either side, in parts of its bounds: a search needs some."""
 
@@ -120,6 +122,7 @@ class PlantingView:
     models: Sequence[str] = ("exact", "printed")
     exports: Sequence[Export] = EXPORTS
     search: Sequence[str] = ("optimise",)
+    starts = STARTS
 
     def __init__(self, machine: PlantingMachine) -> None:
         self.machine, self.name = machine, machine.name
@@ -162,6 +165,14 @@ class PlantingView:
         return write_numbers(
             self.machine, add_path_points(*self._at(values, "exact"), change_numbers(self.machine, values))
         )
+
+    @property
+    def goal(self) -> str:
+        """The weighted sum of range and scatter of the support force."""
+        weights = self.machine.objective
+        scatter = "variance [N²]" if weights.kind == "paper" else "standard deviation [N]"
+        parts = f"{weights.weight_range:g} {TIMES} range [N] + {weights.weight_variance:g} {TIMES} {scatter}"
+        return f"{parts} of the vertical support force, objective (31)"
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The design that was found."""
@@ -210,7 +221,7 @@ class PlantingView:
         device, x = self._at(values, "exact")
         machine = device.force.machine
         results = evaluate_limits(machine.with_data(machine.build_data(x))) if machine.limits else []
-        checks = list_limit_checks(machine.limits, results)
+        checks = list_limit_checks(machine, results)
         if not device.machine.limits_motion:
             return checks
         if self._measures is None or self._measures.device is not device:

@@ -158,11 +158,16 @@ LOSSES = {
 }
 
 
+UNITS = ((FORCES, "N"), (TORQUES, "N m"), (LOSSES, "W"))
+FRICTION_NAMES = {units.display_key(name, unit): meaning for names, unit in UNITS for name, meaning in names.items()}
+"""Meanings of all quantities by key."""
+
+
 def describe_friction_columns() -> dict[str, str]:
     """Return the meaning of each column of a table over a cycle."""
     return {
         name_column(units.display_key(name, unit), kind): f"{meaning}; {condition}"
-        for names, unit in ((FORCES, "N"), (TORQUES, "N m"), (LOSSES, "W"))
+        for names, unit in UNITS
         for name, meaning in names.items()
         for kind, condition in KINDS.items()
     }
@@ -202,7 +207,7 @@ def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) ->
     order = np.argsort(phi)
     curves = _curves({kind: turns[kind] for kind in KINDS})
     ordered = {key: {kind: row[order] for kind, row in kinds.items()} for key, kinds in curves.items()}
-    return FrictionCurves(friction, np.degrees(phi[order]), ordered)
+    return FrictionCurves(friction, np.degrees(phi[order]), ordered, FRICTION_NAMES)
 
 
 def summarise_turn(teeth: ToothedTurn, turn: LiftedCycle) -> FrictionTurn:

@@ -248,8 +248,8 @@ def typeset_numbers(text: str) -> str:
     >>> typeset_numbers("at 12.5 deg of 360 deg, 5 deg/s, from 5 deg.csv")
     'at 12.5° of 360°, 5 deg/s, from 5 deg.csv'
     """
-    degrees = re.sub(r"(?<=\d) deg\b(?![/\\]|\.\w)", "\N{DEGREE SIGN}", text)
-    return escape_markup(re.sub(r"(?:(?<![\w.\])-])|(?<=\de))-(?=\.?\d)", "\N{MINUS SIGN}", degrees))
+    minus = re.sub(r"(?:(?<![\w.\])-])|(?<=\de))-(?=\.?\d)", "\N{MINUS SIGN}", units.typeset_degrees(text))
+    return escape_markup(minus)
 
 
 def inline_svg(svg: str, name: str, label: str = "") -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.files import units
@@ -17,14 +18,15 @@ ROUNDING = 1e-9
 """Magnitude below which a computed value is shown as zero."""
 
 
-def format_label(key: str) -> str:
-    """Return a key as a label with its unit.
+def format_label(key: str, name: str | None = None) -> str:
+    """Return a key, or its `name`, as a label with its unit.
 
     >>> format_label("variance_N2"), format_label("start_objective"), format_label("seconds")
     ('variance / N2', 'start objective', 'seconds')
     """
     unit = units.display_unit(key)
-    return f"{format_name(key)} / {unit}" if unit else separate_words(key)
+    words = name or format_name(key)
+    return f"{words} / {unit}" if unit else words
 
 
 def format_name(key: str) -> str:
@@ -62,6 +64,10 @@ def _in_list(value: Any) -> str:
     return f"{cell:.6g}" if isinstance(cell, float) else str(cell)
 
 
+def _clean_cell(value: Any) -> Cell:
+    return format_cell(clean_zero(value) if isinstance(value, float) else value)
+
+
 def list_values(values: Mapping[str, Any]) -> Keys:
     """Return the single values of a result under their labels, those of a group behind its name; lists are left out."""
     pairs: dict[str, Cell] = {}
@@ -74,12 +80,35 @@ def list_values(values: Mapping[str, Any]) -> Keys:
     return Keys(pairs)
 
 
+NAMED_HEAD = ("quantity", "value", "unit", "key")
+"""Columns of a table of named values; the key is that of JSON."""
+
+
+def tabulate_named(values: Mapping[str, Any], names: Mapping[str, str], caption: str = "") -> Table:
+    """Return values by their names, with unit and key; a key without a name has its words.
+
+    A name that ends in a stroke and a unit, or in a stroke alone, replaces the unit of the key.
+    """
+    rows = []
+    for key, value in values.items():
+        name, stroke, unit = names.get(key, format_name(key)).partition(" /")
+        rows.append((name, format_cell(value), unit.strip() if stroke else units.display_unit(key), key))
+    return Table(NAMED_HEAD, rows, caption)
+
+
 def tabulate_rows(
-    rows: Sequence[Mapping[str, Any]], keys: Sequence[str], caption: str = "", page_keys: Sequence[str] = ()
+    rows: Sequence[Mapping[str, Any]],
+    keys: Sequence[str],
+    caption: str = "",
+    page_keys: Sequence[str] = (),
+    names: Mapping[str, str] = MappingProxyType({}),
 ) -> Table:
-    """Return a table of `rows` with a column for each key; those of `page_keys` come last, and on pages alone."""
-    head = [format_label(key) for key in (*keys, *page_keys)]
-    cells = [[format_cell(row[key]) for key in (*keys, *page_keys)] for row in rows]
+    """Return a table of `rows` with a column for each key, with its name if it has one in `names`.
+
+    Columns of `page_keys` come last, and on pages alone. Rounding errors are zero.
+    """
+    head = [format_label(key, names.get(key)) for key in (*keys, *page_keys)]
+    cells = [[_clean_cell(row[key]) for key in (*keys, *page_keys)] for row in rows]
     return Table(head, cells, caption, head[len(keys) :])
 
 

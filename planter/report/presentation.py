@@ -254,7 +254,10 @@ MOST_KEY_FIGURES = 3
 
 
 def find_key_figures(sections: Sequence[Section]) -> list[KeyFigure]:
-    """Return the first numbers of the lists and tables of sections: of a table, the first number of each row."""
+    """Return the first numbers of the lists and tables of sections: of a table, the first number of each row.
+
+    Rows of named values, with their keys, are named without the section.
+    """
     return list(islice((figure for section in sections for figure in _list_key_figures(section)), MOST_KEY_FIGURES))
 
 
@@ -271,7 +274,8 @@ def _list_key_figures(section: Section) -> Iterator[KeyFigure]:
                     unit = next((str(row[k] or "") for k, head in enumerate(block.head) if head == "unit"), None)
                     name, stroke, behind = str(row[0]).rpartition(" / ")
                     head = "" if block.head[index] == "value" else block.head[index]
-                    words = ", ".join(filter(None, (section.title, name or behind, head)))
+                    title = "" if "key" in block.head else section.title
+                    words = ", ".join(filter(None, (title, name or behind, head)))
                     yield _build_key_figure(row[index], words, behind if stroke and unit is None else unit)
 
 
@@ -336,4 +340,11 @@ def print_section(console: Console, section: Section) -> None:
 
 def print_sentence(text: str, mark: str = "") -> None:
     """Print a text, filled to the width of a terminal."""
-    print(textwrap.fill(safe_text.sanitise_line(text), WIDTH, initial_indent=mark, subsequent_indent=" " * len(mark)))
+    print(
+        textwrap.fill(
+            units.typeset_degrees(safe_text.sanitise_line(text)),
+            WIDTH,
+            initial_indent=mark,
+            subsequent_indent=" " * len(mark),
+        )
+    )

@@ -211,10 +211,12 @@ def render_pdf(figure: Figure) -> bytes:
 
 
 def fix_layout(figure: Figure) -> None:
-    """Typeset the units of all axes, and fix the layout of a figure, so that drawing it again moves nothing."""
+    """Typeset the units of a figure's axes and texts, and fix its layout, so that drawing it again moves nothing."""
     for axes in figure.axes:
         for axis in filter(None, (axes.xaxis, axes.yaxis, getattr(axes, "zaxis", None))):
             axis.set_label_text(units.typeset_label(axis.get_label_text()))
+    for text in figure.texts:
+        text.set_text(units.typeset_label(text.get_text()))
     with _settings():
         engine = figure.get_layout_engine()
         if engine is not None:

@@ -245,7 +245,7 @@ class Live:
     async def _search(self, message: Message) -> None:
         machine = self._opening
         task = (await self.front.ask("search", machine, message)).table()
-        await self.search.send({"searching": task["command"][0]})
+        await self.search.send({"searching": {key: task[key] for key in ("goal", "starts")}})
         result = json.loads(await self.search.command(task["command"], task["labels"]))
         optimum = await self.front.ask("sought", machine, {"answer": result})
         await self.search.send(optimum.table())

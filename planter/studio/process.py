@@ -13,6 +13,7 @@ from typing import Any
 from planter import safe_text, workers
 from planter.errors import ComputationError, InputError, PlanterError
 from planter.files.fields import SET
+from planter.files.units import typeset_degrees
 from planter.report.folder import NAME as LIST
 from planter.report.folder import output_folder
 
@@ -20,15 +21,19 @@ Send = Callable[[dict[str, Any]], Awaitable[None]]
 HINTS = {
     f" ({SET})": "",
     "rename it, choose another --out, or add --overwrite": "rename it, or move it elsewhere",
+    "ga: generation": "Genetic algorithm: generation",
+    "ipopt: start": "Local searches: start",
+    "polish: individual": "Last local searches: design",
+    "pickup: round": "Moving the path: round",
 }
-"""Parts of messages that refer to the command line, and their replacements on a page."""
+"""Parts of messages that refer to the command line or to methods, and their replacements on a page."""
 
 
 def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
     """Return a message for a page, without references to the command line, and with `labels` for paths and keys."""
     for before, after in sorted({**labels, **HINTS}.items(), key=lambda pair: -len(pair[0])):
         sentence = sentence.replace(before, after)
-    return sentence
+    return typeset_degrees(sentence)
 
 
 class StudioProcess:

@@ -154,7 +154,7 @@ class Session:
         return {"wished": self._open.wished(self._values_and_model(message)[0])}
 
     def search(self, message: Message) -> dict[str, Any]:
-        """Return the command that optimises the machine's file, which is stored in the scratch folder.
+        """Return the command that optimises the machine's file, which is stored in the scratch folder, and its goal.
 
         Raises InputError if the machine cannot be optimised.
         """
@@ -163,7 +163,13 @@ class Session:
             raise InputError(f"{machine.name} cannot be optimised")
         path = self._store("search", "machine.toml", self._search_text(message))
         options = ("--model", model) if len(machine.models) > 1 else ()
-        return {"command": [*machine.search, str(path), *options, "--json"], "labels": {str(path): machine.name}}
+        starts = ("--starts", str(machine.starts)) if machine.starts > 1 else ()
+        return {
+            "command": [*machine.search, str(path), *options, *starts, "--json"],
+            "labels": {str(path): machine.name},
+            "goal": machine.goal,
+            "starts": machine.starts,
+        }
 
     def _search_text(self, message: Message) -> str:
         """Return the file for a search, in which locked numbers have no room."""

@@ -26,7 +26,7 @@ from planter.report.folder import check_files
 from planter.report.html import escape_markup, policy_source
 from planter.studio.static_model import StaticPageModel
 from planter.version import __version__
-from planter.view.subject import Control, Movable, open_machine
+from planter.view.subject import Control, Movable, Searching, open_machine
 
 MODULES = ("programs", "filled", "improve", "text", "line")
 """JavaScript modules of this package, each after those that it imports from."""
@@ -70,6 +70,7 @@ def build_page(machine: Movable) -> str:
     description = {
         "name": machine.name,
         "controls": [control.to_json() for control in rigid.controls],
+        "goal": machine.goal if isinstance(machine, Searching) else "",
         "search": "Improve" if all(model.portable.gradient for model in models.values()) else None,
         "models": {name: model.json() for name, model in models.items()},
         "programs": {program.name: program.size for program in programs},

@@ -10,6 +10,7 @@ const $ = (id) => document.getElementById(id);
 const state = {
   machine: null, values: {}, model: "", id: 0, shown: 0, steps: [], at: 0, locked: new Set(), b: null, beside: [], checks: null,
   sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false,
+  goal: "",
 };
 const STORED = `planter studio ${location.pathname}`; // of this tab and this studio
 const THEME = "planter studio theme";
@@ -33,7 +34,9 @@ function take(message) {
   if (message.checks && message.id === state.id) checks(message.checks);
   if (message.wished) open({ text: message.wished, file: `${state.machine.name}.toml` });
   if (message.file) download(message.file);
-  if (message.progress) say(message.progress);
+  if (message.searching) searching(message.searching);
+  if (message.progress && message.work === "search") progress(message.progress);
+  else if (message.progress) say(message.progress);
   if (message.optimum) optimum(message);
   if (message.exporting !== undefined || message.exported) exported(message);
   if (message.error && current(message) && (message.id === undefined || message.id === state.id)) {
@@ -422,13 +425,32 @@ function search(running) {
   state.searching = running;
   $("optimise").textContent = running ? "Stop the search" : (state.machine?.search ?? "");
   $("optimise").classList.toggle("running", running);
+  if (!running) $("search").hidden = true;
+}
+
+/** What the search that runs makes small, from how many starts, and what it leaves as it is. */
+function searching({ goal, starts }) {
+  state.goal = goal;
+  const locked = [...state.locked].map((path) => parameters.get(path).control.name).join(", ");
+  const from = starts === 1 ? "from this design" : `from ${starts} starts, this design and others within its bounds`;
+  $("goal").replaceChildren(element("b", "", "Minimised: "), `${goal}; ${from}${locked && `. Locked: ${locked}`}.`);
+  progress("");
+  $("search").hidden = false;
+}
+
+/** How far a stage of the search is, where its text counts steps. */
+function progress(text) {
+  const [, done, total] = text.match(/ (\d+) of (\d+)/) ?? [];
+  const bar = $("search").querySelector("progress");
+  if (total) Object.assign(bar, { value: Number(done), max: Number(total) });
+  else bar.removeAttribute("value");
+  $("progress").textContent = text;
 }
 
 function optimise() {
   if (state.searching) { send({ ask: "cancel" }); say("The search was cancelled."); search(false); return; }
   search(true);
-  const count = state.locked.size;
-  say(`Searching${count ? `, with ${count} number${count > 1 ? "s" : ""} locked` : ""}.`);
+  say("Searching; the design in edit stays until a better one is found.");
   send({ ask: "optimise", values: state.values, model: state.model, locked: [...state.locked] });
 }
 
@@ -441,7 +463,7 @@ function optimum(message) {
   reflect();
   ask();
   const sentence = message.sentence ?? `Improved: objective ${digits(message.start_objective)} to ${digits(message.objective)}.`;
-  say(`${sentence} Your previous design is kept as B.`);
+  say(`${sentence} Minimised: ${state.goal}. Your previous design is kept as B.`);
   document.body.dataset.optimum = message.objective ?? message.sentence;
 }
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,8 @@ PANELS = 3
 """Panels side by side."""
 MOST_KINDS = 4
 """Maximum number of texts in a figure."""
+LABEL_WIDTH = 30
+"""Characters of a line of an axis's label."""
 SLICES = 24
 """Number of slices of a range with random values, in which rows are averaged over other inputs."""
 MARKED, DRAWN_AS_LINES = 61, 2000
@@ -50,11 +53,20 @@ class Steps:
 
 @dataclass(frozen=True)
 class SweepData:
-    """Rows of a sweep: inputs by path, points (m, n); `at_random` if the points are not a grid."""
+    """Rows of a sweep: inputs by path, points (m, n); `at_random` if the points are not a grid.
+
+    `meanings` are those of inputs by path and of outputs by name, for the axes.
+    """
 
     inputs: Mapping[str, Axis]
     points: Array
     at_random: bool
+    meanings: Mapping[str, str] = field(default_factory=dict)
+
+    def label(self, name: str) -> str:
+        """Return the label of an axis: the meaning of an input or an output, or its name, with the unit."""
+        words = textwrap.fill(self.meanings.get(name, ""), LABEL_WIDTH)
+        return format_label(last_part(name), words or None)
 
     @property
     def numbers(self) -> list[str]:
@@ -116,18 +128,14 @@ def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
         shared = panels[i * lines : (i + 1) * lines]
         for axes, (name, steps) in zip(shared.ravel(), all_steps.items(), strict=False):
             _curve(axes, steps, mask, values, rows.has_others(name), style.curve_colour(kind, i))
-            axes.set_xlabel(f"{_axis_label(name)}{steps.slices}")
+            axes.set_xlabel(f"{rows.label(name)}{steps.slices}")
         for axes in shared[:, 0]:
-            axes.set_ylabel(_axis_label(output))
+            axes.set_ylabel(rows.label(output))
         for axes in shared.ravel()[len(names) :]:
             axes.set_visible(False)
         shared[0, 0].set_title(kind)
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
     return figure
-
-
-def _axis_label(path: str) -> str:
-    return format_label(last_part(path))
 
 
 def _curve(axes: Axes, steps: Steps, mask: Flags, values: Array, has_others: bool, shade: str) -> None:
@@ -172,11 +180,11 @@ def _map(rows: SweepData, x: str, y: str, output: str, values: Array) -> Figure:
         field = _means(shape, cells, values[valid])
         edges = (_edges(across), _edges(up))
         mesh = axes.pcolormesh(*edges, field, cmap="cividis", shading="flat", rasterized=True)
-        axes.set_xlabel(f"{_axis_label(x)}{across.slices}")
+        axes.set_xlabel(f"{rows.label(x)}{across.slices}")
         axes.set_title(kind)
         axes.grid(visible=False)
-        figure.colorbar(mesh, ax=axes, label=_axis_label(output), pad=0.02)
-    panels[0].set_ylabel(f"{_axis_label(y)}{up.slices}")
+        figure.colorbar(mesh, ax=axes, label=rows.label(output), pad=0.02)
+    panels[0].set_ylabel(f"{rows.label(y)}{up.slices}")
     return figure
 
 

@@ -93,7 +93,9 @@ def _draw(sweep: Sweep, rows: Rows) -> Iterator[tuple[str, Figure]]:
     if rows.points.rows > MOST_ROWS:
         return
     points, outputs = rows.load_all()
-    data = SweepData(rows.inputs, points, sweep.plan.scheme != "grid")
+    resolved = sweep.machines[0]
+    meanings = {name: resolved.describe_output(name, "output")[1] for name in rows.outputs} | dict(resolved.inputs)
+    data = SweepData(rows.inputs, points, sweep.plan.scheme != "grid", meanings)
     values = dict(zip(rows.outputs, outputs.T, strict=True))
     if data.numbers:
         for output in rows.outputs[:MOST_FIGURES]:

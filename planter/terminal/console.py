@@ -12,11 +12,13 @@ from typing import Any, NoReturn
 
 from planter import safe_text
 from planter.errors import ComputationError, InputError, Interrupted, PlanterError
+from planter.files import units
 from planter.progress import Progress
 from planter.records import Record
 from planter.terminal import process
 
 Rows = Iterable[Sequence[object]]
+DEGREE = units.typeset_unit("deg")
 
 
 @dataclass(frozen=True)
@@ -46,20 +48,24 @@ class Console:
 
         table = Table(header_style="dim", box=None, pad_edge=False)
         listed = [list(row) for row in rows]
+        for row in listed:
+            row[:] = [
+                DEGREE if name == "unit" and cell == "deg" else cell for name, cell in zip(header, row, strict=True)
+            ]
         for index, name in enumerate(header):
             numeric = any(isinstance(row[index], int | float) and not isinstance(row[index], bool) for row in listed)
-            table.add_column(safe_text.sanitise_line(name), justify="right" if numeric else "left")
+            table.add_column(_typeset(name), justify="right" if numeric else "left")
         for row in listed:
-            table.add_row(*(cell_text(cell) for cell in row))
+            table.add_row(*(_typeset(cell_text(cell)) for cell in row))
         rich = Rich(highlight=False, markup=False, emoji=False)
         if title:  # not the table's own, which rich breaks where a narrow table ends
-            rich.print(Text(safe_text.sanitise_line(title), style="bold"))
+            rich.print(Text(_typeset(title), style="bold"))
         rich.print(table)
         rich.print()
 
     def say(self, text: str) -> None:
         """Print a note on standard error."""
-        process.print_line(safe_text.sanitise_line(text))
+        process.print_line(_typeset(text))
 
     def progress(self, at: Progress) -> None:
         """Tell how far a work is: one line that is written over on a terminal, else ten lines in all."""
@@ -88,12 +94,16 @@ class Console:
     def fail(self, error: PlanterError) -> NoReturn:
         """End with an error's sentence and exit code, with JSON also its object; each signal has a different code."""
         process.ignore_signals()
-        process.print_line(f"planter: {error.message}")
+        process.print_line(f"planter: {units.typeset_degrees(error.message)}")
         if self.as_json and error.exit_code != InputError.exit_code:
             with suppress(PlanterError), process.flush_output():
                 print(json.dumps(error.table(), indent=2, allow_nan=False))
         code = process.exit_code() if isinstance(error, Interrupted) else None
         raise SystemExit(code or error.exit_code)
+
+
+def _typeset(text: str) -> str:
+    return units.typeset_degrees(safe_text.sanitise_line(text))
 
 
 def cell_text(cell: object) -> str:

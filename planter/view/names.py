@@ -42,6 +42,10 @@ class DisplayNames:
                 return entry._replace(name=entry.name.format(index), group=entry.group.format(index))
         return None
 
+    def with_symbols(self) -> dict[str, str]:
+        """Return the names of all numbers by their paths, with their symbols in brackets."""
+        return {path: f"{name} ({symbol})" if symbol else name for path, (name, symbol, _) in self._names.items()}
+
     def meanings(self, paths: Iterable[str]) -> dict[str, str]:
         """Return the names of numbers by their paths, without those that have none."""
         return {path: entry.name for path in paths if (entry := self.find(path)) is not None}

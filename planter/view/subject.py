@@ -171,6 +171,10 @@ class Sought:
         return cls({f"{section}.{name}": value for name, value in answer["design"].items()}, sentence)
 
 
+STARTS = 8
+"""Number of local searches of a page's search for an optimum."""
+
+
 @runtime_checkable
 class Searching(Protocol):
     """A machine that a command can optimise."""
@@ -178,6 +182,14 @@ class Searching(Protocol):
     @property
     def search(self) -> Sequence[str]:
         """Words of the command without the machine's file; they are empty if this machine cannot be optimised."""
+
+    @property
+    def starts(self) -> int:
+        """Number of local searches of the command, 1 if it has no option for them."""
+
+    @property
+    def goal(self) -> str:
+        """The quantity that the command minimises, in words with its unit."""
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """Return the optimum from the JSON object that the command prints."""

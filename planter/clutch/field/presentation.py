@@ -17,10 +17,11 @@ import scipy
 from planter.clutch.field.analysis import Effects, Sample
 from planter.clutch.field.evaluation import FieldEvaluation, ResponseGoal, order_combinations
 from planter.clutch.field.trial import Factor, FieldResponse, Trial
-from planter.clutch.results import FieldTest
+from planter.clutch.results import FactorLevels, FieldTest, Level, ResponseLabel
 from planter.files import csv_rows
 from planter.report import style
 from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table, Text
+from planter.report.labels import format_label, format_name
 from planter.report.presentation import ResultPresentation
 from planter.version import __version__
 
@@ -72,9 +73,28 @@ def _conclude(result: FieldTest) -> str:
     effects = []
     for response, sources in result.anova.items():
         tests = {name: p for name, row in sources.items() if (p := getattr(row, "p", None)) is not None}
-        names = ", ".join(name for name, p in tests.items() if p < 0.05) or ("none" if tests else "not testable")
-        effects.append(f"{names} on {response}")
+        names = [_name(result.factors, name) for name, p in tests.items() if p < 0.05]
+        outcome = ", ".join(names) or ("none" if tests else "not testable")
+        effects.append(f"{outcome} on {_name(result.responses, response)}")
     return f"Effects with p < 0.05 in {result.runs} runs: {'; '.join(effects)}."
+
+
+def _name(columns: Mapping[str, FactorLevels | ResponseLabel], name: str) -> str:
+    """Return the meaning of a column without its unit, or its name if it has none."""
+    label = columns[name].label if name in columns else ""
+    return label.partition(" / ")[0] or format_name(name)
+
+
+def _label(columns: Mapping[str, FactorLevels | ResponseLabel], name: str) -> str:
+    """Return the meaning of a column with its unit, and its name in brackets."""
+    label = columns[name].label if name in columns else ""
+    words, stroke, unit = label.partition(" / ")
+    return f"{words} ({name}){stroke}{unit}" if words else format_label(name)
+
+
+def _format_level(factor: FactorLevels, level: Level) -> str:
+    """Return the value that a level stands for, or the level if it is one itself."""
+    return str(level) if factor.values is None else f"{factor.values[factor.levels.index(level)]:g}"
 
 
 def _list_sections(evaluation: FieldEvaluation) -> Iterator[Section]:
@@ -89,7 +109,7 @@ def _list_sections(evaluation: FieldEvaluation) -> Iterator[Section]:
     table = Table(("factor", "meaning", "levels", "values"), factors, "Factors", ("values",))
     yield Section("Field test", [Keys(facts), *warnings, table])
     if result.range:
-        yield Section("Range analysis", [Table(("response", "factor", "level", "mean", "range"), _list_ranges(result))])
+        yield Section("Range analysis", [_tabulate_ranges(result, response) for response in result.range])
     columns = ("response", "source", "sum of squares", "df", "mean square", "F", "p", "")
     rows = [
         (*row, "" if (p := row[-1]) is None else "*" * ((p < 0.05) + (p < 0.01))) for row in _list_variances(result)
@@ -103,13 +123,23 @@ def _list_sections(evaluation: FieldEvaluation) -> Iterator[Section]:
         yield Section("Comparison of clutches", [*_tabulate_comparisons(result), Text(note, "note")])
 
 
+def _tabulate_ranges(result: FieldTest, response: str) -> Table:
+    """Return the means of a response at the levels of the factors, which are named by their values."""
+    rows = [
+        (_label(result.factors, name), _format_level(result.factors[name], level), mean, width)
+        for column, name, level, mean, width in _list_ranges(result) if column == response
+    ]  # fmt: skip
+    return Table(("factor", "level", "mean", "range"), rows, f"Range analysis, {_label(result.responses, response)}")
+
+
 def _tabulate_comparisons(result: FieldTest) -> Iterator[Table]:
     """Yield a table for each pair of clutches."""
     keys = ("measure", "speed_m_s", "difference", "reduction_percent", "p_value", "p_holm")
     head = ("measure", "m/s", "difference", "reduction %", "p", "p (Holm)")
     pairs: dict[str, list[list[Cell]]] = {}
     for row in (*result.comparison, *result.other_comparisons):
-        pairs.setdefault(f"{row.clutch} against {row.reference}", []).append([getattr(row, key) for key in keys])
+        cells = [_label(result.responses, row.measure), *(getattr(row, key) for key in keys[1:])]
+        pairs.setdefault(f"{row.clutch} against {row.reference}", []).append(cells)
     for caption, rows in pairs.items():
         yield Table(head, rows, caption)
 
@@ -118,27 +148,34 @@ def _describe_prediction(result: FieldTest) -> Iterator[Block]:
     if result.best:
         goals = result.goals | {"both": "least mean rank"}
         best = [
-            ("all together" if name == "both" else name, goals[name], *map(str, levels))
+            ("all together" if name == "both" else _name(result.responses, name), goals[name],
+             *map(_format_level, result.factors.values(), levels))
             for name, levels in result.best.items()
-        ]
-        yield Table(("response", "goal", *result.factors), best, "Best levels")
+        ]  # fmt: skip
+        yield Table(("response", "goal", *_list_heads(result)[: len(result.factors)]), best, "Best levels")
     title = "Additive prediction, best first" if result.goals else "Additive prediction"
-    yield Table((*result.factors, *result.responses), _order_predictions(result)[:BEST_ROWS], title)
+    yield Table(_list_heads(result), _order_predictions(result)[:BEST_ROWS], title)
     yield Text("The prediction adds main effects: interactions are neither predicted nor tested.", "note")
+
+
+def _list_heads(result: FieldTest) -> list[str]:
+    """Return factors and responses as heads of columns."""
+    columns: Mapping[str, FactorLevels | ResponseLabel] = {**result.factors, **result.responses}
+    return [_label(columns, name) for name in columns]
 
 
 def _list_combinations(result: FieldTest) -> Iterator[Section]:
     rows = _order_predictions(result)
     order = ", best by mean rank first" if result.goals else ""
     title = f"{min(len(rows), PAGE_ROWS)} of {len(rows)} combinations{order}"
-    table = Table((*result.factors, *result.responses), rows[:PAGE_ROWS])
+    table = Table(_list_heads(result), rows[:PAGE_ROWS])
     yield Section("Predictions", [Folded(title, [table])])
 
 
 def _list_ranges(result: FieldTest) -> list[tuple[Any, ...]]:
     """Return response, factor, level and mean, with the range in the first row of each factor."""
     return [
-        (response, name, str(level), mean, None if index else means.R)
+        (response, name, level, mean, None if index else means.R)
         for response, factors in (result.range or {}).items()
         for name, means in factors.items()
         for index, (level, mean) in enumerate(zip(result.factors[name].levels, means.k, strict=True))
@@ -162,7 +199,11 @@ def _order_predictions(result: FieldTest) -> list[tuple[Any, ...]]:
         for name, goal in result.goals.items()
     ]
     order = order_combinations(losses) if rows and losses else range(len(rows))
-    return [(*map(str, rows[k].levels), *(rows[k].means[name] for name in result.responses)) for k in order]
+    factors = result.factors.values()
+    return [
+        (*map(_format_level, factors, rows[k].levels), *(rows[k].means[name] for name in result.responses))
+        for k in order
+    ]
 
 
 def _format_tables(result: FieldTest) -> dict[str, str]:
@@ -370,7 +411,7 @@ def draw_comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Fig
             if measured:
                 offset = 0.16 * (index - (len(clutches) - 1) / 2)
                 handles[clutch] = _errorbar(axes, measured, speeds, offset, style.curve_colour(clutch, index))
-        axes.set_title(_plain(labels.get(measure, measure)))
+        axes.set_title(_plain(labels.get(measure) or format_label(measure)))
         axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
         axes.set_xlim(-0.5, len(speeds) - 0.5)
         axes.set_xlabel("working speed / (m/s)")

@@ -343,7 +343,9 @@ def calibrate(
             return
         if explain:
             engine = calibration.build_engine_machine(device.machine, device.model)
-            run_explain(console, engine, data, columns, bounds, quantities, seed, priors, out, device.model)
+            run_explain(
+                console, engine, data, columns, bounds, quantities, seed, priors, out, device.model, "carrier angle φ"
+            )
             return
         fitted = calibration.calibrate_to_data(
             device.machine,

@@ -15,6 +15,7 @@ import scipy
 from planter.audit import numbers
 from planter.audit.registry import register_experiment
 from planter.engine.machine import Machine
+from planter.engine.wording import name_quantity
 from planter.kernels import Array
 from planter.measured.curve import SAMPLES
 from planter.measured.effects import (
@@ -25,6 +26,7 @@ from planter.measured.effects import (
     SensorEffect,
     SpeedHarmonics,
 )
+from planter.measured.explanations import describe_effects
 from planter.measured.sensor_curve import SensorCurve, name_parameter
 from planter.numerics.arrays import TURN
 from planter.planting.file import load
@@ -94,6 +96,7 @@ def fit_hypothesis(
     values = curve(z)[0]
     misses = (_compute_figures(values) - goal) / goal
     names = curve.chosen.names
+    words = next(name_quantity(result) for result in machine.results if result.key == quantity)
     parameters = {
         f"{effect.name}.{p.name}": {
             "value": p.to_display(float(z[names.index(name_parameter(effect, p.name))])), "unit": p.unit,
@@ -102,6 +105,7 @@ def fit_hypothesis(
     }  # fmt: skip
     return {
         "name": " + ".join(effect.name for effect in effects) or ("rigid" if quantity == FORCE else f"only {quantity}"),
+        "label": describe_effects(machine, effects) or ("rigid machine" if quantity == FORCE else f"only {words}"),
         "meaning": "; ".join(effect.meaning for effect in effects)
         or f"the sensor sees {quantity} of the rigid machine",
         "parameters": parameters,
@@ -130,7 +134,7 @@ def _state_hypotheses(rows: Sequence[Entry], target: Mapping[str, float]) -> Ite
         listed = f" ({', '.join(value.removesuffix(' 1') for value in values)})" if values else ""
         verdict = "reached" if row["reached"] else f"missed by up to {row['largest_miss_percent']:.3g} %"
         yield (
-            f"{row['name'][0].upper()}{row['name'][1:]}{listed}: {row['max_N']:.4g} N, {row['min_N']:.4g} N and "
+            f"{row['label'][0].upper()}{row['label'][1:]}{listed}: {row['max_N']:.4g} N, {row['min_N']:.4g} N and "
             f"{row['variance_N2']:.4g} N2, {verdict}."
         )
     yield (

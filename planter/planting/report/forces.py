@@ -168,8 +168,7 @@ def draw_joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int 
     for axes, (name, title) in zip(figure.subplots(2, 2).flat, JOINTS.items(), strict=True):
         for index, (model, columns) in enumerate(cycles.items()):
             _hodograph(axes, model, columns, name, style.curve_colour(model, index), every_deg)
-        _name_angles(axes, cycles, name)
-        _polar_grid(axes)
+        _polar_grid(axes, _name_angles(axes, cycles, name))
         axes.set_title(title)
         style.drawing_board(axes, "Fx / N", "Fy / N")
     handles, labels = axes.get_legend_handles_labels()
@@ -188,11 +187,15 @@ def _index(columns: Mapping[str, Array], angle: float) -> int:
     return int(np.argmin(np.abs(columns["phi_deg"] - angle)))
 
 
-def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: str) -> None:
-    """Write quarter turns next to their dots; a dot too close to one that has its name already goes without."""
+def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: str) -> list[tuple[Array, Array]]:
+    """Write quarter turns next to their dots, and return the dots and the offsets [points] of their names.
+
+    A dot too close to one that has its name already goes without.
+    """
     forces = {model: np.array([c[f"{name}x_N"], c[f"{name}y_N"]]) for model, c in cycles.items()}
     size = max(float(np.ptp(force, axis=1).max()) for force in forces.values())
     labelled_points: list[Array] = []
+    names: list[tuple[Array, Array]] = []
     for index, (model, columns) in enumerate(cycles.items()):
         for angle in (0, 90, 180, 270):
             point = forces[model][:, _index(columns, angle)]
@@ -205,10 +208,16 @@ def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: st
                 axes.annotate(f"{angle}°", tuple(point), (float(offset[0]), float(offset[1])), color=shade, ha="center",
                               va="center", textcoords="offset points", bbox=style.CLEAR)  # fmt: skip
                 labelled_points.append(point)
+                names.append((point, offset))
+    return names
 
 
-def _polar_grid(axes: Axes) -> None:
-    """Circles about the origin, where the force is zero."""
+POINTS = 170.0
+"""Width of a diagram, about [points]."""
+
+
+def _polar_grid(axes: Axes, names: Sequence[tuple[Array, Array]]) -> None:
+    """Circles about the origin, where the force is zero, with radii beside the curves and `names` with offsets."""
     from matplotlib.patches import Circle
     from matplotlib.ticker import MaxNLocator
 
@@ -216,7 +225,9 @@ def _polar_grid(axes: Axes) -> None:
     axes.grid(False)
     farthest = 1.5 * max(np.hypot(x, y) for x in axes.get_xlim() for y in axes.get_ylim())
     limits = axes.get_xlim(), axes.get_ylim()
-    points = np.vstack([np.asarray(line.get_xydata()) for line in axes.get_lines()])
+    extent = np.ptp(np.array(limits), axis=1)
+    lines = [np.asarray(line.get_xydata()) for line in axes.get_lines()]
+    points = np.vstack([*lines, *(point + offset * extent / POINTS for point, offset in names)])
     for radius in MaxNLocator(9).tick_values(0, float(farthest))[1:]:
         # As an artist, not a patch: a circle does not widen the axes.
         axes.add_artist(Circle((0, 0), radius, fill=False, edgecolor=style.FAINT, alpha=0.5, linewidth=0.5))

@@ -91,6 +91,6 @@ class Local {
     const ends = (key) => paths.map((path) => known.get(path)[key]);
     const found = improve((design) => model.sloped(at(design)), paths.map((path) => values[path]), ends("lower"), ends("upper"));
     if (found === null) return { work: "search", error: "from here there is no descent: what is computed is not finite" };
-    return { optimum: at(found.values), start_objective: found.first, objective: found.value };
+    return { searching: { goal: this.machine.goal, starts: 1 }, optimum: at(found.values), start_objective: found.first, objective: found.value };
   }
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -55,6 +56,8 @@ def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) 
     code, out, _ = run("field")
     assert code == 0
     assert all(text in out for text in ("Range analysis", "183.828", "**", "reuleaux against jaw", "82.3529"))
+    factor_20_degrees = r"axial angle \(A\) / ° +20 +3\.26667"  # level 3 by its value
+    assert re.search(factor_20_degrees, out)
     path = tmp_path / "rest.csv"
     path.write_text("".join(examples.example("shi2021-field").splitlines(keepends=True)[:-1]))
     code, out, _ = run("field", str(path), *GOALS)
@@ -117,7 +120,7 @@ def test_files_hold_the_result(folder: Path) -> None:
 def test_the_page_is_whole_and_every_figure_is_there(folder: Path) -> None:
     text = (folder / "report.html").read_text()
     ElementTree.fromstring(text.replace("<!DOCTYPE html>", ""))
-    assert all(word in text for word in ("183.828", "axial angle / deg", "qualified_percent"))
+    assert all(word in text for word in ("183.828", "axial angle / °", "qualified percent"))
     for name in ("effects", "surface_Y1", "surface_Y2", "comparison"):
         assert (folder / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
         ElementTree.parse(folder / "figures" / f"{name}.svg")

@@ -104,7 +104,7 @@ def test_rotors_in_general(tmp_path):
     for key in ("centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"):
         assert pentagon["ellipse"][key] == pytest.approx(geometry["ellipse"][key], rel=1e-12)
     assert answer("rotor", "--vertices", "5", "--sides", "3", "--out", str(tmp_path))["ellipse"] is None
-    assert "vertices apart" in (tmp_path / "report.html").read_text()
+    assert "vertices_apart" in (tmp_path / "report.html").read_text()
     assert "vertices = 4: must be odd" in refusal("rotor", "--vertices", "4")
 
 

@@ -33,13 +33,13 @@ def replaced(row: int, radius: float) -> Array:
 
 
 PARTS = {
-    "half a turn": (POLAR[POLAR <= 180], "covers 180 deg"),
-    "20 deg": (np.linspace(0, 20, 20), "covers 20 deg"),
-    "20 deg, backwards": (np.linspace(20, 0, 20), "covers 20 deg"),
-    "a hole": (POLAR[(POLAR < 98) | (POLAR > 260)], "no row from 96 to 264 deg"),
+    "half a turn": (POLAR[POLAR <= 180], "covers 180°"),
+    "20 deg": (np.linspace(0, 20, 20), "covers 20°"),
+    "20 deg, backwards": (np.linspace(20, 0, 20), "covers 20°"),
+    "a hole": (POLAR[(POLAR < 98) | (POLAR > 260)], "no row from 96 to 264°"),
     "radians": (np.radians(POLAR), "are these radians"),
-    "all but 30 deg": (POLAR[POLAR <= 330], "covers 330 deg"),
-    "beyond a turn": (np.append(POLAR, [360.0, 366.0]), "goes over 366 deg"),
+    "all but 30 deg": (POLAR[POLAR <= 330], "covers 330°"),
+    "beyond a turn": (np.append(POLAR, [360.0, 366.0]), "goes over 366°"),
 }
 
 
@@ -74,7 +74,7 @@ def test_gap_is_judged_by_the_typical_step() -> None:
 
 
 IMPOSSIBLE = {
-    "one radius of 120": (replaced(30, 120.0), "must be at most 80 deg"),
+    "one radius of 120": (replaced(30, 120.0), "must be at most 80°"),
     "nearly nothing": (RADIUS * 1e-12, "must be at least 0.01 mm"),
     "too many": (np.full(4001, 40.0), "4001 points"),
     "no mate": (np.maximum(100 * np.exp(-4.0 * np.abs(np.linspace(-np.pi, np.pi, 361)[:-1])), 1), "no mate rolls"),

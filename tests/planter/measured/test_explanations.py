@@ -25,6 +25,7 @@ from planter.measured.effects import (
 )
 from planter.measured.explanations import explain_curve
 from planter.measured.findings import ExplanationFound
+from planter.measured.presentation import draw_reading
 from planter.measured.reading import Channel, DataReading, Measurement
 from planter.measured.sensor_curve import SensorCurve, name_parameter
 from planter.numerics.arrays import TURN
@@ -197,6 +198,17 @@ def test_false_alarms_are_rare() -> None:
     assert count_alarms(range(16)) <= 1
 
 
+def test_record_has_no_empty_panel() -> None:
+    """The correlation of noise needs two revolutions; a record of less has no panel for it."""
+    machine = build_knife()
+    short = measure(machine, "F_Oy_N", [], {}, 0.3)
+    values, phi = np.tile(short.values, 3), np.concatenate([short.phi + TURN * k for k in range(3)])
+    values = values + np.random.default_rng(1).normal(0, 0.3, len(values))
+    channel = Channel("F", "N", values, np.ones(len(values), dtype=bool), 0.3)
+    long = Measurement(phi, (channel,), (), None, short.reading)
+    assert [len(draw_reading(each).axes) for each in (short, long)] == [2, 3]
+
+
 def test_command_explains_and_refuses(tmp_path: Path) -> None:
     """Bounds of the phase spare the scan of a whole turn, which other tests have."""
     machine = build_knife()
@@ -215,6 +227,11 @@ def test_command_explains_and_refuses(tmp_path: Path) -> None:
     assert row["parameters"][0]["value"] == pytest.approx(0.4, abs=0.05)
     assert "calibrated (derived model" in (out / "calibrated.toml").read_text(encoding="utf-8")
     assert (out / "figures" / "explained.png").stat().st_size > 10_000
+    assert result["statement"].startswith("Share of force of ")
+    assert "more than a million times" in result["statement"]
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "below 1e" in page
+    assert page.count("enclosed F_Ox_N") == 1  # the key, in the table of the fits
     assert "--explain needs --data" in refusal("calibrate", "wang2017", "--explain")
     assert "--check does not apply to --explain" in refusal(
         *call, "--angle", "a", "--quantity", "F_Oy_N", "--explain", "--check", str(path), "--check-rpm", "300"

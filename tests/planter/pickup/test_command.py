@@ -191,7 +191,7 @@ def test_tolerance_hiding_the_dwell_is_named(tmp_path: Path) -> None:
 
 def test_reversing_arm_is_refused_with_angle(tmp_path: Path) -> None:
     message = refusal("yu2023", "--set", "p=1.2", "--out", str(tmp_path / "out"))
-    assert "yu2023: law: this cannot be a pair of gears: at t = 180 deg" in message
+    assert "yu2023: law: this cannot be a pair of gears: at t = 180°" in message
     assert "slope -0.2" in message
     assert not (tmp_path / "out").exists()
 

@@ -37,7 +37,7 @@ def test_bean_shape_is_refused_with_and_without_files(out: bool, tmp_path: Path)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         message = refusal(path, *(["--out", str(tmp_path / "out")] if out else []))
-    assert "mine.csv: this cannot be a pair of gears: at t = 136.5 deg" in message
+    assert "mine.csv: this cannot be a pair of gears: at t = 136.5°" in message
     assert "the arm turns back (slope -0.57" in message
     assert "(107.76, 79.626) mm, by point 21" in message
     assert "the arm must turn 4.99 times as fast" in message
@@ -118,7 +118,7 @@ def test_each_limit_is_violated_alone() -> None:
 
 
 def test_nearly_resting_arm_is_refused() -> None:
-    assert "at t = 0 deg from the farthest tip the arm stands still" in refusal("yu2023", "--set", "p=-1")
+    assert "at t = 0° from the farthest tip the arm stands still" in refusal("yu2023", "--set", "p=-1")
 
 
 @pytest.mark.parametrize(

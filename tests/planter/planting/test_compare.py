@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -197,7 +198,9 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
     output = capsys.readouterr().out
     assert max(map(len, output.splitlines())) <= 80
     words = " ".join(output.split())
-    assert words.index("Settled pairs") < words.index("Not settled") < words.index("lacks a KKT residual")
+    rows = re.findall(r"^ +[-\d] .* (yes|no) +([\d.]+) ", output, re.MULTILINE)
+    assert rows == [("yes", "2"), ("yes", "3"), ("no", "1"), ("no", "1.5")]
+    assert "lacks a KKT residual" in words
     assert "planting depth by 1 mm" in words
 
 

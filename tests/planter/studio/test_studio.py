@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import time
 import urllib.error
@@ -164,6 +165,18 @@ def test_a_search_can_be_given_up(address: str) -> None:
         assert answer(talk, "file", ask="file", values={}).startswith("# The machine")
 
 
+def test_page_of_a_search_names_goal_starts_and_progress(address: str) -> None:
+    with page_of(address) as page:
+        page.locator('[data-path="design.m61"] .lock').click()
+        page.click("#optimise")
+        for text in ("range [N]", "variance [N²]", "8 starts", "Shape factor of gear 6"):
+            expect(page.locator("#goal")).to_contain_text(text, timeout=60_000)
+        expect(page.locator("#progress")).to_contain_text(re.compile(r"generation \d+ of 60"), timeout=60_000)
+        assert page.locator("#search progress").get_attribute("max") == "60"
+        page.click("#optimise")
+        expect(page.locator("#search")).to_be_hidden()
+
+
 @pytest.mark.parametrize(
     ("message", "sentence"),
     [
@@ -243,7 +256,10 @@ def test_own_mechanism_is_searched_for_its_objective(tmp_path: Path) -> None:
     opened = session.open({"name": "stated.toml"})["opened"]
     assert opened["search"]
     assert opened["lockable"] == ["values.r_mm", "values.l_mm", "values.e_mm"]
-    words = session.search({"values": {"values.mu": 0.12}, "locked": ["values.r_mm"]})["command"]
+    plan = session.search({"values": {"values.mu": 0.12}, "locked": ["values.r_mm"]})
+    words = plan["command"]
+    assert plan["goal"] == "range of force of ground on crank at O, x (F_Ox) [N]"
+    assert words[words.index("--starts") + 1] == str(plan["starts"])
     optimum = command(*words[:-1], "--starts", "2")
     sought = session.sought({"answer": optimum})
     assert sought["optimum"] == {"values.l_mm": optimum["design"]["l_mm"], "values.e_mm": optimum["design"]["e_mm"]}

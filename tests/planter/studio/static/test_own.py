@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.engine.wording import name_quantity
 from planter.errors import NotFiniteError
 from planter.kernels import programs
 from planter.mechanism.cycle import compute_cycle
-from planter.mechanism.drawing import name_quantity
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.show import MechanismView
