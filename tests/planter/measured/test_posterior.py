@@ -132,6 +132,21 @@ def test_intervals_hold_the_truth(crank: Machine, write: Write, rho: float) -> N
     assert inside >= 52
 
 
+def test_phase_over_a_period_has_no_bounds(crank: Machine, write: Write) -> None:
+    """The true phase is where its bounds begin and end, and friction lets the curve jump."""
+    path = write(90, noise=2.0)
+    cyclic = load(crank, path, offset=(-20.0, 20.0), phase_deg=(0.0, 360.0))
+    normal, narrow = (
+        cyclic.approximate(),
+        load(crank, path, offset=(-20.0, 20.0), phase_deg=(-20.0, 20.0)).approximate(),
+    )
+    assert 0 <= normal.mean[1] < 360
+    assert (normal.mean[1] - narrow.mean[1] + 180) % 360 - 180 == pytest.approx(0, abs=0.02 * narrow.std[1])
+    assert normal.std == pytest.approx(narrow.std, rel=0.02)
+    for x in (normal.mean, narrow.mean):
+        assert cyclic.log_density(np.add(x, [0, 360])) == pytest.approx(cyclic.log_density(x), rel=1e-9)
+
+
 def test_outside_of_bounds_is_impossible(crank: Machine, write: Write) -> None:
     posterior = load(crank, write(30))
     assert posterior.log_density(np.array([3.0, 0.0])) == -np.inf
