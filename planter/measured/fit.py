@@ -11,7 +11,7 @@ import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.measured.curve import MeasuredCurve, find_phases
+from planter.measured.curve import MeasuredCurve, Side, find_phases
 from planter.measured.noise import NoiseEstimate, estimate_noise
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
@@ -35,6 +35,8 @@ PARABOLIC = 0.15
 STEEP = 0.75
 """Ratio of an end to that of linearisation below which a profile is a step: a jump of the curve passes a point."""
 AT_BOUND = 1e-9
+REACHED, INSIDE = 1e-6, 0.05
+"""Shares of the width of the bounds within which an input lies on one, and away from it in a fit inside."""
 UNEXPLAINED = 1e6
 """Sum of squares, relative to the best, of values without a cycle."""
 TINY = 1e-9
@@ -87,6 +89,26 @@ class Fit:
     def is_settled(self) -> bool:
         """Return whether most starts agree, so that a better fit is unlikely."""
         return 2 * self.agreeing > len(self.sums)
+
+    @cached_property
+    def active_bounds(self) -> dict[int, Side]:
+        """Bounds on which inputs lie, by index; none if a fit inside of them is as good.
+
+        Inside is `INSIDE` of the width away from all of them, and as good is within `LEVEL` of the likelihood ratio for
+        as many inputs. So an input on a bound does not count if the data hardly depend on it.
+        """
+        active: dict[int, Side] = {}
+        curve, values = self.curve, self.values
+        while reached := {i: side for i, side in _find_reached(self.curve, values).items() if i not in active}:
+            active |= reached
+            curve = self.curve.with_bounds_moved({i: (side, INSIDE) for i, side in active.items()})
+            values, total = search(curve, np.clip(values, *curve.bounds(values)), _all(self))
+        if not active:
+            return {}
+        count, free = len(active), max(len(self.residuals) - self.rank, 1)
+        white = self._white[0]
+        allowed = float(white @ white) * (1 + count * float(scipy.stats.f.ppf(LEVEL, count, free)) / free) + TOLERANCE
+        return active if total > allowed else {}
 
     @property
     def _widths(self) -> Array:
@@ -293,6 +315,14 @@ def _recolour(fit: Fit) -> Fit:
         if max(changes) < SAME_RHO:
             break
     return fit
+
+
+def _find_reached(curve: MeasuredCurve, values: Array) -> dict[int, Side]:
+    """Return the bounds on which values (n,) lie, by index."""
+    lower, upper = curve.bounds(values)
+    margin = REACHED * (upper - lower)
+    on_lower, on_upper = values <= lower + margin, values >= upper - margin
+    return {int(i): "lower" if on_lower[i] else "upper" for i in np.flatnonzero(on_lower | on_upper)}
 
 
 def _all(fit: Fit) -> list[int]:
