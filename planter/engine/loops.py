@@ -125,6 +125,8 @@ SINGULAR = 1e-9
 """Below this share of its largest entries' product the Jacobian's determinant counts as zero."""
 COMPACTED_SHARE = 0.9
 """Lanes of a walk are put together, in fewer vectors, where no more than this share of them is running."""
+KEPT_COURSES = 8
+"""Number of machines whose coordinates over a turn are kept."""
 RETURNED = 1e-6
 """A coordinate that differs by less after a turn, apart from whole turns, has returned [m or rad]."""
 
@@ -225,9 +227,20 @@ class KinematicLoops:
     def course(self, name: str, d: Array) -> LoopCoordinates:
         """Return the coordinates of one machine with values d (v,) over a turn.
 
-        Raises ComputationError where a loop does not close, at a dead point, and if a turn does not lead back.
+        The last ones are kept. Raises ComputationError where a loop does not close, at a dead point, and if a turn does
+        not lead back.
         """
-        return LoopCoordinates(self, name, d)
+        key = name, d.tobytes()
+        course = self._courses.get(key)
+        if course is None:
+            course = self._courses[key] = LoopCoordinates(self, name, d)
+            if len(self._courses) > KEPT_COURSES:
+                self._courses.pop(next(iter(self._courses)), None)
+        return course
+
+    @cached_property
+    def _courses(self) -> dict[tuple[str, bytes], LoopCoordinates]:
+        return {}
 
 
 class LoopWalk:

@@ -86,8 +86,10 @@ class Posterior:
             residuals = values[points] - self.curve.values[points]
             logs, log_slopes = _integrate_size(residuals, slopes[points], gaps)
             logs = logs + log_weights
-            total += float(scipy.special.logsumexp(logs))
-            gradient = gradient + scipy.special.softmax(logs) @ log_slopes
+            largest = float(logs.max())
+            shares = np.exp(logs - largest)
+            total += largest + float(np.log(shares.sum()))
+            gradient = gradient + shares @ log_slopes / shares.sum()
         return total, gradient * self._scale
 
     def _is_inside(self, x: Array) -> Flags:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from planter.engine.machine import Machine
 from planter.engine.response import MachineResponse
@@ -28,7 +29,7 @@ from planter.measured.explanations import explain_curve
 from planter.measured.findings import ExplanationFound
 from planter.measured.noise import REFUTING
 from planter.measured.reading import Channel, DataReading, Measurement
-from planter.measured.sensor_curve import SensorCurve, name_parameter
+from planter.measured.sensor_curve import SensorCurve, interpolate_periodic, name_parameter
 from planter.numerics.arrays import TURN
 from planter.planting.machines import build_machine
 from tests.planter.measured.test_noise import correlate
@@ -103,6 +104,16 @@ def test_acceleration_part_is_integral_of_square_part() -> None:
     square = curves.rows[SQUARE][:, 0]
     assert derivative == pytest.approx(square - square.mean(), abs=1e-3 * np.ptp(square))
     assert abs(square.mean()) < 1e-3 * np.ptp(square)  # momentum repeats
+
+
+def test_interpolation_equals_periodic_spline() -> None:
+    rng = np.random.default_rng(2)
+    rows, at = rng.normal(size=(45, 3)), rng.uniform(-9, 20, 50)
+    grid = np.linspace(0, 1.5 * TURN, 46)
+    spline = CubicSpline(grid, np.vstack([rows, rows[:1]]), bc_type="periodic")
+    values, slopes = interpolate_periodic(rows, 1.5 * TURN, at)
+    assert values == pytest.approx(spline(at % (1.5 * TURN)), abs=1e-12)
+    assert slopes == pytest.approx(spline(at % (1.5 * TURN), 1), abs=1e-10)
 
 
 def build_curve(machine: Machine, key: str, effects: Sequence[SensorEffect], degrees: Array) -> SensorCurve:
