@@ -35,6 +35,8 @@ PARABOLIC = 0.15
 STEEP = 0.75
 """Ratio of an end to that of linearisation below which a profile is a step: a jump of the curve passes a point."""
 AT_BOUND = 1e-9
+BAND_ANGLES = 36
+"""Number of angles of a cycle at which the uncertainty of the noise's correlation widens the band of a curve."""
 REACHED, INSIDE = 1e-6, 0.05
 """Shares of the width of the bounds within which an input lies on one, and away from it in a fit inside."""
 UNEXPLAINED = 1e6
@@ -171,7 +173,7 @@ class Fit:
         white = self._white[0]
         best = float(white @ white)
         standard_error = self._standard_error(index)
-        spread = 1.0 if standard_error is None else self.noise.widen(index, LEVEL)
+        spread = 1.0 if standard_error is None else self.noise.widen(np.eye(len(self.values))[index], LEVEL)
         allowed = best * (1 + spread**2 * float(scipy.stats.f.ppf(LEVEL, 1, free)) / free) + TOLERANCE
         lower, upper = (float(ends[index]) for ends in self.curve.bounds(self.values))
         first = (upper - lower) / 8 if standard_error is None else standard_error * float(np.sqrt(allowed - best))
@@ -184,6 +186,27 @@ class Fit:
             for end, side in zip(ends, (-1, 1), strict=True)
         )
         return max(low, lower), min(high, upper)
+
+    def curve_band(self, phi: Array) -> tuple[Array, Array]:
+        """Return the curves (k, n) at angles [rad] and half the widths of their intervals at each, for `LEVEL`.
+
+        They are those of linearisation, without the noise of a measured point. The width allows for the uncertainty of
+        the noise's size and correlation, of the latter at `BAND_ANGLES` angles and in between by interpolation.
+        """
+        white, free = self._white[0], max(len(self.residuals) - self.rank, 1)
+        variance = float(white @ white) / free
+        singular, rows = self._directions
+        determined = singular > DETERMINED * singular[0]
+        root = (rows[determined].T / singular[determined]) * self._widths[:, None]
+        values, slopes = self.curve.evaluate(self.values, phi)
+        nodes = np.linspace(0, self.curve.machine.turn, BAND_ANGLES, endpoint=False)
+        directions = self.curve.evaluate(self.values, nodes)[1]
+        factors = [
+            np.interp(phi, nodes, [self.noise.widen(row, LEVEL) for row in channel], period=self.curve.machine.turn)
+            for channel in directions
+        ]
+        deviations = np.sqrt(variance) * np.linalg.norm(slopes @ root, axis=2)
+        return values, float(scipy.stats.t.ppf((1 + LEVEL) / 2, free)) * np.array(factors) * deviations
 
     def _standard_error(self, index: int) -> float | None:
         """Return the standard error of an input for noise of variance 1, by linearisation; None if not determined."""
