@@ -187,6 +187,17 @@ class KinematicLoops:
         return ca.Function("assemble", [d], [ca.densify(self.assembly(d))], ["d"], ["q"])
 
     @cached_property
+    def value_indices(self) -> Integers:
+        """Indices of the values d on which the coordinates depend, such as lengths, but not masses."""
+        phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", self.gaps.numel_in(1)), ca.SX.sym("q", self.size)
+        graph = ca.vertcat(ca.vec(self.gaps(phi, d, q)), ca.vec(self.assembly(d)))
+        return np.flatnonzero(ca.which_depends(graph, d))
+
+    def are_same(self, d: Array, other: Array) -> bool:
+        """Return whether machines with values d (v,) and others have the same coordinates."""
+        return np.array_equal(d[self.value_indices], other[self.value_indices])
+
+    @cached_property
     def _start(self) -> Kernel:
         return Kernel(self.start_function, lanes=["d"])
 
@@ -230,7 +241,7 @@ class KinematicLoops:
         The last ones are kept. Raises ComputationError where a loop does not close, at a dead point, and if a turn does
         not lead back.
         """
-        key = name, d.tobytes()
+        key = name, d[self.value_indices].tobytes()
         course = self._courses.get(key)
         if course is None:
             course = self._courses[key] = LoopCoordinates(self, name, d)

@@ -173,7 +173,7 @@ class MachineResponse:
             return np.empty((0, len(phi)))
         if self._places is not None and np.array_equal(self._places[0], phi):
             _, last, places = self._places
-            if np.array_equal(last, d):
+            if self._loops.are_same(last, d):
                 return places
             q = self.machine.loops.find_near(phi, np.repeat(d[:, None], len(phi), axis=1), places)
             if q is not None:
@@ -185,7 +185,7 @@ class MachineResponse:
     def _follow(self, d: Array) -> LoopCoordinates:
         """Return the coordinates over a turn, near those of the design before if they lead there."""
         course = self._course
-        if course is None or not np.array_equal(course.d, d):
+        if course is None or not self._loops.are_same(course.d, d):
             course = None if course is None else course.move_to(d)
             self._course = course or self._loops.course(self.machine.name, d)
         assert self._course is not None
