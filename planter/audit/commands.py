@@ -50,6 +50,14 @@ def audit(
     experiment: Annotated[
         bool, typer.Option("--experiment", help="also compare hypotheses on what the paper measured")
     ] = False,
+    machine: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="with --experiment: machine file whose inputs and [measurement] take the place of the assumed ones",
+            show_default=False,
+        ),
+    ] = None,
     benchmark: Annotated[
         bool,
         typer.Option(
@@ -103,6 +111,8 @@ def audit(
             _present_benchmark(console, out, paper, slips, seed, answers)
             return
         _refuse_options("--benchmark", answers=answers)
+        if not experiment:
+            _refuse_options("--experiment", machine=machine)
         if against is not None or names is not None or str(paper).lower().endswith(TEXTS):
             _refuse_options(PAPER_NAME, front=front, experiment=experiment)
             audited = _audit_text(console, paper, against, names, numbers)
@@ -110,7 +120,7 @@ def audit(
             _refuse_options(PAPER_NAME, front=front, experiment=experiment)
             audited = _audit_user_paper(console, paper, numbers)
         else:
-            audited = _audit_built_in(console, paper, numbers, front, experiment)
+            audited = _audit_built_in(console, paper, numbers, front, experiment, machine)
         present_audit(*audited).show(console, out)
 
 
@@ -165,7 +175,7 @@ def _audit_user_paper(console: Console, source: str | None, numbers: Path | None
 
 
 def _audit_built_in(
-    console: Console, paper: str | None, numbers: Path | None, front: bool, experiment: bool
+    console: Console, paper: str | None, numbers: Path | None, front: bool, experiment: bool, machine: str | None
 ) -> tuple[dict[str, Any], Any]:
     from planter.audit import verdicts
     from planter.audit.presentation import compare_hypotheses, search_front
@@ -177,5 +187,5 @@ def _audit_built_in(
     if front:
         result["front"] = search_front(paper, console.progress)
     if experiment:
-        result["experiment"] = compare_hypotheses(paper, console.progress)
+        result["experiment"] = compare_hypotheses(paper, machine, console.progress)
     return result, generated.sidecar("audit_mathml")

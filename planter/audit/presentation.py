@@ -5,11 +5,11 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from string import ascii_lowercase
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.audit import numbers
 from planter.audit.equation_page import format_change, list_equation_blocks, mark_verdict
-from planter.audit.registry import EXPERIMENTS, FRONTS, Front
+from planter.audit.registry import EXPERIMENTS, FRONTS
 from planter.audit.results import AuditResult
 from planter.audit.verdicts import HEADLINE, UNJUDGED
 from planter.errors import InputError
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 
 Entry = Mapping[str, Any]
+FrontTable = Mapping[str, Any]
+SomeEntry = TypeVar("SomeEntry", bound=Callable[..., FrontTable])
 TRANSCRIBED = "The equations were audited as transcribed, each against an independent derivation."
 SOURCE = (
     "The machine-read text of each paper was audited, not its page images; gaps that were filled in are listed, and a "
@@ -328,20 +330,20 @@ MEANINGS = {
 }
 
 
-FrontTable = Mapping[str, Any]
-
-
 def search_front(paper: str | None, progress: Listener | None) -> FrontTable:
     """Return the front of a paper. Raises InputError if the paper has no front."""
     return _find_entry(FRONTS, "--front", paper)(progress)
 
 
-def compare_hypotheses(paper: str | None, progress: Listener | None) -> FrontTable:
-    """Return the hypotheses on the measurement of a paper. Raises InputError if the paper has none."""
-    return _find_entry(EXPERIMENTS, "--experiment", paper)(progress)
+def compare_hypotheses(paper: str | None, machine: str | None, progress: Listener | None) -> FrontTable:
+    """Return the hypotheses on the measurement of a paper, for a machine file if one is given.
+
+    Raises InputError if the paper has none, and for a file that is not one of its kind of machine.
+    """
+    return _find_entry(EXPERIMENTS, "--experiment", paper)(progress, machine)
 
 
-def _find_entry(entries: Mapping[str, Front], option: str, paper: str | None) -> Front:
+def _find_entry(entries: Mapping[str, SomeEntry], option: str, paper: str | None) -> SomeEntry:
     papers = [name for name in numbers.list_papers() if name in entries]
     if paper not in papers:
         raise InputError(f"{option} needs one of the papers {', '.join(papers)}")

@@ -118,12 +118,13 @@ Entries = list[dict[str, Any]]
 Consequence = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], Entries]
 """Function of a row of the data file, the disclosed inputs of its paper, and the paper's verdicts."""
 Front = Callable[[Listener | None], dict[str, Any]]
+Experiment = Callable[[Listener | None, str | None], dict[str, Any]]
 """Function that returns the attainable front of a model; a search reports its progress."""
 SomeFormula = TypeVar("SomeFormula", bound=Formula)
 FORMULAS: dict[str, Formula] = {}
 CONSEQUENCES: dict[str, Consequence] = {}
 FRONTS: dict[str, Front] = {}
-EXPERIMENTS: dict[str, Front] = {}
+EXPERIMENTS: dict[str, Experiment] = {}
 
 
 @dataclass(frozen=True)
@@ -186,10 +187,13 @@ def consequence(name: str) -> Callable[[Consequence], Consequence]:
     return enter
 
 
-def register_experiment(paper: str) -> Callable[[Front], Front]:
-    """Return a decorator that registers hypotheses on a measurement under the short name of its paper."""
+def register_experiment(paper: str) -> Callable[[Experiment], Experiment]:
+    """Return a decorator that registers hypotheses on a measurement under the short name of its paper.
 
-    def enter(function: Front) -> Front:
+    They take a machine file, or None for the paper's machine.
+    """
+
+    def enter(function: Experiment) -> Experiment:
         EXPERIMENTS[paper] = function
         return function
 

@@ -125,6 +125,8 @@ SINGULAR = 1e-9
 """Below this share of its largest entries' product the Jacobian's determinant counts as zero."""
 COMPACTED_SHARE = 0.9
 """Lanes of a walk are put together, in fewer vectors, where no more than this share of them is running."""
+KEPT_COURSES = 8
+"""Number of machines whose coordinates over a turn are kept."""
 RETURNED = 1e-6
 """A coordinate that differs by less after a turn, apart from whole turns, has returned [m or rad]."""
 
@@ -185,6 +187,17 @@ class KinematicLoops:
         return ca.Function("assemble", [d], [ca.densify(self.assembly(d))], ["d"], ["q"])
 
     @cached_property
+    def value_indices(self) -> Integers:
+        """Indices of the values d on which the coordinates depend, such as lengths, but not masses."""
+        phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", self.gaps.numel_in(1)), ca.SX.sym("q", self.size)
+        graph = ca.vertcat(ca.vec(self.gaps(phi, d, q)), ca.vec(self.assembly(d)))
+        return np.flatnonzero(ca.which_depends(graph, d))
+
+    def are_same(self, d: Array, other: Array) -> bool:
+        """Return whether machines with values d (v,) and others have the same coordinates."""
+        return np.array_equal(d[self.value_indices], other[self.value_indices])
+
+    @cached_property
     def _start(self) -> Kernel:
         return Kernel(self.start_function, lanes=["d"])
 
@@ -225,9 +238,20 @@ class KinematicLoops:
     def course(self, name: str, d: Array) -> LoopCoordinates:
         """Return the coordinates of one machine with values d (v,) over a turn.
 
-        Raises ComputationError where a loop does not close, at a dead point, and if a turn does not lead back.
+        The last ones are kept. Raises ComputationError where a loop does not close, at a dead point, and if a turn does
+        not lead back.
         """
-        return LoopCoordinates(self, name, d)
+        key = name, d[self.value_indices].tobytes()
+        course = self._courses.get(key)
+        if course is None:
+            course = self._courses[key] = LoopCoordinates(self, name, d)
+            if len(self._courses) > KEPT_COURSES:
+                self._courses.pop(next(iter(self._courses)), None)
+        return course
+
+    @cached_property
+    def _courses(self) -> dict[tuple[str, bytes], LoopCoordinates]:
+        return {}
 
 
 class LoopWalk:

@@ -70,7 +70,7 @@ class MachineResponse:
 
     def restart(self) -> None:
         """Forget where loops were closed before, near which they are closed else: what follows has the same digits."""
-        self._places: tuple[Array, Array] | None = None
+        self._places: tuple[Array, Array, Array] | None = None
         self._course: LoopCoordinates | None = None
 
     @property
@@ -172,19 +172,22 @@ class MachineResponse:
         if self.machine.loops is None:
             return np.empty((0, len(phi)))
         if self._places is not None and np.array_equal(self._places[0], phi):
-            q = self.machine.loops.find_near(phi, np.repeat(d[:, None], len(phi), axis=1), self._places[1])
+            _, last, places = self._places
+            if self._loops.are_same(last, d):
+                return places
+            q = self.machine.loops.find_near(phi, np.repeat(d[:, None], len(phi), axis=1), places)
             if q is not None:
-                self._places = phi, q
+                self._places = phi, d.copy(), q
                 return q
-        self._places = phi, self._follow(d).evaluate(phi)
-        return self._places[1]
+        self._places = phi, d.copy(), self._follow(d).evaluate(phi)
+        return self._places[2]
 
     def _follow(self, d: Array) -> LoopCoordinates:
         """Return the coordinates over a turn, near those of the design before if they lead there."""
         course = self._course
-        if course is None or not np.array_equal(course.d, d):
+        if course is None or not self._loops.are_same(course.d, d):
             course = None if course is None else course.move_to(d)
-            self._course = course or LoopCoordinates(self._loops, self.machine.name, d)
+            self._course = course or self._loops.course(self.machine.name, d)
         assert self._course is not None
         return self._course
 

@@ -169,6 +169,7 @@ class _Call:
         self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
         self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
         self._places = [_find_nonzeros(function.sparsity_out(i)) for i in range(function.n_out())]
+        self._shapes = [function.size_out(i) for i in range(function.n_out())]
         self.bytes = 8 * function.sz_w() + sum(memory.nbytes for memory in (*self._inputs, *self._outputs))
         self._buffer, self._run = function.buffer()
         buffer: Any = self._buffer
@@ -186,7 +187,7 @@ class _Call:
         return [self._filled(i) for i in range(len(self._outputs))]
 
     def _filled(self, index: int) -> Array:
-        shape, places = self.function.size_out(index), self._places[index]
+        shape, places = self._shapes[index], self._places[index]
         if places is None:
             return self._outputs[index].reshape(shape, order="F").copy()
         full = np.zeros(shape)

@@ -30,6 +30,7 @@ from planter.measured.curve import (
 )
 from planter.measured.findings import (
     ChannelFit,
+    FitBound,
     FittedInput,
     LackOfFitTest,
     MeasuredFound,
@@ -196,6 +197,7 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
         channels=[
             ChannelFit(key, unit, points.stop - points.start, rms, noise) for key, unit, points, rms, noise in described
         ],
+        active_bounds=describe_active_bounds(fit),
         rms_N=fit.rms if is_force else None,
         largest_residual_N=largest if is_force else None,
     )
@@ -210,15 +212,36 @@ def describe_noise(noise: ChannelNoise, unit: str) -> Noise:
     return Noise("ar1" if noise.rho else "white", noise.std, noise.rho, unit)
 
 
-def judge_fit(fit: Fit, lack: LackOfFit) -> Outcome:
-    """Return the outcome of a fit; a model is refuted only if a better fit and noise are both unlikely."""
+def leaves_noise(fit: Fit, lack: LackOfFit) -> bool:
+    """Return whether what a fit leaves passes as noise, or is rounding."""
     is_rounding = all(
         rms <= ROUNDING * float(np.ptp(fit.curve.values[points])) + TINY
         for rms, points in zip(fit.channel_rms, fit.curve.channels, strict=True)
     )
-    if is_rounding or lack.probability >= REFUTING:
-        return "explained"
+    return is_rounding or lack.probability >= REFUTING
+
+
+def judge_fit(fit: Fit, lack: LackOfFit) -> Outcome:
+    """Return the outcome of a fit.
+
+    A model explains data by values inside its bounds alone, and is refuted only if a better fit and noise are both
+    unlikely.
+    """
+    if leaves_noise(fit, lack):
+        return "not settled" if fit.active_bounds else "explained"
     return "not explained" if fit.is_settled else "not settled"
+
+
+def describe_active_bounds(fit: Fit) -> list[FitBound]:
+    """Return the bounds on which a fit rests, of inputs and of parameters of effects."""
+    names = fit.curve.chosen.names
+    return [FitBound(names[i].removeprefix(EFFECT), side) for i, side in sorted(fit.active_bounds.items())]
+
+
+def state_active_bounds(bounds: Sequence[FitBound]) -> str:
+    """Return a sentence on the bounds on which a fit rests."""
+    named = ", ".join(f"{bound.name} ({bound.side})" for bound in bounds)
+    return f"It rests on bounds, beyond which a better fit may lie: {named}"
 
 
 def describe_inputs(fit: Fit) -> list[FittedInput]:
@@ -273,7 +296,9 @@ def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) ->
             f"RMS residual {result.rms:.3g} {unit}, {result.rms_of_noise:.3g} times the measurement noise "
             f"({noise:.3g} {unit})"
         )
-        if result.outcome != "explained":
+        if result.active_bounds:
+            sentences.append(state_active_bounds(result.active_bounds))
+        if result.lack_of_fit.probability < REFUTING:
             sentences.append(f"What it leaves has a probability of {result.lack_of_fit.probability:.2g} as noise")
     first = next(iter(results.values()))
     sentences.append(f"The data determine {first.rank} of {len(first.fitted)} combinations of the inputs")
@@ -291,7 +316,10 @@ def _warnings(result: ModelMeasured) -> list[str]:
             "residuals are correlated in another way than the intervals assume, so these are too narrow or the model "
             "is incomplete"
         )
-    if result.outcome == "not settled":
+    if result.active_bounds:
+        names = ", ".join(bound.name for bound in result.active_bounds)
+        warnings.append(f"not settled: no fit inside the bounds of {names} is as good; widen them")
+    elif result.outcome == "not settled":
         warnings.append(
             f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better fit may exist; narrow "
             "the bounds"

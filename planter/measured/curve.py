@@ -6,9 +6,10 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 import scipy
@@ -34,6 +35,8 @@ STEADY = 0.002
 """Share of the mean speed by which a steady one may vary."""
 PERIOD_TOLERANCE = 1e-9
 """Relative deviation up to which a curve is periodic."""
+
+Side = Literal["lower", "upper"]
 
 
 @dataclass(frozen=True)
@@ -169,6 +172,16 @@ class MeasuredCurve:
         """Return a copy with another noise of each quantity."""
         changed = copy(self)
         changed.noises = tuple(noises)
+        return changed
+
+    def with_bounds_moved(self, moves: Mapping[int, tuple[Side, float]]) -> MeasuredCurve:
+        """Return a copy with bounds moved inwards, by shares of their width."""
+        lower, upper = self.chosen.lower.copy(), self.chosen.upper.copy()
+        for i, (side, share) in moves.items():
+            step = share * (self.chosen.upper[i] - self.chosen.lower[i])
+            lower[i], upper[i] = (lower[i] + step, upper[i]) if side == "lower" else (lower[i], upper[i] - step)
+        changed = copy(self)
+        changed.chosen = replace(self.chosen, lower=lower, upper=upper)
         return changed
 
     def machine_values(self) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal, Protocol
 
 import numpy as np
@@ -216,11 +217,12 @@ class SpeedHarmonics:
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the signal at the swinging speed."""
-        phi = curves.angles
-        swing, slope = np.zeros_like(phi), np.zeros_like(phi)
+        count = len(signal)
+        swing, slope = np.zeros(count), np.zeros(count)
         for order, (cosine, sine) in zip(self.orders, zip(values[::2], values[1::2], strict=True), strict=True):
-            swing += cosine * np.cos(order * phi) + sine * np.sin(order * phi)
-            slope += order * (sine * np.cos(order * phi) - cosine * np.sin(order * phi))
+            cosines, sines = _sample_wave(order, count, curves.turn)
+            swing += cosine * cosines + sine * sines
+            slope += order * (sine * cosines - cosine * sines)
         square = curves.speed**2
         more = square * (2 * swing + swing**2)
         return (
@@ -283,6 +285,13 @@ def rank_effect(effect: SensorEffect) -> int:
     return (SpeedHarmonics, TurnedAxis, LeakedForce, LeakedTorque, Imbalance, ElasticMount, ElectricCoupling).index(
         type(effect)
     )
+
+
+@cache
+def _sample_wave(order: int, count: int, turn: float) -> tuple[Array, Array]:
+    """Return cosine and sine (count,) of multiples of equal angles of a cycle."""
+    phi = order * np.linspace(0, turn, count, endpoint=False)
+    return np.cos(phi), np.sin(phi)
 
 
 def _list_rates(curves: Curves) -> ComplexArray:

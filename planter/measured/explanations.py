@@ -19,7 +19,16 @@ from planter.engine.wording import name_quantity
 from planter.errors import InputError
 from planter.files import units
 from planter.files.document import Document
-from planter.measured.calibration import describe_inputs, describe_noise, judge_fit, read_measurement, rebuild_machine
+from planter.measured.calibration import (
+    describe_active_bounds,
+    describe_inputs,
+    describe_noise,
+    judge_fit,
+    leaves_noise,
+    read_measurement,
+    rebuild_machine,
+    state_active_bounds,
+)
 from planter.measured.curve import EFFECT, PHASE, Chosen, find_measured, find_phases, is_offset
 from planter.measured.effects import (
     ElasticMount,
@@ -139,7 +148,7 @@ def explain_curve(
     screened = list(_screen_effects(machine, chosen, measured, quantity, effects))
     fits = [rigid, *(fit_effects(effect) for effect in screened)]
     compared = len(effects)
-    if not any(judge_fit(each.fit, each.lack) == "explained" for each in fits):
+    if not any(leaves_noise(each.fit, each.lack) for each in fits):
         pairs = _pair_effects(fits[1:])
         phase.total += len(pairs)
         fits += [fit_effects(*pair) for pair in pairs]
@@ -341,6 +350,7 @@ def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_interval
         correlation=None if correlation is None else correlation.tolist(),
         starts=len(fit.sums),
         agreeing_starts=fit.agreeing,
+        active_bounds=describe_active_bounds(fit),
     )
 
 
@@ -376,6 +386,8 @@ def _state_result(
             f"{p.name.rpartition('.')[2]} {p.value or np.inf:.4g} {p.unit}".removesuffix(" 1") for p in best.parameters
         ]
         sentences.append(f"Its parameters: {', '.join(values)}")
+    if best.active_bounds:
+        sentences.append(state_active_bounds(best.active_bounds))
     if undecided:
         names = [words[name] for name in (preferred, *undecided)]
         sentences.append(f"These data cannot decide between {', '.join(names[:-1])} and {names[-1]}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from planter.measured.curve import Side
 from planter.measured.reading import DataReading
 from planter.records import Record
 
@@ -77,6 +78,14 @@ class LackOfFitTest(Record):
 
 
 @dataclass(frozen=True)
+class FitBound(Record):
+    """Bound of the input `name` on which a fit rests: no fit inside is as good, so a better one may lie beyond."""
+
+    name: str
+    side: Side
+
+
+@dataclass(frozen=True)
 class ChannelFit(Record):
     """Residuals of one measured quantity: their RMS over points in use, and their noise."""
 
@@ -91,11 +100,11 @@ class ChannelFit(Record):
 class ModelMeasured(Record):
     """Fit of one model: residuals, what the data determine, and the number of starts that agree.
 
-    `outcome`: "explained" if what is left passes as noise (`lack_of_fit`), else "not explained", or "not settled" if
-    starts disagree. `rank` is the number of combinations of inputs that the data determine; `correlation` is the matrix
-    of the inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS residual over the
-    noise of the data; `autocorrelation` is that of neighbouring residuals, `white` whether these, less what their
-    neighbours tell, pass a test for white noise.
+    `outcome`: "explained" if what is left passes as noise (`lack_of_fit`), but "not settled" if the fit rests on
+    `active_bounds`; else "not explained", or "not settled" if starts disagree. `rank` is the number of combinations of
+    inputs that the data determine; `correlation` is the matrix of the inputs in their order, null if the data do not
+    determine all; `rms_of_noise` is the RMS residual over the noise of the data; `autocorrelation` is that of
+    neighbouring residuals, `white` whether these, less what their neighbours tell, pass a test for white noise.
     """
 
     outcome: Outcome
@@ -113,6 +122,7 @@ class ModelMeasured(Record):
     lack_of_fit: LackOfFitTest
     noise: Noise
     channels: list[ChannelFit]
+    active_bounds: list[FitBound]
     rms_N: float | None = None
     largest_residual_N: float | None = None
 
@@ -206,7 +216,8 @@ class Explanation(Record):
     noise that is most favourable to it; `log10_bayes` is the logarithm of the ratio of the evidences of this
     explanation and of the rigid machine. If the machine file has a [measurement] of the quantity, the machine behind
     that, "stated", takes the place of the rigid one. `correlation` is the matrix of inputs and parameters in their
-    order, null if the data do not determine all.
+    order, null if the data do not determine all. An explanation that rests on `active_bounds` is "not settled": its
+    F and evidence hold within them alone.
     """
 
     name: str
@@ -223,6 +234,7 @@ class Explanation(Record):
     correlation: list[list[float]] | None
     starts: int
     agreeing_starts: int
+    active_bounds: list[FitBound]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.measured.curve import MeasuredCurve, find_phases
+from planter.measured.curve import MeasuredCurve, Side, find_phases
 from planter.measured.noise import NoiseEstimate, estimate_noise
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
@@ -35,6 +35,10 @@ PARABOLIC = 0.15
 STEEP = 0.75
 """Ratio of an end to that of linearisation below which a profile is a step: a jump of the curve passes a point."""
 AT_BOUND = 1e-9
+BAND_ANGLES = 36
+"""Number of angles of a cycle at which the uncertainty of the noise's correlation widens the band of a curve."""
+REACHED, INSIDE = 1e-6, 0.05
+"""Shares of the width of the bounds within which an input lies on one, and away from it in a fit inside."""
 UNEXPLAINED = 1e6
 """Sum of squares, relative to the best, of values without a cycle."""
 TINY = 1e-9
@@ -87,6 +91,26 @@ class Fit:
     def is_settled(self) -> bool:
         """Return whether most starts agree, so that a better fit is unlikely."""
         return 2 * self.agreeing > len(self.sums)
+
+    @cached_property
+    def active_bounds(self) -> dict[int, Side]:
+        """Bounds on which inputs lie, by index; none if a fit inside of them is as good.
+
+        Inside is `INSIDE` of the width away from all of them, and as good is within `LEVEL` of the likelihood ratio for
+        as many inputs. So an input on a bound does not count if the data hardly depend on it.
+        """
+        active: dict[int, Side] = {}
+        curve, values = self.curve, self.values
+        while reached := {i: side for i, side in _find_reached(self.curve, values).items() if i not in active}:
+            active |= reached
+            curve = self.curve.with_bounds_moved({i: (side, INSIDE) for i, side in active.items()})
+            values, total = search(curve, np.clip(values, *curve.bounds(values)), _all(self))
+        if not active:
+            return {}
+        count, free = len(active), max(len(self.residuals) - self.rank, 1)
+        white = self._white[0]
+        allowed = float(white @ white) * (1 + count * float(scipy.stats.f.ppf(LEVEL, count, free)) / free) + TOLERANCE
+        return active if total > allowed else {}
 
     @property
     def _widths(self) -> Array:
@@ -149,7 +173,7 @@ class Fit:
         white = self._white[0]
         best = float(white @ white)
         standard_error = self._standard_error(index)
-        spread = 1.0 if standard_error is None else self.noise.widen(index, LEVEL)
+        spread = 1.0 if standard_error is None else self.noise.widen(np.eye(len(self.values))[index], LEVEL)
         allowed = best * (1 + spread**2 * float(scipy.stats.f.ppf(LEVEL, 1, free)) / free) + TOLERANCE
         lower, upper = (float(ends[index]) for ends in self.curve.bounds(self.values))
         first = (upper - lower) / 8 if standard_error is None else standard_error * float(np.sqrt(allowed - best))
@@ -162,6 +186,27 @@ class Fit:
             for end, side in zip(ends, (-1, 1), strict=True)
         )
         return max(low, lower), min(high, upper)
+
+    def curve_band(self, phi: Array) -> tuple[Array, Array]:
+        """Return the curves (k, n) at angles [rad] and half the widths of their intervals at each, for `LEVEL`.
+
+        They are those of linearisation, without the noise of a measured point. The width allows for the uncertainty of
+        the noise's size and correlation, of the latter at `BAND_ANGLES` angles and in between by interpolation.
+        """
+        white, free = self._white[0], max(len(self.residuals) - self.rank, 1)
+        variance = float(white @ white) / free
+        singular, rows = self._directions
+        determined = singular > DETERMINED * singular[0]
+        root = (rows[determined].T / singular[determined]) * self._widths[:, None]
+        values, slopes = self.curve.evaluate(self.values, phi)
+        nodes = np.linspace(0, self.curve.machine.turn, BAND_ANGLES, endpoint=False)
+        directions = self.curve.evaluate(self.values, nodes)[1]
+        factors = [
+            np.interp(phi, nodes, [self.noise.widen(row, LEVEL) for row in channel], period=self.curve.machine.turn)
+            for channel in directions
+        ]
+        deviations = np.sqrt(variance) * np.linalg.norm(slopes @ root, axis=2)
+        return values, float(scipy.stats.t.ppf((1 + LEVEL) / 2, free)) * np.array(factors) * deviations
 
     def _standard_error(self, index: int) -> float | None:
         """Return the standard error of an input for noise of variance 1, by linearisation; None if not determined."""
@@ -293,6 +338,14 @@ def _recolour(fit: Fit) -> Fit:
         if max(changes) < SAME_RHO:
             break
     return fit
+
+
+def _find_reached(curve: MeasuredCurve, values: Array) -> dict[int, Side]:
+    """Return the bounds on which values (n,) lie, by index."""
+    lower, upper = curve.bounds(values)
+    margin = REACHED * (upper - lower)
+    on_lower, on_upper = values <= lower + margin, values >= upper - margin
+    return {int(i): "lower" if on_lower[i] else "upper" for i in np.flatnonzero(on_lower | on_upper)}
 
 
 def _all(fit: Fit) -> list[int]:

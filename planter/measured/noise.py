@@ -117,12 +117,13 @@ class NoiseEstimate:
         """The most likely noise of each quantity."""
         return tuple(likelihood.noise() for likelihood in self.likelihoods)
 
-    def widen(self, index: int, level: float) -> float:
-        """Return by how much the interval of an input is wider as correlations are not known: the most of them."""
+    def widen(self, direction: Array, level: float) -> float:
+        """Return by how much the interval of a sum of inputs (n,) is wider as correlations are not known."""
         factors = [1.0]
         for likelihood, combinations in zip(self.likelihoods, self.combinations, strict=True):
-            if combinations.shape[1] and np.abs(combinations[index]).max() > 0:
-                factors.append(likelihood.widen(combinations[index], level))
+            combined = direction @ combinations
+            if np.any(combined):
+                factors.append(likelihood.widen(combined, level))
         return max(factors) if len(self.likelihoods) == 1 else float(np.sqrt(np.mean(np.square(factors[1:] or [1.0]))))
 
 

@@ -18,9 +18,8 @@ from planter.measured.fit import fit_curve
 from planter.measured.noise import RHO_PRIOR, compute_log_determinants, sum_white_products
 from planter.measured.reading import Columns
 from planter.measured.sensor_curve import build_curve
+from planter.numerics.arrays import Flags
 
-STEP = 1e-5
-"""Step of the differences of a gradient, in shares of the bounds."""
 DRAWS, FREEDOM, SPREAD = 8192, 4.0, 2.0
 """Number of draws for moments, their degrees of freedom, and their scale, in covariances at the mode."""
 
@@ -44,7 +43,7 @@ class Posterior:
 
     Inputs are uniform within `lower` and `upper`, or normal where they have a prior. The noise of each quantity is an
     autoregression of first order; its size, with the prior 1 / size, and its correlation, with the prior
-    (1 - rho^2)^-1/2 from 0 on, are integrated.
+    (1 - rho^2)^-1/2 from 0 on, are integrated. A phase whose bounds span its period has none: densities repeat.
     """
 
     def __init__(self, curve: MeasuredCurve) -> None:
@@ -52,6 +51,9 @@ class Posterior:
         self.names = curve.chosen.names
         self._scale = np.array([factor_of(name) for name in self.names])
         self.lower, self.upper = curve.chosen.lower / self._scale, curve.chosen.upper / self._scale
+        self._bounded = np.full(len(self.names), True)
+        if curve.is_cyclic:
+            self._bounded[curve.phase_index] = False
         self._log_weights = [np.log(RHO_PRIOR) - compute_log_determinants(gaps) / 2 for gaps in curve.gaps]
 
     @property
@@ -71,7 +73,7 @@ class Posterior:
         """Return the logarithm of the density at x (n,) [`units`] and its gradient (n,); -inf without a cycle."""
         x = np.asarray(x, dtype=float)
         outside = -np.inf, np.zeros(len(self.names))
-        if not (np.all(x >= self.lower) and np.all(x <= self.upper)):
+        if not self._is_inside(x):
             return outside
         z = x * self._scale
         try:
@@ -84,9 +86,16 @@ class Posterior:
             residuals = values[points] - self.curve.values[points]
             logs, log_slopes = _integrate_size(residuals, slopes[points], gaps)
             logs = logs + log_weights
-            total += float(scipy.special.logsumexp(logs))
-            gradient = gradient + scipy.special.softmax(logs) @ log_slopes
+            largest = float(logs.max())
+            shares = np.exp(logs - largest)
+            total += largest + float(np.log(shares.sum()))
+            gradient = gradient + shares @ log_slopes / shares.sum()
         return total, gradient * self._scale
+
+    def _is_inside(self, x: Array) -> Flags:
+        """Return whether points (..., n) are within the bounds."""
+        inside: Flags = (((x >= self.lower) & (x <= self.upper)) | ~self._bounded).all(axis=-1)
+        return inside
 
     def approximate(self, seed: int = 0) -> NormalPosterior:
         """Return the normal density with mean and covariance of the posterior for a curve that is linear in its inputs.
@@ -97,41 +106,51 @@ class Posterior:
         """
         width = self.upper - self.lower
         start = fit_curve(self.curve, seed).values / self._scale
-        ends = [(0.0, 1.0)] * len(width)
+        ends = [(0.0, 1.0) if bounded else (None, None) for bounded in self._bounded]
+        lowest, highest = (np.where(self._bounded, end, infinite) for end, infinite in ((0.0, -np.inf), (1.0, np.inf)))
 
         def descend(u: Array) -> tuple[float, Array]:
-            value, slopes = self.evaluate(self.lower + np.clip(u, 0, 1) * width)
+            value, slopes = self.evaluate(self.lower + np.clip(u, lowest, highest) * width)
             return (-value, -slopes * width) if np.isfinite(value) else (np.finfo(float).max, np.zeros(len(u)))
 
         end = scipy.optimize.minimize(
-            descend, np.clip((start - self.lower) / width, 0, 1), jac=True, bounds=ends, method="L-BFGS-B"
+            descend, np.clip((start - self.lower) / width, lowest, highest), jac=True, bounds=ends, method="L-BFGS-B"
         )
-        mode = np.clip(end.x, STEP, 1 - STEP)
-        rows = [(descend(mode + step)[1] - descend(mode - step)[1]) / (2 * STEP) for step in STEP * np.eye(len(width))]
-        hessian = (np.array(rows) + np.array(rows).T) / 2
-        if not np.linalg.eigvalsh(hessian)[0] > 1:  # a deviation of a whole width of the bounds
-            raise ComputationError(f"the data do not determine all of {', '.join(self.names)} within their bounds")
-        covariance = np.asarray(np.linalg.inv(hessian) * np.outer(width, width), dtype=float)
-        return self._match_moments(self.lower + end.x * width, covariance, seed)
+        mode = self.lower + np.clip(end.x, lowest, highest) * width
+        phase = self.curve.phase_index
+        if phase is not None and not self._bounded[phase]:
+            period = self.curve.period / self._scale[phase]
+            mode[phase] -= period * np.floor((mode[phase] - self.lower[phase]) / period)
+        return self._match_moments(mode, seed)
 
-    def _match_moments(self, mode: Array, covariance: Array, seed: int) -> NormalPosterior:
-        """Return mean and covariance about a mode (n,), by weighted draws from Student's t of a covariance (n, n)."""
-        count = len(mode)
-        steps = draw_student(np.asarray(np.linalg.cholesky(SPREAD * covariance), dtype=float), seed)
-        squares = np.einsum("mi,ij,mj->m", steps, np.linalg.inv(SPREAD * covariance), steps)
-        logs = (FREEDOM + count) / 2 * np.log1p(squares / FREEDOM)
-        z = mode * self._scale
+    def _match_moments(self, mode: Array, seed: int) -> NormalPosterior:
+        """Return mean and covariance about a mode (n,), by weighted draws from Student's t."""
+        z, count = mode * self._scale, len(mode)
         values, slopes = self.curve(z)
-        ends = np.column_stack([steps, np.ones(len(steps))])
+        prior, prior_slopes = self.curve.chosen.prior_rows(z)
+        prior_slopes = prior_slopes * self._scale
+        precision, products = prior_slopes.T @ prior_slopes, []
         for points, gaps, log_weights in zip(self.curve.channels, self.curve.gaps, self._log_weights, strict=True):
             rows = np.column_stack([slopes[points] * self._scale, values[points] - self.curve.values[points]])
-            sums = np.einsum("mi,gij,mj->mg", ends, sum_white_products(rows, gaps), ends, optimize=True)
+            products.append(sum_white_products(rows, gaps))
+            sums = np.maximum(products[-1][:, -1, -1], np.finfo(float).tiny)
+            weights = scipy.special.softmax(log_weights - len(rows) / 2 * np.log(sums)) * len(rows) / sums
+            precision = precision + np.einsum("g,gij->ij", weights, products[-1][:, :-1, :-1])
+        width = self.upper - self.lower
+        if not np.linalg.eigvalsh(precision * np.outer(width, width))[0] > 1:  # a deviation of a whole width
+            raise ComputationError(f"the data do not determine all of {', '.join(self.names)} within their bounds")
+        spread = np.asarray(SPREAD * np.linalg.inv(precision), dtype=float)
+        steps = draw_student(np.asarray(np.linalg.cholesky(spread), dtype=float), seed)
+        squares = np.einsum("mi,ij,mj->m", steps, precision / SPREAD, steps)
+        logs = (FREEDOM + count) / 2 * np.log1p(squares / FREEDOM)
+        ends = np.column_stack([steps, np.ones(len(steps))])
+        for points, log_weights, product in zip(self.curve.channels, self._log_weights, products, strict=True):
+            sums = np.einsum("mi,gij,mj->mg", ends, product, ends, optimize=True)
             logs += scipy.special.logsumexp(
-                log_weights - len(rows) / 2 * np.log(np.maximum(sums, np.finfo(float).tiny)), axis=1
+                log_weights - (points.stop - points.start) / 2 * np.log(np.maximum(sums, np.finfo(float).tiny)), axis=1
             )
-        prior, prior_slopes = self.curve.chosen.prior_rows(z)
-        logs -= ((prior + steps @ (prior_slopes * self._scale).T) ** 2).sum(axis=1) / 2
-        logs[((mode + steps < self.lower) | (mode + steps > self.upper)).any(axis=1)] = -np.inf
+        logs -= ((prior + steps @ prior_slopes.T) ** 2).sum(axis=1) / 2
+        logs[~self._is_inside(mode + steps)] = -np.inf
         weights = scipy.special.softmax(logs)
         mean = weights @ steps
         deviations = steps - mean

@@ -14,7 +14,7 @@ from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
 from planter.measured.explanations import ExplanationFits
-from planter.measured.findings import FittedInput, MeasuredFound, MeasuredPreview
+from planter.measured.findings import FittedInput, MeasuredFound, MeasuredPreview, Outcome
 from planter.measured.reading import DataReading, Measurement, describe_dropped, find_repeat_residuals
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
@@ -33,7 +33,11 @@ if TYPE_CHECKING:
 MACHINE_FILE = "calibrated.toml"
 DATA_CAPTION = "What was understood of the file before anything was fitted: the record, its revolutions, and its noise."
 EXPLAINED_CAPTION = "Measured values with the rigid machine and the explanations that the data allow, and residuals."
-FIT_CAPTION = "Measured and fitted values over a cycle, and the residuals of each model."
+FIT_CAPTION = (
+    "Measured and fitted values over a cycle with the 95 % bands of the curves, and the residuals of each model."
+)
+REFUTED: Outcome = "not explained"
+"""Outcome of a model whose curve has no band, which would be that of noise that is none."""
 MOST_DRAWN = 5000
 """Maximum number of points of a drawing."""
 OUTLIER = "#c0392b"
@@ -247,14 +251,19 @@ def _format_machine(
 
 
 def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
-    """Return measured and computed values of the first quantity over the cycle, in display units."""
+    """Return measured and computed values of the first quantity over the cycle, with 95 % bands, in display units."""
     used, unit = calibrated.measured.used, calibrated.result.unit
     columns = {"phi_deg": np.degrees(calibrated.measured.phi[used])}
     columns |= {key_of("measured", unit): calibrated.measured.values[used]}
+    bands = {}
     for model, fit in calibrated.fits.items():
         points = fit.curve.channels[0]
-        columns[key_of(model, unit)] = (fit.curve.values - fit.residuals)[points]
-    return columns
+        columns[key_of(model, unit)] = computed = (fit.curve.values - fit.residuals)[points]
+        if calibrated.result.models[model].outcome != REFUTED:
+            half_width = fit.curve_band(fit.curve.phi[points])[1][0]
+            bands[key_of(f"{model}_low95", unit)] = computed - half_width
+            bands[key_of(f"{model}_high95", unit)] = computed + half_width
+    return columns | bands
 
 
 def key_of(name: str, unit: str) -> str:
@@ -281,9 +290,11 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
         top.plot(phi[thin], first.values[points][thin], "o", color=style.SOFT, markersize=2, label="measured")
         for index, (model, fit) in enumerate(calibrated.fits.items()):
             shade = style.curve_colour(model, index)
-            top.plot(
-                dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][k], color=shade, label=f"{model} model"
-            )
+            values, half_widths = fit.curve_band(np.radians(dense))
+            top.plot(dense, values[k], color=shade, label=f"{model} model")
+            if calibrated.result.models[model].outcome != REFUTED:
+                low, high = values[k] - half_widths[k], values[k] + half_widths[k]
+                top.fill_between(dense, low, high, color=shade, alpha=0.25, linewidth=0)
             bottom.plot(phi[thin], fit.residuals[points][thin], "o", color=shade, markersize=1.6)
         bottom.axhline(0, color=style.SOFT, linewidth=0.6)
         name = "measured and fitted" if count == 1 else key

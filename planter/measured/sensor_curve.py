@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-import scipy
 
 from planter.engine.machine import Machine, Quantity
 from planter.engine.response import MachineResponse
@@ -113,10 +112,11 @@ class SensorCurve(MeasuredCurve):
 
     def restart(self) -> None:
         """Discard earlier values."""
-        self._grid = None
+        depends_on_earlier = self.machine.loops is not None
+        self._grid = None if depends_on_earlier else self._grid
         super().restart()
         self._grid_response.restart()
-        self._grid = None
+        self._grid = None if depends_on_earlier else self._grid
 
     def machine_values(self) -> Array:
         """Return the values (n,) of the machine and of its file, and those of the effects at which they do least."""
@@ -172,15 +172,11 @@ class SensorCurve(MeasuredCurve):
             columns.append((self._apply(values, ends[0]) - self._apply(values, ends[1])) / (2 * step))
         stacked = np.column_stack(columns)
         angles = phi + (0.0 if self.phase_index is None else z[self.phase_index])
-        spline = scipy.interpolate.CubicSpline(
-            np.append(curves.angles, curves.turn), np.vstack([stacked, stacked[:1]]), bc_type="periodic"
-        )
-        at = np.mod(angles, curves.turn)
-        rows = spline(at)
+        rows, rates = interpolate_periodic(stacked, curves.turn, angles)
         slopes = np.zeros((len(phi), len(z)))
         slopes[:, [*self._inputs, *moved]] = rows[:, 1:]
         if self.phase_index is not None:
-            slopes[:, self.phase_index] = spline(at, 1)[:, 0]
+            slopes[:, self.phase_index] = rates[:, 0]
         return rows[:, 0], slopes
 
     def _differentiate_in_speed(self, z: Array, x: Array, index: int) -> Array:
@@ -338,6 +334,26 @@ def _integrate(rows: Array, turn: float) -> Array:
     spectrum[0], orders[0] = 0.0, 1.0
     integral: Array = np.fft.irfft(spectrum / orders[:, None], SAMPLES, axis=0)
     return integral
+
+
+def interpolate_periodic(rows: Array, period: float, at: Array) -> tuple[Array, Array]:
+    """Return the cubic splines through rows (S, c) at equal steps of a period, and their slopes, at places (n,).
+
+    Second derivatives solve a cyclic system, which is diagonal in the harmonics of the period.
+    """
+    count = len(rows)
+    step = period / count
+    cosines = np.cos(TURN * np.arange(count // 2 + 1) / count)
+    response = 6 * (cosines - 1) / (2 + cosines)  # of the second derivatives, times step squared
+    bends = np.fft.irfft(np.fft.rfft(rows, axis=0) * response[:, None], count, axis=0) / 6
+    place = np.mod(at, period) / step
+    left = place.astype(int) % count
+    right, share = (left + 1) % count, (place - np.floor(place))[:, None]
+    rest = 1 - share
+    values = rest * rows[left] + share * rows[right]
+    values += (rest**3 - rest) * bends[left] + (share**3 - share) * bends[right]
+    slopes = rows[right] - rows[left] - (3 * rest**2 - 1) * bends[left] + (3 * share**2 - 1) * bends[right]
+    return values, slopes / step
 
 
 def name_parameter(effect: SensorEffect, parameter: str) -> str:

@@ -11,6 +11,11 @@ from planter.planting.tooth_friction import describe_friction_columns
 FITTED = {
     "measured_N": ("measured value of the total that was fitted", "measurement"),
     **{f"{model}_N": (f"the same by the fitted {model} model", "derived") for model in MODELS},
+    **{
+        f"{model}_{end}95_N": (f"{side} end of the 95 % interval of the fitted {model} model's curve", "derived")
+        for model in MODELS
+        for end, side in (("low", "lower"), ("high", "upper"))
+    },
 }
 """Columns of a fit to measured data."""
 SENSOR = {

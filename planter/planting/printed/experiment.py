@@ -1,7 +1,8 @@
 """What could give the experiment of wang2017: effects between the exact model and the sensor, fitted to its figures.
 
-The inputs are the assumed ones, so that only the parameters of the effects are free. Three figures of a curve cannot
-choose between explanations; what they can show is which effect reaches them, and with how many parameters.
+The inputs are the assumed ones, or those of a machine file, so that only the parameters of the effects are free. Three
+figures of a curve cannot choose between explanations; what they can show is which effect reaches them, and with how
+many parameters.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from planter.audit import numbers
 from planter.audit.registry import register_experiment
 from planter.engine.machine import Machine
 from planter.engine.wording import name_quantity
+from planter.files import units
+from planter.files.fields import value_error
 from planter.kernels import Array
 from planter.measured.curve import SAMPLES
 from planter.measured.effects import (
@@ -26,8 +29,10 @@ from planter.measured.effects import (
     SensorEffect,
     SpeedHarmonics,
 )
-from planter.measured.explanations import describe_effects
+from planter.measured.explanations import STATED, describe_effects
+from planter.measured.section import SECTION
 from planter.measured.sensor_curve import SensorCurve, name_parameter
+from planter.measured.sensor_view import find_sensor_view
 from planter.numerics.arrays import TURN
 from planter.planting.file import load
 from planter.planting.machines import build_machine
@@ -46,22 +51,40 @@ Entry = Mapping[str, Any]
 
 
 @register_experiment(PAPER)
-def compare_hypotheses(progress: Listener | None = None) -> dict[str, Any]:
-    """Return the figures that each hypothesis reaches, fitted to those of the experiment, and statements on them."""
-    machine, point = (
-        build_machine(Device(load(PAPER), "exact")),
-        numbers.load_numbers()["disclosed"][PAPER]["experiment"],
-    )
+def compare_hypotheses(progress: Listener | None = None, source: str | None = None) -> dict[str, Any]:
+    """Return the figures that each hypothesis reaches, fitted to those of the experiment, and statements on them.
+
+    With a machine file they are on its inputs, and its [measurement] is one more of them, as it is stated. Raises
+    InputError for a file that is not a planting device, or whose sensor measures no force.
+    """
+    point = numbers.load_numbers()["disclosed"][PAPER]["experiment"]
+    document = load(PAPER if source is None else source)
+    machine = build_machine(Device(document.model_copy(update={SECTION: None}), "exact"))
     speed = float(machine.data[machine.speed])
     lever, mount = LeakedTorque(TORQUE), ElasticMount(speed)
     hypotheses: Sequence[tuple[SensorEffect, ...]] = (
-        (), (lever,), (LeakedForce(BEARING),), (LeakedForce(MIDDLE),), (Imbalance(LARGEST_IMBALANCE),),
+        (lever,), (LeakedForce(BEARING),), (LeakedForce(MIDDLE),), (Imbalance(LARGEST_IMBALANCE),),
         (SpeedHarmonics(),), (mount,), (lever, mount),
     )  # fmt: skip
-    rows = [fit_hypothesis(machine, FORCE, effects, point) for effects in hypotheses]
-    rows.insert(1, fit_hypothesis(machine, BEARING, (), point))
-    return {"paper": PAPER, "model": "exact", "measured": point, "hypotheses": rows,
-            "statements": list(_state_hypotheses(rows, point))}  # fmt: skip
+    rows = []
+    if document.measurement is not None:
+        rows.append(_evaluate_stated(build_machine(Device(document, "exact")), point))
+    rows += [fit_hypothesis(machine, FORCE, (), point), fit_hypothesis(machine, BEARING, (), point)]
+    rows += [fit_hypothesis(machine, FORCE, effects, point) for effects in hypotheses]
+    inputs = "the assumed ones" if source is None else f"those of {document.source}"
+    return {"paper": PAPER, "model": "exact", "machine": document.name, "measured": point, "hypotheses": rows,
+            "statements": list(_state_hypotheses(rows, point, inputs))}  # fmt: skip
+
+
+def _evaluate_stated(machine: Machine, target: Mapping[str, float]) -> dict[str, Any]:
+    """Return the figures of the force that the sensor of a machine file sees, of which nothing is fitted."""
+    view = find_sensor_view(machine)
+    assert view is not None
+    key = view.quantity.key
+    if units.display_unit(key) != "N":
+        raise value_error(f"{SECTION}.quantity", key, "it must be a force in N for --experiment", machine.source)
+    seen = "; ".join(map(str, view.effects)) or f"the sensor sees {key} of the rigid machine"
+    return fit_hypothesis(machine, key, (), target) | {"name": STATED, "meaning": seen}
 
 
 def fit_hypothesis(
@@ -121,10 +144,10 @@ def _compute_figures(values: Array) -> Array:
     return np.array([values.max(), values.min(), values.var()])
 
 
-def _state_hypotheses(rows: Sequence[Entry], target: Mapping[str, float]) -> Iterator[str]:
+def _state_hypotheses(rows: Sequence[Entry], target: Mapping[str, float], inputs: str) -> Iterator[str]:
     yield (
-        f"Measured: {target['max_N']:g} N, {target['min_N']:g} N and {target['variance_N2']:g} N2. Inputs are the "
-        "assumed ones; only the parameters of each hypothesis are fitted."
+        f"Measured: {target['max_N']:g} N, {target['min_N']:g} N and {target['variance_N2']:g} N2. Inputs are "
+        f"{inputs}; only the parameters of each hypothesis are fitted."
     )
     for row in rows:
         values = [

@@ -8,6 +8,7 @@ from matplotlib.patches import Rectangle
 
 from planter import Device, load_machine, simulate
 from planter.audit.presentation import plot_hypotheses
+from tests.planter.measured.test_sensor import build_wang, write_file
 from tests.support.cli import answer, refusal
 
 MEASURED = {"max_N": 171.96, "min_N": 24.93, "variance_N2": 1033.23}
@@ -46,6 +47,33 @@ def test_hypotheses_reach_figures(tmp_path: Path) -> None:
 
 def test_lever_of_prototype_is_reproduced() -> None:
     assert compute_lever_figures(37.2) == pytest.approx([177.0, 30.0, 926], rel=2e-3)
+
+
+def test_machine_file_states_a_hypothesis(tmp_path: Path) -> None:
+    """The file's own inputs and sensor: figures of `simulate`, with the force of its rigid machine beside them."""
+    file = build_wang(drive="M_L", lever_mm=37.2).with_numbers({"mass.planet_kg": 1.5})
+    path = write_file(tmp_path, file)
+    result = answer("audit", "wang2017", "--experiment", "--machine", path)["experiment"]
+    rows = {row["name"]: row for row in result["hypotheses"]}
+    cycle = answer("simulate", path, "--model", "exact", "--samples", "720")
+    assert rows["stated"]["parameters"] == {}
+    for row, seen in (("stated", cycle["measurement"]), ("rigid", None)):
+        force = cycle["support_force"]
+        expected = (
+            [force[key] for key in MEASURED] if seen is None else [seen[key] for key in ("max", "min", "variance")]
+        )
+        assert [rows[row][key] for key in MEASURED] == pytest.approx(expected, rel=1e-3)
+    assert rows["stated"]["range_N"] > 30 * rows["rigid"]["range_N"]
+    assert rows["lever M_L_Nm"]["largest_miss_percent"] <= rows["stated"]["largest_miss_percent"]
+    assert path in result["statements"][0]
+
+
+def test_machine_file_without_a_force_is_refused(tmp_path: Path) -> None:
+    path = write_file(tmp_path, build_wang(quantity="M_L_Nm"))
+    message = refusal("audit", "wang2017", "--experiment", "--machine", path)
+    assert "measurement.quantity" in message
+    assert "M_L_Nm" in message
+    assert "--machine needs --experiment" in refusal("audit", "wang2017", "--machine", path)
 
 
 def test_paper_without_experiment_is_refused() -> None:

@@ -90,3 +90,17 @@ def test_dead_point_is_named_with_angle() -> None:
     response = MachineResponse(built, ["s"])
     with pytest.raises(ComputationError, match="dead point near"):
         response.values(response.at_data(data), ANGLES)
+
+
+def test_loops_depend_on_lengths_alone() -> None:
+    machine = own.machine("slider_crank")
+    assert machine.loops is not None
+    response, phi = MachineResponse(machine), np.linspace(0, TURN, 12)
+    keys = [value.path.rpartition(".")[2] for value in machine.values]
+    before = response.coordinates(machine.data, phi)
+    for key, is_length in (("m_s_kg", False), ("k_N_m", False), ("r_mm", True), ("e_mm", True)):
+        d = machine.data.copy()
+        d[keys.index(key)] *= 1.1
+        assert machine.loops.are_same(d, machine.data) is not is_length
+        assert (response.coordinates(d, phi) == before).all() != is_length
+        response.coordinates(machine.data, phi)

@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from planter.engine.machine import Machine
 from planter.engine.response import MachineResponse
 from planter.kernels import Array
 from planter.measured.curve import Chosen
 from planter.measured.effects import (
+    LARGEST_SWING,
     SQUARE,
     Curves,
     ElasticMount,
@@ -25,9 +27,10 @@ from planter.measured.effects import (
 )
 from planter.measured.explanations import explain_curve
 from planter.measured.findings import ExplanationFound
+from planter.measured.noise import REFUTING
 from planter.measured.presentation import draw_reading
 from planter.measured.reading import Channel, DataReading, Measurement
-from planter.measured.sensor_curve import SensorCurve, name_parameter
+from planter.measured.sensor_curve import SensorCurve, interpolate_periodic, name_parameter
 from planter.numerics.arrays import TURN
 from planter.planting.machines import build_machine
 from tests.planter.measured.test_noise import correlate
@@ -104,6 +107,16 @@ def test_acceleration_part_is_integral_of_square_part() -> None:
     assert abs(square.mean()) < 1e-3 * np.ptp(square)  # momentum repeats
 
 
+def test_interpolation_equals_periodic_spline() -> None:
+    rng = np.random.default_rng(2)
+    rows, at = rng.normal(size=(45, 3)), rng.uniform(-9, 20, 50)
+    grid = np.linspace(0, 1.5 * TURN, 46)
+    spline = CubicSpline(grid, np.vstack([rows, rows[:1]]), bc_type="periodic")
+    values, slopes = interpolate_periodic(rows, 1.5 * TURN, at)
+    assert values == pytest.approx(spline(at % (1.5 * TURN)), abs=1e-12)
+    assert slopes == pytest.approx(spline(at % (1.5 * TURN), 1), abs=1e-10)
+
+
 def build_curve(machine: Machine, key: str, effects: Sequence[SensorEffect], degrees: Array) -> SensorCurve:
     return SensorCurve.at_angles(machine, key, np.radians(degrees), effects)
 
@@ -153,6 +166,7 @@ def test_lever_of_drive_is_found() -> None:
     effect = LeakedTorque("M_L_Nm")
     result = explain(machine, "support_N", measure(machine, "support_N", [effect], {"lever M_L_Nm.lever": 27.0}, 1.0))
     assert (result.outcome, result.preferred) == ("explained", "lever M_L_Nm")
+    assert not any(row.active_bounds for row in result.explanations if row.name == result.preferred)
     rows = {row.name: row for row in result.explanations}
     assert rows["rigid"].outcome == "not explained"
     lever = rows["lever M_L_Nm"].parameters[0]
@@ -164,6 +178,19 @@ def test_lever_of_drive_is_found() -> None:
     assert high - low < 2
     assert rows["lever M_L_Nm"].log10_bayes > 20
     assert rows["imbalance"].log10_bayes < 1
+
+
+def test_swing_beyond_its_bounds_is_not_settled() -> None:
+    """The tampered case: harmonics larger than any that are searched, so that two parameters end on bounds."""
+    machine = own.machine("slider_crank", "", mu=0)
+    swing = {"speed harmonics.cos1": 1.2 * LARGEST_SWING, "speed harmonics.sin2": 1.1 * LARGEST_SWING}
+    measured = measure(machine, "F_Ox_N", [SpeedHarmonics()], swing, 3.0, 0.9)
+    result = explain_curve(machine, "derived", measured, {"phase_deg": (20.0, 60.0)}, "F_Ox_N").result
+    assert (result.outcome, result.preferred) == ("not settled", "speed harmonics")
+    row = next(row for row in result.explanations if row.name == result.preferred)
+    assert row.lack_of_fit.probability > REFUTING, "what is left passes as noise"
+    assert {(bound.name, bound.side) for bound in row.active_bounds} == {(name, "upper") for name in swing}
+    assert all(name in result.statement for name in swing)
 
 
 @pytest.mark.long

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 from scipy.stats import f as f_distribution
 
 from planter.kernels import Array
@@ -103,16 +104,26 @@ def count_covered(fit: Fit, truth: dict[str, float]) -> list[bool]:
     return covered
 
 
+def count_covered_angles(fit: Fit, truth: dict[str, float], mu: float = 0.1) -> list[bool]:
+    """Return whether the band holds the true curve at four angles."""
+    phi = np.array([0.4, 2.0, 3.6, 5.2])
+    machine = own.machine("slider_crank", "", m_s_kg=truth["m_s_kg"], k_N_m=truth["k_N_m"], mu=mu)
+    curve = Model(machine).results(np.mod(phi + np.radians(truth["phase_deg"]), TURN))["F_Ox_N"] + truth["offset_N"]
+    values, half_widths = fit.curve_band(phi)
+    return (np.abs(values[0] - curve) <= half_widths[0]).tolist()
+
+
 def judge(fit: Fit) -> str:
     return judge_fit(fit, assess_lack_of_fit(fit.curve, fit.residuals, fit.curve(fit.values)[1]))
 
 
 def test_intervals_allow_for_correlation() -> None:
-    """At 95 % less than 20 of 32 would happen once in 1e6; intervals for white noise hold about half of them."""
+    """At 95 % less than 26 of 32 have a probability of 9e-4; intervals for white noise hold about half of them."""
     rng = np.random.default_rng(6)
     fits = [fit_truth(rng, 0.9, 1) for _ in range(8)]
     covered = [flag for fit, truth in fits for flag in count_covered(fit, truth)]
     assert sum(covered) >= 26
+    assert sum(flag for fit, truth in fits for flag in count_covered_angles(fit, truth)) >= 26
     assert sum(judge(fit) == "explained" for fit, _ in fits) >= 7
     rhos = [fit.curve.noises[0].rho for fit, _ in fits]
     assert np.median(rhos) == pytest.approx(0.9, abs=0.08)
@@ -131,11 +142,14 @@ def test_revolutions_refute_a_wrong_curve(rho: float) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_intervals_cover_truths(rho: float) -> None:
-    """Over 120 truths of one and of two revolutions together: intervals of a few inputs are not independent."""
+    """Over 120 truths of one and two revolutions: 90 to 98 % of all, and of each input and angle within chance."""
     rng = np.random.default_rng(17)
     fits = [fit_truth(rng, rho, revolutions) for revolutions in (1, 2) for _ in range(60)]
-    covered = [flag for fit, truth in fits for flag in count_covered(fit, truth)]
-    assert 0.9 <= np.mean(covered) <= 0.98
+    covered = np.array([[*count_covered(fit, truth), *count_covered_angles(fit, truth)] for fit, truth in fits])
+    assert 0.9 <= covered.mean() <= 0.98
+    lowest, highest = binom.ppf([5e-4, 1 - 5e-4], len(fits), [0.9, 0.98])
+    counts = covered.sum(axis=0)
+    assert ((lowest <= counts) & (counts <= highest)).all(), counts
     outcomes = [judge(fit) for fit, _ in fits]
     assert outcomes.count("not settled") <= 12
     assert outcomes.count("not explained") <= 1

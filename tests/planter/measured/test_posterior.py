@@ -120,16 +120,43 @@ def test_normal_approximation_has_moments_of_density(crank: Machine, write: Writ
     assert std > 1.1 * np.sqrt(2 * step / (sides[1] - sides[0]))
 
 
+def count_inside(crank: Machine, write: Write, rho: float, records: int, is_white: bool = False) -> int:
+    """Return how many 95 % intervals hold the offset, by a density for white noise alone if `is_white`."""
+    inside, offsets = 0, np.linspace(-0.5, 4.5, 121)
+    for seed in range(records):
+        posterior = load(crank, write(60, rho=rho, seed=seed), offset=(-8.0, 12.0))
+        if is_white:
+            posterior._log_weights = [np.where(RHOS == 0, logs, -np.inf) for logs in posterior._log_weights]
+        density = np.exp([posterior.log_density(np.array([offset])) for offset in offsets])
+        probability = np.interp(2.0, offsets, np.cumsum(density) / density.sum())
+        inside += 0.025 <= probability <= 0.975
+    return inside
+
+
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_intervals_hold_the_truth(crank: Machine, write: Write, rho: float) -> None:
-    """Of 60 records 95 % intervals hold the offset in 52 at least: fewer have a probability of 1 %."""
-    inside, offsets = 0, np.linspace(-0.5, 4.5, 121)
-    for seed in range(60):
-        posterior = load(crank, write(60, rho=rho, seed=seed), offset=(-8.0, 12.0))
-        density = np.exp([posterior.log_density(np.array([offset])) for offset in offsets])
-        below = np.interp(2.0, offsets, np.cumsum(density) / density.sum())
-        inside += 0.025 <= below <= 0.975
-    assert inside >= 52
+    """At 95 % less than 52 of 60 have a probability of 0.3 %."""
+    assert count_inside(crank, write, rho, 60) >= 52
+
+
+def test_intervals_for_white_noise_miss_the_truth(crank: Machine, write: Write) -> None:
+    """The tampered case: at 95 % less than 9 of 12 have a probability of 0.2 %."""
+    assert count_inside(crank, write, 0.9, 12, is_white=True) < 9
+
+
+def test_phase_over_a_period_has_no_bounds(crank: Machine, write: Write) -> None:
+    """The true phase is where its bounds begin and end, and friction lets the curve jump."""
+    path = write(90, noise=2.0)
+    cyclic = load(crank, path, offset=(-20.0, 20.0), phase_deg=(0.0, 360.0))
+    normal, narrow = (
+        cyclic.approximate(),
+        load(crank, path, offset=(-20.0, 20.0), phase_deg=(-20.0, 20.0)).approximate(),
+    )
+    assert 0 <= normal.mean[1] < 360
+    assert (normal.mean[1] - narrow.mean[1] + 180) % 360 - 180 == pytest.approx(0, abs=0.02 * narrow.std[1])
+    assert normal.std == pytest.approx(narrow.std, rel=0.02)
+    for x in (normal.mean, narrow.mean):
+        assert cyclic.log_density(np.add(x, [0, 360])) == pytest.approx(cyclic.log_density(x), rel=1e-9)
 
 
 def test_outside_of_bounds_is_impossible(crank: Machine, write: Write) -> None:

@@ -110,7 +110,7 @@ def test_fitted_file_reproduces_fitted_force(calibrations: dict[Model, Calibrate
     again = curve(machine, "exact", degrees)
     assert again == pytest.approx(calibrated.fits["exact"].curve(calibrated.fits["exact"].values)[0], abs=1e-9)
     head = (tmp_path / "residuals.csv").read_text(encoding="utf-8")
-    assert "phi_deg,measured_N,exact_N,printed_N" in head
+    assert "phi_deg,measured_N,exact_N,printed_N,exact_low95_N,exact_high95_N\n" in head, "no band of a refuted model"
     page = (tmp_path / "report.html").read_text(encoding="utf-8").replace("\u2212", "-")
     assert calibrated.result.statement in page
     jsonschema.validate(calibrated.result.table(), load_schema("calibrate"))
