@@ -168,6 +168,8 @@ class ReleasedMechanism(Mechanism):
     def _mount(self, mount: FrameMount) -> None:
         """Let the frame and its points move on the mount."""
         places = [self.coordinate(f"mount_{axis}", "m", f"place of the frame, {axis}") for axis in self.axes]
+        for place in places:
+            self._start_with(place.name, place)
         self.O = self.point("frame", self.origin, self.world, *places)
         self.ground = self.body("frame", self.world, mount.mass, self.O)
         ends = self.O, self.origin

@@ -471,8 +471,8 @@ def _build_channel(name: str, unit: str, values: Array, phi: Array) -> tuple[Cha
     finite = np.flatnonzero(np.isfinite(values))
     beside_jumps, used = np.zeros((2, len(values)), dtype=bool)
     piece, beside_jumps[finite] = _split_at_jumps(phi[finite], values[finite])
-    apart = phi[finite] + TURN * piece  # no cubic of the test passes a jump
-    used[finite], noise = _inliers(apart, values[finite])
+    piece_angles = phi[finite] + TURN * piece  # no cubic of the test passes a jump
+    used[finite], noise = _inliers(piece_angles, values[finite])
     used &= ~beside_jumps
     repeats = estimate_repeat_noise(phi[used], values[used])
     return Channel(name, unit, values, used, *(repeats or (noise, None))), beside_jumps
@@ -485,9 +485,9 @@ def _split_at_jumps(phi: Array, values: Array) -> tuple[Integers, Flags]:
     turns, a load that ends. A spike is none.
     """
     count, steps = len(values), np.diff(values)
-    piece, beside = np.zeros(count, dtype=int), np.zeros(count, dtype=bool)
+    piece, near_jump = np.zeros(count, dtype=int), np.zeros(count, dtype=bool)
     if count < FEWEST or np.median(np.abs(np.diff(phi))) > JUMP_STEP:
-        return piece, beside
+        return piece, near_jump
     scatter = TO_SIGMA * float(np.median(np.abs(steps - np.median(steps))))
     sizes = np.abs(steps)
     for width in (1, 2):
@@ -496,9 +496,9 @@ def _split_at_jumps(phi: Array, values: Array) -> tuple[Integers, Flags]:
         sides = np.array([sizes[inner + shift] for shift in (-2, -1, width, width + 1)]).max(axis=0)
         jumps = inner[(heights[inner] > JUMP * scatter) & (heights[inner] > STEEPER * sides) & (scatter > 0)]
         for first in jumps:
-            beside[first - 1 : first + width + 2] = True
-    piece[1:] = np.cumsum(np.diff(beside.astype(int)) == 1)
-    return piece, beside
+            near_jump[first - 1 : first + width + 2] = True
+    piece[1:] = np.cumsum(np.diff(near_jump.astype(int)) == 1)
+    return piece, near_jump
 
 
 def find_repeat_residuals(phi: Array, values: Array) -> Array | None:

@@ -116,9 +116,8 @@ class MechanismView:
 
     starts = STARTS
 
-    @property
-    def goal(self) -> str:
-        """The sum of measures of the file's objective."""
+    def describe_goal(self) -> str:
+        """Return the sum of measures of the file's objective."""
         from planter.mechanism.machines import build_machine
         from planter.mechanism.optimisation import StatedGoal
 

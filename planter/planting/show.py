@@ -166,9 +166,8 @@ class PlantingView:
             self.machine, add_path_points(*self._at(values, "exact"), change_numbers(self.machine, values))
         )
 
-    @property
-    def goal(self) -> str:
-        """The weighted sum of range and scatter of the support force."""
+    def describe_goal(self) -> str:
+        """Return the weighted sum of range and scatter of the support force."""
         weights = self.machine.objective
         scatter = "variance [N²]" if weights.kind == "paper" else "standard deviation [N]"
         parts = f"{weights.weight_range:g} {TIMES} range [N] + {weights.weight_variance:g} {TIMES} {scatter}"

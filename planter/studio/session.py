@@ -167,7 +167,7 @@ class Session:
         return {
             "command": [*machine.search, str(path), *options, *starts, "--json"],
             "labels": {str(path): machine.name},
-            "goal": machine.goal,
+            "goal": machine.describe_goal(),
             "starts": machine.starts,
         }
 

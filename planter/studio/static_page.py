@@ -70,7 +70,7 @@ def build_page(machine: Movable) -> str:
     description = {
         "name": machine.name,
         "controls": [control.to_json() for control in rigid.controls],
-        "goal": machine.goal if isinstance(machine, Searching) else "",
+        "goal": machine.describe_goal() if isinstance(machine, Searching) else "",
         "search": "Improve" if all(model.portable.gradient for model in models.values()) else None,
         "models": {name: model.json() for name, model in models.items()},
         "programs": {program.name: program.size for program in programs},

@@ -187,9 +187,8 @@ class Searching(Protocol):
     def starts(self) -> int:
         """Number of local searches of the command, 1 if it has no option for them."""
 
-    @property
-    def goal(self) -> str:
-        """The quantity that the command minimises, in words with its unit."""
+    def describe_goal(self) -> str:
+        """Return the quantity that the command minimises, in words with its unit."""
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """Return the optimum from the JSON object that the command prints."""

@@ -29,8 +29,8 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     noise = rng.normal(0, NOISE, len(times))
     for i in range(1, len(noise)):
         noise[i] = 0.9 * noise[i - 1] + np.sqrt(1 - 0.9**2) * noise[i]
-    within = angles[:, None] + SPEED / 60 * TURN * 1e-3 * np.linspace(-0.5, 0.5, 11)
-    means = own.evaluate_lane(file, np.mod(within.ravel(), TURN))["F_Ox"].reshape(within.shape).mean(axis=1)
+    step_angles = angles[:, None] + SPEED / 60 * TURN * 1e-3 * np.linspace(-0.5, 0.5, 11)
+    means = own.evaluate_lane(file, np.mod(step_angles.ravel(), TURN))["F_Ox"].reshape(step_angles.shape).mean(axis=1)
     force = means + TRUTH["offset_N"] + noise
     pulse = np.where(np.mod(angles, TURN) < 0.15, 5.0, 0.0)
     path = tmp_path_factory.mktemp("baler") / "force.csv"
