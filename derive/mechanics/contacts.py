@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 from sympy import Expr, S
 
-from ..functions import switch
+from ..functions import partial_derivative, switch
 from ..model import Event, Let
 from ..quantity import Quantity
 from .bodies import Body
@@ -161,7 +161,12 @@ def polar_sense(motion: Motion, line: Frame, gear: Frame, parameter: Expr) -> Ex
 
 def slope_by_turning(motion: Motion, line: Frame, gear: Frame, rate: Expr) -> Expr:
     """Return a rate per angular velocity of a gear about z, counted from the line of centres [unit of rate s/rad]."""
-    return sp.cancel(rate / turning_rate(motion, line, gear))
+    turning = turning_rate(motion, line, gear)
+    if turning.is_Symbol and rate.xreplace({turning: S.Zero}) == 0:
+        slope = partial_derivative(rate, turning)
+        if turning not in slope.free_symbols:
+            return slope
+    return sp.cancel(rate / turning)
 
 
 def turning_rate(motion: Motion, line: Frame, gear: Frame) -> Expr:

@@ -33,6 +33,7 @@ LIBRARY = (
     "planetary_gear",
     "rack_press",
     "radial_pump",
+    "released_device",
     "released_press",
     "released_train",
     "row_unit",

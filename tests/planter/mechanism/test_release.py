@@ -21,6 +21,8 @@ from derive import (
 from derive.mechanics.statement import MechanismError
 from planter.kernels import Array
 from planter.mechanism.dynamics import MotionRun
+from planter.planting.file import load
+from planter.planting.model import Device
 from tests.support import own
 
 TRAIN, PRESS = "released_train", "released_press"
@@ -229,6 +231,35 @@ def test_lifted_ejector_flies_on_its_spring():
     assert lift == pytest.approx(rest + swing, abs=1e-10)
     assert np.all(run.results["N_cam"][flying] == 0)
     assert run.results["gap_N_cam"][flying].max() > 3e-3
+
+
+def measure_support(**values: float) -> Array:
+    """Return the support force (36,) [N] of the ideal statement of the planting device, without the sun's offset."""
+    ideal = own.evaluate_lane(own.file("released_device", "ideal_device", **values), np.radians(np.arange(0, 360, 10)))
+    return ideal["F_suny"] + ideal["F_Oy"]
+
+
+@cache
+def measure_built_in_support() -> Array:
+    """Return the support force (36,) [N] of the built-in device whose nozzles stay closed."""
+    device = Device(load("wang2017", {"cam.opening_deg": 1e-6}))
+    return np.asarray(device.support(device.prologue(device.design), np.radians(np.arange(0, 360, 10))))
+
+
+def test_own_statement_of_the_planting_device_has_its_support_force():
+    assert measure_support() == pytest.approx(measure_built_in_support(), abs=2e-4)
+    assert np.ptp(measure_support()) > 1
+
+
+def test_another_gear_of_the_planting_device_has_another_support_force():
+    assert np.abs(measure_support(m_61=1.0) - measure_built_in_support()).max() > 0.04
+
+
+def test_released_planting_device_starts_as_it_is_driven():
+    dynamics = own.dynamics("released_device")
+    start = dict(zip(dynamics.names, dynamics.start(), strict=True))
+    assert start["omega"] == pytest.approx(40 * np.pi / 30, rel=1e-14)
+    assert [start[name] for name in ("psi_1", "chi_1", "mount_x", "mount_y_dot")] == pytest.approx([0] * 4, abs=1e-12)
 
 
 ROCKER = """
