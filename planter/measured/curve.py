@@ -338,6 +338,8 @@ def whiten_rows(rows: Array, gaps: Array, rho: float) -> Array:
 def _count_steps(phi: Array, rows: Integers) -> Array:
     """Return the number of steps of the record between neighbouring points, by their angles and by their rows."""
     steps = np.abs(np.diff(phi))
+    if not len(steps):
+        return steps
     by_angle = np.round(steps / max(float(np.median(steps)), 1e-300))
     return np.maximum(np.maximum(by_angle, np.diff(rows)), 1.0)
 
