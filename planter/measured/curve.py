@@ -193,6 +193,8 @@ class MeasuredCurve:
     def with_points(self, limit: int) -> MeasuredCurve:
         """Return a copy with at most `limit` points of each quantity, evenly selected, with white noise."""
         thin = copy(self)
+        if self.phase_index is not None:
+            thin.period = self.period  # which takes samples of the curves
         selected = [np.unique(np.linspace(0, len(p) - 1, min(limit, len(p))).astype(int)) for p in self._positions]
         positions = [p[rows] for p, rows in zip(self._positions, selected, strict=True)]
         values = [self.values[points][rows] for points, rows in zip(self.channels, selected, strict=True)]
