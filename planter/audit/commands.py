@@ -98,7 +98,8 @@ def audit(
     and {phi} replaced in place and quantity; samples, if extremes and means are computed from a number of samples;
     until_s, of a free motion; needs, inputs that are unknown; reading. Before them [disclosed] holds values that the
     paper gives, [assumed] such that it does not give, both by the keys of generated/NAME.toml; every other value is
-    that of the mechanism's table.
+    that of the mechanism's table. [measurement] says what the paper's sensor saw, in the keys of a machine file, and
+    "max measured_F_Ax" is then a number of that signal.
     """
     console = Console(as_json)
     with console.outcome():

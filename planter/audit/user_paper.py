@@ -49,7 +49,8 @@ MEASURE = "measure of a mechanism"
 class MeasureQuestion:
     """A measure of a quantity of a machine in a unit; `label` is the path of the number in the file.
 
-    `conditions` are the keys of values for which it holds, each with its path in the file.
+    `conditions` are the keys of values for which it holds, each with its path in the file. `measurement` is the table
+    of the sensor that the file at `source` states, if any.
     """
 
     machine: Path
@@ -59,6 +60,8 @@ class MeasureQuestion:
     conditions: Mapping[str, str]
     samples: int | None = None
     until_s: float | None = None
+    measurement: Mapping[str, Any] | None = None
+    source: str = ""
 
     def refused(self, key: str, value: object, allowed: str) -> InputError:
         """Return the error for an invalid key of the number."""
@@ -124,11 +127,12 @@ class PrintedNumberRow(FileSection):
 
 
 class NumbersFile(FileSection):
-    """Printed numbers of one paper: values that it discloses, values that it does not, and the numbers."""
+    """Printed numbers of one paper: values that it discloses, values that it does not, its sensor, and the numbers."""
 
     paper: Line | None = None
     disclosed: Annotated[dict[str, RoundedInput], Field(default_factory=dict)]
     assumed: Annotated[dict[str, Real], Field(default_factory=dict)]
+    measurement: dict[str, Any] | None = None
     number: Annotated[list[PrintedNumberRow], Field(min_length=1)]
 
     @check
@@ -161,8 +165,9 @@ def list_rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Ite
             places = {key: f"{label}.with.{key}" for key in row.values}
             places |= {key: f"{label}.each.{key}" for key in entry if not _is_placeholder(key, row)}
             question = MeasureQuestion(
-                machine, quantity, row.unit, label, everywhere | places, row.samples, row.until_s
-            )
+                machine, quantity, row.unit, label, everywhere | places, row.samples, row.until_s, file.measurement,
+                str(source),
+            )  # fmt: skip
             yield {
                 "paper": paper,
                 "place": place,

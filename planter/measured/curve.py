@@ -193,6 +193,8 @@ class MeasuredCurve:
     def with_points(self, limit: int) -> MeasuredCurve:
         """Return a copy with at most `limit` points of each quantity, evenly selected, with white noise."""
         thin = copy(self)
+        if self.phase_index is not None:
+            thin.period = self.period  # which takes samples of the curves
         selected = [np.unique(np.linspace(0, len(p) - 1, min(limit, len(p))).astype(int)) for p in self._positions]
         positions = [p[rows] for p, rows in zip(self._positions, selected, strict=True)]
         values = [self.values[points][rows] for points, rows in zip(self.channels, selected, strict=True)]
@@ -338,6 +340,8 @@ def whiten_rows(rows: Array, gaps: Array, rho: float) -> Array:
 def _count_steps(phi: Array, rows: Integers) -> Array:
     """Return the number of steps of the record between neighbouring points, by their angles and by their rows."""
     steps = np.abs(np.diff(phi))
+    if not len(steps):
+        return steps
     by_angle = np.round(steps / max(float(np.median(steps)), 1e-300))
     return np.maximum(np.maximum(by_angle, np.diff(rows)), 1.0)
 

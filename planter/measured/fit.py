@@ -30,6 +30,8 @@ DETERMINED = 1e-8
 """Share of the largest singular value below which the data do not determine a combination of inputs."""
 LEVEL = 0.95
 """Confidence of the intervals."""
+END_TOLERANCE = 1e-3
+"""Accuracy of an end, in shares of its distance."""
 PARABOLIC = 0.15
 """Relative deviation of a profile from a parabola, below which a parabola through its point gives the end."""
 STEEP = 0.75
@@ -221,18 +223,22 @@ class Fit:
         """Return the end of an interval towards a bound: the first crossing in growing steps."""
         last, value = float(self.values[index]), float(self.values[index])
         best = float(self._white[0] @ self._white[0])
+
+        def find_distance(at: float) -> float:
+            """Return the root of the share of the allowed increase, which is linear where the profile is a parabola."""
+            return float(np.sqrt(max(self._profile(index, at) - best, 0.0) / (allowed - best)))
+
         first = value + step / 2
         if abs(first - value) < abs(bound - value):
-            ratio = (self._profile(index, first) - best) / (allowed - best)
-            if abs(ratio - 1) < PARABOLIC:  # the profile is a parabola up to there
-                end = value + step / 2 / float(np.sqrt(ratio))
-                return float(np.clip(end, min(bound, value), max(bound, value)))
+            distance = find_distance(first)
+            if abs(distance**2 - 1) < PARABOLIC:  # the profile is a parabola up to there
+                return float(np.clip(value + step / 2 / distance, min(bound, value), max(bound, value)))
         while abs(value - bound) > AT_BOUND * self._widths[index]:
             value = last + step if abs(step) < abs(bound - last) else bound
-            if self._profile(index, value) > allowed:
+            if find_distance(value) > 1:
                 end = scipy.optimize.brentq(
-                    lambda at: self._profile(index, at) - allowed, last, value,
-                    xtol=1e-4 * abs(value - self.values[index]) + 1e-15, rtol=1e-6,
+                    lambda at: find_distance(at) - 1, last, value,
+                    xtol=END_TOLERANCE * abs(value - self.values[index]) + 1e-15, rtol=1e-6,
                 )  # fmt: skip
                 return float(end)
             last, step = value, 2 * step

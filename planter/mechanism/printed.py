@@ -1,11 +1,13 @@
 """Published numbers of papers as measures of a mechanism's quantities: over a cycle, or over the time of a free motion.
 
-Extremes are true ones, unless the question states a number of samples.
+Extremes are true ones, unless the question states a number of samples; those of what a sensor sees are the largest of
+`MEAN_SAMPLES` values.
 """
 
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Collection
 from functools import cache
 from pathlib import Path
@@ -17,14 +19,18 @@ import scipy
 from planter.audit.registry import Inputs, Value, formula
 from planter.audit.user_paper import MEASURE, MeasureQuestion
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
+from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.errors import InputError, PlanterError
 from planter.files import paths
 from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.kernels.formulas import HOISTED
+from planter.measured.section import SECTION
+from planter.measured.sensor_curve import measure_cycle
+from planter.measured.sensor_view import find_sensor_view
 from planter.mechanism.dynamics import Dynamics
-from planter.mechanism.file import MechanismFile, load
+from planter.mechanism.file import MechanismFile, build_from_table, load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import require_repeating
 from planter.numerics import statistics
@@ -38,7 +44,8 @@ def measure(inputs: Inputs) -> Value:
     ComputationError if there is no such motion; both name the number.
     """
     question: MeasureQuestion = inputs["question"]
-    file = _load_file(question.machine)
+    stated = "" if question.measurement is None else json.dumps(question.measurement, sort_keys=True, default=str)
+    file = _load_file(question.machine, stated, question.source)
     _check_conditions(question, file)
     parsed = parse_measure(question.quantity, f"{question.label}.quantity =")
     si_units = find_units(file)
@@ -46,7 +53,7 @@ def measure(inputs: Inputs) -> Value:
     unit = _find_unit(question, parsed, si_units[parsed.name])
     dependencies = find_dependencies(file, parsed.name)
     values = {key: float(inputs[key]) for key in file.values if key in dependencies and key in inputs}
-    moved = _load_with_values(question.machine, tuple(sorted(values.items())))
+    moved = _load_with_values(question.machine, stated, question.source, tuple(sorted(values.items())))
     try:
         value = evaluate_measure(moved, parsed, question.samples, question.until_s)
     except PlanterError as error:
@@ -55,13 +62,19 @@ def measure(inputs: Inputs) -> Value:
 
 
 @cache
-def _load_file(path: Path) -> MechanismFile:
-    return load(path)
+def _load_file(path: Path, measurement: str, source: str) -> MechanismFile:
+    """Return the mechanism at a path, with the sensor that the file at `source` states in JSON, if any."""
+    file = load(path)
+    if not measurement:
+        return file
+    return build_from_table(file.table() | {SECTION: json.loads(measurement)}, source, file.place)
 
 
 @cache
-def _load_with_values(path: Path, values: tuple[tuple[str, float], ...]) -> MechanismFile:
-    return _load_file(path).with_values(dict(values))
+def _load_with_values(
+    path: Path, measurement: str, source: str, values: tuple[tuple[str, float], ...]
+) -> MechanismFile:
+    return _load_file(path, measurement, source).with_values(dict(values))
 
 
 def _check_conditions(question: MeasureQuestion, file: MechanismFile) -> None:
@@ -94,6 +107,9 @@ def _find_unit(question: MeasureQuestion, parsed: Measure, si_unit: str) -> Unit
     return unit
 
 
+SEEN = "measured_"
+"""Beginning of the name of what a sensor sees."""
+SIGNAL_KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "at")
 EXTREME_SAMPLES = 720
 """Samples of a cycle among which extremes are searched."""
 MEAN_SAMPLES = 7200
@@ -105,15 +121,17 @@ TOLERANCE = 1e-10
 
 
 def find_units(file: MechanismFile) -> dict[str, str]:
-    """Return the SI units of all quantities by name."""
+    """Return the SI units of all quantities by name; what a sensor sees has the name of its quantity behind `SEEN`."""
     vectors = file.model.sidecar["vectors"]
-    return {e["name"]: e["unit"] for part in ("start_state", "outputs") for e in vectors.get(part, ())}
+    si_units = {e["name"]: e["unit"] for part in ("start_state", "outputs") for e in vectors.get(part, ())}
+    view = None if file.measurement is None else find_sensor_view(build_machine(file))
+    return si_units if view is None else si_units | {f"{SEEN}{view.quantity.name}": view.quantity.unit}
 
 
 def find_dependencies(file: MechanismFile, name: str) -> frozenset[str]:
-    """Return the keys of the values that a quantity can depend on; all keys for a free motion."""
+    """Return the keys of the values that a quantity can depend on; all keys for a free motion and a sensor."""
     keys = [entry["shown"].rpartition(".")[2] for entry in file.entries]
-    if not file.is_driven:
+    if not file.is_driven or name.startswith(SEEN):
         return frozenset(keys)
     lane = file.model.function("lane")
     inputs = {key: ca.SX.sym(key, lane.size1_in(key)) for key in lane.name_in()}
@@ -138,6 +156,8 @@ def _evaluate_over_cycle(file: MechanismFile, measure: Measure, samples: int | N
     if measure.in_time or until_s is not None:
         raise InputError(f"{measure}: an angle drives {file.name}, so that measures are over a cycle, not a time")
     machine = build_machine(file)
+    if measure.name.startswith(SEEN):
+        return _evaluate_signal(machine, measure, samples)
     resolved = resolve_measure(machine, measure)
     if measure.kind in AVERAGES:
         require_repeating(machine, [resolved.name], samples)
@@ -146,6 +166,23 @@ def _evaluate_over_cycle(file: MechanismFile, measure: Measure, samples: int | N
     if samples is None:
         goal = goal.refine(x, 0.0) or goal
     return goal.measure(x, resolved) * find_display_unit(machine, resolved).factor
+
+
+def _evaluate_signal(machine: Machine, measure: Measure, samples: int | None) -> float:
+    """Return a measure in SI of what the sensor of a machine sees."""
+    if measure.is_moving or measure.kind not in SIGNAL_KINDS:
+        raise InputError(f"{measure}: of what a sensor sees there are {', '.join(SIGNAL_KINDS[:-1])} and NAME at DEG")
+    view = find_sensor_view(machine)
+    assert view is not None
+    require_repeating(machine, [view.quantity.name], samples)
+    phi = np.linspace(0, machine.turn, samples or MEAN_SAMPLES, endpoint=False)
+    if measure.angle is not None:
+        phi = np.radians([measure.angle])
+    measured = measure_cycle(machine, phi, {})
+    assert measured is not None
+    values = measured.signal * view.quantity.factor
+    values = np.abs(values) if measure.size else values
+    return float(values[0] if measure.kind == "at" else statistics.reduce_samples(measure.kind, values))
 
 
 def _evaluate_over_time(file: MechanismFile, measure: Measure, samples: int | None, until_s: float | None) -> float:

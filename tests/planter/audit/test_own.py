@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+import numpy as np
 import pytest
 
 from planter.audit import numbers as judge
@@ -17,6 +18,7 @@ from planter.audit import user_paper
 from planter.audit.registry import Inputs
 from planter.errors import InputError
 from planter.mechanism import printed
+from planter.mechanism.model import Model
 from tests.support import own
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
@@ -226,3 +228,54 @@ def test_options_of_other_papers_are_refused(folder: Path) -> None:
     assert "--front needs one of the papers" in refusal("audit", str(folder / "slider_crank_paper.py"), "--front")
     assert "define CASE" in refusal("audit", str(folder / "slider_crank.py"))
     assert "there is no such file" in refusal("audit", str(folder / "nowhere.py"))
+
+
+SENSOR = """[measurement]
+quantity = "F_Ox"
+drive = "M_in"
+lever_mm = 80.0
+
+"""
+
+
+def judge_sensor(folder: Path, sensor: str, quantity: str, printed_text: str) -> dict[str, Any]:
+    """Return the verdict on one number of the example's mechanism behind a sensor."""
+    source = folder / "sensor.toml"
+    number = f'[[number]]\nplace = "page 9"\nquantity = "{quantity}"\nunit = "N"\nprinted = "{printed_text}"\n'
+    source.write_text(f"{sensor}{number}", encoding="utf-8")
+    read = user_paper.read_numbers_file(source)
+    rows = list(user_paper.list_rows(read, source, "p", folder / "generated" / "slider_crank.toml"))
+    table = {"disclosed": {"p": read.disclosed}, "assumed": {"p": read.assumed}, "number": rows}
+    (verdict,) = judge.judge_numbers("p", table)
+    return verdict
+
+
+@pytest.mark.usefixtures("result")
+def test_number_of_a_sensor_is_that_of_its_signal(folder: Path) -> None:
+    """The force with the torque at a lever, by the machine's own results; the rigid force is the tampered case."""
+    rigid = Model(own.machine("slider_crank")).results(np.linspace(0, 2 * np.pi, 7200, endpoint=False))
+    signal = rigid["F_Ox_N"] + rigid["M_in_Nm"] / 0.080
+    for quantity, expected in (
+        ("max measured_F_Ox", signal.max()), ("range measured_F_Ox", np.ptp(signal)),
+        ("max abs measured_F_Ox", np.abs(signal).max()), ("measured_F_Ox at 90", signal[1800]),
+    ):  # fmt: skip
+        verdict = judge_sensor(folder, SENSOR, quantity, f"{expected:.1f}")
+        assert verdict["recomputed"] == pytest.approx(expected, rel=2e-3), quantity
+    largest = rigid["F_Ox_N"].max()
+    assert judge_sensor(folder, SENSOR, "max F_Ox", "1.0")["recomputed"] == pytest.approx(largest, rel=1e-3)
+    assert abs(signal.max() - largest) > 0.1 * np.ptp(signal)
+
+
+@pytest.mark.usefixtures("result")
+@pytest.mark.parametrize(
+    ("sensor", "quantity", "message"),
+    [
+        ("", "max measured_F_Ox", r"no quantity measured_F_Ox"),
+        (SENSOR.replace("M_in", "M_inn"), "max measured_F_Ox", r"sensor\.toml: measurement\.drive"),
+        (SENSOR.replace("lever_mm", "lever_m"), "max measured_F_Ox", r"measurement\.lever_m.* lever_mm"),
+        (SENSOR, "work measured_F_Ox", r"work measured_F_Ox: .*variance"),
+    ],
+)
+def test_number_without_its_sensor_is_refused(folder: Path, sensor: str, quantity: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        judge_sensor(folder, sensor, quantity, "1.0")
