@@ -142,10 +142,13 @@ class Free:
     def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         """Build the functions that report a state, its accelerations and, if needed, the joints' actions."""
         stated = self.stated
-        reports = [*stated.reports, *stated.world_components(), *self._energies()]
+        energies = self._energies()
+        reports = [*stated.reports, *stated.world_components(), *energies]
         stated.name_accelerations()
         actions = Vector("actions", tuple(stated.assembly.unknowns))
         reportable = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in reports)]
+        if reported is not None:
+            reported = list(dict.fromkeys([*map(str, reported), *(energy.symbol.name for energy in energies)]))
         outputs = Vector("outputs", stated.chosen(reportable, reported))
         steps = sorted_steps(needed((*stated.defined, *reports), frozenset(outputs)))
         taken = frozenset(outputs).union(*(step.needs for step in steps))

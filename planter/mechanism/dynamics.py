@@ -45,6 +45,8 @@ MOST_EVALUATIONS = 1_000_000
 """Evaluations of the accelerations that a motion may need: minutes."""
 CHECK_INTERVAL = 10_000
 """Evaluations between two checks of whether a motion advances fast enough."""
+LONG_MOTION = 20_000
+"""Evaluations from which on compiling them pays."""
 START_TOLERANCE = 1e-9
 """A start is used as stated if it changes by less than this, in parts of it and one."""
 BALANCE_RANK = 1e-10
@@ -425,7 +427,8 @@ class Dynamics:
         accelerate = self._bind_accelerations(share)
 
         def rates(time: float, y: Array) -> Array:
-            pace.count(time)
+            if pace.count(time) == LONG_MOTION:
+                self.compile()
             with suppress(NotFiniteError):
                 if np.isfinite(y).all():
                     return np.concatenate([y[self.size :], accelerate(time, y)])
@@ -527,8 +530,11 @@ class _Pace:
     def __init__(self, name: str, start: float, end: float) -> None:
         self._name, self._start, self._end, self._count = name, start, end, 0
 
-    def count(self, time: float) -> None:
-        """Count an evaluation at a time [s]. Raises ComputationError if there would have to be too many of them."""
+    def count(self, time: float) -> int:
+        """Count an evaluation at a time [s], and return its number.
+
+        Raises ComputationError if there would have to be too many of them.
+        """
         self._count += 1
         if self._count % CHECK_INTERVAL == 0 and (
             abs(time - self._start) * MOST_EVALUATIONS < self._count * abs(self._end - self._start)
@@ -538,6 +544,7 @@ class _Pace:
                 "s: its values are extreme, or stiff, or the time is long; --stiff, a larger --tolerance or a smaller "
                 "--until may help"
             )
+        return self._count
 
 
 def _bracket_sign_changes(

@@ -259,6 +259,7 @@ def test_released_planting_device_starts_as_it_is_driven():
     dynamics = own.dynamics("released_device")
     start = dict(zip(dynamics.names, dynamics.start(), strict=True))
     assert start["omega"] == pytest.approx(40 * np.pi / 30, rel=1e-14)
+    assert {"kinetic", "potential"} < set(dynamics.formulas.outputs("lane"))  # not asked for by name
     assert [start[name] for name in ("psi_1", "chi_1", "mount_x", "mount_y_dot")] == pytest.approx([0] * 4, abs=1e-12)
 
 
