@@ -6,16 +6,18 @@ import re
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack
+from importlib import resources
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, WebSocketRoute, expect
+from playwright.sync_api import Page, WebSocketRoute, expect, sync_playwright
 
 from planter.files.examples import example
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from tests.planter.studio.serving import answer, line, message_with, page_of, studio
+from tests.support.browser import browser
 
 NONSENSE = (
     "no JSON", b"\xff\x00", "[1, 2]", "null", "[" * 100_000,
@@ -88,6 +90,16 @@ def test_broken_connection_recovers_without_loss(address: str) -> None:
         expect(page.locator("#said")).to_have_text("")
         page.click("#undo")
         expect(objective).to_have_text(first)
+
+
+def test_saved_copy_of_page_says_so(tmp_path: Path) -> None:
+    for name in ("studio.html", "saved.js", "studio.js", "studio.css"):
+        (tmp_path / name).write_bytes(resources.files("planter.studio").joinpath(name).read_bytes())
+    with sync_playwright() as play, play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium:
+        page = chromium.new_page()
+        page.goto((tmp_path / "studio.html").as_uri())
+        expect(page.locator("#said")).to_contain_text("saved copy")
+        assert page.locator("button:not(:disabled), select:not(:disabled)").count() == 0
 
 
 def load_file(page: Page, name: str, text: str) -> None:
