@@ -22,8 +22,8 @@ COMMANDS = (
     "clutch engage shi2021", "clutch field", "clutch design shi2021", "clutch optimise shi2021 --starts 1",
     "clutch rotor", "explain wang2017", "explain yu2023", "explain shi2021", "explain sun2019", "diff yu2023 yu2023",
     "sweep docs/examples/sweep_speed.toml",
-    "tolerance wang2017 --tolerances docs/examples/tolerances.toml --samples 128",
 )  # fmt: skip
+SLOW = "tolerance wang2017 --tolerances docs/examples/tolerances.toml --samples 128"
 OWN = ("slider_crank", "cam_follower", "rssr")
 EMPTY = bundle.RenderedFigure(style.render_svg(style.new_figure(1.0)), b"", b"")
 
@@ -42,7 +42,9 @@ def collect_faults(words: list[str], folder: Path, monkeypatch: pytest.MonkeyPat
     return len(figures), [f"{name}: {fault}" for name, figure in figures.items() for fault in find_text_faults(figure)]
 
 
-@pytest.mark.parametrize("command", [*COMMANDS, *(f"simulate {name}" for name in OWN)])
+@pytest.mark.parametrize(
+    "command", [*COMMANDS, *(f"simulate {name}" for name in OWN), pytest.param(SLOW, marks=pytest.mark.long)]
+)
 def test_texts_neither_overlap_nor_are_cut(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     words = [str(own.generated(word) / f"{word}.toml") if word in OWN else word for word in command.split()]
     monkeypatch.chdir(ROOT)

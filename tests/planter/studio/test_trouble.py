@@ -16,6 +16,8 @@ from planter.files.examples import example
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
+from planter.studio.process import to_page_words
+from planter.studio.session import Session
 from tests.planter.studio.serving import answer, line, message_with, page_of, studio
 from tests.support.browser import browser
 
@@ -173,3 +175,16 @@ def test_page_reports_restarted_studio(tmp_path: Path) -> None:
         with studio(tmp_path, "shi2021", "--port", port):
             expect(page.locator("#said")).to_contain_text("was started anew: open the address", timeout=60_000)
             expect(page.locator("#said")).to_contain_text("What was moved here: Travel = 4.5.")
+
+
+def test_messages_of_a_search_have_words_of_the_page(tmp_path: Path) -> None:
+    session = Session(tmp_path, tmp_path / "scratch")
+    session.open({"name": "wang2017-wide"})
+    labels = session.search({"values": {}})["labels"]
+    sentence = (
+        "the closest design violates: nozzle_distance = 59.2 mm at phi = 160.16 deg misses nozzle_distance_min_mm"
+    )
+    assert to_page_words(sentence, labels) == (
+        "the closest design violates: Gap between the nozzles = 59.2 mm at phi = 160.16° misses its least allowed value"
+    )
+    assert to_page_words("own_nozzle_distance", labels) == "own_nozzle_distance"
