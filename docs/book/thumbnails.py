@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Iterator
+from contextlib import redirect_stdout
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -106,7 +108,9 @@ def draw_thumbnails(folder: Path) -> None:
         for page, (machine, list_lines) in THUMBNAILS.items():
             source = machine
             if (example := EXAMPLES / f"{machine}.py").is_file():
-                if derive([str(example), "--out", scratch]):
+                with redirect_stdout(io.StringIO()):
+                    code = derive([str(example), "--out", scratch])
+                if code:
                     raise RuntimeError(f"{example.name}: it was not derived")
                 source = str(Path(scratch, f"{machine}.toml"))
             scene = first_scene(open_machine(source), None, "")[0]
