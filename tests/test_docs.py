@@ -29,7 +29,7 @@ PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")
 
 sys.path.insert(0, str(DOCS))
 
-from book import commands, drawings, figures, findings, formats, keys, models, names, reference, works  # noqa: E402
+from book import commands, drawings, figures, findings, formats, keys, models, names, reference, thumbnails, works  # noqa: E402
 
 
 def cells(page: Path) -> list[str]:
@@ -187,3 +187,17 @@ def test_findings_name_their_conditions() -> None:
     assert findings.negligible(lacking) == (len(lacking["terms"]) == 1)
     at_fault["verdict"] = "confirmed"
     assert f"**({at_fault['equation']})**, {at_fault['claims']}" not in findings.page(record)
+
+
+def test_gallery_has_small_thumbnails_of_its_pages(tmp_path: Path) -> None:
+    thumbnails.draw_thumbnails(tmp_path)
+    pictures = {path.stem.removeprefix("gallery-"): path for path in tmp_path.iterdir()}
+    index = (DOCS / "gallery" / "index.md").read_text(encoding="utf-8")
+    links = re.findall(r"made/gallery-(\w+)\.svg\)\n[^\]]+\]\((\w+)\.md\)", index)
+    assert len(links) == 8
+    assert sorted(links) == sorted((page, page) for page in pictures)
+    assert {page.stem for page in GALLERY} > set(pictures)
+    for path in pictures.values():
+        text = path.read_text(encoding="utf-8")
+        assert len(text) < 6000
+        assert text.count("<path") >= 2

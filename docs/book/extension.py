@@ -23,6 +23,7 @@ from book import (
     models,
     names,
     reference,
+    thumbnails,
     trial,
     works,
 )
@@ -52,6 +53,7 @@ def write(app: Sphinx) -> None:
         (MADE / f"{name}.md").write_text(page(), encoding="utf-8")
     drawings.draw(MADE)
     figures.draw(MADE)
+    thumbnails.draw_thumbnails(MADE)
     app.config.html_extra_path = [str(trial.FOLDER)]
 
 

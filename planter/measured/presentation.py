@@ -14,12 +14,12 @@ from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
 from planter.measured.explanations import ExplanationFits
-from planter.measured.findings import FittedInput, MeasuredFound, MeasuredPreview, Outcome
+from planter.measured.findings import ExplanationFound, FittedInput, MeasuredFound, MeasuredPreview, Outcome
 from planter.measured.reading import DataReading, Measurement, describe_dropped, find_repeat_residuals
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
-from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table
+from planter.report.html import Block, Cell, Folded, Items, KeyFigure, Keys, Section, Table
 from planter.report.labels import format_name
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
@@ -65,8 +65,8 @@ def present_fit(
         document=document,
         meanings=meanings,
         figures=lambda: {
-            "data": draw_reading(calibrated.measured),
             "measured": draw_measured(calibrated, f"{angle} / deg"),
+            "data": draw_reading(calibrated.measured),
         },
         captions={"data": DATA_CAPTION, "measured": FIT_CAPTION},
         tables=lambda: {"residuals.csv": _tabulate_curves(calibrated)},
@@ -105,17 +105,31 @@ def present_explained(
         title=f"{document.name}: explanations of measured data",
         conclusion=f"{result.statement}.",
         record=result,
+        key_figures=list(_list_explained_figures(result)),
         sections=[*_list_explanations(explained), *_list_data(result.reading, result.treatment)],
         document=document,
         meanings=meanings,
         figures=lambda: {
-            "data": draw_reading(explained.measured),
             "explained": draw_explained(explained, f"{angle} / deg"),
+            "data": draw_reading(explained.measured),
         },
         captions={"data": DATA_CAPTION, "explained": EXPLAINED_CAPTION},
         comments=files.list_comments(document, "machine"),
         texts=lambda: _write_explained(explained),
     )
+
+
+def _list_explained_figures(result: ExplanationFound) -> Iterator[KeyFigure]:
+    """Yield the residuals of the preferred explanation and of the machine without effects, and a parameter."""
+    rows = {row.name: row for row in result.explanations}
+    best, base = rows[result.preferred], result.explanations[0]
+    yield KeyFigure(f"{best.rms:.4g}", result.unit, "residual of the preferred explanation, rms")
+    if best is not base:
+        yield KeyFigure(f"{base.rms:.4g}", result.unit, f"residual of the {base.name} machine, rms")
+    for parameter in best.parameters[:1]:
+        if parameter.value is not None:
+            number = f"{parameter.value:.4g}".replace("-", "\N{MINUS SIGN}")
+            yield KeyFigure(number, parameter.unit, f"{parameter.name.rpartition('.')[2]} of the preferred explanation")
 
 
 def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
@@ -146,8 +160,8 @@ def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
         columns = ("explanation", "parameter", "value", "from", "to", "unit", "lower", "upper", "prior uniform in")
         yield Section("Parameters, with 95 % intervals", [Table(columns, parameters, page_columns=columns[-3:])])
     inputs: list[tuple[Cell, ...]] = [(e.name, e.value, e.low95, e.high95, e.unit) for e in result.fitted]
-    table = Table(("input", "value", "from", "to", "unit"), inputs)
-    yield Section(f"Fitted inputs, {words[result.preferred]}", [table])
+    caption = f"Fitted inputs, {words[result.preferred]}"
+    yield Section("Fitted inputs", [Table(("input", "value", "from", "to", "unit"), inputs, caption)])
 
 
 def _format_probability(probability: float | None) -> Cell:

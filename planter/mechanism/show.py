@@ -134,6 +134,11 @@ class MechanismView:
         changes = {"folder": str(self.file.place), "bounds": bounds}
         return write_numbers(self.file, self._with_values(values).model_copy(update=changes))
 
+    @property
+    def words(self) -> Mapping[str, str]:
+        """No keys: messages have the names of the page."""
+        return {}
+
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """Return the optimum of the file's objective."""
         return Sought.from_answer(answer, VALUES)

@@ -81,6 +81,11 @@ class PickUp:
         "derivative, while the requirements hold"
     )
 
+    @property
+    def words(self) -> Mapping[str, str]:
+        """No keys: messages have the names of the page."""
+        return {}
+
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The points that were found."""
         optimised = answer["optimised"]

@@ -16,6 +16,7 @@ from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_vie
 from planter.planting import cycle
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
+from planter.planting.requirements_section import KINDS, LIMIT_WORDS
 from planter.planting.swept import ROOM
 from planter.view.names import load_names
 from planter.view.subject import (
@@ -172,6 +173,12 @@ class PlantingView:
         scatter = "variance [N²]" if weights.kind == "paper" else "standard deviation [N]"
         parts = f"{weights.weight_range:g} {TIMES} range [N] + {weights.weight_variance:g} {TIMES} {scatter}"
         return f"{parts} of the vertical support force, objective (31)"
+
+    @property
+    def words(self) -> Mapping[str, str]:
+        """Names of the requirements, and what their limits are."""
+        limits = {kind.key(side): f"its {LIMIT_WORDS[side]} value" for kind in KINDS for side in kind.sides}
+        return limits | {kind.name: _label(kind.name) or kind.meaning for kind in KINDS}
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The design that was found."""

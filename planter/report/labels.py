@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.files import units
+from planter.files.paths import last_part
 from planter.report.html import Cell, Keys, Table
 
 if TYPE_CHECKING:
@@ -38,6 +40,17 @@ def format_name(key: str) -> str:
     while units.display_unit(key[len(stem) :]) != unit:
         stem = stem.rpartition("_")[0]
     return separate_words(stem)
+
+
+def label_axis(path: str, meanings: Mapping[str, str], width: int = 30) -> str:
+    """Return the label of an axis for a number or a result: its meaning, or the words of its key, with its unit.
+
+    Lines of a meaning have at most `width` characters.
+
+    >>> label_axis("mass.sun_kg", {"mass.sun_kg": "mass of the sun"}), label_axis("mass.sun_kg", {})
+    ('mass of the sun / kg', 'sun / kg')
+    """
+    return format_label(last_part(path), textwrap.fill(meanings.get(path, ""), width) or None)
 
 
 def separate_words(key: str) -> str:

@@ -31,8 +31,11 @@ HINTS = {
 
 def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
     """Return a message for a page, without references to the command line, and with `labels` for paths and keys."""
-    for before, after in sorted({**labels, **HINTS}.items(), key=lambda pair: -len(pair[0])):
+    for before, after in HINTS.items():
         sentence = sentence.replace(before, after)
+    if labels:
+        keys = "|".join(re.escape(key) for key in sorted(labels, key=len, reverse=True))
+        sentence = re.sub(rf"(?<!\w)(?:{keys})(?!\w)", lambda match: labels[match[0]], sentence)
     return typeset_degrees(sentence)
 
 

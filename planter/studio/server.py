@@ -99,6 +99,7 @@ FILES = {
     "tables.js": ("planter.studio", "tables.js", "text/javascript"),
     "exports.js": ("planter.studio", "exports.js", "text/javascript"),
     "line.js": ("planter.studio", "line.js", "text/javascript"),
+    "saved.js": ("planter.studio", "saved.js", "text/javascript"),
     "studio.css": ("planter.studio", "studio.css", "text/css"),
     "view.js": ("planter.view", "view.js", "text/javascript"),
     "view.css": ("planter.view", "view.css", "text/css"),

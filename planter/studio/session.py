@@ -166,7 +166,7 @@ class Session:
         starts = ("--starts", str(machine.starts)) if machine.starts > 1 else ()
         return {
             "command": [*machine.search, str(path), *options, *starts, "--json"],
-            "labels": {str(path): machine.name},
+            "labels": {str(path): machine.name, **self._names, **machine.words},
             "goal": machine.describe_goal(),
             "starts": machine.starts,
         }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,11 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.files.paths import last_part
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 from planter.report import style
-from planter.report.labels import format_label
+from planter.report.labels import label_axis
 from planter.sweeps.plan import Axis
 
 if TYPE_CHECKING:
@@ -27,8 +25,6 @@ PANELS = 3
 """Panels side by side."""
 MOST_KINDS = 4
 """Maximum number of texts in a figure."""
-LABEL_WIDTH = 30
-"""Characters of a line of an axis's label."""
 SLICES = 24
 """Number of slices of a range with random values, in which rows are averaged over other inputs."""
 MARKED, DRAWN_AS_LINES = 61, 2000
@@ -65,8 +61,7 @@ class SweepData:
 
     def label(self, name: str) -> str:
         """Return the label of an axis: the meaning of an input or an output, or its name, with the unit."""
-        words = textwrap.fill(self.meanings.get(name, ""), LABEL_WIDTH)
-        return format_label(last_part(name), words or None)
+        return label_axis(name, self.meanings)
 
     @property
     def numbers(self) -> list[str]:

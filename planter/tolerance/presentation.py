@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -9,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter import safe_text
+from planter.files import units
 from planter.files.paths import last_part
 from planter.kernels import Array
 from planter.report import files, style
 from planter.report.html import Block, Cell, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import format_label
+from planter.report.labels import format_label, label_axis
 from planter.report.presentation import MOST_KEY_FIGURES, ResultPresentation
 from planter.tolerance.analysis import ToleranceAnalysis
 from planter.tolerance.job import RandomPoints
@@ -26,6 +28,10 @@ if TYPE_CHECKING:
 PANELS = 3
 BARS = 8
 """Maximum number of inputs in the figure of an output."""
+NAME_WIDTH, TITLE_WIDTH = 31, 27
+"""Characters of a line of an input's name in a figure, and of a panel's title."""
+TITLE_HEIGHT, BAR_HEIGHT = 0.7, 0.38
+"""Height of a panel's title, and of an input, whose name may have three lines [inch]."""
 BINS = 60
 LEAST_LINES = 3
 """Number of inputs for which the figure of an output has room at least, so that bars are not thicker."""
@@ -38,14 +44,14 @@ PATHS = 100
 
 
 @style.with_style
-def draw_distributions(outputs: Mapping[str, Band], rows: Array) -> Figure:
+def draw_distributions(outputs: Mapping[str, Band], rows: Array, meanings: Mapping[str, str]) -> Figure:
     """Draw histograms of the outputs, their 5 and 95 % points, and the normal distributions to first order."""
     lines = -(-len(outputs) // PANELS)
-    figure = style.new_figure(0.4 + 1.8 * lines)
+    figure = style.new_figure(0.4 + 2.0 * lines)
     panels = figure.subplots(lines, PANELS, squeeze=False).ravel()
     for axes, (name, band), column in zip(panels, outputs.items(), rows.T, strict=False):
         _distribution(axes, band, column[~np.isnan(column)])
-        axes.set_xlabel(format_label(name))
+        axes.set_xlabel(label_axis(name, meanings))
         axes.set_yticks([])
         axes.locator_params(axis="x", nbins=4)
     for axes in panels[len(outputs) :]:
@@ -66,20 +72,25 @@ def _distribution(axes: Axes, band: Band, values: Array) -> None:
 
 
 @style.with_style
-def draw_indices(sobol: Mapping[str, Mapping[str, Share]]) -> Figure:
+def draw_indices(sobol: Mapping[str, Mapping[str, Share]], meanings: Mapping[str, str]) -> Figure:
     """Draw first and total indices of each output in the inputs that matter most."""
-    lines = -(-len(sobol) // 2)
-    figure = style.new_figure(0.4 + 2.0 * lines)
-    panels = figure.subplots(lines, 2, squeeze=False, sharex=True).ravel()
-    for axes, (name, shares) in zip(panels, sobol.items(), strict=False):
-        largest = [(path, share) for path, share in rank_shares(shares)[:BARS] if share.total > MIN_TOTAL][::-1]
+    bars = {
+        name: [(path, share) for path, share in rank_shares(shares)[:BARS] if share.total > MIN_TOTAL][::-1]
+        for name, shares in sobol.items()
+    }
+    counts = [max(len(each), LEAST_LINES) for each in bars.values()]
+    heights = [TITLE_HEIGHT + BAR_HEIGHT * max(counts[k : k + 2]) for k in range(0, len(counts), 2)]
+    figure = style.new_figure(0.4 + sum(heights))
+    panels = figure.subplots(len(heights), 2, squeeze=False, sharex=True, height_ratios=heights).ravel()
+    for axes, (name, largest) in zip(panels, bars.items(), strict=False):
         positions = np.arange(len(largest))
         total, first = ([getattr(share, kind) for _, share in largest] for kind in ("total", "first"))
         errors, thin = [share.total_error for _, share in largest], {"ecolor": style.SOFT, "linewidth": 0.8}
         axes.barh(positions, total, 0.8, color=style.SKY, alpha=0.7, label="total", xerr=errors, error_kw=thin)
         axes.barh(positions, first, 0.35, color=style.BLUE, label="first order")
-        axes.set_yticks(positions, [last_part(path) for path, _ in largest])
-        axes.set_title(format_label(name))
+        names = [textwrap.fill(meanings.get(path) or last_part(path), NAME_WIDTH) for path, _ in largest]
+        axes.set_yticks(positions, names, fontsize=6.5)
+        axes.set_title(units.typeset_label(label_axis(name, meanings, TITLE_WIDTH)))
         axes.grid(visible=False, axis="y")
         axes.set_xlim(0, None)
         axes.set_ylim(-0.6, max(len(largest), LEAST_LINES) - 0.4)
@@ -136,16 +147,16 @@ LARGEST, MOST_INPUTS = 3, 10
 
 def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
     """Return the presentation: bands, the inputs that matter most, the robust design, figures and tolerances."""
-    result, resolved = analysis.result, analysis.case.resolved
+    result, resolved, meanings = analysis.result, analysis.case.resolved, _list_meanings(analysis)
     chosen = "".join(f", {text} {name}" for name, text in result.choices.items())
     return ResultPresentation(
         title=f"Tolerances of {result.machine}{chosen}",
-        conclusion=_conclude(result),
+        conclusion=_conclude(result, meanings),
         key_figures=[
             KeyFigure(
                 f"\N{PLUS-MINUS SIGN} {100 * band.std / abs(band.mean):.2g} %",
                 "",
-                f"{format_label(name)}, standard deviation over the mean of {band.mean:.4g}",
+                f"{meanings[name]}: standard deviation over the mean of {band.mean:.4g} {units.display_unit(name)}",
             )
             for name, band in list(result.outputs.items())[:MOST_KEY_FIGURES]
             if band.mean
@@ -163,14 +174,21 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
     )
 
 
-def _conclude(result: ToleranceFound) -> str:
+def _list_meanings(analysis: ToleranceAnalysis) -> dict[str, str]:
+    """Return the meanings of inputs by path, and of outputs by name."""
+    resolved = analysis.case.resolved
+    outputs = {name: resolved.describe_output(name, "output")[1] for name in analysis.result.outputs}
+    return outputs | dict(resolved.inputs)
+
+
+def _conclude(result: ToleranceFound, meanings: Mapping[str, str]) -> str:
     """Return how many inputs vary, and whose tolerance is worth halving first."""
     sentence = f"{len(result.inputs)} inputs vary over {result.rows} random machines, in {result.seconds:.3g} s."
     for name, entries in result.tightened.items():
         path, best = max(entries.items(), key=lambda pair: pair[1].reduction_percent)
         return (
-            f"{sentence} Half the tolerance of {last_part(path)} would reduce the standard deviation of "
-            f"{format_label(name)} most, by {best.reduction_percent:.3g} %."
+            f"{sentence} Half the tolerance of {meanings[path]} ({last_part(path)}) would reduce the standard "
+            f"deviation of {meanings[name]} most, by {best.reduction_percent:.3g} %."
         )
     return sentence
 
@@ -289,9 +307,9 @@ def _name_cycles(analysis: ToleranceAnalysis) -> list[str]:
 
 def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
     case, result = analysis.case, analysis.result
-    yield "outputs", draw_distributions(result.outputs, analysis.rows)
+    yield "outputs", draw_distributions(result.outputs, analysis.rows, _list_meanings(analysis))
     if result.sobol:
-        yield "indices", draw_indices(result.sobol)
+        yield "indices", draw_indices(result.sobol, _list_meanings(analysis))
     keys = [*case.adapter.curves, *(key for pair in case.adapter.paths for key in pair)]
     if not keys:
         return

@@ -190,6 +190,10 @@ class Searching(Protocol):
     def describe_goal(self) -> str:
         """Return the quantity that the command minimises, in words with its unit."""
 
+    @property
+    def words(self) -> Mapping[str, str]:
+        """Words of a page for keys that messages of the command name."""
+
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """Return the optimum from the JSON object that the command prints."""
 

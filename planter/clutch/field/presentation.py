@@ -20,7 +20,7 @@ from planter.clutch.field.trial import Factor, FieldResponse, Trial
 from planter.clutch.results import FactorLevels, FieldTest, Level, ResponseLabel
 from planter.files import csv_rows
 from planter.report import style
-from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table, Text
+from planter.report.html import Block, Cell, Folded, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import format_label, format_name
 from planter.report.presentation import ResultPresentation
 from planter.version import __version__
@@ -56,6 +56,7 @@ def present_field_test(evaluation: FieldEvaluation) -> ResultPresentation:
         title=f"Field test {result.source}",
         conclusion=_conclude(result),
         record=result,
+        key_figures=list(_list_field_figures(result)),
         sections=list(_list_sections(evaluation)),
         figures=partial(_draw_figures, evaluation),
         captions={
@@ -67,6 +68,17 @@ def present_field_test(evaluation: FieldEvaluation) -> ResultPresentation:
         texts=partial(_format_tables, result),
         provenance=_list_sources(evaluation),
     )
+
+
+def _list_field_figures(result: FieldTest) -> Iterator[KeyFigure]:
+    """Yield the number of runs, and the strongest effect on each of the first two responses."""
+    yield KeyFigure(str(result.runs), "", "runs")
+    for response, sources in list(result.anova.items())[:2]:
+        tests = {name: p for name, row in sources.items() if (p := getattr(row, "p", None)) is not None}
+        if tests:
+            name = min(tests, key=lambda source: tests[source])
+            meaning = f"p of {_name(result.factors, name)}, the strongest effect on {_name(result.responses, response)}"
+            yield KeyFigure(f"{tests[name]:.2g}", "", meaning)
 
 
 def _conclude(result: FieldTest) -> str:

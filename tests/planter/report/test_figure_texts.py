@@ -12,6 +12,7 @@ from planter.report import bundle, style
 from tests.support import own
 from tests.support.cli import run
 from tests.support.figure_texts import find_text_faults
+from tests.support.structure import ROOT
 
 COMMANDS = (
     "simulate wang2017", "simulate wang2017-wide", "diff wang2017 wang2017-wide", "cam wang2017 --roller-mm 6",
@@ -20,7 +21,9 @@ COMMANDS = (
     "synthesise sun2019-corrected", "train sun2019-curve --crank-mm 30", "clutch geometry shi2021",
     "clutch engage shi2021", "clutch field", "clutch design shi2021", "clutch optimise shi2021 --starts 1",
     "clutch rotor", "explain wang2017", "explain yu2023", "explain shi2021", "explain sun2019", "diff yu2023 yu2023",
+    "sweep docs/examples/sweep_speed.toml",
 )  # fmt: skip
+SLOW = "tolerance wang2017 --tolerances docs/examples/tolerances.toml --samples 128"
 OWN = ("slider_crank", "cam_follower", "rssr")
 EMPTY = bundle.RenderedFigure(style.render_svg(style.new_figure(1.0)), b"", b"")
 
@@ -39,9 +42,12 @@ def collect_faults(words: list[str], folder: Path, monkeypatch: pytest.MonkeyPat
     return len(figures), [f"{name}: {fault}" for name, figure in figures.items() for fault in find_text_faults(figure)]
 
 
-@pytest.mark.parametrize("command", [*COMMANDS, *(f"simulate {name}" for name in OWN)])
+@pytest.mark.parametrize(
+    "command", [*COMMANDS, *(f"simulate {name}" for name in OWN), pytest.param(SLOW, marks=pytest.mark.long)]
+)
 def test_texts_neither_overlap_nor_are_cut(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     words = [str(own.generated(word) / f"{word}.toml") if word in OWN else word for word in command.split()]
+    monkeypatch.chdir(ROOT)
     count, faults = collect_faults(words, tmp_path, monkeypatch)
     assert count
     assert faults == []

@@ -6,16 +6,20 @@ import re
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack
+from importlib import resources
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, WebSocketRoute, expect
+from playwright.sync_api import Page, WebSocketRoute, expect, sync_playwright
 
 from planter.files.examples import example
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
+from planter.studio.process import to_page_words
+from planter.studio.session import Session
 from tests.planter.studio.serving import answer, line, message_with, page_of, studio
+from tests.support.browser import browser
 
 NONSENSE = (
     "no JSON", b"\xff\x00", "[1, 2]", "null", "[" * 100_000,
@@ -90,6 +94,16 @@ def test_broken_connection_recovers_without_loss(address: str) -> None:
         expect(objective).to_have_text(first)
 
 
+def test_saved_copy_of_page_says_so(tmp_path: Path) -> None:
+    for name in ("studio.html", "saved.js", "studio.js", "studio.css"):
+        (tmp_path / name).write_bytes(resources.files("planter.studio").joinpath(name).read_bytes())
+    with sync_playwright() as play, play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium:
+        page = chromium.new_page()
+        page.goto((tmp_path / "studio.html").as_uri())
+        expect(page.locator("#said")).to_contain_text("saved copy")
+        assert page.locator("button:not(:disabled), select:not(:disabled)").count() == 0
+
+
 def load_file(page: Page, name: str, text: str) -> None:
     page.set_input_files("#load", {"name": name, "mimeType": "application/toml", "buffer": text.encode()})
 
@@ -161,3 +175,16 @@ def test_page_reports_restarted_studio(tmp_path: Path) -> None:
         with studio(tmp_path, "shi2021", "--port", port):
             expect(page.locator("#said")).to_contain_text("was started anew: open the address", timeout=60_000)
             expect(page.locator("#said")).to_contain_text("What was moved here: Travel = 4.5.")
+
+
+def test_messages_of_a_search_have_words_of_the_page(tmp_path: Path) -> None:
+    session = Session(tmp_path, tmp_path / "scratch")
+    session.open({"name": "wang2017-wide"})
+    labels = session.search({"values": {}})["labels"]
+    sentence = (
+        "the closest design violates: nozzle_distance = 59.2 mm at phi = 160.16 deg misses nozzle_distance_min_mm"
+    )
+    assert to_page_words(sentence, labels) == (
+        "the closest design violates: Gap between the nozzles = 59.2 mm at phi = 160.16° misses its least allowed value"
+    )
+    assert to_page_words("own_nozzle_distance", labels) == "own_nozzle_distance"
