@@ -19,9 +19,7 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "header_links_before_dropdown": 7,
 }
-# The gallery alone has pages below it; elsewhere the navigation of a section would be empty.
-html_sidebars = {"gallery/**": ["sidebar-nav-bs"], "made/**": [], "genindex": [], "search": [], "py-modindex": []}
-html_sidebars |= {page.stem: [] for page in HERE.glob("*.md")}
+html_sidebars = {"**": []}  # only the gallery has pages below it, and its index lists them; code needs the width
 html_show_sourcelink = False
 html_static_path = ["static"]
 html_css_files = ["book.css"]
