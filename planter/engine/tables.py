@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from planter.engine.drive import DriveResult
+from planter.engine.machine import Machine
 from planter.engine.sensitivity import Direction, SensitivityResult
 from planter.engine.summary import CycleSummary, MotorTorque, Shock
 from planter.files import units
 from planter.report.html import KeyFigure, Table
 from planter.report.labels import clean_zero
 
+MEANING = "meaning"
+"""Column for which a terminal is too narrow."""
 Cells = Sequence[str | float | None]
 ON_THE_SCREEN = ("N", "N m", "W")
 """Units of the peaks that are shown; results have all."""
@@ -108,15 +111,25 @@ def list_drive_figures(result: DriveResult) -> list[KeyFigure]:
     ]
 
 
-def driven_quantities(result: DriveResult) -> Table:
-    """Return forces, torques and powers on the motor, and at constant speed."""
-    head = ("", "driven, largest", "least", "constant, largest", "least", "change", "unit")
+def driven_quantities(result: DriveResult, machine: Machine) -> Table:
+    """Return forces, torques and powers on the motor, and at constant speed, on the page with their meanings."""
+    meanings = {quantity.key: quantity.meaning for quantity in machine.results}
+    head = ("", MEANING, "driven, largest", "least", "constant, largest", "least", "change", "unit")
     rows = [
-        (key.removesuffix(units.unit_suffix(key)), q.max, q.min, q.constant_max, q.constant_min, q.change, q.unit)
+        (
+            key.removesuffix(units.unit_suffix(key)),
+            meanings[key],
+            q.max,
+            q.min,
+            q.constant_max,
+            q.constant_min,
+            q.change,
+            q.unit,
+        )
         for key, q in result.quantities.items()
         if q.unit in ON_THE_SCREEN
     ]
-    return Table(head, rows, "Forces, torques and powers, and those at constant mean speed")
+    return Table(head, rows, "Forces, torques and powers, and those at constant mean speed", page_columns=(MEANING,))
 
 
 def motor_rows(motor: MotorTorque) -> list[Cells]:

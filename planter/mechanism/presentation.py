@@ -54,8 +54,6 @@ from planter.view.animation import MotionBlock as MotionBlock
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MEANING = "meaning"
-"""Column for which a terminal is too narrow."""
 CHANGED_START = "The constraints do not allow the stated start; the nearest that they allow is used."
 ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
 LAW_ROUNDING = 1e-6
@@ -183,7 +181,7 @@ def list_sensitivity_sections(result: SensitivityResult) -> Iterator[Section]:
 
 def present_drive(drive: Drive) -> ResultPresentation:
     """Return the presentation of a machine on a motor: speed, torques and forces."""
-    parts = (*tables.drive_tables(drive.result), tables.driven_quantities(drive.result))
+    parts = (*tables.drive_tables(drive.result), tables.driven_quantities(drive.result, drive.machine))
     return _present(
         _describe_machine(drive.machine),
         f"{drive.machine.name} on a motor",
@@ -263,8 +261,8 @@ def _list_ensemble_sections(ensemble: MechanismEnsemble) -> Iterator[Section]:
             for key, q in result.quantities.items()
             for value in [getattr(q, name)]
         ]  # fmt: skip
-        head = ("quantity", MEANING, "mean", "error", "std", "5 %", "median", "95 %", "unit")
-        yield Section(f"{name.capitalize()} of a period", [Table(head, rows, page_columns=(MEANING,))])
+        head = ("quantity", tables.MEANING, "mean", "error", "std", "5 %", "median", "95 %", "unit")
+        yield Section(f"{name.capitalize()} of a period", [Table(head, rows, page_columns=(tables.MEANING,))])
     separation = result.separation
     values: dict[str, Cell] = {"runs": result.runs, "parted_runs": separation.parted_runs,
                                "last_median": separation.last_median, "threshold": separation.threshold}  # fmt: skip
@@ -380,13 +378,13 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     result = cycle.result
     yield from list_warning_sections(result.warnings)
     meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
-    head = ("quantity", MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
+    head = ("quantity", tables.MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
     rows = [
         (format_name(key), meanings[key], q.min, q.min_deg, q.max, q.max_deg, tables.round_mean(q.mean, q.rms), q.rms,
          format_unit(q))
         for key, q in result.quantities.items()
     ]  # fmt: skip
-    yield Section("Quantities", [Table(head, rows, page_columns=(MEANING,))])
+    yield Section("Quantities", [Table(head, rows, page_columns=(tables.MEANING,))])
     if result.work:
         yield Section("Work of a cycle", [list_values(result.work)])
     if result.designer is not None:
@@ -405,12 +403,12 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
 
 def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
     result = motion.result
-    head = ("quantity", MEANING, "min", "max", "last", "unit")
+    head = ("quantity", tables.MEANING, "min", "max", "last", "unit")
     rows = [
         (format_name(key), motion.meanings[key], q.min, q.max, q.last, format_unit(q))
         for key, q in result.quantities.items()
     ]
-    yield Section("Quantities", [Table(head, rows, page_columns=(MEANING,))])
+    yield Section("Quantities", [Table(head, rows, page_columns=(tables.MEANING,))])
     if result.changed_start:
         changed = [
             (format_name(value.quantity), value.stated, value.used, value.unit) for value in result.changed_start
