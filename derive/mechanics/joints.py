@@ -378,7 +378,7 @@ class Joints(Contacts):
         self, name: str, on: Body, by: Body, at: Point, surface: Point, law: Callable[[Expr, Expr], Expr],
         normal: Axis = Y, friction: Scalar = 0, creep: Scalar = 0, radius: Scalar = 0,
     ) -> Quantity:  # fmt: skip
-        r"""State a contact that gives way and can open: a point of ``on`` over a surface of ``by``. Returns N_name [N].
+        r"""State a compliant contact that can open: a point of ``on`` over a surface of ``by``. Returns N_name [N].
 
         The surface is the plane through the point ``surface`` across ``normal``, an axis of ``by``'s frame along which
         it pushes ``at``. With a ``radius`` [m] it is a circle, in space a sphere, about that point: a positive one
@@ -424,7 +424,7 @@ class Joints(Contacts):
         self, tag: str, inner: Body, outer: Body, contact: GearContact, lag: Expr, law: Callable[[Expr, Expr], Expr],
         backlash: Scalar = 0,
     ) -> Quantity:  # fmt: skip
-        r"""State teeth of two gears that give way and can part, as `mesh` has them rigid. Returns F_Ntag [N].
+        r"""State compliant teeth of two gears, which can separate, as `mesh` has them rigid. Returns F_Ntag [N].
 
         ``lag`` [rad] is the angle by which ``outer`` is behind the position that rigid teeth without backlash give it,
         counter-clockwise, with both flanks as far apart at zero; for round gears -inner r/R - outer. ``backlash`` [m]
@@ -460,7 +460,7 @@ class Joints(Contacts):
         F_NP
         """
         if contact.is_rack:
-            raise MechanismError(f"{self.name}: teeth {tag} of a rack cannot give way; state a compliant_contact")
+            raise MechanismError(f"{self.name}: teeth {tag} of a rack cannot be compliant; state a compliant_contact")
         smooth, pushes, power, turns = replace(contact, friction=S.Zero), [], S.Zero, S.Zero
         for bearing, side in ((1, "ahead"), (-1, "behind")):
             lever = smooth.lever(bearing)

@@ -1,4 +1,4 @@
-"""A driven mechanism released: a motor line, teeth, pins and followers that give way and part, a frame on a mount."""
+"""A driven mechanism released: a motor line, compliant teeth, pins and followers that can separate, a mount."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .statement import MechanismError, quantity, to_triple
 
 @dataclass(frozen=True)
 class ElasticTeeth:
-    """Teeth of a mesh that give way: ``coordinate`` names the turning of the outer gear, which they leave free.
+    """Compliant teeth of a mesh: ``coordinate`` names the turning of the outer gear, which they leave free.
 
     ``law`` and ``backlash`` [m] are those of `Mechanism.compliant_mesh`. The angle of the outer gear must follow the
     coordinate, and `coordinate` must state it by ``equals`` in terms of the inner gear's.
@@ -49,7 +49,7 @@ class LoosePin:
 
 @dataclass(frozen=True)
 class LiftingFollower:
-    """A follower that gives way and can lift off: ``coordinate`` names its lift, which is left free.
+    """A compliant follower that can lift off: ``coordinate`` names its lift, which is left free.
 
     ``law`` is the force along the normal [N] of the depth [m] and its rate [m/s]. The lift must be stated by ``equals``
     in terms of the driving angle.
@@ -76,7 +76,7 @@ class Release:
     """Elements in place of the ideal motor, contacts, pins and frame of a mechanism that an angle drives.
 
     ``motor`` is the motor line: its torque [N m] at a speed [rad/s]; ``flywheel`` [kg m2] turns with it. ``teeth`` by
-    the tags of meshes, ``pins`` and ``followers`` by their names give way; the others stay as they are stated. The
+    the tags of meshes, ``pins`` and ``followers`` by their names are compliant; the others stay as they are stated. The
     frame is at rest without a ``mount``.
     """
 
@@ -93,12 +93,12 @@ class ReleasedMechanism(Mechanism):
 
     The other arguments and all statements are those of `Mechanism`, so that one function states the driven and the
     released mechanism. The angle becomes a coordinate, which starts at zero with the speed of the table under the name
-    ``SPEED_start``. `motor` gives the torque of the motor line; `mesh`, `pin` and `follower` give way where ``release``
-    says so, and a loop whose pin is loose stays open. Points, joints and forces of the ground are those of the frame on
+    ``SPEED_start``. `motor` gives the torque of the motor line; meshes, pins and followers are compliant where
+    ``release`` says so, and a loop whose pin is loose stays open. Points, joints and forces of the ground are those of the frame on
     the mount: F_mountx and F_mounty [N], in space F_mountz, are the force of the ground on it, mount_x and mount_y [m]
     its places. The motion starts at the angle zero as the angle would drive it, with loose pins in the middle of their
     bushes. Raises MechanismError without an angle, for teeth, pins and followers that are not stated or whose
-    coordinate or loop is not (in `system`), and for a coordinate that does not move what gives way.
+    coordinate or loop is not (in `system`), and for a coordinate that does not move the compliant element.
 
     >>> from derive import ElasticTeeth, GearContact, Mechanism, Release, ReleasedMechanism, quantities
     >>> q = quantities('''
@@ -158,7 +158,7 @@ class ReleasedMechanism(Mechanism):
         self.start_conditions[angle.name] = angle, speed - begun
         self.release, self._driving, self._begun = release, (angle, speed), begun
         self._driven = dict[str, tuple[Quantity, Expr]]()
-        self._open, self._given_way = dict[str, tuple[Point, Point]](), set[str]()
+        self._open, self._compliant = dict[str, tuple[Point, Point]](), set[str]()
         self._freed = {teeth.coordinate for teeth in release.teeth.values()}
         self._freed |= {follower.coordinate for follower in release.followers.values()}
         self._opened = {pin.loop for pin in release.pins.values()}
@@ -230,7 +230,7 @@ class ReleasedMechanism(Mechanism):
             name, on, by, point, bush, loose.law, radius=width, friction=loose.friction, creep=loose.creep
         )
         self._report_force(f"F_{name}", self.assembly.actions[-1].force)
-        self._given_way.add(name)
+        self._compliant.add(name)
 
     def _report_force(self, name: str, force: Vec) -> None:
         """Report a force along the axes of the world."""
@@ -239,7 +239,7 @@ class ReleasedMechanism(Mechanism):
 
     def _in_plane(self, name: str) -> None:
         if self.spatial:
-            raise MechanismError(f"{name}: gives way in the plane only")
+            raise MechanismError(f"{name}: is compliant in the plane only")
 
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
         """State the motor by its line, with its flywheel, and return its torque; the rest is as `Mechanism.motor`."""
@@ -257,7 +257,7 @@ class ReleasedMechanism(Mechanism):
     def mesh(
         self, tag: str, inner: Body, outer: Body, contact: GearContact, equal_to: Quantity | None = None
     ) -> Quantity:
-        """State teeth as `Mechanism.mesh` does, or teeth that give way and part where the release says so.
+        """State teeth as `Mechanism.mesh` does, or compliant teeth that can separate where the release says so.
 
         Of the latter F_Ntag [N] is returned, and the load on several planets follows from them, not from ``equal_to``.
         """
@@ -269,7 +269,7 @@ class ReleasedMechanism(Mechanism):
         turns = [self.motion.spin(body.frame)[2].diff(rate) for body in (inner, outer)]
         if turns != [0, 1]:
             raise MechanismError(f"teeth {tag}: {value} must turn {outer}, the outer gear, and not {inner}")
-        self._given_way.add(tag)
+        self._compliant.add(tag)
         return self.compliant_mesh(tag, inner, outer, contact, equals - value, teeth.law, teeth.backlash)
 
     def _find_driven(self, name: str, coordinate: str) -> tuple[Quantity, Expr]:
@@ -318,12 +318,12 @@ class ReleasedMechanism(Mechanism):
         self.force(name, on, at, push * way, cam)
         self._report_force(name, push * way)
         self.report(f"P_{name}", "W", f"power of {name} on {on} and {cam}", push * opening)
-        self._given_way.add(name)
+        self._compliant.add(name)
         return push
 
     def system(self, reported: Sequence[str | Quantity] | None = None) -> System:
         """Derive the model as `Mechanism.system` does. Raises MechanismError also for an element that is not stated."""
         release = self.release
-        if lacking := sorted({*release.teeth, *release.pins, *release.followers} - self._given_way):
-            raise MechanismError(f"{self.name}: {', '.join(lacking)} should give way and is not stated")
+        if lacking := sorted({*release.teeth, *release.pins, *release.followers} - self._compliant):
+            raise MechanismError(f"{self.name}: {', '.join(lacking)} should be compliant and is not stated")
         return super().system(reported)

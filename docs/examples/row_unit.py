@@ -1,4 +1,4 @@
-"""A row unit of a planter that drops onto the soil: an arm with a strut that stiffens, a tyre that gives way.
+"""A row unit of a planter that drops onto the soil: an arm with a strut that stiffens, a compliant tyre.
 
 The soil pushes by the law of Hunt and Crossley, K d^(3/2) (1 + D d_dot), and holds back what slides on it; the strut's
 pull grows with the cube of its stretch, and its damper with the square of the speed.

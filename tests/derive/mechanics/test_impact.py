@@ -1,4 +1,4 @@
-"""Contacts that give way, friction, accelerations in symbols, slopes along named steps: on made-up mechanisms."""
+"""Compliant contacts, friction, accelerations in symbols, slopes along named steps: on made-up mechanisms."""
 
 import pytest
 import sympy as sp

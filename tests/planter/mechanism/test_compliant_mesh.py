@@ -1,4 +1,4 @@
-"""Teeth that give way and part, against rigid teeth, conservation laws and the closed law of an impact."""
+"""Compliant teeth that separate, against rigid teeth, conservation laws and the closed law of an impact."""
 
 from __future__ import annotations
 

@@ -335,8 +335,8 @@ LIFTING = {"N": LiftingFollower("u", lambda depth, _: GIVEN.K * depth)}
         ({"pins": {"B": LoosePin("C", 0, LOOSE["B"].law)}}, {}, "no loop C"),
         ({"followers": {"N": LiftingFollower("s", LIFTING["N"].law)}}, {}, "no coordinate s"),
         ({"followers": LIFTING}, {"by_time": True}, "more than phi and u"),
-        ({"pins": {"Q": LOOSE["B"]}, "followers": LIFTING}, {}, "no loop B|Q should give way"),
-        ({"teeth": {"P": ElasticTeeth("u", LIFTING["N"].law)}}, {}, "P should give way"),
+        ({"pins": {"Q": LOOSE["B"]}, "followers": LIFTING}, {}, "no loop B|Q should be compliant"),
+        ({"teeth": {"P": ElasticTeeth("u", LIFTING["N"].law)}}, {}, "P should be compliant"),
     ],
 )
 def test_elements_that_are_not_stated_are_refused(elements, stated, message):
