@@ -94,11 +94,11 @@ class ReleasedMechanism(Mechanism):
     The other arguments and all statements are those of `Mechanism`, so that one function states the driven and the
     released mechanism. The angle becomes a coordinate, which starts at zero with the speed of the table under the name
     ``SPEED_start``. `motor` gives the torque of the motor line; meshes, pins and followers are compliant where
-    ``release`` says so, and a loop whose pin is loose stays open. Points, joints and forces of the ground are those of the frame on
-    the mount: F_mountx and F_mounty [N], in space F_mountz, are the force of the ground on it, mount_x and mount_y [m]
-    its places. The motion starts at the angle zero as the angle would drive it, with loose pins in the middle of their
-    bushes. Raises MechanismError without an angle, for teeth, pins and followers that are not stated or whose
-    coordinate or loop is not (in `system`), and for a coordinate that does not move the compliant element.
+    ``release`` says so, and a loop whose pin is loose stays open. Points, joints and forces of the ground are those of
+    the frame on the mount: F_mountx and F_mounty [N], in space F_mountz, are the force of the ground on it, mount_x and
+    mount_y [m] its places. The motion starts at the angle zero as the angle would drive it, with loose pins in the
+    middle of their bushes. Raises MechanismError without an angle, for teeth, pins and followers that are not stated or
+    whose coordinate or loop is not (in `system`), and for a coordinate that does not move the compliant element.
 
     >>> from derive import ElasticTeeth, GearContact, Mechanism, Release, ReleasedMechanism, quantities
     >>> q = quantities('''
