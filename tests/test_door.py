@@ -30,6 +30,7 @@ ALLOWED = {
     "kernels/generated.py": "functions of installed rooms",
     "kernels/programs.py": "a program that was compiled a moment before",
     "kernels/toolchain.py": "compiled functions, opened without following links, /proc/cpuinfo",
+    "mechanism/printed.py": "a table that this module wrote as text a moment before",
     "optimise/proof/certificate_file.py": "a document that this module built a moment before",
     "optimise/proof/check_proof.py": "the proof that it checks, as a program of its own",
     "parallel/jobs.py": "answers of processes that this one started",

@@ -311,7 +311,7 @@ class Statement:
             return self.origin
         return body.parts[0].centroid if body.parts else self.pin_of(body).at
 
-    def carries(self, body: Body, point: Point) -> bool:
+    def _carries(self, body: Body, point: Point) -> bool:
         """Whether a point does not move as a body sees it."""
         place = displacement(self.anchor(body), point, body.frame)
         return not any(self.motion.relative_derivative(place, body.frame).components)

@@ -422,7 +422,10 @@ class Dynamics:
     def integrate(
         self, times: Array, tolerance: float, state: Array, stiff: bool = False
     ) -> tuple[Array, list[Passage]]:  # fmt: skip
-        """Return the states (2k, n) and the events of a motion, as `run` does, from a state on the constraints."""
+        """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s], from a state on the constraints.
+
+        The rest is as for `run`.
+        """
         pace, share = _Pace(self.file.name, times[0], times[-1]), self._find_share(times[0], state)
         accelerate = self._bind_accelerations(share)
 
