@@ -422,7 +422,7 @@ class Dynamics:
     def integrate(
         self, times: Array, tolerance: float, state: Array, stiff: bool = False
     ) -> tuple[Array, list[Passage]]:  # fmt: skip
-        """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s], from a state on the constraints.
+        """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s] from an allowed state.
 
         The rest is as for `run`.
         """
