@@ -162,6 +162,7 @@ def polar_sense(motion: Motion, line: Frame, gear: Frame, parameter: Expr) -> Ex
 def slope_by_turning(motion: Motion, line: Frame, gear: Frame, rate: Expr) -> Expr:
     """Return a rate per angular velocity of a gear about z, counted from the line of centres [unit of rate s/rad]."""
     turning = turning_rate(motion, line, gear)
+    # a coefficient of a long sum takes `cancel` seconds
     if turning.is_Symbol and rate.xreplace({turning: S.Zero}) == 0:
         slope = partial_derivative(rate, turning)
         if turning not in slope.free_symbols:

@@ -116,19 +116,11 @@ def driven_quantities(result: DriveResult, machine: Machine) -> Table:
     meanings = {quantity.key: quantity.meaning for quantity in machine.results}
     head = ("", MEANING, "driven, largest", "least", "constant, largest", "least", "change", "unit")
     rows = [
-        (
-            key.removesuffix(units.unit_suffix(key)),
-            meanings[key],
-            q.max,
-            q.min,
-            q.constant_max,
-            q.constant_min,
-            q.change,
-            q.unit,
-        )
+        (key.removesuffix(units.unit_suffix(key)), meanings[key], q.max, q.min, q.constant_max, q.constant_min,
+         q.change, q.unit)
         for key, q in result.quantities.items()
         if q.unit in ON_THE_SCREEN
-    ]
+    ]  # fmt: skip
     return Table(head, rows, "Forces, torques and powers, and those at constant mean speed", page_columns=(MEANING,))
 
 

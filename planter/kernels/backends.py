@@ -36,6 +36,7 @@ from planter.kernels.lane_source import print_file
 T = TypeVar("T")
 
 _defers = False
+"""Whether the main thread is within a call that a Ctrl-C waits for."""
 
 
 def defer_interrupt(call: Callable[[], T]) -> T:

@@ -158,7 +158,8 @@ class Dynamics:
         A released mechanism starts as the angle would drive it. Raises ComputationError if the constraints cannot be
         met from there.
         """
-        return self._project(0.0, self.stated, RANK, self._start_equations)
+        names = [*self._list_outputs("start_gaps"), *self.constraints]
+        return self._project(0.0, self.stated, RANK, self._start_equations, names)
 
     def find_changes(self, start: Array) -> list[int]:
         """Return the indices of entries of ``start`` (2k,) [rad, m and per s] that differ from the statement.
@@ -360,12 +361,15 @@ class Dynamics:
         The inertia is the measure of distance. Rows of slopes that add less than ``share`` of the first follow from
         others. Raises ComputationError if the constraints cannot be met from there.
         """
-        return self._project(time, state, share, self.equations) if self.constraints else np.array(state, dtype=float)
+        if not self.constraints:
+            return np.array(state, dtype=float)
+        return self._project(time, state, share, self.equations, self.constraints)
 
     def _project(
-        self, time: float, state: Array, share: float, equations: Callable[[float, Array], Equations]
+        self, time: float, state: Array, share: float, equations: Callable[[float, Array], Equations],
+        names: Sequence[str],
     ) -> Array:  # fmt: skip
-        """Return the nearest state on the constraints of some equations, of which gaps come first."""
+        """Return the nearest state on the constraints of some equations, which have names; gaps come first."""
         at = np.array(state, dtype=float)
         for _ in range(MOST_PROJECTIONS):
             now = equations(time, at)
@@ -375,8 +379,7 @@ class Dynamics:
                 break
             at[: self.size] -= self._find_correction(time, now.inertia, slopes[rows], now.gaps[rows])
         else:
-            starting = self.formulas.outputs("start_gaps") if len(now.speeds) > len(self.constraints) else []
-            gap = [*starting, *self.constraints][int(np.argmax(np.abs(now.gaps)))]
+            gap = names[int(np.argmax(np.abs(now.gaps)))]
             raise ComputationError(
                 f"{self.file.name}: the loops do not close at {time:.6g} s: {gap} is {np.abs(now.gaps).max():.3g} m"
             )
