@@ -150,9 +150,6 @@ class Store:
                 for statement in (_MARK, _QUESTION, _CHUNKS):
                     self._file.execute(statement)
                 self._file.execute("INSERT INTO asked VALUES (?)", (self._question,))
-            if self._has_earlier_layout():
-                self._check_question()
-                self._convert()
             (mark,) = self._file.execute("PRAGMA application_id").fetchone()
             if mark != APPLICATION_ID:
                 raise self._refusal("this version of planter did not write this file")
@@ -161,22 +158,6 @@ class Store:
     def _check_question(self) -> None:
         if self._file.execute("SELECT question FROM asked").fetchall() != [(self._question,)]:
             raise self._refusal("it contains the rows of another plan, machine or version of planter")
-
-    def _has_earlier_layout(self) -> bool:
-        """Return whether the file has the layout before 0.2.0: no question in the chunks, and no mark."""
-        columns = [column[1] for column in self._file.execute("PRAGMA table_info(chunks)")]
-        return columns == ["number", "sha256", "content"]
-
-    def _convert(self) -> None:
-        """Convert the valid chunks of the earlier layout."""
-        chunks = self._file.execute("SELECT number, sha256, content FROM chunks").fetchall()
-        self._file.execute("DROP TABLE chunks")
-        for statement in (_MARK, _CHUNKS):
-            self._file.execute(statement)
-        for number, sha256, content in chunks:
-            if _sha256(content) == sha256 and self._fits(number, content):
-                row = (self._question, number, self._hash(number, content), content)
-                self._file.execute("INSERT INTO chunks VALUES (?, ?, ?, ?)", row)
 
     def _refusal(self, reason: str) -> InputError:
         return InputError(f"{self._name}: {reason}; choose another --out, or add --overwrite")

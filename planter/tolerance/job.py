@@ -77,7 +77,7 @@ def build_recipe(
         "module": resolved.module, "machine": resolved.adapter.frozen(resolved.machine), "choices": dict(choices),
         "spreads": {name: [spread.kind, spread.low, spread.high] for name, spread in spreads.items()},
         "outputs": list(outputs),
-        "drawn": sampling,  # stores of rows are found by the names in a recipe: those of earlier versions stay
+        "drawn": sampling,
         **resolved.hash_curves(outputs),
     })  # fmt: skip
 

@@ -1,1 +1,1 @@
-"""Results of all commands as they were before the engine, and how today's are compared with them."""
+"""The recorded results of many commands, and how those of today are compared with them."""

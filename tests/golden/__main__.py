@@ -1,13 +1,8 @@
-"""Write the results of all commands by a given `planter` to kept.json: `python -m tests.golden PLANTER OWN DOCS`.
-
-OWN is the folder of the derived examples of the guide, DOCS that of the guide's own files.
-"""
+"""Renew the record and print what differs: `python -m tests.golden [short|long|NAME ...]`, all commands by default."""
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,26 +10,25 @@ from tempfile import TemporaryDirectory
 from tests.golden import record
 
 
-def run(planter: str, words: list[str], places: dict[str, str]) -> record.Entries:
-    with TemporaryDirectory() as folder:
-        arguments = [planter, *(word.format(**places) for word in words), "--json"]
-        environment = os.environ | {"PLANTER_KERNELS": "casadi-vm"}
-        result = subprocess.run(arguments, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-        if result.returncode:
-            sys.exit(f"{' '.join(arguments)}: {result.stderr}")
-        return record.flatten(json.loads(result.stdout), Path(folder))
+def renew(names: list[str]) -> None:
+    """Write the entries of these commands to kept.json, and print each line that differs from the record."""
+    recorded = record.read_kept()
+    commands = record.list_commands(is_long=False) | record.list_commands(is_long=True)
+    for name in names:
+        with TemporaryDirectory() as folder:
+            entries = record.evaluate(commands[name], Path(folder))
+        for line in record.compare(recorded.get(name, {}), entries, {}):
+            print(f"{name}: {line}", flush=True)
+        recorded[name] = entries
+    lines = [f"{json.dumps(name)}: {json.dumps(recorded[name])}" for name in commands]
+    record.KEPT.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
-def main(planter: str, examples: str, docs: str) -> None:
-    places = {"own": str(Path(examples).absolute()), "docs": str(Path(docs).absolute())}
-    commands = record.list_commands(False) | record.list_commands(True)
-    entry = {}
-    for name, words in commands.items():
-        print(name, flush=True)
-        entry[name] = run(str(Path(planter).absolute()), words, places)
-    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(entries)}" for name, entries in entry.items())
-    (record.FOLDER / "kept.json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
+def select(words: list[str]) -> list[str]:
+    """Return the names of the commands that these words select."""
+    groups = {"short": [*record.list_commands(is_long=False)], "long": [*record.list_commands(is_long=True)]}
+    return [name for word in words or groups for name in groups.get(word, [word])]
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    renew(select(sys.argv[1:]))

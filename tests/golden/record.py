@@ -18,8 +18,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
+
+from tests.support import own
+from tests.support.cli import run
 
 FOLDER = Path(__file__).parent
+KEPT = FOLDER / "kept.json"
+MECHANISMS = [path.stem for path in own.EXAMPLES.glob("*.py") if not path.stem.endswith("_paper")]
 RELATIVE = 1e-12
 """How far numbers may stray, in parts of the largest of their list."""
 LONG = 6
@@ -47,18 +53,28 @@ def list_commands(is_long: bool) -> dict[str, list[str]]:
 
 def read_kept() -> dict[str, Entries]:
     """Return the entries that are kept, by command."""
-    recorded: dict[str, Entries] = json.loads((FOLDER / "kept.json").read_text(encoding="utf-8"))
+    recorded: dict[str, Entries] = json.loads(KEPT.read_text(encoding="utf-8"))
     return recorded
 
 
-Reasons = Mapping[str, str | Mapping[str, Any]]
-"""By the pattern of entries: the reason why they differ from the record or, if they differ between processors because
-they amplify rounding, a `relative` tolerance and its `reason`."""
+Tolerances = Mapping[str, Mapping[str, Any]]
+"""By the pattern of entries that amplify rounding: a `relative` tolerance and its `reason`."""
 
 
-def read_reasons() -> dict[str, Reasons]:
-    """Return why entries differ, by command."""
-    return tomllib.loads((FOLDER / "differences.toml").read_text(encoding="utf-8"))
+def read_tolerances() -> dict[str, Tolerances]:
+    """Return the tolerances of entries, by command."""
+    return tomllib.loads((FOLDER / "tolerances.toml").read_text(encoding="utf-8"))
+
+
+def evaluate(words: Sequence[str], folder: Path) -> Entries:
+    """Return the entries of a command that runs in an empty folder."""
+    names = [name for name in MECHANISMS if f"{{own}}/{name}.toml" in words]
+    places = {"own": str(own.generated(names[0])) if names else "", "docs": str(own.EXAMPLES)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        code, out, err = run(*(word.format(**places) for word in words), "--json")
+    assert code == 0, err
+    return flatten(json.loads(out), folder)
 
 
 def flatten(result: object, folder: Path) -> Entries:
@@ -73,23 +89,16 @@ def flatten(result: object, folder: Path) -> Entries:
     return {key: value for key, value in entries.items() if not TIMED.search(key)}
 
 
-def compare(recorded: Entries, entries: Entries, reasons: Reasons) -> tuple[list[str], set[str]]:
-    """Return what differs without a reason, a line each, and the patterns of the reasons that were needed.
-
-    Entries may be added.
-    """
-    lines, used = [], set()
-    for key, before in recorded.items():
-        now = entries.get(key, "absent")
-        pattern = next((pattern for pattern in reasons if re.fullmatch(pattern, key)), "")
-        reason = reasons.get(pattern)
-        if _is_same(before, now, RELATIVE if reason is None or isinstance(reason, str) else reason["relative"]):
-            continue
-        if isinstance(reason, str):
-            used.add(pattern)
-        else:
+def compare(recorded: Entries, entries: Entries, tolerances: Tolerances) -> list[str]:
+    """Return the entries that differ from the record, a line each."""
+    lines = []
+    for key in sorted(recorded.keys() | entries.keys()):
+        before, now = recorded.get(key, "absent"), entries.get(key, "absent")
+        pattern = next((pattern for pattern in tolerances if re.fullmatch(pattern, key)), None)
+        relative = RELATIVE if pattern is None else tolerances[pattern]["relative"]
+        if not _is_same(before, now, relative):
             lines.append(f"{key}: {before} before, {now} now")
-    return sorted(lines), used
+    return lines
 
 
 def _is_same(before: Any, now: Any, relative: float) -> bool:
