@@ -101,7 +101,6 @@ WRITING = {
     "kernels/builds.py": "folders of the cache",
     "kernels/programs.py": "a scratch folder",
     "kernels/toolchain.py": "a scratch folder",
-    "exports/cuda.py": "a scratch folder",
     "interchange/co_simulation.py": "a scratch folder",
     "planting/attainable_force.py": "a front of this program, while it is made",
     "studio/session.py": "a scratch folder",

@@ -10,7 +10,7 @@ import csv
 import json
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,6 @@ from derive.systems.pickup import model as pickup
 from derive.systems.planting import derivation
 from planter.cli.app import build_application
 from planter.engine.machine import Machine, load_machine
-from planter.exports import cuda
 from planter.files import examples, units
 from planter.interchange import co_simulation
 from planter.kernels import Array
@@ -37,7 +36,6 @@ from planter.view.subject import Movable, open_machine
 from tests.planter.exports.exported import Library
 from tests.support import own
 from tests.support.cli import answer, run
-from tests.support.cuda_on_threads import build_on_threads
 from tests.support.reference import evaluate
 
 SAMPLES = 24
@@ -408,20 +406,6 @@ def check_c(column: Column, folder: Path) -> None:
         values[library.names.index(column.quantity)] / column.machine().find_quantity(column.quantity).factor,
         column.rows(),
     )
-
-
-@row("export")
-def check_cuda(column: Column, folder: Path) -> None:
-    """The text of the command, run by threads in place of a graphics processor."""
-    files = answer("export", "cuda", column.source, "--out", str(folder / "cuda"))["files"]
-    machine = replace(column.machine(), objective=())
-    batches = cuda.Batches(machine, build_on_threads(machine, folder), samples=SAMPLES)
-    quantity = dict(
-        zip((numbers.name for numbers in batches.goal.fields), batches(machine.design[None])[0], strict=False)
-    )
-    factor = machine.find_quantity(column.quantity).factor
-    close(quantity[f"range_{column.quantity}"] / factor, np.ptp(column.rows()))
-    assert Path(files[0]).stat().st_size > 1000
 
 
 def _unit(column: Column, folder: Path, version: str) -> None:

@@ -29,12 +29,11 @@ def doctor(
 
 def print_examination(console: Console, result: Examination) -> None:
     """Print an examination."""
-    cache, cuda = result.cache, result.cuda
+    cache = result.cache
     rows: list[tuple[str, object]] = [*result.versions.table().items(), *result.processor.table().items()]
     rows += [*_compiler_rows(result.compiler),
              ("compiled functions in", cache.folder), ("files", cache.files),
-             ("size, MB", cache.bytes / 1e6), ("CUDA compiler", cuda.version or cuda.compiler),
-             ("graphics processors", ", ".join(cuda.devices) or None)]  # fmt: skip
+             ("size, MB", cache.bytes / 1e6)]  # fmt: skip
     console.table("This installation", ["", "result"], [(name, cell_text(cell)) for name, cell in rows])
     console.table(
         f"Functions of {result.machine}",

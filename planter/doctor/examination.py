@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 import subprocess
 import threading
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -18,7 +17,6 @@ from planter.doctor.results import (
     Advice,
     Cache,
     CompilerFound,
-    Cuda,
     Examination,
     Extra,
     KernelFound,
@@ -122,15 +120,6 @@ def _unmakeable(folder: Path) -> str | None:
     return f"{folder} cannot be made: {parent} cannot be written"
 
 
-def find_cuda() -> Cuda:
-    """Return the compiler of CUDA, and the devices that its driver lists."""
-    nvcc = shutil.which("nvcc")
-    version = _output_lines([nvcc, "--version"]) if nvcc else []
-    devices = [line.strip() for line in _output_lines(["nvidia-smi", "-L"]) if line.startswith("GPU")]
-    release = next((line.strip() for line in version if "release" in line), None)
-    return Cuda(nvcc, release, devices)
-
-
 def _output_lines(command: list[str]) -> list[str]:
     """Return the lines of a command's output; an empty list if it is missing or fails."""
     try:
@@ -213,7 +202,7 @@ def examine_installation(build: bool = False) -> Examination:
             numpy=np.__version__, c_library=" ".join(platform.libc_ver()).strip() or None,
         ),
         processor=Processor(platform.machine(), os.cpu_count()),
-        compiler=compiler, cache=cache, machine=MACHINE, kernels=kernels, cuda=find_cuda(),
+        compiler=compiler, cache=cache, machine=MACHINE, kernels=kernels,
         extras=list_extras(),
         advice=[*(Advice(reason, "remove it") for reason in refused.values()),
                 *list_advice(MACHINE, compiler, cache, kernels)],

@@ -68,15 +68,6 @@ class KernelFound(Record):
 
 
 @dataclass(frozen=True)
-class Cuda(Record):
-    """The compiler for graphics processors and its version, null if it is missing, and the processors."""
-
-    compiler: str | None
-    version: str | None
-    devices: list[str]
-
-
-@dataclass(frozen=True)
 class Extra(Record):
     """An optional part of the package: `pip install 'planter[NAME]'`."""
 
@@ -103,7 +94,6 @@ class Examination(Record):
     cache: Cache
     machine: str
     kernels: list[KernelFound]
-    cuda: Cuda
     extras: list[Extra]
     advice: list[Advice]
 

@@ -1,1 +1,1 @@
-"""Any machine for other programs: C, CUDA, units for co-simulation, tables over time."""
+"""Any machine for other programs: C, units for co-simulation, tables over time."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planter.engine.machine import Machine
 
 export = typer.Typer(
-    help="Write a machine for other programs: C, CUDA, FMI, tables.\n\n"
+    help="Write a machine for other programs: C, FMI, tables.\n\n"
     "MACHINE is a machine file, the file of a mechanism of your own that an angle drives, or a built-in machine. Its "
     "values with bounds are the design, the others the machine's data.\n\n"
     "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or as LaTeX.",
@@ -54,42 +54,32 @@ def print_export_help(context: typer.Context) -> None:
         print(context.get_help())
 
 
-def _add_source_command(name: str, description: str) -> None:
-    """Add the command that writes the source text of the module of exports of its name."""
-
-    @export.command(name, help=description)
-    @writes_files()
-    def write_source(
-        machine: MachineArgument,
-        out: FolderOption,
-        model: ModelOption = ModelName.exact,
-        set_: SetOption = None,
-        speed_rpm: SpeedOption = None,
-        as_json: JsonOption = False,
-    ) -> None:
-        console = Console(as_json)
-        with console.outcome():
-            from planter.exports import c99, cuda
-            from planter.exports.results import WrittenFiles
-            from planter.report.files import write_all
-
-            build_source_files = {"c": c99.build_source_files, "cuda": cuda.build_source_files}[name]
-            paths = write_all(out, build_source_files(_load(machine, model, set_, speed_rpm)))
-            console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
-
-
-_add_source_command(
-    "c",
+@export.command("c")
+@writes_files()
+def write_c(
+    machine: MachineArgument,
+    out: FolderOption,
+    model: ModelOption = ModelName.exact,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+) -> None:
     """Write motions, forces and the objective as C99.
 
-The text needs no library, and holds the gradient of the objective too. Closed loops are
-followed over a turn; a status says where they do not close. The objective is that of the file, over samples of a turn;
-without one there are only motions and forces.
+    The text needs no library, and holds the gradient of the objective too. Closed loops are followed over a turn; a
+    status says where they do not close. The objective is that of the file, over samples of a turn; without one there
+    are only motions and forces.
 
-planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
-""",
-)
-_add_source_command("cuda", "Write the objective of many designs as CUDA C++.\n\nEach design and angle has a thread.")
+    planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.exports import c99
+        from planter.exports.results import WrittenFiles
+        from planter.report.files import write_all
+
+        paths = write_all(out, c99.build_source_files(_load(machine, model, set_, speed_rpm)))
+        console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
 
 
 MOTION_HELP = f"""Write motions and forces over time as tables.

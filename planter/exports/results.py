@@ -9,7 +9,7 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class WrittenFiles(Record):
-    """`planter export c` and `cuda`: the files that were written."""
+    """`planter export c`: the files that were written."""
 
     files: list[str]
 
@@ -52,7 +52,6 @@ class UnitWritten(Record):
 
 COMMANDS = {
     "export c": WrittenFiles,
-    "export cuda": WrittenFiles,
     "export fmu": UnitWritten,
     "export motion": MotionWritten,
 }

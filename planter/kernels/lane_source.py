@@ -75,11 +75,6 @@ FUSED = _Arithmetic("fma({}, {}, {})", f"fma(-k, {PI_REST!r}, fma(-k, {pi!r}, x)
 SPLIT = _Arithmetic("(({}) * ({}) + ({}))", f"((x - k * {SHORT_PI[0]!r}) - k * {SHORT_PI[1]!r}) - k * {PI_REST!r}")
 
 
-def print_fused_functions() -> str:
-    """`turned_sin` and `turned_cos` by fused multiply-adds; INLINED stands before each."""
-    return FUSED.text()
-
-
 def _print_library_calls(name: str) -> str:
     return f"""\
 double {name}_zero = 0.0;
@@ -107,7 +102,7 @@ def print_functions(name: str, wasm: bool = False) -> str:
 #define INDEPENDENT_LANES
 #endif
 #if defined(FP_FAST_FMA) || defined(__FMA__)
-{print_fused_functions()}#else
+{FUSED.text()}#else
 {SPLIT.text() if wasm else _print_library_calls(name)}#endif
 #if defined(__SSE2__) && !defined(__SSE4_1__)
 INLINED double whole_floor(double x)

@@ -52,7 +52,6 @@ EXPORTS = (
     *(Export(f"motion-{form}", f"motions and forces over time {form.purpose}", ("export", "motion"),
              ("--format", form.value), modelled=True) for form in MotionFormat),
     Export("c", "motions, forces, objective and gradient in C99", ("export", "c"), modelled=True),
-    Export("cuda", "the objective of many designs in CUDA C++", ("export", "cuda"), modelled=True),
     Export("unit", "unit for co-simulation (FMI 2.0)", ("export", "fmu"), modelled=True, file="machine.fmu"),
 )  # fmt: skip
 

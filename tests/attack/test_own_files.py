@@ -35,7 +35,6 @@ COMMANDS = {
     "drive compact --stall-Nm 30 --idle-rpm 60 --flywheel-kgm2 1 --out .": "turn.csv",
     "explain wang2017 --out .": "symbols.csv",
     "export c wang2017 --out .": "wang2017_main.c",
-    "export cuda wang2017 --out .": "wang2017.cu",
     "export fmu wang2017 --out own.fmu": "own.fmu",
     "export motion wang2017 --out .": "motion.csv",
     "gears wang2017 --out .": "report.html",

@@ -33,7 +33,7 @@ LONG = 6
 TIMED = re.compile(r"(seconds|elapsed|version|_s_per_|files|folder|source|path)(\.|\[|$)|\.planter\.json")
 """Entries that say when, by what and where, not what."""
 NUMBER = re.compile(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?")
-TEXTS = {".c", ".h", ".cu", ".cuh", ".dxf"}
+TEXTS = {".c", ".h", ".dxf"}
 ENTITIES = re.compile(rb"\nENTITIES\r?\n.*?\nENDSEC", re.DOTALL)
 """What a drawing draws; what stands before it had no fixed order."""
 

@@ -10,7 +10,7 @@ from planter.version import __version__
 from tests.support.cli import answer, refusal, run
 
 TELLING = {
-    "animate", "bench", "cam", "cite", "doctor", "example", "explain", "export c", "export cuda", "export fmu",
+    "animate", "bench", "cam", "cite", "doctor", "example", "explain", "export c", "export fmu",
     "export motion", "help", "optimise-least", "schema", "validate",
 }  # fmt: skip
 """Commands that show, check or pass on what others compute."""

@@ -135,7 +135,7 @@ def test_without_an_objective_there_are_quantities_alone(tmp_path: Path) -> None
     assert "my_cam_follower_2_quantities" in header
 
 
-@pytest.mark.parametrize("command", ["c", "cuda", "motion", "fmu"])
+@pytest.mark.parametrize("command", ["c", "motion", "fmu"])
 def test_free_motion_export_is_refused(command: str, tmp_path: Path) -> None:
     path = own.generated("manipulator") / "manipulator.toml"
     out = tmp_path / "m.fmu" if command == "fmu" else tmp_path

@@ -48,7 +48,6 @@ ELSEWHERE = {
     "derive",
     "drive",
     "export c",
-    "export cuda",
     "export fmu",
     "export motion",
     "gears",
