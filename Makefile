@@ -49,13 +49,13 @@ test-pythons:  ## the same with every Python from 3.11 to 3.14 that is found, an
 			--editable '.[derive,notebook,studio,parquet]' pytest pytest-xdist jsonschema psutil && \
 		$$folder/$(SCRIPTS)/python -m pytest -n 0 $(OUTSIDE) || exit 1; done; test -n "$$found"
 
-derive: $(VENV)/.complete  ## derive the equations, write generated/
+derive: $(VENV)/.derive  ## derive the equations, write generated/
 	$(BIN)/python -m derive
 
-audit: $(VENV)/.complete  ## judge the papers' equations, write their verdicts to generated/
+audit: $(VENV)/.derive  ## judge the papers' equations, write their verdicts to generated/
 	$(BIN)/python -m derive audit
 
-check-generated: $(VENV)/.complete  ## derive again into a temporary folder, compare with generated/ both ways
+check-generated: $(VENV)/.derive  ## derive again into a temporary folder, compare with generated/ both ways
 	$(BIN)/python -m derive --check
 
 bench: $(VENV)/.bench  ## time every way to evaluate a turn, write bench.json and the tables to out/
@@ -82,15 +82,19 @@ clean:  ## remove the virtual environments, caches and results
 	rm -rf $(VENV) $(VENV)-* $(OUT) dist .mypy_cache .pytest_cache .ruff_cache
 	find derive generated planter tests -type d -name __pycache__ -prune -exec rm -rf {} +
 
-# Stamps: what a user of the command needs, everything that tests, derivation and lint need, a notebook's page, the
-# documentation, and the benchmark's peers.
+# Stamps: what a user of the command needs, what a derivation needs, everything that tests and lint need, a notebook's
+# page, the documentation, and the benchmark's peers.
 $(VENV)/.runtime: $(VENV)/.created
 	$(PIP) --editable .
 	@touch $@
 
+$(VENV)/.derive: $(VENV)/.created
+	$(PIP) --editable '.[derive]'
+	@touch $@ $(VENV)/.runtime
+
 $(VENV)/.complete: $(VENV)/.created
 	$(PIP) --editable '.[derive,test,dev]'
-	@touch $@ $(VENV)/.runtime
+	@touch $@ $(VENV)/.runtime $(VENV)/.derive
 
 # An extra that the package index does not offer here is left out; the tests that want it are skipped and say so.
 $(VENV)/.extras: $(VENV)/.complete
