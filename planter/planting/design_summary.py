@@ -201,15 +201,18 @@ def _radii(turn: DesignTurn, index: int) -> tuple[float, float]:
     """Least and largest pitch radius of the inner gear [m]."""
     stage, parameters = turn.device.stages[index], turn.device.of_stage(index, turn.x)
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
-    places = 2 * np.pi * np.arange(AROUND) / AROUND
 
-    def radius(t: Array) -> Array:
-        values: Array = stage.contact(t=t, parameters=parameters, hoisted=hoisted)["r"][0]
-        return values
+    def evaluate(t: Array) -> dict[str, Array]:
+        return stage.contact(t=t, parameters=parameters, hoisted=hoisted)
 
-    return extrema.find_minimum(radius, places, closed=True).value, extrema.find_maximum(
-        radius, places, closed=True
-    ).value
+    def rates(t: Array) -> tuple[Array, Array]:
+        contact = evaluate(t)
+        return contact["dr"][0], contact["ddr"][0]
+
+    grid = np.linspace(0.0, 2 * np.pi, AROUND + 1)
+    stationary, _ = extrema.find_stationary_points(rates, grid, rates(grid)[0])
+    radii = evaluate(np.append(grid, stationary))["r"][0]
+    return float(radii.min()), float(radii.max())
 
 
 def _gear(name: str, sharpest: float, flattest: float, radii: tuple[float, float], module: float | None) -> GearFound:

@@ -27,6 +27,7 @@ from planter.files.fields import (
 )
 from planter.files.text import read_toml
 from planter.kernels import Array
+from planter.numerics.latin_hypercube import draw_latin_hypercube
 from planter.sweeps.job import CHUNK
 
 MOST_STEPS = 1_000_000
@@ -179,9 +180,7 @@ class Latin(UnitCubePoints):
 
     def cube(self, start: int, stop: int) -> Array:
         """Return the hypercube of the chunk from `start` to `stop`, (stop - start, n)."""
-        rng = chunk_generator(self.seed, start)
-        cube: Array = scipy.stats.qmc.LatinHypercube(len(self.axes), rng=rng).random(stop - start)
-        return cube
+        return draw_latin_hypercube(stop - start, len(self.axes), chunk_generator(self.seed, start))
 
 
 SCHEMES = {"sobol": Sobol, "latin": Latin}

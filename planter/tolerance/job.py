@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from math import exp, pi, sqrt
+from math import erfc, exp, pi, sqrt
 from typing import Any, Literal
 
 import numpy as np
@@ -19,7 +19,7 @@ from planter.sweeps.plan import SobolSequence, chunk_generator
 Kind = Literal["normal", "uniform", "triangular"]
 ENDS = 3.0
 """Standard deviations at which a normal distribution is truncated."""
-_TAIL = float(scipy.special.ndtr(-ENDS))
+_TAIL = erfc(ENDS / sqrt(2)) / 2
 
 
 @dataclass(frozen=True)
