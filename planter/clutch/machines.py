@@ -11,9 +11,8 @@ from planter.clutch import file
 from planter.clutch.file import ClutchFile
 from planter.clutch.geometry import CrankLinkage, control_motion
 from planter.clutch.model import collect_values, load_model
-from planter.clutch.show import KIND
 from planter.engine.machine import Documentation, Machine, Quantity, Value
-from planter.files import units
+from planter.files import examples, units
 
 SPEED = "search.lift_rad_s"
 VALUES = {
@@ -46,7 +45,7 @@ QUANTITIES = {
 
 def takes(source: str) -> bool:
     """Return whether a source is a clutch's file, or the name of a built-in one."""
-    return KIND.takes(source)
+    return examples.belongs_to_package(source, "clutch", {"sleeve", "shaft", "tooth"})
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:

@@ -1,4 +1,4 @@
-"""Adapter of clutches for the studio: `KIND` (`planter.view.subject`)."""
+"""Adapter of clutches for the studio (`planter.view.subject`)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from planter.files import examples
 from planter.view.names import load_names
 from planter.view.subject import (
     Control,
@@ -129,18 +128,8 @@ class ReuleauxClutch:
         return compute_geometry(self._clutch(values))
 
 
-class ClutchKind:
-    """Clutches."""
+def open_view(source: str, changes: Values) -> ReuleauxClutch:
+    """Return the clutch in a file, or the built-in one of that name."""
+    from planter.clutch.file import load_clutch
 
-    def takes(self, source: str) -> bool:
-        """A built-in name, or a file with the tables of a clutch."""
-        return examples.belongs_to_package(source, "clutch", {"sleeve", "shaft", "tooth"})
-
-    def open(self, source: str, changes: Values) -> ReuleauxClutch:
-        """The clutch in a file, or the built-in one of that name."""
-        from planter.clutch.file import load_clutch
-
-        return ReuleauxClutch(load_clutch(source, changes))
-
-
-KIND = ClutchKind()
+    return ReuleauxClutch(load_clutch(source, changes))

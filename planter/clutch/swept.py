@@ -2,4 +2,4 @@
 
 from planter.tolerance.adapter import FileAdapter
 
-ROOM = FileAdapter(__package__, "load_clutch")
+ADAPTER = FileAdapter(__package__, "load_clutch")

@@ -21,12 +21,13 @@ from planter.difference.results import (
     MachineComparison,
 )
 from planter.engine.goal import Goal, find_display_unit, resolve_limit, resolve_measure
-from planter.engine.machine import find_machine_package, load_machine
+from planter.engine.machine import load_machine
 from planter.engine.measures import Kind, Limit, Measure, parse_limit
 from planter.engine.summary import ROUNDING, QuantityPeak
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.document import Document
+from planter.files.kinds import find_kind
 from planter.kernels import Array
 from planter.mechanism.cycle import MechanismCycle, simulate_machine
 from planter.mechanism.optimisation import evaluate_limits
@@ -60,7 +61,7 @@ class ComparedDesign:
     """A machine with its cycle, its results by the texts of their measures, and its requirements."""
 
     def __init__(self, source: str, options: ComparisonOptions) -> None:
-        package = find_machine_package(source)
+        package = find_kind(source)
         choices = {} if options.model == "exact" else {"model": options.model}
         self.source, self.options = source, options
         self.machine = load_machine(source, options.changes, options.speed_rpm, **choices)

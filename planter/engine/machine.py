@@ -10,18 +10,17 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
 import casadi as ca
 import numpy as np
 
-from planter import plugins
 from planter.engine.loops import KinematicLoops
 from planter.engine.measures import Limit, Measure, PointDistance, parse_distance
 from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
 from planter.files import paths, units
+from planter.files.kinds import find_kind
 from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
@@ -523,7 +522,7 @@ def load_machine(
     >>> load_machine("wang2017", {"R3_mm": 31.0}).name
     'wang2017'
     """
-    module = find_machine_package(source)
+    module = find_kind(source)
     if module is None:
         raise InputError(f"{source}: there is no such machine: it must be a machine's file, or a built-in one's name")
     for name, choice in choices.items():
@@ -537,14 +536,6 @@ def check_samples(samples: int | None, fewest: int = 4) -> None:
     """Raise InputError for a number of samples of a cycle that is out of range; None leaves it to the machine file."""
     if samples is not None and not fewest <= samples <= MOST_SAMPLES:
         raise InputError.for_value("--samples", samples, f"it must be between {fewest} and {MOST_SAMPLES}")
-
-
-def find_machine_package(source: str) -> ModuleType | None:
-    """Return the plug-in module `machines` that takes a source, or None.
-
-    Such a module has `takes(source)` and `load(source, changes, **choices)`.
-    """
-    return next((module for module in plugins.load_modules("machines") if module.takes(source)), None)
 
 
 @dataclass(frozen=True)
@@ -581,7 +572,7 @@ def describe_source(source: str, changes: Mapping[str, float]) -> Description:
 
     A plug-in for machines without a driving angle describes them by a function `describe(source, changes)`.
     """
-    module = find_machine_package(source)
+    module = find_kind(source)
     describe = getattr(module, "describe", None)
     description: Description = (
         describe(source, changes) if describe else describe_machine(load_machine(source, changes))

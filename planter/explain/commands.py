@@ -41,23 +41,24 @@ def explain(
     console = Console(as_json)
     with console.outcome():
         from planter.explain import dictionary, machine, mechanism, presentation
+        from planter.files.kinds import find_kind
 
-        is_drawn = name is not None and machine.takes(name)
+        package = None if name is None else machine.find_package(name)
         if name is None:
             names = dictionary.list_names()
             console.result(names, lambda: presentation.show_names(names))
         elif key is not None:
-            if is_drawn:
-                meanings = dictionary.explain_in_package(machine.find_package(name), key)
+            if package is not None:
+                meanings = dictionary.explain_in_package(package, key)
             else:
                 explained = mechanism.explain_mechanism(name, parse_changes(set_))
                 meanings = mechanism.find_meanings(explained, name, key)
             console.result(meanings, lambda: presentation.show_meanings(meanings))
-        elif not is_drawn and mechanism.takes(name):
+        elif package is None and find_kind(name):
             explained = mechanism.explain_mechanism(name, parse_changes(set_))
             sheet = None if out is None else mechanism.draw_sheet(name, parse_changes(set_))
             presentation.present_mechanism(explained, sheet, out is not None).show(console, out)
-        elif is_drawn or out is not None or set_:
+        elif package or out is not None or set_:
             drawing = machine.draw_machine(name, parse_changes(set_))
             presentation.present_machine(drawing, out is not None).show(console, out)
         else:

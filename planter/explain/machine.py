@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import cast
 
 from planter import plugins
 from planter.errors import InputError
 from planter.explain import dictionary
 from planter.explain.results import DrawnSheet, DrawnSymbol, ExplainedMachine, Meaning
+from planter.files.kinds import find_kind, load_part
 from planter.view.sheet import Draughtsman, Labelled
 
 GEOMETRIC = {"m", "mm", "rad", "deg"}
@@ -48,17 +50,13 @@ class LabelledMachine:
 
 def find_drawings() -> dict[str, Draughtsman]:
     """Return the drawing modules by kind of machine."""
-    return {plugins.name_package(module): module.LABELS for module in plugins.load_modules("labelled")}
+    return {plugins.name_package(module): cast(Draughtsman, module) for module in plugins.load_modules("labelled")}
 
 
-def takes(source: str) -> bool:
-    """Return whether a drawing exists for a source."""
-    return any(labels.takes(source) for labels in find_drawings().values())
-
-
-def find_package(source: str) -> str:
-    """Return the kind of machine that draws a source. Raises StopIteration without one."""
-    return next(package for package, labels in find_drawings().items() if labels.takes(source))
+def find_package(source: str) -> str | None:
+    """Return the kind of machine that draws a source, None if there is none."""
+    module = load_part(source, "labelled") if find_kind(source) else None
+    return None if module is None else plugins.name_package(module)
 
 
 def draw_machine(source: str, changes: Mapping[str, float]) -> LabelledMachine:
@@ -66,9 +64,10 @@ def draw_machine(source: str, changes: Mapping[str, float]) -> LabelledMachine:
 
     Raises InputError if no drawing module takes it, or as that module does.
     """
-    for package, labels in find_drawings().items():
-        if labels.takes(source):
-            return LabelledMachine(package, labels, labels.draw(source, changes))
+    package = find_package(source)
+    if package is not None:
+        labels = find_drawings()[package]
+        return LabelledMachine(package, labels, labels.draw_labelled(source, changes))
     names = ", ".join(sorted(find_drawings()))
     raise InputError(
         f"{source}: there is no such machine with a labelled drawing: it must be a file of one ({names}), or the name "
@@ -98,7 +97,7 @@ def list_geometry(package: str) -> list[Meaning]:
 def explain_omission(labels: Draughtsman, meaning: Meaning) -> str | None:
     """Return the declared reason for a name without a sheet, or None."""
     return next(
-        (reason for reason, patterns in labels.undrawn.items() if any(matches_pattern(meaning, p) for p in patterns)),
+        (reason for reason, patterns in labels.UNDRAWN.items() if any(matches_pattern(meaning, p) for p in patterns)),
         None,
     )
 
@@ -119,7 +118,7 @@ def _find_key(meaning: Meaning, numbers: Mapping[str, float], labels: Draughtsma
     if meaning.kind == "column":
         return None
     key = meaning.key or meaning.name
-    undrawn = {pattern for patterns in labels.undrawn.values() for pattern in patterns}
+    undrawn = {pattern for patterns in labels.UNDRAWN.values() for pattern in patterns}
     paths = (path for path in numbers if f"{path.partition('.')[0]}." not in undrawn)
     match = next((path for path in paths if f".{path}".endswith(f".{key}")), None)
     return key if match is None and ("." in key or meaning.kind == "file key") else match

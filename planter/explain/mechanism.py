@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from planter import plugins
-from planter.engine.machine import Description, Quantity, describe_source, find_machine_package
+from planter.engine.machine import Description, Quantity, describe_source
 from planter.explain import dictionary
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
 from planter.files import units
+from planter.files.kinds import find_kind, load_part
 from planter.view.sheet import Sheet
-
-
-def takes(source: str) -> bool:
-    """Return whether a package loads the machine of a source."""
-    return find_machine_package(source) is not None
 
 
 def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMechanism:
@@ -37,11 +33,9 @@ def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMec
 
 def draw_sheet(source: str, changes: Mapping[str, float]) -> Sheet | None:
     """Return the drawing with its visible symbols, or None if the source has no drawing."""
-    for module in plugins.load_modules("sheets"):
-        if module.takes(source):
-            sheet: Sheet | None = module.draw(source, changes)
-            return sheet
-    return None
+    module = load_part(source, "sheets")
+    sheet: Sheet | None = None if module is None else module.draw(source, changes)
+    return sheet
 
 
 def find_meanings(mechanism: ExplainedMechanism, source: str, key: str) -> Explained:
@@ -49,7 +43,7 @@ def find_meanings(mechanism: ExplainedMechanism, source: str, key: str) -> Expla
 
     Raises InputError as `dictionary.select_meanings`.
     """
-    module = find_machine_package(source)
+    module = find_kind(source)
     package = plugins.name_package(module) if module else ""
     meanings = [
         *mechanism.values,

@@ -91,7 +91,7 @@ def resembles_package(source: str, kind: str) -> bool:
         alike = _alike(read_toml(source))
     except InputError:
         return False
-    return 0 < alike[kind] == max(alike.values())
+    return 0 < alike.get(kind, 0) == max(alike.values())
 
 
 def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
@@ -145,5 +145,6 @@ def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
 @cache
 def _files(kind: str | None) -> list[Traversable]:
     by_package = plugins.find_folders("examples")
-    folders = [by_package[kind]] if kind else [by_package[package] for package in sorted(by_package)]
+    packages = [kind] if kind else sorted(by_package)
+    folders = [by_package[package] for package in packages if package in by_package]
     return [file for folder in folders for file in folder.iterdir() if file.name.endswith(SUFFIXES)]

@@ -13,9 +13,9 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from planter import plugins
 from planter.errors import InputError
 from planter.files import csv_rows, examples, text
+from planter.files.kinds import load_part
 from planter.gear_geometry.cutting import ToothOrder
 from planter.gear_geometry.pitch_curves import POLAR, CurvePair, build_sampled_pair
 from planter.gears.options import CuttingProcessOption, Keep
@@ -115,9 +115,6 @@ class GearOptions:
 class GearMachineAdapter(Protocol):
     """Protocol of the module `toothed` of a kind of machine."""
 
-    def takes(self, source: str) -> bool:
-        """Return whether a file, or a built-in name, describes a machine of this kind, judged by its tables."""
-
     def make(
         self, source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None
     ) -> GearsFound:
@@ -128,15 +125,12 @@ class GearMachineAdapter(Protocol):
 
 
 def find_adapter(source: str) -> GearMachineAdapter:
-    """Return the adapter of a machine file or built-in name. Raises InputError if no adapter takes it."""
-    adapters = [cast(GearMachineAdapter, module) for module in plugins.load_modules("toothed")]
-    for adapter in adapters:
-        if adapter.takes(source):
-            return adapter
+    """Return the module of a machine file or built-in name. Raises InputError if its kind has none."""
+    module = load_part(source, "toothed")
+    if module is not None:
+        return cast(GearMachineAdapter, module)
     text.parse_toml(examples.read_source(source), source)
-    names = [
-        name for name in examples.list_examples(suffix=".toml") if any(adapter.takes(name) for adapter in adapters)
-    ]
+    names = [name for name in examples.list_examples(suffix=".toml") if load_part(name, "toothed")]
     raise InputError(f"{source}: `planter gears` does not cut gears of this machine; use one like {', '.join(names)}")
 
 

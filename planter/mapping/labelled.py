@@ -1,11 +1,9 @@
-"""The drawings of poses, linkages and gear trains with their symbols: `LABELS`, as `planter.view.sheet` has it."""
+"""The drawings of poses, linkages and gear trains with their symbols (`planter.view.sheet`)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
-
-from planter.mapping.show import KIND
 
 if TYPE_CHECKING:
     from planter.mapping.synthesis import Synthesis
@@ -13,33 +11,28 @@ if TYPE_CHECKING:
     from planter.view.sheet import Labelled
 
 
-class Labels:
-    """Poses with their linkages, and the train of their first carrier."""
+UNDRAWN: Mapping[str, Sequence[str]] = {
+    "a coordinate of the mapping, not of the plane": (
+        "Z1", "Z2", *(f"A_j{k}" for k in range(2, 6)), *(f"p{k}" for k in range(2, 6)),
+        *(f"v_{name}{k}" for name in ("alpha", "beta", "gamma") for k in range(2, 6)),
+    ),
+    "of a dyad with a hinge at infinity: planter synthesise lists those": ("normal_X", "normal_Y"),
+    "points of the angle curve: planter train draws it": ("curve.", "points."),
+    "where on a pitch curve the contact is": ("*_polar_deg",),
+}  # fmt: skip
+"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as `table.`."""
 
-    undrawn: Mapping[str, Sequence[str]] = {
-        "a coordinate of the mapping, not of the plane": (
-            "Z1", "Z2", *(f"A_j{k}" for k in range(2, 6)), *(f"p{k}" for k in range(2, 6)),
-            *(f"v_{name}{k}" for name in ("alpha", "beta", "gamma") for k in range(2, 6)),
-        ),
-        "of a dyad with a hinge at infinity: planter synthesise lists those": ("normal_X", "normal_Y"),
-        "points of the angle curve: planter train draws it": ("curve.", "points."),
-        "where on a pitch curve the contact is": ("*_polar_deg",),
-    }  # fmt: skip
 
-    def takes(self, source: str) -> bool:
-        """A built-in name, or a file with poses."""
-        return KIND.takes(source)
+def draw_labelled(source: str, changes: Mapping[str, float]) -> Labelled:
+    """The poses in a file, or the built-in ones of that name."""
+    from planter.mapping.file import load_poses
+    from planter.mapping.scene import sheets
+    from planter.mapping.synthesis import synthesise
+    from planter.view.sheet import Labelled
 
-    def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
-        """The poses in a file, or the built-in ones of that name."""
-        from planter.mapping.file import load_poses
-        from planter.mapping.scene import sheets
-        from planter.mapping.synthesis import synthesise
-        from planter.view.sheet import Labelled
-
-        file = load_poses(source, changes)
-        synthesis = synthesise(file)
-        return Labelled(file.name, file.numbers(), sheets(synthesis, _train(synthesis)))
+    file = load_poses(source, changes)
+    synthesis = synthesise(file)
+    return Labelled(file.name, file.numbers(), sheets(synthesis, _train(synthesis)))
 
 
 def _train(synthesis: Synthesis) -> Training | None:
@@ -54,6 +47,3 @@ def _train(synthesis: Synthesis) -> Training | None:
         return build_training(curve, synthesis.file.si("train.centre_distance_mm"), file=synthesis.file)
     except PlanterError:
         return None
-
-
-LABELS = Labels()

@@ -12,13 +12,12 @@ import scipy
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.piecewise import compose_pieces
 from planter.errors import InputError
-from planter.files import units
+from planter.files import examples, units
 from planter.kernels import Array
 from planter.kernels.formulas import load as load_formulas
 from planter.mapping.curve import AngleCurve, close_curve
 from planter.mapping.dyads import CONDITIONS, Dyad, distinct
 from planter.mapping.file import PoseFile, load_poses
-from planter.mapping.show import KIND
 from planter.mapping.synthesis import Linkage, find_linkages
 from planter.mapping.train import Train
 from planter.numerics.arrays import TURN
@@ -62,7 +61,7 @@ VECTORS = {"tip_speed": ("v1", "v2")}
 
 def takes(source: str) -> bool:
     """Return whether a source is a file of poses, or the name of a built-in one."""
-    return KIND.takes(source)
+    return examples.belongs_to_package(source, "mapping", {"pose"})
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:

@@ -1,4 +1,4 @@
-"""Poses with their linkages, for display and interactive change: `KIND`, as `planter.view.subject` has it."""
+"""Poses with their linkages, for display and interactive change (`planter.view.subject`)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from planter.files import examples
 from planter.view.names import load_names
 from planter.view.subject import (
     Control,
@@ -90,18 +89,8 @@ class Poses:
         return self._latest[1]
 
 
-class MappingKind:
-    """Files of poses."""
+def open_view(source: str, changes: Values) -> Poses:
+    """Return the poses in a file, or the built-in ones of that name."""
+    from planter.mapping.file import load_poses
 
-    def takes(self, source: str) -> bool:
-        """A built-in name, or a file with poses."""
-        return examples.belongs_to_package(source, "mapping", {"pose"})
-
-    def open(self, source: str, changes: Values) -> Poses:
-        """The poses in a file, or the built-in ones of that name."""
-        from planter.mapping.file import load_poses
-
-        return Poses(load_poses(source, changes))
-
-
-KIND = MappingKind()
+    return Poses(load_poses(source, changes))

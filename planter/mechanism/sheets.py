@@ -33,8 +33,6 @@ RADIUS = 0.12
 Bodies = dict[str, dict[str, Array]]
 """Points (2, n) [m] by body and name, at the angle that is drawn and at those that are compared."""
 
-takes = machines.takes
-
 
 def draw(source: str, changes: Mapping[str, float]) -> Sheet | None:
     """Return the drawing of a file's mechanism, None for one that moves freely or has no points in a plane.

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from planter.measured.section import SECTION
 from planter.measured.sensor_view import describe_sensor_inputs, find_sensor_view
-from planter.mechanism.swept import ROOM
 from planter.view.subject import (
     STARTS,
     Control,
@@ -167,18 +166,8 @@ class MechanismView:
         return self._latest[1]
 
 
-class MechanismViewKind:
-    """User-defined mechanisms as a kind of subject."""
+def open_view(source: str, changes: Values) -> MechanismView:
+    """Return the mechanism in a file."""
+    from planter.mechanism.file import load
 
-    def takes(self, source: str) -> bool:
-        """Return whether a source is a mechanism's file, or its name as `planter turn` takes it."""
-        return ROOM.takes(source)
-
-    def open(self, source: str, changes: Values) -> MechanismView:
-        """Return the mechanism in a file."""
-        from planter.mechanism.file import load
-
-        return MechanismView(load(source, changes))
-
-
-KIND = MechanismViewKind()
+    return MechanismView(load(source, changes))

@@ -1,4 +1,4 @@
-"""Sweeps and tolerances of user-defined mechanisms: the adapter `ROOM`, found by name."""
+"""Sweeps and tolerances of user-defined mechanisms: the adapter `ADAPTER`, found by name."""
 
 from __future__ import annotations
 
@@ -34,4 +34,4 @@ class MechanismSweepAdapter(MachineAdapter):
         return goal.objective, goal.limits, goal.machine.objective_samples
 
 
-ROOM = MechanismSweepAdapter(__package__)
+ADAPTER = MechanismSweepAdapter(__package__)

@@ -18,7 +18,6 @@ from planter.gears.results import GearsFound
 from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
-from planter.mechanism.swept import ROOM
 from planter.numerics.arrays import TURN, wrap_angle
 from planter.progress import Listener
 from planter.report import files
@@ -29,8 +28,6 @@ MOST_TURNS = 24
 """Turns of the drive within which a gear must turn once against its line of centres."""
 PITCH_TOLERANCE = 1e-5
 """Share of the distance of the axes by which pitch radii that roll on each other may miss it."""
-
-takes = ROOM.takes
 
 
 class MechanismMesh:

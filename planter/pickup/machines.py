@@ -20,7 +20,6 @@ from planter.pickup import file
 from planter.pickup.file import HEADER
 from planter.pickup.law import MODEL, ROUNDING, CosineLaw, SmoothLaw, SplineLaw, compose_smooth_law, toothed_range
 from planter.pickup.model import PickupTrain, build_train
-from planter.pickup.show import KIND
 
 SPEED = "carrier.speed_deg_per_s"
 STAGES = {
@@ -87,7 +86,7 @@ CHECKED = 720
 def takes(source: str) -> bool:
     """Return whether a source is a pick-up's file, points of its tip's path, or the name of a built-in one."""
     if not file.is_points(source):
-        return KIND.takes(source)
+        return examples.belongs_to_package(source, "pickup", {"helical_stage", "tray"})
     try:
         csv_rows.read_table(examples.read_source(source, "pickup", ".csv"), source, HEADER)
     except InputError:

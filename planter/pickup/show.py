@@ -1,4 +1,4 @@
-"""Pick-ups to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+"""Pick-ups to be shown and changed by hand (`planter.view.subject`)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from planter.files import examples
 from planter.view.names import load_names
 from planter.view.subject import (
     Control,
@@ -156,16 +155,6 @@ class PickUp:
         return self._latest[1:]
 
 
-class PickupKind:
-    """Pick-ups."""
-
-    def takes(self, source: str) -> bool:
-        """A built-in name, or a file with the tables of a pick-up."""
-        return examples.belongs_to_package(source, "pickup", {"helical_stage", "tray"})
-
-    def open(self, source: str, changes: Values) -> PickUp:
-        """The pick-up in a file, or the built-in one of that name."""
-        return PickUp(source, changes)
-
-
-KIND = PickupKind()
+def open_view(source: str, changes: Values) -> PickUp:
+    """Return the pick-up in a file, or the built-in one of that name."""
+    return PickUp(source, changes)

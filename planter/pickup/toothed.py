@@ -9,25 +9,19 @@ from typing import Any
 import numpy as np
 
 from planter.errors import InputError
-from planter.files import examples
 from planter.gear_geometry.intermittent_gears import IntermittentPair, build_intermittent_pair
 from planter.gears import gear_set as made_known
 from planter.gears.options import Keep
 from planter.gears.request import GearOptions, Teeth
 from planter.gears.results import GearsFound
 from planter.pickup import gears
-from planter.pickup.file import Pickup, is_points, load_pickup
+from planter.pickup.file import Pickup, load_pickup
 from planter.pickup.gears import build_rolling
 from planter.pickup.model import PickupTrain, build_train
 from planter.progress import Listener
 from planter.report import files
 
 NAMES = ("sun", "intermediate gear")
-
-
-def takes(source: str) -> bool:
-    """Whether a source is a pick-up, or the points of its path."""
-    return is_points(source) or examples.resembles_package(source, "pickup")
 
 
 def make(source: str, request: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:

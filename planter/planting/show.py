@@ -1,4 +1,4 @@
-"""Planting devices to be shown and changed by a user: `KIND`, the adapter of `planter.view.subject`."""
+"""Planting devices to be shown and changed by a user (`planter.view.subject`)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from planter.planting import cycle
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.requirements_section import KINDS, LIMIT_WORDS
-from planter.planting.swept import ROOM
 from planter.view.names import load_names
 from planter.view.subject import (
     STARTS,
@@ -300,25 +299,16 @@ class PlantingView:
         return device
 
 
-class PlantingViewKind:
-    """Planting devices."""
+def open_view(source: str, changes: Values) -> PlantingView:
+    """Return the machine in a file, or the built-in one of that name."""
+    from planter.planting.file import load
 
-    def takes(self, source: str) -> bool:
-        """A built-in name, or a file with the tables of such a machine."""
-        return ROOM.takes(source)
-
-    def open(self, source: str, changes: Values) -> PlantingView:
-        """The machine in a file, or the built-in one of that name."""
-        from planter.planting.file import load
-
-        return PlantingView(load(source, changes))
-
-    def build_scene(self, thing: object) -> Scene | None:
-        """A device with its own design."""
-        from planter.planting.model import Device
-        from planter.planting.report.scene import build_scene
-
-        return build_scene(thing, thing.design) if isinstance(thing, Device) else None
+    return PlantingView(load(source, changes))
 
 
-KIND = PlantingViewKind()
+def build_scene(thing: object) -> Scene | None:
+    """Return the motion of a device with its own design, None of anything else."""
+    from planter.planting.model import Device
+    from planter.planting.report.scene import build_scene
+
+    return build_scene(thing, thing.design) if isinstance(thing, Device) else None

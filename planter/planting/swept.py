@@ -1,4 +1,4 @@
-"""Sweeps and tolerances of planting devices: `ROOM`, as `planter.tolerance.adapter` has it."""
+"""Sweeps and tolerances of planting devices: `ADAPTER`, as `planter.tolerance.adapter` has it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from planter.engine.goal import Goal, resolve_limit
 from planter.engine.machine import Machine
 from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
-from planter.files import examples, units
+from planter.files import units
 from planter.optimise.constraints import Constraints, join_constraints
-from planter.planting import KIND, OWN_TABLES
 from planter.planting.file import PlantingMachine
 from planter.planting.machines import DEVIATIONS, add_deviations
 from planter.planting.model import Device, build_machine
@@ -45,10 +44,6 @@ class PlantingSweepAdapter(MachineAdapter):
     banded = ("objective", "support_range_N", "support_max_N", "M_L_max_Nm", "tip_y_min_mm", "tip_x_range_mm")
     curves = ("support_N", "M_L_Nm")
     paths = (("tip_x_mm", "tip_y_mm"),)
-
-    def takes(self, source: str) -> bool:
-        """Return whether a source is a built-in name, or a file with the tables of such a machine."""
-        return examples.belongs_to_package(source, KIND, OWN_TABLES)
 
     def build(self, machine: PlantingMachine) -> Machine:
         """Return the machine of a file, with deviations of its centre distances."""
@@ -158,4 +153,4 @@ def _above_zero(tolerance: ToleranceSpec, nominal: float) -> ToleranceSpec:
     return tolerance | {"plus_minus": min(tolerance["plus_minus"], nominal) or tolerance["plus_minus"]}
 
 
-ROOM = PlantingSweepAdapter(__package__)
+ADAPTER = PlantingSweepAdapter(__package__)

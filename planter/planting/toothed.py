@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from planter.errors import InputError
-from planter.files import examples
 from planter.gear_geometry import families
 from planter.gear_geometry.cutting import ToothedPair, ToothOrder, cut_teeth
 from planter.gear_geometry.pitch_curves import build_stage_pair
@@ -221,11 +220,6 @@ def _names(device: Device, x: Array) -> Iterator[str]:
     for entry in evaluate_requirements(RequirementRows(device), x):
         if entry.margin < 0:
             yield entry.name
-
-
-def takes(source: str) -> bool:
-    """Whether a source is a planting device."""
-    return examples.resembles_package(source, "planting")
 
 
 def make(source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:

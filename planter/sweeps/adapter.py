@@ -1,4 +1,4 @@
-"""Adapters of machines for sweeps: protocol of the object `ROOM` in the module `swept` of a package of machines."""
+"""Adapters of machines for sweeps: protocol of the object `ADAPTER` in the module `swept` of a package of machines."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
-from planter import plugins
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.document import Document
+from planter.files.kinds import find_kind, load_part
 from planter.kernels import Array
 
 
@@ -26,9 +26,6 @@ class SweepAdapter(Protocol):
 
     choices: Mapping[str, Sequence[str]]
     """Inputs with texts as values, and their allowed values, the default first."""
-
-    def takes(self, source: str) -> bool:
-        """Return whether a file, or a built-in name, is a machine of this kind."""
 
     def load(self, source: str, changes: Mapping[str, float]) -> Document:
         """Load a machine from a file, with changed numbers."""
@@ -68,10 +65,10 @@ class ResolvedMachine:
     """A machine with the adapter of its kind. Raises InputError if no adapter takes `source`."""
 
     def __init__(self, source: str, changes: Mapping[str, float] | None = None) -> None:
-        adapter = next((module for module in plugins.load_modules("swept") if module.ROOM.takes(source)), None)
+        adapter = load_part(source, "swept") if find_kind(source) else None
         if adapter is None:
             raise InputError(f"{source}: no such machine; name a machine file, or a built-in machine that can be swept")
-        self.module, self.adapter, self.source = adapter.__name__, adapter.ROOM, source
+        self.module, self.adapter, self.source = adapter.__name__, adapter.ADAPTER, source
         self.machine = self.adapter.load(source, changes or {})
 
     @cached_property

@@ -225,7 +225,7 @@ class PlanJob:
         outputs: Sequence[str], curves: Mapping[str, str] | None = None,
     ) -> None:  # fmt: skip
         """Prepare the job; `curves`, hashes of files that outputs need, distinguish it from jobs with other files."""
-        self._adapter: SweepAdapter = import_module(module).ROOM
+        self._adapter: SweepAdapter = import_module(module).ADAPTER
         self._machines, self._outputs = machines, outputs
         spec = Plan.read(plan, plan.get("name", "plan"))
         self.points, self._axes = spec.sample_points, dict(zip(inputs, spec.axes.values(), strict=True))

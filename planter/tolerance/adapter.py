@@ -79,11 +79,6 @@ class MachineAdapter(ABC):
     def _import_module(self, name: str) -> ModuleType:
         return import_module(f"{self._package}.{name}")
 
-    def takes(self, source: str) -> bool:
-        """Return whether a file, or a name, is a machine of this kind."""
-        is_taken: bool = self._import_module("machines").takes(source)
-        return is_taken
-
     def load(self, source: str, changes: Mapping[str, float]) -> Document:
         """Load the file of a machine, with changed numbers."""
         document: Document = getattr(self._import_module("file"), self._load)(source, changes)

@@ -92,7 +92,7 @@ class Turns:
         """Build the machine; `curves`, hashes of files that outputs need, distinguish jobs with other files."""
         distributions = {name: Spread(*entry) for name, entry in spreads.items()}
         ends = {name: (spread.low, spread.high) for name, spread in distributions.items()}
-        self.subject: SweepSubject = import_module(module).ROOM.subject(machine, choices, ends, outputs)
+        self.subject: SweepSubject = import_module(module).ADAPTER.subject(machine, choices, ends, outputs)
         kind = Saltelli if "base" in drawn else HalvedTolerances if "machines" in drawn else RandomPoints
         self.points: RandomPoints | Saltelli | HalvedTolerances = kind(tuple(distributions.values()), **drawn)
         self.rows, self.width = self.points.rows, len(outputs)

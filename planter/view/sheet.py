@@ -149,15 +149,12 @@ class Labelled:
 
 
 class Draughtsman(Protocol):
-    """The object `LABELS` in the module `labelled` of a package, which draws its machines with symbols."""
+    """The module `labelled` of a package, which draws its machines with symbols."""
 
-    undrawn: Mapping[str, Sequence[str]]
+    UNDRAWN: Mapping[str, Sequence[str]]
     """Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as `table.`."""
 
-    def takes(self, source: str) -> bool:
-        """Return whether a file or built-in name is a machine of this package."""
-
-    def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
+    def draw_labelled(self, source: str, changes: Mapping[str, float]) -> Labelled:
         """Return the sheets of a machine with changed numbers. Raises InputError if it is invalid."""
 
 

@@ -12,6 +12,7 @@ from planter import plugins, safe_text
 from planter.errors import InputError, PlanterError
 from planter.files import units
 from planter.files.document import Document, format_lines
+from planter.files.kinds import find_kind, load_part
 from planter.files.text import is_file, parse_toml, read_text
 from planter.kernels import Array
 from planter.kernels.programs import Program
@@ -222,42 +223,24 @@ class Wishing(Protocol):
         """Return the text of the machine's file with points on its present path, which a user can drag."""
 
 
-class Kind(Protocol):
-    """A kind of machines."""
-
-    def takes(self, source: str) -> bool:
-        """Return whether a file or built-in name is a machine of this kind."""
-
-    def open(self, source: str, changes: Values) -> Shown:
-        """Open a machine with changed numbers. Raises InputError if it is invalid."""
-
-
-@runtime_checkable
-class Drawing(Protocol):
-    """A kind that also draws the objects of its package."""
-
-    def build_scene(self, thing: object) -> Scene | None:
-        """Return the motion of an object, or None if it is not of this kind."""
-
-
 def build_scene(thing: object) -> Scene:
-    """Return the motion of an object. Raises InputError if no package can draw it."""
+    """Return the motion of an object, by the module `show` that has it. Raises InputError if no package can draw it."""
     for module in plugins.load_modules("show"):
-        scene = module.KIND.build_scene(thing) if isinstance(module.KIND, Drawing) else None
+        scene: Scene | None = module.build_scene(thing) if hasattr(module, "build_scene") else None
         if scene is not None:
             return scene
     raise InputError(f"there is nothing to show of a {type(thing).__name__}")
 
 
 def open_machine(source: str, changes: Values | None = None) -> Shown:
-    """Open the machine of a file or a built-in name with changed numbers.
+    """Open the machine of a file or a built-in name with changed numbers, by `open_view` of its kind's `show`.
 
     Raises InputError if it is not a machine, with the position of the error if the file is not valid TOML.
     """
-    for module in plugins.load_modules("show"):
-        kind: Kind = module.KIND
-        if kind.takes(source):
-            return kind.open(source, changes or {})
+    module = load_part(source, "show") if find_kind(source) else None
+    if module is not None:
+        view: Shown = module.open_view(source, changes or {})
+        return view
     if is_file(Path(source)):
         parse_toml(read_text(source), source)
         raise InputError(f"{source}: this file does not describe a machine; its tables match no kind of machine")

@@ -1,6 +1,6 @@
 """Faults planted in the code: of a seeded sample nearly all are caught by the tests of their module.
 
-`python -m tests.mutants.test_mutants ROOM` prints what becomes of each.
+`python -m tests.mutants.test_mutants ADAPTER` prints what becomes of each.
 """
 
 from __future__ import annotations

@@ -72,10 +72,10 @@ def has_limits(source: str) -> bool:
 
 def is_other(source: str) -> bool:
     """Return whether a source is a machine other than a planting device."""
-    from planter.engine.machine import find_machine_package
+    from planter.files.kinds import find_kind
     from planter.planting.machines import takes
 
-    return not takes(source) and find_machine_package(source) is not None
+    return not takes(source) and find_kind(source) is not None
 
 
 def parse_tooth_counts(

@@ -38,7 +38,7 @@ def test_every_dimension_is_drawn_or_has_a_reason(source: str) -> None:
     names = {symbol.name for symbol in machine.list_geometry(changed_machine.package)}
     named = set().union(*(sheet.names for sheet in changed_machine.labelled.sheets))
     assert named <= names
-    reasons = [pattern for patterns in changed_machine.labels.undrawn.values() for pattern in patterns]
+    reasons = [pattern for patterns in changed_machine.labels.UNDRAWN.values() for pattern in patterns]
     missing = [symbol for symbol in machine.list_geometry(changed_machine.package) if symbol.name not in named]
     assert not [
         pattern for pattern in reasons if not any(machine.matches_pattern(symbol, pattern) for symbol in missing)

@@ -18,7 +18,7 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.presentation import present_cycle
-from planter.mechanism.swept import ROOM
+from planter.mechanism.swept import ADAPTER
 from tests.support.own import file
 from tests.support.schemas import load_schema
 
@@ -103,7 +103,7 @@ def test_averages_of_nonperiodic_quantities_are_refused() -> None:
     assert printed.evaluate_measure(source, parse_measure("min chi", "a"), None, None) == 0
     names = ("M_in_mean_Nm", "M_in_max_Nm", "chi_dot_mean_rad_s")
     ends = {"values.e_mm": (50.0, 50.0)}
-    rows = ROOM.subject(ROOM.frozen(source), {}, ends, names).evaluated(np.array([[50.0]]), 1)
+    rows = ADAPTER.subject(ADAPTER.frozen(source), {}, ends, names).evaluated(np.array([[50.0]]), 1)
     assert rows[0] == pytest.approx([np.nan, 0.981, np.pi], nan_ok=True)
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from planter.errors import InputError
 from planter.mechanism.cycle import compute_cycle
+from planter.mechanism.machines import takes
 from planter.mechanism.model import Model
-from planter.mechanism.swept import ROOM
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
 from tests.support import own
@@ -70,5 +70,5 @@ def test_unknown_input_key_suggests_known_ones() -> None:
 
 
 def test_non_mechanism_is_not_accepted() -> None:
-    assert not ROOM.takes("wang2017")
-    assert not ROOM.takes("nowhere.toml")
+    assert not takes("wang2017")
+    assert not takes("nowhere.toml")

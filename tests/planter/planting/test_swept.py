@@ -11,7 +11,7 @@ from planter.errors import InputError
 from planter.planting import cycle, file, simulation
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
-from planter.planting.swept import ROOM
+from planter.planting.swept import ADAPTER
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
 
@@ -49,7 +49,7 @@ def by_simulation(machine: PlantingMachine, model: str, point: np.ndarray, outpu
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
 def test_rows_equal_simulate(machine: PlantingMachine, model: str) -> None:
-    subject = ROOM.subject(ROOM.frozen(machine), {"model": model}, INPUTS, OUTPUTS)
+    subject = ADAPTER.subject(ADAPTER.frozen(machine), {"model": model}, INPUTS, OUTPUTS)
     shares = np.random.default_rng(3).random((3, len(INPUTS)))
     low, high = np.array(list(INPUTS.values())).T
     points = low + shares * (high - low)
@@ -63,7 +63,7 @@ def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
     monkeypatch.setattr("planter.engine.rows.MOST_ROWS", 7)
     monkeypatch.setattr("planter.engine.rows.LEAST_WALKING", 16)
     monkeypatch.setattr("planter.engine.rows.MOST_WALKING", 16)
-    subject = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS)
+    subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS)
     points = np.array(list(INPUTS.values())).T[np.arange(40) % 2]
     alone = subject.evaluated(points[:1], 1)
     for threads in (1, 3):
@@ -72,16 +72,16 @@ def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
 
 def test_without_a_compiler_it_is_the_same(machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.array(list(INPUTS.values())).T
-    compiled = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
+    compiled = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
     monkeypatch.setenv("PLANTER_KERNELS", "casadi-vm")
-    plain = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
+    plain = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
     np.testing.assert_allclose(plain, compiled, rtol=1e-11)
 
 
 def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachine) -> None:
     inputs = {"mass.planet_kg": (1.0, 1.4), "mass.sun_kg": (0.3, 0.5), "operation.speed_rpm": (10.0, 80.0)}
     fine = machine.with_numbers({"objective.samples": 2000})
-    subject = ROOM.subject(ROOM.frozen(fine), {}, inputs, ["support_mean_N"])
+    subject = ADAPTER.subject(ADAPTER.frozen(fine), {}, inputs, ["support_mean_N"])
     points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
     weight = cycle.compute_weight(Device(machine))
     gravity, mass = machine.operation.gravity_m_s2, machine.mass
@@ -90,7 +90,7 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachin
 
 
 def test_row_without_finite_cycle_is_empty(machine: PlantingMachine) -> None:
-    subject = ROOM.subject(ROOM.frozen(machine), {}, {"mass.planet_kg": (1.0, 1.4)}, OUTPUTS)
+    subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, {"mass.planet_kg": (1.0, 1.4)}, OUTPUTS)
     rows = subject.evaluated(np.array([[1.2], [1e308], [1.2]]), 1)
     assert np.isnan(rows[1]).all()
     assert np.array_equal(rows[0], rows[2])
@@ -100,7 +100,7 @@ def test_row_without_finite_cycle_is_empty(machine: PlantingMachine) -> None:
 @pytest.mark.parametrize("name", ["wang2017", "compact"])
 def test_deviation_changes_only_centre_distance(name: str, kernel_cache: None) -> None:
     """Centres stand apart by as much more, and the angles over a turn are the same."""
-    machine = ROOM.build(file.load(name))
+    machine = ADAPTER.build(file.load(name))
     response = MachineResponse(machine, ["phi52", "phi72", "F_B1x"])
     mounted = machine.data.copy()
     mounted[-2:] = [0.2e-3, -0.1e-3]
@@ -117,7 +117,7 @@ def test_path_over_ground_equals_simulate() -> None:
     machine = file.load("compact", {"objective.samples": 24})
     changed = machine.with_numbers({"operation.speed_rpm": 36.0})
     path = simulation.simulate(Device(changed)).cycle.columns()["tip_x_mm"]
-    subject = ROOM.subject(ROOM.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"])
+    subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"])
     np.testing.assert_allclose(subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=1e-12)
 
 

@@ -13,7 +13,7 @@ from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.requirement_rows import RequirementRows
 from planter.planting.requirements import evaluate_requirements
-from planter.planting.swept import ROOM
+from planter.planting.swept import ADAPTER
 from planter.tolerance.robust import Settings, find_robust
 from tests.support.cli import answer
 
@@ -148,7 +148,7 @@ def test_unreached_soil_line_is_reported() -> None:
 def test_a_robust_design_keeps_the_requirements(kernel_cache: None) -> None:
     changed_machine = machine().with_numbers({"objective.samples": 60})
     settings = Settings(machines=2, starts=1)
-    robust = find_robust(ROOM.build_robust(changed_machine, {}, {}, settings), settings, None)
+    robust = find_robust(ADAPTER.build_robust(changed_machine, {}, {}, settings), settings, None)
     device = Device(changed_machine)
     values = {
         requirement.name: requirement.verdict

@@ -15,7 +15,7 @@ from planter.planting import simulation
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
-from planter.planting.swept import ROOM
+from planter.planting.swept import ADAPTER
 from planter.report.labels import format_label
 from planter.sweeps.adapter import ResolvedMachine
 from planter.sweeps.job import CHUNK
@@ -51,7 +51,7 @@ def spreads(resolved: ResolvedMachine) -> dict[str, Spread]:
 
 def subject(machine: PlantingMachine, spreads: dict[str, Spread], model: str = "exact") -> SampledOutputs:
     ends = {name: (spread.low, spread.high) for name, spread in spreads.items()}
-    return ROOM.subject(ROOM.frozen(machine), {"model": model}, ends, OUTPUTS)
+    return ADAPTER.subject(ADAPTER.frozen(machine), {"model": model}, ends, OUTPUTS)
 
 
 @pytest.mark.parametrize("model", sampled(["exact"], ["exact", "printed"]))
@@ -95,7 +95,7 @@ def test_default_tolerances_cover_workshop_and_speed(spreads: dict[str, Spread])
 
 @pytest.fixture(scope="module")
 def robust(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> RobustGoal:
-    return ROOM.build_robust(resolved.machine, {}, spreads, Settings(machines=16))
+    return ADAPTER.build_robust(resolved.machine, {}, spreads, Settings(machines=16))
 
 
 def test_robust_gradient_equals_differences(robust: RobustGoal) -> None:
@@ -119,7 +119,7 @@ def test_robust_machines_agree_with_simulation(
 ) -> None:
     """The objective's mean is that of machines written down one by one, centre distances as they should be."""
     few_spreads = {name: spread for name, spread in spreads.items() if not name.startswith("deviation.")}
-    few = ROOM.build_robust(resolved.machine, {}, few_spreads, Settings(machines=4))
+    few = ADAPTER.build_robust(resolved.machine, {}, few_spreads, Settings(machines=4))
     size, machine, differences = len(few.design), few.outputs.machine, []
     for deviations in few.deviations:
         values = (deviations + np.concatenate([few.design, np.zeros(len(deviations) - size)])) / machine.scale
@@ -131,7 +131,7 @@ def test_robust_machines_agree_with_simulation(
 
 
 def test_robust_goal_without_tolerances_is_objective(resolved: ResolvedMachine) -> None:
-    none = ROOM.build_robust(resolved.machine, {}, {}, Settings(machines=3))
+    none = ADAPTER.build_robust(resolved.machine, {}, {}, Settings(machines=3))
     value, slope = none.value(none.design, 3.0)
     expected, gradient = CycleObjective(Device(resolved.machine)).gradient(none.design)
     assert np.isclose(value, expected, rtol=1e-12)
@@ -139,7 +139,7 @@ def test_robust_goal_without_tolerances_is_objective(resolved: ResolvedMachine) 
 
 
 def test_rounding_has_no_deviation_slope(resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
-    none = ROOM.build_robust(resolved.machine, {}, {}, Settings(machines=3))
+    none = ADAPTER.build_robust(resolved.machine, {}, {}, Settings(machines=3))
     differentiate = none._differentiate
 
     def rounded(designs: Array) -> tuple[Array, Array]:
@@ -156,7 +156,7 @@ def test_rounding_has_no_deviation_slope(resolved: ResolvedMachine, monkeypatch:
 
 def test_robust_design_improves_only_robust_objective(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> None:
     settings = Settings(machines=32, starts=1)
-    robust_result = find_robust(ROOM.build_robust(resolved.machine, {}, spreads, settings), settings, None)
+    robust_result = find_robust(ADAPTER.build_robust(resolved.machine, {}, spreads, settings), settings, None)
     assert robust_result.objective == robust_result.best_robust.robust
     assert robust_result.best_robust.robust <= min(robust_result.best_nominal.robust, robust_result.own.robust)
     assert (
