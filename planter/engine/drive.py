@@ -381,9 +381,9 @@ class Drive:
     constant: DriveState
     result: DriveResult
 
-    def columns(self, names: dict[str, str] | None = None) -> dict[str, Array]:
-        """Return the turn as a table: quantities by keys (all unless `names` has some), each in its unit."""
-        chosen = names or {quantity.name: quantity.key for quantity in self.machine.results}
+    def columns(self) -> dict[str, Array]:
+        """Return the turn as a table: quantities by keys, each in its unit."""
+        chosen = {quantity.name: quantity.key for quantity in self.machine.results}
         driven, constant = (
             {key: self._evaluate_column(state, name) for name, key in chosen.items()} for state in self._states
         )
@@ -407,15 +407,13 @@ class Drive:
 
 
 def drive_machine(
-    machine: Machine, motor: Motor, turns: int = 5, start: float | None = None, samples: int | None = None,
-    names: tuple[str, ...] | None = None,
-) -> Drive:  # fmt: skip
+    machine: Machine, motor: Motor, turns: int = 5, start: float | None = None, samples: int | None = None
+) -> Drive:
     """Return a machine at its own design, driven from a speed [rad/s] on, its own unless one is given.
 
-    `names` are the quantities that are reported, all results without. Raises InputError as `DrivenMachine`,
-    ComputationError where the motor stalls.
+    Raises InputError as `DrivenMachine`, ComputationError where the motor stalls.
     """
-    driven = DrivenMachine(machine, motor, names)
+    driven = DrivenMachine(machine, motor)
     first = float(machine.data[machine.speed]) if start is None else start
     count = machine.samples if samples is None else samples
     started = driven.run(first, turns, count)

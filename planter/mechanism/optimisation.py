@@ -23,7 +23,6 @@ from planter.kernels import Array
 from planter.mechanism.model import require_repeating
 from planter.mechanism.results import (
     ActiveLimit,
-    EvaluationCounts,
     FrontDesign,
     LimitResult,
     MechanismCertificate,
@@ -33,6 +32,7 @@ from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.local_search import SearchRecord
 from planter.optimise.range_variance import Sampling
+from planter.optimise.result import EvaluationCounts
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
 from planter.view.subject import RequirementCheck, to_sentence_case

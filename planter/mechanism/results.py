@@ -8,6 +8,7 @@ from planter.engine.sensitivity import Direction
 from planter.engine.summary import CycleSummary
 from planter.measured.findings import MeasurementResult
 from planter.optimise.proof.search import GlobalBound
+from planter.optimise.result import EvaluationCounts
 from planter.records import Record, WarningRecord
 
 
@@ -267,15 +268,6 @@ class MechanismCertificate(Record):
     starts: int
     agreeing_starts: int
     spread: float
-
-
-@dataclass(frozen=True)
-class EvaluationCounts(Record):
-    """Numbers of evaluations of the objective, its gradient and its Hessian."""
-
-    objective: int
-    gradient: int
-    hessian: int
 
 
 @dataclass(frozen=True)

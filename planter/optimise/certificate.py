@@ -25,6 +25,7 @@ import scipy
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.optimise.problem import Problem
+from planter.records import Record
 
 ACTIVE = 1e-6
 """Rows this close to an extreme, as a share of the range, may carry multipliers, and bounds in the box's unit.
@@ -175,7 +176,7 @@ class _ConstraintState:
 
 
 @dataclass(frozen=True)
-class ActiveBound:
+class ActiveBound(Record):
     """A bound with its multiplier: decrease of the objective per unit of the box if the bound is relaxed."""
 
     name: str
@@ -195,7 +196,7 @@ def find_active_bounds(problem: Problem, multipliers: Multipliers) -> list[Activ
 
 
 @dataclass(frozen=True)
-class ActiveConstraint:
+class ActiveConstraint(Record):
     """An active constraint: decrease of the objective per unit of the constraint if its limit is relaxed."""
 
     name: str

@@ -19,6 +19,7 @@ from planter.optimise.certificate import ActiveBound, ActiveConstraint
 from planter.optimise.local_search import AGREEMENT_TOLERANCE, LocalMinimum
 from planter.optimise.objective import ObjectiveEvaluation
 from planter.optimise.problem import Counts, Problem
+from planter.records import Record
 
 EQUALITY_TOLERANCE = 1e-10
 """Objectives that differ by less than this share of the scale of the problem are equal."""
@@ -83,6 +84,15 @@ def _compute_move(problem: Problem, u: Array) -> Array:
 
 History = list[tuple[int, float]]
 """Improvements of the best objective: (number of evaluations, objective)."""
+
+
+@dataclass(frozen=True)
+class EvaluationCounts(Record):
+    """Numbers of evaluations of the objective, its gradient and its Hessian."""
+
+    objective: int
+    gradient: int
+    hessian: int
 
 
 @dataclass(frozen=True)

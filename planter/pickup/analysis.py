@@ -24,7 +24,6 @@ from planter.pickup.results import (
     ExtremaResult,
     LockingArcs,
     Optimised,
-    PickupBindingRequirement,
     PickupCertificate,
     PickupFound,
     PickupState,
@@ -270,6 +269,4 @@ def _certificate(proof: OptimalityCertificate) -> PickupCertificate:
 
     A multiplier is what the change gains per unit of its requirement.
     """
-    return PickupCertificate(
-        proof.kkt_residual, [PickupBindingRequirement(**vars(bound)) for bound in proof.active_constraints]
-    )
+    return PickupCertificate(proof.kkt_residual, proof.active_constraints)

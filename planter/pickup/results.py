@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planter.optimise.certificate import ActiveConstraint
 from planter.records import Record, WarningRecord
 
 Pair = tuple[float, float]
@@ -104,21 +105,11 @@ class PickupState(Record):
 
 
 @dataclass(frozen=True)
-class PickupBindingRequirement(Record):
-    """A requirement that holds the optimum, and what the change gains per unit of it."""
-
-    name: str
-    side: str
-    multiplier: float
-    unit: str
-
-
-@dataclass(frozen=True)
 class PickupCertificate(Record):
     """Certificate of the last round's optimum."""
 
     kkt_residual: float
-    active: list[PickupBindingRequirement]
+    active: list[ActiveConstraint]
 
 
 @dataclass(frozen=True)

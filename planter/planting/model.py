@@ -85,7 +85,7 @@ class Device:
         self.machine, numbers = machine, machine.numbers()
         if machine.measurement is not None:  # names of quantities are checked before anything is computed
             models = [formulas.load(f"planting_{model}").sidecar["vectors"] for model in functions.MODELS]
-            by_key = {quantity.key: quantity for vectors in models for quantity in _list_quantities(vectors)}
+            by_key = {quantity.key: quantity for vectors in models for quantity in list_quantities(vectors)}
             quantities = tuple(by_key.values())
             forces = list_carried_forces(
                 machine.measurement, self.sidecar.get("supports", {}), quantities, machine.source
@@ -285,7 +285,7 @@ def build_machine(device: Device) -> Machine:
     totals = ca.Function("totals", [first, second, d], [functions.frame(first, second, d[size:])])
     both = ca.MX.sym("d", len(values))
     prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
-    quantities = _list_quantities(vectors)
+    quantities = list_quantities(vectors)
     machine = Machine(
         document=device.machine,
         build=partial(_rebuild_machine, type(device), device.model),
@@ -316,7 +316,8 @@ def build_machine(device: Device) -> Machine:
     return add_carried_forces(machine, device.machine.measurement, device.sidecar.get("supports", {}))
 
 
-def _list_quantities(vectors: Mapping[str, Any]) -> tuple[Quantity, ...]:
+def list_quantities(vectors: Mapping[str, Any]) -> tuple[Quantity, ...]:
+    """Return the quantities of a side, then those of both sides together."""
     return tuple(
         Quantity(
             e["name"], e["unit"], e["meaning"], e.get("shown") or units.display_key(e["name"], e["unit"]), total,

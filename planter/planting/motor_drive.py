@@ -1,22 +1,17 @@
-"""The planting device on a motor and a flywheel: the machine whose carrier accelerates, and its cycle."""
+"""The planting device whose carrier accelerates, as a motor and a flywheel drive it."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass, fields
 
 import casadi as ca
 import numpy as np
 
-from planter.engine.drive import Drive, DriveResult, Motor, drive_machine
 from planter.engine.machine import Machine, Quantity, Value
 from planter.errors import InputError
 from planter.files import units
-from planter.kernels import Array, generated
-from planter.planting.cycle import compute_statistics
+from planter.kernels import generated
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import build_flank_function
-from planter.planting.model import FORCE, SIDES, SPEED, Device
-from planter.planting.results import DriveFound
+from planter.planting.model import SIDES, SPEED, Device, list_quantities
 
 NAME = "planting_drive"
 PATH = "operation.acceleration_rad_s2"
@@ -54,11 +49,6 @@ def build_driven_machine(device: Device) -> Machine:
     names = [entry["name"] for entry in vectors["side"]]
     sums = [first[names.index(name)] + second[names.index(name)] for name in shared]
     frame = module.frame()(first, second, machine_values)
-    quantities = tuple(
-        Quantity(e["name"], e["unit"], e["meaning"], e.get("shown") or units.display_key(e["name"], e["unit"]), total)
-        for vector, total in (("side", False), ("totals", True))
-        for e in vectors[vector]
-    )
     totals = tuple(
         Quantity(
             f"{name}_sum", e["unit"], f"{e['meaning']}, both sides", units.display_key(f"{name}_sum", e["unit"]), True
@@ -77,7 +67,7 @@ def build_driven_machine(device: Device) -> Machine:
         moved=(),
         lower=np.empty(0),
         upper=np.empty(0),
-        quantities=(*quantities, *totals),
+        quantities=(*list_quantities(vectors), *totals),
         prologue=ca.Function("prologue", [d], [ca.SX.zeros(0, 1)], ["d"], ["h"]),
         lane=ca.Function("lane", [phi, d, h, q], [side], ["phi", "d", "h", "q"], ["y"]),
         speed=[value.path for value in values].index(SPEED),
@@ -89,40 +79,3 @@ def build_driven_machine(device: Device) -> Machine:
         losses=("F_E_loss_sum",),
         energies=("T_side_sum", "V_side_sum"),
     )
-
-
-COLUMN = {FORCE: "support_N"}
-"""The quantity that is reported, and its column."""
-
-
-@dataclass(frozen=True)
-class DeviceDrive:
-    """A device on a motor: the drive of the machine that it is, and the result with its support force."""
-
-    drive: Drive
-    result: DriveFound
-
-    def columns(self) -> dict[str, Array]:
-        """Return the turn as a table, each column in the unit that its name ends in."""
-        return self.drive.columns(COLUMN)
-
-
-def drive_device(
-    device: Device, motor: Motor, turns: int = 5, start: float | None = None, samples: int | None = None
-) -> DeviceDrive:
-    """The device at its own design, driven from a speed [rad/s] on, its machine's unless told.
-
-    Raises InputError for the printed model, ComputationError where the motor stalls.
-    """
-    machine = build_driven_machine(device)
-    names = tuple(quantity.name for quantity in machine.results if quantity.unit in ("N", "N m"))
-    driven = drive_machine(machine, motor, turns, start, samples, names)
-    varying, steady = (state.values[FORCE][:-1] for state in (driven.driven, driven.constant))
-    general = {field.name: getattr(driven.result, field.name) for field in fields(DriveResult)}
-    result = DriveFound(
-        **general,
-        support_force=compute_statistics(varying),
-        constant_speed=compute_statistics(steady),
-        change_N=float(np.abs(varying - steady).max()),
-    )
-    return DeviceDrive(driven, result)

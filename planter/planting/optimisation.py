@@ -30,7 +30,7 @@ from planter.optimise.optimiser import Method
 from planter.optimise.pareto import ParetoPoint
 from planter.optimise.problem import BestPoint, Problem
 from planter.optimise.range_variance import Sampling, count_angles, find_insensitivity
-from planter.optimise.result import OptimiserResult
+from planter.optimise.result import EvaluationCounts, OptimiserResult
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import objective
 from planter.planting.design_summary import summarise_design
@@ -40,10 +40,7 @@ from planter.planting.model import Device
 from planter.planting.objective import build_problem, evaluate_samples, evaluate_true_extremes
 from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
 from planter.planting.results import (
-    DeviceEvaluationCounts,
     FrontPoint,
-    HeldBound,
-    HeldRequirement,
     OptimisationFound,
     OptimumFound,
     PlantingCertificate,
@@ -137,7 +134,7 @@ class DeviceOptimum(OptimiserResult):
             range_N=self.evaluation.look.range,
             variance_N2=self.evaluation.look.variance,
             start_objective=self.start_objective,
-            evaluations=DeviceEvaluationCounts(**vars(self.evaluations)),
+            evaluations=EvaluationCounts(**vars(self.evaluations)),
             seconds=self.seconds,
             certificate=self._proof(),
             effective_parameters=self.effective_parameters,
@@ -148,10 +145,10 @@ class DeviceOptimum(OptimiserResult):
     def _proof(self) -> PlantingCertificate:
         """The certificate, with the requirements that hold the optimum where there are any to keep."""
         proof, required = self.certificate, {constraint.name for constraint in self.requirements}
-        active = [HeldRequirement(**vars(each)) for each in proof.active_constraints if each.name in required]
+        active = [each for each in proof.active_constraints if each.name in required]
         return PlantingCertificate(
             kkt_residual=proof.kkt_residual,
-            active_bounds=[HeldBound(**vars(bound)) for bound in proof.active_bounds],
+            active_bounds=proof.active_bounds,
             starts=proof.starts,
             agreeing_starts=proof.agreeing_starts,
             spread=proof.spread,

@@ -1,21 +1,15 @@
-"""Presentations of a planting device on a motor, of compared gear families, and of a calibration to figures."""
+"""Presentations of compared gear families, and of a calibration to figures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from planter.engine.tables import drive_tables, list_drive_figures
 from planter.files import units
 from planter.kernels import generated
-from planter.mechanism.drawing import draw_drive_speeds, label_cycle_curves
-from planter.planting.cycle import compute_weight
 from planter.planting.design_results import BORNE, COMPARED, list_largest_loads
 from planter.planting.file import PlantingMachine
-from planter.planting.model import FORCE, Device
-from planter.planting.motor_drive import NAME, DeviceDrive
+from planter.planting.model import Device
 from planter.planting.results import CalibrationFound, ComparedPair, ComparisonFound, ModelFitted, NarrowBox
 from planter.report import files, style
 from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
@@ -25,56 +19,6 @@ from planter.view.names import load_names
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-FORCE_ROWS = {"max_N": "largest", "min_N": "least", "range_N": "range", "mean_N": "mean"}
-DRIVE_CAPTION = (
-    "Speed of the carrier from the start on, then over the cycle that repeats itself, and the vertical support force "
-    "of that cycle beside the force at its mean speed, held constant."
-)
-
-
-def present_drive(device_drive: DeviceDrive, device: Device) -> ResultPresentation:
-    """Return the presentation of a device on a motor: motor, speed, and support force at varying and constant speed."""
-    result, machine = device_drive.result, device.machine
-    forces = (result.support_force, result.constant_speed)
-    rows = [(word, *(getattr(force, key) for force in forces)) for key, word in FORCE_ROWS.items()]
-    head = ("vertical support force / N", "driven", "at constant speed")
-    tables = (*drive_tables(result), Table(head, [*rows, ("largest difference", result.change_N, None)]))
-    return ResultPresentation(
-        title=f"Planting device {machine.name} on a motor",
-        conclusion=f"The speed varies by {result.speed.fluctuation:.2%} of its mean, {result.speed.mean_rpm:.4g} "
-        f"r/min, and the support force differs by at most {result.change_N:.4g} N from that at constant speed.",
-        record=result,
-        key_figures=list_drive_figures(result),
-        sections=[Section(title, [table]) for title, table in zip(("Motor", "Speed", "Forces"), tables, strict=True)],
-        document=machine,
-        model=ModelAssumptions.from_sidecar(generated.sidecar(NAME), in_summary=False),
-        figures=lambda: {"drive": draw_speed_and_force(device_drive, compute_weight(device))},
-        captions={"drive": DRIVE_CAPTION},
-        tables=lambda: {"turn.csv": device_drive.columns()},
-        comments=files.list_comments(machine, "machine"),
-    )
-
-
-@style.with_style
-def draw_speed_and_force(device_drive: DeviceDrive, weight_N: float) -> Figure:
-    """Return the figure of the speed from the start on and over a cycle, and of the support force of that cycle."""
-    figure = style.new_figure(6.2)
-    run_up, cycle_speed, force = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
-    drive = device_drive.drive
-    draw_drive_speeds(drive, run_up, cycle_speed)
-    ends = [(weight_N, f"weight {weight_N:.1f} N", style.INK)]
-    for label, state, shade in (
-        ("driven", drive.driven, style.BLUE),
-        ("constant speed", drive.constant, style.VERMILION),
-    ):
-        curve = state.values[FORCE]
-        force.plot(np.degrees(drive.turn.phi), curve, color=shade, linewidth=1.2)
-        ends.append((float(curve[-1]), label, shade))
-    force.axhline(weight_N, color=style.INK, linewidth=0.8, linestyle=(0, (1, 2)))
-    label_cycle_curves(force, "support force / N", ends)
-    return figure
-
 
 PAIR = "sun, gear 6"
 NARROW = "the paper's narrow box"

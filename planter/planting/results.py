@@ -9,7 +9,9 @@ from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityResult
 from planter.measured.findings import ExplanationFound, MeasuredFound, MeasuredPreview, MeasurementResult
 from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
+from planter.optimise.certificate import ActiveBound, ActiveConstraint
 from planter.optimise.proof.search import GlobalBound
+from planter.optimise.result import EvaluationCounts
 from planter.planting.design_results import DesignersSummary, ToothCountResult
 from planter.records import Record, WarningRecord
 from planter.workshop.cam_results import Cam
@@ -200,43 +202,15 @@ class Validation(Record):
 
 
 @dataclass(frozen=True)
-class DeviceEvaluationCounts(Record):
-    """Numbers of evaluations of the objective, its gradient, and its Hessian."""
-
-    objective: int
-    gradient: int
-    hessian: int
-
-
-@dataclass(frozen=True)
-class HeldBound(Record):
-    """An active bound, and the decrease of the objective per unit of the bounds' width if it were relaxed."""
-
-    name: str
-    side: str
-    multiplier: float
-
-
-@dataclass(frozen=True)
-class HeldRequirement(Record):
-    """An active requirement, and the decrease of the objective per unit if it were relaxed."""
-
-    name: str
-    side: str
-    multiplier: float
-    unit: str
-
-
-@dataclass(frozen=True)
 class PlantingCertificate(Record):
     """Certificate of an optimum, with its active requirements if the file has any."""
 
     kkt_residual: float
-    active_bounds: list[HeldBound]
+    active_bounds: list[ActiveBound]
     starts: int
     agreeing_starts: int
     spread: float
-    active_requirements: list[HeldRequirement] | None = None
+    active_requirements: list[ActiveConstraint] | None = None
 
 
 @dataclass(frozen=True)
@@ -260,7 +234,7 @@ class OptimumFound(Record):
     range_N: float
     variance_N2: float
     start_objective: float
-    evaluations: DeviceEvaluationCounts
+    evaluations: EvaluationCounts
     seconds: float
     certificate: PlantingCertificate
     effective_parameters: int
@@ -302,7 +276,7 @@ class OptimisationFound(Record):
     range_N: float
     variance_N2: float
     start_objective: float
-    evaluations: DeviceEvaluationCounts
+    evaluations: EvaluationCounts
     seconds: float
     certificate: PlantingCertificate
     effective_parameters: int
@@ -476,20 +450,8 @@ class ComparisonFound(Record):
     seconds: float
 
 
-@dataclass(frozen=True)
-class DriveFound(DriveResult):
-    """`planter drive`: the same of a planting device, with its support force in that turn and at constant speed.
-
-    `change_N` is the most by which the support force differs between them.
-    """
-
-    support_force: Statistics
-    constant_speed: Statistics
-    change_N: float
-
-
 COMMANDS = {
-    "drive": DriveFound | DriveResult,
+    "drive": DriveResult,
     "simulate": SimulationFound | MechanismCycleResult,
     "turn": SimulationFound | MechanismCycleResult,
     "sensitivity": SensitivityResult,

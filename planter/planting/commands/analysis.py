@@ -180,16 +180,12 @@ def drive(
         rad_s = units.unit_factor("idle_rpm")
         motor = Motor(stall_nm, idle_rpm * rad_s, flywheel_kgm2)
         start = None if start_rpm is None else start_rpm * rad_s
-        if (other := load_other(machine, set_, speed_rpm)) is not None:
-            run_drive(console, other, motor, turns, start, samples, out)
-            return
-        from planter.planting.motor_drive import drive_device
-        from planter.planting.presentation import present_drive
-        from planter.planting.simulation import check_samples
+        driven = load_other(machine, set_, speed_rpm)
+        if driven is None:
+            from planter.planting.motor_drive import build_driven_machine
 
-        device = build_device(machine, "exact", set_, speed_rpm)
-        driven = drive_device(device, motor, turns, start, None if samples is None else check_samples(samples))
-        present_drive(driven, device).show(console, out)
+            driven = build_driven_machine(build_device(machine, "exact", set_, speed_rpm))
+        run_drive(console, driven, motor, turns, start, samples, out)
 
 
 @app.command()

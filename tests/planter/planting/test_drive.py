@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from planter.engine.drive import DrivenMachine, Motor, SpeedHistory
+from planter.engine.drive import Drive, DrivenMachine, Motor, SpeedHistory, drive_machine
 from planter.errors import ComputationError, InputError
 from planter.planting.lifted import LiftedModel
-from planter.planting.motor_drive import build_driven_machine, drive_device
+from planter.planting.motor_drive import build_driven_machine
 from tests.support import machines
 from tests.support.cli import answer
 from tests.support.schemas import load_schema
@@ -29,6 +29,10 @@ PHI = np.radians(np.arange(0.0, 360.0, 3.0))
 def driven(name: str = "wang2017", flywheel: float = 0.1) -> DrivenMachine:
     machine = build_driven_machine(machines.device(name))
     return DrivenMachine(machine, replace(MOTOR, flywheel=flywheel), ["F_support"])
+
+
+def drive(motor: Motor = MOTOR, turns: int = 1, samples: int | None = None) -> Drive:
+    return drive_machine(build_driven_machine(machines.device("wang2017")), motor, turns, samples=samples)
 
 
 def imbalance(model: DrivenMachine, at: SpeedHistory, more: float = 0.0) -> float:
@@ -65,8 +69,8 @@ def test_varying_speed_equals_relaxed_model() -> None:
 
 
 def test_periodic_cycle_balances_motor_and_friction() -> None:
-    drive = drive_device(machines.device("wang2017"), MOTOR, turns=2, samples=720)
-    turn, result = drive.drive.turn, drive.result
+    driven = drive(turns=2, samples=720)
+    turn, result = driven.turn, driven.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
     assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=1e-5)
     assert result.speed.min_rpm < result.speed.mean_rpm < result.speed.max_rpm
@@ -78,11 +82,13 @@ def test_periodic_cycle_balances_motor_and_friction() -> None:
 
 def test_with_a_flywheel_without_end_the_speed_is_constant() -> None:
     """The fluctuation falls as the inverse of the inertia, and the force goes to that at constant speed."""
-    drives = [drive_device(machines.device("wang2017"), replace(MOTOR, flywheel=j), 1).result for j in (1e4, 1e6)]
-    changes, fluctuations = zip(*((drive.change_N, drive.speed.fluctuation) for drive in drives), strict=True)
+    drives = [drive(replace(MOTOR, flywheel=j)).result for j in (1e4, 1e6)]
+    changes, fluctuations = zip(
+        *((each.quantities["support_N"].change, each.speed.fluctuation) for each in drives), strict=True
+    )
     assert fluctuations[0] / fluctuations[1] == pytest.approx(100, rel=1e-2)
     assert changes[1] < 1e-6
-    assert drive_device(machines.device("wang2017"), MOTOR, 1).result.change_N > 0.1
+    assert drive().result.quantities["support_N"].change > 0.1
 
 
 def test_another_integrator_finds_the_same_speed() -> None:
@@ -98,14 +104,14 @@ def test_another_integrator_finds_the_same_speed() -> None:
 
 def test_a_motor_too_weak_stalls_at_an_angle() -> None:
     with pytest.raises(ComputationError, match=r"wang2017: the motor stalls \d+ deg after the start; it needs more"):
-        drive_device(machines.device("wang2017"), replace(MOTOR, stall=0.05, flywheel=0.01))
+        drive(replace(MOTOR, stall=0.05, flywheel=0.01))
 
 
 def test_invalid_motor_is_refused() -> None:
     with pytest.raises(InputError, match="--flywheel-kgm2 = -1: it must be greater than 0"):
         replace(MOTOR, flywheel=-1.0)
     with pytest.raises(InputError, match="drives the exact model"):
-        drive_device(machines.device("wang2017", "printed"), MOTOR)
+        build_driven_machine(machines.device("wang2017", "printed"))
 
 
 def test_command_and_files(tmp_path: Path) -> None:

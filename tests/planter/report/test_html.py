@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from planter.kernels import generated
+from planter.optimise.certificate import ActiveBound
 from planter.planting.design_presentation import present_optimum, present_simulation
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation, optimise
 from planter.planting.report import figures
-from planter.planting.results import HeldBound, PlantingWarning
+from planter.planting.results import PlantingWarning
 from planter.planting.simulation import simulate
 from planter.report import html, style
 
@@ -135,7 +136,7 @@ def test_design_has_bounds_and_both_designs(optimisation: Optimisation, drawings
 
 def test_optimum_shows_certificate_and_provenance(optimisation: Optimisation, page: str) -> None:
     certificate = replace(
-        optimisation.result.certificate, kkt_residual=1.25e-11, active_bounds=[HeldBound("m31", "upper", -0.3125)]
+        optimisation.result.certificate, kkt_residual=1.25e-11, active_bounds=[ActiveBound("m31", "upper", -0.3125)]
     )
     text = words(render(optimisation, optimisation.devices["exact"], {}, certificate=certificate))
     assert "KKT residual 1.25e\N{MINUS SIGN}11" in text
