@@ -180,7 +180,8 @@ class ProvableObjective:
         designs, fixed = Space(lower, upper), list_angles(self._fixed)
         evidence = evidence or self._choose(designs)
         panels = evidence.panels
-        assert panels is not None
+        if panels is None:
+            raise Unbounded("the evidence has no panels of angles")
         space = Space(np.append(lower, -1.0), np.append(upper, 1.0))
         phi, shares = panels.angles(space)
         lanes = join_lanes([phi, space.constant(fixed)]) if self._fixed else phi
@@ -255,7 +256,8 @@ class ProvableObjective:
         """Return a smooth part whose value at the centre, if panels leave it too open, is that of more panels."""
         space, centre, evidence = cycle.space, smooth.value[CENTRE], cycle.evidence
         room = WIDE_CENTRE * (centre.mid - smooth.lower_bound)
-        if self.count is not None or not space.half.any() or not (centre.rad > room).all():
+        is_open = self.count is None and space.half.any() and (centre.rad > room).all()
+        if not is_open or (evidence.narrow is None and self._find_kinks is None):  # a proof that did without it
             return smooth, evidence
         finer = None if evidence.narrow is None else Evidence(evidence.starts, evidence.narrow)
         point = self._enclose_panels(space.centre, space.centre, finer)
