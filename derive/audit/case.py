@@ -17,6 +17,7 @@ from ..chain import Chain
 from ..equations import Claimed, ClaimError, Equation, find_claim
 from ..evaluate import Point
 from ..quantity import Quantity
+from .first_order import Equilibrium
 from .paper import Paper, Reading, Reference, Source, Subject
 from .typesetting import Said, join_parts
 
@@ -175,6 +176,11 @@ class Case:
     def dense_cycle(self) -> list[Point]:
         """Points along the machine's own cycle that are close enough to find the largest values of terms."""
         return [Point(values) for values in self.subject.reference(DENSE)]
+
+    @cached_property
+    def equilibria(self) -> Sequence[Equilibrium]:
+        """Equilibria about which equations may be linearised, with points near them."""
+        return self.subject.equilibria()
 
     @cached_property
     def nearby(self) -> list[Point]:

@@ -223,12 +223,28 @@ def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, p
     in_use = confirm_in_use(case, printed, derived, Judgement("contradicted", ""))
     if in_use.domain:
         return in_use
+    if linearised := _judge_linearised(case, printed):
+        return linearised
     repair = case.source.repair(printed.number, points, case.draw)
     if repair is None:
         return None
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
     corrections = tuple((Said(text),) for text in (repair.text, *repair.alternatives))
     return Judgement("misprint", f"{remark}removed by a change of its LaTeX", corrections)
+
+
+def _judge_linearised(case: Case, printed: Equation) -> Judgement | None:
+    """Return the judgement on a linearised equation that holds to first order about an equilibrium, else None."""
+    assert case.source is not None
+    if not is_consistent(printed.residual):
+        return None
+    is_announced = case.source.announces_small_motion(printed.number)
+    about = [some.name for some in case.equilibria if some.describes(printed.residual, is_announced)]
+    if not about:
+        return None
+    outside = _describe_failure(printed, None, case.points[0])
+    finding = f"it holds to first order about {', and about '.join(about)}, and not everywhere: "
+    return Judgement("confirmed", Said(finding, outside), domain=Said(f"near {about[0]} alone"))
 
 
 def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
