@@ -47,7 +47,7 @@ def list_meanings(names: StatedNames) -> dict[str, Scalar]:
     texts = [f"component({kind}({place}), {axis})" for kind in ("position", "velocity") for place in names.places
              for axis in AXES.values()]  # fmt: skip
     meanings: dict[str, Scalar] = {}
-    for text in (*texts, "kinetic()", "potential()"):
+    for text in (*texts, *map(_describe_speed, names.places), "kinetic()", "potential()"):
         try:
             value = names.evaluate(text)
         except OwnError:
@@ -55,6 +55,12 @@ def list_meanings(names: StatedNames) -> dict[str, Scalar]:
         if isinstance(value, Scalar) and value.value != 0:
             meanings[text] = value
     return meanings
+
+
+def _describe_speed(place: str) -> str:
+    """Return the text of the speed of a point."""
+    squares = (f"component(velocity({place}), {axis})**2" for axis in AXES.values())
+    return f"sqrt({' + '.join(squares)})"
 
 
 def is_meaning(names: StatedNames, definition: TextDefinition, points: Sequence[Point]) -> bool:
@@ -103,8 +109,10 @@ def _with_meaning(names: StatedNames, definition: TextDefinition, text: str) -> 
 def _list_named(names: StatedNames, symbol: Symbol) -> Iterator[str]:
     """Yield meanings that the spelling of a name suggests."""
     stem, below = symbol.stem.removeprefix("\\"), symbol.subscript.strip("{} ").casefold()
-    if stem in AXES and below:
-        places = [place for place in names.places if place.casefold() == below]
+    places = [place for place in names.places if below and place.casefold() == below]
+    if stem == "v":
+        yield from map(_describe_speed, places)
+    if stem in AXES:
         yield from (f"component(position({place}), {AXES[stem]})" for place in places)
     if stem in ENERGIES and not below:
         yield ENERGIES[stem]
