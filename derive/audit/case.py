@@ -17,6 +17,7 @@ from ..chain import Chain
 from ..equations import Claimed, ClaimError, Equation, find_claim
 from ..evaluate import Point
 from ..quantity import Quantity
+from .first_order import Equilibrium
 from .paper import Paper, Reading, Reference, Source, Subject
 from .typesetting import Said, join_parts
 
@@ -85,6 +86,8 @@ MOST_POINTS = 55
 """Points that are tried for a condition that an equation holds on."""
 CYCLE = 24
 """Points along the machine's own cycle."""
+DENSE = 120
+"""Points along it at which terms are compared in size: the largest of a smooth one is then right to about 1 %."""
 NEAR = mpf("1e-6")
 """Share by which what is near differs: far above the last of 50 digits, far below the distance to another branch."""
 
@@ -168,6 +171,16 @@ class Case:
     @cached_property
     def cycle(self) -> list[Point]:
         return [Point(values) for values in self.subject.reference(CYCLE)]
+
+    @cached_property
+    def dense_cycle(self) -> list[Point]:
+        """Points along the machine's own cycle that are close enough to find the largest values of terms."""
+        return [Point(values) for values in self.subject.reference(DENSE)]
+
+    @cached_property
+    def equilibria(self) -> Sequence[Equilibrium]:
+        """Equilibria about which equations may be linearised, with points near them."""
+        return self.subject.equilibria()
 
     @cached_property
     def nearby(self) -> list[Point]:

@@ -193,7 +193,7 @@ def _footings(printed: Equation, derived: Equation, points: Points, is_direction
     """Both sides by what they define a symbol as, else as residuals with either sign and a lost factor put back."""
     symbol = printed.defines
     if symbol is not None and derived.defines == symbol:
-        printed_side, derived_side = (solve_for(side, symbol) for side in (printed, derived))
+        printed_side, derived_side = (solve_for(side.residual, symbol) for side in (printed, derived))
         return [Comparison(printed_side, derived_side, points, turns=is_direction)]
     residuals = [printed.residual, *(_undivided(printed, derived) if symbol is None else ())]
     bounds = printed.relation != "="
@@ -203,11 +203,11 @@ def _footings(printed: Equation, derived: Equation, points: Points, is_direction
     return [start.scaled(sign) for start in starts for sign in ((1,) if bounds else (1, -1))]
 
 
-def solve_for(side: Equation, symbol: Quantity) -> Expr:
+def solve_for(residual: Expr, symbol: Quantity) -> Expr:
     """Return the expression that an equation gives for a symbol, whether or not both sides have a common factor."""
-    slope = side.residual.diff(symbol)
+    slope = residual.diff(symbol)
     plain = not slope.is_number or slope in (0, 1)
-    return symbol - (side.residual if plain else sp.expand_mul(side.residual / slope))
+    return symbol - (residual if plain else sp.expand_mul(residual / slope))
 
 
 def _undivided(printed: Equation, derived: Equation) -> tuple[Expr, ...]:
@@ -236,11 +236,8 @@ def find_missing_terms(at: Comparison, words: Iterable[Quantity]) -> tuple[Expr,
     """One summand or two terms of the derivation, or a quantity, that the print lacks and nothing else; else none."""
     if any(evaluate_at(at.printed, point) is None for point in at.points):
         return ()
-    for side in (at, at.scaled(-1)) if at.scales else (at,):
-        terms = _terms(side, [*words])
-        if terms:
-            return terms if side is at else tuple(-term for term in terms)
-    return ()
+    sides = (at, at.scaled(-1)) if at.scales else (at,)  # of either sign: the terms have the sign of the print
+    return next((terms for side in sides if (terms := _terms(side, [*words]))), ())
 
 
 def _terms(at: Comparison, words: list[Quantity]) -> tuple[Expr, ...]:

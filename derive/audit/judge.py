@@ -22,6 +22,7 @@ from .comparison import (
     FLIPPED,
     Comparison,
     align_sides,
+    are_equivalent,
     explain_by_edits,
     find_missing_terms,
     list_orientations,
@@ -49,7 +50,8 @@ class Judgement:
 
     ``domain`` says where an equation does not hold that holds at all angles that the machine uses, and is empty
     elsewhere. ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first
-    correction, with what they replace, and ``corrected`` is the print after them, with the terms that it lacks.
+    correction, with what they replace. ``edited`` is the residual that they leave, and ``corrected`` the print with it
+    and with the terms that it lacks. ``edited`` and ``missing`` without ``unexplained`` are the derivation.
     """
 
     verdict: Word
@@ -60,6 +62,7 @@ class Judgement:
     loose: tuple[str, ...] = ()
     domain: str = ""
     edits: tuple[Edit, ...] = field(default=(), compare=False)
+    edited: Expr | None = field(default=None, compare=False)
     corrected: Equation | None = field(default=None, compare=False)
 
     @property
@@ -180,7 +183,7 @@ def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Ite
 
 def _find_side(printed: Equation) -> Expr:
     """Return what an equation gives for the symbol that it defines, its residual if it defines none."""
-    return printed.residual if printed.defines is None else solve_for(printed, printed.defines)
+    return printed.residual if printed.defines is None else solve_for(printed.residual, printed.defines)
 
 
 def _restore_residual(printed: Equation, side: Expr) -> Expr:
@@ -324,26 +327,32 @@ def judge_equation(
             judgement = Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}"))
         elif judgement is None:
             judgement = _corrected(comparison, vocabulary, done, remark)
-        judgements.append(replace(judgement, corrected=_apply_correction(side, comparison, judgement)))
+        judgement = replace(judgement, edited=_find_edited(side, comparison, judgement))
+        judgements.append(replace(judgement, corrected=complete_print(side, derived, judgement, at, is_direction)))
     return min(judgements, key=lambda judgement: judgement.severity)
 
 
-def _apply_correction(side: Equation, comparison: Comparison, judgement: Judgement) -> Equation | None:
+def _find_edited(side: Equation, comparison: Comparison, judgement: Judgement) -> Expr:
+    """Return the residual of a printed equation after the edits of a judgement."""
+    edited = judgement.edits[-1].result if judgement.edits else comparison.printed
+    symbol = side.defines
+    is_solved = symbol is not None and comparison.printed == solve_for(side.residual, symbol)
+    return symbol - edited if is_solved else edited
+
+
+def complete_print(
+    printed: Equation, derived: Equation, judgement: Judgement, points: Points, is_direction: bool = False
+) -> Equation | None:
     """Return a printed equation after the edits of a judgement, with the terms that it lacks, if that is all there is.
 
-    It is None if the print had to be rearranged to be compared.
+    A factor by which it was divided is put back.
     """
-    edited = judgement.edits[-1].result if judgement.edits else comparison.printed
-    if judgement.unexplained or not (judgement.edits or judgement.missing):
+    if judgement.edited is None or judgement.unexplained or not (judgement.edits or judgement.missing):
         return None
-    sums = [edited + sign * sp.Add(*judgement.missing) for sign in ((1, -1) if judgement.missing else (1,))]
-    result = next((some for some in sums if comparison.edited(some).same), None)
-    if result is not None and comparison.printed == side.residual:
-        return replace(side, residual=result)
-    symbol = side.defines
-    if result is not None and symbol is not None and comparison.printed == solve_for(side, symbol):
-        return replace(side, residual=symbol - result)
-    return None
+    total = sp.Add(*judgement.missing)
+    residuals = (judgement.edited + sign * total for sign in (1, -1))
+    completed = (replace(printed, residual=residual) for residual in residuals)
+    return next((some for some in completed if are_equivalent(some, derived, points, is_direction)), None)
 
 
 def _relation(side: Equation, printed: Equation, derived: Equation) -> tuple[Said, ...]:

@@ -17,6 +17,7 @@ from ..equations import Claimed, Equation, Legibility, Relation, Unclaimed, Witn
 from ..evaluate import Point
 from ..model import Let, System, Twin
 from ..quantity import Quantity
+from .first_order import Equilibrium
 
 Array = NDArray[np.float64]
 Values = dict[sp.Symbol, Array]
@@ -105,6 +106,10 @@ class Subject(Protocol):
         """Both sums in more and more of the same quantities: from the balance's own to those of ``common``."""
         return [self.common(printed, derived)]
 
+    def equilibria(self) -> Sequence[Equilibrium]:
+        """Return equilibria with points near them, about which equations may be linearised; none by default."""
+        return []
+
     def folds(self) -> Mapping[sp.Symbol, Expr]:
         """Quantities that a balance holds as differences: each with what is taken from it."""
         return {}
@@ -170,6 +175,10 @@ class Source(Protocol):
 
     def explain_unjudged(self, number: str) -> str:
         """Return why an equation cannot be judged, empty if it can."""
+        ...
+
+    def announces_small_motion(self, number: str) -> bool:
+        """Return whether the text says before an equation that motions are small, or that it linearises."""
         ...
 
     def list_rows(self) -> list[dict[str, Any]]:

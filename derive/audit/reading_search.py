@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mpmath
@@ -15,8 +15,17 @@ from ..quantity import Quantity, is_consistent
 from .case import AS_READ, Case, Choice
 from .comparison import align_derived, are_equivalent, solve_for
 from .edits import Edit
-from .judge import FAULTS, UNJUDGED, Judgement, explain_unjudged, holds, judge_condition, judge_equation
-from .terms import Points, evaluate_at
+from .judge import (
+    FAULTS,
+    UNJUDGED,
+    Judgement,
+    complete_print,
+    explain_unjudged,
+    holds,
+    judge_condition,
+    judge_equation,
+)
+from .terms import Points, evaluate_at, find_largest_size
 from .typesetting import Piece, Said, join_parts
 
 SHOWN = 3
@@ -61,7 +70,7 @@ def _describe_failure(printed: Equation, derived: Equation | None, point: Point)
 
 def _format_side(side: Equation, point: Point) -> str:
     """The value of what an equation defines its symbol as, or of its residual."""
-    number = evaluate_at(side.residual if side.defines is None else solve_for(side, side.defines), point)
+    number = evaluate_at(side.residual if side.defines is None else solve_for(side.residual, side.defines), point)
     return "no real value" if number is None else mpmath.nstr(number, 6)
 
 
@@ -138,7 +147,11 @@ def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
 
 
 def _heard(case: Case, number: str, choice: Choice) -> Hearing:
-    """The mildest judgement among the footings; missing terms are reported on the one that leaves fewest."""
+    """The mildest judgement among the footings, reported on the one that leaves fewest terms.
+
+    A footing that leaves printed terms unexplained counts if the mildest one explains them: they are then parts of
+    what the print lacks there.
+    """
     hearings = [
         Hearing(_judged(case, printed, derived), printed, derived, choice)
         for printed, derived in case.footings(number, choice)
@@ -149,10 +162,39 @@ def _heard(case: Case, number: str, choice: Choice) -> Hearing:
     if mildest.judgement.verdict not in FAULTS:
         return mildest
     folds = case.subject.folds()
-    shortest = min((_folded(hearing, folds) for hearing in hearings), key=_length)
-    judgement = replace(shortest.judgement, verdict=mildest.judgement.verdict, finding=mildest.judgement.finding,
-                    unexplained=mildest.judgement.unexplained)  # fmt: skip
-    return replace(shortest, judgement=judgement)
+    folded = [_folded(hearing, folds) for hearing in hearings]
+    if mildest.judgement.missing and not mildest.judgement.unexplained:
+        folded = [_absorb_printed_terms(hearing, case.cycle) for hearing in folded]
+    shortest = min((hearing for hearing in folded if _is_alike(hearing, mildest)), key=_length)
+    verdict, finding = mildest.judgement.verdict, mildest.judgement.finding
+    return replace(shortest, judgement=replace(shortest.judgement, verdict=verdict, finding=finding))
+
+
+def _is_alike(hearing: Hearing, mildest: Hearing) -> bool:
+    """Whether a hearing leaves what the mildest one does: only then it says the same in other terms."""
+    judgement, kindest = hearing.judgement, mildest.judgement
+    return judgement.unexplained == kindest.unexplained and bool(judgement.missing) == bool(kindest.missing)
+
+
+def _absorb_printed_terms(hearing: Hearing, cycle: Sequence[Point]) -> Hearing:
+    """Return a hearing whose unexplained printed terms are taken from what is missing.
+
+    Each is taken from the missing action that it is the largest part of: of which it leaves least over the cycle.
+    """
+    judgement, derived = hearing.judgement, hearing.derived
+    missing = list(judgement.missing)
+    if not judgement.unexplained or not missing or derived is None:
+        return hearing
+    for printed in judgement.unexplained:
+        left = [_size(term - printed, cycle) - _size(term, cycle) for term in missing]
+        missing[left.index(min(left))] -= printed
+    absorbed = replace(judgement, missing=tuple(missing), unexplained=())
+    corrected = complete_print(hearing.printed, derived, absorbed, tuple(cycle))
+    return replace(hearing, judgement=replace(absorbed, corrected=corrected))
+
+
+def _size(expr: Expr, cycle: Sequence[Point]) -> mpmath.mpf:
+    return find_largest_size(expr, cycle) or mpmath.mpf(0)
 
 
 def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgement:
@@ -181,6 +223,8 @@ def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, p
     in_use = confirm_in_use(case, printed, derived, Judgement("contradicted", ""))
     if in_use.domain:
         return in_use
+    if linearised := _judge_linearised(case, printed):
+        return linearised
     repair = case.source.repair(printed.number, points, case.draw)
     if repair is None:
         return None
@@ -189,12 +233,26 @@ def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, p
     return Judgement("misprint", f"{remark}removed by a change of its LaTeX", corrections)
 
 
+def _judge_linearised(case: Case, printed: Equation) -> Judgement | None:
+    """Return the judgement on a linearised equation that holds to first order about an equilibrium, else None."""
+    assert case.source is not None
+    if not is_consistent(printed.residual):
+        return None
+    is_announced = case.source.announces_small_motion(printed.number)
+    about = [some.name for some in case.equilibria if some.describes(printed.residual, is_announced)]
+    if not about:
+        return None
+    outside = _describe_failure(printed, None, case.points[0])
+    finding = f"it holds to first order about {', and about '.join(about)}, and not everywhere: "
+    return Judgement("confirmed", Said(finding, outside), domain=Said(f"near {about[0]} alone"))
+
+
 def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
     """Return the residuals at supports that do not vanish by the printed formula at its correction."""
     symbol, judgement = hearing.printed.defines, hearing.judgement
     if symbol is None or hearing.printed.legibility == "lost":
         return {}
-    formula = judgement.edits[-1].result if judgement.edits else solve_for(hearing.printed, symbol)
+    formula = judgement.edits[-1].result if judgement.edits else solve_for(hearing.printed.residual, symbol)
     constraints = case.subject.constraint_residuals(hearing.printed.claims, formula)
     constraints = {name: left.xreplace(hearing.choice.derived) for name, left in constraints.items()}
     return {
@@ -268,10 +326,25 @@ def _same_wherever(edit: Edit) -> str:
 
 
 def _left_out(missing: Iterable[Expr], printed: Expr, actions: Mapping[sp.Symbol, str]) -> list[str]:
-    """Actions that missing terms speak of, those that the print does not name before others; else the first term."""
+    """Actions that missing terms speak of, those that the print does not name before others; else the first term.
+
+    Of an action of which a part is printed, the part is named.
+    """
     terms = list(missing)
     acting = {s for t in terms for s in t.free_symbols if isinstance(s, Quantity) and s.unit in ACTIONS}
     acting = acting - printed.free_symbols or acting
-    named = (actions.get(s, str(s)).partition("; ")[0] for s in sorted(acting, key=str))
-    reasons_ = list(dict.fromkeys(f"lacks {meaning.rpartition(', ')[0] or meaning}" for meaning in named))
+    named = []
+    for symbol in sorted(acting, key=str):
+        meaning = actions.get(symbol, str(symbol)).partition("; ")[0]
+        named.append((meaning.rpartition(", ")[0] or meaning) + _describe_printed_part(symbol, terms))
+    reasons_ = [f"lacks {name}" for name in dict.fromkeys(named)]
     return reasons_ or [f"lacks {term}" for term in terms[:1]]
+
+
+def _describe_printed_part(action: sp.Symbol, missing: Iterable[Expr]) -> str:
+    """Return the part of an action that is taken from it in a missing sum, in words; empty if there is none."""
+    sums = [term for term in missing if isinstance(term, sp.Add) and term.coeff(action) in (1, -1)]
+    if not sums:
+        return ""
+    part = action - sums[0] / sums[0].coeff(action)
+    return f" beyond {sp.expand(part, trig=False)}"

@@ -18,7 +18,7 @@ from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
 from .judge import Judgement, explain_unjudged
 from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, list_reasons
-from .terms import Match, evaluate_at, expand_sum, remainder_vanishes
+from .terms import Match, expand_sum, find_largest_size, remainder_vanishes
 from .typesetting import Piece, Said, join_parts, typeset_equation, typeset_inline, typeset_sentence
 
 LACKS = "lacks "
@@ -28,7 +28,8 @@ LACKS = "lacks "
 def group_causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Every reason of a finding, once, with the equations of its paper that have it; the most shared first.
 
-    An equation that lacks several things for one reason has the one that it shares with most others.
+    An equation that lacks several things for one reason has the one that it shares with most others; if it shares none
+    of them, all are one cause.
     """
     shared = Counter((r["paper"], reason) for r in records for reason in r["reasons"])
     records_by_cause: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
@@ -41,19 +42,38 @@ def group_causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 def _chosen(record: Mapping[str, Any], shared: Mapping[tuple[str, str], int]) -> list[str]:
     lacking = [reason for reason in record["reasons"] if reason.startswith(LACKS)]
-    commonest = max(lacking, key=lambda reason: shared[record["paper"], reason], default=None)
-    return [reason for reason in record["reasons"] if reason not in lacking or reason == commonest]
+    others = [reason for reason in record["reasons"] if reason not in lacking]
+    if not lacking:
+        return others
+    commonest = max(lacking, key=lambda reason: shared[record["paper"], reason])
+    if shared[record["paper"], commonest] == 1:
+        commonest = LACKS + ", ".join(reason.removeprefix(LACKS) for reason in lacking)
+    return [*others, commonest]
 
 
 def _cause(paper: str, reason: str, records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     omitted = reason.startswith(LACKS)
     return {
         "paper": paper,
-        "cause": f"{reason.removeprefix(LACKS)} is left out" if omitted else reason,
+        "cause": f"{reason.removeprefix(LACKS)} is left out{_describe_share(records)}" if omitted else reason,
         "repair": f"add {_describe_terms(records[0])}" if omitted else reason,
         "equations": [f"{paper}: {record['equation']}" for record in records],
         "numbers": [],
     }
+
+
+def _describe_share(records: Sequence[Mapping[str, Any]]) -> str:
+    """Return in words how much a single equation lacks, empty if it is unknown or several equations lack it."""
+    left = records[0].get("difference")
+    if len(records) > 1 or not left or not left["share_of_largest"]:
+        return ""
+    return f", at most {format_share(left['share_of_largest'])} of the largest term"
+
+
+def format_share(share: float) -> str:
+    """Return a share as percent with two digits, or as many as it has before its point."""
+    percent = 100 * share
+    return f"{percent:.0f} %" if percent >= 10 else f"{percent:.2g} %"
 
 
 def _describe_terms(record: Mapping[str, Any]) -> str:
@@ -223,6 +243,8 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
         "robust": True,
         "domain": "",
         "reasons": [],
+        "edited": "",
+        "difference": None,
         "printed": text,
         "derived": "",
         "defines": str(printed.defines or ""),
@@ -248,6 +270,8 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     gone = find_vanishing_terms(case, number, sp.S.NegativeOne if flipped else sp.S.One)
     corrections = [join_parts("; ", edits) for edits in judgement.corrections]
     missing, unexplained = _ordered(judgement.missing), _ordered(judgement.unexplained)
+    left = sp.Add(*missing, *(-term for term in unexplained))
+    difference = [left] if left != 0 and meant else []
     shows = _has_formula(case, printed)
     read = _read_as(case, number, outcome)
     depends = [{"reading": h.choice.meaning, "because": h.choice.because, "verdict": h.judgement.verdict,
@@ -270,6 +294,8 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "reasons": list(list_reasons(judgement, printed, case.subject.actions())),
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant) if meant else [],
+        "edited": "" if judgement.edited is None else _format_residual(judgement.edited, printed.relation),
+        "difference": next(iter(_terms(case, difference, meant)), None),
         "vanishing": [_vanishing(v) for v in gone],
         "printed": _text(printed) if shows else "",
         "derived": _text(meant) if meant else "",
@@ -321,28 +347,28 @@ def _has_formula(case: Case, printed: Equation) -> bool:
 
 
 def _text(equation: Equation) -> str:
-    return f"{equation.residual} {equation.relation} 0"
+    return _format_residual(equation.residual, equation.relation)
+
+
+def _format_residual(residual: Expr, relation: str) -> str:
+    return f"{residual} {relation} 0"
 
 
 def _terms(case: Case, terms: Sequence[Expr], derived: Equation | None) -> list[Record]:
     """Terms with their largest size over the cycle, with that of the largest derived term; null without a value."""
-    sizes = (
-        [_largest(t, case.cycle) or mpmath.mpf(0) for t in expand_sum(derived.residual)] if terms and derived else []
-    )
-    return [_term(t, _largest(t, case.cycle), max(sizes, default=None)) for t in terms]
+    if not terms:
+        return []
+    sizes = [_size(t, case) or mpmath.mpf(0) for t in expand_sum(derived.residual)] if derived else []
+    return [_term(t, _size(t, case), max(sizes, default=None)) for t in terms]
+
+
+def _size(term: Expr, case: Case) -> mpmath.mpf | None:
+    return find_largest_size(term, case.dense_cycle)
 
 
 def _term(term: Expr, size: mpmath.mpf | None, largest: mpmath.mpf | None) -> Record:
     share = size / largest if size is not None and largest else None
     return {"term": str(term), "max_abs": _rounded(size), "unit": find_unit(term), "share_of_largest": _rounded(share)}
-
-
-def _largest(term: Expr, cycle: list[Point]) -> mpmath.mpf | None:
-    """Largest size over the cycle; None where the term has no real value at some point."""
-    if not all(symbol in point for symbol in term.free_symbols for point in cycle):
-        return None
-    sizes = [abs(v) for point in cycle if (v := evaluate_at(term, point)) is not None]
-    return max(sizes, default=None) if len(sizes) == len(cycle) else None
 
 
 def _rounded(value: mpmath.mpf | None) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -44,6 +44,14 @@ def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
         if not all(symbol in point for symbol in expr.free_symbols):
             raise
         return None
+
+
+def find_largest_size(expr: Expr, cycle: Sequence[Point]) -> mpmath.mpf | None:
+    """Return the largest size of an expression over a cycle; None if it has no real value at some point of it."""
+    if not all(symbol in point for symbol in expr.free_symbols for point in cycle):
+        return None
+    values = [evaluate_at(expr, point) for point in cycle]
+    return None if None in values else max((abs(v) for v in values if v is not None), default=None)
 
 
 def to_monomials(expr: Expr, points: Points) -> Sum:

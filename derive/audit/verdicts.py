@@ -22,6 +22,7 @@ from .record import (
     count_verdicts,
     describe_law_cause,
     format_records,
+    format_share,
     format_typeset,
     group_causes,
     index_records,
@@ -147,6 +148,7 @@ def _paragraph(record: Record) -> list[str]:
         lines += ["Smallest correction: " + " or ".join(f"`{c}`" for c in record["correction"]) + ".", ""]
     lines += _sizes("missing term", record["terms"])
     lines += _sizes("unexplained term", record["unexplained"])
+    lines += _together(record)
     lines += _vanishing(record["vanishing"])
     return lines
 
@@ -166,6 +168,16 @@ def _sizes(name: str, terms: Sequence[Record]) -> Iterator[str]:
         yield "|---|---|---|---|"
         for t in terms:
             yield f"| `{t['term']}` | {_number(t['max_abs'], 4)} | {t['unit']} | {_number(t['share_of_largest'], 3)} |"
+        yield ""
+
+
+def _together(record: Record) -> Iterator[str]:
+    """The sum of several terms that are left, which may be far less than any of them."""
+    left = record["difference"]
+    if left and len(record["terms"]) + len(record["unexplained"]) > 1 and left["share_of_largest"]:
+        unit = "" if left["unit"] == "1" else f" {left['unit']}"
+        share = format_share(left["share_of_largest"])
+        yield f"Together at most {_number(left['max_abs'], 3)}{unit}, {share} of the largest derived term."
         yield ""
 
 

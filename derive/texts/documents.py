@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from bisect import bisect
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -204,13 +205,17 @@ def find_group_end(text: str, start: int) -> int | None:
 
 @dataclass(frozen=True)
 class _Display:
-    """A displayed formula: where its body begins and ends, whether its rows are numbered, and its label."""
+    """A displayed formula: where its body begins and ends, whether its rows are numbered, and its label.
+
+    ``refused`` says why it is passed over, empty if it is read.
+    """
 
     start: int
     end: int
     numbered: bool
     single: bool
     label: str = ""
+    refused: str = ""
 
 
 def list_rows(document: TextDocument) -> list[Row]:
@@ -242,7 +247,9 @@ def list_rows(document: TextDocument) -> list[Row]:
             if rows and re.match(r"&?\s*=", clean) and _BLANK.fullmatch(document.text[stop:start]):
                 clean = f"{_left_side(rows[-1].latex)} {clean}".strip()
             stop = end
-            refused = "" if _RELATION.search(clean) else "no relation stands in it: it states nothing"
+            refused = display.refused
+            if not _RELATION.search(clean):
+                refused = "no relation stands in it: it states nothing"
             rows.append(Row(" ".join(name.split()), clean, document.name, line, refused))
     return rows
 
@@ -274,6 +281,34 @@ def _list_displays(document: TextDocument) -> Iterator[_Display]:
         numbered = environment in _NUMBERED and not (match.group(1) or "").endswith("*")
         label = next((d.label for d in directives if d.start <= start < d.end), "")
         yield _Display(start, end, numbered, environment in ("equation", "multline", "dmath", ""), label)
+    if document.kind != ".rst":
+        yield from _list_single_dollars(text)
+
+
+_ALONE = re.compile(
+    r"^[ \t]*(?:(?:[-*+]|\d+[.)])[ \t]+)?(?:\$(?!\$)(?P<line>(?:\\.|[^$\\\n])+)\$(?!\$)"
+    r"|\$[ \t]*\n(?P<block>(?:\\.|[^$\\])+?)\n[ \t]*\$(?!\$))[ \t]*[.,;]?[ \t]*(?:\\\\|<br[ \t]*/?>)?[ \t]*$",
+    re.M,
+)
+"""A formula between single dollars that has its line, or its lines, to itself."""
+IN_SENTENCE = (
+    "passed over: it stands between single dollars in the lines of a sentence; write it between $$ to have it read"
+)
+
+
+def _list_single_dollars(text: str) -> Iterator[_Display]:
+    """Yield formulas between single dollars that are alone on a line; those within a sentence are passed over."""
+    displays = [match.span() for match in _DISPLAY.finditer(text)]
+    alone = [match for match in _ALONE.finditer(text) if not any(a <= match.start() < b for a, b in displays)]
+    hidden = _ALONE.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
+    breaks = [0, *(match.end() - 1 for match in re.finditer(r"\n[ \t]*\n", text)), len(text)]
+    for match in alone:
+        start, end = match.span("line" if match.group("line") is not None else "block")
+        at = bisect(breaks, match.start())
+        around = hidden[breaks[at - 1] : max(match.end(), breaks[at])]
+        is_paragraph = not around.strip()
+        if is_paragraph or _RELATION.search(text[start:end]):
+            yield _Display(start, end, False, True, "", "" if is_paragraph else IN_SENTENCE)
 
 
 def _list_directives(text: str) -> Iterator[_Display]:

@@ -24,6 +24,7 @@ from ..systems.user_mechanism.configurations import ConfigurationSubject
 from ..systems.user_mechanism.subject import MechanismSubject
 from ..systems.user_mechanism.trial import SECONDS, build_subject, trial
 from .corrections import Repair, find_repairs
+from .definitions import TextDefinition, find_meant, is_meaning
 from .documents import Row, TextDocument, TextError, list_rows, read_document
 from .formula import (
     Bracket,
@@ -44,6 +45,12 @@ from .interpretation import Read, interpret_formula
 from .names import NameTable, Stated, StatedNames, find_stated, read_name_table
 from .values import OperandError, Scalar, Value
 
+ANNOUNCEMENT = re.compile(
+    r"(?i)\blineari[sz]|\bsmall(?:[ -]\w+)?[ -](?:angle|displacement|deflection|oscillation|rotation|vibration|motion)"
+    r"|\bfirst[ -]order\b|\bsmall[ -]angle|\\sin\s*\{?\\?\w+\}?\s*\\(?:approx|simeq)|\bnear (?:the|its) equilibrium"
+)
+"""Words and formulas that say that motions are small."""
+
 
 @dataclass
 class ReadRow:
@@ -58,6 +65,7 @@ class ReadRow:
     read: Read | None = None
     reason: str = ""
     number: str = ""
+    defines: Symbol | None = None
 
     @property
     def record(self) -> dict[str, Any]:
@@ -102,6 +110,12 @@ class PrintedText:
     def explain_unjudged(self, number: str) -> str:
         """Return why an equation cannot be judged, empty if it can."""
         return self.places[number].row.reason
+
+    def announces_small_motion(self, number: str) -> bool:
+        """Return whether the text says before an equation that motions are small, or that it linearises."""
+        line = self.places[number].row.row.line
+        before = "\n".join(self.document.text.split("\n")[: self.document.lines.index(line) + 1])
+        return ANNOUNCEMENT.search(before) is not None
 
     def list_rows(self) -> list[dict[str, Any]]:
         """Return place, status and reason of every displayed row."""
@@ -168,8 +182,61 @@ def read_trial(text: str | Path, against: str | Path, names: str | Path | None =
 def build_trial(document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None) -> Case:
     """Build the case of a document, in which equations that do not hold claim what they come closest to."""
     case = read_case(document, stated, table, module)
+    if meant := _test_definitions(case):
+        table = replace(table, meanings={**table.meanings, **meant})
+        case = read_case(document, stated, table, module)
+        _test_definitions(case)
     _claim_what_fails(case, case.paper)
     return case
+
+
+def _test_definitions(case: Case) -> dict[str, str]:
+    """Return what names must mean that the text defines wrongly; definitions that the mechanism confirms are equations.
+
+    Rows are judged with names as they are meant, and a wrong definition as an equation, which does not hold.
+    """
+    printed, points = case.source, case.points
+    assert isinstance(printed, PrintedText)
+    meant: dict[str, str] = {}
+
+    def count_holding(definition: TextDefinition, names: StatedNames) -> int:
+        return sum(_row_holds(row, names, printed.document, points) for row in _list_resting(printed, definition))
+
+    for row in printed.rows:
+        if row.defines is None:
+            continue
+        definition = TextDefinition(row.defines, row.row.number, row.row.latex)
+        if is_meaning(printed.names, definition, points):
+            equation = case.paper.equations[definition.number]
+            case.paper.equations[definition.number] = replace(equation, claims=Unclaimed.HOLDS)
+        elif text := find_meant(
+            printed.names, definition, printed.document, points, case.draw, printed.list_vocabulary(), count_holding
+        ):
+            meant[definition.spelling] = text
+    return meant
+
+
+def _list_resting(printed: PrintedText, definition: TextDefinition) -> list[ReadRow]:
+    """List the rows that speak of a name that a text defines, or of its rates."""
+    return [
+        row for row in printed.rows
+        if row.read is not None and not row.reason
+        and any(symbol.base.spell() == definition.spelling for symbol in list_symbols(row.chain))
+    ]  # fmt: skip
+
+
+def _row_holds(row: ReadRow, names: StatedNames, document: TextDocument, points: list[Point]) -> bool:
+    """Return whether all that a row states holds under some meanings."""
+    entry = read_row(row.row, names, document)
+    if entry.read is None or entry.reason:
+        return False
+    for _, relation, left, right in entry.read.residuals(names):
+        residual = sp.sympify(left.value - right.value)
+        if relation != "=" or any(s not in point for s in residual.free_symbols for point in points):
+            return False
+        if residual != 0 and not holds(residual, tuple(points)):
+            return False
+    return True
 
 
 def read_case(document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None) -> Case:
@@ -263,7 +330,7 @@ def _define(symbol: Symbol, entry: ReadRow, names: StatedNames) -> None:
     if isinstance(value, Scalar) and value.mixed:
         raise FormulaError("it defines a name by what mixes units")
     names.abbreviations[symbol.spell()] = value
-    entry.read = None
+    entry.read, entry.defines = None, symbol
 
 
 def _add_row(

@@ -146,6 +146,7 @@ class EquationArticle:
             yield f"<p><strong>{title}:</strong> {'; or '.join(typeset['correction'])}.</p>"
         yield _format_terms("terms that the print lacks", entry["terms"], typeset["terms"])
         yield _format_terms("unexplained printed terms", entry.get("unexplained", ()), typeset["unexplained"])
+        yield _format_difference(entry)
         vanishing = [(_markup(math["term"]), _markup(math["because"]), bool(term.get("printed")))
                      for term, math in zip(entry.get("vanishing", ()), typeset["vanishing"], strict=True)]  # fmt: skip
         yield _format_rows(("vanishing terms", "because", "printed"), vanishing)
@@ -232,6 +233,16 @@ def _format_terms(label: str, terms: Sequence[Entry], math: Sequence[str]) -> st
         for term, formula in ordered
     ]
     return _format_rows((label, "largest over the cycle", "unit", "share of the largest derived term"), rows)
+
+
+def _format_difference(entry: Entry) -> str:
+    """Return how much several terms are together, which may be far less than any of them."""
+    left = entry.get("difference")
+    if not left or len(entry["terms"]) + len(entry.get("unexplained", ())) < 2 or not left["share_of_largest"]:
+        return ""
+    share, unit = cell_text(100 * left["share_of_largest"]), "" if left["unit"] == "1" else f" {left['unit']}"
+    size = cell_text(float(left["max_abs"]))
+    return f"<p>Together at most {size}{escape(unit)}, {share} % of the largest derived term.</p>"
 
 
 def _format_share(share: float | None) -> Cell:

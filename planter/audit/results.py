@@ -44,6 +44,9 @@ class EquationResult(Record):
     The verdict is `not judged` if judging it raises an error; `finding` is the reason. `domain` says outside which
     range an equation is wrong although the machine does not leave it; it is empty for any other.
 
+    `edited` is the print after the first of the corrections, empty if there is nothing to compare; with `terms` added
+    and `unexplained` taken away, it is the derivation. `difference` is the sum of these terms, null if there are none.
+
     `answer` is the reading that is taken of what the paper leaves open: the kindest one to all equations that share it.
     Of an equation that was read from a text, `file`, `line` and `latex` are its place and source, `corrected_latex` the
     source after the smallest change that makes it hold, empty if there is none.
@@ -66,6 +69,8 @@ class EquationResult(Record):
     reasons: list[str]
     terms: list[TermResult]
     unexplained: list[TermResult]
+    edited: str
+    difference: TermResult | None
     vanishing: list[VanishingTerm]
     printed: str
     derived: str

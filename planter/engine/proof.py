@@ -32,6 +32,12 @@ class ProvedQuantity:
         """Return the quantity that a measure is of."""
         return cls(measure.name, measure.size, measure.kind == "work")
 
+    def describe(self, machine: Machine) -> str:
+        """Return its name and unit, for people."""
+        quantity = machine.find_quantity(self.name)
+        name = f"|{self.name}|" if self.size else self.name
+        return f"work of {name}" if self.is_work else f"{name} [{quantity.unit}]"
+
     def convert(self, machine: Machine, xp: Any, value: Any, x: Sequence[Any]) -> Any:
         """Return the quantity in display units from the value of the result, in code of designs x (p,)."""
         quantity = machine.find_quantity(self.name)
@@ -73,6 +79,7 @@ def build_provable_objective(
         enclose(quantities), [bound(term) for term in terms],
         [BoundedLimit(bound(limit.measure, limit.sign), limit.sign, limit.number) for limit in fixed],
         count, find_kinks, heeds_all=len(fixed) == len(limits),
+        labels=[quantity.describe(machine) for quantity in quantities],
     )  # fmt: skip
 
 

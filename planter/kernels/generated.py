@@ -10,7 +10,7 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -59,9 +59,15 @@ def hash_modules(modules: Sequence[ModuleType]) -> dict[str, str]:
     }
 
 
+def list_installed(modules: Iterable[str]) -> list[str]:
+    """Return which modules, by their names within their package, are here."""
+    installed = {f"array.{stem}" for stem in names()}
+    return [name for name in modules if name in installed]
+
+
 def find_changed(hashes: Mapping[str, str]) -> list[str]:
     """Return which modules, of those with the hashes of their sources by name, are here with another source."""
-    loaded_modules = {name: module(name) for name in hashes if name in {f"array.{stem}" for stem in names()}}
+    loaded_modules = {name: module(name) for name in list_installed(hashes)}
     return sorted(name for name, loaded in loaded_modules.items() if hash_modules([loaded])[name] != hashes[name])
 
 

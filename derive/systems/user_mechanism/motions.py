@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import islice, product
 
 import mpmath
 import numpy as np
@@ -12,6 +13,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
+from ...audit.first_order import STEPS, Equilibrium
 from ...audit.paper import Array, Dynamics
 from ...audit.trial import Formula
 from ...equations import Balance, Claimed, Equation
@@ -47,6 +49,10 @@ ANGLE_OFFSET = 0.382
 """Offset, as a share of a step, from the angles at which mechanisms are often singular."""
 INSTANT = 0.2, 1.5
 """Range of the times [s] of random states: at time zero too much would hold."""
+MOST_RESTS = 64
+"""States of rest that may be equilibria, at most: those of three angles."""
+DIRECTIONS = 3
+"""Directions in which an equilibrium is left."""
 Rows = tuple[list[list[Expr]], list[Expr]]
 """Linear equations: rows of slopes in the unknowns, and right-hand sides."""
 
@@ -240,6 +246,53 @@ class FreeSubject(MechanismSubject):
                 except MechanismError:
                     return None
         return points
+
+    def equilibria(self) -> Sequence[Equilibrium]:
+        """Return the states of rest at right angles, without loads or with them, with points near each."""
+        with mpmath.workdps(DIGITS + GUARD):
+            rng = random.Random(0)
+            data = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
+            states = [(name, state, still) for name, state in self._list_rests(data) for still in ({}, self._unloaded)]
+            found = (self._find_equilibrium(name, data | still, state) for name, state, still in states)
+            return [some for some in found if some is not None]
+
+    @property
+    def _unloaded(self) -> Values:
+        """Forces and moments among the data, zero."""
+        return {q: mpf(0) for q in self.mechanism.given.values() if q.unit in ("N", "N m")}
+
+    def _list_rests(self, data: Values) -> Iterator[tuple[str, Values]]:
+        """Yield states without motion: each angle is a multiple of a right one, lengths are those of the start."""
+        start = self._start(data) | {c.rate: mpf(0) for c in self.coordinates}
+        angles = [c.value for c in self.coordinates if c.value.unit == "rad"]
+        for turns in islice(product((0, 2, 1, 3), repeat=len(angles)), MOST_RESTS):
+            rests = {q: turn * mpmath.pi / 2 for q, turn in zip(angles, turns, strict=True)}
+            words = [f"{q} = {('0', 'pi/2', 'pi', '3*pi/2')[turn]}" for q, turn in zip(angles, turns, strict=True)]
+            yield ", ".join(words) or "rest", start | rests
+
+    def _find_equilibrium(self, name: str, data: Values, rest: Values) -> Equilibrium | None:
+        """Return a state of rest with points near it, None if it is no equilibrium."""
+        rng, data = random.Random(1), data | {TIME: mpf(0)}
+        try:
+            values = self._evaluate(data | rest)
+            if any(abs(values[q]) > mpf(10) ** (-DIGITS // 2) for q in self._accelerations):
+                return None
+            if any(abs(Point(values)(gap)) > mpf(10) ** (-DIGITS // 2) for gap in self.mechanism.loops.gaps.values()):
+                return None
+            loads = [q for q in self._unloaded if data[q] == 0]
+            directions = []
+            for _ in range(DIRECTIONS):
+                way = {q: mpf(rng.uniform(0.5, 1.5)) * rng.choice((-1, 1)) for q in (*self._state, *loads)}
+                directions.append(tuple(Point(self._evaluate_near(data, rest, way, step)) for step in STEPS))
+        except (MechanismError, NotEvaluated, ZeroDivisionError):
+            return None
+        fixed = frozenset(self.mechanism.given.values()) - set(loads) | {TIME}
+        return Equilibrium(name, tuple(directions), fixed)
+
+    def _evaluate_near(self, data: Values, rest: Values, way: Values, step: mpf) -> Values:
+        moved = {q: rest[q] + step * way[q] for q in self._state}
+        pushed = {q: step * way[q] for q in way if q not in moved}
+        return self._evaluate(self._project(data | pushed, moved))
 
     def motions(self) -> Mapping[str, Sequence[Sequence[Values]]]:
         """Return the motion from the start."""

@@ -18,6 +18,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.files.text import read_json
 from planter.kernels import Array, generated
+from planter.optimise.proof.claims import FORMAT, RefusedError, check_claims, compose_statement
 from planter.optimise.proof.enclosures import EnclosedResponse, Evidence, ResponseProgram, RootStart, list_angles
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.objective import BoundedLimit, BoundedMeasure, ProvableObjective
@@ -28,7 +29,6 @@ from planter.parallel.task import Means
 from planter.progress import Listener
 from planter.version import __version__
 
-FORMAT = "planter proof 1"
 LARGEST_BYTES, MOST_VALUES = 1_000_000_000, 100_000_000
 """Limits of a file."""
 
@@ -83,7 +83,7 @@ def describe_claim(objective: ProvableObjective, box: Box, samples: int | None) 
             {**_write_measure(limit.measure), "sign": limit.sign, "limit": float(limit.number).hex()}
             for limit in objective.limits
         ],
-        "all_limits": objective.heeds_all,
+        "all_limits": objective.heeds_all, "quantities": objective.list_labels(),
         "box": [_write(side) for side in box],
     }  # fmt: skip
     plain: dict[str, Any] = json.loads(json.dumps(claim))
@@ -98,7 +98,7 @@ def build_document(
     places = {node: place for place, node in enumerate(nodes)}
     result = proof.result
     document = {
-        "format": FORMAT, "planter": __version__, "statement": result.statement, "generated": dict(sources),
+        "format": FORMAT, "planter": __version__, "generated": dict(sources),
         "parameters": list(names),
         **describe_claim(objective, (proof.root.lower, proof.root.upper), result.samples),
         "incumbent": {
@@ -109,6 +109,7 @@ def build_document(
         "nodes": [_write_node(node, [places[child] for child in node.children]) for node in nodes],
     }  # fmt: skip
     plain: dict[str, Any] = json.loads(json.dumps(document))
+    plain["statement"] = compose_statement(plain)
     return {**plain, "sha256": compute_digest(plain)}
 
 
@@ -176,21 +177,18 @@ def _list_parts(node: BoxNode, entry: Mapping[str, Any]) -> list[Box]:
     return [(lower, upper)]
 
 
-class _RefusedError(Exception):
-    """A statement of a file does not follow."""
-
-
 def check_document(document: Mapping[str, Any]) -> ProofCheck:
     """Return whether the bounds of a document follow from its programs, each computed again."""
     try:
         if compute_digest(document) != document["sha256"]:
-            raise _RefusedError("sha256 does not match the content of the file")
+            raise RefusedError("sha256 does not match the content of the file")
+        check_claims(document)
         if changed := generated.find_changed(document["generated"]):
-            raise _RefusedError(f"generated: {', '.join(changed)} of this installation differs from what was proved")
+            raise RefusedError(f"generated: {', '.join(changed)} of this installation differs from what was proved")
         return _check(document)
-    except _RefusedError as error:
+    except RefusedError as error:
         return ProofCheck.refuse(str(error))
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError, AssertionError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, AssertionError, ArithmeticError) as error:
         return ProofCheck.refuse(f"the file is incomplete or wrong: {type(error).__name__}: {error}")
 
 
@@ -203,7 +201,7 @@ def _check(document: Mapping[str, Any]) -> ProofCheck:
             _check_node(objective, node, place)
             boxes += 1
         elif node.bound > -np.inf or len(node.children) == 1:
-            raise _RefusedError(f"nodes[{place}] has a bound or a side, but no evidence")
+            raise RefusedError(f"nodes[{place}] has a bound or a side, but no evidence")
         for child in node.children:
             child.inherited = node.lower_bound
         if not node.children:
@@ -211,29 +209,30 @@ def _check(document: Mapping[str, Any]) -> ProofCheck:
     reached, x = _check_incumbent(document, objective, root)
     stated = document["lower_bound"]
     lower_bound = lowest if reached is None else min(lowest, reached)
-    if stated is not None and float.fromhex(stated) > lower_bound:
-        raise _RefusedError("lower_bound is above the bound of a box")
+    if stated is not None and not float.fromhex(stated) <= lower_bound:
+        raise RefusedError("lower_bound is above the bound of a box")
     bound = None if stated is None else float.fromhex(stated)
     return ProofCheck(
         valid=True, reason=None, objective=x, kind=document["kind"], lower_bound=bound, incumbent=reached,
         gap=None if bound is None or reached is None else reached - bound, boxes=boxes,
+        statement=document["statement"], compared=sorted(generated.list_installed(document["generated"])),
     )  # fmt: skip
 
 
 def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None:
-    """Raise _RefusedError if the bound or the side of a box do not follow."""
+    """Raise RefusedError if the bound or the side of a box do not follow."""
     try:
         bounds = objective(node.lower, node.upper, node.evidence)
     except Unbounded as error:
-        raise _RefusedError(f"nodes[{place}] cannot be bounded: {error.message}") from None
+        raise RefusedError(f"nodes[{place}] cannot be bounded: {error.message}") from None
     if not bounds.lower_bound >= node.bound:
-        raise _RefusedError(f"nodes[{place}].bound is {node.bound}, but only {bounds.lower_bound} follows")
+        raise RefusedError(f"nodes[{place}].bound is {node.bound}, but only {bounds.lower_bound} follows")
     if len(node.children) == 1:
         (side,) = node.children
         rising, falling = bounds.slopes.low >= 0, bounds.slopes.high <= 0
         raised, lowered = side.lower > node.lower, side.upper < node.upper
         if bounds.may_jump or (raised & ~falling).any() or (lowered & ~rising).any():
-            raise _RefusedError(f"nodes[{place}].sides: the objective may be less elsewhere in the box")
+            raise RefusedError(f"nodes[{place}].sides: the objective may be less elsewhere in the box")
 
 
 def _check_incumbent(
@@ -245,14 +244,14 @@ def _check_incumbent(
         return None, None
     x, stated = _read(entry["x"]), float.fromhex(entry["upper_bound"])
     if not ((root.lower <= x) & (x <= root.upper)).all():
-        raise _RefusedError("incumbent.x is outside of the box")
+        raise RefusedError("incumbent.x is outside of the box")
     try:
         period = list_angles([objective.response.program.period])
         bounds = objective(x, x, _read_evidence(entry["evidence"], period))
     except Unbounded as error:
-        raise _RefusedError(f"incumbent cannot be bounded: {error.message}") from None
+        raise RefusedError(f"incumbent cannot be bounded: {error.message}") from None
     if not bounds.reached <= stated:
-        raise _RefusedError(f"incumbent.upper_bound is {stated}, but only {bounds.reached} follows")
+        raise RefusedError(f"incumbent.upper_bound is {stated}, but only {bounds.reached} follows")
     return stated, (bounds.lower_bound + bounds.reached) / 2
 
 

@@ -1,8 +1,9 @@
 """Check a proof that `planter optimise --prove` wrote, without planter: python check_proof.py proof.json [PROCESSES]
 
 Every bound of every box, the covering of the box by its parts, and the upper bound of the incumbent are computed again
-from the programs in the file, in the ball arithmetic of Arb (pip install python-flint). The last line is `valid` or the
-reason; exit code 0 valid, 1 refused, 2 not readable. docs/proof.md of planter states the theorems.
+from the programs in the file, in the ball arithmetic of Arb (pip install python-flint). A valid claim is printed in
+words; the last line is `valid` or the reason. Exit code 0 valid, 1 refused, 2 not readable. docs/proof.md of planter
+states the theorems.
 
 Functions of the design x and of the place s in a panel of angles are jets: value and gradient at the centre of a box,
 value, gradient and Hessian anywhere in it. Then f(x) is in f(c) + f'(c) d + d' H d / 2, and f'(x) in f'(c) + H d.
@@ -23,6 +24,10 @@ from flint import arb, arb_mat, arb_poly, ctx
 ctx.prec = 64
 ONE, ZERO, UNIT, INFINITY, MOST_PIECES = arb(1), arb(0), arb(0, 1), arb("inf"), 64
 SIDES, NONNEGATIVE = {"max": (1,), "min": (-1,), "range": (1, -1)}, ("range", "variance", "std", "rms")
+MEASURES = (*SIDES, "mean", "variance", "std", "rms", "at")
+KEYS = {"format", "planter", "statement", "generated", "parameters", "quantities", "kind", "samples", "response",
+        "terms", "limits", "all_limits", "box", "incumbent", "lower_bound", "nodes", "sha256"}
+TEXTS = {"format", "planter", "statement", "generated", "parameters", "quantities", "sha256"}
 
 class NoBound(ArithmeticError):
     """A quantity has no bound over a box at some angle."""
@@ -603,6 +608,145 @@ def check_box(job):
             return f"nodes[{place}].sides: the objective may be less elsewhere in the box"
     return None
 
+def find_infinite(value, path=()):
+    """Return the path of a number that is none, or is infinite and no bound or limit of roots; None without one."""
+    if isinstance(value, dict | list):
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        found = (find_infinite(part, (*path, key)) for key, part in items if path or key not in TEXTS)
+        return next((place for place in found if place), None)
+    try:
+        number = float.fromhex(value) if isinstance(value, str) else value if isinstance(value, float) else 0.0
+    except ValueError:  # a name, or no number, which whoever reads it refuses
+        return None
+    except OverflowError:
+        return path
+    may_be_infinite = path[-1] in ("bound", "lower_bound") or (path[0] == "response" and "limits" in path)
+    return None if math.isfinite(number) or (number == math.inf and may_be_infinite) else path
+
+def check_program(steps, results):
+    """Refuse a program with an operation of a later result, or with a condition for a number or the other way round."""
+    logic = ("or", "and", "not")
+    names = {"multiply", "add", "negate", "power", "polynomial", "input", "constant", "pi", "select", "arctan2",
+             "floor", "below", "solve", *logic, *FUNCTIONS}
+    conditions = [name in (*logic, "below") for name, *_ in steps]
+    for n, (name, arguments, _) in enumerate(steps):
+        refuse_unless(name in names and all(0 <= a < n for a in arguments), f"there is no such operation: {name}")
+        kinds = [conditions[a] for a in arguments]
+        right = [False, False, True] if name == "select" else [name in logic] * len(kinds)
+        refuse_unless(kinds == right, f"{name} takes a condition for a number, or a number for a condition")
+    are_numbers = all(0 <= k < len(steps) and not conditions[k] for k in results)
+    refuse_unless(are_numbers, "a result is no number")
+
+def is_size(steps, k):
+    """Return whether the form of a program shows that its result k is nowhere below zero."""
+    def is_minus(m, n):
+        return steps[m][0] == "negate" and steps[m][1] == [n]
+
+    sure = []
+    for name, a, numbers in steps[: k + 1]:
+        known = [sure[n] for n in a]
+        if name in ("constant", "power", "multiply", "select"):
+            value = float.fromhex(numbers[0]) if numbers else 0.0
+            holds = {"constant": value >= 0, "power": value % 2 == 0 or all(known),
+                     "multiply": all(known) or a[0] == a[-1], "select": all(known[:2])}[name]
+        else:
+            holds = name in ("pi", "sqrt", "exp") or (name in ("add", "inverse") and all(known))
+        if name == "select" and is_minus(a[1], a[0]) and steps[a[2]][0] == "below":  # x where 0 - x <= 0, else -x
+            asked = steps[a[2]][1][0]
+            zero = [n for n in steps[asked][1] if steps[n] == ["constant", [], ["0x0.0p+0"]]]
+            rest = [n for n in steps[asked][1] if n not in zero] if steps[asked][0] == "add" and zero else [asked]
+            holds |= len(rest) == 1 and is_minus(rest[0], a[0])
+        sure.append(holds)
+    return sure[k]
+
+def check_form(document):
+    """Refuse a document whose parts do not fit, or to whose measures the rules of bounds do not apply."""
+    def is_whole(value, low, high=math.inf):
+        return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+    def are_names(names):
+        return all(isinstance(name, str) and name for name in names) and len(set(names)) == len(names)
+
+    refuse_unless(set(document) == KEYS, f"keys that no proof has, or that it lacks: {KEYS ^ set(document)}")
+    refuse_unless(document["format"] == "planter proof 2", "format must be 'planter proof 2'")
+    for keys, kind in (({"parameters", "quantities", "terms", "limits", "box", "nodes"}, list), ({"planter"}, str),
+                       ({"generated", "response", "incumbent"}, dict), ({"all_limits"}, bool)):
+        for key in keys:
+            refuse_unless(isinstance(document[key], kind), f"{key} must be of the kind {kind.__name__}")
+    infinite = find_infinite(document)
+    refuse_unless(not infinite, f"{infinite} is not finite")
+    hashes, response, box = document["generated"], document["response"], document["box"]
+    digits = set("0123456789abcdef")
+    stated = bool(hashes) and all(len(x) == 64 and digits.issuperset(x) for x in hashes.values())
+    refuse_unless(stated, "generated must hold a SHA-256 of each module that the programs were recorded from")
+    names, count = document["parameters"], response["parameters"]
+    sizes = [len(names), len(box[0]), len(box[1]), len(document["incumbent"]["x"])]
+    refuse_unless(are_names(names) and sizes == [count] * 4, "parameters must be different names, one for each side")
+    for name, low, high in zip(names, *box):
+        refuse_unless(float.fromhex(low) <= float.fromhex(high), f"the box is empty along {name}")
+    refuse_unless(isinstance(response["continuous"], bool), "continuous must be true or false")
+    samples = document["samples"]
+    refuse_unless(samples is None or is_whole(samples, 1), "samples must be a positive integer or null")
+    refuse_unless(document["kind"] == ("true" if samples is None else "sampled"), "kind does not fit samples")
+    refuse_unless(Fraction(response["period"]) > 0, "period must be positive")
+    evidence = [x["evidence"] for x in (*document["nodes"], document["incumbent"]) if "evidence" in x]
+    parts = [part for x in evidence for part in (x, x.get("panels", {}), x.get("narrow", {}))]
+    rows = [row for part in parts for row in part.get("rates", [])]
+    refuse_unless(all(len(row) == count for row in rows), f"evidence must have a rate for each of {count} parameters")
+    for stage in response["stages"]:
+        check_program(stage["operations"], stage["outputs"])
+        refuse_unless(all(k >= 0 for k in stage["inputs"]), "an input of a stage has no index")
+    last = response["stages"][-1]
+    labels, results = document["quantities"], last["outputs"]
+    refuse_unless(are_names(labels) and len(labels) == len(results), "quantities must be different names of results")
+    refuse_unless(document["terms"], "there must be a term")
+    for entry in (*document["terms"], *document["limits"]):
+        kind, weight, fixed = entry["measure"], float.fromhex(entry["weight"]), entry["angle_deg"] is not None
+        refuse_unless(kind in MEASURES and fixed == (kind == "at"), f"there is no measure {kind} with such an angle")
+        refuse_unless(is_whole(entry["quantity"], 0, len(results) - 1), f"{kind} is of no result")
+        refuse_unless(isinstance(entry["size"], bool), "size must be true or false")
+        of_size = not entry["size"] or is_size(last["operations"], results[entry["quantity"]])
+        refuse_unless(of_size, f"size: {labels[entry['quantity']]} may be negative")
+        if "limit" in entry:
+            is_sign = entry["sign"] in (1, -1) and not isinstance(entry["sign"], bool)
+            refuse_unless(weight == 1 and is_sign, "a limit has the weight 1 and a sign")
+        else:
+            refuse_unless(kind not in SIDES or (weight <= 0 if kind == "min" else weight >= 0),
+                          f"the weight {weight} of {kind} has a sign that the rule of extremes does not cover")
+    refuse_unless(document["statement"] == state_claim(document), "statement does not follow from the file")
+
+def state_claim(document):
+    """Return what is proved, in words: numbers with all digits."""
+    def number(text):
+        return repr(float.fromhex(text))
+
+    def name_measure(entry):
+        of = document["quantities"][entry["quantity"]]
+        if entry["angle_deg"] is not None:
+            return f"value of {of} at {number(entry['angle_deg'])} deg"
+        return f"{entry['measure']} of {of}"
+
+    names, response, entry = document["parameters"], document["response"], document["incumbent"]
+    ends = [(name, number(a), number(b)) for name, a, b in zip(names, *document["box"])]
+    sides = [f"{name} = {a}" if a == b else f"{name} from {a} to {b}" for name, a, b in ends]
+    over = f"{document['samples']} samples of the cycle" if document["samples"] is not None else "the whole cycle"
+    roots = ", roots near those of the evidence" if any(stage["limits"] for stage in response["stages"]) else ""
+    total = " + ".join(f"{number(term['weight'])} {name_measure(term)}" for term in document["terms"])
+    signs = {1: "<=", -1: ">="}
+    limits = " and ".join(f"{name_measure(x)} {signs[x['sign']]} {number(x['limit'])}" for x in document["limits"])
+    design = ", ".join(f"{name} = {number(x)}" for name, x in zip(names, entry["x"]))
+    bound = document["lower_bound"]
+    return "".join([
+        f"Of {total}, over {over}, with the period {response['period']} turns, sides at ",
+        " and ".join(response["offsets"]), roots, " and results that ",
+        "do not" if response["continuous"] else "may", f" jump, for {', '.join(sides)} in SI units",
+        f", where {limits}" if limits else "",
+        "" if document["all_limits"] else " (other limits are not heeded)", ": ",
+        "nothing bounds it from below" if bound is None else f"no design is below {number(bound)}", "; ",
+        "no design was enclosed" if entry["upper_bound"] is None
+        else f"the design {design} is at most {number(entry['upper_bound'])}", ".",
+    ])
+
 def check_in_processes(jobs):
     """Yield the reasons of boxes, found by several processes."""
     with ProcessPoolExecutor(*map(int, sys.argv[2:3]), initializer=load_proof, initargs=sys.argv[1:2]) as pool:
@@ -611,7 +755,9 @@ def check_in_processes(jobs):
 def check_claims(document, check_boxes):
     """Raise ValueError unless all that a document states follows."""
     text = json.dumps({k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":"))
-    refuse_unless(hashlib.sha256(text.encode()).hexdigest() == document["sha256"], "sha256 does not match the content")
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    refuse_unless(digest == document["sha256"], "sha256 does not match the content")
+    check_form(document)
     boxes, stated, entry = list(list_boxes(document)), document["lower_bound"], document["incumbent"]
     lowest = min(best for _, node, *_, best in boxes if not node.get("children"))
     if entry["upper_bound"] is not None:
@@ -620,7 +766,6 @@ def check_claims(document, check_boxes):
         refuse_unless(is_inside, "incumbent.x is outside of the box")
         refuse_unless(PROOF.bound(x, x, entry["evidence"])[1] <= reached, "incumbent.upper_bound is below what follows")
         lowest = min(lowest, reached)
-    refuse_unless((document["kind"] == "true") == (PROOF.samples is None), "kind does not fit samples")
     refuse_unless(stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box")
     jobs = [box[:4] for box in boxes if "evidence" in box[1]]
     for number, reason in enumerate(check_boxes(jobs), 1):
@@ -645,5 +790,9 @@ if __name__ == "__main__":
         REASON = check_claims(DOCUMENT, check_in_processes)
     except Exception as error:
         REASON = str(error) if isinstance(error, ValueError | NoBound) else f"{type(error).__name__}: {error}"
+    if not REASON:
+        print(state_claim(DOCUMENT))
+        modules = ", ".join(DOCUMENT["generated"])
+        print(f"Not compared: the generated code {modules}, and whether the programs are those of a machine.")
     print(REASON or "valid")
     sys.exit(bool(REASON))

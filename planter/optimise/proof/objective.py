@@ -101,15 +101,18 @@ class ProvableObjective:
 
     Designs count that satisfy the limits, which are all there are if it `heeds_all`; a box in which one is certainly
     violated has no bound but infinity. Angles at which quantities cannot be enclosed are left out: no greatest value,
-    no least one made large, and no mean of squares is less than what the others make of it.
+    no least one made large, and no mean of squares is less than what the others make of it. `labels` are names of the
+    quantities, for people.
     """
 
     def __init__(
         self, response: EnclosedResponse, terms: Sequence[BoundedMeasure], limits: Sequence[BoundedLimit] = (),
         count: int | None = None, find_kinks: FindKinks | None = None, heeds_all: bool = True,
+        labels: Sequence[str] = (),
     ) -> None:  # fmt: skip
         self.response, self.terms, self.limits = response, tuple(terms), tuple(limits)
         self.count, self.heeds_all, self._find_kinks = count, heeds_all, find_kinks
+        self._labels = tuple(labels)
         measures = (*self.terms, *(limit.measure for limit in self.limits))
         self._extremes = list(dict.fromkeys(
             (measure.quantity, side) for measure in measures for side in SIDES.get(measure.kind, ())
@@ -120,6 +123,11 @@ class ProvableObjective:
         self._turns = [] if count is None else [*list_samples(program, count), *self._fixed]
         many = self._turns and len(program.offsets) == 1
         self.batch = max(1, MOST_LANES // len(self._turns)) if many else 1
+
+    def list_labels(self) -> list[str]:
+        """Return the names of all quantities, with their units if they are known."""
+        count = len(self.response.program.stages[-1].program.outputs)
+        return list(self._labels) or [f"result {k}" for k in range(count)]
 
     def __call__(self, lower: Array, upper: Array, evidence: Evidence | None = None) -> ObjectiveBounds:
         """Return the bounds over a box, from choices that are given or made. Raises Unbounded without bounds."""
@@ -172,7 +180,8 @@ class ProvableObjective:
         designs, fixed = Space(lower, upper), list_angles(self._fixed)
         evidence = evidence or self._choose(designs)
         panels = evidence.panels
-        assert panels is not None
+        if panels is None:
+            raise Unbounded("the evidence has no panels of angles")
         space = Space(np.append(lower, -1.0), np.append(upper, 1.0))
         phi, shares = panels.angles(space)
         lanes = join_lanes([phi, space.constant(fixed)]) if self._fixed else phi
@@ -247,7 +256,8 @@ class ProvableObjective:
         """Return a smooth part whose value at the centre, if panels leave it too open, is that of more panels."""
         space, centre, evidence = cycle.space, smooth.value[CENTRE], cycle.evidence
         room = WIDE_CENTRE * (centre.mid - smooth.lower_bound)
-        if self.count is not None or not space.half.any() or not (centre.rad > room).all():
+        is_open = self.count is None and space.half.any() and (centre.rad > room).all()
+        if not is_open or (evidence.narrow is None and self._find_kinks is None):  # a proof that did without it
             return smooth, evidence
         finer = None if evidence.narrow is None else Evidence(evidence.starts, evidence.narrow)
         point = self._enclose_panels(space.centre, space.centre, finer)

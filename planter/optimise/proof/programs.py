@@ -81,7 +81,20 @@ class RecordedProgram:
             raise ValueError("an operation takes the result of a later one")
         if unknown := sorted({step.name for step in operations} - {*CODES, "solve"}):
             raise ValueError(f"there is no operation {unknown[0]!r}")
-        return cls(operations, tuple(document["outputs"]))
+        program = cls(operations, tuple(document["outputs"]))
+        program.check_kinds()
+        return program
+
+    def check_kinds(self) -> None:
+        """Raise ValueError if a number is taken where a condition must be, or the other way round."""
+        are_conditions = [step.name in CONDITIONS for step in self.operations]
+        if any(k < 0 for k in self.outputs) or any(are_conditions[k] for k in self.outputs):
+            raise ValueError("a result is no number")
+        for step in self.operations:
+            kinds = [are_conditions[k] for k in step.arguments]
+            is_logic = step.name in CONDITIONS and step.name != "below"
+            if kinds != ([False, False, True] if step.name == "select" else [is_logic] * len(kinds)):
+                raise ValueError(f"{step.name} takes a condition for a number, or a number for a condition")
 
     @cached_property
     def jumps(self) -> tuple[bool, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from planter.records import Record
 
@@ -12,7 +12,8 @@ class ProofCheck(Record):
     """Whether a proof's bounds follow from what its file states; the reason if they do not.
 
     `lower_bound` is below the objectives of all designs, `incumbent` above that of the incumbent, `objective`; `gap` is
-    the difference. `boxes` is the number of boxes that were bounded again.
+    the difference. `boxes` is the number of boxes that were bounded again. `statement` says in words what was proved;
+    the generated modules `compared` are, here, those that the programs were recorded from.
     """
 
     valid: bool
@@ -23,6 +24,8 @@ class ProofCheck(Record):
     gap: float | None
     boxes: int
     reason: str | None
+    statement: str | None = None
+    compared: list[str] = field(default_factory=list)
 
     @classmethod
     def refuse(cls, reason: str) -> ProofCheck:
@@ -34,9 +37,8 @@ class ProofCheck(Record):
         """Return a sentence for people."""
         if not self.valid:
             return f"refused: {self.reason}"
-        bound = "nothing bounds the objective from below"
-        if self.lower_bound is not None:
-            bound = f"no design has an objective below {self.lower_bound:.10g}"
-        incumbent = "" if self.incumbent is None else f", the incumbent's is at most {self.incumbent:.10g}"
-        gap = "" if self.gap is None else f" (gap {self.gap:.2g})"
-        return f"valid: {bound}{incumbent}{gap}; {self.boxes} boxes were bounded again"
+        modules = ", ".join(self.compared) or "nothing, as none of its generated code is installed here"
+        return (
+            f"valid: {self.statement} {self.boxes} boxes were bounded again. Generated code that is the same here: "
+            f"{modules}. Not compared: whether the programs are those of the machine."
+        )

@@ -61,7 +61,7 @@ def is_right(case: Case, printed: Equation) -> bool:
 def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tuple[str, Equation]]:
     """An equation with a sign, a factor, a function or a symbol exchanged: what is changed, and the result."""
     symbol = printed.defines
-    expression = printed.residual if symbol is None else solve_for(printed, symbol)
+    expression = printed.residual if symbol is None else solve_for(printed.residual, symbol)
     candidates = [
         edit for edit in list_edits(expression, case.words, overall=False) if edit.result.free_symbols - {symbol}
     ]

@@ -159,7 +159,7 @@ def test_hinge_forces_of_both_halves_confirm_the_planet_balances() -> None:
     records = load_schema("wang2017", "17", "18", "19", "20")
     assert [r["verdict"] for r in records] == ["confirmed", "misprint", "confirmed", "incomplete"]
     assert records[1]["correction"] == ["y_B1 for x_B1"]
-    assert {t["term"] for t in records[3]["terms"]} == {"-M_Az", "-M_Aoz"}
+    assert {t["term"] for t in records[3]["terms"]} == {"F_Ex*y_E - M_Az", "-M_Aoz"}, "-F_Ex*y_E is printed"
     assert all(r["depends"][0]["verdict"] == "incomplete" for r in records), "the inner half's alone"
     case_ = CASES["wang2017"]
     assert [h.judgement.verdict for h in judge_readings(only(case_, "17"), "17").alternatives] == [

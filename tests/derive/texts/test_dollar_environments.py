@@ -46,3 +46,25 @@ def test_fences_of_mathematics_and_of_code_do_not_swallow_each_other() -> None:
 def test_underscores_that_markdown_escapes_are_subscripts() -> None:
     (row,) = list_rows(build_document("text.md", ".md", "$$ \\dot{x}\\_p = T\\_{cart} \\\\_ $$\n"))
     assert row.latex == "\\dot{x} _p = T _{cart} \\\\_"
+
+
+def test_formulas_between_single_dollars_that_are_alone_are_rows() -> None:
+    source = "The place is\n\n$ a = b $\n\n$c = d$.\n$e = f$\n\n- $g = h$\n\n$\ni = \\frac{j}{k}\n$\n\n$$ l = m $$\n"
+    rows = list_rows(build_document("text.md", ".md", source))
+    assert [(row.latex, row.line, row.refused) for row in rows] == [
+        ("a = b", 3, ""), ("c = d", 5, ""), ("e = f", 6, ""), ("g = h", 8, ""), ("i = \\frac{j}{k}", 11, ""),
+        ("l = m", 14, ""),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".md", ".tex"])
+def test_formula_alone_on_a_line_of_a_sentence_is_told(suffix: str) -> None:
+    source = "It runs where\n$a = b$\nholds; $c = d$ and\n$x$\nare inline.\n"
+    (row,) = list_rows(build_document(f"text{suffix}", suffix, source))
+    assert (row.latex, row.line) == ("a = b", 2)
+    assert "passed over" in row.refused
+
+
+def test_inline_formulas_and_prices_are_no_rows() -> None:
+    source = "It costs $5 = cheap.\n\nWith $a = b$ it turns, and $c = d$.\n\n| $e = f$ | $g$ |\n"
+    assert list_rows(build_document("text.md", ".md", source)) == []

@@ -1,0 +1,58 @@
+"""Rows that were linearised: they hold to first order about an equilibrium, and are judged as such."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+from sympy import Expr
+
+from ..evaluate import DIGITS, GUARD, TOLERANCE, Point
+from .terms import evaluate_at, largest_term
+
+STEPS = mpf("1e-6"), mpf("1e-7")
+"""Distances from an equilibrium: what is left of second order falls by a hundred from one to the other."""
+STEEPEST = mpf("0.02")
+"""Share by which a residual must fall at least: first order leaves a tenth, second order a hundredth."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """An equilibrium in words, and points near it: along each direction, those at the distances of `STEPS`."""
+
+    name: str
+    directions: tuple[tuple[Point, ...], ...]
+    fixed: frozenset[sp.Symbol]
+    """Quantities that are data: they do not become small."""
+
+    def describes(self, residual: Expr, is_announced: bool) -> bool:
+        """Return whether a residual is that of a linearised equation, and vanishes here to first order.
+
+        It must be linear in what moves: an equation that is not was not linearised, and must hold as it stands. Where
+        small motions are announced, products may have been left, but no functions of what is small.
+        """
+        if not _is_linearised(residual, residual.free_symbols - self.fixed, is_announced):
+            return False
+        return all(_falls(residual, points) for points in self.directions)
+
+
+def _falls(residual: Expr, points: Sequence[Point]) -> bool:
+    """Whether a residual is of second order along a direction, or zero."""
+    far, near = (evaluate_at(residual, point) for point in points)
+    if far is None or near is None:
+        return False
+    with mpmath.workdps(DIGITS + GUARD):
+        is_zero = abs(far) <= TOLERANCE * largest_term(residual, points[0])
+        return bool(is_zero or abs(near) <= STEEPEST * abs(far))
+
+
+def _is_linearised(residual: Expr, moving: Collection[sp.Symbol], is_announced: bool) -> bool:
+    if not moving:
+        return False
+    above = sp.together(residual).as_numer_denom()[0]
+    if not above.is_polynomial(*moving):
+        return False
+    return is_announced or sp.Poly(above, *moving).total_degree() <= 1

@@ -1,0 +1,103 @@
+"""Every tampered proof is refused, by planter and without it; what is not tampered with is valid."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planter.optimise.proof import check_proof, objective
+from planter.optimise.proof.certificate_file import check_document, compute_digest
+from planter.optimise.proof.claims import compose_statement, list_nonnegative
+from planter.optimise.proof.programs import RecordedProgram, record_program
+from tests.planter.optimise.proof.tampering import list_tampered, renew
+from tests.planter.optimise.proof.test_certificate_file import KINDS, check_apart, prove_document
+
+Document = dict[str, Any]
+FEWEST_KINDS = 60
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(objective, "PANELS", 60)
+    monkeypatch.setattr(objective, "PANELS_AT_POINT", 600)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_tampered_proof_is_refused_by_both(kind: str) -> None:
+    document = prove_document(kind)
+    assert check_document(document).valid
+    assert check_apart(document) is None
+    valid, count = [], 0
+    for name, tampered in list_tampered(document):
+        count += 1
+        ours, apart = check_document(tampered), check_apart(tampered)
+        valid += [f"{name}: planter"] if ours.valid else []
+        valid += [f"{name}: check_proof"] if apart is None else []
+        assert ours.valid or ours.reason, name
+    assert not valid
+    assert count >= FEWEST_KINDS
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_both_checkers_state_the_same_claim(kind: str) -> None:
+    document = prove_document(kind)
+    statement = compose_statement(document)
+    assert document["statement"] == statement == check_proof.state_claim(document)
+    assert all(name in statement for name in (*document["parameters"], *document["quantities"]))
+    assert check_document(document).statement == statement
+
+
+def test_exchanged_parameter_names_do_not_keep_the_statement() -> None:
+    document = deepcopy(prove_document("sampled"))
+    document["parameters"][:2] = document["parameters"][1::-1]
+    document["sha256"] = compute_digest(document)
+    assert not check_document(document).valid
+    assert check_apart(document)
+
+
+def test_widened_box_is_refused_in_words() -> None:
+    document = deepcopy(prove_document("true"))
+    document["box"][1][0] = (0.8).hex()
+    reason = check_document(renew(document)).reason
+    assert reason
+    assert "Error" not in reason
+
+
+FORMS = {
+    "absolute value": (lambda xp, x: xp.absolute(x[0]), True),
+    "scaled absolute value": (lambda xp, x: xp.absolute(x[0]) / 1000.0 * (2 * xp.pi), True),
+    "square": (lambda xp, x: x[0] * x[0] + x[1] ** 2, True),
+    "square root": (lambda xp, x: xp.sqrt(x[0]), True),
+    "negative absolute value": (lambda xp, x: -xp.absolute(x[0]), False),
+    "negative scale": (lambda xp, x: xp.absolute(x[0]) / -1000.0, False),
+    "plain": (lambda xp, x: x[0], False),
+    "negated": (lambda xp, x: -x[0], False),
+    "cube": (lambda xp, x: x[0] ** 3, False),
+    "another's absolute value": (lambda xp, x: xp.where(xp.lift(x[1]).reaches(0), x[0], -x[0]), False),
+    "minimum": (lambda xp, x: xp.minimum(x[0], -x[0]), False),
+    "reversed absolute value": (lambda xp, x: xp.where(xp.lift(x[0]).reaches(0), -x[0], x[0]), False),
+    "sine": (lambda xp, x: xp.sin(x[0]), False),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_sizes_follow_from_the_form_of_a_program(form: str) -> None:
+    code, is_size = FORMS[form]
+    program = record_program(lambda xp, x: [code(xp, x)], 2).to_document()
+    (output,) = program["outputs"]
+    assert list_nonnegative(RecordedProgram.from_document(program).operations)[output] is is_size
+    assert check_proof.is_size(program["operations"], output) is is_size
+    if is_size:
+        values = np.linspace(-2, 2, 9)
+        assert form == "square root" or all(code(np_namespace, [value, -value]) >= 0 for value in values)
+
+
+class _NumberNamespace:
+    pi = np.pi
+    absolute = staticmethod(abs)
+
+
+np_namespace = _NumberNamespace()
