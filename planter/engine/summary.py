@@ -6,7 +6,6 @@ derivatives and integrals are right to rounding (`planter.numerics.piecewise`).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,8 +28,6 @@ SAME_ANGLE = 1e-8
 """Events closer than this are one, named by the first [rad]."""
 SCANNED = 360
 """Steps of a cycle in which switching points are looked for."""
-COMPARED = 25
-"""Samples of a cycle by which the size of a quantity is judged."""
 REPEATS = 1e-7
 """Share of the largest value by which a quantity may miss after a cycle what it was at its beginning."""
 
@@ -125,16 +122,24 @@ class PiecewiseCycle:
     def __init__(self, machine: Machine, rows: Sequence[CycleRow], x: Array | None = None) -> None:
         self.machine, self.rows = machine, tuple(rows)
         self.names = tuple(row.quantity.name for row in rows)
-        response = MachineResponse(machine, (), more=[(row.quantity, row.graph) for row in rows])
+        self._squares = np.array([row.is_square for row in rows])
+        graphs = [(row.quantity, row.graph) for row in rows]
+        response = MachineResponse(machine, (), more=graphs)
         self.point = response.at(machine.design if x is None else x)
-        self.switchings = Switchings(machine, SCANNED).find_all(self.point)
-        breaks = np.array([switching.angle for switching in self.switchings])
-        samples, _ = response.derivatives(self.point, np.linspace(0.0, machine.turn, COMPARED))
-        largest = np.abs(samples).max(axis=1)
-        self._gains = np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest
-        if self._gains.any():
-            breaks = np.unique(np.append(breaks, 0.0))
-        self.pieces = PiecewiseFunctions(lambda phi: response.derivatives(self.point, phi), breaks, machine.turn)
+        squares = [graph for graph, row in zip(graphs, rows, strict=True) if row.is_square]
+        self.switchings, touches = Switchings(machine, SCANNED, squares).find_all(self.point)
+        breaks = np.append([switching.angle for switching in self.switchings], touches)
+        self.pieces = PiecewiseFunctions(
+            lambda phi: self._take_roots(*response.loose_derivatives(self.point, phi)), breaks, machine.turn
+        )
+
+    def _take_roots(self, values: Array, slopes: Array) -> tuple[Array, Array]:
+        """Return rows and their slopes, of a square those of its root."""
+        squares = self._squares
+        sizes = np.sqrt(np.maximum(values[squares], 0.0))
+        values[squares] = sizes
+        slopes[squares] = np.divide(slopes[squares], 2 * sizes, out=np.zeros_like(sizes), where=sizes > 0)
+        return values, slopes
 
     @cached_property
     def _extremes(self) -> dict[str, tuple[ExtremePoint, ExtremePoint]]:
@@ -142,20 +147,18 @@ class PiecewiseCycle:
         response = MachineResponse(
             self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
         )
-        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.rates(self.point, phi))
+        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.loose_rates(self.point, phi))
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
 
     def extreme(self, name: str, sign: int) -> ExtremePoint:
-        """Return the largest (+1) or least (-1) value of a row; of a square, its root."""
-        extreme = self._extremes[name][sign > 0]
-        if self.rows[self.names.index(name)].is_square:
-            return ExtremePoint(extreme.place, math.sqrt(max(extreme.value, 0.0)))
-        return extreme
+        """Return the largest (+1) or least (-1) value of a row."""
+        return self._extremes[name][sign > 0]
 
     def angle_deg(self, name: str, extreme: ExtremePoint) -> float:
         """Return where a row has an extreme, in [0, 360), or at the end of a turn that does not end as it began."""
+        first, last = (side[self.names.index(name)] for side in self.pieces.ends)
         at_end = extreme.place >= self.machine.turn * (1 - SAME_ANGLE)
-        if at_end and self._gains[self.names.index(name)]:
+        if at_end and abs(last - first) > REPEATS * self.largest(name).value:
             return float(np.degrees(self.machine.turn))
         return to_degrees(extreme.place)
 
@@ -252,9 +255,7 @@ def _peak(cycle: PiecewiseCycle, row: CycleRow, is_changing: bool) -> QuantityPe
     quantity, index = row.quantity, cycle.names.index(row.quantity.name)
     high, low = (cycle.extreme(quantity.name, sign) for sign in (1, -1))
     largest, smallest = without_rounding(high, low)
-    rms = math.sqrt(float(cycle.pieces.mean[index])) if row.is_square else float(cycle.pieces.rms[index])
-    mean = _mean_size(cycle, index) if row.is_square else float(cycle.pieces.mean[index])
-    factor = quantity.factor
+    mean, rms, factor = float(cycle.pieces.mean[index]), float(cycle.pieces.rms[index]), quantity.factor
     return QuantityPeak(
         name=quantity.name,
         meaning=quantity.meaning,
@@ -266,9 +267,3 @@ def _peak(cycle: PiecewiseCycle, row: CycleRow, is_changing: bool) -> QuantityPe
         mean=None if is_changing else mean / factor,
         rms=None if is_changing else rms / factor,
     )
-
-
-def _mean_size(cycle: PiecewiseCycle, index: int) -> float:
-    """Return the mean of the root of a square."""
-    pieces = cycle.pieces
-    return float(np.sqrt(np.maximum(pieces.values[index, : len(pieces.nodes)], 0.0)) @ pieces.weights)

@@ -171,14 +171,8 @@ class Breakpoints:
 def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
     """Return all breakpoints at a design, given its invariants."""
     periods = np.array([event.period or np.inf for event in response.events])
-    angles, events = find_crossings(
-        lambda phi: response.event_values(at, phi)[0],
-        lambda phi: response.event_values(at, phi),
-        periods,
-        BREAKPOINT_GRID,
-        TURN,
-    )
-    return Breakpoints(response, at, angles, events)
+    crossings = find_crossings(lambda phi: response.event_values(at, phi), periods, BREAKPOINT_GRID, TURN)
+    return Breakpoints(response, at, crossings.angles, crossings.rows)
 
 
 @dataclass(frozen=True)

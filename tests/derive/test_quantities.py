@@ -5,7 +5,7 @@ import sympy as sp
 
 from derive import gearing, papers, systems
 from derive.discovery import import_modules
-from derive.emit.expression import list_expressions
+from derive.model import list_expressions
 from derive.generated_folder import GENERATED
 from derive.generation import derive_models
 from derive.model import Let, System, join_entries

@@ -125,12 +125,12 @@ INTEGRANDS: dict[str, Integrand] = {
     "power_of_part": Integrand(
         "Piecewise(((r*cos(t) - s)**Rational(3, 2), r*cos(t) > s), (0, True))", _cosine(lambda r, s: s / r)
     ),
-    "fourth_root_of_part": Integrand(
-        "Piecewise(((r*cos(t) - s)**Rational(1, 4), r*cos(t) > s), (0, True))", _cosine(lambda r, s: s / r)
+    "root_of_root": Integrand(
+        "Piecewise((sqrt(2*r - sqrt(r*cos(t) - s)), r*cos(t) > s), (sqrt(2*r), True))", _cosine(lambda r, s: s / r)
     ),
     "root_of_greatest": Integrand("sqrt(Max(0, r*cos(t) - s))", _cosine(lambda r, s: s / r)),
     "root_of_size": Integrand("sqrt(Abs(r*sin(t) - s))", _sine(lambda r, s: s / r)),
-    "cube_root_of_size": Integrand("Abs(r*sin(t) - s)**Rational(1, 3)", _sine(lambda r, s: s / r)),
+    "size_times_logarithm": Integrand("Abs(r*sin(t) - s)*log(Abs(r*sin(t) - s))", _sine(lambda r, s: s / r)),
     # corners
     "size": Integrand("Abs(r*sin(t) - s)", _sine(lambda r, s: s / r)),
     "size_of_seven_waves": Integrand("Abs(r*cos(7*t) - s)", _cosine(lambda r, s: s / r, 7)),
@@ -163,7 +163,7 @@ INTEGRANDS: dict[str, Integrand] = {
         "sqrt((r*cos(t - s))**2 + Rational(1, 10**6))", lambda r, s: [pi / 2 + s, 3 * pi / 2 + s]
     ),
     "norm_farther_from_rest": Integrand("sqrt((r*cos(t))**2 + Rational(1, 100)*s)", lambda r, s: [pi / 2, 3 * pi / 2]),
-    "case_that_touches": Integrand("Piecewise((s, sin(t) >= 1), (r*cos(t)**2, True))", _none),
+    "case_that_touches": Integrand("Piecewise((s, sin(t) >= 1), (r*cos(t)**2, True))", lambda r, s: [mpf(1), mpf(2)]),
     "logarithm": Integrand("log(Abs(r*sin(t - s)))", lambda r, s: [s, pi + s]),
     # dead centres
     "dead_centre": Integrand("r*cos(t) + sqrt(r**2 - (r*sin(t))**2)", _steps(0.25, 0.75)),

@@ -15,7 +15,7 @@ import pytest
 import sympy as sp
 
 from derive.chain import ChainError
-from derive.emit.expression import list_expressions
+from derive.model import list_expressions
 from derive.emit.text import list_functions
 from derive.equations import Claim, ClaimError, Equation
 from derive.model import ClosedForm, Let, System
