@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import sympy as sp
 from sympy import Expr, S
@@ -194,9 +195,13 @@ class Kinks:
 
 def _build_index(table: TabulatedFunction) -> type[TabulatedFunction]:
     """Return a function that is whole where another piece of a table begins, and rises in between."""
-    begins = [begin for begin, _ in table.pieces]
-    last = table.limits[1] if table.limits else 2 * begins[-1] - begins[-2]
-    widths = [following - begin for begin, following in itertools.pairwise([*begins, last])]
+    begins = tuple(begin for begin, _ in table.pieces)
+    return _build_rising(begins, table.limits[1] if table.limits else 2 * begins[-1] - begins[-2])
+
+
+@cache
+def _build_rising(begins: tuple[float, ...], last: float) -> type[TabulatedFunction]:
+    """Return the piecewise linear function that is k at the k-th of ``begins``; it is one for all tables of these."""
+    widths = [following - begin for begin, following in itertools.pairwise((*begins, last))]
     pieces = tuple((begin, (1 / width, float(k))) for k, (begin, width) in enumerate(zip(begins, widths, strict=True)))
-    members = {"exponents": NONE, "pieces": pieces}
-    return type(f"{type(table).__name__}_piece", (TabulatedFunction,), members)
+    return type("piece", (TabulatedFunction,), {"exponents": NONE, "pieces": pieces})

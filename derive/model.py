@@ -315,21 +315,28 @@ def split_steps(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tu
     return tuple(still), tuple(lane)
 
 
+def list_passing_events(
+    steps: Sequence[Step], events: Iterable[Event], moving: frozenset[sp.Symbol]
+) -> tuple[Event, ...]:
+    """The events that can happen: those whose argument depends on ``moving``.
+
+    Under constant load the teeth of round gears never change their flank.
+    """
+    symbols = moving.union(*(step.defines for step in split_steps(steps, moving)[1]))
+    return tuple(event for event in events if event.argument.free_symbols & symbols)
+
+
 def list_kinks(
     steps: Sequence[Step], moving: frozenset[sp.Symbol], stated: Iterable[Event] = (),
     further: Iterable[tuple[str, Iterable[Expr]]] = (),
 ) -> tuple[Event, ...]:  # fmt: skip
-    """Return the events that can happen along ``moving``: those stated, then those of steps, and of ``further`` ones.
-
-    Under constant load the teeth of round gears never change their flank.
-    """
+    """Return the events that are stated, then all others of the steps, and of ``further`` expressions under a name."""
     changing = split_steps(steps, moving)[1]
     symbols = moving.union(*(step.defines for step in changing))
     definitions = {step.symbol: step.expr for step in steps if isinstance(step, Let)}
     positive = [symbol for step in steps if isinstance(step, Call) for symbol in step.positive]
     named = [(", ".join(symbol.name for symbol in step.defines), list_expressions(step)) for step in changing]
-    passing = [event for event in stated if event.argument.free_symbols & symbols]
-    return Kinks(symbols, definitions, positive).list_events([*named, *further], passing)
+    return Kinks(symbols, definitions, positive).list_events([*named, *further], stated)
 
 
 def join_entries(packed: Input) -> tuple[Quantity, ...]:

@@ -24,6 +24,7 @@ from ..model import (
     Twin,
     build_function,
     let,
+    list_passing_events,
     needed,
     sorted_steps,
 )
@@ -102,10 +103,10 @@ def derive_driven_motion(
     counts = [s.symbol for s in forces if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
     results, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *forces, *reports), frozenset(results)))
+    events = list_passing_events(needs, stated.events, frozenset({angle}.union(*stated.loops.inputs)))
     lane = DrivenLane(
-        angle, (data,), needs, results, tuple(stated.events), along=stated.loops.inputs, speed=speed,
-        acceleration=acceleration,
-    )  # fmt: skip
+        angle, (data,), needs, results, events, along=stated.loops.inputs, speed=speed, acceleration=acceleration
+    )
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
     drawing_functions = place_functions(stated, inputs, _point_sources(stated))
     mesh_functions = build_function(MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps)
@@ -285,4 +286,5 @@ def derive_twin_lane(
     needed_symbols = frozenset(side_outputs).union(*(event.argument.free_symbols for event in stated.events))
     totals = Shared(sides.twin, sums, Vector("totals", sides.totals))
     steps = needed(side, needed_symbols)
-    return Lane(stated.angle, tuple(inputs), steps, side_outputs, tuple(stated.events), totals)
+    events = list_passing_events(steps, stated.events, frozenset({stated.angle}))
+    return Lane(stated.angle, tuple(inputs), steps, side_outputs, events, totals)

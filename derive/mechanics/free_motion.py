@@ -16,7 +16,7 @@ from sympy import Expr, S
 
 from ..equations import Balance
 from ..functions import directional_derivative, partial_derivative
-from ..model import ClosedForm, Let, Step, let, list_kinks, needed, sorted_steps
+from ..model import ClosedForm, Let, Step, let, list_kinks, list_passing_events, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
 from .frames import Motion, Vec, zero
@@ -267,7 +267,8 @@ class Free:
         stated, unavailable = self.stated, {*self.stated.assembly.unknowns, *self.accelerations}
         actions = [(a.name, (*a.force.components, *a.moment.components)) for a in stated.assembly.actions]
         moving = frozenset({self.inputs[0], *self.state})
-        kinks = list_kinks((*stated.named, *stated.reports), moving, stated.events, actions)
+        steps = (*stated.named, *stated.reports)
+        kinks = list_kinks(steps, moving, list_passing_events(steps, stated.events, moving), actions)
         # An integrator passes a corner by itself, with smaller steps, but not a jump.
         jumps = [event for event in kinks if event.order == 0 and event.period is None]
         for number, event in enumerate(jumps):

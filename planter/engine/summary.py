@@ -143,7 +143,7 @@ class PiecewiseCycle:
 
     @cached_property
     def _extremes(self) -> dict[str, tuple[ExtremePoint, ExtremePoint]]:
-        chosen = [index for index, row in enumerate(self.rows) if row.has_peaks]
+        chosen = [index for index, row in enumerate(self.rows) if row.has_peaks and index not in self.pieces.poles]
         response = MachineResponse(
             self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
         )
@@ -153,6 +153,10 @@ class PiecewiseCycle:
     def extreme(self, name: str, sign: int) -> ExtremePoint:
         """Return the largest (+1) or least (-1) value of a row."""
         return self._extremes[name][sign > 0]
+
+    def find_pole(self, name: str) -> float | None:
+        """Return an angle at which a row has a pole, or is not finite [rad]: it has no true extremes or means."""
+        return self.pieces.poles.get(self.names.index(name))
 
     def angle_deg(self, name: str, extreme: ExtremePoint) -> float:
         """Return where a row has an extreme, in [0, 360), or at the end of a turn that does not end as it began."""
@@ -190,7 +194,11 @@ class PiecewiseCycle:
             if switching is None:
                 continue
             for row, entry in enumerate(self.rows):
-                if entry.has_jumps and abs(after[row, k] - before[row, k]) > ROUNDING * largest[row]:
+                if (
+                    entry.has_jumps
+                    and row not in self.pieces.poles
+                    and abs(after[row, k] - before[row, k]) > ROUNDING * largest[row]
+                ):
                     yield Shock(
                         event=switching.name,
                         side=switching.side,
@@ -209,22 +217,23 @@ def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, floa
     return first, second
 
 
-def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
-    """Return the designer's summary of a machine's own design, in display units.
+def summarise(cycle: PiecewiseCycle, changing: Collection[str] = ()) -> CycleSummary:
+    """Return the designer's summary of a cycle, in display units, of what has no pole.
 
-    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises
-    ComputationError where loops do not close or a quantity is not finite.
+    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises ComputationError
+    where loops do not close.
     """
-    cycle = PiecewiseCycle(machine, build_rows(machine))
+    machine = cycle.machine
+    rows = [row for row in cycle.rows if cycle.find_pole(row.quantity.name) is None]
     factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
     display_units = {row.quantity.name: units.display_unit(row.quantity.key) for row in cycle.rows}
-    motors = [name for name in machine.motors if _turns_the_drive(cycle, name)]
+    motors = [name for name in machine.motors if cycle.find_pole(name) is None and _turns_the_drive(cycle, name)]
     motor = None
     if len(motors) == 1:
         motor = cycle.motor(motors[0], repeats=machine.find_quantity(motors[0]).key not in changing)
     return CycleSummary(
         motor=motor,
-        peaks=[_peak(cycle, row, _is_changing(machine, row, changing)) for row in cycle.rows],
+        peaks=[_peak(cycle, row, is_changing(machine, row, changing)) for row in rows],
         shocks=[
             Shock(
                 shock.event, shock.side, shock.phi_deg, shock.quantity, display_units[shock.quantity],
@@ -233,6 +242,11 @@ def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
             for shock in cycle.shocks()
         ],
     )  # fmt: skip
+
+
+def summarise_machine(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
+    """Return the designer's summary of a machine's own design, as `summarise`."""
+    return summarise(PiecewiseCycle(machine, build_rows(machine)), changing)
 
 
 def _turns_the_drive(cycle: PiecewiseCycle, name: str) -> bool:
@@ -246,7 +260,8 @@ def _turns_the_drive(cycle: PiecewiseCycle, name: str) -> bool:
     )
 
 
-def _is_changing(machine: Machine, row: CycleRow, changing: Collection[str]) -> bool:
+def is_changing(machine: Machine, row: CycleRow, changing: Collection[str]) -> bool:
+    """Return whether a row is, or is made of, a quantity that does not repeat."""
     parts = next((v.components for v in machine.vectors if v.name == row.quantity.name), (row.quantity.name,))
     return any(machine.find_quantity(part).key in changing for part in parts)
 

@@ -14,7 +14,7 @@ from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import TURN, Flags, Integers
 from planter.numerics.extrema import ExtremePoint, index_first_extremum
-from planter.numerics.roots import find_bracketed_roots
+from planter.numerics.roots import OwnFunctions, find_bracketed_roots
 
 Rates = Callable[[Array], tuple[Array, Array]]
 """Of k functions at n angles [rad], (k, n) each: values and slopes, or slopes and second derivatives."""
@@ -66,6 +66,8 @@ class PiecewiseFunctions:
     there is smooth in v. It has panels of Gauss-Legendre nodes, halved where the Legendre series of a function does not
     fall off: integrals are right to 1e-10 of a function's mean size also where a kink has no break. An extremum between
     two neighbouring nodes can be missed. Slopes need not be finite where a function is.
+
+    `poles` are angles at which functions, by their index, are not finite, or have a pole: these have no integrals.
     """
 
     def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
@@ -76,19 +78,29 @@ class PiecewiseFunctions:
         self._edges = np.concatenate([[0.0], inner, [turn]])
         pending = self._begin(turn)
         accepted: list[_Panels] = []
+        self.poles: dict[int, float] = {}
         size: Array | float = 0.0
         for depth in range(MAX_DEPTH + 1):
             panels = self._evaluate(pending)
             share = panels.weights / turn
             size = np.maximum(size, (np.abs(panels.values) * share).sum(axis=(1, 2)))
             tails = np.abs(panels.values @ _to_tail()).max(axis=2) * share.sum(axis=1)
-            rough = (tails > SERIES_TOLERANCE * size[:, None]).any(axis=0) & (depth < MAX_DEPTH)
+            is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
+            self._name_poles(panels, is_rough if depth == MAX_DEPTH else np.isnan(tails))
+            is_rough[list(self.poles)] = False
+            rough = is_rough.any(axis=0)
             accepted.append(panels.select(~rough))
             if not rough.any() or sum(len(panels.owner) for panels in accepted) > MAX_PANELS:
                 accepted.append(panels.select(rough))
                 break
             pending = panels.select(rough).halve()
         self._collect(accepted, turn)
+
+    def _name_poles(self, panels: _Panels, is_rough: Flags) -> None:
+        """Set the angle of a node at which each function has a pole, or is not finite, if it is not yet set."""
+        for row, panel in zip(*np.nonzero(is_rough), strict=True):
+            node = int(np.argmin(np.isfinite(panels.values[row, panel])))
+            self.poles.setdefault(int(row), float(panels.angles[panel, node]))
 
     def _begin(self, turn: float) -> tuple[Integers, Array, Array]:
         """Return owners and ends in v of the first panels."""
@@ -180,7 +192,7 @@ class PiecewiseFunctions:
         if not len(owners):
             return owners, np.empty(0), np.empty(0)
         ends = slopes[owners, cells], slopes[owners, cells + 1]
-        places = find_bracketed_roots(_OwnedRates(rates, owners), self.nodes[cells], self.nodes[cells + 1], ends)
+        places = find_bracketed_roots(OwnFunctions(rates, owners), self.nodes[cells], self.nodes[cells + 1], ends)
         return owners, places, self.functions(places)[0][rows[owners], np.arange(len(owners))]
 
     @property
@@ -243,24 +255,6 @@ def _extrapolate(values: Array, end: int) -> Array:
     last = values[..., 0 if end < 0 else -1]
     spread = np.abs(values).max(axis=-1)
     return np.where(np.abs(series[..., -TAIL_LENGTH:]).max(axis=-1) > LIMIT_TOLERANCE * spread, last, limit)
-
-
-class _OwnedRates:
-    """Rates at points (m,), of the owner of each point alone; results of points that did not move are reused."""
-
-    def __init__(self, rates: Rates, owners: Integers) -> None:
-        self._rates, self._owners = rates, owners
-        self._points = np.full(len(owners), np.nan)
-        self._results = np.empty((2, len(owners)))
-
-    def __call__(self, points: Array) -> tuple[Array, Array]:
-        moved = np.flatnonzero(points != self._points)
-        if len(moved):
-            each = self._owners[moved], np.arange(len(moved))
-            self._results[:, moved] = [rate[each] for rate in self._rates(points[moved])]
-        self._points = points.copy()
-        first, second = self._results
-        return first, second
 
 
 def _select_extremum(angles: Array, values: Array, sign: int) -> ExtremePoint:

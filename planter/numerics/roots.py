@@ -54,7 +54,8 @@ def find_bracketed_roots(function: FunctionWithSlope, low: Array, high: Array, e
         value, slope = function(points)
         below = (value < 0) == rising
         low, high = np.where(below, points, low), np.where(below, high, points)
-        target = points - np.divide(value, slope, out=np.full_like(value, np.inf), where=slope != 0)
+        with np.errstate(invalid="ignore"):  # beside a pole, where bisection goes on
+            target = points - np.divide(value, slope, out=np.full_like(value, np.inf), where=slope != 0)
         inside = (low <= target) & (target <= high)
         following = np.where(inside, target, (low + high) / 2)
         following = np.where((value == 0) | ~open_, points, following)
@@ -136,8 +137,9 @@ def find_crossings(
 
     The levels are the multiples of `periods` (m,), or zero alone if the period is infinite. `values` returns functions
     and slopes, `rates` slopes and second derivatives, (m, n) each at angles (n,). They are scanned in `count` steps of
-    a cycle; steps at whose ends a function is not finite are left out. With `rates` a function that turns round towards a level within a step is followed to where it does: it
-    crosses the level twice there, or touches it. Further crossings of a function in one step are missed.
+    a cycle; steps at whose ends a function is not finite are left out. With `rates` a function that turns round towards
+    a level within a step is followed to where it does: it crosses the level twice there, or touches it. Further
+    crossings of a function in one step are missed.
     """
     # Offset by half a step: functions often cross at whole steps, where rounding would decide between two steps.
     grid = cycle * (np.arange(count + 2) - 0.5) / count
@@ -153,8 +155,8 @@ def find_crossings(
         turned = np.flatnonzero(turning.ravel())
         near = cells.select(turned)
         ends = slopes[:, :-1].ravel()[turned], slopes[:, 1:].ravel()[turned]
-        places = find_bracketed_roots(_pick_rows(rates, near.rows), near.low, near.high, ends)
-        reached = _pick_rows(values, near.rows)(places)[0]
+        places = find_bracketed_roots(OwnFunctions(rates, near.rows), near.low, near.high, ends)
+        reached = OwnFunctions(values, near.rows)(places)[0]
         distance = np.abs(reached - _round_to_level(reached, periods[near.rows]))
         touches = places[distance <= TOUCHING * sizes[turned]]
         passed = distance > ROUNDING * sizes[turned]  # else rounding would decide whether it crosses twice
@@ -162,7 +164,7 @@ def find_crossings(
         kept[turned[passed]] = False
         cells = cells.select(kept).joined(near.select(passed).split(places[passed], reached[passed]))
     cells, levels = _list_brackets(cells, periods)
-    picked = _pick_rows(values, cells.rows)
+    picked = OwnFunctions(values, cells.rows)
 
     def shifted(phi: Array) -> tuple[Array, Array]:
         current, slope = picked(phi)
@@ -194,17 +196,22 @@ def _list_brackets(cells: _Cells, periods: Array) -> tuple[_Cells, Array]:
     return cells.select(index), np.where(np.isinf(own[index]), 0.0, spacing[index] * multiples)
 
 
-def _pick_rows(function: FunctionWithSlope, rows: Integers) -> FunctionWithSlope:
-    """Return the functions `rows` (s,) of functions (m, n), each at its own point of (s,)."""
-    lanes = np.arange(len(rows))
+class OwnFunctions:
+    """Of functions (m, n) with their slopes the one of each point (s,), by its row; unmoved points are not repeated."""
 
-    def picked(points: Array) -> tuple[Array, Array]:
-        if not len(points):
-            return points, points
-        first, second = function(points)
-        return first[rows, lanes], second[rows, lanes]
+    def __init__(self, functions: FunctionWithSlope, rows: Integers) -> None:
+        self._functions, self._rows = functions, rows
+        self._points = np.full(len(rows), np.nan)
+        self._results = np.empty((2, len(rows)))
 
-    return picked
+    def __call__(self, points: Array) -> tuple[Array, Array]:
+        moved = np.flatnonzero(points != self._points)
+        if len(moved):
+            each = self._rows[moved], np.arange(len(moved))
+            self._results[:, moved] = [results[each] for results in self._functions(points[moved])]
+        self._points = points.copy()
+        first, second = self._results
+        return first.copy(), second.copy()
 
 
 def _fold(angles: Array, rows: Integers, touches: Array, cycle: float) -> Crossings:

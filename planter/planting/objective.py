@@ -32,7 +32,7 @@ from planter.kernels import Array, CallError
 from planter.optimise.constraints import Constraints
 from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
 from planter.optimise.range_variance import Sampling
-from planter.optimise.response import ONE_SIDED_OFFSET
+from planter.optimise.response import ONE_SIDED_OFFSET, find_breakpoints
 from planter.optimise.sampled_cycle import SampledCycle, sample_angles
 from planter.optimise.variance import WeightedSum, Weights
 from planter.planting.file import PlantingMachine
@@ -60,7 +60,7 @@ def build_problem(
     force jump: a jump that passes a sample has no gradient.
     """
     machine, curve = device.machine, device.force
-    if any(event.order == 0 for event in curve.events):
+    if (find_breakpoints(curve, curve.prologue(curve.design)).orders == 0).any():
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)
     return CurveProblem(curve, read_weights(machine), sampling, further=[] if constraints is None else [constraints])
@@ -74,7 +74,9 @@ def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
     """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
     extremes = ContinuousCycle(device.force).look(x)
     objective = read_weights(device.machine).value(extremes.range, extremes.variance)
-    return TrueExtremes(extremes.high, extremes.low, extremes.range, extremes.variance, objective)
+    return TrueExtremes(
+        extremes.high, extremes.low, extremes.range, extremes.mean, extremes.variance, objective
+    )  # fmt: skip
 
 
 def evaluate_samples(device: Device, x: Array) -> SampledScore:
