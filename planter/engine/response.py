@@ -411,7 +411,8 @@ class Switchings:
     def find_crossings(self, point: DesignPoint) -> Crossings:
         """Return the events of the first side, and where one nearly happens, or happens twice at one angle."""
         if not len(self.periods):
-            return Crossings(np.empty(0), np.empty(0, dtype=np.int64), np.empty(0))
+            none = np.empty(0), np.empty(0, dtype=np.int64)
+            return Crossings(*none, *none)
         response = self.response
         return find_crossings(
             lambda phi: response.loose_derivatives(point, phi), self.periods, self.count, self.machine.turn,

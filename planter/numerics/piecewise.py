@@ -76,7 +76,7 @@ class PiecewiseFunctions:
         self.breaks = folded[np.diff(folded, prepend=-np.inf) > MERGED_DISTANCE]
         inner = self.breaks[(self.breaks > MERGED_DISTANCE) & (self.breaks < turn - MERGED_DISTANCE)]
         self._edges = np.concatenate([[0.0], inner, [turn]])
-        pending = self._begin(turn)
+        pending = _begin_panels(self._edges, MIN_PIECES, turn)
         accepted: list[_Panels] = []
         self.poles: dict[int, float] = {}
         size: Array | float = 0.0
@@ -102,29 +102,12 @@ class PiecewiseFunctions:
             node = int(np.argmin(np.isfinite(panels.values[row, panel])))
             self.poles.setdefault(int(row), float(panels.angles[panel, node]))
 
-    def _begin(self, turn: float) -> tuple[Integers, Array, Array]:
-        """Return owners and ends in v of the first panels."""
-        counts = np.ceil(np.diff(self._edges) * MIN_PIECES / turn).astype(int)
-        owner = np.repeat(np.arange(len(counts)), counts)
-        first = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return owner, first / counts[owner], (first + 1) / counts[owner]
-
     def _evaluate(self, pending: tuple[Integers, Array, Array]) -> _Panels:
         owner, low, high = pending
-        points, weights = _legendre(NODES)
-        v = (low[:, None] * (1 - points) + high[:, None] * (1 + points)) / 2
-        angles, rises = self._map(owner[:, None], v)
+        angles, weights = _place_nodes(self._edges, owner, low, high)
         values, slopes = self.functions(angles.ravel())
-        shape = (len(values), *v.shape)
-        weights = rises * weights * (high - low)[:, None] / 2
+        shape = (len(values), *angles.shape)
         return _Panels(owner, low, high, angles, weights, values.reshape(shape), slopes.reshape(shape))
-
-    def _map(self, owner: Integers, v: Array) -> tuple[Array, Array]:
-        """Return angles of places v of the pieces `owner`, and their slopes in v."""
-        begin, end = self._edges[owner], self._edges[owner + 1]
-        near = np.minimum(v, 1 - v)
-        offset = (end - begin) * near**2 * (3 - 2 * near)
-        return np.where(v < 0.5, begin + offset, end - offset), 6 * (end - begin) * v * (1 - v)
 
     def _collect(self, accepted: Sequence[_Panels], turn: float) -> None:
         """Set nodes (n,), weights of sum 1, values and slopes (k, n) in their order, and limits at ends of pieces."""
@@ -169,6 +152,11 @@ class PiecewiseFunctions:
         """Root mean square of each function over the cycle, (k,)."""
         return np.asarray(np.sqrt(self.values**2 @ self.weights))
 
+    @cached_property
+    def variance(self) -> Array:
+        """Mean square deviation of each function from its mean, (k,)."""
+        return np.asarray((self.values - self.mean[:, None]) ** 2 @ self.weights)
+
     def extremes(self, rows: Integers, rates: Rates) -> list[tuple[ExtremePoint, ExtremePoint]]:
         """Return minimum and maximum over the cycle of the functions `rows`; one-sided at jumps.
 
@@ -208,6 +196,34 @@ class PiecewiseFunctions:
         return self._before[:, after - 1], self._after[:, after]
 
 
+def place_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Array, Array]:
+    """Return angles and weights (p, n) of the nodes of panels between ends (m,) of pieces.
+
+    A turn has `pieces` of them at least, and a piece `fewest`. The sum of the weights is the length of all pieces.
+    """
+    owner, low, high = _begin_panels(edges, pieces, turn, fewest)
+    return _place_nodes(edges, owner, low, high)
+
+
+def _begin_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Integers, Array, Array]:
+    """Return the pieces that panels (p,) belong to, and their ends in v."""
+    counts = np.maximum(np.ceil(np.diff(edges) * pieces / turn).astype(int), fewest)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    first = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return owner, first / counts[owner], (first + 1) / counts[owner]
+
+
+def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return angles and weights (p, n) of the nodes of panels between places low and high (p,) in v."""
+    points, weights = _legendre(NODES)
+    v = (low[:, None] * (1 - points) + high[:, None] * (1 + points)) / 2
+    begin, end = edges[owner][:, None], edges[owner + 1][:, None]
+    near = np.minimum(v, 1 - v)  # an angle near an end is right to the digits of its distance from there
+    offset = (end - begin) * near**2 * (3 - 2 * near)
+    angles = np.where(v < 0.5, begin + offset, end - offset)
+    return angles, 6 * (end - begin) * v * (1 - v) * weights * (high - low)[:, None] / 2
+
+
 @dataclass(frozen=True)
 class _Panels:
     """Panels (m,) of pieces: ends in v, angles and weights (m, n) of their nodes, values and slopes (k, m, n)."""
@@ -232,7 +248,7 @@ class _Panels:
 
 
 @cache
-def _to_series() -> Array:
+def to_series() -> Array:
     """Return the matrix (n, n) from values at the nodes of a panel to their Legendre series."""
     points, weights = _legendre(NODES)
     orders = np.arange(NODES)
@@ -242,7 +258,7 @@ def _to_series() -> Array:
 @cache
 def _to_tail() -> Array:
     """Return the matrix (n, TAIL_LENGTH) to the last coefficients of a series."""
-    return _to_series()[:, -TAIL_LENGTH:]
+    return to_series()[:, -TAIL_LENGTH:]
 
 
 def _extrapolate(values: Array, end: int) -> Array:
@@ -250,7 +266,7 @@ def _extrapolate(values: Array, end: int) -> Array:
 
     Where a series does not fall off, as beside a pole, the limit is the value at the last node.
     """
-    series = values @ _to_series()
+    series = values @ to_series()
     limit = series @ (float(end) ** np.arange(NODES))
     last = values[..., 0 if end < 0 else -1]
     spread = np.abs(values).max(axis=-1)

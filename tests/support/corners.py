@@ -25,10 +25,15 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Traced:
-    """A number with what is certain of its sign: even powers are not negative, sums of what is certain are."""
+    """A number with what is certain of its sign: even powers are not negative, sums of what is certain are.
+
+    `parts` are the numbers that the extremum `kind` was taken of: targets write one of many as one of two, and so on.
+    """
 
     value: float
     sign: int = UNKNOWN
+    kind: str = ""
+    parts: tuple[Traced, ...] = ()
 
     def __add__(self, other: Any) -> Traced:
         other = _trace(other)
@@ -154,14 +159,23 @@ class TracingNamespace:
         return Traced(math.atan2(y.value, x.value))
 
     def maximum(self, a: Any, b: Any) -> Traced:
-        a, b = _trace(a), _trace(b)
-        self.note("max", a - b)
-        return Traced(max(a.value, b.value), max(a.sign, b.sign))
+        return self._select(max, a, b)
 
     def minimum(self, a: Any, b: Any) -> Traced:
-        a, b = _trace(a), _trace(b)
-        self.note("min", a - b)
-        return Traced(min(a.value, b.value), min(a.sign, b.sign))
+        return self._select(min, a, b)
+
+    def _select(self, function: Callable[..., Any], a: Any, b: Any) -> Traced:
+        kind = function.__name__
+        first, second = ((n.parts if n.kind == kind else (n,)) for n in map(_trace, (a, b)))
+        for one in first:
+            for other in second:
+                gap = one - other
+                self._add(kind, math.nan if POSITIVE in (gap.sign, (other - one).sign) else gap.value)
+        both = _trace(a), _trace(b)
+        signs = [number.sign for number in both]
+        return Traced(
+            function(n.value for n in both), max(signs) if kind == "max" else min(signs), kind, first + second
+        )
 
     def where(self, condition: Any, then: Any, other: Any) -> Traced:
         condition = condition if isinstance(condition, Condition) else Condition(bool(condition), ())
@@ -206,6 +220,7 @@ def list_unmarked(
     """Return the corners of a lane that change along the angle and that no event marks, by function and number.
 
     An event marks a corner if both are proportional, but for whole periods, or if it happens where the corner vanishes.
+    What is constant but for jumps, which have corners of their own, needs none.
     """
 
     def evaluate(angle: float) -> tuple[TracingNamespace, Array]:
@@ -226,7 +241,7 @@ def list_unmarked(
         k
         for k, column in enumerate(corners.T)
         if not np.isnan(column).all()
-        and np.ptp(column) > TOLERANCE**2 * np.abs(column).max()
+        and np.abs(column[1::2] - column[::2]).max() > TOLERANCE**2 * np.abs(column).max()
         and not any(
             _matches(column, event, kinds[k], period) for event, period in zip(happened.T, spacing, strict=True)
         )
@@ -258,7 +273,7 @@ def _happens_at_zeros(
     grid = np.linspace(0, turn, SCANNED + 1) + 0.37 * turn / SCANNED
     values = np.array([evaluate(angle)[0].corners[k] for angle in grid])
     cells = np.flatnonzero((values[1:] > 0) != (values[:-1] > 0))
-    for cell in cells:
+    for cell in cells:  # by bisection, whatever happens there
         low, high, sign = grid[cell], grid[cell + 1], values[cell] > 0
         for _ in range(30):
             middle = (low + high) / 2
