@@ -1,7 +1,7 @@
 """Extremes and integrals of many machines of one build, between all their events.
 
 Events of a block of machines are located together; every piece between them has the nodes of `PiecewiseFunctions`,
-which are not halved. A machine whose series do not fall off is evaluated once more with more panels, then by itself.
+which are not halved. A machine whose series do not fall off is evaluated again with more panels, at last by itself.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from planter.numerics.roots import Crossings, FunctionWithSlope, locate_crossing
 
 MOST_ROWS = 64
 """Machines of a block."""
-ATTEMPTS = (24, 72)
-"""Panels of a turn at least, in both attempts."""
+ATTEMPTS = (24, 72, 216)
+"""Panels of a turn at least, in attempts one after the other."""
 FEWEST = 2
 """Panels of a piece at least."""
 TOLERANCE = 3e-10
@@ -85,15 +85,27 @@ class TrueRows:
         return table
 
     def _measure(self, closed: ClosedRows, rows: Integers) -> Array:
-        block = _Block(self, closed, rows)
-        table, is_resolved = block.measure(ATTEMPTS[0])
-        rough = np.flatnonzero(~is_resolved)
-        if len(rough):
-            finer, is_resolved = _Block(self, closed, rows[rough]).measure(ATTEMPTS[1])
-            table[rough] = finer
-            for index in rough[~is_resolved]:
-                table[index] = self._measure_alone(closed.d[rows[index]])
+        table = np.full((len(rows), len(self.rows.names), len(KINDS)), np.nan)
+        rough = np.arange(len(rows))
+        for pieces in self._attempts:
+            table[rough], is_resolved = _Block(self, closed, rows[rough]).measure(pieces)
+            rough = rough[~is_resolved]
+            if not len(rough):
+                return table
+        for index in rough:
+            table[index] = self._measure_alone(closed.d[rows[index]])
         return table
+
+    @cached_property
+    def _attempts(self) -> tuple[int, ...]:
+        """The attempts from the first on that resolves the machine's own values: rows do not influence each other."""
+        closed = self.rows.close(self.machine.data[None])
+        if closed.alive.all():
+            with np.errstate(all="ignore"):
+                for index, pieces in enumerate(ATTEMPTS):
+                    if _Block(self, closed, np.zeros(1, dtype=np.int64)).measure(pieces)[1].all():
+                        return ATTEMPTS[index:]
+        return ATTEMPTS
 
     def _measure_alone(self, d: Array) -> Array:
         """Return the measures (m, k) of one machine."""

@@ -123,7 +123,7 @@ class TracingNamespace:
     def sqrt(self, x: Any) -> Traced:
         x = _trace(x)
         self.note("sqrt", x)
-        return Traced(math.sqrt(x.value) if x.value >= 0 else math.nan, max(x.sign, NOT_NEGATIVE))
+        return Traced(math.sqrt(abs(x.value)), max(x.sign, NOT_NEGATIVE))  # of any number, as places count
 
     def absolute(self, x: Any) -> Traced:
         x = _trace(x)
