@@ -29,7 +29,7 @@ SERIES_TOLERANCE = 1e-11
 """A panel is halved while its share of the cycle times a last coefficient exceeds this share of the mean size."""
 LIMIT_TOLERANCE = 1e-6
 """Largest last coefficient, as a share of the largest value, of a series that has a limit at its end."""
-MAX_DEPTH, MAX_PANELS = 45, 4000
+MAX_DEPTH, MAX_PANELS = 40, 4000
 """Halvings of a panel, and panels of a cycle, after which the remainder is rounding."""
 CHEBYSHEV_NODES = 20
 """Nodes of a panel, none of them at its ends, where a function may have another value on the other side."""
