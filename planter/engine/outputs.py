@@ -175,8 +175,6 @@ class SampledOutputs:
         count, compiled = len(self.outputs) if count is None else count, len(points) >= COMPILED
         values, slopes = self.sample_slopes(self.data(points), threads, count, compiled)
         for k, goal in self._goals.items():
-            for nodes in goal.nodes.values() if compiled else ():
-                nodes.response.compile()
             for row, x in enumerate(self._designs(points, values[:, k])):
                 value, slope = _evaluate(goal, x, with_slope=k < count)
                 values[row, k] += value
@@ -249,7 +247,7 @@ class SampledOutputs:
         """Goals of the outputs that samples alone do not decide."""
         count = len(self.rows.angles)
         return {
-            k: Goal(self.machine, output.terms, (), count, with_events=False)
+            k: Goal(self.machine, output.terms, (), count)
             for k, output in enumerate(self.outputs)
             if not all(map(self._is_sampled, output.terms))
         }

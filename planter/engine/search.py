@@ -1,7 +1,4 @@
 """The design of a machine, within its bounds, that minimises a sum of measures under limits.
-
-One search for all machines: the method on the problem, then, where true extremes lie between the nodes of limits or of
-a smooth programme, these become nodes, until none is left.
 """
 
 from __future__ import annotations
@@ -14,7 +11,7 @@ import numpy as np
 
 from planter import errors
 from planter.engine.goal import find_display_unit
-from planter.engine.problem import CurveProblem, DesignProblem
+from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.optimise.local_search import DEFAULT_STARTS, SearchRecord, run_search, search_locally
@@ -26,8 +23,6 @@ from planter.optimise.sections import DEFAULT_GENETIC
 from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress
 
-ROUNDS = 10
-"""Most times that extremes between nodes become nodes."""
 INTERVAL_S = 1.0
 """Time between two designs that an unfinished search hands over, while it goes from step to step."""
 
@@ -48,10 +43,7 @@ class SearchSpec:
 
 @dataclass(frozen=True)
 class DesignOptimum:
-    """An optimum: the machine's design x (p,) in SI, the problem with its last nodes, and its result.
-
-    The result's certificate has the agreement of the starts, whatever nodes came later.
-    """
+    """An optimum: the machine's design x (p,) in SI, its problem, and its result."""
 
     x: Array
     problem: DesignProblem
@@ -83,13 +75,17 @@ def minimise(
     search = OptimiserRun(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early)
     search.progress = listener if keep is None else _Keeper(search.best, keep, listener)
     try:
-        return _refine(problem, search.run(spec.method, feasible), polish=spec.method != "ga")
+        return _build_optimum(problem, search.run(spec.method, feasible))
     except NoFeasiblePointError as error:
         raise ComputationError(_describe_infeasibility(problem, error.points)) from None
     except KeyboardInterrupt:
         result = search.so_far(spec.method)
-        best = None if result is None else DesignOptimum(result.design[: problem.goal.size], problem, result)
+        best = None if result is None else _build_optimum(problem, result)
         raise InterruptedSearch(best) from None
+
+
+def _build_optimum(problem: DesignProblem, result: OptimiserResult) -> DesignOptimum:
+    return DesignOptimum(result.design, problem, result)
 
 
 class _Keeper:
@@ -121,30 +117,7 @@ def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
     if means != AUTO:
         return means
     spare = count_cores() - 1
-    is_slow = isinstance(problem, CurveProblem) and problem.curve.response.slopes_kernel.way != "lanes"
-    return Means(spare) if spare and is_slow else None
-
-
-def _refine(problem: DesignProblem, result: OptimiserResult, polish: bool) -> DesignOptimum:
-    """Return the optimum near a result of a search, with true extremes among the nodes of its problem."""
-    counts, u, first = Counts(), problem.box.point(result.design), problem
-    for _ in range(ROUNDS):
-        refined = problem.refine(u)
-        if refined is None:
-            break
-        u, problem = refined.find_point(problem.find_design(u)), refined
-        if polish:
-            u = search_locally(problem, u).u
-        counts = counts + problem.counts
-    if problem is not first:
-        sure, final = result.certificate, certify_candidates(problem, u, ())
-        certificate = replace(final, starts=sure.starts, agreeing_starts=sure.agreeing_starts, spread=sure.spread)
-        y = problem.design(u)
-        result = replace(
-            result, design=y, evaluation=problem.score(y), start_objective=problem.reference.objective,
-            evaluations=result.evaluations + counts, certificate=certificate,
-        )  # fmt: skip
-    return DesignOptimum(result.design[: problem.goal.size], problem, result)
+    return Means(spare) if spare and problem.is_slow else None
 
 
 def prepare_descents(problem: DesignProblem) -> Callable[[Array], SearchRecord]:

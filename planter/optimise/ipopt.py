@@ -139,6 +139,7 @@ def solve_program(
     start: Array,
     most_iterations: int = 100,
     compiled: Mapping[str, ca.Function] | None = None,
+    tolerance: float | None = None,
 ) -> IpoptSolution:
     """Return the local minimum from `start` (n,), or the last point if `converged` is false.
 
@@ -151,7 +152,8 @@ def solve_program(
     settings: dict[str, Any] = {
         **derivatives,
         **CASADI_OPTIONS,
-        "ipopt": {**IPOPT_OPTIONS, "max_iter": most_iterations},
+        "ipopt": {**IPOPT_OPTIONS, "max_iter": most_iterations}
+        | ({} if tolerance is None else {"tol": tolerance, "dual_inf_tol": 1.0, "constr_viol_tol": tolerance, "compl_inf_tol": tolerance}),
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}

@@ -27,7 +27,7 @@ import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.optimise import certificate, epigraph, ipopt, sqp
+from planter.optimise import certificate, ipopt, sqp
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.feasibility import minimise_violation
@@ -108,8 +108,9 @@ def _search_with_holds(
     problem: Problem, start: Array, holds: Sequence[BreakpointHold], most_iterations: int, rounds: int = MAX_ROW_ROUNDS
 ) -> LocalMinimum:
     """Return the minimum with breakpoints constrained by `holds`."""
-    objective, constrained = problem.objective, problem.constraints is not None
-    if objective.windows or holds or (constrained and objective.kinks is not None):
+    objective, constraints = problem.objective, problem.constraints
+    is_moving = constraints is not None and (constraints.windows or objective.kinks is not None)
+    if objective.windows or holds or is_moving:
         solution = sqp.minimise_by_sqp(problem, start, holds, 2 * most_iterations)
         return replace(_snap_to_bounds(problem, solution.u, solution.iterations), converged=solution.converged)
     return _search_by_ipopt(problem, start, problem.local(start, holds), most_iterations, rounds)
@@ -126,24 +127,18 @@ def _search_by_ipopt(
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
         minima.append(replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged))
-        high, low = programme.limits(solution.z, VIOLATION_TOLERANCE)
-        look = minima[-1].evaluation.look
-        complete = look.high <= high and look.low >= low
+        tops = programme.tops(solution.z, VIOLATION_TOLERANCE)
+        complete = bool((minima[-1].evaluation.look.tops <= tops).all())
         if minima[-1].stationary or complete or not solution.converged:
             break
-        local = local.grown(problem.design(u), high, low)
+        local = local.grown(problem.design(u), tops)
     best = min(minima, key=lambda minimum: minimum.rank)
     return replace(best, iterations=iterations)
 
 
 def _solve_epigraph(programme: Epigraph, most_iterations: int) -> ipopt.IpoptSolution:
-    """Solve by compiled functions if the programme has them, and count their evaluations."""
-    compiled = epigraph.compile_epigraph(programme)
-    solution = ipopt.solve_program(programme, programme.start, most_iterations, compiled)
-    if compiled:
-        called = Counts(*(solution.calls[name] for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")))
-        programme.problem.counts = programme.problem.counts + called
-    return solution
+    """Solve by IPOPT."""
+    return ipopt.solve_program(programme, programme.start, most_iterations)
 
 
 def _search_cells(problem: Problem, kinks: Kinks, first: LocalMinimum, most_iterations: int) -> LocalMinimum:

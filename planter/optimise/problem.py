@@ -150,8 +150,9 @@ class Problem:
 
     def local(self, u: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the smooth local model of objective and constraints, with breakpoints constrained by `holds`."""
-        model = self.objective.local(self.design(u), holds)
-        return model if self.constraints is None else ConstrainedModel(model, self.constraints)
+        x = self.design(u)
+        model = self.objective.local(x, holds)
+        return model if self.constraints is None else ConstrainedModel(model, self.constraints.at(x))
 
     def violation(self, u: Array) -> float:
         """Return the largest violation of a constraint at a point in steps, 0 if all are satisfied."""
@@ -218,8 +219,7 @@ class Problem:
         conditions = self.objective.conditions(self.design(u))
         return replace(
             conditions,
-            upper_gradients=conditions.upper_gradients * self.box.unit,
-            lower_gradients=conditions.lower_gradients * self.box.unit,
+            gradients=conditions.gradients * self.box.unit,
             smooth=conditions.smooth * self.box.unit,
             kinks=conditions.kinks * self.box.unit,
         )

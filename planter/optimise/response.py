@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
@@ -38,34 +37,12 @@ class BreakpointEvent:
     period: float | None
 
 
-@dataclass(frozen=True)
-class CompiledResponse:
-    """A response at n angles as compiled functions for CasADi graphs; d (v,) are all values of a machine.
-
-    `moved` are the positions of x in `data` (v,). F(phi) is the sum over the lanes, which are `value` at phi plus each
-    of `offsets` [rad].
-    """
-
-    data: Array
-    moved: tuple[int, ...]
-    offsets: tuple[float, ...]
-    prologue: ca.Function
-    """(d) -> h, dh: the invariants of the angle, and their sparse Jacobian in x."""
-    curvature: ca.Function
-    """(d, weights) -> Hessian (p, p) of weights . h in x."""
-    value: ca.Function
-    """(phi, d, h) -> the value of each lane."""
-    slopes: ca.Function
-    """(phi, d, h, dh) -> values of the lanes, and their Jacobian in (phi, x)."""
-    bending: ca.Function
-    """(phi, d, h, dh, weights) -> weighted sum of the Hessians in (phi, x), packed, and the weighted slope in h."""
-
-
 class CycleResponse(Protocol):
-    """A curve F(phi, x), continuous, periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
+    """Curves F(phi, x), (m,), periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
     The result of `prologue` is the argument `at` of all other methods. Breakpoints of the k-th event lie at angles in
-    [0, 2 pi) and recur with the `period` of F.
+    [0, turn), less each of the `shifts`, and recur with the `period` of F. Parts of the period are those on which
+    conditions (c,) hold, whose ends are breakpoints too.
     """
 
     @property
@@ -79,28 +56,48 @@ class CycleResponse(Protocol):
     @property
     def period(self) -> float: ...
     @property
+    def turn(self) -> float: ...
+    @property
+    def shifts(self) -> tuple[float, ...]: ...
+    @property
     def events(self) -> tuple[BreakpointEvent, ...]: ...
+    @property
+    def count(self) -> int:
+        """Number m of curves."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the curves are at the end of a period what they are at its beginning."""
+
+    def restart(self) -> None:
+        """Forget all designs so far, on which the last digits may depend."""
 
     def prologue(self, x: Array) -> Any:
         """Return the invariants of the angle at a design x (p,)."""
 
     def value(self, at: Any, phi: Array) -> Array:
-        """Return F, (n,)."""
+        """Return F, (m, n)."""
 
     def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (n,) each."""
+        """Return F and its derivative in phi, (m, n) each."""
 
     def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return the first and second derivative of F in phi, (n,) each."""
+        """Return the first and second derivative of F in phi, (m, n) each."""
 
     def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F, (n,), and its Jacobian in (phi, x), (n, 1 + p)."""
+        """Return F, (m, n), and its Jacobian in (phi, x), (m, n, 1 + p)."""
 
     def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the weighted sum over the angles of the Hessian of F in (phi, x), (1 + p, 1 + p)."""
+        """Return the sum over curves and angles of weights (m, n) times Hessians of F in (phi, x), (1 + p, 1 + p)."""
 
-    def hessians(self, at: Any, phi: Array) -> Array:
-        """Return the Hessian of F in (phi, x) at each angle, (n, 1 + p, 1 + p)."""
+    def hessians(self, at: Any, phi: Array, weights: Array) -> Array:
+        """Return the sum over curves of weights (m, n) times Hessians of F in (phi, x), (n, 1 + p, 1 + p)."""
+
+    def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
+        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with `velocity` (n, p)."""
+
+    def misses(self, at: Any, phi: Array) -> Array:
+        """Return by how much each condition is missed at angles, (c, n), not positive where it holds."""
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """Return g of every event and its derivative in phi, (k, n) each."""
@@ -111,24 +108,25 @@ class CycleResponse(Protocol):
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
         """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
 
-    def compiled(self, angles: int) -> CompiledResponse | None:
-        """Return the response at a number of angles as compiled functions, or None if a part of it is not compiled."""
 
-
-BREAKPOINT_GRID = 72
-"""Intervals of a cycle in which breakpoints are bracketed; two of the same event in one interval are missed."""
+BREAKPOINT_GRID = 360
+"""Intervals of a revolution in which breakpoints are bracketed; two of the same event in one interval are missed."""
 ONE_SIDED_OFFSET = 1e-9
 """Distance from a breakpoint at which one-sided derivatives are evaluated [rad]."""
 
 
 @dataclass(frozen=True)
 class Breakpoints:
-    """Breakpoints of side 1 at a design, sorted: `angles` (m,) in [0, 2 pi) [rad], `events` (m,) index of the event."""
+    """Breakpoints at a design: `angles` (m,) of side 1 in [0, turn) [rad], `events` (m,) index of the event.
+
+    They lie at these angles less the `shifts` (m,) of a side.
+    """
 
     response: CycleResponse
     at: Any
     angles: Array
     events: Integers
+    shifts: Array
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -142,7 +140,7 @@ class Breakpoints:
     @property
     def folded(self) -> Array:
         """Angles modulo the period of the curve [rad], (m,)."""
-        return np.mod(self.angles, self.response.period)
+        return np.mod(self.angles - self.shifts, self.response.period)
 
     @cached_property
     def _slopes(self) -> Array:
@@ -175,10 +173,12 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
         lambda phi: response.event_values(at, phi)[0],
         lambda phi: response.event_values(at, phi),
         periods,
-        BREAKPOINT_GRID,
-        TURN,
+        round(BREAKPOINT_GRID * response.turn / TURN),
+        response.turn,
     )
-    return Breakpoints(response, at, angles, events)
+    sides = len(response.shifts)
+    shifts = np.repeat(response.shifts, len(angles))
+    return Breakpoints(response, at, np.tile(angles, sides), np.tile(events, sides), shifts)
 
 
 @dataclass(frozen=True)
@@ -195,9 +195,9 @@ class BreakpointPosition:
 def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPosition]:
     """Return the breakpoints of all sides over a cycle, sorted by angle; each side follows the last by one period."""
     breakpoints = find_breakpoints(response, at)
-    sides = round(TURN / response.period)
+    sides = round(response.turn / response.period)
     positions = [
-        BreakpointPosition(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, TURN)), velocity)
+        BreakpointPosition(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, response.turn)), velocity)
         for side in range(1, sides + 1)
         for name, order, angle, velocity in zip(
             breakpoints.names, breakpoints.orders, breakpoints.angles, breakpoints.velocity, strict=True
@@ -215,8 +215,8 @@ class PointMotion:
 
 
 def gradients_along(slopes: Array, velocity: Array) -> Array:
-    """Return the gradients (m, p) at moving points from Jacobians (m, 1 + p) in (phi, x)."""
-    total: Array = slopes[:, 1:] + slopes[:, :1] * velocity
+    """Return the gradients (..., p) at moving points from Jacobians (..., 1 + p) in (phi, x)."""
+    total: Array = slopes[..., 1:] + slopes[..., :1] * velocity
     return total
 
 

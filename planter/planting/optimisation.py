@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter import errors
 from planter.engine import search
-from planter.engine.problem import CurveProblem
+from planter.engine.problem import DesignProblem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sections import HOLD
 from planter.errors import ComputationError, InputError
@@ -64,7 +64,7 @@ def build_constrained_problem(
     sampling: Sampling,
     required: RequirementConstraints | None,
     lengths: PitchLengthConstraints | None = None,
-) -> CurveProblem:
+) -> DesignProblem:
     """Return the problem of a device under its requirements and lengths of pitch curves, where there are any."""
     parts: list[Constraints | None] = [required, lengths]
     return objective.build_problem(device, sampling, join_constraints([part for part in parts if part is not None]))
