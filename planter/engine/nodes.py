@@ -278,6 +278,10 @@ class NodeMeasure:
         """Return the local model near a design x (p,): the measure itself."""
         return self
 
+    def coarse(self, x: Array) -> NodeMeasure:
+        """Return the measure itself, which has no samples."""
+        return self
+
     def grown(self, x: Array, tops: Array) -> NodeMeasure:
         """Return the model, which has all its rows."""
         return self

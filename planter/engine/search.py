@@ -1,11 +1,10 @@
-"""The design of a machine, within its bounds, that minimises a sum of measures under limits.
-"""
+"""The design of a machine, within its bounds, that minimises a sum of measures under limits."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from planter.engine.goal import find_display_unit
 from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.optimise.local_search import DEFAULT_STARTS, SearchRecord, run_search, search_locally
+from planter.optimise.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
 from planter.optimise.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
 from planter.optimise.problem import BestPoint, Counts
 from planter.optimise.range_variance import Sampling
@@ -120,9 +119,9 @@ def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
     return Means(spare) if spare and problem.is_slow else None
 
 
-def prepare_descents(problem: DesignProblem) -> Callable[[Array], SearchRecord]:
-    """Return the function that descends from a point (p,) of a problem: the job of a worker."""
-    return lambda start: run_search(problem, start)
+def prepare_descents(problem: DesignProblem) -> Callable[[Descent], SearchRecord]:
+    """Return the function that descends on a problem: the job of a worker."""
+    return lambda descent: run_search(problem, descent)
 
 
 def _describe_infeasibility(problem: DesignProblem, points: Sequence[Array]) -> str:

@@ -33,7 +33,7 @@ from planter.mechanism.results import (
 )
 from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
-from planter.optimise.local_search import SearchRecord
+from planter.optimise.local_search import Descent, SearchRecord
 from planter.optimise.range_variance import Sampling
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
@@ -139,7 +139,7 @@ def optimise_machine(
 def prepare_descents(
     build: Callable[[], Machine], searched: Mapping[str, Any], least: str | None, holds: Sequence[str],
     sampling: Sampling,
-) -> Callable[[Array], SearchRecord]:  # fmt: skip
+) -> Callable[[Descent], SearchRecord]:  # fmt: skip
     """Return the local search from a point for an objective under limits, in a worker.
 
     `build` gives the machine of the file, `searched` are the fields that the search has changed.

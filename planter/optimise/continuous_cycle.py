@@ -441,7 +441,7 @@ class ExtremumRows:
         self.cycle, self.total = cycle, cycle.total
         sides = self.total.sides
         self.fixed = tuple(_find_high_nodes(panels, side) for side in sides) if fixed is None else tuple(fixed)
-        self.edges = [_find_edges(panels.extremes(side), side.sign) for side in sides]
+        self.edges = [_find_edges(panels, side) for side in sides]
         self.jumps = panels.breaks[panels.jumps]
         jumps = 2 * len(self.jumps)
         counts = [len(edges) + len(fixed) + jumps for edges, fixed in zip(self.edges, self.fixed, strict=True)]
@@ -545,9 +545,27 @@ def _find_high_nodes(panels: CyclePanels, side: CurveSide) -> Array:
     return drop_close_angles(panels.fold(high), MIN_HIGH_DISTANCE)
 
 
-def _find_edges(extremes: CycleExtrema, sign: int) -> Array:
-    """Return the ends of the windows of a side: the extremes of the other, or the first angle without any."""
-    edges = extremes.angles[(extremes.peaks != (sign > 0)) & ~extremes.beside_jump]
+EDGE_SHARES = np.array([0.25, 0.5, 0.75])
+"""Where an end of a window may be between two peaks that only a jump parts."""
+
+
+def _find_edges(panels: CyclePanels, side: CurveSide) -> Array:
+    """Return the ends of the windows of a side: the extremes of the other, or the first angle without any.
+
+    A jump is no end, since it moves: between two peaks that it parts the end is a place far from jumps.
+    """
+    extremes, period = panels.extremes(side), panels.response.period
+    is_peak = extremes.peaks == (side.sign > 0)
+    edges = extremes.angles[~is_peak & ~extremes.beside_jump]
+    peaks = extremes.angles[is_peak & ~extremes.beside_jump]
+    if len(panels.jumps) and len(peaks) > 1:
+        lengths = np.diff(peaks, append=peaks[0] + period)
+        between = np.mod(edges - peaks[:, None], period) < lengths[:, None]
+        bare = np.flatnonzero(~between.any(axis=1))
+        places = peaks[bare, None] + EDGE_SHARES * lengths[bare, None]
+        gaps = np.abs(wrap_angle(places[..., None] - panels.breaks[panels.jumps], period)).min(axis=-1)
+        chosen = places[np.arange(len(bare)), gaps.argmax(axis=1)]
+        edges = np.sort(np.append(edges, np.mod(chosen, period)))
     return edges if len(edges) else np.zeros(1)
 
 

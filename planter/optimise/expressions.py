@@ -57,6 +57,9 @@ class SmoothObjective:
         """Return the local model of the objective near a design x (p,)."""
         return self
 
+    def coarse(self, x: Array) -> None:
+        """Return None: there are no samples."""
+
     def grown(self, x: Array, tops: Array) -> SmoothObjective:
         """Return the model, which has no rows."""
         return self

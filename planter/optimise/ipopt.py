@@ -149,11 +149,12 @@ def solve_program(
     failures: list[BaseException] = []
     functions = compiled or _build_functions(programme, failures)
     derivatives = {key: function for key, function in functions.items() if key != "nlp"}
+    tolerances = ("tol", "constr_viol_tol", "compl_inf_tol")
+    coarse = {} if tolerance is None else {**dict.fromkeys(tolerances, tolerance), "dual_inf_tol": 1.0}
     settings: dict[str, Any] = {
         **derivatives,
         **CASADI_OPTIONS,
-        "ipopt": {**IPOPT_OPTIONS, "max_iter": most_iterations}
-        | ({} if tolerance is None else {"tol": tolerance, "dual_inf_tol": 1.0, "constr_viol_tol": tolerance, "compl_inf_tol": tolerance}),
+        "ipopt": {**IPOPT_OPTIONS, **coarse, "max_iter": most_iterations},
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}

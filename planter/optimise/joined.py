@@ -44,6 +44,9 @@ class ObjectivePart(Protocol):
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model near a design x (p,), with breakpoints constrained by `holds`."""
 
+    def coarse(self, x: Array) -> LocalModel | None:
+        """Return the local model over few samples, all of them rows, None if there is none."""
+
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
 
@@ -99,6 +102,11 @@ class JoinedObjective:
         chosen = range(len(self.parts))
         models = [self.parts[k].local(x, holds if k == self._kinked else ()) for k in chosen]
         return models[0] if len(models) == 1 else JoinedModel(models, [len(part.weights) for part in self.parts])
+
+    def coarse(self, x: Array) -> LocalModel | None:
+        """Return the local model over few samples, all of them rows; None if a part has none."""
+        models = [model for part in self.parts if (model := part.coarse(x)) is not None]
+        return JoinedModel(models, [len(part.weights) for part in self.parts]) if len(models) == len(self.parts) else None
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""

@@ -160,6 +160,9 @@ class Objective(Protocol):
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model near a design x (p,), with breakpoints constrained by `holds`."""
 
+    def coarse(self, x: Array) -> LocalModel | None:
+        """Return the local model over few samples, all of them rows, None if there is none."""
+
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,), with gradients in the design."""
 

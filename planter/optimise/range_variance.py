@@ -22,7 +22,7 @@ from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
 from planter.optimise.objective import BreakpointHold, Conditions, LocalModel, ObjectiveSummary
 from planter.optimise.problem import Problem
 from planter.optimise.response import CycleResponse
-from planter.optimise.sampled_cycle import SampledCycle, sample_angles
+from planter.optimise.sampled_cycle import SampledCycle, SampledRows, sample_angles
 from planter.optimise.variance import Weights
 
 RANK_TOLERANCE = 1e-10
@@ -114,6 +114,10 @@ DIRECTION_ANGLES = 360
 """Number of angles of a cycle at which insensitivity is determined for "refined"."""
 
 
+COARSE = 72
+"""Samples of a cycle over which a search glides."""
+
+
 class CurveSumObjective:
     """The `Objective` of a sum over curves, over N samples of a cycle or, for "refined", true extremes and integrals."""
 
@@ -166,6 +170,14 @@ class CurveSumObjective:
         if isinstance(self.turn, SampledCycle):
             return self.turn.local(x).with_holds(tuple(holds))
         return self.turn.local(x)
+
+    def coarse(self, x: Array) -> LocalModel | None:
+        """Return the local model over few samples, all of them rows; None if parts of the cycle count, or samples."""
+        within = [part.within for part in self.total.statistics] + [side.within for side in self.total.sides]
+        if self.sampling != "refined" or any(within):
+            return None
+        cycle = SampledCycle(self.response, self.total, COARSE)
+        return SampledRows(self.response, self.total, cycle.angles, np.ones((len(self.total.sides), len(cycle.angles)), dtype=bool))
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""

@@ -18,6 +18,7 @@ from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints, join_constraints
 from planter.optimise.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
 from planter.optimise.local_search import (
+    Descent,
     DEFAULT_STARTS,
     STATIONARITY_TOLERANCE,
     LocalMinimum,
@@ -102,7 +103,7 @@ def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthC
 
 def prepare_device_descents(
     machine: PlantingMachine, model: Model, sampling: Sampling, compiled: bool, tooth_counts: ToothCountSpec | None
-) -> Callable[[Array], SearchRecord]:
+) -> Callable[[Descent], SearchRecord]:
     """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
     device = Device(machine, model)
     if compiled:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planter.engine.problem import QuantityCurve
+from planter.engine.curves import QuantityCurves
 from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
 from planter.optimise.objective import ModelValues
 from tests.planter.optimise import toys
@@ -95,6 +95,6 @@ def test_windows_cover_the_turn_wherever_the_design_goes():
 
 def test_all_joints_are_panel_ends():
     response = toys.planting()
-    assert isinstance(response, QuantityCurve)
+    assert isinstance(response, QuantityCurves)
     panels = CyclePanels(response, response.design)
     assert np.isin(np.round(panels.folded, 9), np.round(np.mod(panels.breaks, np.pi), 9)).all()

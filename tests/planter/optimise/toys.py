@@ -5,7 +5,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from planter.engine.problem import QuantityCurve
+from planter.engine.curves import QuantityCurves
 from planter.kernels import Array
 from planter.optimise.problem import Problem
 from planter.optimise.range_variance import Sampling
@@ -61,7 +61,7 @@ def bent() -> Toy:
     return Toy(phi, x, smooth - (1.6 + x[1] * x[0]) * ca.sin(wrapped), {CORNER: phi - place})
 
 
-def planting(model: Model = "exact") -> QuantityCurve:
+def planting(model: Model = "exact") -> QuantityCurves:
     """The support force of the built-in machine."""
     return device(model).force
 
