@@ -176,7 +176,9 @@ def _list_events(machine: Machine) -> list[BreakpointEvent]:
     """Return the events of a machine; those of which nothing is known may let forces jump."""
     if machine.events is None:
         return []
-    kinds: Sequence[Mapping[str, Any]] = machine.event_kinds or [{"name": f"event {i + 1}"} for i in range(machine.events.numel_out(0))]
+    kinds: Sequence[Mapping[str, Any]] = machine.event_kinds or [
+        {"name": f"event {i + 1}"} for i in range(machine.events.numel_out(0))
+    ]
     return [BreakpointEvent(str(kind["name"]), int(kind.get("order", 0)), kind.get("period")) for kind in kinds]
 
 
@@ -192,4 +194,6 @@ def _build_levels(machine: Machine, condition: MeasureCondition) -> list[tuple[Q
     quantity = machine.find_quantity(condition.name)
     graph, level = machine.graph(quantity.name), condition.number * quantity.factor
     signs = (1, -1) if condition.absolute else (1,)
-    return [(Quantity(str(condition), quantity.unit, "condition", quantity.key), graph - sign * level) for sign in signs]
+    return [
+        (Quantity(str(condition), quantity.unit, "condition", quantity.key), graph - sign * level) for sign in signs
+    ]

@@ -115,9 +115,7 @@ class LimitRows(Constraints):
 
     def __init__(self, limits: MeasureLimits, x: Array) -> None:
         goal = limits.goal
-        self.rows = [
-            LimitRow(limited, x, limit.sign) for limited, limit in zip(goal.limited, goal.limits, strict=True)
-        ]
+        self.rows = [LimitRow(limited, x, limit.sign) for limited, limit in zip(goal.limited, goal.limits, strict=True)]
         self.counts = [len(row.matrix) for row in self.rows]
         self.owner = np.repeat(limits.owner, self.counts)
         self.kinds, self.steps = limits.kinds, limits.steps[self.owner]

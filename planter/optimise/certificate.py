@@ -67,9 +67,7 @@ class Residuals:
 def check_conditions(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     """Return the residuals of the conditions at a point u (p,) with given multipliers."""
     conditions, m, objective = problem.conditions(u), multipliers, problem.objective
-    slope = (
-        conditions.smooth + conditions.kinks.T @ m.kinks + conditions.gradients.T @ m.rows - m.at_lower + m.at_upper
-    )
+    slope = conditions.smooth + conditions.kinks.T @ m.kinks + conditions.gradients.T @ m.rows - m.at_lower + m.at_upper
     required = _ConstraintState(problem, u)
     slope = slope + required.gradients.T @ m.required
     units, groups = objective.units / problem.scale, conditions.groups

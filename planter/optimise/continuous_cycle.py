@@ -577,7 +577,9 @@ def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _
     extremes = panels.extremes(side)
     inside = np.flatnonzero((extremes.peaks == (side.sign > 0)) & ~extremes.beside_jump)
     window = np.searchsorted(edges, extremes.angles[inside]) % max(len(edges), 1)
-    angles, values, joint, smooth = _top_rows(panels, side, len(edges)) if side.within else _fixed_rows(panels, side, edges)
+    angles, values, joint, smooth = (
+        _top_rows(panels, side, len(edges)) if side.within else _fixed_rows(panels, side, edges)
+    )
     taken = np.zeros(len(edges), dtype=bool)
     for i, w in zip(inside, window, strict=True):
         is_first = bool(side.within) and not taken[w]
@@ -598,7 +600,9 @@ def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
 def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     """Rows on both sides of the jumps that are nearest to angles (k,); where there are none, at these angles."""
     if not len(panels.jumps):
-        return _top_rows(panels, side, 2 * len(angles)) if side.within else _fixed_rows(panels, side, np.tile(angles, 2))
+        return (
+            _top_rows(panels, side, 2 * len(angles)) if side.within else _fixed_rows(panels, side, np.tile(angles, 2))
+        )
     gaps = np.abs(wrap_angle(panels.breaks[panels.jumps] - angles[:, None], panels.response.period))
     nearest = gaps.argmin(axis=1)
     places = panels.breaks[panels.jumps][nearest]

@@ -106,7 +106,9 @@ class JoinedObjective:
     def coarse(self, x: Array) -> LocalModel | None:
         """Return the local model over few samples, all of them rows; None if a part has none."""
         models = [model for part in self.parts if (model := part.coarse(x)) is not None]
-        return JoinedModel(models, [len(part.weights) for part in self.parts]) if len(models) == len(self.parts) else None
+        return (
+            JoinedModel(models, [len(part.weights) for part in self.parts]) if len(models) == len(self.parts) else None
+        )
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""

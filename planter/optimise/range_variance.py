@@ -177,7 +177,9 @@ class CurveSumObjective:
         if self.sampling != "refined" or any(within):
             return None
         cycle = SampledCycle(self.response, self.total, COARSE)
-        return SampledRows(self.response, self.total, cycle.angles, np.ones((len(self.total.sides), len(cycle.angles)), dtype=bool))
+        return SampledRows(
+            self.response, self.total, cycle.angles, np.ones((len(self.total.sides), len(cycle.angles)), dtype=bool)
+        )
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""

@@ -197,7 +197,9 @@ def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPositio
     breakpoints = find_breakpoints(response, at)
     sides = round(response.turn / response.period)
     positions = [
-        BreakpointPosition(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, response.turn)), velocity)
+        BreakpointPosition(
+            name, side, int(order), float(np.mod(angle + (side - 1) * response.period, response.turn)), velocity
+        )
         for side in range(1, sides + 1)
         for name, order, angle, velocity in zip(
             breakpoints.names, breakpoints.orders, breakpoints.angles, breakpoints.velocity, strict=True

@@ -145,8 +145,10 @@ class _SqpSearch:
                 continue
             last += small
             stays = small and following is not None and following.merit(self.penalty) >= point.merit(self.penalty)
-            if following is None or last == MAX_NOISE_STEPS or stays:
-                return SqpResult((following or point).u, iteration + 1, small)
+            if following is None or stays:
+                return SqpResult(point.u, iteration + 1, small)
+            if last == MAX_NOISE_STEPS:
+                return SqpResult(following.u, iteration + 1, small)
             point = following
         return SqpResult(point.u, most_iterations, False)
 
@@ -197,7 +199,7 @@ class _SqpSearch:
 
     def _is_noise(self, fall: float) -> bool:
         """Return whether a predicted decrease is below rounding."""
-        return fall <= NOISE * self.penalty
+        return fall <= NOISE * max(self.penalty, 1.0)
 
     def _resize(self, share: float, length: float, fall: float) -> None:
         """Enlarge the radius if the model is accurate up to an accepted step; shrink it if the model is poor."""

@@ -97,7 +97,9 @@ def find_curve_angles(device: Device, x: Array) -> Array:
     """
     response = device.force
     panels = CyclePanels(response, x)
-    ends = np.concatenate([panels.extremes(CurveSide(0, 0, 1)).angles, panels.breaks - ONE_SIDED_OFFSET, panels.breaks + ONE_SIDED_OFFSET])
+    ends = np.concatenate(
+        [panels.extremes(CurveSide(0, 0, 1)).angles, panels.breaks - ONE_SIDED_OFFSET, panels.breaks + ONE_SIDED_OFFSET]
+    )
     cycles = round(2 * np.pi / response.period)
     all_ends = np.add.outer(response.period * np.arange(cycles), np.mod(ends, response.period)).ravel()
     return np.union1d(DENSE, all_ends)

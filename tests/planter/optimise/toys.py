@@ -8,7 +8,7 @@ import numpy as np
 from planter.engine.curves import QuantityCurves
 from planter.kernels import Array
 from planter.optimise.problem import Problem
-from planter.optimise.range_variance import Sampling
+from planter.optimise.range_variance import Sampling, build_range_sum
 from planter.optimise.range_variance import build_range_problem as over_turn
 from planter.optimise.response import BreakpointEvent
 from planter.optimise.variance import Weights
@@ -18,6 +18,7 @@ from planter.planting.model import Device
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper"), Weights(0.6, 0.4, "paper")
+SUM = build_range_sum(PAPER)
 CORNER = BreakpointEvent("corner", 1, 2 * np.pi)
 
 
