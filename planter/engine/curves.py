@@ -131,7 +131,11 @@ class QuantityCurves:
 
     def event_values(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Return g of every event and its derivative in phi, (k, n) each."""
-        return self._joints.derivatives(at, phi)
+        return self._joints.loose_derivatives(at, phi)
+
+    def event_rates(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return the first two derivatives of g of every event in phi, (k, n) each."""
+        return self._joints.loose_rates(at, phi)
 
     def event_slopes(self, at: DesignPoint, phi: Array) -> Array:
         """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""

@@ -20,7 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import TURN, Integers
+from planter.numerics.arrays import TURN, Flags, Integers
 from planter.numerics.roots import find_crossings
 
 
@@ -102,6 +102,9 @@ class CycleResponse(Protocol):
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """Return g of every event and its derivative in phi, (k, n) each."""
 
+    def event_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """Return the first two derivatives of g of every event in phi, (k, n) each."""
+
     def event_slopes(self, at: Any, phi: Array) -> Array:
         """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
 
@@ -119,7 +122,8 @@ ONE_SIDED_OFFSET = 1e-9
 class Breakpoints:
     """Breakpoints at a design: `angles` (m,) of side 1 in [0, turn) [rad], `events` (m,) index of the event.
 
-    They lie at these angles less the `shifts` (m,) of a side.
+    They lie at these angles less the `shifts` (m,) of a side. `is_touch` (m,) marks those at which the function of an
+    event comes to zero and turns round: there its derivative vanishes, by which the breakpoint moves.
     """
 
     response: CycleResponse
@@ -127,6 +131,7 @@ class Breakpoints:
     angles: Array
     events: Integers
     shifts: Array
+    is_touch: Flags
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -146,7 +151,10 @@ class Breakpoints:
     def _slopes(self) -> Array:
         if not len(self.angles):
             return np.empty((0, 1 + len(self.response.names)))
-        return self.response.event_slopes(self.at, self.angles)[self.events, np.arange(len(self.events))]
+        slopes = self.response.event_slopes(self.at, self.angles)[self.events, np.arange(len(self.events))]
+        for k in np.flatnonzero(self.is_touch):
+            slopes[k] = self.response.event_hessian(self.at, float(self.angles[k]), int(self.events[k]))[0]
+        return slopes
 
     @cached_property
     def velocity(self) -> Array:
@@ -156,10 +164,15 @@ class Breakpoints:
         return velocity
 
     def acceleration(self, picked: Integers) -> Array:
-        """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the design, (k, p, p)."""
+        """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the design, (k, p, p).
+
+        Those of touches are left out: nothing jumps there.
+        """
         size = self.velocity.shape[1]
-        accelerations = np.empty((len(picked), size, size))
+        accelerations = np.zeros((len(picked), size, size))
         for i, j in enumerate(picked):
+            if self.is_touch[j]:
+                continue
             path = np.vstack([self.velocity[j], np.eye(size)])
             hessian = self.response.event_hessian(self.at, float(self.angles[j]), int(self.events[j]))
             accelerations[i] = -(path.T @ hessian @ path) / self._slopes[j, 0]
@@ -169,16 +182,18 @@ class Breakpoints:
 def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
     """Return all breakpoints at a design, given its invariants."""
     periods = np.array([event.period or np.inf for event in response.events])
-    angles, events = find_crossings(
-        lambda phi: response.event_values(at, phi)[0],
-        lambda phi: response.event_values(at, phi),
-        periods,
-        round(BREAKPOINT_GRID * response.turn / TURN),
-        response.turn,
-    )
-    sides = len(response.shifts)
-    shifts = np.repeat(response.shifts, len(angles))
-    return Breakpoints(response, at, np.tile(angles, sides), np.tile(events, sides), shifts)
+    count, sides = round(BREAKPOINT_GRID * response.turn / TURN), len(response.shifts)
+    crossings = find_crossings(
+        lambda phi: response.event_values(at, phi), periods, count, response.turn,
+        lambda phi: response.event_rates(at, phi),
+    )  # fmt: skip
+    angles = np.append(crossings.angles, crossings.touches)
+    events = np.append(crossings.rows, crossings.touch_rows)
+    is_touch = np.arange(len(angles)) >= len(crossings.angles)
+    return Breakpoints(
+        response, at, np.tile(angles, sides), np.tile(events, sides), np.repeat(response.shifts, len(angles)),
+        np.tile(is_touch, sides),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from planter.optimise.constraints import Constraints
 from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
 from planter.optimise.curve_sum import CurveSide
 from planter.optimise.range_variance import CurveSumObjective, Sampling, build_range_sum
-from planter.optimise.response import ONE_SIDED_OFFSET
+from planter.optimise.response import ONE_SIDED_OFFSET, find_breakpoints
 from planter.optimise.sampled_cycle import SampledCycle, sample_angles
 from planter.optimise.variance import WeightedSum, Weights
 from planter.planting.file import PlantingMachine
@@ -62,7 +62,7 @@ def build_problem(
     force jump: a jump that passes a sample has no gradient.
     """
     machine, curve = device.machine, device.force
-    if any(event.order == 0 for event in curve.events):
+    if (find_breakpoints(curve, curve.prologue(curve.design)).orders == 0).any():
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)
     total = CurveSumObjective(curve, build_range_sum(read_weights(machine)), sampling)
@@ -78,7 +78,9 @@ def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
     """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
     extremes = ContinuousCycle.from_response(device.force, build_range_sum(read_weights(device.machine))).look(x)
     objective = read_weights(device.machine).value(extremes.range, extremes.variance)
-    return TrueExtremes(extremes.high, extremes.low, extremes.range, extremes.variance, objective)
+    return TrueExtremes(
+        extremes.high, extremes.low, extremes.range, extremes.mean, extremes.variance, objective
+    )  # fmt: skip
 
 
 def evaluate_samples(device: Device, x: Array) -> SampledScore:

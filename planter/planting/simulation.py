@@ -7,7 +7,7 @@ tractor-drawn transplanters. A value outside is read, but a wrong unit or digit 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
@@ -190,7 +190,8 @@ def simulate(
     turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
     objective, limits = read_weights(device.machine), evaluate_file_limits(device)
     measured = planting.measure_design(device, device.design, turn)
-    sampled = planting.compute_statistics(turn.support)
+    refined = evaluate_true_extremes(device, device.design)
+    sampled = replace(planting.compute_statistics(turn.support), mean_N=refined.mean_N)
     result = SimulationFound(
         machine=device.machine.name,
         model=device.model,
@@ -201,7 +202,7 @@ def simulate(
         support_force=sampled,
         objective=objective.value(sampled.range_N, sampled.variance_N2),
         warnings=[*find_implausible_values(device.machine), *planting.find_cycle_warnings(device, device.design, turn)],
-        refined=evaluate_true_extremes(device, device.design),
+        refined=refined,
         work=compute_work(device),
         at=evaluate_angles(device, at_deg),
         designer=summarise_design(device, device.design),

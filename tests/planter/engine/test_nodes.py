@@ -9,7 +9,7 @@ from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import Extremum, MeasureCondition
 from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, SpanNodes, clenshaw_curtis
-from planter.engine.summary import summarise
+from planter.engine.summary import summarise_machine
 from planter.errors import ComputationError
 from planter.mechanism.machines import build_machine
 from tests.support import own
@@ -83,7 +83,7 @@ def test_switching_points_are_where_friction_jumps() -> None:
 def test_jumps_are_the_shocks_of_the_summary() -> None:
     """Both routes split the cycle at the slider's dead centres; what is continuous there has no jump but rounding."""
     at = JumpNodes(machine(), ["F_Ox", "F_Oy", "s", "a_slider_x"])(machine().design)
-    shocks = [shock for shock in summarise(machine()).shocks if shock.quantity in ("F_Ox", "F_Oy")]
+    shocks = [shock for shock in summarise_machine(machine()).shocks if shock.quantity in ("F_Ox", "F_Oy")]
     expected = sorted((shock.quantity, shock.after - shock.before) for shock in shocks)
     jumps = sorted((name, value) for name, row in zip(("F_Ox", "F_Oy"), at.values, strict=False) for value in set(row))
     assert [name for name, _ in jumps] == [name for name, _ in expected]
@@ -97,7 +97,7 @@ def test_no_result_jumps_where_forces_are_continuous(name: str) -> None:
     source = str(own.generated(name) / f"{name}.toml") if (own.EXAMPLES / f"{name}.py").is_file() else name
     built = load_machine(source)
     names, largest = [quantity.name for quantity in built.results], dict[str, float]()
-    for shock in summarise(built).shocks:
+    for shock in summarise_machine(built).shocks:
         largest[shock.quantity] = max(largest.get(shock.quantity, 0.0), abs(shock.after - shock.before))
     jumps = np.abs(JumpNodes(built, names)(built.design).values).max(axis=1)
     np.testing.assert_allclose(jumps, [largest.get(name, 0.0) for name in names], rtol=1e-9, atol=1e-9)

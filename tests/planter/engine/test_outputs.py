@@ -12,7 +12,7 @@ from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_sum
 from planter.engine.outputs import SampledOutputs, find_output, list_outputs
-from planter.engine.summary import summarise
+from planter.engine.summary import summarise_machine
 from planter.errors import ComputationError, InputError, PlanterError
 from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
@@ -107,7 +107,7 @@ def test_every_measure_text_is_an_output() -> None:
     x = outputs.machine.design / outputs.machine.scale
     values, slopes = outputs.slopes(x)
     assert values[0] == values[1]
-    shocks = [shock for shock in summarise(slider_crank()).shocks if shock.quantity == "F_Ox"]
+    shocks = [shock for shock in summarise_machine(slider_crank()).shocks if shock.quantity == "F_Ox"]
     assert values[2] == pytest.approx(max(abs(shock.after - shock.before) for shock in shocks), rel=1e-12)
     differences = find_differences(lambda points: outputs.evaluated(points, 1), x)
     np.testing.assert_allclose(slopes, differences, atol=2e-6 * np.abs(slopes).max(axis=1).max())

@@ -100,6 +100,11 @@ class Toy:
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         return self._stacked("g", at, phi)[:, :, 0].T, self.event_slopes(at, phi)[:, :, 0]
 
+    def event_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        count = len(self.events)
+        second = [[self.event_hessian(at, angle, k)[0, 0] for angle in phi] for k in range(count)]
+        return self.event_slopes(at, phi)[:, :, 0], np.array(second).reshape(count, len(phi))
+
     def event_slopes(self, at: Any, phi: Array) -> Array:
         return self._stacked("g_slope", at, phi).transpose(1, 0, 2)
 
