@@ -9,7 +9,7 @@ import numpy as np
 from planter.engine.goal import Goal
 from planter.engine.measures import Limit
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import Integers, LastCallCache
 from planter.optimise.constraints import Constraints, NamedConstraint
 from planter.optimise.joined import JoinedObjective
 from planter.optimise.objective import LocalModel, ModelValues, evaluate_summary, find_gradient
@@ -31,6 +31,7 @@ class MeasureLimits(Constraints):
         is_upper = np.array([limit.sign > 0 for limit in goal.limits])
         self.lower, self.upper = np.where(is_upper, -np.inf, numbers), np.where(is_upper, numbers, np.inf)
         self.owner: Integers = np.arange(len(goal.limits))
+        self._rows = LastCallCache(lambda x: LimitRows(self, x))
         self.kinds = [_name(limit, step) for limit, step in zip(goal.limits, self.steps.tolist(), strict=True)]
 
     @property
@@ -38,7 +39,7 @@ class MeasureLimits(Constraints):
         return True
 
     def at(self, x: Array) -> LimitRows:
-        return LimitRows(self, x)
+        return self._rows(x)
 
     def values(self, x: Array) -> Array:
         """Return what the limits are on (k,) at a design x (p,). Raises ComputationError without a cycle."""
