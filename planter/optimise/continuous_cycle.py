@@ -44,6 +44,8 @@ NEAR_SHARE, MIN_HIGH_DISTANCE = 0.05, 0.04
 NO_ANGLES: Array = np.empty(0)
 MIN_BREAKPOINT_DISTANCE = 1e-8
 """Joints closer than this are one [rad]."""
+CORNER, CORNER_SHARE = -2, 1e-6
+"""In place of a joint: a corner that no event marks, at which a slope jumps by this share of the largest at least."""
 PULL_ROUNDING = 1e-13
 """Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps there."""
 
@@ -73,7 +75,7 @@ def build_panel_nodes(pieces: int) -> tuple[Array, Array]:
 class CycleExtrema:
     """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `values` (m,).
 
-    `joint` (m,) is the index among the joints of one that is a kink or a jump, else -1; `smooth` (m,) marks those that
+    `joint` (m,) is the index among the joints of one that is a kink or a jump, `CORNER` or else -1; `smooth` (m,) marks those that
     move on their own: the ends of a curve that is not closed do not. `panels` (2, m) are the panels before and after.
     """
 
@@ -325,7 +327,10 @@ class CyclePanels:
         kind = np.concatenate([peaks, before[kinks] > 0, falls])
         joint = np.concatenate([np.full(len(angles), -1), self.order[kinks], np.full(len(ends), -1)])
         panels = np.array([[*inner, *((kinks - 1) % count), *outer], [*inner, *kinks, *outer]], dtype=np.int64)
+        is_corner = self._find_corners(row, angles)
+        joint[: len(angles)][is_corner] = CORNER
         smooth = np.arange(len(place)) < len(angles)
+        smooth[: len(angles)] = ~is_corner
         values = self.response.value(self.at, place)[row] if len(place) else np.empty(0)
         if len(self.jumps):
             beside, left = self.breaks[self.jumps], (self.jumps - 1) % count
@@ -338,6 +343,15 @@ class CyclePanels:
         smooth = np.append(smooth, np.zeros(len(place) - len(smooth), dtype=bool))
         order = np.argsort(place, kind="stable")
         return CycleExtrema(place, kind, values, joint, smooth, beside_jump, panels).pick(order)
+
+    def _find_corners(self, row: int, angles: Array) -> Flags:
+        """Return which stationary angles are corners that no event marks, as of the nearest place of a polyline."""
+        if not len(angles):
+            return np.zeros(0, dtype=bool)
+        beside = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
+        before, after = np.split(self.response.rate(self.at, self.fold(beside))[1][row], 2)
+        flags: Flags = np.abs(after - before) > CORNER_SHARE * np.abs(self.node_rates[row]).max()
+        return flags
 
     def _probes(self, row: int) -> tuple[Array, Array, Flags]:
         """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the same panel."""
@@ -354,18 +368,29 @@ class CyclePanels:
         high, low = (sign * self.top(CurveSide(0, 0, sign)) for sign in (1, -1))
         return total.summarise(smooth, tops, high, low)
 
-    def row_slopes(self, rows: Integers, angles: Array, joint: Integers) -> tuple[Array, Array, Array]:
-        """Jacobians (k, 1 + p) of curves in (phi, x), gradients (k, p) along the points, and where they were taken."""
+    def row_slopes(self, rows: Integers, angles: Array, joint: Integers) -> tuple[Array, Array, Array, Array]:
+        """Return Jacobians (k, 1 + p) of curves in (phi, x), gradients along the points, where and how these move.
+
+        A corner is where two branches have one value: both have the same gradient along its motion.
+        """
         at_joint, size = joint >= 0, len(self.response.names)
         if not len(angles):
-            return np.empty((0, 1 + size)), np.empty((0, size)), angles
+            return np.empty((0, 1 + size)), np.empty((0, size)), angles, np.empty((0, size))
         velocity = np.zeros((len(angles), size))
         velocity[at_joint] = self.joints.velocity[joint[at_joint]]
         place = angles.copy()
+        corner = joint == CORNER
+        if corner.any():
+            beside = np.concatenate([angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET])
+            both = self.response.slopes(self.at, self.fold(beside))[1]
+            before, after = np.split(both[np.tile(rows[corner], 2), np.arange(len(beside))], 2)
+            change = after - before
+            velocity[corner] = -change[:, 1:] / change[:, :1]
+            place[corner] += ONE_SIDED_OFFSET
         at_joint[at_joint] = np.abs(angles[at_joint] - self.folded[joint[at_joint]]) < ONE_SIDED_OFFSET / 2
         place[at_joint] += ONE_SIDED_OFFSET
         slopes = self.response.slopes(self.at, place)[1][rows, np.arange(len(place))]
-        return slopes, gradients_along(slopes, velocity), place
+        return slopes, gradients_along(slopes, velocity), place, velocity
 
 
 class PanelCache:
@@ -501,7 +526,7 @@ class _ExtremumState:
         self.angles, self.values, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
 
     @cached_property
-    def slopes(self) -> tuple[Array, Array, Array]:
+    def slopes(self) -> tuple[Array, Array, Array, Array]:
         return self.panels.row_slopes(self.curves, self.angles, self.joint)
 
     def hessian(self, weights: Array) -> Array:
@@ -509,7 +534,7 @@ class _ExtremumState:
         size, selected = len(self.panels.response.names), np.flatnonzero(weights)
         if not len(selected):
             return np.zeros((size, size))
-        slopes, _, place = self.slopes
+        slopes, _, place, _ = self.slopes
         ones = np.zeros((self.panels.response.count, len(selected)))
         ones[self.curves[selected], np.arange(len(selected))] = 1.0
         second = self.panels.response.hessians(self.panels.at, place[selected], ones)
@@ -520,10 +545,10 @@ class _ExtremumState:
     def _motion(self, second: Array, selected: Integers) -> PointMotion:
         panels, joint, smooth = self.panels, self.joint[selected], self.smooth[selected]
         motion = fixed_motion(len(joint), second.shape[1] - 1)
+        motion.velocity[:] = self.slopes[3][selected]
         motion.velocity[smooth] = peak_velocity(second[smooth])
         at_joint = joint >= 0
         if at_joint.any():
-            motion.velocity[at_joint] = panels.joints.velocity[joint[at_joint]]
             motion.acceleration[at_joint] = panels.joints.acceleration(joint[at_joint])
         return motion
 

@@ -33,6 +33,8 @@ from planter.optimise.objective import (
 
 DIRECTION_TOLERANCE = 1e-6
 """Components of a direction below this count as zero."""
+SPREAD_SHARE = 1e-3
+"""Share of the spreads of its rows that the unit of an objective is at least, whose initial value may cancel to 0."""
 MAX_VIOLATION = 1e3
 """Upper limit of the violation in a merit, in steps."""
 
@@ -202,7 +204,10 @@ class Problem:
     @property
     def scale(self) -> float:
         """Unit of the objective in residuals and tolerances."""
-        return self.objective.unit or self.reference.objective or 1.0
+        if self.objective.unit is not None:
+            return self.objective.unit
+        spreads = float(np.abs(self.objective.weights) @ self.objective.units)
+        return max(abs(self.reference.objective), SPREAD_SHARE * spreads) or 1.0
 
     def flat(self, u: Array) -> Array:
         """Return orthonormal insensitive directions (k, p) of the free coordinates at a point u (p,)."""

@@ -246,8 +246,12 @@ def hessians_along(slopes: Array, second: Array, motion: PointMotion) -> Array:
 
 
 def peak_velocity(second: Array) -> Array:
-    """Return the velocity (m, p) of smooth peaks, -F_phix / F_phiphi, from Hessians (m, 1 + p, 1 + p)."""
-    velocity: Array = -second[:, 0, 1:] / second[:, :1, 0]
+    """Return the velocity (m, p) of smooth peaks, -F_phix / F_phiphi, from Hessians (m, 1 + p, 1 + p).
+
+    Where a curve is level no place is better than another: the peak stays.
+    """
+    bend = second[:, :1, 0]
+    velocity: Array = np.divide(-second[:, 0, 1:], bend, out=np.zeros_like(second[:, 0, 1:]), where=bend != 0)
     return velocity
 
 
