@@ -46,6 +46,8 @@ MIN_BREAKPOINT_DISTANCE = 1e-8
 """Joints closer than this are one [rad]."""
 CORNER, CORNER_SHARE = -2, 1e-6
 """In place of a joint: a corner that no event marks, at which a slope jumps by this share of the largest at least."""
+LEVEL_SHARE = 1e-9
+"""A curve whose slope is below this share of its size is level, its slope rounding [1/rad]."""
 PULL_ROUNDING = 1e-13
 """Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps there."""
 
@@ -350,7 +352,8 @@ class CyclePanels:
             return np.zeros(0, dtype=bool)
         beside = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
         before, after = np.split(self.response.rate(self.at, self.fold(beside))[1][row], 2)
-        flags: Flags = np.abs(after - before) > CORNER_SHARE * np.abs(self.node_rates[row]).max()
+        steepest, largest = np.abs(self.node_rates[row]).max(), np.abs(self.values[row]).max()
+        flags: Flags = np.abs(after - before) > max(CORNER_SHARE * steepest, LEVEL_SHARE * largest)
         return flags
 
     def _probes(self, row: int) -> tuple[Array, Array, Flags]:
@@ -550,7 +553,24 @@ class _ExtremumState:
         at_joint = joint >= 0
         if at_joint.any():
             motion.acceleration[at_joint] = panels.joints.acceleration(joint[at_joint])
+        corner = np.flatnonzero(joint == CORNER)
+        if len(corner):
+            motion.acceleration[corner] = self._bend_corners(selected[corner], second[corner])
         return motion
+
+    def _bend_corners(self, chosen: Integers, after: Array) -> Array:
+        """Return the second derivatives (k, p, p) of corners, at which two branches of a curve have one value."""
+        panels, angles = self.panels, self.angles[chosen] - ONE_SIDED_OFFSET
+        lanes, curves = np.arange(len(chosen)), self.curves[chosen]
+        ones = np.zeros((panels.response.count, len(chosen)))
+        ones[curves, lanes] = 1.0
+        change = after - panels.response.hessians(panels.at, panels.fold(angles), ones)
+        before = panels.response.slopes(panels.at, panels.fold(angles))[1][curves, lanes, 0]
+        rise = self.slopes[0][chosen, 0] - before
+        size = change.shape[1] - 1
+        path = np.concatenate([self.slopes[3][chosen][:, None], np.tile(np.eye(size), (len(chosen), 1, 1))], axis=1)
+        bent: Array = -np.einsum("kap,kab,kbq->kpq", path, change, path) / rise[:, None, None]
+        return bent
 
 
 _Points = tuple[Array, Array, Integers, Flags]
