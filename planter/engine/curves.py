@@ -36,6 +36,7 @@ class QuantityCurves:
         self.machine, self.conditions = machine, tuple(conditions)
         rates = [_build_rate(machine, name) for name in worked]
         self.response, self.is_compiled = MachineResponse(machine, names, more=rates), False
+        self.response.settles = True
         self.quantities = self.response.quantities
         self.names, self.lower, self.upper = machine.design_names, machine.lower, machine.upper
         self._levels = [_build_levels(machine, condition) for condition in self.conditions]
@@ -70,9 +71,12 @@ class QuantityCurves:
 
     @cached_property
     def is_closed(self) -> bool:
-        """Whether all curves are at the end of a turn what they are at its beginning."""
-        values = self.value(self.prologue(self.design), np.linspace(0.0, self.machine.turn, 1 + self.machine.samples))
-        return bool((np.abs(values[:, -1] - values[:, 0]) <= CLOSED * np.ptp(values, axis=1)).all())
+        """Whether all curves and their slopes are at the end of a turn what they are at its beginning."""
+        angles, at = np.linspace(0.0, self.machine.turn, 1 + self.machine.samples), self.prologue(self.design)
+        (values, _), rates = self.response.loose_derivatives(at, angles), self.response.loose_rates(at, angles)
+        gaps = [np.abs(part[:, -1] - part[:, 0]) for part in (values, *rates)]
+        sizes = [np.ptp(values, axis=1), *(np.nanmax(np.abs(part), axis=1) for part in rates)]
+        return all(bool((gap <= CLOSED * size).all()) for gap, size in zip(gaps, sizes, strict=True))
 
     @property
     def offsets(self) -> tuple[float, ...]:
@@ -93,6 +97,10 @@ class QuantityCurves:
         """Forget all designs so far: what follows does not depend on them, to the last digit."""
         self.response.restart()
         self._joints.restart()
+
+    def ends(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as beside a root."""
+        return self.response.loose_derivatives(at, phi)
 
     def value(self, at: DesignPoint, phi: Array) -> Array:
         """Return F, (m, n). Raises ComputationError if loops do not close or a value is not finite, as all do."""
@@ -139,7 +147,7 @@ class QuantityCurves:
 
     def event_slopes(self, at: DesignPoint, phi: Array) -> Array:
         """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
-        return self._joints.slopes(at, phi)[1]
+        return self._joints.loose_slopes(at, phi)[1]
 
     def event_hessian(self, at: DesignPoint, phi: float, event: int) -> Array:
         """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""

@@ -34,7 +34,11 @@ class DesignProblem(Problem):
         super().__init__(goal.objective if objective is None else objective, box, join_constraints([*limits, *further]))
         if machine.loops is not None:
             self.restart()
-            _ = self.reference, self.free, self.objective.units  # before any design of a search, on which their last digits would depend
+            _ = (
+                self.reference,
+                self.free,
+                self.objective.units,
+            )  # before any design of a search, on which their last digits would depend
 
     @property
     def machine(self) -> Machine:

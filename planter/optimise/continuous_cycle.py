@@ -48,6 +48,8 @@ CORNER, CORNER_SHARE = -2, 1e-6
 """In place of a joint: a corner that no event marks, at which a slope jumps by this share of the largest at least."""
 LEVEL_SHARE = 1e-9
 """A curve whose slope is below this share of its size is level, its slope rounding [1/rad]."""
+FIXED_RANK = 10
+"""Added to the order of joints whose motion is not known, so that others at the same angle count."""
 PULL_ROUNDING = 1e-13
 """Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps there."""
 
@@ -106,12 +108,8 @@ class CyclePanels:
         self.folded = self.joints.folded
         self.breaks, self.order = self._breaks()
         self.nodes, self.mix, self.shares, self.panel = self._quadrature()
-        ends = np.stack([self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1).ravel()
-        probes = np.concatenate([self.nodes, ends])
-        values, rate = response.rate(self.at, self.fold(probes))
-        count = len(self.nodes)
-        self.values, self.node_rates = values[:, :count], rate[:, :count]
-        self.end_values, self.end_rates = (part[:, count:].reshape(len(part), -1, 2) for part in (values, rate))
+        self.values, self.node_rates = response.rate(self.at, self.fold(self.nodes))
+        self.end_values, self.end_rates = self._find_ends()
         self.jumps = np.flatnonzero(self._is_jump())
         before = self.end_values[:, self.jumps - 1, 1] + ONE_SIDED_OFFSET * self.end_rates[:, self.jumps - 1, 1]
         after = self.end_values[:, self.jumps, 0] - ONE_SIDED_OFFSET * self.end_rates[:, self.jumps, 0]
@@ -120,6 +118,21 @@ class CyclePanels:
     def fold(self, angles: Array) -> Array:
         """Return angles modulo the period of closed curves [rad]."""
         return np.mod(angles, self.response.period) if self.response.is_closed else angles
+
+    def _find_ends(self) -> tuple[Array, Array]:
+        """Return values and slopes (m, panels, 2) beside the ends of panels, those of the next node if not finite."""
+        ends = np.stack([self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1)
+        values, rates = (
+            part.reshape(len(part), *ends.shape) for part in self.response.ends(self.at, self.fold(ends.ravel()))
+        )
+        if not (np.isfinite(values).all() and np.isfinite(rates).all()):
+            first = np.flatnonzero(np.diff(self.panel, prepend=-1))
+            nodes = np.stack([first, np.append(first[1:], len(self.nodes)) - 1], axis=1)
+            is_bad = ~(np.isfinite(values) & np.isfinite(rates))
+            rates = np.where(is_bad, self.node_rates[:, nodes], rates)
+            continued = self.values[:, nodes] + self.node_rates[:, nodes] * (ends - self.nodes[nodes])
+            values = np.where(is_bad, continued, values)
+        return values, rates
 
     def _is_jump(self) -> Flags:
         """Return which panels begin at a joint where the curves themselves may jump."""
@@ -138,10 +151,12 @@ class CyclePanels:
         places = self.folded[order]
         if not self.response.is_closed:
             inside = (places > MIN_BREAKPOINT_DISTANCE) & (places < period - MIN_BREAKPOINT_DISTANCE)
+            outer = order[~inside]
+            first = self._select_roughest(outer, np.zeros(1, dtype=np.int64))[:1] if len(outer) else np.array([-1])
             order, places = order[inside], places[inside]
             starts = np.flatnonzero(np.diff(places, prepend=-1.0) > MIN_BREAKPOINT_DISTANCE)
             joints = self._select_roughest(order, starts)
-            return np.concatenate([[0.0], self.folded[joints], [period]]), np.append(-1, joints)
+            return np.concatenate([[0.0], self.folded[joints], [period]]), np.append(first, joints)
         if not len(order):
             return np.array([0.0, period]), np.array([-1])
         separated = np.diff(places, append=places[0] + period) > MIN_BREAKPOINT_DISTANCE
@@ -151,9 +166,10 @@ class CyclePanels:
         return np.append(self.folded[joints], self.folded[joints[0]] + period), joints
 
     def _select_roughest(self, order: Integers, starts: Integers) -> Integers:
-        """Return of each group of joints, which begin at `starts` of `order`, that of the least order."""
+        """Return of each group of joints, which begin at `starts` of `order`, that of the least order that moves."""
         groups = np.split(order, starts[1:]) if len(starts) else []
-        return np.array([group[self.joints.orders[group].argmin()] for group in groups], dtype=np.int64)
+        rank = self.joints.orders + FIXED_RANK * ~self.joints.is_regular
+        return np.array([group[rank[group].argmin()] for group in groups], dtype=np.int64)
 
     def _quadrature(self) -> tuple[Array, Array, Array, Integers]:
         """Nodes, their places in their panels from 0 to 1, shares of sum 1 of the period, and panels, (n,) each."""
@@ -333,7 +349,7 @@ class CyclePanels:
         joint[: len(angles)][is_corner] = CORNER
         smooth = np.arange(len(place)) < len(angles)
         smooth[: len(angles)] = ~is_corner
-        values = self.response.value(self.at, place)[row] if len(place) else np.empty(0)
+        values = self._evaluate_extremes(row, place, kinks, len(angles))
         if len(self.jumps):
             beside, left = self.breaks[self.jumps], (self.jumps - 1) % count
             place = np.concatenate([place, self.fold(beside - ONE_SIDED_OFFSET), self.fold(beside + ONE_SIDED_OFFSET)])
@@ -345,6 +361,15 @@ class CyclePanels:
         smooth = np.append(smooth, np.zeros(len(place) - len(smooth), dtype=bool))
         order = np.argsort(place, kind="stable")
         return CycleExtrema(place, kind, values, joint, smooth, beside_jump, panels).pick(order)
+
+    def _evaluate_extremes(self, row: int, places: Array, kinks: Integers, count: int) -> Array:
+        """Return values at `count` smooth extremes, at kinks and at ends; at a kink that is not finite, beside it."""
+        if not len(places):
+            return np.empty(0)
+        values: Array = self.response.ends(self.at, places)[0][row].copy()
+        at_kinks = slice(count, count + len(kinks))
+        values[at_kinks] = np.where(np.isfinite(values[at_kinks]), values[at_kinks], self.end_values[row, kinks, 0])
+        return values
 
     def _find_corners(self, row: int, angles: Array) -> Flags:
         """Return which stationary angles are corners that no event marks, as of the nearest place of a polyline."""

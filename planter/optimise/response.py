@@ -78,6 +78,9 @@ class CycleResponse(Protocol):
     def value(self, at: Any, phi: Array) -> Array:
         """Return F, (m, n)."""
 
+    def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as beside a root."""
+
     def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """Return F and its derivative in phi, (m, n) each."""
 
@@ -159,9 +162,16 @@ class Breakpoints:
     @cached_property
     def velocity(self) -> Array:
         """Derivative of the angles in the design, -g_x / g_phi, (m, p)."""
-        slopes = self._slopes
-        velocity: Array = -slopes[:, 1:] / slopes[:, :1]
+        slopes = np.where(self.is_regular[:, None], self._slopes, 0.0)
+        rises = np.where(self.is_regular, slopes[:, 0], 1.0)
+        velocity: Array = -slopes[:, 1:] / rises[:, None]
         return velocity
+
+    @cached_property
+    def is_regular(self) -> Flags:
+        """Flags (m,) of breakpoints at which the function of the event has a slope, by which they move."""
+        flags: Flags = np.isfinite(self._slopes).all(axis=1) & (self._slopes[:, 0] != 0)
+        return flags
 
     def acceleration(self, picked: Integers) -> Array:
         """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the design, (k, p, p).
@@ -171,7 +181,7 @@ class Breakpoints:
         size = self.velocity.shape[1]
         accelerations = np.zeros((len(picked), size, size))
         for i, j in enumerate(picked):
-            if self.is_touch[j]:
+            if self.is_touch[j] or not self.is_regular[j]:
                 continue
             path = np.vstack([self.velocity[j], np.eye(size)])
             hessian = self.response.event_hessian(self.at, float(self.angles[j]), int(self.events[j]))

@@ -74,6 +74,9 @@ class Toy:
     def value(self, at: Any, phi: Array) -> Array:
         return self._stacked("force", at, phi)[:, :, 0].T
 
+    def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        return self.rate(at, phi)
+
     def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
         force, slopes = self.slopes(at, phi)
         return force, slopes[:, :, 0]
