@@ -48,31 +48,75 @@ CORNER, CORNER_SHARE = -2, 1e-6
 """In place of a joint: a corner that no event marks, at which a slope jumps by this share of the largest at least."""
 LEVEL_SHARE = 1e-9
 """A curve whose slope is below this share of its size is level, its slope rounding [1/rad]."""
+TAIL_TOLERANCE, MAX_HALVINGS = 1e-11, 16
+"""A piece is halved, so often at most, if its share of the period times a last coefficient of the Legendre series of a
+curve exceeds this share of the curve's mean size."""
 FIXED_RANK = 10
 """Added to the order of joints whose motion is not known, so that others at the same angle count."""
 PULL_ROUNDING = 1e-13
 """Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps there."""
 
 
-@cache
-def build_panel_nodes(pieces: int) -> tuple[Array, Array]:
-    """Return nodes in (0, 1) and weights of sum 1, (n,), of a panel in so many pieces.
+@dataclass(frozen=True)
+class Pieces:
+    """Parts (k,) of panels, from `low` to `high` of the argument 0 <= u <= 1 of one of the `count` pieces of a panel.
 
     The first and the last piece are graded by the square of their argument, after which roots of the distance from an
-    end of the panel, and their derivatives, are polynomials: Gauss's rule is exact for these, too.
+    end of the panel, and their derivatives, are polynomials in u: Gauss's rule is exact for these, too.
 
-    >>> nodes, weights = build_panel_nodes(2)
-    >>> round(float(weights @ nodes**0.5), 14), round(float(weights @ nodes**-0.5), 14)
+    >>> places, weights = Pieces.divide(np.array([2])).place()
+    >>> round(float((weights * places**0.5).sum()), 14), round(float((weights * places**-0.5).sum()), 13)
     (0.66666666666667, 2.0)
     """
-    places, shares = piecewise.gauss_panels(np.linspace(0.0, 1.0, pieces + 1), NODES)
-    if pieces == 1:
-        angle = np.pi * places[0] / 2
-        return np.sin(angle) ** 2, np.pi / 2 * np.sin(2 * angle) * shares[0]
-    first, last = places[0] * pieces, (1 - places[-1]) * pieces
-    shares[0], shares[-1] = 2 * first * shares[0], 2 * last * shares[-1]
-    places[0], places[-1] = first**2 / pieces, 1 - last**2 / pieces
-    return places.ravel(), shares.ravel()
+
+    panel: Integers
+    number: Integers
+    count: Integers
+    low: Array
+    high: Array
+
+    @classmethod
+    def divide(cls, counts: Integers) -> Pieces:
+        """Return all pieces of panels that have so many each, (panels,)."""
+        panel = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(panel)) - np.repeat(np.cumsum(counts) - counts, counts)
+        return cls(panel, number, counts[panel], np.zeros(len(panel)), np.ones(len(panel)))
+
+    def place(self) -> tuple[Array, Array]:
+        """Return places in their panels, from 0 to 1, and weights, whose sum over a panel is 1, (k, NODES) each."""
+        points, shares = piecewise.gauss_panels(np.array([0.0, 1.0]), NODES)
+        width = (self.high - self.low)[:, None]
+        u, number, count = self.low[:, None] + width * points, self.number[:, None], self.count[:, None]
+        is_first, is_last = number == 0, number == count - 1
+        place, rise = (number + u) / count, np.ones_like(u) / count
+        place, rise = np.where(is_first, u**2 / count, place), np.where(is_first, 2 * u / count, rise)
+        place = np.where(is_last, 1 - (1 - u) ** 2 / count, place)
+        rise = np.where(is_last, 2 * (1 - u) / count, rise)
+        is_only = is_first & is_last
+        place = np.where(is_only, np.sin(np.pi * u / 2) ** 2, place)
+        rise = np.where(is_only, np.pi / 2 * np.sin(np.pi * u), rise)
+        return place, rise * shares * width
+
+    def select(self, chosen: Flags | Integers) -> Pieces:
+        """Return the pieces that flags (k,) mark, or those at indices."""
+        return Pieces(
+            self.panel[chosen], self.number[chosen], self.count[chosen], self.low[chosen], self.high[chosen]
+        )  # fmt: skip
+
+    def halve(self) -> Pieces:
+        """Return both halves of all pieces."""
+        middle = (self.low + self.high) / 2
+        twice = [np.tile(part, 2) for part in (self.panel, self.number, self.count)]
+        return Pieces(*twice, np.append(self.low, middle), np.append(middle, self.high))
+
+
+@cache
+def build_tail(count: int) -> Array:
+    """Return what gives the last two coefficients of a Legendre series from values at Gauss's nodes, (count, 2)."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    orders = np.arange(count - 2, count)
+    tail: Array = np.polynomial.legendre.legvander(points, count - 1)[:, orders] * weights[:, None] * (orders + 0.5)
+    return tail
 
 
 @dataclass(frozen=True)
@@ -107,8 +151,7 @@ class CyclePanels:
         self.joints = find_breakpoints(response, self.at)
         self.folded = self.joints.folded
         self.breaks, self.order = self._breaks()
-        self.nodes, self.mix, self.shares, self.panel = self._quadrature()
-        self.values, self.node_rates = response.rate(self.at, self.fold(self.nodes))
+        self._place_nodes()
         self.end_values, self.end_rates = self._find_ends()
         self.jumps = np.flatnonzero(self._is_jump())
         before = self.end_values[:, self.jumps - 1, 1] + ONE_SIDED_OFFSET * self.end_rates[:, self.jumps - 1, 1]
@@ -171,20 +214,44 @@ class CyclePanels:
         rank = self.joints.orders + FIXED_RANK * ~self.joints.is_regular
         return np.array([group[rank[group].argmin()] for group in groups], dtype=np.int64)
 
-    def _quadrature(self) -> tuple[Array, Array, Array, Integers]:
-        """Nodes, their places in their panels from 0 to 1, shares of sum 1 of the period, and panels, (n,) each."""
-        lengths = np.diff(self.breaks)
-        pieces = np.ceil(lengths / MAX_PIECE).astype(int)
-        mix = np.concatenate([build_panel_nodes(count)[0] for count in pieces.tolist()])
-        panel = np.repeat(np.arange(len(pieces)), pieces * NODES)
-        nodes = self.breaks[panel] + mix * lengths[panel]
-        return nodes, mix, self._weights * lengths[panel] / self.response.period, panel
+    def _place_nodes(self) -> None:
+        """Set nodes (n,) in order, their places and weights in their panels, shares of sum 1, values and slopes.
 
-    @cached_property
-    def _weights(self) -> Array:
-        """Weights of the nodes in their panels, whose sum over a panel is 1, (n,)."""
-        pieces = np.ceil(np.diff(self.breaks) / MAX_PIECE).astype(int)
-        return np.concatenate([build_panel_nodes(count)[1] for count in pieces.tolist()])
+        A piece in which the Legendre series of a curve does not fall off is halved: there is a corner that no event
+        marks, or nearly one.
+        """
+        lengths = np.diff(self.breaks)
+        pending, tail = Pieces.divide(np.ceil(lengths / MAX_PIECE).astype(np.int64)), build_tail(NODES)
+        accepted: list[tuple[Pieces, Array, Array]] = []
+        size: Array | None = None
+        for depth in range(MAX_HALVINGS + 1):
+            places, weights = pending.place()
+            nodes = self.breaks[pending.panel, None] + places * lengths[pending.panel, None]
+            both = self.response.rate(self.at, self.fold(nodes.ravel()))
+            values, rates = (part.reshape(len(part), *nodes.shape) for part in both)
+            shares = weights.sum(axis=1) * lengths[pending.panel] / self.response.period
+            size = (np.abs(values).mean(axis=2) @ shares) if size is None else size
+            tails = np.abs(values @ tail).max(axis=2) * shares
+            is_rough = (tails > TAIL_TOLERANCE * size[:, None]).any(axis=0)
+            is_rough &= depth < MAX_HALVINGS
+            done = np.flatnonzero(~is_rough)
+            accepted.append((pending.select(done), values[:, done], rates[:, done]))
+            if not is_rough.any():
+                break
+            pending = pending.select(is_rough).halve()
+        parts = [pieces for pieces, _, _ in accepted]
+        fields = ("panel", "number", "count", "low", "high")
+        pieces = Pieces(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))
+        order = np.lexsort([pieces.low, pieces.number, pieces.panel])
+        pieces = pieces.select(order)
+        places, weights = pieces.place()
+        self.panel, self.mix, self._weights = np.repeat(pieces.panel, NODES), places.ravel(), weights.ravel()
+        self.nodes = self.breaks[self.panel] + self.mix * lengths[self.panel]
+        self.shares = self._weights * lengths[self.panel] / self.response.period
+        self.values, self.node_rates = (
+            np.concatenate([each[1 + k] for each in accepted], axis=1)[:, order].reshape(self.response.count, -1)
+            for k in range(2)
+        )
 
     # --- parts of the period -------------------------------------------------------------------------
 

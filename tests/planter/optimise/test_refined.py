@@ -28,10 +28,8 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
     moments = CyclePanels(response, response.design).smooth(()).moments
-    continuous_cycle.build_panel_nodes.cache_clear()
     monkeypatch.setattr(continuous_cycle, "NODES", 24)
     finer = CyclePanels(response, response.design).smooth(()).moments
-    continuous_cycle.build_panel_nodes.cache_clear()
     assert moments[0] == pytest.approx(finer[0], rel=1e-13)
     assert moments[1] == pytest.approx(finer[1], rel=1e-12)
 
