@@ -186,23 +186,30 @@ class SampledOutputs:
         return values
 
     def gradients(self, points: Array, threads: int, count: int | None = None) -> tuple[Array, Array]:
-        """Return outputs (m, k) at points (m, n) and slopes (m, k, n) of them, which are those of their samples.
+        """Return outputs (m, k) at points (m, n) and exact slopes (m, k, n) of them; extremes stay at their samples.
 
         Slopes are those of the first `count` outputs, all if it is None.
         """
+        if self._true is not None:
+            return self._differentiate(points, threads, len(self.outputs) if count is None else count)
         count, compiled = len(self.outputs) if count is None else count, len(points) >= COMPILED
         values, slopes = self.sample_slopes(self.data(points), threads, count, compiled)
-        if self._true is not None:
-            values = self._measure(self.data(points), threads)
         for k, goal in self._goals.items():
-            for nodes in goal.nodes.values() if compiled else ():
-                nodes.response.compile()
             for row, x in enumerate(self._designs(points, values[:, k])):
                 value, slope = _evaluate(goal, x, with_slope=k < count)
                 values[row, k] += value
                 if k < count:
                     slopes[row, k] = slope
         slopes[np.isnan(values[:, :count])] = np.nan
+        return values, slopes * self.machine.scale
+
+    def _differentiate(self, points: Array, threads: int, count: int) -> tuple[Array, Array]:
+        """Return true outputs (m, k) at points (m, n), and exact slopes (m, count, n) of the first."""
+        values = self.evaluated(points, threads)
+        slopes = np.full((len(points), count, len(self.machine.moved)), np.nan)
+        for k, goal in enumerate(self._true_goals[:count]):
+            for row, x in enumerate(self._designs(points, values[:, k])):
+                slopes[row, k] = _evaluate(goal, x, with_slope=True)[1]
         return values, slopes * self.machine.scale
 
     def sample(self, d: Array, threads: int) -> Array:
@@ -267,12 +274,19 @@ class SampledOutputs:
     @cached_property
     def _goals(self) -> dict[int, Goal]:
         """Goals of the outputs that samples alone do not decide."""
-        count = len(self.rows.angles)
         return {
-            k: Goal(self.machine, output.terms, (), count, with_events=False)
+            k: self._build_goal(output)
             for k, output in enumerate(self.outputs)
             if not all(map(self._is_sampled, output.terms))
         }
+
+    def _build_goal(self, output: Output) -> Goal:
+        return Goal(self.machine, output.terms, (), None if self._true else len(self.rows.angles))
+
+    @cached_property
+    def _true_goals(self) -> list[Goal]:
+        """Goals of all outputs, which have the slopes of true measures."""
+        return [self._goals[k] if k in self._goals else self._build_goal(o) for k, o in enumerate(self.outputs)]
 
     def _designs(self, points: Array, values: Array) -> list[Array | None]:
         """Return the moved values (n,) in SI of rows, None in those that have no value."""

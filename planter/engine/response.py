@@ -65,7 +65,7 @@ class MachineResponse:
             self.quantities += tuple(quantity for quantity, _ in more)
             self.shared += (False,) * len(more)
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
-        self.is_compiled = False
+        self.is_compiled, self.settles = False, False
         self.restart()
 
     def restart(self) -> None:
@@ -217,14 +217,35 @@ class MachineResponse:
         if self.machine.loops is not None:
             inputs["q"] = self.coordinates(point.d, lanes)
         if is_loose:
-            return kernel.masked(**inputs)[0]
+            return kernel.masked(**inputs, **more)[0]
         try:
             return kernel(**inputs, **more)
         except NotFiniteError as error:
+            settled = self._settle(kernel.masked(**inputs, **more)[0]) if self.settles else None
+            if settled is not None:
+                return settled
             quantity = self.quantities[error.row % len(self.quantities)]
             angle = np.degrees(lanes[error.lane])
             text = f"{quantity.name} ({quantity.meaning}) is not finite at {angle:.6g} deg"
             raise ComputationError(f"{self.machine.name}: {text}") from None
+
+    @staticmethod
+    def _settle(outputs: dict[str, Array]) -> dict[str, Array] | None:
+        """Return outputs with derivatives that are 0/0 set to 0, None if more is not finite.
+
+        Such are those of a root of a part that is 0: the part is level there, and so is its root.
+        """
+        settled = {
+            name: rows if name == "rows" else np.where(np.isnan(rows), 0.0, rows) for name, rows in outputs.items()
+        }
+        return settled if all(np.isfinite(rows).all() for rows in settled.values()) else None
+
+    def loose_slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return what `slopes` returns, with NaN where something is not finite."""
+        result = self._evaluate(self.slopes_kernel, point, phi, is_loose=True, dh=point.dh)
+        size, lanes = 1 + len(self.machine.moved), result["slopes"].shape[1]
+        slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
+        return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
     def _fold(self, rows: Array) -> Array:
         """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the first side."""

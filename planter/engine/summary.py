@@ -194,11 +194,11 @@ class PiecewiseCycle:
             if switching is None:
                 continue
             for row, entry in enumerate(self.rows):
-                if (
-                    entry.has_jumps
-                    and row not in self.pieces.poles
-                    and abs(after[row, k] - before[row, k]) > ROUNDING * largest[row]
-                ):
+                change = after[row, k] - before[row, k]
+                if entry.quantity.unit == "rad":  # an angle that begins anew does not jump
+                    change -= TURN * np.round(change / TURN)
+                has_jump = entry.has_jumps and row not in self.pieces.poles
+                if has_jump and abs(change) > ROUNDING * largest[row]:
                     yield Shock(
                         event=switching.name,
                         side=switching.side,

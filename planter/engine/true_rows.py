@@ -214,7 +214,7 @@ class _Block:
         turn, angles = self.machine.turn, np.empty(0)
         if crossings is not None:
             count = len(self.owner._periods)
-            parts = ((crossings.angles, crossings.rows), (crossings.touches, crossings.touching))
+            parts = ((crossings.angles, crossings.rows), (crossings.touches, crossings.touch_rows))
             angles = np.concatenate([angles[rows // count == row] for angles, rows in parts])
         angles = np.sort(np.mod(np.subtract.outer(angles, self.machine.offsets), turn).ravel())
         angles = angles[(angles > MERGED_DISTANCE) & (angles < turn - MERGED_DISTANCE)]

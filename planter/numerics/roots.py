@@ -101,13 +101,13 @@ def _solve_linear(matrices: Array, right: Array) -> Array:
 class Crossings:
     """Sorted angles (s,) in [0, cycle) at which functions cross a level, and the rows (s,) of the functions.
 
-    `touches` (t,) are angles at which functions, `touching` (t,), come close to a level and turn round.
+    `touches` (t,) are angles at which functions, `touch_rows` (t,), come close to a level and turn round.
     """
 
     angles: Array
     rows: Integers
     touches: Array
-    touching: Integers
+    touch_rows: Integers
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ def locate_crossings(
         turning &= (gaps[:, :-1] <= 0) & (gaps[:, 1:] >= 0)
     rows, index = np.nonzero(crossed | turning)
     cells = _Cells(rows, grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1])
-    touches, touching = np.empty(0), np.empty(0, dtype=np.int64)
+    touches, touch_rows = np.empty(0), np.empty(0, dtype=np.int64)
     if rates is not None and turning.any():
         turned = np.flatnonzero(turning[rows, index])
         near = cells.select(turned)
@@ -176,7 +176,7 @@ def locate_crossings(
         distance = np.abs(reached - _round_to_level(reached, periods[near.rows]))
         sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[near.rows]
         is_touch = distance <= TOUCHING * sizes
-        touches, touching = places[is_touch], near.rows[is_touch]
+        touches, touch_rows = places[is_touch], near.rows[is_touch]
         passed = distance > ROUNDING * sizes  # else rounding would decide whether it crosses twice
         kept = np.ones(len(rows), dtype=bool)
         kept[turned[passed]] = False
@@ -190,7 +190,7 @@ def locate_crossings(
 
     ends = cells.first - levels, cells.last - levels
     roots = find_bracketed_roots(shifted, cells.low, cells.high, ends)
-    return Crossings(*_fold(roots, cells.rows, cycle), *_fold(touches, touching, cycle))
+    return Crossings(*_fold(roots, cells.rows, cycle), *_fold(touches, touch_rows, cycle))
 
 
 def _round_to_level(values: Array, periods: Array) -> Array:

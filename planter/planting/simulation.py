@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 
 from planter.engine.machine import Machine
-from planter.engine.sensitivity import SensitivityResult, build_goal
+from planter.engine.goal import Goal
+from planter.engine.sensitivity import SensitivityResult
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
@@ -242,7 +243,7 @@ def compute_work(device: Device) -> WorkPerCycle:
     panels = CyclePanels(device.force, device.design)
     cycle = planting.evaluate_cycle(device, device.prologue(device.design), panels.nodes)
     lost = cycle.sides[0]["F_E_loss_W"] + cycle.sides[1]["F_E_loss_W"]
-    turn = 2 * np.pi * panels.weights
+    turn = 2 * np.pi * panels.shares
     return WorkPerCycle(
         input_J=float(turn @ cycle.totals["M_L_Nm"]),
         friction_J=float(turn @ lost) / device.machine.si("speed_rpm"),
@@ -265,7 +266,7 @@ def sensitivity(
 
 def compute_objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
     """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
-    goal = build_goal(device.force.machine, build_measures(device.machine), samples)
+    goal = Goal(device.force.machine, build_measures(device.machine), (), samples)
     return goal.evaluate(device.design), goal.slope(device.design)
 
 

@@ -138,7 +138,7 @@ def test_objective_equals_sum_in_file(objective: str) -> None:
     machine = replace(slider_crank(), objective=parse_sum(objective))
     outputs = SampledOutputs(machine, INPUTS, ["objective"], ANGLES)
     terms = [resolve_measure(machine, measure) for measure in machine.objective]
-    goal = Goal(outputs.machine, terms, [], ANGLES, with_events=False)
+    goal = Goal(outputs.machine, terms, [], ANGLES)
     x = goal.machine.design
     points = x / goal.machine.scale * np.array([[1.0], [1.02]])
     values, slopes = outputs.gradients(points, 1)
