@@ -10,7 +10,8 @@ from typing import TypeVar
 import sympy as sp
 from sympy import Expr
 
-from .kinks import Event, Kinks
+from .kinks import Event as Event
+from .kinks import Kinks
 from .quantity import Datum, OpenVector, Quantity, Vector, refuse_name, word
 
 Input = Vector | OpenVector | Quantity

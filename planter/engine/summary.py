@@ -17,7 +17,7 @@ from planter.engine.machine import Machine, Quantity, Vector
 from planter.engine.response import MachineResponse, Switchings
 from planter.files import units
 from planter.kernels import Array
-from planter.numerics.arrays import to_degrees
+from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.numerics.piecewise import PiecewiseFunctions
 from planter.records import Record

@@ -44,10 +44,7 @@ class TrueRows:
 
     def __init__(self, rows: MachineRows) -> None:
         self.rows, self.machine = rows, rows.machine
-        kinds = self.machine.event_kinds
-        graph = self._events
-        if graph is not None and not kinds:
-            kinds = ({},) * graph.numel()
+        kinds = self.machine.event_kinds or ({},) * self._events.numel()
         self._periods = np.array([kind.get("period") or np.inf for kind in kinds])
 
     def compile(self) -> None:
@@ -127,9 +124,9 @@ class TrueRows:
     # --- the functions behind it ---------------------------------------------------------------------
 
     @cached_property
-    def _events(self) -> ca.SX | None:
+    def _events(self) -> ca.SX:
         events = self.machine.events
-        return None if events is None else ca.densify(events(*self.machine.symbols))
+        return ca.SX(0, 1) if events is None else ca.densify(events(*self.machine.symbols))
 
     def _build(self, name: str, outputs: Mapping[str, ca.SX]) -> ca.Function:
         graphs = ca.cse([ca.densify(graph) for graph in outputs.values()])
@@ -258,9 +255,9 @@ class _Block:
         values = self.owner._values(phi=lanes, d=self.data.T, h=self.h.T, q=q)["rows"]
         size = len(owner.names)
         guards = values[:, size:]
-        is_finite = np.isfinite(values).all(axis=(1, 2)) & is_closed.reshape(len(phi), -1).all(axis=1)
+        is_finite: Flags = np.isfinite(values).all(axis=(1, 2)) & is_closed.reshape(len(phi), -1).all(axis=1)
         for row, guard in zip(guards.transpose(1, 0, 2), owner.guards, strict=True):
-            is_finite &= (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
+            is_finite = is_finite & (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
         sides = values[:, :size].reshape(len(phi), size, len(offsets), -1)
         shared = np.array(owner.shared, dtype=bool)[None, :, None]
         folded = np.where(shared, sides.sum(axis=2), sides[:, :, 0])

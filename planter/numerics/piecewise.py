@@ -79,7 +79,7 @@ class PiecewiseFunctions:
         pending = _begin_panels(self._edges, MIN_PIECES, turn)
         accepted: list[_Panels] = []
         self.poles: dict[int, float] = {}
-        size: Array | float = 0.0
+        size = np.zeros(1)
         for depth in range(MAX_DEPTH + 1):
             panels = self._evaluate(pending)
             share = panels.weights / turn
@@ -238,8 +238,10 @@ class _Panels:
 
     def select(self, index: Flags) -> _Panels:
         """Return some of the panels."""
-        parts = (getattr(self, name)[index] for name in ("owner", "low", "high", "angles", "weights"))
-        return _Panels(*parts, self.values[:, index], self.slopes[:, index])
+        return _Panels(
+            self.owner[index], self.low[index], self.high[index], self.angles[index], self.weights[index],
+            self.values[:, index], self.slopes[:, index],
+        )  # fmt: skip
 
     def halve(self) -> tuple[Integers, Array, Array]:
         """Return owners and ends of both halves of all panels."""
