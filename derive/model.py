@@ -10,6 +10,8 @@ from typing import TypeVar
 import sympy as sp
 from sympy import Expr
 
+from .kinks import Event as Event
+from .kinks import Kinks
 from .quantity import Datum, OpenVector, Quantity, Vector, refuse_name, word
 
 Input = Vector | OpenVector | Quantity
@@ -19,13 +21,15 @@ Input = Vector | OpenVector | Quantity
 class RuntimeFunction:
     """A function that is composed at run time: the names of what it takes and gives.
 
-    ``kind`` says in the plural what it is one of: "contact functions of pitch curves".
+    ``kind`` says in the plural what it is one of: "contact functions of pitch curves". What it gives is by its meaning
+    ``positive`` or may have any sign.
     """
 
     name: str
     kind: str
     takes: tuple[str, ...]
     gives: tuple[str, ...]
+    positive: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,12 @@ class Call:
     @property
     def defines(self) -> tuple[Quantity, ...]:
         return tuple(o for o in self.outputs if o is not None)
+
+    @property
+    def positive(self) -> tuple[Quantity, ...]:
+        """List the outputs that are positive by their meaning."""
+        named = zip(self.function.gives, self.outputs, strict=True)
+        return tuple(o for name, o in named if o is not None and name in self.function.positive)
 
     @cached_property
     def needs(self) -> frozenset[sp.Symbol]:
@@ -123,20 +133,11 @@ class LinearSolve:
 Step = Let | Call | SineSeries | LinearSolve
 
 
-@dataclass(frozen=True)
-class Event:
-    """A joint in a lane: where ``argument - target`` is a whole multiple of ``period`` (or zero, without one).
-
-    ``order`` is the order of the first derivative in the lane's angle that jumps there in the forces. Where a law is
-    chosen at run time, its choice decides that: ``position`` is the place in the law.
-    """
-
-    name: str
-    argument: Expr
-    target: Expr
-    order: int
-    period: Expr | None = None
-    position: Expr | None = None
+def list_expressions(step: Step) -> tuple[Expr, ...]:
+    """Return the expressions that a step evaluates."""
+    if isinstance(step, LinearSolve):
+        return step.entries
+    return (step.expr if isinstance(step, Let) else step.argument,)
 
 
 Twin = Callable[[Quantity], Quantity]
@@ -155,8 +156,9 @@ class Shared:
 class Lane:
     """``outputs`` along ``angle`` from packed inputs by named steps; those of one side, if the machine has equal ones.
 
-    ``along`` are packed inputs that change with the angle, ``speed`` is that of the angle if it is constant. Raises
-    ValueError where a step needs what nothing gives.
+    ``along`` are packed inputs that change with the angle, ``speed`` is that of the angle if it is constant. After the
+    ``events`` that are stated stand those of all steps (`kinks`). Raises ValueError where a step needs what nothing
+    gives, or what both sides add up to is not smooth.
     """
 
     angle: Quantity
@@ -172,10 +174,14 @@ class Lane:
         given_symbols = _entries((self.angle, *self.inputs, *self.along))
         available = _followed("lane", self.steps, given_symbols)
         _refuse_missing("lane: its outputs need", frozenset(self.outputs) - available)
+        moving = frozenset({self.angle}.union(*self.along))
+        object.__setattr__(self, "events", list_kinks(self.steps, moving, self.events))
         for event in self.events:
             _refuse_missing(f"lane: {event.name} needs", event.argument.free_symbols - available)
         if self.shared:
             twins = frozenset(map(self.shared.twin, self.outputs))
+            if kinks := list_kinks(self.shared.steps, frozenset(self.outputs) | twins):
+                raise ValueError(f"frame: {kinks[0].name}, of both sides together, has no event; name it on a side")
             available = _followed("frame", self.shared.steps, given_symbols.union(self.outputs, twins))
             _refuse_missing("frame: its totals need", frozenset(self.shared.totals) - available)
 
@@ -319,6 +325,19 @@ def list_passing_events(
     """
     symbols = moving.union(*(step.defines for step in split_steps(steps, moving)[1]))
     return tuple(event for event in events if event.argument.free_symbols & symbols)
+
+
+def list_kinks(
+    steps: Sequence[Step], moving: frozenset[sp.Symbol], stated: Iterable[Event] = (),
+    further: Iterable[tuple[str, Iterable[Expr]]] = (),
+) -> tuple[Event, ...]:  # fmt: skip
+    """Return the events that are stated, then all others of the steps, and of ``further`` expressions under a name."""
+    changing = split_steps(steps, moving)[1]
+    symbols = moving.union(*(step.defines for step in changing))
+    definitions = {step.symbol: step.expr for step in steps if isinstance(step, Let)}
+    positive = [symbol for step in steps if isinstance(step, Call) for symbol in step.positive]
+    named = [(", ".join(symbol.name for symbol in step.defines), list_expressions(step)) for step in changing]
+    return Kinks(symbols, definitions, positive).list_events([*named, *further], stated)
 
 
 def join_entries(packed: Input) -> tuple[Quantity, ...]:

@@ -5,7 +5,7 @@ Source: derived (geometry).
 Assumes: the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the hinge;
 sliding along the hinge is left out of the friction; the roller is a cylinder parallel to the hinge of the
 rocker, and touches the cam along a line.
-Operations: prologue 10, lane 113.
+Operations: prologue 10, lane 113, events 57.
 
 `flank` is one of laws of cam flanks, (x) -> (p, dp, ddp). Inputs:
 
@@ -198,23 +198,26 @@ def lane(flank: Function) -> Function:
     kappa = (-c19 * (bend * c26 - c18 * c20) + c23 * (bend * c18 + c20 * c26)) / (sqrt(c24) * c24)
     # derived: 1 - radius of the roller / radius of curvature of the pitch curve towards the cam
     room = -kappa * reach + 1
+    c27 = slope * c14**2 + c16 * c22
+    c28 = fabs(c27)
+    c29 = c14 * c23 - c18 * c21
     # derived: pressure angle: between the contact's normal and the motion of the centre
-    pressure = atan2(fabs(slope * c14**2 + c16 * c22), fabs(c14 * c23 - c18 * c21))
-    c27 = sin(delta)
-    c28 = station * c27
-    c29 = cos(delta)
+    pressure = atan2(c28, fabs(c29))
+    c30 = sin(delta)
+    c31 = station * c30
+    c32 = cos(delta)
     # derived: roller's centre on the cam, x
-    centre_x = c15 * c29 + c28
-    c30 = station * c29
+    centre_x = c15 * c32 + c31
+    c33 = station * c32
     # derived: roller's centre on the cam, y
-    centre_y = -c15 * c27 + c30
+    centre_y = -c15 * c30 + c33
     # derived: roller's centre on the cam, z
     centre_z = c17
-    c31 = -contact_x - c9
+    c34 = -contact_x - c9
     # derived: contact on the cam, x
-    surface_x = c28 + c29 * c31
+    surface_x = c31 + c32 * c34
     # derived: contact on the cam, y
-    surface_y = -c27 * c31 + c30
+    surface_y = -c30 * c34 + c33
     # derived: contact on the cam, z
     surface_z = contact_y
     contour = vertcat(
@@ -223,3 +226,90 @@ def lane(flank: Function) -> Function:
     )
     inputs = [delta, machine, roller, hoisted]
     return Function("lane", inputs, [contour], ["delta", "machine", "roller", "hoisted"], ["contour"])
+
+
+def events(flank: Function) -> Function:
+    """events, 9 entries:
+
+    events (9)
+        g0 [1] another case of x_rise: (delta - delta_r0)/(-delta_r0 + delta_r1) - 1 less 0
+        g1 [1] another case of x_rise: (delta - delta_r0)/(-delta_r0 + delta_r1) less 0
+        g2 [1] another case of x_fall: (delta - delta_f0)/(-delta_f0 + delta_f1) - 1 less 0
+        g3 [1] another case of x_fall: (delta - delta_f0)/(-delta_f0 + delta_f1) less 0
+        g4 [1] root of contact_x: slope**2*(-L_AE*sin(psi0)*sin(theta1) + L_AE*cos(psi0)*cos(theta1))**2 + (-slope*(L_AE*sin(psi0)*cos(theta1) + L_AE*sin(theta1)*cos(psi0)) - station)**2 less 0
+        g5 [1] jump of heading: slope*(-L_AE*sin(psi0)*sin(theta1) + L_AE*cos(psi0)*cos(theta1)) less 0
+        g6 [1] corner of pressure: slope*(L_AE*sin(psi0)*sin(theta1) - L_AE*cos(psi0)*cos(theta1))**2 + (slope*(L_AE*sin(psi0)*cos(theta1) + L_AE*sin(theta1)*cos(psi0)) + station)*(L_AE*sin(psi0)*cos(theta1) + L_AE*sin(theta1)*cos(psi0)) less 0
+        g7 [1] corner of pressure: -slope*(-L_AE*sin(psi0)*sin(theta1) + L_AE*cos(psi0)*cos(theta1))*(L_AE*sin(psi0)*cos(theta1) + L_AE*sin(theta1)*cos(psi0)) + (-slope*(L_AE*sin(psi0)*cos(theta1) + L_AE*sin(theta1)*cos(psi0)) - station)*(L_AE*sin(psi0)*sin(theta1) - L_AE*cos(psi0)*cos(theta1)) less 0
+        g8 [1] jump of pressure: Abs(slope*(L_AE*sin(psi0)*sin(theta1) - L_AE*cos(psi0)*cos(theta1))**2 + (slope*(L_AE*sin(psi0)*cos(theta1) + L_AE*sin(theta1)*cos(psi0)) + station)*(L_AE*sin(psi0)*cos(theta1) + L_AE*sin(theta1)*cos(psi0))) less 0
+    """
+    delta = SX.sym("delta")
+    machine = SX.sym("machine", 49)
+    roller = SX.sym("roller", 2)
+    hoisted = SX.sym("hoisted", 4)
+    H = machine[42]  # [rad] opening angle of a nozzle half
+    delta_r0 = machine[43]  # [rad] start of the rise
+    delta_f0 = machine[45]  # [rad] start of the fall
+    station = roller[1]  # [m] distance of a section of the cam from its axis
+    c1 = hoisted[0]
+    c5 = hoisted[1]
+    c11 = hoisted[2]
+    c13 = hoisted[3]
+    c2 = c1 * (delta - delta_r0)
+    c3 = c2 < 0
+    c4 = c2 > 1
+    # derived: position in the rise, from 0 to 1
+    x_rise = if_else(c3, 0, if_else(c4, 1, c2))
+    # derived: slope of the position in the rise, per cam angle
+    dx_rise = if_else(logic_or(c3, c4), 0, c1)
+    # derived: position in the rise, from 0 to 1
+    p_rise, dp_rise, ddp_rise = flank(x_rise)
+    c6 = c5 * (delta - delta_f0)
+    c7 = c6 < 0
+    c8 = c6 > 1
+    # derived: position in the fall, from 0 to 1
+    x_fall = if_else(c7, 0, if_else(c8, 1, c6))
+    # derived: slope of the position in the fall, per cam angle
+    dx_fall = if_else(logic_or(c7, c8), 0, c5)
+    # derived: position in the fall, from 0 to 1
+    p_fall, dp_fall, ddp_fall = flank(x_fall)
+    # derived: swing of the inner half (angle psi of the rocker)
+    theta1 = H * (-p_fall + p_rise)
+    # derived: slope of the swing by the cam angle
+    slope = -H * dp_fall * dx_fall + H * dp_rise * dx_rise
+    c10 = sin(theta1)
+    c12 = cos(theta1)
+    c14 = c10 * c11 - c12 * c13
+    c16 = c10 * c13 + c11 * c12
+    c18 = -c14
+    c19 = slope * c18
+    c20 = slope**2
+    c21 = slope * c16
+    c22 = station + c21
+    c23 = -c22
+    c24 = c18**2 * c20 + c23**2
+    c27 = slope * c14**2 + c16 * c22
+    c28 = fabs(c27)
+    c29 = c14 * c23 - c18 * c21
+    # joint: another case of x_rise
+    g0 = c2 - 1
+    # joint: another case of x_rise
+    g1 = c2
+    # joint: another case of x_fall
+    g2 = c6 - 1
+    # joint: another case of x_fall
+    g3 = c6
+    # joint: root of contact_x
+    g4 = c24
+    # joint: jump of heading
+    g5 = c19
+    # joint: corner of pressure
+    g6 = c27
+    # joint: corner of pressure
+    g7 = c29
+    # joint: jump of pressure
+    g8 = c28
+    events = vertcat(
+        g0, g1, g2, g3, g4, g5, g6, g7, g8
+    )
+    inputs = [delta, machine, roller, hoisted]
+    return Function("events", inputs, [events], ["delta", "machine", "roller", "hoisted"], ["events"])

@@ -8,7 +8,7 @@ no work; friction does work at the cam alone; one cam drives both halves of a si
 does no work (the paper does not state it); point follower: the roller has no radius; the cam's normal lies in
 the plane of the swing, as on a cylindrical roller parallel to the hinge; sliding along the hinge is left out of
 the friction; return spring and coupling of the nozzle halves without mass; no soil forces, no air drag.
-Operations: prologue 27, lane 502, events 449, frame 53, weight 10, pair1 35, pair2 46.
+Operations: prologue 27, lane 502, events 450, frame 53, weight 10, pair1 35, pair2 46.
 
 `stage1` and `stage2` are contact functions of pitch curves, (t, parameters, hoisted) ->
 (r, dr, ddr, ratio, dratio, turned). `flank` is one of laws of cam flanks, (x) -> (p, dp, ddp). Inputs:
@@ -536,27 +536,28 @@ def lane(stage1: Function, stage2: Function, flank: Function) -> Function:
 
 
 def events(stage1: Function, stage2: Function, flank: Function) -> Function:
-    """events, 18 entries:
+    """events, 19 entries:
 
-    events (18)
+    events (19)
         g0 [1] gear 3, t = 0: t1 less 0
         g1 [1] gear 3, t = pi/m: t1 less pi/m31
         g2 [1] gear 6, t = 0: t2 less 0
         g3 [1] gear 6, t = pi/m: t2 less pi/m61
-        g4 [1] cam, start of the rise: -phi72 less delta_r0
-        g5 [1] cam, 1/8 of the rise: -phi72 less 7*delta_r0/8 + delta_r1/8
-        g6 [1] cam, 3/8 of the rise: -phi72 less 5*delta_r0/8 + 3*delta_r1/8
-        g7 [1] cam, 5/8 of the rise: -phi72 less 3*delta_r0/8 + 5*delta_r1/8
-        g8 [1] cam, 7/8 of the rise: -phi72 less delta_r0/8 + 7*delta_r1/8
-        g9 [1] cam, end of the rise: -phi72 less delta_r1
-        g10 [1] cam, start of the fall: -phi72 less delta_f0
-        g11 [1] cam, 1/8 of the fall: -phi72 less 7*delta_f0/8 + delta_f1/8
-        g12 [1] cam, 3/8 of the fall: -phi72 less 5*delta_f0/8 + 3*delta_f1/8
-        g13 [1] cam, 5/8 of the fall: -phi72 less 3*delta_f0/8 + 5*delta_f1/8
-        g14 [1] cam, 7/8 of the fall: -phi72 less delta_f0/8 + 7*delta_f1/8
-        g15 [1] cam, end of the fall: -phi72 less delta_f1
-        g16 [1] teeth at P, change of flank: M_P less 0
-        g17 [1] teeth at Q, change of flank: M_Q less 0
+        g4 [1] cam, begin of its turn: -phi72 less 0
+        g5 [1] cam, start of the rise: -phi72 less delta_r0
+        g6 [1] cam, 1/8 of the rise: -phi72 less 7*delta_r0/8 + delta_r1/8
+        g7 [1] cam, 3/8 of the rise: -phi72 less 5*delta_r0/8 + 3*delta_r1/8
+        g8 [1] cam, 5/8 of the rise: -phi72 less 3*delta_r0/8 + 5*delta_r1/8
+        g9 [1] cam, 7/8 of the rise: -phi72 less delta_r0/8 + 7*delta_r1/8
+        g10 [1] cam, end of the rise: -phi72 less delta_r1
+        g11 [1] cam, start of the fall: -phi72 less delta_f0
+        g12 [1] cam, 1/8 of the fall: -phi72 less 7*delta_f0/8 + delta_f1/8
+        g13 [1] cam, 3/8 of the fall: -phi72 less 5*delta_f0/8 + 3*delta_f1/8
+        g14 [1] cam, 5/8 of the fall: -phi72 less 3*delta_f0/8 + 5*delta_f1/8
+        g15 [1] cam, 7/8 of the fall: -phi72 less delta_f0/8 + 7*delta_f1/8
+        g16 [1] cam, end of the fall: -phi72 less delta_f1
+        g17 [1] teeth at P, change of flank: M_P less 0
+        g18 [1] teeth at Q, change of flank: M_Q less 0
     """
     phi = SX.sym("phi")
     mounting = SX.sym("mounting", 4)
@@ -823,36 +824,38 @@ def events(stage1: Function, stage2: Function, flank: Function) -> Function:
     g2 = t2
     # joint: gear 6, t = pi/m
     g3 = t2 - pi / m61
+    # joint: cam, begin of its turn
+    g4 = -phi72
     # joint: cam, start of the rise
-    g4 = -delta_r0 - phi72
+    g5 = -delta_r0 - phi72
     # joint: cam, 1/8 of the rise
-    g5 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
+    g6 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
     # joint: cam, 3/8 of the rise
-    g6 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
+    g7 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
     # joint: cam, 5/8 of the rise
-    g7 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
+    g8 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
     # joint: cam, 7/8 of the rise
-    g8 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
+    g9 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
     # joint: cam, end of the rise
-    g9 = -delta_r1 - phi72
+    g10 = -delta_r1 - phi72
     # joint: cam, start of the fall
-    g10 = -delta_f0 - phi72
+    g11 = -delta_f0 - phi72
     # joint: cam, 1/8 of the fall
-    g11 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
+    g12 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
     # joint: cam, 3/8 of the fall
-    g12 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
+    g13 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
     # joint: cam, 5/8 of the fall
-    g13 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
+    g14 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
     # joint: cam, 7/8 of the fall
-    g14 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
+    g15 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
     # joint: cam, end of the fall
-    g15 = -delta_f1 - phi72
+    g16 = -delta_f1 - phi72
     # joint: teeth at P, change of flank
-    g16 = M_P
+    g17 = M_P
     # joint: teeth at Q, change of flank
-    g17 = M_Q
+    g18 = M_Q
     events = vertcat(
-        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17
+        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17, g18
     )
     inputs = [phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted]
     return Function("events", inputs, [events], ["phi", "mounting", "parameters1", "hoisted1", "parameters2", "hoisted2", "machine", "hoisted"], ["events"])

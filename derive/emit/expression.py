@@ -13,7 +13,7 @@ from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanTrue
 
 from ..functions import Polynomial, TabulatedFunction, Turns
-from ..model import Event, Lane, Let, LinearSolve, Step, split_steps
+from ..model import Event, Lane, Let, LinearSolve, Step, list_expressions, split_steps
 from ..quantity import Quantity, Vector
 
 ATOM, POWER, FACTOR, PRODUCT, SUM, TEST = 5, 4, 3, 2, 1, 0
@@ -311,13 +311,6 @@ def share_subexpressions(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]
             define(expr)
         ordered.append(with_expressions(step, step_exprs))
     return tuple(ordered)
-
-
-def list_expressions(step: Step) -> tuple[sp.Expr, ...]:
-    """Return the expressions that a step evaluates."""
-    if isinstance(step, LinearSolve):
-        return step.entries
-    return (step.expr if isinstance(step, Let) else step.argument,)
 
 
 def with_expressions(step: Step, exprs: tuple[sp.Expr, ...]) -> Step:

@@ -103,8 +103,7 @@ def derive_driven_motion(
     counts = [s.symbol for s in forces if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
     results, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *forces, *reports), frozenset(results)))
-    moving = frozenset({angle}.union(*stated.loops.inputs))
-    events = list_passing_events(needs, [*stated.events, *stated.case_events()], moving)
+    events = list_passing_events(needs, stated.events, frozenset({angle}.union(*stated.loops.inputs)))
     lane = DrivenLane(
         angle, (data,), needs, results, events, along=stated.loops.inputs, speed=speed, acceleration=acceleration
     )

@@ -16,7 +16,7 @@ from sympy import Expr, S
 
 from ..equations import Balance
 from ..functions import directional_derivative, partial_derivative
-from ..model import ClosedForm, Let, Step, let, list_passing_events, needed, sorted_steps
+from ..model import ClosedForm, Let, Step, let, list_kinks, list_passing_events, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
 from .frames import Motion, Vec, zero
@@ -265,11 +265,15 @@ class Free:
     def _events(self) -> Iterator[Let]:
         """Yield a step for each event of a state; its value vanishes there."""
         stated, unavailable = self.stated, {*self.stated.assembly.unknowns, *self.accelerations}
+        actions = [(a.name, (*a.force.components, *a.moment.components)) for a in stated.assembly.actions]
         moving = frozenset({self.inputs[0], *self.state})
-        stated_events = list_passing_events(stated.named, [*stated.events, *stated.case_events()], moving)
-        for number, event in enumerate(stated_events):
+        steps = (*stated.named, *stated.reports)
+        kinks = list_kinks(steps, moving, list_passing_events(steps, stated.events, moving), actions)
+        # An integrator passes a corner by itself, with smaller steps, but not a jump.
+        jumps = [event for event in kinks if event.order == 0 and event.period is None]
+        for number, event in enumerate(jumps):
             gap = self._plain(event.argument - event.target)
-            if event.period is None and not gap.free_symbols & unavailable:
+            if not gap.free_symbols & unavailable:
                 yield let(quantity(f"event_{number}", "1", event.name), gap)
 
     def _given_actions(self) -> list[Action]:

@@ -72,7 +72,8 @@ class GearStage:
     @property
     def contact(self) -> RuntimeFunction:
         takes, gives = ("t", "parameters", "hoisted"), ("r", "dr", "ddr", "ratio", "dratio", "turned")
-        return RuntimeFunction(f"stage{self.number}", "contact functions of pitch curves", takes, gives)
+        kind = "contact functions of pitch curves"
+        return RuntimeFunction(f"stage{self.number}", kind, takes, gives, positive=("r", "ratio"))
 
     def call(self, argument: Expr, when: str = "", **outputs: Quantity) -> Call:
         """Contact at a polar angle of the inner gear; ``outputs`` are those of its results that have a use."""

@@ -15,9 +15,6 @@ from .bodies import AXES, EVERY, PLANE, Action, Asked, Assembly, Body, Pin
 from .frames import Frame, Motion, Point, Triple, Vec, displacement, zero
 from .loops import Loops
 
-READABLE = 40
-"""Characters of a condition that an event is still named by."""
-
 
 class MechanismError(ValueError):
     """A mechanism is stated so that nothing can be derived from it."""
@@ -280,25 +277,6 @@ class Statement:
         if at is None:
             raise MechanismError(f"body {body.name} has neither a joint nor a mass")
         return Pin(at, self.world, self._default_balances)
-
-    def case_events(self) -> Iterator[Event]:
-        """Yield an event for each condition of the motion that decides between cases, unless one is there already.
-
-        True extremes and means are computed piece by piece between events: a jump that no event marks would falsify
-        them.
-        """
-        marked = {sign * (event.argument - event.target) for event in self.events for sign in (1, -1)}
-        cases = [(step.symbol.name, step.expr) for step in (*self.steps, *self.reports) if isinstance(step, Let)]
-        for action in self.assembly.actions:
-            cases += [(action.name, e) for e in (*action.force.components, *action.moment.components)]
-        for name, expr in cases:
-            for piecewise in sp.ordered(sp.sympify(expr).atoms(sp.Piecewise)):
-                for condition in (c for _, c in piecewise.args if isinstance(c, sp.core.relational.Relational)):
-                    deciding, where = condition.lhs - condition.rhs, f": {condition.lhs} = {condition.rhs}"
-                    if deciding not in marked and not deciding.free_symbols & set(self.assembly.unknowns):
-                        marked |= {deciding, -deciding}
-                        label = f"another case of {name}" + (where if len(where) < READABLE else "")
-                        yield Event(label, deciding, S.Zero, order=0)
 
     @property
     def _default_balances(self) -> Asked:

@@ -82,7 +82,7 @@ PAGES = {
 SPLIT = (derive.Mechanism, derive.Formulas, derive.Paper)
 """Classes whose members have entries of their own."""
 UNLISTED = {
-    "anchor", "axes", "case_events", "chosen", "common", "component_axes", "data", "defined", "name_accelerations",
+    "anchor", "axes", "chosen", "common", "component_axes", "data", "defined", "name_accelerations",
     "name_supports", "pin_of", "refuse_shared_names", "support_forces", "told_in", "world_components",
 }  # fmt: skip
 """Members of `derive.Mechanism` for derivations, which no statement needs."""

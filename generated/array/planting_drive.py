@@ -63,11 +63,11 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c84 = y_A - y_C2
     c85 = -c84
     c112 = xp.sin(mu1)
-    c118 = xp.cos(mu1)
-    c131 = xp.tan(mu2)
+    c119 = xp.cos(mu1)
+    c132 = xp.tan(mu2)
     return (
         T1_0, c1, T2_0, c2, c6, c23, c26, y_E, y_C1, y_C2, c38, c41, c56, c59, c68, c71, c72, c76, c77, c84, c85,
-        c112, c118, c131,
+        c112, c119, c132,
     )
 
 
@@ -138,8 +138,8 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c84 = hoisted[19]
     c85 = hoisted[20]
     c112 = hoisted[21]
-    c118 = hoisted[22]
-    c131 = hoisted[23]
+    c119 = hoisted[22]
+    c132 = hoisted[23]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -376,98 +376,99 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c111 = m_C2 * (-theta1_ddot * c82 + c96)
     c114 = -Omega * R_b + R_b * omega + theta1_dot * c30
     c113 = -c29
-    c115 = 1 / xp.sqrt(c113**2 * c53 + c114**2)
-    c116 = theta1_dot * c113
-    c117 = c115 * c116
-    c119 = -c112 * c117 + c114 * c115 * c118
-    c120 = -c112 * c114 * c115 - c117 * c118
+    c115 = c113**2 * c53 + c114**2
+    c116 = 1 / xp.sqrt(c115)
+    c117 = theta1_dot * c113
+    c118 = c116 * c117
+    c120 = -c112 * c118 + c114 * c116 * c119
+    c121 = -c112 * c114 * c116 - c118 * c119
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + c101 + c110 * c75 + c111 * c83 - c79 * c91 - c87 * c92) / (-c119 * (-x_A + x_E) + c120 * (-z_A +
+        (-M_K + c101 + c110 * c75 + c111 * c83 - c79 * c91 - c87 * c92) / (-c120 * (-x_A + x_E) + c121 * (-z_A +
         z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c120
+    F_Ex = F_E * c121
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c119
+    F_Ez = F_E * c120
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c114 - F_Ez * c116
+    F_E_loss = -F_Ex * c114 - F_Ez * c117
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c93
     # derived: inner half: force along z of planet
     F_Az = -F_Ez - S - c110 - c111
     # derived: inner half: moment along z of planet about A
     M_Az = F_Ex * (-y_A + y_E) + c105 * c24 + c106 * c24 + c109
-    c121 = F_Aox * c35 - F_Aoy * c37
-    c122 = F_Ax * c35 - F_Ay * c37
-    c123 = F_Aox * c37 + F_Aoy * c35
-    c124 = y_A * c37 - c64
-    c125 = F_Ax * c37 + F_Ay * c35
-    c126 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c36 + x_CB * c36)
-    c127 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c36 + y_CB * c36)
+    c122 = F_Aox * c35 - F_Aoy * c37
+    c123 = F_Ax * c35 - F_Ay * c37
+    c124 = F_Aox * c37 + F_Aoy * c35
+    c125 = y_A * c37 - c64
+    c126 = F_Ax * c37 + F_Ay * c35
+    c127 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c36 + x_CB * c36)
+    c128 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c36 + y_CB * c36)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * c56 - c121 * c66 - c122 * c66 - c123 * c124 - c124 * c125 + c126 * (-y_B1 +
-        y_CB) - c127 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * c56 - c122 * c66 - c123 * c66 - c124 * c125 - c125 * c126 + c127 * (-y_B1 +
+        y_CB) - c128 * (-x_B1 + x_CB)
     )
-    c128 = 1 / r7
-    c129 = alpha_n + xi2
-    c130 = xp.sin(c129)
-    c132 = xp.cos(c129)
-    c133 = c130 - c131 * c132
-    c134 = M_Q >= 0
-    c135 = alpha_n - xi2
-    c136 = xp.sin(c135)
-    c137 = xp.cos(c135)
-    c138 = -c131 * c137 + c136
+    c129 = 1 / r7
+    c130 = alpha_n + xi2
+    c131 = xp.sin(c130)
+    c133 = xp.cos(c130)
+    c134 = c131 - c132 * c133
+    c135 = M_Q >= 0
+    c136 = alpha_n - xi2
+    c137 = xp.sin(c136)
+    c138 = xp.cos(c136)
+    c139 = -c132 * c138 + c137
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c134, c128 / c133, c128 / c138)
-    c139 = F_NQ * xp.where(c134, c133, c138)
-    c140 = F_NQ * xp.where(c134, c130 * c131 + c132, -c131 * c136 - c137)
+    F_NQ = M_Q * xp.where(c135, c129 / c134, c129 / c139)
+    c140 = F_NQ * xp.where(c135, c134, c139)
+    c141 = F_NQ * xp.where(c135, c131 * c132 + c133, -c132 * c137 - c138)
     # derived: tooth force of planet on middle body
-    F_Qx = -c139 * c21 - c140 * c18
+    F_Qx = -c140 * c21 - c141 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c139 * c18 + c140 * c21
-    c141 = y_A1 - y_CA
-    c144 = -x_A1 + x_CA
-    c142 = omega * x_A1
-    c143 = -c57
-    c145 = m2 * (-ax_A1 - phi52_ddot * c141 - speed_rate * c141 - c142 * c57 - c143 * (c142 + c144 * c57))
-    c146 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c143 - phi52_ddot * c144 - speed_rate * c144 - c57 * (-omega * y_CA +
+    F_Qy = -c140 * c18 + c141 * c21
+    c142 = y_A1 - y_CA
+    c145 = -x_A1 + x_CA
+    c143 = omega * x_A1
+    c144 = -c57
+    c146 = m2 * (-ax_A1 - phi52_ddot * c142 - speed_rate * c142 - c143 * c57 - c144 * (c143 + c145 * c57))
+    c147 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c144 - phi52_ddot * c145 - speed_rate * c145 - c57 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c50) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c59 + speed_rate * c59 - c141 * c145 -
-        c144 * c146
+        F_Qx * (-y_A1 - c50) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c59 + speed_rate * c59 - c142 * c146 -
+        c145 * c147
     )
-    c147 = 1 / r5
-    c148 = alpha_n + xi1
-    c149 = xp.sin(c148)
-    c150 = xp.cos(c148)
-    c151 = -c131 * c150 + c149
-    c152 = M_P >= 0
-    c153 = alpha_n - xi1
-    c154 = xp.sin(c153)
-    c155 = xp.cos(c153)
-    c156 = -c131 * c155 + c154
+    c148 = 1 / r5
+    c149 = alpha_n + xi1
+    c150 = xp.sin(c149)
+    c151 = xp.cos(c149)
+    c152 = -c132 * c151 + c150
+    c153 = M_P >= 0
+    c154 = alpha_n - xi1
+    c155 = xp.sin(c154)
+    c156 = xp.cos(c154)
+    c157 = -c132 * c156 + c155
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * xp.where(c152, c147 / c151, c147 / c156)
-    c157 = F_NP * xp.where(c152, c151, c156)
-    c158 = F_NP * xp.where(c152, c131 * c149 + c150, -c131 * c154 - c155)
+    F_NP = M_P * xp.where(c153, c148 / c152, c148 / c157)
+    c158 = F_NP * xp.where(c153, c152, c157)
+    c159 = F_NP * xp.where(c153, c132 * c150 + c151, -c132 * c155 - c156)
     # derived: tooth force of middle body on sun
-    F_Px = -c13 * c158 - c15 * c157
+    F_Px = -c13 * c159 - c15 * c158
     # derived: tooth force of middle body on sun
-    F_Py = -c13 * c157 + c15 * c158
+    F_Py = -c13 * c158 + c15 * c159
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c145
+    F_A1x = F_Px - F_Qx - c146
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c146
+    F_A1y = F_Py - F_Qy - c147
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c123 + c125 - c126
+    F_B1x = F_Qx + c124 + c126 - c127
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c121 - c122 - c127
+    F_B1y = F_Qy - c122 - c123 - c128
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
@@ -476,7 +477,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
 
 
 def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, drive, hoisted, stage1, stage2, flank):
-    """events: 18 entries in the order of the CasADi function."""
+    """events: 20 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -537,8 +538,8 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c84 = hoisted[19]
     c85 = hoisted[20]
     c112 = hoisted[21]
-    c118 = hoisted[22]
-    c131 = hoisted[23]
+    c119 = hoisted[22]
+    c132 = hoisted[23]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -734,65 +735,66 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c111 = m_C2 * (-theta1_ddot * c82 + c96)
     c114 = -Omega * R_b + R_b * omega + theta1_dot * c30
     c113 = -c29
-    c115 = 1 / xp.sqrt(c113**2 * c53 + c114**2)
-    c116 = theta1_dot * c113
-    c117 = c115 * c116
-    c119 = -c112 * c117 + c114 * c115 * c118
-    c120 = -c112 * c114 * c115 - c117 * c118
+    c115 = c113**2 * c53 + c114**2
+    c116 = 1 / xp.sqrt(c115)
+    c117 = theta1_dot * c113
+    c118 = c116 * c117
+    c120 = -c112 * c118 + c114 * c116 * c119
+    c121 = -c112 * c114 * c116 - c118 * c119
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + c101 + c110 * c75 + c111 * c83 - c79 * c91 - c87 * c92) / (-c119 * (-x_A + x_E) + c120 * (-z_A +
+        (-M_K + c101 + c110 * c75 + c111 * c83 - c79 * c91 - c87 * c92) / (-c120 * (-x_A + x_E) + c121 * (-z_A +
         z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c120
+    F_Ex = F_E * c121
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c93
     # derived: inner half: moment along z of planet about A
     M_Az = F_Ex * (-y_A + y_E) + c105 * c24 + c106 * c24 + c109
-    c121 = F_Aox * c35 - F_Aoy * c37
-    c122 = F_Ax * c35 - F_Ay * c37
-    c123 = F_Aox * c37 + F_Aoy * c35
-    c124 = y_A * c37 - c64
-    c125 = F_Ax * c37 + F_Ay * c35
-    c126 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c36 + x_CB * c36)
-    c127 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c36 + y_CB * c36)
+    c122 = F_Aox * c35 - F_Aoy * c37
+    c123 = F_Ax * c35 - F_Ay * c37
+    c124 = F_Aox * c37 + F_Aoy * c35
+    c125 = y_A * c37 - c64
+    c126 = F_Ax * c37 + F_Ay * c35
+    c127 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c36 + x_CB * c36)
+    c128 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c36 + y_CB * c36)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * c56 - c121 * c66 - c122 * c66 - c123 * c124 - c124 * c125 + c126 * (-y_B1 +
-        y_CB) - c127 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * c56 - c122 * c66 - c123 * c66 - c124 * c125 - c125 * c126 + c127 * (-y_B1 +
+        y_CB) - c128 * (-x_B1 + x_CB)
     )
-    c128 = 1 / r7
-    c129 = alpha_n + xi2
-    c130 = xp.sin(c129)
-    c132 = xp.cos(c129)
-    c133 = c130 - c131 * c132
-    c134 = M_Q >= 0
-    c135 = alpha_n - xi2
-    c136 = xp.sin(c135)
-    c137 = xp.cos(c135)
-    c138 = -c131 * c137 + c136
+    c129 = 1 / r7
+    c130 = alpha_n + xi2
+    c131 = xp.sin(c130)
+    c133 = xp.cos(c130)
+    c134 = c131 - c132 * c133
+    c135 = M_Q >= 0
+    c136 = alpha_n - xi2
+    c137 = xp.sin(c136)
+    c138 = xp.cos(c136)
+    c139 = -c132 * c138 + c137
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c134, c128 / c133, c128 / c138)
-    c139 = F_NQ * xp.where(c134, c133, c138)
-    c140 = F_NQ * xp.where(c134, c130 * c131 + c132, -c131 * c136 - c137)
+    F_NQ = M_Q * xp.where(c135, c129 / c134, c129 / c139)
+    c140 = F_NQ * xp.where(c135, c134, c139)
+    c141 = F_NQ * xp.where(c135, c131 * c132 + c133, -c132 * c137 - c138)
     # derived: tooth force of planet on middle body
-    F_Qx = -c139 * c21 - c140 * c18
+    F_Qx = -c140 * c21 - c141 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c139 * c18 + c140 * c21
-    c141 = y_A1 - y_CA
-    c144 = -x_A1 + x_CA
-    c142 = omega * x_A1
-    c143 = -c57
-    c145 = m2 * (-ax_A1 - phi52_ddot * c141 - speed_rate * c141 - c142 * c57 - c143 * (c142 + c144 * c57))
-    c146 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c143 - phi52_ddot * c144 - speed_rate * c144 - c57 * (-omega * y_CA +
+    F_Qy = -c140 * c18 + c141 * c21
+    c142 = y_A1 - y_CA
+    c145 = -x_A1 + x_CA
+    c143 = omega * x_A1
+    c144 = -c57
+    c146 = m2 * (-ax_A1 - phi52_ddot * c142 - speed_rate * c142 - c143 * c57 - c144 * (c143 + c145 * c57))
+    c147 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c144 - phi52_ddot * c145 - speed_rate * c145 - c57 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c50) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c59 + speed_rate * c59 - c141 * c145 -
-        c144 * c146
+        F_Qx * (-y_A1 - c50) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c59 + speed_rate * c59 - c142 * c146 -
+        c145 * c147
     )
     # joint: gear 3, t = 0
     g0 = t1
@@ -802,36 +804,40 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     g2 = t2
     # joint: gear 6, t = pi/m
     g3 = t2 - xp.pi / m61
+    # joint: cam, begin of its turn
+    g4 = -phi72
     # joint: cam, start of the rise
-    g4 = -delta_r0 - phi72
+    g5 = -delta_r0 - phi72
     # joint: cam, 1/8 of the rise
-    g5 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
+    g6 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
     # joint: cam, 3/8 of the rise
-    g6 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
+    g7 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
     # joint: cam, 5/8 of the rise
-    g7 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
+    g8 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
     # joint: cam, 7/8 of the rise
-    g8 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
+    g9 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
     # joint: cam, end of the rise
-    g9 = -delta_r1 - phi72
+    g10 = -delta_r1 - phi72
     # joint: cam, start of the fall
-    g10 = -delta_f0 - phi72
+    g11 = -delta_f0 - phi72
     # joint: cam, 1/8 of the fall
-    g11 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
+    g12 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
     # joint: cam, 3/8 of the fall
-    g12 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
+    g13 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
     # joint: cam, 5/8 of the fall
-    g13 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
+    g14 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
     # joint: cam, 7/8 of the fall
-    g14 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
+    g15 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
     # joint: cam, end of the fall
-    g15 = -delta_f1 - phi72
+    g16 = -delta_f1 - phi72
     # joint: teeth at P, change of flank
-    g16 = M_P
+    g17 = M_P
     # joint: teeth at Q, change of flank
-    g17 = M_Q
+    g18 = M_Q
+    # joint: root of F_E
+    g19 = c115
     return (
-        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17,
+        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17, g18, g19,
     )
 
 

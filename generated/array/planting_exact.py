@@ -48,11 +48,11 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c49 = y_A - y_C2
     c50 = -c49
     c78 = xp.sin(mu1)
-    c84 = xp.cos(mu1)
-    c98 = xp.tan(mu2)
-    c108 = rho_CA**2
+    c85 = xp.cos(mu1)
+    c99 = xp.tan(mu2)
+    c109 = rho_CA**2
     return (
-        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c33, c36, c41, c42, c49, c50, c78, c84, c98, c108,
+        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c33, c36, c41, c42, c49, c50, c78, c85, c99, c109,
     )
 
 
@@ -115,9 +115,9 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c49 = hoisted[12]
     c50 = hoisted[13]
     c78 = hoisted[14]
-    c84 = hoisted[15]
-    c98 = hoisted[16]
-    c108 = hoisted[17]
+    c85 = hoisted[15]
+    c99 = hoisted[16]
+    c109 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -308,99 +308,100 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c77 = m_C2 * (-theta1_ddot * c47 + c62)
     c80 = -Omega * R_b + R_b * omega + theta1_dot * c29
     c79 = -c28
-    c81 = 1 / xp.sqrt(c55 * c79**2 + c80**2)
-    c82 = theta1_dot * c79
-    c83 = c81 * c82
-    c85 = -c78 * c83 + c80 * c81 * c84
-    c86 = -c78 * c80 * c81 - c83 * c84
+    c81 = c55 * c79**2 + c80**2
+    c82 = 1 / xp.sqrt(c81)
+    c83 = theta1_dot * c79
+    c84 = c82 * c83
+    c86 = -c78 * c84 + c80 * c82 * c85
+    c87 = -c78 * c80 * c82 - c84 * c85
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + c40 * c76 - c44 * c57 + c48 * c77 - c52 * c58 + c67) / (-c85 * (-x_A + x_E) + c86 * (-z_A + z_E))
+        (-M_K + c40 * c76 - c44 * c57 + c48 * c77 - c52 * c58 + c67) / (-c86 * (-x_A + x_E) + c87 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c86
+    F_Ex = F_E * c87
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c85
+    F_Ez = F_E * c86
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c80 - F_Ez * c82
+    F_E_loss = -F_Ex * c80 - F_Ez * c83
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c59
     # derived: inner half: force along z of planet
     F_Az = -F_Ez - S - c76 - c77
     # derived: inner half: moment along z of planet about A
     M_Az = F_Ex * (-y_A + y_E) + c23 * c71 + c23 * c72 + c75
-    c87 = x_A * c32 + y_A * c30
-    c88 = F_Aox * c30 - F_Aoy * c32
-    c89 = F_Ax * c30 - F_Ay * c32
-    c90 = F_Aox * c32 + F_Aoy * c30
-    c91 = -x_A * c30 + y_A * c32
-    c92 = F_Ax * c32 + F_Ay * c30
-    c93 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
-    c94 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
+    c88 = x_A * c32 + y_A * c30
+    c89 = F_Aox * c30 - F_Aoy * c32
+    c90 = F_Ax * c30 - F_Ay * c32
+    c91 = F_Aox * c32 + F_Aoy * c30
+    c92 = -x_A * c30 + y_A * c32
+    c93 = F_Ax * c32 + F_Ay * c30
+    c94 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
+    c95 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c87 * c88 - c87 * c89 - c90 * c91 - c91 *
-        c92 + c93 * (-y_B1 + y_CB) - c94 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c88 * c89 - c88 * c90 - c91 * c92 - c92 *
+        c93 + c94 * (-y_B1 + y_CB) - c95 * (-x_B1 + x_CB)
     )
-    c95 = 1 / r7
-    c96 = alpha_n + xi2
-    c97 = xp.sin(c96)
-    c99 = xp.cos(c96)
-    c100 = c97 - c98 * c99
-    c101 = M_Q >= 0
-    c102 = alpha_n - xi2
-    c103 = xp.sin(c102)
-    c104 = xp.cos(c102)
-    c105 = c103 - c104 * c98
+    c96 = 1 / r7
+    c97 = alpha_n + xi2
+    c98 = xp.sin(c97)
+    c100 = xp.cos(c97)
+    c101 = -c100 * c99 + c98
+    c102 = M_Q >= 0
+    c103 = alpha_n - xi2
+    c104 = xp.sin(c103)
+    c105 = xp.cos(c103)
+    c106 = c104 - c105 * c99
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c101, c95 / c100, c95 / c105)
-    c106 = F_NQ * xp.where(c101, c100, c105)
-    c107 = F_NQ * xp.where(c101, c97 * c98 + c99, -c103 * c98 - c104)
+    F_NQ = M_Q * xp.where(c102, c96 / c101, c96 / c106)
+    c107 = F_NQ * xp.where(c102, c101, c106)
+    c108 = F_NQ * xp.where(c102, c100 + c98 * c99, -c104 * c99 - c105)
     # derived: tooth force of planet on middle body
-    F_Qx = -c106 * c20 - c107 * c18
+    F_Qx = -c107 * c20 - c108 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c106 * c18 + c107 * c20
-    c109 = y_A1 - y_CA
-    c113 = -x_A1 + x_CA
-    c110 = omega + phi52_dot
-    c111 = omega * x_A1
-    c112 = -c110
-    c114 = m2 * (-ax_A1 - phi52_ddot * c109 - c110 * c111 - c112 * (c110 * c113 + c111))
-    c115 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c112 - phi52_ddot * c113 - c110 * (-omega * y_CA + phi52_dot * y_A1 -
+    F_Qy = -c107 * c18 + c108 * c20
+    c110 = y_A1 - y_CA
+    c114 = -x_A1 + x_CA
+    c111 = omega + phi52_dot
+    c112 = omega * x_A1
+    c113 = -c111
+    c115 = m2 * (-ax_A1 - phi52_ddot * c110 - c111 * c112 - c113 * (c111 * c114 + c112))
+    c116 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c113 - phi52_ddot * c114 - c111 * (-omega * y_CA + phi52_dot * y_A1 -
         phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c108 * c33**2 + c108 *
-        c36**2)) - c109 * c114 - c113 * c115
+        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c109 * c33**2 + c109 *
+        c36**2)) - c110 * c115 - c114 * c116
     )
-    c116 = 1 / r5
-    c117 = alpha_n + xi1
-    c118 = xp.sin(c117)
-    c119 = xp.cos(c117)
-    c120 = c118 - c119 * c98
-    c121 = M_P >= 0
-    c122 = alpha_n - xi1
-    c123 = xp.sin(c122)
-    c124 = xp.cos(c122)
-    c125 = c123 - c124 * c98
+    c117 = 1 / r5
+    c118 = alpha_n + xi1
+    c119 = xp.sin(c118)
+    c120 = xp.cos(c118)
+    c121 = c119 - c120 * c99
+    c122 = M_P >= 0
+    c123 = alpha_n - xi1
+    c124 = xp.sin(c123)
+    c125 = xp.cos(c123)
+    c126 = c124 - c125 * c99
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * xp.where(c121, c116 / c120, c116 / c125)
-    c126 = F_NP * xp.where(c121, c120, c125)
-    c127 = F_NP * xp.where(c121, c118 * c98 + c119, -c123 * c98 - c124)
+    F_NP = M_P * xp.where(c122, c117 / c121, c117 / c126)
+    c127 = F_NP * xp.where(c122, c121, c126)
+    c128 = F_NP * xp.where(c122, c119 * c99 + c120, -c124 * c99 - c125)
     # derived: tooth force of middle body on sun
-    F_Px = -c126 * c15 - c127 * c13
+    F_Px = -c127 * c15 - c128 * c13
     # derived: tooth force of middle body on sun
-    F_Py = -c126 * c13 + c127 * c15
+    F_Py = -c127 * c13 + c128 * c15
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c114
+    F_A1x = F_Px - F_Qx - c115
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c115
+    F_A1y = F_Py - F_Qy - c116
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c90 + c92 - c93
+    F_B1x = F_Qx + c91 + c93 - c94
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c88 - c89 - c94
+    F_B1y = F_Qy - c89 - c90 - c95
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
@@ -409,7 +410,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
 
 
 def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted, stage1, stage2, flank):
-    """events: 18 entries in the order of the CasADi function."""
+    """events: 20 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -469,9 +470,9 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c49 = hoisted[12]
     c50 = hoisted[13]
     c78 = hoisted[14]
-    c84 = hoisted[15]
-    c98 = hoisted[16]
-    c108 = hoisted[17]
+    c85 = hoisted[15]
+    c99 = hoisted[16]
+    c109 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -650,66 +651,67 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c77 = m_C2 * (-theta1_ddot * c47 + c62)
     c80 = -Omega * R_b + R_b * omega + theta1_dot * c29
     c79 = -c28
-    c81 = 1 / xp.sqrt(c55 * c79**2 + c80**2)
-    c82 = theta1_dot * c79
-    c83 = c81 * c82
-    c85 = -c78 * c83 + c80 * c81 * c84
-    c86 = -c78 * c80 * c81 - c83 * c84
+    c81 = c55 * c79**2 + c80**2
+    c82 = 1 / xp.sqrt(c81)
+    c83 = theta1_dot * c79
+    c84 = c82 * c83
+    c86 = -c78 * c84 + c80 * c82 * c85
+    c87 = -c78 * c80 * c82 - c84 * c85
     # derived: inner half: moment along y of planet about A
     F_E = (
-        (-M_K + c40 * c76 - c44 * c57 + c48 * c77 - c52 * c58 + c67) / (-c85 * (-x_A + x_E) + c86 * (-z_A + z_E))
+        (-M_K + c40 * c76 - c44 * c57 + c48 * c77 - c52 * c58 + c67) / (-c86 * (-x_A + x_E) + c87 * (-z_A + z_E))
     )
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c86
+    F_Ex = F_E * c87
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c59
     # derived: inner half: moment along z of planet about A
     M_Az = F_Ex * (-y_A + y_E) + c23 * c71 + c23 * c72 + c75
-    c87 = x_A * c32 + y_A * c30
-    c88 = F_Aox * c30 - F_Aoy * c32
-    c89 = F_Ax * c30 - F_Ay * c32
-    c90 = F_Aox * c32 + F_Aoy * c30
-    c91 = -x_A * c30 + y_A * c32
-    c92 = F_Ax * c32 + F_Ay * c30
-    c93 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
-    c94 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
+    c88 = x_A * c32 + y_A * c30
+    c89 = F_Aox * c30 - F_Aoy * c32
+    c90 = F_Ax * c30 - F_Ay * c32
+    c91 = F_Aox * c32 + F_Aoy * c30
+    c92 = -x_A * c30 + y_A * c32
+    c93 = F_Ax * c32 + F_Ay * c30
+    c94 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c31 + x_CB * c31)
+    c95 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c31 + y_CB * c31)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c87 * c88 - c87 * c89 - c90 * c91 - c91 *
-        c92 + c93 * (-y_B1 + y_CB) - c94 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c88 * c89 - c88 * c90 - c91 * c92 - c92 *
+        c93 + c94 * (-y_B1 + y_CB) - c95 * (-x_B1 + x_CB)
     )
-    c95 = 1 / r7
-    c96 = alpha_n + xi2
-    c97 = xp.sin(c96)
-    c99 = xp.cos(c96)
-    c100 = c97 - c98 * c99
-    c101 = M_Q >= 0
-    c102 = alpha_n - xi2
-    c103 = xp.sin(c102)
-    c104 = xp.cos(c102)
-    c105 = c103 - c104 * c98
+    c96 = 1 / r7
+    c97 = alpha_n + xi2
+    c98 = xp.sin(c97)
+    c100 = xp.cos(c97)
+    c101 = -c100 * c99 + c98
+    c102 = M_Q >= 0
+    c103 = alpha_n - xi2
+    c104 = xp.sin(c103)
+    c105 = xp.cos(c103)
+    c106 = c104 - c105 * c99
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c101, c95 / c100, c95 / c105)
-    c106 = F_NQ * xp.where(c101, c100, c105)
-    c107 = F_NQ * xp.where(c101, c97 * c98 + c99, -c103 * c98 - c104)
+    F_NQ = M_Q * xp.where(c102, c96 / c101, c96 / c106)
+    c107 = F_NQ * xp.where(c102, c101, c106)
+    c108 = F_NQ * xp.where(c102, c100 + c98 * c99, -c104 * c99 - c105)
     # derived: tooth force of planet on middle body
-    F_Qx = -c106 * c20 - c107 * c18
+    F_Qx = -c107 * c20 - c108 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c106 * c18 + c107 * c20
-    c109 = y_A1 - y_CA
-    c113 = -x_A1 + x_CA
-    c110 = omega + phi52_dot
-    c111 = omega * x_A1
-    c112 = -c110
-    c114 = m2 * (-ax_A1 - phi52_ddot * c109 - c110 * c111 - c112 * (c110 * c113 + c111))
-    c115 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c112 - phi52_ddot * c113 - c110 * (-omega * y_CA + phi52_dot * y_A1 -
+    F_Qy = -c107 * c18 + c108 * c20
+    c110 = y_A1 - y_CA
+    c114 = -x_A1 + x_CA
+    c111 = omega + phi52_dot
+    c112 = omega * x_A1
+    c113 = -c111
+    c115 = m2 * (-ax_A1 - phi52_ddot * c110 - c111 * c112 - c113 * (c111 * c114 + c112))
+    c116 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c113 - phi52_ddot * c114 - c111 * (-omega * y_CA + phi52_dot * y_A1 -
         phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c108 * c33**2 + c108 *
-        c36**2)) - c109 * c114 - c113 * c115
+        F_Qx * (-y_A1 - c38) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * (J_56 - m2 * (c109 * c33**2 + c109 *
+        c36**2)) - c110 * c115 - c114 * c116
     )
     # joint: gear 3, t = 0
     g0 = t1
@@ -719,36 +721,40 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     g2 = t2
     # joint: gear 6, t = pi/m
     g3 = t2 - xp.pi / m61
+    # joint: cam, begin of its turn
+    g4 = -phi72
     # joint: cam, start of the rise
-    g4 = -delta_r0 - phi72
+    g5 = -delta_r0 - phi72
     # joint: cam, 1/8 of the rise
-    g5 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
+    g6 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
     # joint: cam, 3/8 of the rise
-    g6 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
+    g7 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
     # joint: cam, 5/8 of the rise
-    g7 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
+    g8 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
     # joint: cam, 7/8 of the rise
-    g8 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
+    g9 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
     # joint: cam, end of the rise
-    g9 = -delta_r1 - phi72
+    g10 = -delta_r1 - phi72
     # joint: cam, start of the fall
-    g10 = -delta_f0 - phi72
+    g11 = -delta_f0 - phi72
     # joint: cam, 1/8 of the fall
-    g11 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
+    g12 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
     # joint: cam, 3/8 of the fall
-    g12 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
+    g13 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
     # joint: cam, 5/8 of the fall
-    g13 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
+    g14 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
     # joint: cam, 7/8 of the fall
-    g14 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
+    g15 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
     # joint: cam, end of the fall
-    g15 = -delta_f1 - phi72
+    g16 = -delta_f1 - phi72
     # joint: teeth at P, change of flank
-    g16 = M_P
+    g17 = M_P
     # joint: teeth at Q, change of flank
-    g17 = M_Q
+    g18 = M_Q
+    # joint: root of F_E
+    g19 = c81
     return (
-        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17,
+        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17, g18, g19,
     )
 
 

@@ -51,12 +51,12 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c55 = -c43
     c58 = -c50
     c80 = xp.cos(mu1)
-    c101 = xp.tan(mu2)
-    c102 = against * c101
-    c119 = rho_CA**2
-    c120 = J_56 - m2 * (c119 * c34**2 + c119 * c37**2)
+    c102 = xp.tan(mu2)
+    c103 = against * c102
+    c120 = rho_CA**2
+    c121 = J_56 - m2 * (c120 * c34**2 + c120 * c37**2)
     return (
-        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c34, c37, c43, c50, c55, c58, c80, c101, c102, c120,
+        T1_0, c1, T2_0, c2, c6, c22, c25, y_E, c34, c37, c43, c50, c55, c58, c80, c102, c103, c121,
     )
 
 
@@ -130,9 +130,9 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c55 = hoisted[12]
     c58 = hoisted[13]
     c80 = hoisted[14]
-    c101 = hoisted[15]
-    c102 = hoisted[16]
-    c120 = hoisted[17]
+    c102 = hoisted[15]
+    c103 = hoisted[16]
+    c121 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -326,21 +326,22 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c83 = c42 * c82**2 + c81**2
     c84 = 1 / xp.sqrt(c83)
     c85 = Omega * c29 - omega * c29
-    c86 = xp.sin(mu1) / xp.sqrt(along_hinge**2 * c85**2 + c83)
-    c87 = theta1_dot * c82
-    c88 = c80 * c81 * c84 - c86 * c87
-    c89 = -c80 * c84 * c87 - c81 * c86
+    c86 = along_hinge**2 * c85**2 + c83
+    c87 = xp.sin(mu1) / xp.sqrt(c86)
+    c88 = theta1_dot * c82
+    c89 = c80 * c81 * c84 - c87 * c88
+    c90 = -c80 * c84 * c88 - c81 * c87
     # derived: inner half: moment along y of planet about A
-    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c88 + c89 * (-z_A + z_E))
+    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c89 + c90 * (-z_A + z_E))
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c89
-    c90 = along_hinge * c85
+    F_Ex = F_E * c90
+    c91 = along_hinge * c85
     # derived: contact force of carrier on inner half at E inner half
-    F_Ey = -F_E * c86 * c90
+    F_Ey = -F_E * c87 * c91
     # derived: contact force of carrier on inner half at E inner half
-    F_Ez = F_E * c88
+    F_Ez = F_E * c89
     # derived: power lost to friction between carrier and inner half at E inner half
-    F_E_loss = -F_Ex * c81 - F_Ey * c90 - F_Ez * c87
+    F_E_loss = -F_Ex * c81 - F_Ey * c91 - F_Ez * c88
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c54
     # derived: inner half: force along y of planet
@@ -349,97 +350,97 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     F_Az = -F_Ez - S - c77 - c78
     # derived: inner half: moment along z of planet about A
     M_Az = F_Ex * (-y_A + y_E) - F_Ey * c79 + c23 * c72 + c23 * c73 + c76
-    c91 = x_A * c33 + y_A * c31
-    c92 = F_Aox * c31 - F_Aoy * c33
-    c93 = F_Ax * c31 - F_Ay * c33
-    c94 = F_Aox * c33 + F_Aoy * c31
-    c95 = -x_A * c31 + y_A * c33
-    c96 = F_Ax * c33 + F_Ay * c31
-    c97 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
-    c98 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
+    c92 = x_A * c33 + y_A * c31
+    c93 = F_Aox * c31 - F_Aoy * c33
+    c94 = F_Ax * c31 - F_Ay * c33
+    c95 = F_Aox * c33 + F_Aoy * c31
+    c96 = -x_A * c31 + y_A * c33
+    c97 = F_Ax * c33 + F_Ay * c31
+    c98 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
+    c99 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c91 * c92 - c91 * c93 - c94 * c95 - c95 *
-        c96 + c97 * (-y_B1 + y_CB) - c98 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c92 * c93 - c92 * c94 - c95 * c96 - c96 *
+        c97 + c98 * (-y_B1 + y_CB) - c99 * (-x_B1 + x_CB)
     )
-    c99 = phi52_dot - phi72_dot
-    c100 = xp.sign(c99)
-    c103 = c100 * c102
-    c104 = away_Q_plus * c103
-    c105 = alpha_n + xi2
-    c106 = xp.sin(c105)
-    c107 = xp.cos(c105)
-    c108 = c101 * (against * (lead_Q_plus * c100 - 1) + 1)
-    c109 = c106 - c107 * c108
-    c110 = M_Q >= 0
-    c111 = away_Q_minus * c103
-    c112 = alpha_n - xi2
-    c113 = xp.sin(c112)
-    c114 = xp.cos(c112)
-    c115 = c101 * (against * (-lead_Q_minus * c100 - 1) + 1)
-    c116 = c113 - c114 * c115
+    c100 = phi52_dot - phi72_dot
+    c101 = xp.sign(c100)
+    c104 = c101 * c103
+    c105 = away_Q_plus * c104
+    c106 = alpha_n + xi2
+    c107 = xp.sin(c106)
+    c108 = xp.cos(c106)
+    c109 = c102 * (against * (lead_Q_plus * c101 - 1) + 1)
+    c110 = c107 - c108 * c109
+    c111 = M_Q >= 0
+    c112 = away_Q_minus * c104
+    c113 = alpha_n - xi2
+    c114 = xp.sin(c113)
+    c115 = xp.cos(c113)
+    c116 = c102 * (against * (-lead_Q_minus * c101 - 1) + 1)
+    c117 = c114 - c115 * c116
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c110, 1 / (r7 * c109 + c104), 1 / (r7 * c116 + c111))
-    c117 = F_NQ * xp.where(c110, c109, c116)
-    c118 = F_NQ * xp.where(c110, c106 * c108 + c107, -c113 * c115 - c114)
+    F_NQ = M_Q * xp.where(c111, 1 / (r7 * c110 + c105), 1 / (r7 * c117 + c112))
+    c118 = F_NQ * xp.where(c111, c110, c117)
+    c119 = F_NQ * xp.where(c111, c107 * c109 + c108, -c114 * c116 - c115)
     # derived: tooth force of planet on middle body
-    F_Qx = -c117 * c20 - c118 * c18
+    F_Qx = -c118 * c20 - c119 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c117 * c18 + c118 * c20
+    F_Qy = -c118 * c18 + c119 * c20
     # derived: power lost to friction between the teeth of middle body and planet
-    F_Q_loss = F_NQ * xp.where(c110, c104 * c99, c111 * c99)
+    F_Q_loss = F_NQ * xp.where(c111, c100 * c105, c100 * c112)
     # derived: power of the inner gear on the outer one at Q, seen from the carrier
     F_Q_power = M_Q * phi72_dot
-    c121 = y_A1 - y_CA
-    c125 = -x_A1 + x_CA
-    c122 = omega + phi52_dot
-    c123 = omega * x_A1
-    c124 = -c122
-    c126 = m2 * (-ax_A1 - phi52_ddot * c121 - speed_rate * c121 - c122 * c123 - c124 * (c122 * c125 + c123))
-    c127 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c124 - phi52_ddot * c125 - speed_rate * c125 - c122 * (-omega * y_CA +
+    c122 = y_A1 - y_CA
+    c126 = -x_A1 + x_CA
+    c123 = omega + phi52_dot
+    c124 = omega * x_A1
+    c125 = -c123
+    c127 = m2 * (-ax_A1 - phi52_ddot * c122 - speed_rate * c122 - c123 * c124 - c125 * (c123 * c126 + c124))
+    c128 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c125 - phi52_ddot * c126 - speed_rate * c126 - c123 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c120 + speed_rate * c120 - c121 * c126 -
-        c125 * c127
+        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c121 + speed_rate * c121 - c122 * c127 -
+        c126 * c128
     )
-    c128 = xp.sign(c124)
-    c129 = c102 * c128
-    c130 = away_P_plus * c129
-    c131 = alpha_n + xi1
-    c132 = xp.sin(c131)
-    c133 = xp.cos(c131)
-    c134 = c101 * (against * (lead_P_plus * c128 - 1) + 1)
-    c135 = c132 - c133 * c134
-    c136 = M_P >= 0
-    c137 = away_P_minus * c129
-    c138 = alpha_n - xi1
-    c139 = xp.sin(c138)
-    c140 = xp.cos(c138)
-    c141 = c101 * (against * (-lead_P_minus * c128 - 1) + 1)
-    c142 = c139 - c140 * c141
+    c129 = xp.sign(c125)
+    c130 = c103 * c129
+    c131 = away_P_plus * c130
+    c132 = alpha_n + xi1
+    c133 = xp.sin(c132)
+    c134 = xp.cos(c132)
+    c135 = c102 * (against * (lead_P_plus * c129 - 1) + 1)
+    c136 = c133 - c134 * c135
+    c137 = M_P >= 0
+    c138 = away_P_minus * c130
+    c139 = alpha_n - xi1
+    c140 = xp.sin(c139)
+    c141 = xp.cos(c139)
+    c142 = c102 * (against * (-lead_P_minus * c129 - 1) + 1)
+    c143 = c140 - c141 * c142
     # derived: normal force between the teeth of sun and middle body
-    F_NP = M_P * xp.where(c136, 1 / (r5 * c135 + c130), 1 / (r5 * c142 + c137))
-    c143 = F_NP * xp.where(c136, c135, c142)
-    c144 = F_NP * xp.where(c136, c132 * c134 + c133, -c139 * c141 - c140)
+    F_NP = M_P * xp.where(c137, 1 / (r5 * c136 + c131), 1 / (r5 * c143 + c138))
+    c144 = F_NP * xp.where(c137, c136, c143)
+    c145 = F_NP * xp.where(c137, c133 * c135 + c134, -c140 * c142 - c141)
     # derived: tooth force of middle body on sun
-    F_Px = -c13 * c144 - c143 * c15
+    F_Px = -c13 * c145 - c144 * c15
     # derived: tooth force of middle body on sun
-    F_Py = -c13 * c143 + c144 * c15
+    F_Py = -c13 * c144 + c145 * c15
     # derived: power lost to friction between the teeth of sun and middle body
-    F_P_loss = F_NP * xp.where(c136, c124 * c130, c124 * c137)
+    F_P_loss = F_NP * xp.where(c137, c125 * c131, c125 * c138)
     # derived: power of the inner gear on the outer one at P, seen from the carrier
     F_P_power = M_P * phi52_dot
     # derived: middle body: force along x of frame
-    F_A1x = F_Px - F_Qx - c126
+    F_A1x = F_Px - F_Qx - c127
     # derived: middle body: force along y of frame
-    F_A1y = F_Py - F_Qy - c127
+    F_A1y = F_Py - F_Qy - c128
     # derived: planet: force along x of frame
-    F_B1x = F_Qx + c94 + c96 - c97
+    F_B1x = F_Qx + c95 + c97 - c98
     # derived: planet: force along y of frame
-    F_B1y = F_Qy - c92 - c93 - c98
+    F_B1y = F_Qy - c93 - c94 - c99
     return (
         phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
         F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
@@ -448,7 +449,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
 
 
 def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, lifted, hoisted, stage1, stage2, flank):
-    """events: 18 entries in the order of the CasADi function."""
+    """events: 23 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -515,9 +516,9 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c55 = hoisted[12]
     c58 = hoisted[13]
     c80 = hoisted[14]
-    c101 = hoisted[15]
-    c102 = hoisted[16]
-    c120 = hoisted[17]
+    c102 = hoisted[15]
+    c103 = hoisted[16]
+    c121 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -699,74 +700,75 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     c83 = c42 * c82**2 + c81**2
     c84 = 1 / xp.sqrt(c83)
     c85 = Omega * c29 - omega * c29
-    c86 = xp.sin(mu1) / xp.sqrt(along_hinge**2 * c85**2 + c83)
-    c87 = theta1_dot * c82
-    c88 = c80 * c81 * c84 - c86 * c87
-    c89 = -c80 * c84 * c87 - c81 * c86
+    c86 = along_hinge**2 * c85**2 + c83
+    c87 = xp.sin(mu1) / xp.sqrt(c86)
+    c88 = theta1_dot * c82
+    c89 = c80 * c81 * c84 - c87 * c88
+    c90 = -c80 * c84 * c88 - c81 * c87
     # derived: inner half: moment along y of planet about A
-    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c88 + c89 * (-z_A + z_E))
+    F_E = (-M_K + c41 * c77 - c45 * c47 + c49 * c78 - c52 * c53 + c68) / (-c79 * c89 + c90 * (-z_A + z_E))
     # derived: contact force of carrier on inner half at E inner half
-    F_Ex = F_E * c89
-    c90 = along_hinge * c85
+    F_Ex = F_E * c90
+    c91 = along_hinge * c85
     # derived: contact force of carrier on inner half at E inner half
-    F_Ey = -F_E * c86 * c90
+    F_Ey = -F_E * c87 * c91
     # derived: inner half: force along x of planet
     F_Ax = -F_Ex - c54
     # derived: inner half: force along y of planet
     F_Ay = -F_Ey - c60
     # derived: inner half: moment along z of planet about A
     M_Az = F_Ex * (-y_A + y_E) - F_Ey * c79 + c23 * c72 + c23 * c73 + c76
-    c91 = x_A * c33 + y_A * c31
-    c92 = F_Aox * c31 - F_Aoy * c33
-    c93 = F_Ax * c31 - F_Ay * c33
-    c94 = F_Aox * c33 + F_Aoy * c31
-    c95 = -x_A * c31 + y_A * c33
-    c96 = F_Ax * c33 + F_Ay * c31
-    c97 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
-    c98 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
+    c92 = x_A * c33 + y_A * c31
+    c93 = F_Aox * c31 - F_Aoy * c33
+    c94 = F_Ax * c31 - F_Ay * c33
+    c95 = F_Aox * c33 + F_Aoy * c31
+    c96 = -x_A * c31 + y_A * c33
+    c97 = F_Ax * c33 + F_Ay * c31
+    c98 = m3 * (-Omega_dot * y_B1 + Omega_dot * y_CB - ax_B1 - x_B1 * c32 + x_CB * c32)
+    c99 = m3 * (Omega_dot * x_B1 - Omega_dot * x_CB - ay_B1 - g - y_B1 * c32 + y_CB * c32)
     # derived: planet: moment along z of frame about B1
     M_Q = (
-        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c91 * c92 - c91 * c93 - c94 * c95 - c95 *
-        c96 + c97 * (-y_B1 + y_CB) - c98 * (-x_B1 + x_CB)
+        M_Aoz + M_Az + Omega_dot * (J_7 - m3 * (c_CBx**2 + c_CBy**2)) - c92 * c93 - c92 * c94 - c95 * c96 - c96 *
+        c97 + c98 * (-y_B1 + y_CB) - c99 * (-x_B1 + x_CB)
     )
-    c99 = phi52_dot - phi72_dot
-    c100 = xp.sign(c99)
-    c103 = c100 * c102
-    c104 = away_Q_plus * c103
-    c105 = alpha_n + xi2
-    c106 = xp.sin(c105)
-    c107 = xp.cos(c105)
-    c108 = c101 * (against * (lead_Q_plus * c100 - 1) + 1)
-    c109 = c106 - c107 * c108
-    c110 = M_Q >= 0
-    c111 = away_Q_minus * c103
-    c112 = alpha_n - xi2
-    c113 = xp.sin(c112)
-    c114 = xp.cos(c112)
-    c115 = c101 * (against * (-lead_Q_minus * c100 - 1) + 1)
-    c116 = c113 - c114 * c115
+    c100 = phi52_dot - phi72_dot
+    c101 = xp.sign(c100)
+    c104 = c101 * c103
+    c105 = away_Q_plus * c104
+    c106 = alpha_n + xi2
+    c107 = xp.sin(c106)
+    c108 = xp.cos(c106)
+    c109 = c102 * (against * (lead_Q_plus * c101 - 1) + 1)
+    c110 = c107 - c108 * c109
+    c111 = M_Q >= 0
+    c112 = away_Q_minus * c104
+    c113 = alpha_n - xi2
+    c114 = xp.sin(c113)
+    c115 = xp.cos(c113)
+    c116 = c102 * (against * (-lead_Q_minus * c101 - 1) + 1)
+    c117 = c114 - c115 * c116
     # derived: normal force between the teeth of middle body and planet
-    F_NQ = M_Q * xp.where(c110, 1 / (r7 * c109 + c104), 1 / (r7 * c116 + c111))
-    c117 = F_NQ * xp.where(c110, c109, c116)
-    c118 = F_NQ * xp.where(c110, c106 * c108 + c107, -c113 * c115 - c114)
+    F_NQ = M_Q * xp.where(c111, 1 / (r7 * c110 + c105), 1 / (r7 * c117 + c112))
+    c118 = F_NQ * xp.where(c111, c110, c117)
+    c119 = F_NQ * xp.where(c111, c107 * c109 + c108, -c114 * c116 - c115)
     # derived: tooth force of planet on middle body
-    F_Qx = -c117 * c20 - c118 * c18
+    F_Qx = -c118 * c20 - c119 * c18
     # derived: tooth force of planet on middle body
-    F_Qy = -c117 * c18 + c118 * c20
-    c121 = y_A1 - y_CA
-    c125 = -x_A1 + x_CA
-    c122 = omega + phi52_dot
-    c123 = omega * x_A1
-    c124 = -c122
-    c126 = m2 * (-ax_A1 - phi52_ddot * c121 - speed_rate * c121 - c122 * c123 - c124 * (c122 * c125 + c123))
-    c127 = (
-        m2 * (-ay_A1 - g + omega * y_A1 * c124 - phi52_ddot * c125 - speed_rate * c125 - c122 * (-omega * y_CA +
+    F_Qy = -c118 * c18 + c119 * c20
+    c122 = y_A1 - y_CA
+    c126 = -x_A1 + x_CA
+    c123 = omega + phi52_dot
+    c124 = omega * x_A1
+    c125 = -c123
+    c127 = m2 * (-ax_A1 - phi52_ddot * c122 - speed_rate * c122 - c123 * c124 - c125 * (c123 * c126 + c124))
+    c128 = (
+        m2 * (-ay_A1 - g + omega * y_A1 * c125 - phi52_ddot * c126 - speed_rate * c126 - c123 * (-omega * y_CA +
         phi52_dot * y_A1 - phi52_dot * y_CA))
     )
     # derived: middle body: moment along z of frame about A1
     M_P = (
-        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c120 + speed_rate * c120 - c121 * c126 -
-        c125 * c127
+        F_Qx * (-y_A1 - c39) - F_Qy * (-x_A1 + x_B1) + M_Q + phi52_ddot * c121 + speed_rate * c121 - c122 * c127 -
+        c126 * c128
     )
     # joint: gear 3, t = 0
     g0 = t1
@@ -776,36 +778,46 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     g2 = t2
     # joint: gear 6, t = pi/m
     g3 = t2 - xp.pi / m61
+    # joint: cam, begin of its turn
+    g4 = -phi72
     # joint: cam, start of the rise
-    g4 = -delta_r0 - phi72
+    g5 = -delta_r0 - phi72
     # joint: cam, 1/8 of the rise
-    g5 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
+    g6 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
     # joint: cam, 3/8 of the rise
-    g6 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
+    g7 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
     # joint: cam, 5/8 of the rise
-    g7 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
+    g8 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
     # joint: cam, 7/8 of the rise
-    g8 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
+    g9 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
     # joint: cam, end of the rise
-    g9 = -delta_r1 - phi72
+    g10 = -delta_r1 - phi72
     # joint: cam, start of the fall
-    g10 = -delta_f0 - phi72
+    g11 = -delta_f0 - phi72
     # joint: cam, 1/8 of the fall
-    g11 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
+    g12 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
     # joint: cam, 3/8 of the fall
-    g12 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
+    g13 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
     # joint: cam, 5/8 of the fall
-    g13 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
+    g14 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
     # joint: cam, 7/8 of the fall
-    g14 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
+    g15 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
     # joint: cam, end of the fall
-    g15 = -delta_f1 - phi72
+    g16 = -delta_f1 - phi72
     # joint: teeth at P, change of flank
-    g16 = M_P
+    g17 = M_P
     # joint: teeth at Q, change of flank
-    g17 = M_Q
+    g18 = M_Q
+    # joint: root of F_E
+    g19 = c83
+    # joint: root of F_E
+    g20 = c86
+    # joint: jump of F_NQ: phi52_dot - phi72_dot = 0
+    g21 = c100
+    # joint: jump of F_NP: -omega - phi52_dot = 0
+    g22 = c125
     return (
-        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17,
+        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17, g18, g19, g20, g21, g22,
     )
 
 

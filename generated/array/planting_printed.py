@@ -361,7 +361,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
 
 
 def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted, stage1, stage2, flank):
-    """events: 18 entries in the order of the CasADi function."""
+    """events: 19 entries in the order of the CasADi function."""
     theta = mounting[0]  # [rad] initial mounting angle of the nozzle
     gamma = mounting[1]  # [rad] angle between the two centre lines
     alpha3 = mounting[2]  # [rad] initial phase of the sun
@@ -619,36 +619,38 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     g2 = t2
     # joint: gear 6, t = pi/m
     g3 = t2 - xp.pi / m61
+    # joint: cam, begin of its turn
+    g4 = -phi72
     # joint: cam, start of the rise
-    g4 = -delta_r0 - phi72
+    g5 = -delta_r0 - phi72
     # joint: cam, 1/8 of the rise
-    g5 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
+    g6 = -7 * delta_r0 / 8 - delta_r1 / 8 - phi72
     # joint: cam, 3/8 of the rise
-    g6 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
+    g7 = -5 * delta_r0 / 8 - 3 * delta_r1 / 8 - phi72
     # joint: cam, 5/8 of the rise
-    g7 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
+    g8 = -3 * delta_r0 / 8 - 5 * delta_r1 / 8 - phi72
     # joint: cam, 7/8 of the rise
-    g8 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
+    g9 = -delta_r0 / 8 - 7 * delta_r1 / 8 - phi72
     # joint: cam, end of the rise
-    g9 = -delta_r1 - phi72
+    g10 = -delta_r1 - phi72
     # joint: cam, start of the fall
-    g10 = -delta_f0 - phi72
+    g11 = -delta_f0 - phi72
     # joint: cam, 1/8 of the fall
-    g11 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
+    g12 = -7 * delta_f0 / 8 - delta_f1 / 8 - phi72
     # joint: cam, 3/8 of the fall
-    g12 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
+    g13 = -5 * delta_f0 / 8 - 3 * delta_f1 / 8 - phi72
     # joint: cam, 5/8 of the fall
-    g13 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
+    g14 = -3 * delta_f0 / 8 - 5 * delta_f1 / 8 - phi72
     # joint: cam, 7/8 of the fall
-    g14 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
+    g15 = -delta_f0 / 8 - 7 * delta_f1 / 8 - phi72
     # joint: cam, end of the fall
-    g15 = -delta_f1 - phi72
+    g16 = -delta_f1 - phi72
     # joint: teeth at P, change of flank
-    g16 = M_P
+    g17 = M_P
     # joint: teeth at Q, change of flank
-    g17 = M_Q
+    g18 = M_Q
     return (
-        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17,
+        g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, g11, g12, g13, g14, g15, g16, g17, g18,
     )
 
 

@@ -8,7 +8,7 @@ functions of pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, d
 
 
 def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, stage1, stage2):
-    """hoisted: 17 entries in the order of the CasADi function."""
+    """hoisted: 18 entries in the order of the CasADi function."""
     alpha3 = mounting[2]  # [rad] initial phase of the sun
     beta6 = mounting[3]  # [rad] initial phase of gear 6
     omega = machine[0]  # [rad/s] carrier speed, constant
@@ -30,22 +30,23 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c1 = omega**2
     # derived: stage 2, phi = 0
     _, _, _, _, _, T2_0 = stage2(xp, beta6, parameters2, hoisted2)
-    c3 = -delta_r0 + delta_r1
-    c4 = 1 / c3
-    c6 = -delta_f0 + delta_f1
+    c3 = 1 / 2 / xp.pi
+    c6 = -delta_r0 + delta_r1
     c7 = 1 / c6
-    c9 = g / 2
-    c10 = 2 * g
-    c11 = c_CBx * m3
-    c14 = c_CBy * m3
-    c17 = 2 * m_C1
-    c19 = 2 * m_C2
-    c32 = c_C1z * c17
-    c37 = c_C2z * c19
-    c40 = xp.cos(beta_CA)
-    c49 = xp.sin(beta_CA)
+    c9 = -delta_f0 + delta_f1
+    c10 = 1 / c9
+    c12 = g / 2
+    c13 = 2 * g
+    c14 = c_CBx * m3
+    c17 = c_CBy * m3
+    c20 = 2 * m_C1
+    c22 = 2 * m_C2
+    c35 = c_C1z * c20
+    c40 = c_C2z * c22
+    c43 = xp.cos(beta_CA)
+    c52 = xp.sin(beta_CA)
     return (
-        T1_0, c1, T2_0, c3, c4, c6, c7, c9, c10, c11, c14, c17, c19, c32, c37, c40, c49,
+        T1_0, c1, T2_0, c3, c6, c7, c9, c10, c12, c13, c14, c17, c20, c22, c35, c40, c43, c52,
     )
 
 
@@ -78,19 +79,20 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c1 = hoisted[1]
     T2_0 = hoisted[2]  # [rad] T2 at phi = 0
     c3 = hoisted[3]
-    c4 = hoisted[4]
-    c6 = hoisted[5]
-    c7 = hoisted[6]
-    c9 = hoisted[7]
-    c10 = hoisted[8]
-    c11 = hoisted[9]
+    c6 = hoisted[4]
+    c7 = hoisted[5]
+    c9 = hoisted[6]
+    c10 = hoisted[7]
+    c12 = hoisted[8]
+    c13 = hoisted[9]
     c14 = hoisted[10]
     c17 = hoisted[11]
-    c19 = hoisted[12]
-    c32 = hoisted[13]
-    c37 = hoisted[14]
+    c20 = hoisted[12]
+    c22 = hoisted[13]
+    c35 = hoisted[14]
     c40 = hoisted[15]
-    c49 = hoisted[16]
+    c43 = hoisted[16]
+    c52 = hoisted[17]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -118,75 +120,117 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     Omega = omega + phi72_dot
     # derived: absolute angular acceleration of the planet
     Omega_dot = phi72_ddot
+    c4 = phi72 * c3
+    c5 = -c4
     # derived: angle of the cam relative to the rocker, in [0, 2 pi)
-    delta = -phi72 - 2 * xp.pi * xp.floor(-phi72 / 2 / xp.pi)
-    c5 = c4 * (delta - delta_r0)
+    delta = -phi72 - 2 * xp.pi * xp.floor(c5)
+    c8 = c7 * (delta - delta_r0)
     # derived: cam law
-    x_r = xp.where(c5 < 0, 0, xp.where(c5 > 1, 1, c5))
-    c8 = c7 * (delta - delta_f0)
+    x_r = xp.where(c8 < 0, 0, xp.where(c8 > 1, 1, c8))
+    c11 = c10 * (delta - delta_f0)
     # derived: cam law
-    x_f = xp.where(c8 < 0, 0, xp.where(c8 > 1, 1, c8))
+    x_f = xp.where(c11 < 0, 0, xp.where(c11 > 1, 1, c11))
     # derived: cam law
     theta1 = (
         H * (-xp.polyval([-20, 70, -84, 35, 0, 0, 0, 0], x_f) + xp.polyval([-20, 70, -84, 35, 0, 0, 0, 0], x_r))
     )
     # derived: cam law
     dpsi_ddelta = (
-        H * (c4 * xp.polyval([-140, 420, -420, 140, 0, 0, 0], x_r) - c7 * xp.polyval([-140, 420, -420, 140, 0, 0,
-        0], x_f))
+        H * (-c10 * xp.polyval([-140, 420, -420, 140, 0, 0, 0], x_f) + c7 * xp.polyval([-140, 420, -420, 140, 0,
+        0, 0], x_r))
     )
     # derived: cam law
     theta1_dot = -dpsi_ddelta * phi72_dot
     # derived: cam law
     theta1_ddot = (
-        H * phi72_dot**2 * (-xp.polyval([-840, 2100, -1680, 420, 0, 0], x_f) / c6**2 + xp.polyval([-840, 2100,
-        -1680, 420, 0, 0], x_r) / c3**2) - dpsi_ddelta * phi72_ddot
+        H * phi72_dot**2 * (-xp.polyval([-840, 2100, -1680, 420, 0, 0], x_f) / c9**2 + xp.polyval([-840, 2100,
+        -1680, 420, 0, 0], x_r) / c6**2) - dpsi_ddelta * phi72_ddot
     )
-    c12 = xp.cos(alpha)
-    c13 = Omega_dot * c12
-    c15 = xp.sin(alpha)
+    c15 = xp.cos(alpha)
     c16 = Omega_dot * c15
-    c18 = c16 * c17
-    c20 = c16 * c19
-    c21 = x_A * c13
-    c22 = Omega**2
-    c23 = c15 * c22
-    c24 = c12 * c22
-    c25 = 2 * c24
-    c26 = m_C1 * c25
-    c27 = m_C2 * c25
-    c28 = x_A * c23
-    c29 = xp.cos(theta1)
-    c30 = c17 * c29
-    c31 = c_C1x * c30
-    c33 = xp.sin(theta1)
-    c34 = c13 * c33
-    c35 = c19 * c29
-    c36 = c_C2x * c35
-    c38 = theta1_ddot * c15
-    c39 = c33 * c38
-    c41 = phi + phi52
-    c42 = m2 * rho_CA * xp.cos(c41)
-    c43 = 4 * Omega * theta1_dot * c12
-    c44 = c33 * c43
-    c45 = c29 * c43
-    c46 = c23 * c33
-    c47 = theta1_dot**2 * c15
-    c48 = c33 * c47
-    c50 = m2 * rho_CA * xp.sin(c41)
-    c51 = c42 * c49
-    c52 = 2 * omega * phi52_dot
-    c53 = c40 * c50
+    c18 = xp.sin(alpha)
+    c19 = Omega_dot * c18
+    c21 = c19 * c20
+    c23 = c19 * c22
+    c24 = x_A * c16
+    c25 = Omega**2
+    c26 = c18 * c25
+    c27 = c15 * c25
+    c28 = 2 * c27
+    c29 = m_C1 * c28
+    c30 = m_C2 * c28
+    c31 = x_A * c26
+    c32 = xp.cos(theta1)
+    c33 = c20 * c32
+    c34 = c_C1x * c33
+    c36 = xp.sin(theta1)
+    c37 = c16 * c36
+    c38 = c22 * c32
+    c39 = c_C2x * c38
+    c41 = theta1_ddot * c18
+    c42 = c36 * c41
+    c44 = phi + phi52
+    c45 = m2 * rho_CA * xp.cos(c44)
+    c46 = 4 * Omega * theta1_dot * c15
+    c47 = c36 * c46
+    c48 = c32 * c46
+    c49 = c26 * c36
+    c50 = theta1_dot**2 * c18
+    c51 = c36 * c50
+    c53 = m2 * rho_CA * xp.sin(c44)
+    c54 = c45 * c52
+    c55 = 2 * omega * phi52_dot
+    c56 = c43 * c53
     # derived: share of a side in F_support
     F_share = (
-        -c_C1x * m_C1 * c44 + c_C1x * c17 * c39 + c_C1y * c18 - c_C1y * c26 + c_C1z * m_C1 * c45 - c_C1z * c30 *
-        c38 - c_C2x * m_C2 * c44 + c_C2x * c19 * c39 + c_C2y * c20 - c_C2y * c27 + c_C2z * m_C2 * c45 - c_C2z *
-        c35 * c38 + g * m2 + g * m3 + m1 * c9 + m4 * c9 + m_C1 * c10 + m_C2 * c10 + phi52_ddot * c40 * c42 -
-        phi52_ddot * c49 * c50 + y_A * c18 + y_A * c20 - y_A * c26 - y_A * c27 - c1 * c51 - c1 * c53 + c11 * c13 +
-        c11 * c23 + c13 * c31 + c13 * c36 + c14 * c16 - c14 * c24 + c17 * c21 + c17 * c28 + c19 * c21 + c19 * c28
-        - c2 * c51 - c2 * c53 + c23 * c31 + c23 * c36 + c31 * c47 + c32 * c34 + c32 * c46 + c32 * c48 + c34 * c37
-        + c36 * c47 + c37 * c46 + c37 * c48 - c51 * c52 - c52 * c53
+        -c_C1x * m_C1 * c47 + c_C1x * c20 * c42 + c_C1y * c21 - c_C1y * c29 + c_C1z * m_C1 * c48 - c_C1z * c33 *
+        c41 - c_C2x * m_C2 * c47 + c_C2x * c22 * c42 + c_C2y * c23 - c_C2y * c30 + c_C2z * m_C2 * c48 - c_C2z *
+        c38 * c41 + g * m2 + g * m3 + m1 * c12 + m4 * c12 + m_C1 * c13 + m_C2 * c13 + phi52_ddot * c43 * c45 -
+        phi52_ddot * c52 * c53 + y_A * c21 + y_A * c23 - y_A * c29 - y_A * c30 - c1 * c54 - c1 * c56 + c14 * c16 +
+        c14 * c26 + c16 * c34 + c16 * c39 + c17 * c19 - c17 * c27 - c2 * c54 - c2 * c56 + c20 * c24 + c20 * c31 +
+        c22 * c24 + c22 * c31 + c26 * c34 + c26 * c39 + c34 * c50 + c35 * c37 + c35 * c49 + c35 * c51 + c37 * c40
+        + c39 * c50 + c40 * c49 + c40 * c51 - c54 * c55 - c55 * c56
     )
     return (
         F_share,
+    )
+
+
+def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted, stage1, stage2):
+    """events: 5 entries in the order of the CasADi function."""
+    alpha3 = mounting[2]  # [rad] initial phase of the sun
+    beta6 = mounting[3]  # [rad] initial phase of gear 6
+    delta_r0 = machine[43]  # [rad] start of the rise
+    delta_r1 = machine[44]  # [rad] end of the rise
+    delta_f0 = machine[45]  # [rad] start of the fall
+    delta_f1 = machine[46]  # [rad] end of the fall
+    T1_0 = hoisted[0]  # [rad] T1 at phi = 0
+    T2_0 = hoisted[2]  # [rad] T2 at phi = 0
+    c3 = hoisted[3]
+    # derived: sun's polar angle at contact P
+    t1 = alpha3 + phi
+    # derived: stage 1
+    _, _, _, i1, di1, T1 = stage1(xp, t1, parameters1, hoisted1)
+    # derived: rotation of the middle body relative to the carrier
+    phi52 = T1 - T1_0
+    # derived: gear 6's polar angle at contact Q
+    t2 = beta6 + phi52
+    # derived: stage 2
+    _, _, _, i2, di2, T2 = stage2(xp, t2, parameters2, hoisted2)
+    # derived: rotation of the planet relative to the carrier
+    phi72 = -T2 + T2_0
+    c4 = phi72 * c3
+    c5 = -c4
+    # joint: jump of delta
+    g0 = c5
+    # joint: another case of x_r
+    g1 = delta_r1 * c3 + c4
+    # joint: another case of x_r
+    g2 = delta_r0 * c3 + c4
+    # joint: another case of x_f
+    g3 = delta_f1 * c3 + c4
+    # joint: another case of x_f
+    g4 = delta_f0 * c3 + c4
+    return (
+        g0, g1, g2, g3, g4,
     )

@@ -8,7 +8,7 @@ functions of pitch curves, (xp, t, parameters, hoisted) -> (r, dr, ddr, ratio, d
 
 
 def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, stage1, stage2):
-    """hoisted: 14 entries in the order of the CasADi function."""
+    """hoisted: 15 entries in the order of the CasADi function."""
     alpha3 = mounting[2]  # [rad] initial phase of the sun
     beta6 = mounting[3]  # [rad] initial phase of gear 6
     omega = machine[0]  # [rad/s] carrier speed, constant
@@ -27,23 +27,24 @@ def prologue(xp, mounting, parameters1, hoisted1, parameters2, hoisted2, machine
     c1 = omega**2
     # derived: stage 2, phi = 0
     _, _, _, _, _, T2_0 = stage2(xp, beta6, parameters2, hoisted2)
-    c3 = -delta_r0 + delta_r1
-    c4 = 1 / c3
-    c6 = -delta_f0 + delta_f1
+    c3 = 1 / 2 / xp.pi
+    c6 = -delta_r0 + delta_r1
     c7 = 1 / c6
-    c15 = xp.sin(psi0)
-    c18 = xp.cos(psi0)
+    c9 = -delta_f0 + delta_f1
+    c10 = 1 / c9
+    c18 = xp.sin(psi0)
+    c21 = xp.cos(psi0)
     # derived: centroid of the rocker, y'
     y_C1 = c_C1y + y_A
     # derived: centroid of the nozzle half, y'
     y_C2 = c_C2y + y_A
-    c24 = xp.sin(beta_CA)
-    c27 = xp.cos(beta_CA)
-    c35 = -y_A + y_C1
-    c37 = -y_A + y_C2
-    c39 = g / 2
+    c27 = xp.sin(beta_CA)
+    c30 = xp.cos(beta_CA)
+    c38 = -y_A + y_C1
+    c40 = -y_A + y_C2
+    c42 = g / 2
     return (
-        T1_0, c1, T2_0, c3, c4, c6, c7, c15, c18, c24, c27, c35, c37, c39,
+        T1_0, c1, T2_0, c3, c6, c7, c9, c10, c18, c21, c27, c30, c38, c40, c42,
     )
 
 
@@ -89,16 +90,17 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c1 = hoisted[1]
     T2_0 = hoisted[2]  # [rad] T2 at phi = 0
     c3 = hoisted[3]
-    c4 = hoisted[4]
-    c6 = hoisted[5]
-    c7 = hoisted[6]
-    c15 = hoisted[7]
+    c6 = hoisted[4]
+    c7 = hoisted[5]
+    c9 = hoisted[6]
+    c10 = hoisted[7]
     c18 = hoisted[8]
-    c24 = hoisted[9]
+    c21 = hoisted[9]
     c27 = hoisted[10]
-    c35 = hoisted[11]
-    c37 = hoisted[12]
-    c39 = hoisted[13]
+    c30 = hoisted[11]
+    c38 = hoisted[12]
+    c40 = hoisted[13]
+    c42 = hoisted[14]
     # derived: sun's polar angle at contact P
     t1 = alpha3 + phi
     # derived: stage 1
@@ -126,124 +128,166 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     Omega = c2
     # derived: absolute angular acceleration of the planet
     Omega_dot = phi72_ddot
+    c4 = phi72 * c3
+    c5 = -c4
     # derived: angle of the cam relative to the rocker, in [0, 2 pi)
-    delta = -phi72 - 2 * xp.pi * xp.floor(-phi72 / 2 / xp.pi)
-    c5 = c4 * (delta - delta_r0)
+    delta = -phi72 - 2 * xp.pi * xp.floor(c5)
+    c8 = c7 * (delta - delta_r0)
     # derived: cam law
-    x_r = xp.where(c5 < 0, 0, xp.where(c5 > 1, 1, c5))
-    c8 = c7 * (delta - delta_f0)
+    x_r = xp.where(c8 < 0, 0, xp.where(c8 > 1, 1, c8))
+    c11 = c10 * (delta - delta_f0)
     # derived: cam law
-    x_f = xp.where(c8 < 0, 0, xp.where(c8 > 1, 1, c8))
+    x_f = xp.where(c11 < 0, 0, xp.where(c11 > 1, 1, c11))
     # derived: cam law
     theta1 = (
         H * (-xp.polyval([-20, 70, -84, 35, 0, 0, 0, 0], x_f) + xp.polyval([-20, 70, -84, 35, 0, 0, 0, 0], x_r))
     )
     # derived: cam law
     dpsi_ddelta = (
-        H * (c4 * xp.polyval([-140, 420, -420, 140, 0, 0, 0], x_r) - c7 * xp.polyval([-140, 420, -420, 140, 0, 0,
-        0], x_f))
+        H * (-c10 * xp.polyval([-140, 420, -420, 140, 0, 0, 0], x_f) + c7 * xp.polyval([-140, 420, -420, 140, 0,
+        0, 0], x_r))
     )
     # derived: cam law
     theta1_dot = -dpsi_ddelta * phi72_dot
-    c9 = phi72_dot**2
+    c12 = phi72_dot**2
     # derived: cam law
     theta1_ddot = (
-        H * c9 * (-xp.polyval([-840, 2100, -1680, 420, 0, 0], x_f) / c6**2 + xp.polyval([-840, 2100, -1680, 420,
-        0, 0], x_r) / c3**2) - dpsi_ddelta * phi72_ddot
+        H * c12 * (-xp.polyval([-840, 2100, -1680, 420, 0, 0], x_f) / c9**2 + xp.polyval([-840, 2100, -1680, 420,
+        0, 0], x_r) / c6**2) - dpsi_ddelta * phi72_ddot
     )
-    c10 = a1 * xp.sin(phi)
+    c13 = a1 * xp.sin(phi)
     # derived: A1, x
-    x_A1 = -c10
-    c11 = a1 * xp.cos(phi)
+    x_A1 = -c13
+    c14 = a1 * xp.cos(phi)
     # derived: A1, y
-    y_A1 = c11
-    c12 = gamma + phi
-    c13 = a2 * xp.sin(c12) + c10
+    y_A1 = c14
+    c15 = gamma + phi
+    c16 = a2 * xp.sin(c15) + c13
     # derived: B1, x
-    x_B1 = -c13
-    c14 = a2 * xp.cos(c12) + c11
+    x_B1 = -c16
+    c17 = a2 * xp.cos(c15) + c14
     # derived: B1, y
-    y_B1 = c14
-    c16 = xp.sin(theta1)
-    c17 = L_AE * c16
-    c19 = xp.cos(theta1)
+    y_B1 = c17
+    c19 = xp.sin(theta1)
     c20 = L_AE * c19
+    c22 = xp.cos(theta1)
+    c23 = L_AE * c22
     # derived: roller centre, x'
-    x_E = x_A + c15 * c17 - c18 * c20
+    x_E = x_A + c18 * c20 - c21 * c23
     # derived: roller centre, z'
-    z_E = c15 * c20 + c17 * c18
+    z_E = c18 * c23 + c20 * c21
     # derived: spring hook, x'
-    x_F = c_Fx * c19 + c_Fz * c16 + x_A
+    x_F = c_Fx * c22 + c_Fz * c19 + x_A
     # derived: centroid of the rocker, x'
-    x_C1 = c_C1x * c19 + c_C1z * c16 + x_A
+    x_C1 = c_C1x * c22 + c_C1z * c19 + x_A
     # derived: centroid of the rocker, z'
-    z_C1 = -c_C1x * c16 + c_C1z * c19
+    z_C1 = -c_C1x * c19 + c_C1z * c22
     # derived: centroid of the nozzle half, x'
-    x_C2 = c_C2x * c19 + c_C2z * c16 + x_A
+    x_C2 = c_C2x * c22 + c_C2z * c19 + x_A
     # derived: centroid of the nozzle half, z'
-    z_C2 = -c_C2x * c16 + c_C2z * c19
+    z_C2 = -c_C2x * c19 + c_C2z * c22
     # derived: acceleration of A1, y
     ay_A1 = -y_A1 * c1
     # derived: acceleration of B1, x
     ax_B1 = -x_B1 * c1
     # derived: acceleration of B1, y
     ay_B1 = -y_B1 * c1
-    c21 = xp.sin(alpha)
-    c22 = Omega**2
-    c23 = xp.cos(alpha)
+    c24 = xp.sin(alpha)
+    c25 = Omega**2
+    c26 = xp.cos(alpha)
     # derived: absolute acceleration of the hinge, x'
-    ax_A = -Omega_dot * y_A + ax_B1 * c23 - ay_B1 * c21 - x_A * c22
+    ax_A = -Omega_dot * y_A + ax_B1 * c26 - ay_B1 * c24 - x_A * c25
     # derived: absolute acceleration of the hinge, y'
-    ay_A = Omega_dot * x_A + ax_B1 * c21 + ay_B1 * c23 - y_A * c22
-    c25 = phi + phi52
-    c26 = rho_CA * xp.sin(c25)
-    c28 = xp.cos(c25)
+    ay_A = Omega_dot * x_A + ax_B1 * c24 + ay_B1 * c26 - y_A * c25
+    c28 = phi + phi52
+    c29 = rho_CA * xp.sin(c28)
+    c31 = xp.cos(c28)
     # derived: centroid of the middle body, x
-    x_CA = rho_CA * c27 * c28 - c10 - c24 * c26
+    x_CA = rho_CA * c30 * c31 - c13 - c27 * c29
     # derived: centroid of the middle body, y
-    y_CA = rho_CA * c24 * c28 + c11 + c26 * c27
+    y_CA = rho_CA * c27 * c31 + c14 + c29 * c30
     # derived: centroid of planet, shaft and funnel, x
-    x_CB = c_CBx * c23 + c_CBy * c21 - c13
+    x_CB = c_CBx * c26 + c_CBy * c24 - c16
     # derived: centroid of planet, shaft and funnel, y
-    y_CB = -c_CBx * c21 + c_CBy * c23 + c14
+    y_CB = -c_CBx * c24 + c_CBy * c26 + c17
     # derived: force of the return spring
-    S = S0 + 2 * k_s * (c_Fx * c16 - c_Fz * c19 + c_Fz)
-    c29 = psi0 + theta1
+    S = S0 + 2 * k_s * (c_Fx * c19 - c_Fz * c22 + c_Fz)
+    c32 = psi0 + theta1
     # wang2017 (1)
-    mu = xp.arctan((L_AE * dpsi_ddelta + R_b * xp.sin(c29)) / R_b / xp.cos(c29))
-    c30 = mu + mu1 - psi0 - theta1
-    c31 = xp.sin(c30)
-    c32 = -x_A + x_C1
-    c33 = -x_A + x_C2
+    mu = xp.arctan((L_AE * dpsi_ddelta + R_b * xp.sin(c32)) / R_b / xp.cos(c32))
+    c33 = mu + mu1 - psi0 - theta1
+    c34 = xp.sin(c33)
+    c35 = -x_A + x_C1
+    c36 = -x_A + x_C2
     # wang2017 (8)
     F_E = (
-        (-S * (-x_A + x_F) - ax_A * m_C1 * z_C1 - ax_A * m_C2 * z_C2 + g * m_C1 * z_C1 * c21 + g * m_C2 * z_C2 *
-        c21 - theta1_ddot * (I_C1y + I_C2y + m_C1 * (z_C1**2 + c32**2) + m_C2 * (z_C2**2 + c33**2))) / (z_E * c31
-        + (-x_A + x_E) * xp.cos(c30))
+        (-S * (-x_A + x_F) - ax_A * m_C1 * z_C1 - ax_A * m_C2 * z_C2 + g * m_C1 * z_C1 * c24 + g * m_C2 * z_C2 *
+        c24 - theta1_ddot * (I_C1y + I_C2y + m_C1 * (z_C1**2 + c35**2) + m_C2 * (z_C2**2 + c36**2))) / (z_E * c34
+        + (-x_A + x_E) * xp.cos(c33))
     )
     # wang2017 (2)
-    F_Ex = -F_E * c31
-    c34 = g * c21
-    c36 = theta1_dot**2 + c9
+    F_Ex = -F_E * c34
+    c37 = g * c24
+    c39 = theta1_dot**2 + c12
     # wang2017 (5)
     F_Ax = (
-        -F_Ex - m_C1 * c34 + m_C1 * (ax_A - phi72_ddot * c35 + theta1_ddot * z_C1 - c32 * c36) - m_C2 * c34 + m_C2
-        * (ax_A - phi72_ddot * c37 + theta1_ddot * z_C2 - c33 * c36)
+        -F_Ex - m_C1 * c37 + m_C1 * (ax_A - phi72_ddot * c38 + theta1_ddot * z_C1 - c35 * c39) - m_C2 * c37 + m_C2
+        * (ax_A - phi72_ddot * c40 + theta1_ddot * z_C2 - c36 * c39)
     )
-    c38 = g * c23
+    c41 = g * c26
     # wang2017 (6)
     F_Ay = (
-        m_C1 * c38 + m_C1 * (ay_A + phi72_ddot * c32 - c35 * c9) + m_C2 * c38 + m_C2 * (ay_A + phi72_ddot * c33 -
-        c37 * c9)
+        m_C1 * c41 + m_C1 * (ay_A + phi72_ddot * c35 - c12 * c38) + m_C2 * c41 + m_C2 * (ay_A + phi72_ddot * c36 -
+        c12 * c40)
     )
     # wang2017 (18)
     F_B1y = (
-        -F_Ax * c21 + F_Ay * c23 + g * m3 + m3 * (ay_B1 + phi72_ddot * (-x_B1 + x_CB) - c2**2 * (-x_B1 + y_CB))
+        -F_Ax * c24 + F_Ay * c26 + g * m3 + m3 * (ay_B1 + phi72_ddot * (-x_B1 + x_CB) - c2**2 * (-x_B1 + y_CB))
     )
     # wang2017 (13)
     F_A1y = g * m2 + m2 * (ay_A1 + phi52_ddot * (-x_A1 + x_CA) - (omega + phi52_dot)**2 * (-y_A1 + y_CA))
     # derived: share of a side in F_support
-    F_share = F_A1y + F_B1y + m1 * c39 + m4 * c39
+    F_share = F_A1y + F_B1y + m1 * c42 + m4 * c42
     return (
         F_share,
+    )
+
+
+def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machine, hoisted, stage1, stage2):
+    """events: 5 entries in the order of the CasADi function."""
+    alpha3 = mounting[2]  # [rad] initial phase of the sun
+    beta6 = mounting[3]  # [rad] initial phase of gear 6
+    delta_r0 = machine[43]  # [rad] start of the rise
+    delta_r1 = machine[44]  # [rad] end of the rise
+    delta_f0 = machine[45]  # [rad] start of the fall
+    delta_f1 = machine[46]  # [rad] end of the fall
+    T1_0 = hoisted[0]  # [rad] T1 at phi = 0
+    T2_0 = hoisted[2]  # [rad] T2 at phi = 0
+    c3 = hoisted[3]
+    # derived: sun's polar angle at contact P
+    t1 = alpha3 + phi
+    # derived: stage 1
+    _, _, _, i1, di1, T1 = stage1(xp, t1, parameters1, hoisted1)
+    # derived: rotation of the middle body relative to the carrier
+    phi52 = T1 - T1_0
+    # derived: gear 6's polar angle at contact Q
+    t2 = beta6 + phi52
+    # derived: stage 2
+    _, _, _, i2, di2, T2 = stage2(xp, t2, parameters2, hoisted2)
+    # derived: rotation of the planet relative to the carrier
+    phi72 = -T2 + T2_0
+    c4 = phi72 * c3
+    c5 = -c4
+    # joint: jump of delta
+    g0 = c5
+    # joint: another case of x_r
+    g1 = delta_r1 * c3 + c4
+    # joint: another case of x_r
+    g2 = delta_r0 * c3 + c4
+    # joint: another case of x_f
+    g3 = delta_f1 * c3 + c4
+    # joint: another case of x_f
+    g4 = delta_f0 * c3 + c4
+    return (
+        g0, g1, g2, g3, g4,
     )

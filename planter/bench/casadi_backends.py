@@ -16,10 +16,23 @@ import numpy as np
 from planter.bench.case import Absent, BenchmarkCase, Call, Contender, LeanFunction, compile_to_c
 from planter.kernels import Array, toolchain
 from planter.kernels.compiler import CompilerError, find_compiler
-from planter.optimise.epigraph import express_spread
+from planter.optimise.variance import Weights
 from planter.planting.objective import evaluate_many
 
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
+
+
+def express_spread(weights: Weights, values: ca.MX, slopes: ca.MX | None = None) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """Return the weighted spread of values (n,), its slope (n,) in them, and what slopes (n, p) add to its Hessian."""
+    count = values.numel()
+    f, direction = ca.MX.sym("f", count), ca.MX.sym("direction", count, 0 if slopes is None else slopes.size2())
+    spread = weights.weighted(ca.sumsqr(f - ca.sum1(f) / count) / count, ca.sqrt)
+    slope = ca.gradient(spread, f)
+    squared = direction.T @ ca.jtimes(slope, f, direction)
+    function = ca.Function("spread", [f, direction], [spread, slope, squared])
+    arguments = [values, ca.MX(count, 0) if slopes is None else slopes]
+    value, rate, added = function.call(arguments, True, False)
+    return value, rate, added
 
 
 def build_virtual_machine(case: BenchmarkCase, work: str) -> Contender:

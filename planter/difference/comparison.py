@@ -20,7 +20,7 @@ from planter.difference.results import (
     ComparedValue,
     MachineComparison,
 )
-from planter.engine.goal import Goal, find_display_unit, resolve_limit, resolve_measure
+from planter.engine.goal import evaluate_measure, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import load_machine
 from planter.engine.measures import Kind, Limit, Measure, parse_limit
 from planter.engine.summary import ROUNDING, QuantityPeak
@@ -100,9 +100,7 @@ class ComparedDesign:
         value = _find_statistic(self.peaks.get(resolved.name), resolved)
         if value is not None:
             return value
-        goal = Goal(self.machine, (replace(resolved, weight=1.0),), ())
-        goal = goal.refine(self.machine.design, 0.0) or goal
-        return goal.measure(self.machine.design, goal.terms[0])
+        return evaluate_measure(self.machine, resolved)
 
     def judge(self, limit: Limit) -> tuple[float | None, bool | None]:
         """Return the value of a limit's measure and whether it satisfies the limit, None without its quantity."""

@@ -1,8 +1,8 @@
-"""Angles of a cycle at which a measure takes quantities: fixed ones, an extremum of a quantity, parts of the cycle.
+"""Measures at single angles of a cycle: a fixed one, an extremum of a quantity, jumps; and sums of them.
 
-Angles and weights that move with the design are linear in a few anchors: angles at which a condition's quantity passes
-its limit, or at which the derivative of a quantity vanishes. With G(phi, x) = 0 at an anchor a(x), implicit
-differentiation gives a' = -G_x / G_phi, and a'' = -H / G_phi, where H is the second derivative of G along (a', 1).
+Angles that move with the design are linear in a few anchors: angles at which an event happens, or at which the
+derivative of a quantity vanishes. With G(phi, x) = 0 at an anchor a(x), implicit differentiation gives
+a' = -G_x / G_phi, and a'' = -H / G_phi, where H is the second derivative of G along (a', 1).
 """
 
 from __future__ import annotations
@@ -10,16 +10,25 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from planter.engine.machine import Machine
-from planter.engine.measures import Extremum, MeasureCondition
+from planter.engine.measures import Extremum, Measure
 from planter.engine.response import DesignPoint, MachineResponse, Switchings
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics import extrema, roots
 from planter.numerics.arrays import Integers, LastCallCache
+from planter.optimise.objective import (
+    BreakpointHold,
+    Conditions,
+    ModelGradients,
+    ModelValues,
+    ObjectiveSummary,
+    find_tops,
+)
 
 SCANNED = 360
 """Samples of a cycle among which anchors are looked for, at least."""
@@ -27,28 +36,20 @@ SIDE = 1e-9
 """Distance of the nodes on both sides of a switching point [rad]."""
 CORNER = 1e-6
 """Share of the slopes a step away that a slope keeps at an extremum only if it jumps there: it is a corner."""
-SPAN_NODES = 65
-"""Nodes of a part of a cycle, its ends included."""
 SPARE_EVENTS = 2
 """Switching points that may appear beyond those of the machine's own design."""
-SPARE_SPANS = 1
-"""Parts of a cycle that may appear beyond those of the machine's own design."""
 
 
 @dataclass(frozen=True)
 class NodeValues:
     """Quantities (m, n) at the nodes of a design in the units of their keys, with Jacobians (m, n, p) in the design.
 
-    `weights` (n,) are those of the nodes in an integral over the cycle, whose length is 1, with slopes (n, p).
-    `curvature` (weights of the values (m, n), of the weights (n,)) is the weighted sum of all their Hessians (p, p).
-    `is_empty` holds if a condition never does; the nodes are then where it is nearest to it.
+    `curvature` of weights (m, n) is the weighted sum of their Hessians, (p, p). `is_empty` holds if there are no nodes.
     """
 
     values: Array
     slopes: Array
-    weights: Array
-    weight_slopes: Array
-    curvature: Callable[[Array, Array], Array]
+    curvature: Callable[[Array], Array]
     is_empty: bool = False
 
 
@@ -74,67 +75,28 @@ class Nodes(ABC):
     def evaluate(self, x: Array) -> NodeValues:
         """Return the quantities at a design x (p,), without a cache."""
 
-    def find_peaks(self, x: Array, name: str) -> tuple[Array, Array]:
-        """Return where a quantity may have extremes between nodes, as `with_nodes` takes it, and its values there.
-
-        The end of a turn is among them, since not every quantity is there what it was at its beginning.
-        """
-        return np.empty(0), np.empty(0)
-
-    def with_nodes(self, places: Array) -> Nodes:
-        """Return the nodes with more of them, which have no weight."""
-        return self
-
-    def _stationary(self, x: Array, name: str, grid: Array) -> tuple[Array, Array]:
-        """Return angles between those of a grid (n,) at which a quantity is stationary, and its values there."""
-        row, point = self.names.index(name), self.response.at(x)
-
-        def rates(phi: Array) -> tuple[Array, Array]:
-            first, second = self.response.rates(point, phi)
-            return first[row], second[row]
-
-        angles, _ = extrema.find_stationary_points(rates, grid, rates(grid)[0])
-        values: Array = self.response.values(point, angles)[row] / self.units[row] if len(angles) else np.empty(0)
-        return angles, values
-
 
 class FixedNodes(Nodes):
-    """Nodes at angles (n,) [rad], with weights (n,) that count the same unless they are given."""
+    """Nodes at angles (n,) [rad]."""
 
-    def __init__(self, machine: Machine, names: Sequence[str], angles: Array, weights: Array | None = None) -> None:
+    def __init__(self, machine: Machine, names: Sequence[str], angles: Array) -> None:
         super().__init__(machine, names)
         self.angles = angles
-        self.weights = np.full(len(angles), 1 / max(len(angles), 1)) if weights is None else weights
 
     def evaluate(self, x: Array) -> NodeValues:
         """Return the quantities at the nodes of a design x (p,)."""
         point, units = self.response.at(x), self.units[:, None]
         values, slopes = self.response.slopes(point, self.angles)
 
-        def curvature(weights: Array, _: Array) -> Array:
+        def curvature(weights: Array) -> Array:
             return self.response.curvature(point, self.angles, weights / units)[1:, 1:]
 
-        fixed = np.zeros((len(self.angles), len(x)))
-        return NodeValues(values / units, slopes[:, :, 1:] / units[:, :, None], self.weights, fixed, curvature)
-
-    def find_peaks(self, x: Array, name: str) -> tuple[Array, Array]:
-        """Return places of extremes between nodes, as `with_nodes` takes them, and the values there."""
-        turn = self.machine.turn
-        angles, values = self._stationary(x, name, np.append(self.angles[self.angles < turn], turn))
-        end = self.response.values(self.response.at(x), np.array([turn]))[self.names.index(name)]
-        return np.append(angles, turn), np.append(values, end / self.units[self.names.index(name)])
-
-    def with_nodes(self, places: Array) -> FixedNodes:
-        """Return the nodes with more of them at some places, which have no weight."""
-        places = np.setdiff1d(places, self.angles)
-        order = np.argsort(np.concatenate([self.angles, places]))
-        angles, weights = np.append(self.angles, places), np.append(self.weights, np.zeros(len(places)))
-        return FixedNodes(self.machine, self.names, angles[order], weights[order])
+        return NodeValues(values / units, slopes[:, :, 1:] / units[:, :, None], curvature)
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Nodes as linear functions of anchors (a,): angles = fixed + mix @ anchors, weights = given + shares @ anchors.
+    """Nodes as linear functions of anchors (a,): angles = fixed + mix @ anchors.
 
     `rows` (a,) are the rows of the anchors' response that vanish there, or pass a constant.
     """
@@ -143,16 +105,7 @@ class Placement:
     rows: Integers
     fixed: Array
     mix: Array
-    weights: Array
-    shares: Array
     is_empty: bool = False
-
-    @classmethod
-    def at_rest(cls, angles: Array, is_empty: bool = False) -> Placement:
-        """Return a placement of nodes that do not move and count the same."""
-        count, none = len(angles), np.empty((len(angles), 0))
-        weights = np.full(count, 1 / count)
-        return cls(np.empty(0), np.empty(0, dtype=np.int64), angles, none, weights, none, is_empty)
 
 
 class MovingNodes(Nodes):
@@ -187,24 +140,17 @@ class MovingNodes(Nodes):
         angle_slopes = placement.mix @ moving
         values, slopes = self.response.slopes(point, angles)
 
-        def curvature(weights: Array, weight_weights: Array) -> Array:
+        def curvature(weights: Array) -> Array:
             scaled = weights / units
             total = self.response.curvature_along(point, angles, scaled, angle_slopes)
             if len(count):
-                bending = placement.mix.T @ (scaled * slopes[:, :, 0]).sum(axis=0) + placement.shares.T @ weight_weights
                 rows = np.zeros((len(self.anchors.quantities), len(count)))
-                rows[placement.rows, count] = -bending / rises
+                rows[placement.rows, count] = -placement.mix.T @ (scaled * slopes[:, :, 0]).sum(axis=0) / rises
                 total = total + self.anchors.curvature_along(point, placement.anchors, rows, moving)
             return total
 
-        return NodeValues(
-            values / units,
-            (slopes[:, :, 1:] + slopes[:, :, :1] * angle_slopes) / units[:, :, None],
-            placement.weights + placement.shares @ placement.anchors,
-            placement.shares @ moving,
-            curvature,
-            placement.is_empty,
-        )
+        along = (slopes[:, :, 1:] + slopes[:, :, :1] * angle_slopes) / units[:, :, None]
+        return NodeValues(values / units, along, curvature, placement.is_empty)
 
 
 class ExtremumNode(MovingNodes):
@@ -233,35 +179,7 @@ class ExtremumNode(MovingNodes):
         if is_corner:
             angle = np.degrees(self.grid[index])
             raise ComputationError(f"{self.machine.name}: {self.extremum} at a corner, near {angle:.6g} deg")
-        unit = np.ones((1, 1))
-        return Placement(anchor, np.array([1]), np.zeros(1), unit, np.ones(1), 0 * unit)
-
-
-class EventNodes(MovingNodes):
-    """Both sides of the switching points of a machine, at which its quantities may jump.
-
-    There are as many as at the machine's own design; where a design has fewer, the first stands for the others.
-    """
-
-    def __init__(self, machine: Machine, names: Sequence[str]) -> None:
-        self.switchings = Switchings(machine, max(machine.samples, SCANNED))
-        super().__init__(machine, names, self.switchings.response)
-        self.count = max(len(self.switchings.find(self.response.at(machine.design))[0]), 1)
-
-    def place(self, point: DesignPoint) -> Placement:
-        """Return the placement of the nodes at a design."""
-        angles, rows = self.switchings.find(point)
-        if not len(angles):
-            return Placement.at_rest(np.zeros(2 * self.count))
-        return _place_around(angles, rows, self.count, SIDE * np.array([-1.0, 1.0]))
-
-
-def _place_around(angles: Array, rows: Integers, count: int, sides: Array) -> Placement:
-    """Return nodes at distances (k,) from `count` anchors, of which the first takes the place of missing ones."""
-    chosen = np.arange(count)
-    chosen[len(angles) :] = 0
-    mix = np.repeat(np.eye(len(angles))[chosen], len(sides), axis=0)
-    return Placement(angles, rows, np.tile(sides, count), mix, np.zeros(len(mix)), np.zeros_like(mix))
+        return Placement(anchor, np.array([1]), np.zeros(1), np.ones((1, 1)))
 
 
 class JumpNodes(MovingNodes):
@@ -294,135 +212,108 @@ class JumpNodes(MovingNodes):
         """Return two nodes on each side of every event."""
         angles, rows = self._find(point)
         if not len(angles):
-            return Placement.at_rest(np.zeros(4 * self.count), is_empty=True)
+            count = len(self.SIDES) * self.count
+            return Placement(np.empty(0), rows, np.zeros(count), np.empty((count, 0)), is_empty=True)
         if len(angles) > self.count:
             raise ComputationError(f"{self.machine.name}: a law changes {len(angles)} times in the cycle")
-        return _place_around(angles, rows, self.count, self.SIDES)
+        chosen = np.arange(self.count)
+        chosen[len(angles) :] = 0
+        mix = np.repeat(np.eye(len(angles))[chosen], len(self.SIDES), axis=0)
+        return Placement(angles, rows, np.tile(self.SIDES, self.count), mix)
 
     def evaluate(self, x: Array) -> NodeValues:
-        """Return the jumps in place of values, without weights."""
+        """Return the jumps in place of values."""
         at = super().evaluate(x)
-        shares = np.kron(np.eye(self.count), np.zeros(4) if at.is_empty else self.SHARES)
+        shares = np.kron(np.eye(self.count), 0 * self.SHARES if at.is_empty else self.SHARES)
 
-        def curvature(weights: Array, _: Array) -> Array:
-            return at.curvature(weights @ shares, np.zeros(4 * self.count))
+        def curvature(weights: Array) -> Array:
+            return at.curvature(weights @ shares)
 
-        none = np.zeros(self.count)
-        slopes = np.einsum("kn,mnp->mkp", shares, at.slopes)
-        return NodeValues(at.values @ shares.T, slopes, none, np.zeros((self.count, len(x))), curvature)
+        return NodeValues(at.values @ shares.T, np.einsum("kn,mnp->mkp", shares, at.slopes), curvature, at.is_empty)
 
 
-class SpanNodes(MovingNodes):
-    """The parts of the cycle on which all conditions hold.
-
-    Every part has nodes at the same shares (k,) of its length, both ends among them, with the weights of Clenshaw and
-    Curtis's quadrature. If there are fewer parts than places for them, the first stands for those that are missing.
-    """
-
-    def __init__(
-        self, machine: Machine, names: Sequence[str], conditions: Sequence[MeasureCondition],
-        shares: Array | None = None, weights: Array | None = None, capacity: int | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(machine, names, MachineResponse(machine, [condition.name for condition in conditions]))
-        self.conditions = tuple(conditions)
-        factors = np.array([quantity.factor for quantity in self.anchors.quantities])
-        self.levels = factors * [condition.number for condition in conditions]
-        quadrature = clenshaw_curtis(SPAN_NODES)
-        self.shares = quadrature[0] if shares is None else shares
-        self.share_weights = quadrature[1] if weights is None else weights
-        self.capacity = capacity or max(len(self._spans(self.response.at(machine.design))[0]), 1) + SPARE_SPANS
-
-    def place(self, point: DesignPoint) -> Placement:
-        """Return the placement of the nodes at a design."""
-        anchors, rows, excess = self._spans(point)
-        spans, count = len(anchors), len(self.shares)
-        if not spans:
-            if (excess <= 0).all():
-                return Placement.at_rest(self.machine.list_angles(self.capacity * count))
-            return Placement.at_rest(np.full(self.capacity * count, self.grid[int(np.argmin(excess))]), is_empty=True)
-        if spans > self.capacity:
-            conditions = " and ".join(map(str, self.conditions))
-            raise ComputationError(f"{self.machine.name}: the cycle has {spans} parts on which {conditions}")
-        mix = np.zeros((self.capacity, count, 2 * spans))
-        weights = np.zeros((self.capacity, count, 2 * spans))
-        for place in range(self.capacity):
-            span = place if place < spans else 0
-            mix[place, :, 2 * span] = 1 - self.shares
-            mix[place, :, 2 * span + 1] = self.shares
-            if place < spans:
-                weights[place, :, 2 * span] = -self.share_weights / self.machine.turn
-                weights[place, :, 2 * span + 1] = self.share_weights / self.machine.turn
-        total = self.capacity * count
-        flat = (total, 2 * spans)
-        nothing = np.zeros(total)
-        return Placement(anchors.ravel(), rows.ravel(), nothing, mix.reshape(flat), nothing, weights.reshape(flat))
-
-    def find_peaks(self, x: Array, name: str) -> tuple[Array, Array]:
-        """Return places of extremes between nodes, as `with_nodes` takes them, and the values there."""
-        placement = self.place(self.response.at(x))
-        if not len(placement.anchors):
-            return super().find_peaks(x, name)
-        places, values = [], []
-        for begin, end in placement.anchors.reshape(-1, 2):
-            angles, peaks = self._stationary(x, name, begin + (end - begin) * np.sort(self.shares))
-            places.append((angles - begin) / (end - begin))
-            values.append(peaks)
-        return np.concatenate(places), np.concatenate(values)
-
-    def with_nodes(self, places: Array) -> SpanNodes:
-        """Return the nodes with more of them at some places, which have no weight."""
-        places = np.setdiff1d(places, self.shares)
-        weights = np.append(self.share_weights, np.zeros(len(places)))
-        shares = np.append(self.shares, places)
-        return SpanNodes(self.machine, self.names, self.conditions, shares, weights, self.capacity)
-
-    def _spans(self, point: DesignPoint) -> tuple[Array, Integers, Array]:
-        """Return begin and end of all parts (s, 2), the conditions that end them, and by how much the grid misses all.
-
-        The list is empty if the conditions hold everywhere or nowhere on the grid.
-        """
-        excess, _, _ = self._excess(point, self.grid)
-        inside = excess <= 0
-        following = np.roll(inside, -1)
-        changes = np.flatnonzero(inside != following)
-        if not len(changes):
-            return np.empty((0, 2)), np.empty((0, 2), dtype=np.int64), excess
-        low, step = self.grid[changes], self.grid[1]
-
-        def function(phi: Array) -> tuple[Array, Array]:
-            value, slope, _ = self._excess(point, phi)
-            return value, slope
-
-        ends = excess[changes], np.roll(excess, -1)[changes]
-        places = roots.find_bracketed_roots(function, low, low + step, ends)
-        rows = self._excess(point, places)[2]
-        first = int(inside[changes[0]])  # the part at the grid's first angle begins before it
-        places, rows = np.roll(places, -first), np.roll(rows, -first)
-        if first:
-            places[-1] += self.machine.turn
-        return places.reshape(-1, 2), rows.reshape(-1, 2), excess
-
-    def _excess(self, point: DesignPoint, phi: Array) -> tuple[Array, Array, Integers]:
-        """Return by how much the worst condition is missed (n,), its slope in the angle, and which one that is."""
-        values, slopes = self.anchors.slopes(point, phi)
-        rises = slopes[:, :, 0]
-        absolute = np.array([condition.absolute for condition in self.conditions])[:, None]
-        signs = np.array([float(condition.sign) for condition in self.conditions])[:, None]
-        rises = signs * np.where(absolute, np.sign(values) * rises, rises)
-        excess = signs * (np.where(absolute, np.abs(values), values) - self.levels[:, None])
-        worst = np.argmax(excess, axis=0)
-        lanes = np.arange(len(phi))
-        return excess[worst, lanes], rises[worst, lanes], worst
+def build_nodes(machine: Machine, measure: Measure) -> Nodes:
+    """Return the nodes of a measure at a fixed angle, where a quantity is greatest or least, or of a jump."""
+    if measure.kind == "jump":
+        return JumpNodes(machine, [measure.name])
+    if measure.where is not None:
+        return ExtremumNode(machine, [measure.name], measure.where)
+    assert measure.angle is not None
+    return FixedNodes(machine, [measure.name], np.radians([measure.angle % 360]))
 
 
-def clenshaw_curtis(count: int) -> tuple[Array, Array]:
-    """Return nodes (n,) on [0, 1], the ends among them, and weights (n,): exact for polynomials of degree n - 1."""
-    angles = np.pi * np.arange(count) / (count - 1)
-    orders = np.arange(0, count, 2)
-    moments = 1 / (1.0 - orders**2)
-    moments[1:] *= 2
-    if count % 2:
-        moments[-1] /= 2
-    weights = np.cos(np.outer(angles, orders)) @ moments / (count - 1)
-    weights[[0, -1]] /= 2
-    return (1 - np.cos(angles)) / 2, weights
+class NodeMeasure:
+    """A measure at nodes as part of an objective: its value, or the largest size of its values as a group of rows."""
+
+    windows, kinks = False, None
+
+    def __init__(self, machine: Machine, measure: Measure) -> None:
+        self.machine, self.measure = machine, measure
+        self.nodes = build_nodes(machine, measure)
+        self.weights = np.full(int(measure.is_size), measure.weight)
+        self.bounds = np.empty((2, 0))
+
+    def restart(self) -> None:
+        """Forget all designs so far."""
+        self.nodes.restart()
+
+    @cached_property
+    def units(self) -> Array:
+        """The size (g,) of the rows at the machine's own design."""
+        size = float(np.abs(self.nodes(self.machine.design).values).max())
+        return np.full(len(self.weights), size or 1.0)
+
+    @cached_property
+    def groups(self) -> Integers:
+        """Groups (r,) of the rows: values, then values with the opposite sign."""
+        count = 2 * self.nodes(self.machine.design).values.shape[1] if self.measure.is_size else 0
+        return np.zeros(count, dtype=np.int64)
+
+    def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary at a design x (p,)."""
+        values = self.values(x)
+        return ObjectiveSummary(values.smooth, find_tops(values.rows, self.groups, len(self.weights)))
+
+    def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> NodeMeasure:
+        """Return the local model near a design x (p,): the measure itself."""
+        return self
+
+    def coarse(self, x: Array) -> NodeMeasure:
+        """Return the measure itself, which has no samples."""
+        return self
+
+    def grown(self, x: Array, tops: Array) -> NodeMeasure:
+        """Return the model, which has all its rows."""
+        return self
+
+    def values(self, x: Array) -> ModelValues:
+        """Return the values of the smooth function and the rows at a design x (p,)."""
+        values = self.nodes(x).values[0]
+        if self.measure.is_size:
+            return ModelValues(0.0, np.append(values, -values), np.empty(0))
+        return ModelValues(self.measure.weight * float(values[0]), np.empty(0), np.empty(0))
+
+    def slopes(self, x: Array) -> ModelGradients:
+        """Return the gradients of the smooth function and the rows at a design x (p,)."""
+        slopes, none = self.nodes(x).slopes[0], np.empty((0, len(x)))
+        if self.measure.is_size:
+            return ModelGradients(np.zeros(len(x)), np.vstack([slopes, -slopes]), none)
+        return ModelGradients(self.measure.weight * slopes[0], none, none)
+
+    def curvature(self, x: Array, weights: ModelValues) -> Array:
+        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
+        if self.measure.is_size:
+            values, opposite = np.split(weights.rows, 2)
+            return self.nodes(x).curvature((values - opposite)[None])
+        return self.nodes(x).curvature(np.array([[weights.smooth * self.measure.weight]]))
+
+    def conditions(self, x: Array) -> Conditions:
+        """Return first-order data at a design x (p,)."""
+        values, slopes = self.values(x), self.slopes(x)
+        return Conditions(values.rows, self.groups, slopes.rows, slopes.smooth, slopes.holds)
+
+    def columns(self, x: Array) -> Array:
+        """Return gradients (n, p) at a design in shares of the bounds, by their largest."""
+        slopes = self.nodes(x).slopes[0]
+        scaled: Array = slopes / (np.abs(slopes).max() or 1.0) * (self.machine.upper - self.machine.lower)
+        return scaled

@@ -19,7 +19,7 @@ from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Integers
-from planter.numerics.roots import find_crossings
+from planter.numerics.roots import Crossings, find_crossings
 
 INPUTS = ("phi", "d", "h", "q")
 
@@ -65,7 +65,7 @@ class MachineResponse:
             self.quantities += tuple(quantity for quantity, _ in more)
             self.shared += (False,) * len(more)
         self.offsets = machine.offsets if any(self.shared) else (0.0,)
-        self.is_compiled = False
+        self.is_compiled, self.settles = False, False
         self.restart()
 
     def restart(self) -> None:
@@ -106,6 +106,16 @@ class MachineResponse:
     def rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Return the first two derivatives of the quantities in phi, (m, n) each."""
         result = self._evaluate(self.rates_kernel, point, phi)
+        return self._fold(result["first"]), self._fold(result["second"])
+
+    def loose_derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return what `derivatives` returns, with NaN where something is not finite, as at the zero of a root."""
+        result = self._evaluate(self.derivatives_kernel, point, phi, is_loose=True)
+        return self._fold(result["rows"]), self._fold(result["first"])
+
+    def loose_rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return what `rates` returns, with NaN where something is not finite."""
+        result = self._evaluate(self.rates_kernel, point, phi, is_loose=True)
         return self._fold(result["first"]), self._fold(result["second"])
 
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
@@ -199,18 +209,43 @@ class MachineResponse:
         if self.machine.loops:
             self.machine.loops.compile()
 
-    def _evaluate(self, kernel: Kernel, point: DesignPoint, phi: Array, **more: Array) -> dict[str, Array]:
+    def _evaluate(
+        self, kernel: Kernel, point: DesignPoint, phi: Array, is_loose: bool = False, **more: Array
+    ) -> dict[str, Array]:
         lanes = np.add.outer(self.offsets, np.asarray(phi, dtype=float)).ravel()
         inputs = {"phi": lanes, "d": point.d, "h": point.h}
         if self.machine.loops is not None:
             inputs["q"] = self.coordinates(point.d, lanes)
+        if is_loose:
+            return kernel.masked(**inputs, **more)[0]
         try:
             return kernel(**inputs, **more)
         except NotFiniteError as error:
+            settled = self._settle(kernel.masked(**inputs, **more)[0]) if self.settles else None
+            if settled is not None:
+                return settled
             quantity = self.quantities[error.row % len(self.quantities)]
             angle = np.degrees(lanes[error.lane])
             text = f"{quantity.name} ({quantity.meaning}) is not finite at {angle:.6g} deg"
             raise ComputationError(f"{self.machine.name}: {text}") from None
+
+    @staticmethod
+    def _settle(outputs: dict[str, Array]) -> dict[str, Array] | None:
+        """Return outputs with derivatives that are 0/0 set to 0, None if more is not finite.
+
+        Such are those of a root of a part that is 0: the part is level there, and so is its root.
+        """
+        settled = {
+            name: rows if name == "rows" else np.where(np.isnan(rows), 0.0, rows) for name, rows in outputs.items()
+        }
+        return settled if all(np.isfinite(rows).all() for rows in settled.values()) else None
+
+    def loose_slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return what `slopes` returns, with NaN where something is not finite."""
+        result = self._evaluate(self.slopes_kernel, point, phi, is_loose=True, dh=point.dh)
+        size, lanes = 1 + len(self.machine.moved), result["slopes"].shape[1]
+        slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
+        return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
     def _fold(self, rows: Array) -> Array:
         """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the first side."""
@@ -375,32 +410,43 @@ class Switching:
 
 
 class Switchings:
-    """The events of a machine over designs; two of one event that lie within a step of the scan are missed."""
+    """The events of a machine over designs, and zeros of `more` quantities, by their graphs in the machine's symbols.
 
-    def __init__(self, machine: Machine, count: int) -> None:
+    More than two of one event that lie within a step of the scan are missed.
+    """
+
+    def __init__(self, machine: Machine, count: int, more: Sequence[tuple[Quantity, ca.SX]] = ()) -> None:
         """Scan `count` steps of a cycle."""
-        self.machine, self.response = machine, MachineResponse(machine, (), with_events=True)
-        size = len(self.response.quantities)
-        self.kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
+        self.machine, self.response = machine, MachineResponse(machine, (), with_events=True, more=more)
+        size = len(self.response.quantities) - len(more)
+        kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
+        self.kinds = (*kinds, *({"name": f"zero of {quantity.name}", "order": 1} for quantity, _ in more))
         self.periods = np.array([kind.get("period") or np.inf for kind in self.kinds])
         self.count = count
 
     def find(self, point: DesignPoint) -> tuple[Array, Integers]:
         """Return the angles (s,) at which events of the first side happen, in order, and the rows of these."""
+        crossings = self.find_crossings(point)
+        return crossings.angles, crossings.rows
+
+    def find_crossings(self, point: DesignPoint) -> Crossings:
+        """Return the events of the first side, and where one nearly happens, or happens twice at one angle."""
         if not len(self.periods):
-            return np.empty(0), np.empty(0, dtype=np.int64)
+            none = np.empty(0), np.empty(0, dtype=np.int64)
+            return Crossings(*none, *none)
         response = self.response
         return find_crossings(
-            lambda phi: response.values(point, phi), lambda phi: response.derivatives(point, phi), self.periods,
-            self.count, self.machine.turn,
+            lambda phi: response.loose_derivatives(point, phi), self.periods, self.count, self.machine.turn,
+            lambda phi: response.loose_rates(point, phi),
         )  # fmt: skip
 
-    def find_all(self, point: DesignPoint) -> list[Switching]:
-        """Return the events of all sides, by their angles."""
-        angles, rows = self.find(point)
+    def find_all(self, point: DesignPoint) -> tuple[list[Switching], Array]:
+        """Return the events of all sides, by their angles, and the angles where functions of events touch zero."""
+        crossings = self.find_crossings(point)
         switchings = [
             Switching(str(self.kinds[row]["name"]), side, float(np.mod(angle - offset, self.machine.turn)))
             for side, offset in enumerate(self.machine.offsets, 1)
-            for angle, row in zip(angles, rows, strict=True)
+            for angle, row in zip(crossings.angles, crossings.rows, strict=True)
         ]
-        return sorted(switchings, key=lambda switching: switching.angle)
+        touches = np.mod(np.subtract.outer(crossings.touches, self.machine.offsets), self.machine.turn).ravel()
+        return sorted(switchings, key=lambda switching: switching.angle), touches

@@ -1,23 +1,19 @@
-"""The design of a machine, within its bounds, that minimises a sum of measures under limits.
-
-One search for all machines: the method on the problem, then, where true extremes lie between the nodes of limits or of
-a smooth programme, these become nodes, until none is left.
-"""
+"""The design of a machine, within its bounds, that minimises a sum of measures under limits."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from planter import errors
 from planter.engine.goal import find_display_unit
-from planter.engine.problem import CurveProblem, DesignProblem
+from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.optimise.local_search import DEFAULT_STARTS, SearchRecord, run_search, search_locally
+from planter.optimise.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
 from planter.optimise.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
 from planter.optimise.problem import BestPoint, Counts
 from planter.optimise.range_variance import Sampling
@@ -26,8 +22,6 @@ from planter.optimise.sections import DEFAULT_GENETIC
 from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress
 
-ROUNDS = 10
-"""Most times that extremes between nodes become nodes."""
 INTERVAL_S = 1.0
 """Time between two designs that an unfinished search hands over, while it goes from step to step."""
 
@@ -48,10 +42,7 @@ class SearchSpec:
 
 @dataclass(frozen=True)
 class DesignOptimum:
-    """An optimum: the machine's design x (p,) in SI, the problem with its last nodes, and its result.
-
-    The result's certificate has the agreement of the starts, whatever nodes came later.
-    """
+    """An optimum: the machine's design x (p,) in SI, its problem, and its result."""
 
     x: Array
     problem: DesignProblem
@@ -83,13 +74,17 @@ def minimise(
     search = OptimiserRun(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early)
     search.progress = listener if keep is None else _Keeper(search.best, keep, listener)
     try:
-        return _refine(problem, search.run(spec.method, feasible), polish=spec.method != "ga")
+        return _build_optimum(problem, search.run(spec.method, feasible))
     except NoFeasiblePointError as error:
         raise ComputationError(_describe_infeasibility(problem, error.points)) from None
     except KeyboardInterrupt:
         result = search.so_far(spec.method)
-        best = None if result is None else DesignOptimum(result.design[: problem.goal.size], problem, result)
+        best = None if result is None else _build_optimum(problem, result)
         raise InterruptedSearch(best) from None
+
+
+def _build_optimum(problem: DesignProblem, result: OptimiserResult) -> DesignOptimum:
+    return DesignOptimum(result.design, problem, result)
 
 
 class _Keeper:
@@ -121,35 +116,12 @@ def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
     if means != AUTO:
         return means
     spare = count_cores() - 1
-    is_slow = isinstance(problem, CurveProblem) and problem.curve.response.slopes_kernel.way != "lanes"
-    return Means(spare) if spare and is_slow else None
+    return Means(spare) if spare and problem.is_slow else None
 
 
-def _refine(problem: DesignProblem, result: OptimiserResult, polish: bool) -> DesignOptimum:
-    """Return the optimum near a result of a search, with true extremes among the nodes of its problem."""
-    counts, u, first = Counts(), problem.box.point(result.design), problem
-    for _ in range(ROUNDS):
-        refined = problem.refine(u)
-        if refined is None:
-            break
-        u, problem = refined.find_point(problem.find_design(u)), refined
-        if polish:
-            u = search_locally(problem, u).u
-        counts = counts + problem.counts
-    if problem is not first:
-        sure, final = result.certificate, certify_candidates(problem, u, ())
-        certificate = replace(final, starts=sure.starts, agreeing_starts=sure.agreeing_starts, spread=sure.spread)
-        y = problem.design(u)
-        result = replace(
-            result, design=y, evaluation=problem.score(y), start_objective=problem.reference.objective,
-            evaluations=result.evaluations + counts, certificate=certificate,
-        )  # fmt: skip
-    return DesignOptimum(result.design[: problem.goal.size], problem, result)
-
-
-def prepare_descents(problem: DesignProblem) -> Callable[[Array], SearchRecord]:
-    """Return the function that descends from a point (p,) of a problem: the job of a worker."""
-    return lambda start: run_search(problem, start)
+def prepare_descents(problem: DesignProblem) -> Callable[[Descent], SearchRecord]:
+    """Return the function that descends on a problem: the job of a worker."""
+    return lambda descent: run_search(problem, descent)
 
 
 def _describe_infeasibility(problem: DesignProblem, points: Sequence[Array]) -> str:

@@ -36,13 +36,13 @@ class Combination(Record):
 class SensitivityResult(Record):
     """`planter sensitivity`: gradient per display unit, and a basis of directions on which the curves do not depend.
 
-    `objective` and `gradient` are those of true extremes (`kind` "true") or of a number of `samples` ("sampled"); an
-    extreme that two angles share has the gradient of one. `scaled` is the gradient times the width of each value's
-    bounds, or the size of a value without. The curves are those of the quantities in `least`, in parts of their
-    ranges, over `samples` samples; `combinations` are those that they depend on, the strongest first.
+    `objective` and `gradient` are those of true extremes and integrals (`kind` "true", `samples` null) or of a number
+    of `samples` ("sampled"); an extreme that two angles share has the gradient of one. `scaled` is the gradient times
+    the width of each value's bounds, or the size of a value without. The curves are those of the quantities in `least`,
+    in parts of their ranges; `combinations` are those that they depend on, the strongest first.
     """
 
-    samples: int
+    samples: int | None
     objective: float
     gradient: dict[str, float]
     effective_parameters: int
@@ -63,12 +63,12 @@ def compute_sensitivity(
     over `count` samples then. Raises ComputationError where loops do not close.
     """
     x, curve = machine.design, samples or count or machine.samples
-    goal, names = build_goal(machine, terms, samples), machine.design_names
+    goal, names = Goal(machine, terms, (), samples), machine.design_names
     gradient = goal.slope(x)
     columns = _scaled_slopes(machine, _list_names(terms), curve)
     directions = find_insensitive(names, columns)
     return SensitivityResult(
-        samples=curve,
+        samples=samples,
         objective=goal.evaluate(x),
         gradient=_by_name(names, gradient * machine.scale),
         effective_parameters=directions.effective_parameters,
@@ -87,14 +87,6 @@ def find_directions(machine: Machine, terms: Sequence[Measure], samples: int) ->
     That is to first order at the machine's own design, over samples of a cycle.
     """
     return find_insensitive(machine.design_names, _scaled_slopes(machine, _list_names(terms), samples))
-
-
-def build_goal(machine: Machine, terms: Sequence[Measure], samples: int | None) -> Goal:
-    """Return the goal of a sum at a machine's own design: over samples, or by true extremes if None."""
-    if samples is not None:
-        return Goal(machine, terms, [], samples, with_events=False)
-    goal = Goal(machine, terms, [])
-    return goal.refine(machine.design, 0.0) or goal
 
 
 def move_all(machine: Machine) -> Machine:

@@ -6,7 +6,6 @@ derivatives and integrals are right to rounding (`planter.numerics.piecewise`).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,7 +17,7 @@ from planter.engine.machine import Machine, Quantity, Vector
 from planter.engine.response import MachineResponse, Switchings
 from planter.files import units
 from planter.kernels import Array
-from planter.numerics.arrays import to_degrees
+from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.numerics.piecewise import PiecewiseFunctions
 from planter.records import Record
@@ -29,8 +28,6 @@ SAME_ANGLE = 1e-8
 """Events closer than this are one, named by the first [rad]."""
 SCANNED = 360
 """Steps of a cycle in which switching points are looked for."""
-COMPARED = 25
-"""Samples of a cycle by which the size of a quantity is judged."""
 REPEATS = 1e-7
 """Share of the largest value by which a quantity may miss after a cycle what it was at its beginning."""
 
@@ -125,37 +122,47 @@ class PiecewiseCycle:
     def __init__(self, machine: Machine, rows: Sequence[CycleRow], x: Array | None = None) -> None:
         self.machine, self.rows = machine, tuple(rows)
         self.names = tuple(row.quantity.name for row in rows)
-        response = MachineResponse(machine, (), more=[(row.quantity, row.graph) for row in rows])
+        self._squares = np.array([row.is_square for row in rows])
+        graphs = [(row.quantity, row.graph) for row in rows]
+        response = MachineResponse(machine, (), more=graphs)
         self.point = response.at(machine.design if x is None else x)
-        self.switchings = Switchings(machine, SCANNED).find_all(self.point)
-        breaks = np.array([switching.angle for switching in self.switchings])
-        samples, _ = response.derivatives(self.point, np.linspace(0.0, machine.turn, COMPARED))
-        largest = np.abs(samples).max(axis=1)
-        self._gains = np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest
-        if self._gains.any():
-            breaks = np.unique(np.append(breaks, 0.0))
-        self.pieces = PiecewiseFunctions(lambda phi: response.derivatives(self.point, phi), breaks, machine.turn)
+        squares = [graph for graph, row in zip(graphs, rows, strict=True) if row.is_square]
+        self.switchings, touches = Switchings(machine, SCANNED, squares).find_all(self.point)
+        breaks = np.append([switching.angle for switching in self.switchings], touches)
+        self.pieces = PiecewiseFunctions(
+            lambda phi: self._take_roots(*response.loose_derivatives(self.point, phi)), breaks, machine.turn
+        )
+
+    def _take_roots(self, values: Array, slopes: Array) -> tuple[Array, Array]:
+        """Return rows and their slopes, of a square those of its root."""
+        squares = self._squares
+        sizes = np.sqrt(np.maximum(values[squares], 0.0))
+        values[squares] = sizes
+        slopes[squares] = np.divide(slopes[squares], 2 * sizes, out=np.zeros_like(sizes), where=sizes > 0)
+        return values, slopes
 
     @cached_property
     def _extremes(self) -> dict[str, tuple[ExtremePoint, ExtremePoint]]:
-        chosen = [index for index, row in enumerate(self.rows) if row.has_peaks]
+        chosen = [index for index, row in enumerate(self.rows) if row.has_peaks and index not in self.pieces.poles]
         response = MachineResponse(
             self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
         )
-        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.rates(self.point, phi))
+        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.loose_rates(self.point, phi))
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
 
     def extreme(self, name: str, sign: int) -> ExtremePoint:
-        """Return the largest (+1) or least (-1) value of a row; of a square, its root."""
-        extreme = self._extremes[name][sign > 0]
-        if self.rows[self.names.index(name)].is_square:
-            return ExtremePoint(extreme.place, math.sqrt(max(extreme.value, 0.0)))
-        return extreme
+        """Return the largest (+1) or least (-1) value of a row."""
+        return self._extremes[name][sign > 0]
+
+    def find_pole(self, name: str) -> float | None:
+        """Return an angle at which a row has a pole, or is not finite [rad]: it has no true extremes or means."""
+        return self.pieces.poles.get(self.names.index(name))
 
     def angle_deg(self, name: str, extreme: ExtremePoint) -> float:
         """Return where a row has an extreme, in [0, 360), or at the end of a turn that does not end as it began."""
+        first, last = (side[self.names.index(name)] for side in self.pieces.ends)
         at_end = extreme.place >= self.machine.turn * (1 - SAME_ANGLE)
-        if at_end and self._gains[self.names.index(name)]:
+        if at_end and abs(last - first) > REPEATS * self.largest(name).value:
             return float(np.degrees(self.machine.turn))
         return to_degrees(extreme.place)
 
@@ -187,7 +194,11 @@ class PiecewiseCycle:
             if switching is None:
                 continue
             for row, entry in enumerate(self.rows):
-                if entry.has_jumps and abs(after[row, k] - before[row, k]) > ROUNDING * largest[row]:
+                change = after[row, k] - before[row, k]
+                if entry.quantity.unit == "rad":  # an angle that begins anew does not jump
+                    change -= TURN * np.round(change / TURN)
+                has_jump = entry.has_jumps and row not in self.pieces.poles
+                if has_jump and abs(change) > ROUNDING * largest[row]:
                     yield Shock(
                         event=switching.name,
                         side=switching.side,
@@ -206,22 +217,23 @@ def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, floa
     return first, second
 
 
-def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
-    """Return the designer's summary of a machine's own design, in display units.
+def summarise(cycle: PiecewiseCycle, changing: Collection[str] = ()) -> CycleSummary:
+    """Return the designer's summary of a cycle, in display units, of what has no pole.
 
-    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises
-    ComputationError where loops do not close or a quantity is not finite.
+    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises ComputationError
+    where loops do not close.
     """
-    cycle = PiecewiseCycle(machine, build_rows(machine))
+    machine = cycle.machine
+    rows = [row for row in cycle.rows if cycle.find_pole(row.quantity.name) is None]
     factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
     display_units = {row.quantity.name: units.display_unit(row.quantity.key) for row in cycle.rows}
-    motors = [name for name in machine.motors if _turns_the_drive(cycle, name)]
+    motors = [name for name in machine.motors if cycle.find_pole(name) is None and _turns_the_drive(cycle, name)]
     motor = None
     if len(motors) == 1:
         motor = cycle.motor(motors[0], repeats=machine.find_quantity(motors[0]).key not in changing)
     return CycleSummary(
         motor=motor,
-        peaks=[_peak(cycle, row, _is_changing(machine, row, changing)) for row in cycle.rows],
+        peaks=[_peak(cycle, row, is_changing(machine, row, changing)) for row in rows],
         shocks=[
             Shock(
                 shock.event, shock.side, shock.phi_deg, shock.quantity, display_units[shock.quantity],
@@ -230,6 +242,11 @@ def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
             for shock in cycle.shocks()
         ],
     )  # fmt: skip
+
+
+def summarise_machine(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
+    """Return the designer's summary of a machine's own design, as `summarise`."""
+    return summarise(PiecewiseCycle(machine, build_rows(machine)), changing)
 
 
 def _turns_the_drive(cycle: PiecewiseCycle, name: str) -> bool:
@@ -243,7 +260,8 @@ def _turns_the_drive(cycle: PiecewiseCycle, name: str) -> bool:
     )
 
 
-def _is_changing(machine: Machine, row: CycleRow, changing: Collection[str]) -> bool:
+def is_changing(machine: Machine, row: CycleRow, changing: Collection[str]) -> bool:
+    """Return whether a row is, or is made of, a quantity that does not repeat."""
     parts = next((v.components for v in machine.vectors if v.name == row.quantity.name), (row.quantity.name,))
     return any(machine.find_quantity(part).key in changing for part in parts)
 
@@ -252,9 +270,7 @@ def _peak(cycle: PiecewiseCycle, row: CycleRow, is_changing: bool) -> QuantityPe
     quantity, index = row.quantity, cycle.names.index(row.quantity.name)
     high, low = (cycle.extreme(quantity.name, sign) for sign in (1, -1))
     largest, smallest = without_rounding(high, low)
-    rms = math.sqrt(float(cycle.pieces.mean[index])) if row.is_square else float(cycle.pieces.rms[index])
-    mean = _mean_size(cycle, index) if row.is_square else float(cycle.pieces.mean[index])
-    factor = quantity.factor
+    mean, rms, factor = float(cycle.pieces.mean[index]), float(cycle.pieces.rms[index]), quantity.factor
     return QuantityPeak(
         name=quantity.name,
         meaning=quantity.meaning,
@@ -266,9 +282,3 @@ def _peak(cycle: PiecewiseCycle, row: CycleRow, is_changing: bool) -> QuantityPe
         mean=None if is_changing else mean / factor,
         rms=None if is_changing else rms / factor,
     )
-
-
-def _mean_size(cycle: PiecewiseCycle, index: int) -> float:
-    """Return the mean of the root of a square."""
-    pieces = cycle.pieces
-    return float(np.sqrt(np.maximum(pieces.values[index, : len(pieces.nodes)], 0.0)) @ pieces.weights)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from planter.engine.machine import Machine, Quantity, check_samples
-from planter.engine.summary import CycleSummary, summarise
+from planter.engine.summary import CycleSummary, PiecewiseCycle, QuantityPeak, build_rows, summarise
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
@@ -60,32 +60,50 @@ class MechanismCycle:
 def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
     """Return a cycle of a machine in `samples` equal steps, as many as its file says unless they are given.
 
-    Means are those of the samples, by the trapezoidal rule for an angle that gains whole turns; works [J] integrate
-    powers over the time of a cycle. What does not end the cycle as it began has neither, and a warning says so.
-    Raises ComputationError as the model does.
+    Extremes are true ones, means and works [J] integrals over the cycle. What does not end the cycle as it began has
+    neither mean nor work; of what has a pole extremes and mean are those of the samples. A warning says so. Raises
+    ComputationError as the model does.
     """
     machine, angles = model.machine, model.list_angles(samples)
     values = model(angles)
     columns = {q.key: values[q.name] / q.factor for q in machine.results}
     repeats = compare_cycles(model, angles, values)
     limits = evaluate_limits(machine, repeats.changes) if machine.limits else None
+    designer, warnings = _summarise(machine, repeats.changes)
+    peaks = {peak.name: peak for peak in designer.peaks} if designer else {}
+    quantities = {
+        q.key: read_peak(q, peaks[q.name])
+        if q.name in peaks
+        else compute_statistics(q, columns[q.key], angles, repeats)
+        for q in machine.results
+    }
     seconds = machine.turn / abs(model.speed) if model.speed else np.inf
     result = MechanismCycleResult(
         machine=machine.name,
         samples=len(angles),
-        quantities={q.key: compute_statistics(q, columns[q.key], angles, repeats) for q in machine.results},
-        work=_compute_works(model, values, repeats, seconds),
+        quantities=quantities,
+        work=_compute_works(model, quantities, seconds),
         laws=list(_check_laws(machine, values)),
         warnings=[
             *repeats.list_warnings(float(np.degrees(machine.turn))),
             *list_lift_offs(model, angles, values, not repeats.changes),
+            *warnings,
         ],
         repeats_after_turns=repeats.turns,
         not_repeating=repeats.changes,
         holds=limits,
         met=None if limits is None else all(limit.met for limit in limits),
+        designer=designer,
     )
     return MechanismCycle(machine, np.degrees(angles), columns, repeats.end, model.places(angles), seconds, result)
+
+
+def read_peak(quantity: Quantity, peak: QuantityPeak) -> QuantityStatistics:
+    """Return true extremes and means of a quantity over a cycle, in the key's unit."""
+    return QuantityStatistics(
+        unit=peak.unit, min=peak.min, max=peak.max, mean=peak.mean, rms=peak.rms, min_deg=peak.min_phi_deg,
+        max_deg=peak.max_phi_deg, axes=quantity.axes,
+    )  # fmt: skip
 
 
 def compute_statistics(quantity: Quantity, values: Array, angles: Array, repeats: Periodicity) -> QuantityStatistics:
@@ -117,16 +135,17 @@ def _average(values: Array, end: float) -> tuple[float, float]:
 
 
 def _compute_works(
-    model: Model, values: Mapping[str, Array], repeats: Periodicity, seconds: float
+    model: Model, quantities: Mapping[str, QuantityStatistics], seconds: float
 ) -> dict[str, float | None]:
-    """Return the work [J] of each power over the time of a cycle, None if the power does not repeat."""
+    """Return the work [J] of each power over the time of a cycle, None if the power has no mean."""
     if model.speed == 0:
         return {}
-    return {
-        f"{q.name.removeprefix('P_')}_J": None if q.key in repeats.changes else seconds * float(values[q.name].mean())
-        for q in model.machine.results
-        if q.unit == "W"
-    }
+    works: dict[str, float | None] = {}
+    for q in model.machine.results:
+        if q.unit == "W":
+            mean = quantities[q.key].mean
+            works[f"{q.name.removeprefix('P_')}_J"] = None if mean is None else seconds * q.factor * mean
+    return works
 
 
 def _check_laws(machine: Machine, values: Mapping[str, Array]) -> Iterator[MechanismLawResult]:
@@ -205,7 +224,6 @@ def simulate_machine(machine: Machine, samples: int | None = None, at_deg: Seque
     check_angles(at_deg)
     model = Model(machine)
     cycle = compute_cycle(model, samples)
-    designer, warnings = _summarise(model, cycle)
     at = [
         AngleValues(float(angle), {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()})
         for angle in at_deg
@@ -214,8 +232,7 @@ def simulate_machine(machine: Machine, samples: int | None = None, at_deg: Seque
     result = replace(
         cycle.result,
         at=at or None,
-        designer=designer,
-        warnings=[*cycle.result.warnings, *warnings, *sensor_warnings],
+        warnings=[*cycle.result.warnings, *sensor_warnings],
         measurement=None if measured is None else measured.result,
     )
     return replace(cycle, result=result, measured=measured)
@@ -227,13 +244,22 @@ def check_angles(at_deg: Sequence[float]) -> None:
         raise InputError.for_value("--at", bad[0], "it must be a finite angle in deg")
 
 
-def _summarise(model: Model, cycle: MechanismCycle) -> tuple[CycleSummary | None, list[MechanismWarning]]:
-    """Return the designer's summary, or a warning if a quantity has a pole between samples."""
+def _summarise(machine: Machine, changing: Collection[str]) -> tuple[CycleSummary | None, list[MechanismWarning]]:
+    """Return the designer's summary, and a warning for each quantity with a pole, which the summary lacks."""
     try:
-        return summarise(model.machine, cycle.result.not_repeating), []
+        cycle = PiecewiseCycle(machine, build_rows(machine))
+        poles = {name: pole for name in cycle.names if (pole := cycle.find_pole(name)) is not None}
+        warnings = [
+            _warn_of_samples(f"{name} has a pole, or no value", float(np.degrees(pole))) for name, pole in poles.items()
+        ]
+        return summarise(cycle, changing), warnings
     except ComputationError as error:
-        message = f"the designer's summary is missing: {error.message}"
-        return None, [MechanismWarning(name="no_summary", angle_deg=0.0, message=message)]
+        return None, [_warn_of_samples(error.message, 0.0)]
+
+
+def _warn_of_samples(reason: str, angle_deg: float) -> MechanismWarning:
+    message = f"{reason} at {angle_deg:.6g} deg: its extremes and means are those of the samples, not true ones"
+    return MechanismWarning(name="no_summary", angle_deg=angle_deg, message=message)
 
 
 def measure_sensor(cycle: MechanismCycle) -> tuple[SensorSignal | None, list[MechanismWarning]]:

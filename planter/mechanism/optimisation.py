@@ -10,16 +10,18 @@ from typing import Any
 
 from planter import errors
 from planter.engine import search
-from planter.engine.goal import Goal, find_display_unit, resolve_limit, resolve_measure
+from planter.engine.goal import Goal, evaluate_measure, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
-from planter.engine.problem import CurveProblem, DesignProblem, build_problem
+from planter.engine.curves import QuantityCurves
+from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
 from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
 from planter.kernels import Array
+from planter.numerics.arrays import TURN
 from planter.mechanism.model import require_repeating
 from planter.mechanism.results import (
     ActiveLimit,
@@ -30,7 +32,7 @@ from planter.mechanism.results import (
 )
 from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
-from planter.optimise.local_search import SearchRecord
+from planter.optimise.local_search import Descent, SearchRecord
 from planter.optimise.range_variance import Sampling
 from planter.optimise.result import EvaluationCounts
 from planter.parallel.task import AUTO, Means, Task
@@ -88,8 +90,7 @@ class StatedGoal:
             if measure.kind != "jump":
                 continue
             largest = Measure("max", measure.name, size=True)
-            goal = Goal(self.machine, (replace(measure, weight=1.0), largest), (), with_events=False)
-            jump, size = (goal.measure(self.machine.design, term) for term in goal.terms)
+            jump, size = (evaluate_measure(self.machine, term) for term in (measure, largest))
             if jump <= ROUNDING * size:
                 reason = f"{measure.name} does not jump at the machine's own design, and no jump is less than 0"
                 raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
@@ -138,7 +139,7 @@ def optimise_machine(
 def prepare_descents(
     build: Callable[[], Machine], searched: Mapping[str, Any], least: str | None, holds: Sequence[str],
     sampling: Sampling,
-) -> Callable[[Array], SearchRecord]:  # fmt: skip
+) -> Callable[[Descent], SearchRecord]:  # fmt: skip
     """Return the local search from a point for an objective under limits, in a worker.
 
     `build` gives the machine of the file, `searched` are the fields that the search has changed.
@@ -154,8 +155,7 @@ def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[Li
     for limits on unknown quantities, ComputationError without a cycle.
     """
     stated = StatedGoal.read(machine)
-    goal, x = Goal(stated.machine, (), stated.limits), stated.machine.design
-    goal, results = goal.refine(x, 0.0) or goal, []
+    goal, x, results = Goal(stated.machine, (), stated.limits), stated.machine.design, []
     for limit in goal.limits:
         result, parts = _evaluate_limit(goal, x, limit), stated.machine.list_parts(limit.measure.name)
         is_changing = any(stated.machine.find_quantity(part).key in changing for part in parts)
@@ -177,14 +177,18 @@ def list_limit_checks(machine: Machine, results: Sequence[LimitResult]) -> list[
     return checks
 
 
-def require_front(problem: DesignProblem) -> CurveProblem:
-    """Return the problem as one of range and variance. Raises InputError for another objective, and under limits."""
-    if not isinstance(problem, CurveProblem):
+def require_front(problem: DesignProblem) -> QuantityCurves:
+    """Return the curve of which a sum is range and variance. Raises InputError for another sum, and under limits."""
+    terms, machine = problem.goal.terms, problem.machine
+    names, kinds = {measure.name for measure in terms}, {measure.kind for measure in terms}
+    is_plain = kinds <= {"range", "variance", "std"} and not any(m.during or m.size or m.weight < 0 for m in terms)
+    curve = QuantityCurves(machine, [*names]) if is_plain and len(names) == 1 and machine.turn == TURN else None
+    if curve is None or not curve.is_closed or any(event.order == 0 for event in curve.events):
         allowed = "a front takes range and variance of one quantity that repeats and does not jump"
         raise InputError(f"--front does not apply to the sum for {problem.machine.name}: {allowed}")
     if problem.constraints is not None:
         raise InputError(f"--front does not apply to {problem.machine.name} under limits: they would not be satisfied")
-    return problem
+    return curve
 
 
 def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> MechanismOptimum:
@@ -192,15 +196,15 @@ def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> M
 
     Raises InputError as `require_front`.
     """
-    problem, machine = require_front(optimum.problem), optimum.machine
-    factor = problem.curve.quantity.factor
+    curve, sampling, machine = require_front(optimum.problem), optimum.problem.sampling, optimum.machine
+    factor = curve.quantities[0].factor
     front = [
         FrontDesign(
             compromise.evaluation.look.range / factor,
             compromise.evaluation.look.variance / factor**2,
             dict(zip(machine.design_names, (compromise.design / machine.scale).tolist(), strict=True)),
         )
-        for compromise in pareto.trace_pareto_front(problem.curve, problem.sampling, pareto.FRONT_POINTS, listener)
+        for compromise in pareto.trace_pareto_front(curve, sampling, pareto.FRONT_POINTS, listener)
     ]
     return replace(optimum, result=replace(optimum.result, front=front))
 
@@ -257,7 +261,7 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
             spread=certificate.spread,
         ),
         evaluations=EvaluationCounts(**vars(reached.evaluations)),
-        samples=problem.count_samples(x),
+        samples=goal.samples,
         seconds=time.perf_counter() - begun,
         effective_parameters=directions.effective_parameters,
         insensitive=directions.named,

@@ -455,7 +455,7 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
         "residual of the optimality conditions": certificate.kkt_residual,
         "agreeing starts": f"{certificate.agreeing_starts} of {certificate.starts}",
         "active bounds": ", ".join(certificate.active_bounds) or "none",
-        "samples of the cycle": result.samples,
+        "samples of the cycle": "none: true extremes and integrals" if result.samples is None else result.samples,
     })])  # fmt: skip
     sentences = tables.describe_directions(result.effective_parameters, len(result.design), result.insensitive)
     yield Section("Effective combinations", [Text(sentence) for sentence in sentences])

@@ -18,7 +18,8 @@ import scipy
 
 from planter.audit.registry import Inputs, Value, formula
 from planter.audit.user_paper import MEASURE, MeasureQuestion
-from planter.engine.goal import Goal, find_display_unit, resolve_measure
+from planter.engine import goal
+from planter.engine.goal import find_display_unit, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.errors import InputError, PlanterError
@@ -161,11 +162,7 @@ def _evaluate_over_cycle(file: MechanismFile, measure: Measure, samples: int | N
     resolved = resolve_measure(machine, measure)
     if measure.kind in AVERAGES:
         require_repeating(machine, [resolved.name], samples)
-    count = samples or (MEAN_SAMPLES if measure.kind in AVERAGES and not measure.during else EXTREME_SAMPLES)
-    goal, x = Goal(machine, [resolved], [], count, with_events=samples is None), machine.design
-    if samples is None:
-        goal = goal.refine(x, 0.0) or goal
-    return goal.measure(x, resolved) * find_display_unit(machine, resolved).factor
+    return goal.evaluate_measure(machine, resolved, samples) * find_display_unit(machine, resolved).factor
 
 
 def _evaluate_signal(machine: Machine, measure: Measure, samples: int | None) -> float:

@@ -57,7 +57,7 @@ def with_proof(
     """
     machine = goal.machine
     count = None if spec.sampling == "refined" else spec.sampling
-    steps = Goal(machine, (), goal.limits, count or file.turn.samples, with_events=False)
+    steps = Goal(machine, (), goal.limits)
     limits = [  # as the search takes them, to its tolerance
         replace(limit, number=limit.number + limit.sign * FEASIBILITY_TOLERANCE * steps.step(limit))
         for limit in goal.limits

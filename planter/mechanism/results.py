@@ -298,7 +298,7 @@ class MechanismOptimumResult(Record):
     met: bool
     certificate: MechanismCertificate
     evaluations: EvaluationCounts
-    samples: int
+    samples: int | None
     seconds: float
     effective_parameters: int
     insensitive: list[Direction]

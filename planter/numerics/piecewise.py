@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -12,17 +12,25 @@ from numpy.polynomial import chebyshev
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics.arrays import TURN, Integers
+from planter.numerics.arrays import TURN, Flags, Integers
 from planter.numerics.extrema import ExtremePoint, index_first_extremum
-from planter.numerics.roots import find_bracketed_roots
+from planter.numerics.roots import OwnFunctions, find_bracketed_roots
 
 Rates = Callable[[Array], tuple[Array, Array]]
 """Of k functions at n angles [rad], (k, n) each: values and slopes, or slopes and second derivatives."""
 RowFunctions = Callable[[Array], Array]
 NODES, MIN_PIECES = 12, 16
-"""Gauss-Legendre nodes of a piece, and minimum number of pieces of a cycle."""
-ONE_SIDED_OFFSET = 1e-9
-"""Distance from a break of one-sided values; breaks closer than ten times this are merged [rad]."""
+"""Gauss-Legendre nodes of a panel, and minimum number of panels of a cycle."""
+MERGED_DISTANCE = 1e-11
+"""Breaks closer than this are one: roots of two functions at one place differ by their rounding [rad]."""
+ONE_SIDED_OFFSET, CONSISTENT = 1e-9, 1e-8
+"""Distance from a break at which a limit is taken, linearly [rad], unless a series has it otherwise by this share."""
+SERIES_TOLERANCE = 1e-11
+"""A panel is halved while its share of the cycle times a last coefficient exceeds this share of the mean size."""
+LIMIT_TOLERANCE = 1e-6
+"""Largest last coefficient, as a share of the largest value, of a series that has a limit at its end."""
+MAX_DEPTH, MAX_PANELS = 40, 4000
+"""Halvings of a panel, and panels of a cycle, after which the remainder is rounding."""
 CHEBYSHEV_NODES = 20
 """Nodes of a panel, none of them at its ends, where a function may have another value on the other side."""
 TAIL_TOLERANCE, TAIL_LENGTH = 2e-14, 3
@@ -34,7 +42,7 @@ EXTRA_PANELS = 3000
 
 _legendre = cache(np.polynomial.legendre.leggauss)
 _points = chebyshev.chebpts1(CHEBYSHEV_NODES)
-_to_series = np.linalg.inv(chebyshev.chebvander(_points, CHEBYSHEV_NODES - 1))
+_from_points = np.linalg.inv(chebyshev.chebvander(_points, CHEBYSHEV_NODES - 1))
 
 
 class RoughFunctionError(ComputationError):
@@ -52,40 +60,102 @@ def gauss_panels(ends: Array, count: int) -> tuple[Array, Array]:
 
 
 class PiecewiseFunctions:
-    """Periodic functions with kinks or jumps at the ordered angles `breaks` (m,) of a cycle.
+    """Functions over a cycle from 0 to `turn` with kinks, roots or jumps at the ordered angles `breaks` (m,).
 
-    Every piece between two breaks has Gauss-Legendre nodes; values at a break are one-sided. An extremum between two
-    neighbouring nodes can be missed; everything else is exact to rounding.
+    A piece between two breaks is mapped on 0 <= v <= 1 with zero slope at both ends, so that a square root which begins
+    there is smooth in v. It has panels of Gauss-Legendre nodes, halved where the Legendre series of a function does not
+    fall off: integrals are right to 1e-10 of a function's mean size also where a kink has no break. An extremum between
+    two neighbouring nodes can be missed. Slopes need not be finite where a function is.
+
+    `poles` are angles at which functions, by their index, are not finite, or have a pole: these have no integrals.
     """
 
     def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
         self.functions = functions
-        separate = np.diff(breaks, append=breaks[:1] + turn) > 10 * ONE_SIDED_OFFSET
-        self.breaks = np.asarray(breaks, dtype=float)[np.roll(separate, 1)]
-        starts = self.breaks if len(self.breaks) else np.zeros(1)
-        self._edges = np.append(starts, starts[0] + turn)
-        counts = np.ceil(np.diff(self._edges) * MIN_PIECES / turn).astype(int)
-        inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(starts, self._edges[1:], counts, strict=True)]
-        nodes, weights = gauss_panels(np.append(np.concatenate(inner), self._edges[-1]), NODES)
-        self.nodes, self.weights = nodes.ravel(), weights.ravel() / turn
-        owner = np.repeat(np.arange(len(counts)), counts * NODES)
-        sides = np.concatenate([starts, self._edges[1:]])
-        offsets = np.repeat([ONE_SIDED_OFFSET, -ONE_SIDED_OFFSET], len(starts))
-        self.values, self.slopes = functions(np.concatenate([self.nodes, sides + offsets]))
-        self.values[:, len(self.nodes) :] -= offsets * self.slopes[:, len(self.nodes) :]
-        places, panel = np.append(self.nodes, sides), np.append(owner, np.tile(np.arange(len(counts)), 2))
-        self._order = np.lexsort([places, panel])
-        self._places, self._joined = places[self._order], np.diff(panel[self._order]) == 0
+        folded = np.sort(np.asarray(breaks, dtype=float))
+        self.breaks = folded[np.diff(folded, prepend=-np.inf) > MERGED_DISTANCE]
+        inner = self.breaks[(self.breaks > MERGED_DISTANCE) & (self.breaks < turn - MERGED_DISTANCE)]
+        self._edges = np.concatenate([[0.0], inner, [turn]])
+        pending = _begin_panels(self._edges, MIN_PIECES, turn)
+        accepted: list[_Panels] = []
+        self.poles: dict[int, float] = {}
+        size = np.zeros(1)
+        for depth in range(MAX_DEPTH + 1):
+            panels = self._evaluate(pending)
+            share = panels.weights / turn
+            size = np.maximum(size, (np.abs(panels.values) * share).sum(axis=(1, 2)))
+            tails = np.abs(panels.values @ _to_tail()).max(axis=2) * share.sum(axis=1)
+            is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
+            self._name_poles(panels, is_rough if depth == MAX_DEPTH else np.isnan(tails))
+            is_rough[list(self.poles)] = False
+            rough = is_rough.any(axis=0)
+            accepted.append(panels.select(~rough))
+            if not rough.any() or sum(len(panels.owner) for panels in accepted) > MAX_PANELS:
+                accepted.append(panels.select(rough))
+                break
+            pending = panels.select(rough).halve()
+        self._collect(accepted, turn)
+
+    def _name_poles(self, panels: _Panels, is_rough: Flags) -> None:
+        """Set the angle of a node at which each function has a pole, or is not finite, if it is not yet set."""
+        for row, panel in zip(*np.nonzero(is_rough), strict=True):
+            node = int(np.argmin(np.isfinite(panels.values[row, panel])))
+            self.poles.setdefault(int(row), float(panels.angles[panel, node]))
+
+    def _evaluate(self, pending: tuple[Integers, Array, Array]) -> _Panels:
+        owner, low, high = pending
+        angles, weights = _place_nodes(self._edges, owner, low, high)
+        values, slopes = self.functions(angles.ravel())
+        shape = (len(values), *angles.shape)
+        return _Panels(owner, low, high, angles, weights, values.reshape(shape), slopes.reshape(shape))
+
+    def _collect(self, accepted: Sequence[_Panels], turn: float) -> None:
+        """Set nodes (n,), weights of sum 1, values and slopes (k, n) in their order, and limits at ends of pieces."""
+        order = np.lexsort([
+            np.concatenate([panels.low for panels in accepted]), np.concatenate([panels.owner for panels in accepted])
+        ])  # fmt: skip
+        owner = np.concatenate([panels.owner for panels in accepted])[order]
+        angles, weights = (
+            np.concatenate([getattr(panels, name) for panels in accepted])[order] for name in ("angles", "weights")
+        )
+        values, slopes = (
+            np.concatenate([getattr(panels, name) for panels in accepted], axis=1)[:, order]
+            for name in ("values", "slopes")
+        )
+        begin, end = self._edges[:-1], self._edges[1:]
+        offsets = np.minimum(ONE_SIDED_OFFSET, ONE_SIDED_OFFSET**0.5 * (end - begin))
+        beside = np.concatenate([begin + offsets, end - offsets])
+        side_values, side_slopes = self.functions(beside)
+        pieces = np.arange(len(begin))
+        first, last = np.searchsorted(owner, pieces), np.searchsorted(owner, pieces, "right") - 1
+        series = np.append(_extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1), axis=1)
+        linear = side_values + side_slopes * np.append(-offsets, offsets)
+        limits = np.where(np.abs(series - linear) <= CONSISTENT * np.abs(series), linear, series)
+        rounding = np.finfo(float).eps * np.abs(series).max(axis=1, keepdims=True)
+        self._after, self._before = np.split(np.where(np.abs(limits) > rounding, limits, 0.0), 2, axis=1)
+        side_values = np.where(np.isfinite(side_values), side_values, limits)
+        every = np.concatenate([angles.ravel(), beside])
+        places = np.lexsort([every, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])])
+        self.nodes, self._owner = every[places], owners[places]
+        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(beside))]) / turn)[places]
+        self.values = np.append(values.reshape(len(values), -1), side_values, axis=1)[:, places]
+        self.slopes = np.append(slopes.reshape(len(values), -1), side_slopes, axis=1)[:, places]
+        self.slopes[~np.isfinite(self.slopes)] = 0.0
 
     @cached_property
     def mean(self) -> Array:
         """Mean of each function over the cycle, (k,)."""
-        return np.asarray(self.values[:, : len(self.nodes)] @ self.weights)
+        return np.asarray(self.values @ self.weights)
 
     @cached_property
     def rms(self) -> Array:
         """Root mean square of each function over the cycle, (k,)."""
-        return np.asarray(np.sqrt(self.values[:, : len(self.nodes)] ** 2 @ self.weights))
+        return np.asarray(np.sqrt(self.values**2 @ self.weights))
+
+    @cached_property
+    def variance(self) -> Array:
+        """Mean square deviation of each function from its mean, (k,)."""
+        return np.asarray((self.values - self.mean[:, None]) ** 2 @ self.weights)
 
     def extremes(self, rows: Integers, rates: Rates) -> list[tuple[ExtremePoint, ExtremePoint]]:
         """Return minimum and maximum over the cycle of the functions `rows`; one-sided at jumps.
@@ -93,49 +163,116 @@ class PiecewiseFunctions:
         `rates` returns slopes and second derivatives of these rows. Raises ComputationError as `find_bracketed_roots`.
         """
         owners, places, values = self._stationary(rows, rates)
-        samples = self.values[:, self._order]
+        inner = self.weights > 0  # without the points beside an end, whose limit is there
+        angles = np.concatenate([self._edges[:-1], self._edges[1:], self.nodes[inner]])
+        samples = np.concatenate([self._after, self._before, self.values[:, inner]], axis=1)
         extremes = []
         for k, row in enumerate(rows):
-            angles = np.append(self._places, places[owners == k])
+            all_angles = np.append(angles, places[owners == k])
             combined = np.append(samples[row], values[owners == k])
-            extremes.append((_select_extremum(angles, combined, -1), _select_extremum(angles, combined, 1)))
+            extremes.append((_select_extremum(all_angles, combined, -1), _select_extremum(all_angles, combined, 1)))
         return extremes
 
     def _stationary(self, rows: Integers, rates: Rates) -> tuple[Integers, Array, Array]:
         """Return owners, angles and values of the stationary points."""
-        slopes = self.slopes[rows][:, self._order]
-        owners, cells = np.nonzero(((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & self._joined)
+        slopes, joined = self.slopes[rows], np.diff(self._owner) == 0
+        owners, cells = np.nonzero(((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & joined)
         if not len(owners):
             return owners, np.empty(0), np.empty(0)
         ends = slopes[owners, cells], slopes[owners, cells + 1]
-        places = find_bracketed_roots(_OwnedRates(rates, owners), self._places[cells], self._places[cells + 1], ends)
+        places = find_bracketed_roots(OwnFunctions(rates, owners), self.nodes[cells], self.nodes[cells + 1], ends)
         return owners, places, self.functions(places)[0][rows[owners], np.arange(len(owners))]
+
+    @property
+    def ends(self) -> tuple[Array, Array]:
+        """Values (k,) at the beginning and at the end of the cycle."""
+        return self._after[:, 0], self._before[:, -1]
 
     @cached_property
     def sides(self) -> tuple[Array, Array]:
         """Limits (k, m) of the values at each break from below and from above."""
-        if not len(self.breaks):
-            return np.empty((len(self.values), 0)), np.empty((len(self.values), 0))
-        after, before = np.split(self.values[:, len(self.nodes) :], 2, axis=1)
-        return np.roll(before, 1, axis=1), after
+        after = np.searchsorted(self._edges[:-1], self.breaks - MERGED_DISTANCE)
+        after = np.where(after == len(self._edges) - 1, 0, after)
+        return self._before[:, after - 1], self._after[:, after]
 
 
-class _OwnedRates:
-    """Rates at points (m,), of the owner of each point alone; results of points that did not move are reused."""
+def place_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Array, Array]:
+    """Return angles and weights (p, n) of the nodes of panels between ends (m,) of pieces.
 
-    def __init__(self, rates: Rates, owners: Integers) -> None:
-        self._rates, self._owners = rates, owners
-        self._points = np.full(len(owners), np.nan)
-        self._results = np.empty((2, len(owners)))
+    A turn has `pieces` of them at least, and a piece `fewest`. The sum of the weights is the length of all pieces.
+    """
+    owner, low, high = _begin_panels(edges, pieces, turn, fewest)
+    return _place_nodes(edges, owner, low, high)
 
-    def __call__(self, points: Array) -> tuple[Array, Array]:
-        moved = np.flatnonzero(points != self._points)
-        if len(moved):
-            each = self._owners[moved], np.arange(len(moved))
-            self._results[:, moved] = [rate[each] for rate in self._rates(points[moved])]
-        self._points = points.copy()
-        first, second = self._results
-        return first, second
+
+def _begin_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Integers, Array, Array]:
+    """Return the pieces that panels (p,) belong to, and their ends in v."""
+    counts = np.maximum(np.ceil(np.diff(edges) * pieces / turn).astype(int), fewest)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    first = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return owner, first / counts[owner], (first + 1) / counts[owner]
+
+
+def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return angles and weights (p, n) of the nodes of panels between places low and high (p,) in v."""
+    points, weights = _legendre(NODES)
+    v = (low[:, None] * (1 - points) + high[:, None] * (1 + points)) / 2
+    begin, end = edges[owner][:, None], edges[owner + 1][:, None]
+    near = np.minimum(v, 1 - v)  # an angle near an end is right to the digits of its distance from there
+    offset = (end - begin) * near**2 * (3 - 2 * near)
+    angles = np.where(v < 0.5, begin + offset, end - offset)
+    return angles, 6 * (end - begin) * v * (1 - v) * weights * (high - low)[:, None] / 2
+
+
+@dataclass(frozen=True)
+class _Panels:
+    """Panels (m,) of pieces: ends in v, angles and weights (m, n) of their nodes, values and slopes (k, m, n)."""
+
+    owner: Integers
+    low: Array
+    high: Array
+    angles: Array
+    weights: Array
+    values: Array
+    slopes: Array
+
+    def select(self, index: Flags) -> _Panels:
+        """Return some of the panels."""
+        return _Panels(
+            self.owner[index], self.low[index], self.high[index], self.angles[index], self.weights[index],
+            self.values[:, index], self.slopes[:, index],
+        )  # fmt: skip
+
+    def halve(self) -> tuple[Integers, Array, Array]:
+        """Return owners and ends of both halves of all panels."""
+        middle = (self.low + self.high) / 2
+        return np.tile(self.owner, 2), np.append(self.low, middle), np.append(middle, self.high)
+
+
+@cache
+def to_series() -> Array:
+    """Return the matrix (n, n) from values at the nodes of a panel to their Legendre series."""
+    points, weights = _legendre(NODES)
+    orders = np.arange(NODES)
+    return np.polynomial.legendre.legvander(points, NODES - 1) * weights[:, None] * (2 * orders + 1) / 2
+
+
+@cache
+def _to_tail() -> Array:
+    """Return the matrix (n, TAIL_LENGTH) to the last coefficients of a series."""
+    return to_series()[:, -TAIL_LENGTH:]
+
+
+def _extrapolate(values: Array, end: int) -> Array:
+    """Return the limits (k, m) of series of values (k, m, n) at an end of their panels, +1 or -1.
+
+    Where a series does not fall off, as beside a pole, the limit is the value at the last node.
+    """
+    series = values @ to_series()
+    limit = series @ (float(end) ** np.arange(NODES))
+    last = values[..., 0 if end < 0 else -1]
+    spread = np.abs(values).max(axis=-1)
+    return np.where(np.abs(series[..., -TAIL_LENGTH:]).max(axis=-1) > LIMIT_TOLERANCE * spread, last, limit)
 
 
 def _select_extremum(angles: Array, values: Array, sign: int) -> ExtremePoint:
@@ -164,7 +301,7 @@ class ChebyshevPanels:
             places = low[:, None] + np.outer(high - low, (_points + 1) / 2)
             values = functions(places.ravel()).reshape(-1, *places.shape)
             size = np.maximum(size, np.abs(values).max(axis=(1, 2)))
-            series = np.einsum("kj,fmj->mfk", _to_series, values)
+            series = np.einsum("kj,fmj->mfk", _from_points, values)
             rough = (np.abs(series[:, :, -TAIL_LENGTH:]).max(axis=2) > TAIL_TOLERANCE * size).any(axis=1) & (
                 depth < MAX_HALVINGS
             )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import Flags, Integers
 
 FunctionWithSlope = Callable[[Array], tuple[Array, Array]]
 SystemOfEquations = Callable[[Array], tuple[Array, Array]]
@@ -18,6 +20,12 @@ STEP_TOLERANCE = 1e-9
 """Relative size of a Newton step after which the next step would be rounding."""
 STALL_TOLERANCE = 1e-6
 """Relative size below which Newton steps that no longer shrink are rounding of the function."""
+TOUCHING, ROUNDING = 1e-3, 1e-13
+"""Shares of the size of a function within which it touches a level where it turns round, and exactly so."""
+SAME_ANGLE = 1e-12
+"""Share of a cycle by which the root of a function at both of its ends may differ."""
+MAX_LEVELS = 1000
+"""Levels that a function crosses within a step of a scan."""
 
 
 class UnsolvedSystemError(ComputationError):
@@ -47,7 +55,8 @@ def find_bracketed_roots(function: FunctionWithSlope, low: Array, high: Array, e
         value, slope = function(points)
         below = (value < 0) == rising
         low, high = np.where(below, points, low), np.where(below, high, points)
-        target = points - np.divide(value, slope, out=np.full_like(value, np.inf), where=slope != 0)
+        with np.errstate(invalid="ignore"):  # beside a pole, where bisection goes on
+            target = points - np.divide(value, slope, out=np.full_like(value, np.inf), where=slope != 0)
         inside = (low <= target) & (target <= high)
         following = np.where(inside, target, (low + high) / 2)
         following = np.where((value == 0) | ~open_, points, following)
@@ -88,32 +97,153 @@ def _solve_linear(matrices: Array, right: Array) -> Array:
         raise UnsolvedSystemError(int(np.argmin(np.abs(np.linalg.det(matrices))))) from None
 
 
-def find_crossings(
-    values: Callable[[Array], Array], derivatives: Callable[[Array], tuple[Array, Array]], periods: Array, count: int,
-    cycle: float,
-) -> tuple[Array, Integers]:  # fmt: skip
-    """Return the sorted angles (s,) in [0, cycle) at which functions (m,) cross a level, and the rows of the functions.
+@dataclass(frozen=True)
+class Crossings:
+    """Sorted angles (s,) in [0, cycle) at which functions cross a level, and the rows (s,) of the functions.
 
-    The levels are the multiples of `periods` (m,), or zero alone if the period is infinite. `values` (m, n) at angles
-    (n,) are scanned in `count` steps of a cycle; `derivatives` returns them with their slopes. Two crossings of a
-    function in one step are missed.
+    `touches` (t,) are angles at which functions, `touch_rows` (t,), come close to a level and turn round.
+    """
+
+    angles: Array
+    rows: Integers
+    touches: Array
+    touch_rows: Integers
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """Intervals (c,) of a scan with the values at both ends of the functions `rows`."""
+
+    rows: Integers
+    low: Array
+    high: Array
+    first: Array
+    last: Array
+
+    def select(self, index: Integers | Flags) -> _Cells:
+        return _Cells(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def split(self, places: Array, values: Array) -> _Cells:
+        """Return both parts of each interval, which end at a place."""
+        rows, low, high = np.tile(self.rows, 2), np.append(self.low, places), np.append(places, self.high)
+        return _Cells(rows, low, high, np.append(self.first, values), np.append(values, self.last))
+
+    def joined(self, other: _Cells) -> _Cells:
+        return _Cells(*(np.append(getattr(self, field.name), getattr(other, field.name)) for field in fields(self)))
+
+
+def find_crossings(
+    values: FunctionWithSlope, periods: Array, count: int, cycle: float, rates: FunctionWithSlope | None = None
+) -> Crossings:
+    """Return where functions (m,) cross a level between the angles 0 and `cycle`, which count as one.
+
+    The levels are the multiples of `periods` (m,), or zero alone if the period is infinite. `values` returns functions
+    and slopes, `rates` slopes and second derivatives, (m, n) each at angles (n,). They are scanned in `count` steps of
+    a cycle; steps at whose ends a function is not finite are left out. With `rates` a function that turns round towards
+    a level within a step is followed to where it does: it crosses the level twice there, or touches it. Further
+    crossings of a function in one step are missed.
     """
     # Offset by half a step: functions often cross at whole steps, where rounding would decide between two steps.
-    grid = cycle * (np.arange(count + 1) - 0.5) / count
-    scanned, aperiodic = values(grid), np.isinf(periods)[:, None]
-    multiples = np.where(aperiodic, np.where(scanned < 0, -1.0, 0.0), np.floor(scanned / periods[:, None]))
-    rows, cells = np.nonzero(multiples[:, 1:] != multiples[:, :-1])
-    if not len(rows):
-        return np.empty(0), rows
-    spacing = np.where(np.isinf(periods), 0.0, periods)[rows]
-    levels = np.maximum(multiples[rows, cells], multiples[rows, cells + 1]) * spacing
-    lanes = np.arange(len(rows))
+    grid = cycle * (np.arange(count + 2) - 0.5) / count
+    turning = None if rates is None else partial(OwnFunctions, rates)
+    return locate_crossings(grid, *values(grid), periods, cycle, partial(OwnFunctions, values), turning)
 
-    def function(phi: Array) -> tuple[Array, Array]:
-        current, slopes = derivatives(phi)
-        return current[rows, lanes] - levels, slopes[rows, lanes]
 
-    ends = scanned[rows, cells] - levels, scanned[rows, cells + 1] - levels
-    angles = np.mod(find_bracketed_roots(function, grid[cells], grid[cells + 1], ends), cycle)
-    order = np.argsort(angles, kind="stable")
-    return angles[order], rows[order]
+def locate_crossings(
+    grid: Array, scanned: Array, slopes: Array, periods: Array, cycle: float,
+    values: Callable[[Integers], FunctionWithSlope], rates: Callable[[Integers], FunctionWithSlope] | None,
+) -> Crossings:  # fmt: skip
+    """Return the crossings of functions that were scanned, (m, n) with their slopes, at angles (n,) of a cycle.
+
+    Of some functions, by their indices (s,), `values` returns functions of their points (s,), `rates` their slopes.
+    """
+    multiples = _count_levels(scanned, periods[:, None])
+    crossed = multiples[:, 1:] != multiples[:, :-1]
+    turning = np.zeros_like(crossed)
+    if rates is not None:
+        gaps = (scanned - _round_to_level(scanned, periods[:, None])) * slopes
+        turning = (slopes[:, :-1] > 0) != (slopes[:, 1:] > 0)
+        turning &= (gaps[:, :-1] <= 0) & (gaps[:, 1:] >= 0)
+    rows, index = np.nonzero(crossed | turning)
+    cells = _Cells(rows, grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1])
+    touches, touch_rows = np.empty(0), np.empty(0, dtype=np.int64)
+    if rates is not None and turning.any():
+        turned = np.flatnonzero(turning[rows, index])
+        near = cells.select(turned)
+        ends = slopes[near.rows, index[turned]], slopes[near.rows, index[turned] + 1]
+        places = find_bracketed_roots(rates(near.rows), near.low, near.high, ends)
+        reached = values(near.rows)(places)[0]
+        distance = np.abs(reached - _round_to_level(reached, periods[near.rows]))
+        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[near.rows]
+        is_touch = distance <= TOUCHING * sizes
+        touches, touch_rows = places[is_touch], near.rows[is_touch]
+        passed = distance > ROUNDING * sizes  # else rounding would decide whether it crosses twice
+        kept = np.ones(len(rows), dtype=bool)
+        kept[turned[passed]] = False
+        cells = cells.select(kept).joined(near.select(passed).split(places[passed], reached[passed]))
+    cells, levels = _list_brackets(cells, periods)
+    own = values(cells.rows)
+
+    def shifted(phi: Array) -> tuple[Array, Array]:
+        current, slope = own(phi)
+        return current - levels, slope
+
+    ends = cells.first - levels, cells.last - levels
+    roots = find_bracketed_roots(shifted, cells.low, cells.high, ends)
+    return Crossings(*_fold(roots, cells.rows, cycle), *_fold(touches, touch_rows, cycle))
+
+
+def _round_to_level(values: Array, periods: Array) -> Array:
+    """Return the level nearest to values."""
+    spacing = np.where(np.isinf(periods), 1.0, periods)
+    return np.where(np.isinf(periods), 0.0, spacing * np.round(values / spacing))
+
+
+def _count_levels(values: Array, periods: Array) -> Array:
+    """Return the levels from zero up to values, negative below it; one more without a period, where there is one."""
+    spacing = np.where(np.isinf(periods), 1.0, periods)
+    return np.where(np.isinf(periods), np.where(values < 0, -1.0, 0.0), np.floor(values / spacing))
+
+
+def _list_brackets(cells: _Cells, periods: Array) -> tuple[_Cells, Array]:
+    """Return the intervals in which a level is crossed, each as often as levels are, and these."""
+    cells = cells.select(np.isfinite(cells.first) & np.isfinite(cells.last))
+    own = periods[cells.rows]
+    first, last = _count_levels(cells.first, own), _count_levels(cells.last, own)
+    counts = np.minimum(np.abs(last - first), MAX_LEVELS).astype(np.int64)
+    index = np.repeat(np.arange(len(counts)), counts)
+    number = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
+    multiples = np.minimum(first, last)[index] + 1 + number
+    spacing = np.where(np.isinf(own[index]), 0.0, own[index])
+    return cells.select(index), spacing * multiples
+
+
+class OwnFunctions:
+    """Of functions (m, n) with their slopes the one of each point (s,), by its row; unmoved points are not repeated."""
+
+    def __init__(self, functions: FunctionWithSlope, rows: Integers) -> None:
+        self._functions, self._rows = functions, rows
+        self._points = np.full(len(rows), np.nan)
+        self._results = np.empty((2, len(rows)))
+
+    def __call__(self, points: Array) -> tuple[Array, Array]:
+        moved = np.flatnonzero(points != self._points)
+        if len(moved):
+            each = self._rows[moved], np.arange(len(moved))
+            self._results[:, moved] = [results[each] for results in self._functions(points[moved])]
+        self._points = points.copy()
+        first, second = self._results
+        return first.copy(), second.copy()
+
+
+def _fold(angles: Array, rows: Integers, cycle: float) -> tuple[Array, Integers]:
+    """Return angles in a cycle in their order, those of one function at both of its ends once, with their functions."""
+    outside = SAME_ANGLE * cycle
+    angles = np.where(np.abs(angles - cycle) <= outside, 0.0, angles)
+    within = (angles >= -outside) & (angles < cycle)
+    angles, rows = np.maximum(angles[within], 0.0), rows[within]
+    order = np.lexsort([angles, rows])
+    angles, rows = angles[order], rows[order]
+    new = (np.diff(angles, prepend=-np.inf) > outside) | (np.diff(rows, prepend=-1) != 0)
+    order = np.argsort(angles[new], kind="stable")
+    return angles[new][order], rows[new][order]

@@ -92,7 +92,7 @@ class Statistic:
         total = float(self.weights.sum())
         mean = float(self.weights @ values) / total
         origin = mean if kind in ("mean", "variance", "std") else 0.0
-        self._values = values - origin
+        self._values, self._origin = values - origin, origin
         first = 0.0 if origin else float(self.weights @ self._values)
         square = float(self.weights @ self._values**2)
         self._moments = MomentFunction.from_moments(kind, total, first, square)

@@ -24,6 +24,7 @@ import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
+from planter.optimise.objective import find_tops
 from planter.optimise.problem import Problem
 from planter.records import Record
 
@@ -38,12 +39,11 @@ Constraints may that are this close to their bounds in steps, or to first order 
 class Multipliers:
     """Multipliers at a point, in the objective's unit per that of the rows and per the box's unit (bounds).
 
-    `upper` (a,), `lower` (b,): of the rows of `Conditions`; `at_lower`, `at_upper` (p,): of the bounds; `kinks` (k,);
+    `rows` (r,): of the rows of `Conditions`; `at_lower`, `at_upper` (p,): of the bounds; `kinks` (k,);
     `required` (c,): of the constraints, per step, with the sign of the side.
     """
 
-    upper: Array
-    lower: Array
+    rows: Array
     at_lower: Array
     at_upper: Array
     kinks: Array
@@ -67,31 +67,22 @@ class Residuals:
 
 def check_conditions(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     """Return the residuals of the conditions at a point u (p,) with given multipliers."""
-    conditions, m = problem.conditions(u), multipliers
-    rate, weight, rows = _smooth_rate(problem, u), problem.objective.weight, len(conditions.upper) > 0
-    slope = (
-        rate * (conditions.smooth + conditions.kinks.T @ m.kinks)
-        + conditions.upper_gradients.T @ m.upper
-        - conditions.lower_gradients.T @ m.lower
-        - m.at_lower
-        + m.at_upper
-    )
+    conditions, m, objective = problem.conditions(u), multipliers, problem.objective
+    slope = conditions.smooth + conditions.kinks.T @ m.kinks + conditions.gradients.T @ m.rows - m.at_lower + m.at_upper
     required = _ConstraintState(problem, u)
     slope = slope + required.gradients.T @ m.required
-    unit = problem.reference.look.range / problem.scale if rows else 1.0
-    signed = np.concatenate([m.upper, m.lower]) * unit
-    shares = np.array([m.upper.sum() - weight, m.lower.sum() - weight]) if rows else np.empty(0)
+    units, groups = objective.units / problem.scale, conditions.groups
+    sums = np.bincount(groups, m.rows, len(units)) if len(units) else np.empty(0)
     bounds = np.concatenate([m.at_lower, m.at_upper]) / problem.scale
-    top, bottom = conditions.upper.max(initial=-np.inf), conditions.lower.min(initial=np.inf)
-    slack = np.concatenate([top - conditions.upper, conditions.lower - bottom]) / problem.scale
+    slack = (find_tops(conditions.rows, groups, len(units))[groups] - conditions.rows) / problem.scale
     box_slack = np.concatenate(problem.box.slack(u))
     return Residuals(
         stationarity=_max_norm(slope) / problem.scale,
-        shares=_max_norm(shares) * unit,
+        shares=_max_norm((sums - objective.weights) * units),
         feasibility=max(_max_norm(np.minimum(box_slack, 0)), required.violation),
-        sign=_max_norm(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
+        sign=_max_norm(np.minimum(np.concatenate([m.rows * units[groups], bounds, m.kinks, 1 - m.kinks]), 0)),
         complementarity=max(
-            _max_norm(np.concatenate([m.upper, m.lower]) * slack),
+            _max_norm(m.rows * slack),
             _max_norm(bounds * box_slack),
             _max_norm(required.complementarity(m.required) / problem.scale),
         ),
@@ -103,33 +94,34 @@ def estimate_multipliers(problem: Problem, u: Array) -> Multipliers:
 
     Only rows and bounds that are active within `ACTIVE` get any; signs are exact, the rest is least squares.
     """
-    conditions, scale = problem.conditions(u), problem.scale
-    rate, weight = _smooth_rate(problem, u), problem.objective.weight
-    tops, bottoms = _find_extreme_rows(conditions.upper, conditions.lower)
+    conditions, scale, objective = problem.conditions(u), problem.scale, problem.objective
+    tops = find_tops(conditions.rows, conditions.groups, len(objective.weights))
+    gap = (tops[conditions.groups] - conditions.rows) / objective.units[conditions.groups]
+    active = np.flatnonzero(gap <= ACTIVE)
+    groups = conditions.groups[active]
     low, high = (np.flatnonzero(box_slack <= ACTIVE) for box_slack in problem.box.slack(u))
     eye, required = np.eye(len(u)), _ConstraintState(problem, u)
     up, down, even = required.active()
     rows = required.gradients
-    blocks = [weight * conditions.upper_gradients[tops].T, -weight * conditions.lower_gradients[bottoms].T,
-              rate * conditions.kinks.T,
+    blocks = [(objective.weights[groups, None] * conditions.gradients[active]).T, conditions.kinks.T,
               -scale * eye[:, low], scale * eye[:, high],
               scale * rows[up].T, -scale * rows[down].T, scale * rows[even].T]  # fmt: skip
     sizes = [block.shape[1] for block in blocks]
-    sums = scale * np.repeat(np.eye(8)[: 2 if len(tops) else 0], sizes, axis=1)
+    sums = np.zeros((len(tops), sum(sizes)))
+    sums[groups, np.arange(len(active))] = scale
     matrix = np.vstack([np.hstack(blocks), sums])
-    target = np.append(-rate * conditions.smooth, np.full(len(sums), scale))
-    lower_limits = np.repeat([*[0.0] * 7, -np.inf], sizes)
-    upper_limits = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 5], sizes)
+    target = np.append(-conditions.smooth, np.full(len(sums), scale))
+    lower_limits = np.repeat([*[0.0] * 6, -np.inf], sizes)
+    upper_limits = np.repeat([np.inf, 1.0, *[np.inf] * 5], sizes)
     solved = (
         scipy.optimize.lsq_linear(matrix, target, (lower_limits, upper_limits), method="bvls", tol=1e-15).x
         if sum(sizes)
         else np.empty(0)
     )
-    mu, nu, theta, below, above, over, below_lower, free = np.split(solved, np.cumsum(sizes)[:-1])
+    shares, theta, below, above, over, below_lower, free = np.split(solved, np.cumsum(sizes)[:-1])
     count = len(rows)
     return Multipliers(
-        upper=_scatter(weight * mu, tops, len(conditions.upper)),
-        lower=_scatter(weight * nu, bottoms, len(conditions.lower)),
+        rows=_scatter(objective.weights[groups] * shares, active, len(conditions.rows)),
         at_lower=_scatter(scale * below, low, len(u)),
         at_upper=_scatter(scale * above, high, len(u)),
         kinks=theta,
@@ -137,19 +129,12 @@ def estimate_multipliers(problem: Problem, u: Array) -> Multipliers:
     )
 
 
-def _find_extreme_rows(upper: Array, lower: Array) -> tuple[Integers, Integers]:
-    """Return the indices of the components that attain the maximum and the minimum."""
-    if not len(upper):
-        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    margin = ACTIVE * max(upper.max() - lower.min(), np.finfo(float).tiny)
-    return np.flatnonzero(upper >= upper.max() - margin), np.flatnonzero(lower <= lower.min() + margin)
-
-
 class _ConstraintState:
     """Constraints at a point u (p,): gradients in u (c, p) and distances from both bounds (c,), in steps."""
 
     def __init__(self, problem: Problem, u: Array) -> None:
-        constraints, x = problem.constraints, problem.design(u)
+        x = problem.design(u)
+        constraints = None if problem.constraints is None else problem.constraints.at(x)
         if constraints is None:
             self.gradients, self.above, self.below = np.empty((0, len(u))), np.empty(0), np.empty(0)
             self.equations = np.empty(0, dtype=bool)
@@ -205,12 +190,13 @@ class ActiveConstraint(Record):
     unit: str
 
 
-def find_active_constraints(problem: Problem, multipliers: Multipliers) -> list[ActiveConstraint]:
-    """Return the active constraints in the order of their kinds, with summed multipliers of their components."""
+def find_active_constraints(problem: Problem, u: Array, multipliers: Multipliers) -> list[ActiveConstraint]:
+    """Return the constraints that are active at a point, in the order of their kinds, with summed multipliers."""
     if problem.constraints is None:
         return []
-    owner, active = problem.constraints.owner, []
-    for k, kind in enumerate(problem.constraints.kinds):
+    constraints = problem.constraints.at(problem.design(u))
+    owner, active = constraints.owner, []
+    for k, kind in enumerate(constraints.kinds):
         size = float(np.abs(multipliers.required[owner == k]).sum())
         if size > ACTIVE * problem.scale:
             side = kind.sides[0] if len(kind.sides) == 1 else _name_side(multipliers.required[owner == k])
@@ -225,10 +211,6 @@ def _name_side(multipliers: Array) -> str:
 def kkt_residual(problem: Problem, u: Array) -> float:
     """Return the dimensionless residual at a point u (p,) with its best multipliers, below 1e-6 at an optimum."""
     return check_conditions(problem, u, estimate_multipliers(problem, u)).worst
-
-
-def _smooth_rate(problem: Problem, u: Array) -> float:
-    return problem.objective.outer(problem.objective.look(problem.design(u)).smooth)[1]
 
 
 def _scatter(values: Array, places: Integers, size: int) -> Array:

@@ -132,6 +132,15 @@ class Constraints(Protocol):
         return len(self.lower)
 
     @property
+    def windows(self) -> bool:
+        """Whether the components near a design, `at`, are others than those of all designs."""
+        return False
+
+    def at(self, x: Array) -> Constraints:
+        """Return components that are smooth near a design x (p,) and mean the same there."""
+        return self
+
+    @property
     def even(self) -> Flags:
         """Flags (k,) of the equality constraints."""
         return self.lower == self.upper
@@ -199,6 +208,13 @@ class JoinedConstraints(Constraints):
         self.lower, self.upper = (np.concatenate(b) for b in zip(*((p.lower, p.upper) for p in parts), strict=True))
 
     @property
+    def windows(self) -> bool:
+        return any(part.windows for part in self.parts)
+
+    def at(self, x: Array) -> JoinedConstraints:
+        return JoinedConstraints([part.at(x) for part in self.parts])
+
+    @property
     def giving(self) -> Flags:
         return np.concatenate([part.giving for part in self.parts])
 
@@ -235,16 +251,16 @@ class ConstrainedModel:
     """Local model of an objective with constraints among its `holds`. Implements `LocalModel`."""
 
     def __init__(self, local: LocalModel, constraints: Constraints) -> None:
-        self.local, self.constraints = local, constraints
+        self.local, self.constraints, self.groups = local, constraints, local.groups
         self.bounds = np.hstack([local.bounds, [constraints.lower, constraints.upper]])
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
         return self.local.look(x)
 
-    def grown(self, x: Array, high: float, low: float) -> ConstrainedModel:
-        """Return the model with the rows that are missing if those at x are to stay within [low, high]."""
-        return ConstrainedModel(self.local.grown(x, high, low), self.constraints)
+    def grown(self, x: Array, tops: Array) -> ConstrainedModel:
+        """Return the model with the rows that exceed the tops of their groups at x."""
+        return ConstrainedModel(self.local.grown(x, tops), self.constraints)
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""

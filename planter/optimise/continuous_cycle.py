@@ -1,29 +1,28 @@
-"""The turn without a grid: true extremes of the curve over phi, true integrals for its mean and variance.
+"""The turn without a grid: true extremes of the curves over phi, true integrals for their means and variances.
 
 The period is split at all joints into panels on which F is smooth, and the panels into pieces with Gauss-Legendre
 nodes. Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel, or the joint itself where F has a
-kink.
+kink, or a side of it where F jumps.
 
-First derivatives of the integrals are integrals of F_x, since F is continuous; the second have a term for each joint,
-
-    d2/dx2 int F dphi = int F_xx dphi + sum_k (F_phi after - F_phi before) psi_k,x' psi_k,x,
-
-and twice F times that for the integral of F squared.
+Nodes keep their places within a panel, whose ends move with the design: phi_k = (1 - t_k) a + t_k b, with the weight
+w_k (b - a). So the derivatives of an integral are those of its sum, first and second ones alike, whether F is smooth at
+a joint, has a kink, jumps, or has an infinite slope as a root has: along a moving node all of these are smooth.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
 from planter.kernels import Array
 from planter.numerics import piecewise
-from planter.numerics.arrays import Flags, Integers, LastCallCache
+from planter.numerics.arrays import Flags, Integers, LastCallCache, wrap_angle
 from planter.numerics.extrema import find_stationary_points
-from planter.optimise.objective import Conditions, ModelGradients, ModelValues, ObjectiveSummary
+from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum, SmoothSum
+from planter.optimise.objective import NO_GROUPS, Conditions, ModelGradients, ModelValues, ObjectiveSummary
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
     CycleResponse,
@@ -34,280 +33,734 @@ from planter.optimise.response import (
     hessians_along,
     peak_velocity,
 )
-from planter.optimise.variance import Variance
 
-NODES = 12
+NODES = 16
 MAX_PIECE = np.pi / 8
 """Nodes in a piece, and the greatest length of a piece [rad]."""
 MIN_ROW_DISTANCE = 0.02
 """Fixed rows are at least this far apart [rad]."""
+NEAR_SHARE, MIN_HIGH_DISTANCE = 0.05, 0.04
+"""Nodes within this share of the spread from an extreme are rows, at least so far apart [rad]."""
 NO_ANGLES: Array = np.empty(0)
 MIN_BREAKPOINT_DISTANCE = 1e-8
 """Joints closer than this are one [rad]."""
+CORNER, CORNER_SHARE = -2, 1e-6
+"""In place of a joint: a corner that no event marks, at which a slope jumps by this share of the largest at least."""
+LEVEL_SHARE = 1e-9
+"""A curve whose slope is below this share of its size is level, its slope rounding [1/rad]."""
+TAIL_TOLERANCE, MAX_HALVINGS = 1e-11, 16
+"""A piece is halved, so often at most, if its share of the period times a last coefficient of the Legendre series of a
+curve exceeds this share of the curve's mean size."""
+FIXED_RANK = 10
+"""Added to the order of joints whose motion is not known, so that others at the same angle count."""
+PULL_ROUNDING = 1e-13
+"""Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps there."""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Parts (k,) of panels, from `low` to `high` of the argument 0 <= u <= 1 of one of the `count` pieces of a panel.
+
+    The first and the last piece are graded by the square of their argument, after which roots of the distance from an
+    end of the panel, and their derivatives, are polynomials in u: Gauss's rule is exact for these, too.
+
+    >>> places, weights = Pieces.divide(np.array([2])).place()
+    >>> round(float((weights * places**0.5).sum()), 14), round(float((weights * places**-0.5).sum()), 13)
+    (0.66666666666667, 2.0)
+    """
+
+    panel: Integers
+    number: Integers
+    count: Integers
+    low: Array
+    high: Array
+
+    @classmethod
+    def divide(cls, counts: Integers) -> Pieces:
+        """Return all pieces of panels that have so many each, (panels,)."""
+        panel = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(panel)) - np.repeat(np.cumsum(counts) - counts, counts)
+        return cls(panel, number, counts[panel], np.zeros(len(panel)), np.ones(len(panel)))
+
+    def place(self) -> tuple[Array, Array]:
+        """Return places in their panels, from 0 to 1, and weights, whose sum over a panel is 1, (k, NODES) each."""
+        points, shares = piecewise.gauss_panels(np.array([0.0, 1.0]), NODES)
+        width = (self.high - self.low)[:, None]
+        u, number, count = self.low[:, None] + width * points, self.number[:, None], self.count[:, None]
+        is_first, is_last = number == 0, number == count - 1
+        place, rise = (number + u) / count, np.ones_like(u) / count
+        place, rise = np.where(is_first, u**2 / count, place), np.where(is_first, 2 * u / count, rise)
+        place = np.where(is_last, 1 - (1 - u) ** 2 / count, place)
+        rise = np.where(is_last, 2 * (1 - u) / count, rise)
+        is_only = is_first & is_last
+        place = np.where(is_only, np.sin(np.pi * u / 2) ** 2, place)
+        rise = np.where(is_only, np.pi / 2 * np.sin(np.pi * u), rise)
+        return place, rise * shares * width
+
+    def select(self, chosen: Flags | Integers) -> Pieces:
+        """Return the pieces that flags (k,) mark, or those at indices."""
+        return Pieces(
+            self.panel[chosen], self.number[chosen], self.count[chosen], self.low[chosen], self.high[chosen]
+        )  # fmt: skip
+
+    def halve(self) -> Pieces:
+        """Return both halves of all pieces."""
+        middle = (self.low + self.high) / 2
+        twice = [np.tile(part, 2) for part in (self.panel, self.number, self.count)]
+        return Pieces(*twice, np.append(self.low, middle), np.append(middle, self.high))
+
+
+@cache
+def build_tail(count: int) -> Array:
+    """Return what gives the last two coefficients of a Legendre series from values at Gauss's nodes, (count, 2)."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    orders = np.arange(count - 2, count)
+    tail: Array = np.polynomial.legendre.legvander(points, count - 1)[:, orders] * weights[:, None] * (orders + 0.5)
+    return tail
 
 
 @dataclass(frozen=True)
 class CycleExtrema:
     """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `values` (m,).
 
-    `joint` (m,) is the index among the joints of one that is a kink, else -1.
+    `joint` (m,) is the index among the joints of one that is a kink or a jump, `CORNER` or else -1; `smooth` (m,) marks those that
+    move on their own: the ends of a curve that is not closed do not. `panels` (2, m) are the panels before and after.
     """
 
     angles: Array
     peaks: Flags
     values: Array
     joint: Integers
+    smooth: Flags
+    beside_jump: Flags
+    panels: Integers
+
+    def pick(self, chosen: Flags | Integers) -> CycleExtrema:
+        """Return the extremes that flags (m,) mark, or those at indices, in this order."""
+        return CycleExtrema(
+            self.angles[chosen], self.peaks[chosen], self.values[chosen], self.joint[chosen], self.smooth[chosen],
+            self.beside_jump[chosen], self.panels[:, chosen],
+        )  # fmt: skip
 
 
 class CyclePanels:
-    """The curve over one period at a design, split at its joints."""
+    """The curves over one period at a design, split at their joints."""
 
     def __init__(self, response: CycleResponse, x: Array) -> None:
         self.response, self.at = response, response.prologue(x)
         self.joints = find_breakpoints(response, self.at)
         self.folded = self.joints.folded
         self.breaks, self.order = self._breaks()
-        self.nodes, self.weights, self.panel = self._quadrature()
-        ends = np.stack([self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1).ravel()
-        probes = np.concatenate([self.nodes, ends])
-        values, rate = response.rate(self.at, np.mod(probes, response.period))
-        self.values, self.node_rates = values[: len(self.nodes)], rate[: len(self.nodes)]
-        self.end_values, self.end_rates = (ends[len(self.nodes) :].reshape(-1, 2) for ends in (values, rate))
-        self.variance = Variance(self.values, self.weights)
+        self._place_nodes()
+        self.end_values, self.end_rates = self._find_ends()
+        self.jumps = np.flatnonzero(self._is_jump())
+        before = self.end_values[:, self.jumps - 1, 1] + ONE_SIDED_OFFSET * self.end_rates[:, self.jumps - 1, 1]
+        after = self.end_values[:, self.jumps, 0] - ONE_SIDED_OFFSET * self.end_rates[:, self.jumps, 0]
+        self.sides = np.hstack([before, after])
+
+    def fold(self, angles: Array) -> Array:
+        """Return angles modulo the period of closed curves [rad]."""
+        return np.mod(angles, self.response.period) if self.response.is_closed else angles
+
+    def _find_ends(self) -> tuple[Array, Array]:
+        """Return values and slopes (m, panels, 2) beside the ends of panels, those of the next node if not finite."""
+        ends = np.stack([self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1)
+        values, rates = (
+            part.reshape(len(part), *ends.shape) for part in self.response.ends(self.at, self.fold(ends.ravel()))
+        )
+        if not (np.isfinite(values).all() and np.isfinite(rates).all()):
+            first = np.flatnonzero(np.diff(self.panel, prepend=-1))
+            nodes = np.stack([first, np.append(first[1:], len(self.nodes)) - 1], axis=1)
+            is_bad = ~(np.isfinite(values) & np.isfinite(rates))
+            rates = np.where(is_bad, self.node_rates[:, nodes], rates)
+            continued = self.values[:, nodes] + self.node_rates[:, nodes] * (ends - self.nodes[nodes])
+            values = np.where(is_bad, continued, values)
+        return values, rates
+
+    def _is_jump(self) -> Flags:
+        """Return which panels begin at a joint where the curves themselves may jump."""
+        at_joint = self.order >= 0
+        flags = np.zeros(len(self.order), dtype=bool)
+        flags[at_joint] = self.joints.orders[self.order[at_joint]] == 0
+        return flags
 
     def _breaks(self) -> tuple[Array, Integers]:
-        """Ends of the panels over one period, first and last the same joint, and the joint at each panel's start."""
-        order = np.argsort(self.folded, kind="stable")
-        if not len(order):
-            return np.array([0.0, self.response.period]), np.array([-1])
+        """Ends of the panels over one period, and the joint at each panel's start, -1 for none.
+
+        First and last are the same joint; without joints, or if the curves are not closed, the ends of the period. Of
+        joints that are one, the roughest counts.
+        """
+        order, period = np.argsort(self.folded, kind="stable"), self.response.period
         places = self.folded[order]
-        separated = np.diff(places, append=places[0] + self.response.period) > MIN_BREAKPOINT_DISTANCE
-        first = np.flatnonzero(np.roll(separated, 1))
-        return np.append(places[first], places[first[0]] + self.response.period), order[first]
+        if not self.response.is_closed:
+            inside = (places > MIN_BREAKPOINT_DISTANCE) & (places < period - MIN_BREAKPOINT_DISTANCE)
+            outer = order[~inside]
+            first = self._select_roughest(outer, np.zeros(1, dtype=np.int64))[:1] if len(outer) else np.array([-1])
+            order, places = order[inside], places[inside]
+            starts = np.flatnonzero(np.diff(places, prepend=-1.0) > MIN_BREAKPOINT_DISTANCE)
+            joints = self._select_roughest(order, starts)
+            return np.concatenate([[0.0], self.folded[joints], [period]]), np.append(first, joints)
+        if not len(order):
+            return np.array([0.0, period]), np.array([-1])
+        separated = np.diff(places, append=places[0] + period) > MIN_BREAKPOINT_DISTANCE
+        starts = np.flatnonzero(np.roll(separated, 1))
+        joints = self._select_roughest(np.roll(order, -starts[0]), starts - starts[0])
+        joints = joints[np.argsort(self.folded[joints], kind="stable")]
+        return np.append(self.folded[joints], self.folded[joints[0]] + period), joints
 
-    def _quadrature(self) -> tuple[Array, Array, Integers]:
-        """Nodes, weights that sum to 1 and the panel of each node."""
-        pieces = np.ceil(np.diff(self.breaks) / MAX_PIECE).astype(int)
-        panels = zip(self.breaks[:-1], self.breaks[1:], pieces.tolist(), strict=True)
-        inner = [np.linspace(low, high, count, endpoint=False) for low, high, count in panels]
-        nodes, weights = piecewise.gauss_panels(np.append(np.concatenate(inner), self.breaks[-1]), NODES)
-        panel = np.repeat(np.arange(len(pieces)), pieces * NODES)
-        return nodes.ravel(), weights.ravel() / self.response.period, panel
+    def _select_roughest(self, order: Integers, starts: Integers) -> Integers:
+        """Return of each group of joints, which begin at `starts` of `order`, that of the least order that moves."""
+        groups = np.split(order, starts[1:]) if len(starts) else []
+        rank = self.joints.orders + FIXED_RANK * ~self.joints.is_regular
+        return np.array([group[rank[group].argmin()] for group in groups], dtype=np.int64)
+
+    def _place_nodes(self) -> None:
+        """Set nodes (n,) in order, their places and weights in their panels, shares of sum 1, values and slopes.
+
+        A piece in which the Legendre series of a curve does not fall off is halved: there is a corner that no event
+        marks, or nearly one.
+        """
+        lengths = np.diff(self.breaks)
+        pending, tail = Pieces.divide(np.ceil(lengths / MAX_PIECE).astype(np.int64)), build_tail(NODES)
+        accepted: list[tuple[Pieces, Array, Array]] = []
+        size: Array | None = None
+        for depth in range(MAX_HALVINGS + 1):
+            places, weights = pending.place()
+            nodes = self.breaks[pending.panel, None] + places * lengths[pending.panel, None]
+            both = self.response.rate(self.at, self.fold(nodes.ravel()))
+            values, rates = (part.reshape(len(part), *nodes.shape) for part in both)
+            shares = weights.sum(axis=1) * lengths[pending.panel] / self.response.period
+            size = (np.abs(values).mean(axis=2) @ shares) if size is None else size
+            tails = np.abs(values @ tail).max(axis=2) * shares
+            is_rough = (tails > TAIL_TOLERANCE * size[:, None]).any(axis=0)
+            is_rough &= depth < MAX_HALVINGS
+            done = np.flatnonzero(~is_rough)
+            accepted.append((pending.select(done), values[:, done], rates[:, done]))
+            if not is_rough.any():
+                break
+            pending = pending.select(is_rough).halve()
+        parts = [pieces for pieces, _, _ in accepted]
+        fields = ("panel", "number", "count", "low", "high")
+        pieces = Pieces(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))
+        order = np.lexsort([pieces.low, pieces.number, pieces.panel])
+        pieces = pieces.select(order)
+        places, weights = pieces.place()
+        self.panel, self.mix, self._weights = np.repeat(pieces.panel, NODES), places.ravel(), weights.ravel()
+        self.nodes = self.breaks[self.panel] + self.mix * lengths[self.panel]
+        self.shares = self._weights * lengths[self.panel] / self.response.period
+        self.values, self.node_rates = (
+            np.concatenate([each[1 + k] for each in accepted], axis=1)[:, order].reshape(self.response.count, -1)
+            for k in range(2)
+        )
+
+    # --- parts of the period -------------------------------------------------------------------------
 
     @cached_property
-    def extremes(self) -> CycleExtrema:
-        angles, peaks = find_stationary_points(self._slope, *self._probes())
-        before, after = np.roll(self.end_rates[:, 1], 1), self.end_rates[:, 0]
-        kinks = np.flatnonzero((before > 0) != (after > 0))
-        place = np.mod(np.concatenate([angles, self.breaks[kinks]]), self.response.period)
-        kind = np.concatenate([peaks, before[kinks] > 0])
-        joint = np.concatenate([np.full(len(angles), -1), self.order[kinks]])
+    def _holding(self) -> Flags:
+        """Whether each condition holds on each panel, (c, panels)."""
+        flags: Flags = self.response.misses(self.at, self.fold((self.breaks[:-1] + self.breaks[1:]) / 2)) <= 0
+        return flags
+
+    def inside(self, within: tuple[int, ...]) -> Flags:
+        """Return on which panels conditions hold, (panels,)."""
+        return np.asarray(self._holding[list(within)].all(axis=0))
+
+    def is_empty(self, within: tuple[int, ...]) -> bool:
+        """Return whether conditions never hold all."""
+        return not self.inside(within).any()
+
+    def _nearest(self, within: tuple[int, ...]) -> int:
+        """Return the node at which conditions that never hold are missed least."""
+        return int(self.response.misses(self.at, self.fold(self.nodes))[list(within)].max(axis=0).argmin())
+
+    def mask(self, statistic: CurveStatistic) -> Array:
+        """Return which nodes count in a statistic, (n,); where none would, the nearest does, but in no integral."""
+        if not self.is_empty(statistic.within):
+            return self.inside(statistic.within)[self.panel].astype(float)
+        mask = np.zeros(len(self.nodes))
+        mask[self._nearest(statistic.within)] = float(statistic.kind != "integral")
+        return mask
+
+    # --- integrals -----------------------------------------------------------------------------------
+
+    def smooth(self, statistics: Sequence[CurveStatistic]) -> SmoothSum:
+        """Return the sum of statistics."""
+        return SmoothSum(statistics, self.values, self.shares, [self.mask(statistic) for statistic in statistics])
+
+    @cached_property
+    def _velocity(self) -> Array:
+        """Derivatives of the breaks in the design, (panels + 1, p)."""
+        velocity = np.zeros((len(self.breaks), len(self.response.names)))
+        moving = np.flatnonzero(self.order >= 0)
+        velocity[moving] = self.joints.velocity[self.order[moving]]
+        velocity[-1] = velocity[0]
+        return velocity
+
+    @cached_property
+    def _node_velocity(self) -> Array:
+        before, after = self._velocity[self.panel], self._velocity[self.panel + 1]
+        return before + self.mix[:, None] * (after - before)
+
+    @cached_property
+    def _node_slopes(self) -> Array:
+        """Gradients of the curves along the nodes, (m, n, p)."""
+        slopes = self.response.slopes(self.at, self.fold(self.nodes))[1]
+        return gradients_along(slopes, self._node_velocity)
+
+    @cached_property
+    def _share_slopes(self) -> Array:
+        growth = np.diff(self._velocity, axis=0) / self.response.period
+        slopes: Array = self._weights[:, None] * growth[self.panel]
+        return slopes
+
+    def gradient(self, smooth: SmoothSum) -> Array:
+        """Return the gradient (p,) of a sum of statistics."""
+        if not smooth.parts:
+            return np.zeros(len(self.response.names))
+        return smooth.gradient(self._node_slopes, self._share_slopes)
+
+    def hessian(self, smooth: SmoothSum) -> Array:
+        """Return the Hessian (p, p) of a sum of statistics."""
+        size = len(self.response.names)
+        if not smooth.parts:
+            return np.zeros((size, size))
+        angles = self.fold(self.nodes)
+        bent = self.response.hessian_along(self.at, angles, smooth.slope, self._node_velocity)
+        return bent + smooth.squared(self._node_slopes, self._share_slopes) + self._bend_joints(smooth)
+
+    def _bend_joints(self, smooth: SmoothSum) -> Array:
+        """Return the part of a Hessian (p, p) due to the second derivatives of the joints.
+
+        What a joint moves is the sum of its nodes and of their weights. It vanishes where no curve jumps.
+        """
+        count, size = len(self.breaks), len(self.response.names)
+        pull = (smooth.slope * self.node_rates).sum(axis=0)
+        gain = smooth.share_slope * self._weights / self.response.period
+        parts = [(self.panel, (1 - self.mix) * pull - gain), (self.panel + 1, self.mix * pull + gain)]
+        pulls, sizes = np.zeros(count), np.zeros(count)
+        for panel, part in parts:
+            pulls += np.bincount(panel, part, count)
+            sizes += np.bincount(panel, np.abs(part), count)
+        for total in (pulls, sizes):
+            total[0] += total[-1]
+        moving = np.flatnonzero((self.order >= 0) & (np.abs(pulls[:-1]) > PULL_ROUNDING * sizes[:-1]))
+        if not len(moving):
+            return np.zeros((size, size))
+        bent: Array = np.tensordot(pulls[moving], self.joints.acceleration(self.order[moving]), 1)
+        return bent
+
+    # --- extremes ------------------------------------------------------------------------------------
+
+    @cached_property
+    def _extremes(self) -> dict[int, CycleExtrema]:
+        return {}
+
+    def extremes(self, side: CurveSide) -> CycleExtrema:
+        """Return the local extremes of the curve of a side, in the part of the period that counts."""
+        row = side.row
+        if row not in self._extremes:
+            self._extremes[row] = self._find_extremes(row)
+        extremes = self._extremes[row]
+        if not side.within:
+            return extremes
+        inside = self.inside(side.within)
+        if not inside.any():
+            return self._stand_in(side, self._nearest(side.within))
+        before, after = extremes.panels
+        extremes = extremes.pick(inside[before] | inside[after])
+        if not (extremes.peaks == (side.sign > 0)).any():
+            values = np.where(inside[self.panel], side.sign * self.values[side.row], -np.inf)
+            return self._stand_in(side, int(values.argmax()))
+        return extremes
+
+    def _stand_in(self, side: CurveSide, node: int) -> CycleExtrema:
+        """Return a node as the only extreme, a peak and a valley: where a curve is level, or conditions never hold."""
+        twice = np.full(2, node)
+        no = np.zeros(2, dtype=bool)
+        return CycleExtrema(
+            self.fold(self.nodes[twice]), np.array([True, False]), self.values[side.row, twice], np.full(2, -1), no, no,
+            np.tile(self.panel[twice], (2, 1)),
+        )  # fmt: skip
+
+    def top(self, side: CurveSide) -> float:
+        """Return the largest value of a side."""
+        extremes = self.extremes(side)
+        chosen = extremes.peaks == (side.sign > 0)
+        if chosen.any():
+            return float((side.sign * extremes.values[chosen]).max())
+        return float((side.sign * self.values[side.row]).max())
+
+    def _find_extremes(self, row: int) -> CycleExtrema:
+        def slope(phi: Array) -> tuple[Array, Array]:
+            first, second = self.response.rates(self.at, self.fold(phi))
+            return first[row], second[row]
+
+        places, rates, joined = self._probes(row)
+        angles, peaks = find_stationary_points(slope, places, rates, joined)
+        before, after = np.roll(self.end_rates[row, :, 1], 1), self.end_rates[row, :, 0]
+        changes = (before > 0) != (after > 0)
+        changes[self.jumps] = False
+        count = len(self.breaks) - 1
+        if self.response.is_closed:
+            kinks, ends, falls = np.flatnonzero(changes), np.empty(0), np.empty(0, dtype=bool)
+        else:
+            kinks = 1 + np.flatnonzero(changes[1:])
+            ends, falls = np.array([0.0, self.response.period]), np.array([after[0] < 0, before[0] > 0])
+        inner = np.clip(np.searchsorted(self.breaks, angles, "right") - 1, 0, count - 1)
+        outer = np.array([0, count - 1])[: len(ends)]
+        place = np.concatenate([self.fold(np.concatenate([angles, self.breaks[kinks]])), ends])
+        kind = np.concatenate([peaks, before[kinks] > 0, falls])
+        joint = np.concatenate([np.full(len(angles), -1), self.order[kinks], np.full(len(ends), -1)])
+        panels = np.array([[*inner, *((kinks - 1) % count), *outer], [*inner, *kinks, *outer]], dtype=np.int64)
+        is_corner = self._find_corners(row, angles)
+        joint[: len(angles)][is_corner] = CORNER
+        smooth = np.arange(len(place)) < len(angles)
+        smooth[: len(angles)] = ~is_corner
+        values = self._evaluate_extremes(row, place, kinks, len(angles))
+        if len(self.jumps):
+            beside, left = self.breaks[self.jumps], (self.jumps - 1) % count
+            place = np.concatenate([place, self.fold(beside - ONE_SIDED_OFFSET), self.fold(beside + ONE_SIDED_OFFSET)])
+            kind = np.concatenate([kind, before[self.jumps] > 0, after[self.jumps] < 0])
+            joint = np.concatenate([joint, *[self.order[self.jumps]] * 2])
+            panels = np.hstack([panels, np.tile(np.concatenate([left, self.jumps]), (2, 1))])
+            values = np.append(values, self.sides[row])
+        beside_jump = np.arange(len(place)) >= len(smooth)
+        smooth = np.append(smooth, np.zeros(len(place) - len(smooth), dtype=bool))
         order = np.argsort(place, kind="stable")
-        place, kind, joint = place[order], kind[order], joint[order]
-        return CycleExtrema(place, kind, self.response.value(self.at, place), joint)
+        return CycleExtrema(place, kind, values, joint, smooth, beside_jump, panels).pick(order)
 
-    @cached_property
-    def look(self) -> ObjectiveSummary:
-        mean = self.variance.mean
-        values = np.append(self.extremes.values, mean)
-        if (self.joints.orders == 0).any():
-            values = np.append(values, self.end_values)
-        return ObjectiveSummary(self.variance.value, float(values.max()), float(values.min()), mean)
+    def _evaluate_extremes(self, row: int, places: Array, kinks: Integers, count: int) -> Array:
+        """Return values at `count` smooth extremes, at kinks and at ends; at a kink that is not finite, beside it."""
+        if not len(places):
+            return np.empty(0)
+        values: Array = self.response.ends(self.at, places)[0][row].copy()
+        at_kinks = slice(count, count + len(kinks))
+        values[at_kinks] = np.where(np.isfinite(values[at_kinks]), values[at_kinks], self.end_values[row, kinks, 0])
+        return values
 
-    def _slope(self, phi: Array) -> tuple[Array, Array]:
-        return self.response.rates(self.at, np.mod(phi, self.response.period))
+    def _find_corners(self, row: int, angles: Array) -> Flags:
+        """Return which stationary angles are corners that no event marks, as of the nearest place of a polyline."""
+        if not len(angles):
+            return np.zeros(0, dtype=bool)
+        beside = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
+        before, after = np.split(self.response.rate(self.at, self.fold(beside))[1][row], 2)
+        steepest, largest = np.abs(self.node_rates[row]).max(), np.abs(self.values[row]).max()
+        flags: Flags = np.abs(after - before) > max(CORNER_SHARE * steepest, LEVEL_SHARE * largest)
+        return flags
 
-    def _probes(self) -> tuple[Array, Array, Flags]:
+    def _probes(self, row: int) -> tuple[Array, Array, Flags]:
         """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the same panel."""
-        panels = np.arange(len(self.breaks) - 1)
+        panels, ends = np.arange(len(self.breaks) - 1), self.end_rates[row]
         probes = np.concatenate([self.nodes, self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET])
-        rate = np.concatenate([self.node_rates, self.end_rates[:, 0], self.end_rates[:, 1]])
+        rate = np.concatenate([self.node_rates[row], ends[:, 0], ends[:, 1]])
         panel = np.concatenate([self.panel, panels, panels])
         order = np.lexsort([probes, panel])
         return probes[order], rate[order], np.diff(panel[order]) == 0
 
-    @cached_property
-    def node_slopes(self) -> Array:
-        """Gradients of the curve at the nodes, (n, p)."""
-        return self.response.slopes(self.at, np.mod(self.nodes, self.response.period))[1][:, 1:]
+    def summarise(self, total: CurveSum, smooth: SmoothSum) -> ObjectiveSummary:
+        """Return the summary of a sum."""
+        tops = np.array([self.top(side) for side in total.sides])
+        high, low = (sign * self.top(CurveSide(0, 0, sign)) for sign in (1, -1))
+        return total.summarise(smooth, tops, high, low)
 
-    @cached_property
-    def variance_gradient(self) -> Array:
-        return self.variance.gradient(self.node_slopes)
+    def row_slopes(self, rows: Integers, angles: Array, joint: Integers) -> tuple[Array, Array, Array, Array]:
+        """Return Jacobians (k, 1 + p) of curves in (phi, x), gradients along the points, where and how these move.
 
-    def variance_hessian(self) -> Array:
-        """Return the Hessian (p, p) of the variance."""
-        nodes = np.mod(self.nodes, self.response.period)
-        bent = self.response.hessian(self.at, nodes, self.variance.slope)[1:, 1:]
-        total: Array = bent + self.variance.squared(self.node_slopes) + self._at_joints()
-        return total
-
-    def _at_joints(self) -> Array:
-        if self.order[0] < 0:
-            return np.zeros((len(self.response.names),) * 2)
-        velocity = self.joints.velocity[self.order]
-        jump = self.end_rates[:, 0] - np.roll(self.end_rates[:, 1], 1)
-        values = self.response.value(self.at, np.mod(self.breaks[:-1], self.response.period))
-        weights = 2 * (values - self.variance.mean) * jump / self.response.period
-        total: Array = (weights[:, None] * velocity).T @ velocity
-        return total
-
-    def row_slopes(self, angles: Array, joint: Integers) -> tuple[Array, Array, Array]:
-        """Jacobians (m, 1 + p) in (phi, x), gradients (m, p) along the points, and where they were taken."""
-        at_joint = joint >= 0
-        velocity = np.zeros((len(angles), len(self.response.names)))
+        A corner is where two branches have one value: both have the same gradient along its motion.
+        """
+        at_joint, size = joint >= 0, len(self.response.names)
+        if not len(angles):
+            return np.empty((0, 1 + size)), np.empty((0, size)), angles, np.empty((0, size))
+        velocity = np.zeros((len(angles), size))
         velocity[at_joint] = self.joints.velocity[joint[at_joint]]
-        place = angles + ONE_SIDED_OFFSET * at_joint
-        slopes = self.response.slopes(self.at, place)[1]
-        return slopes, gradients_along(slopes, velocity), place
+        place = angles.copy()
+        corner = joint == CORNER
+        if corner.any():
+            beside = np.concatenate([angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET])
+            both = self.response.slopes(self.at, self.fold(beside))[1]
+            before, after = np.split(both[np.tile(rows[corner], 2), np.arange(len(beside))], 2)
+            change = after - before
+            velocity[corner] = -change[:, 1:] / change[:, :1]
+            place[corner] += ONE_SIDED_OFFSET
+        at_joint[at_joint] = np.abs(angles[at_joint] - self.folded[joint[at_joint]]) < ONE_SIDED_OFFSET / 2
+        place[at_joint] += ONE_SIDED_OFFSET
+        slopes = self.response.slopes(self.at, place)[1][rows, np.arange(len(place))]
+        return slopes, gradients_along(slopes, velocity), place, velocity
 
 
-class ContinuousCycle:
-    """A turn of the curve by its true extremes and integrals. Implements `Turn`."""
+class PanelCache:
+    """The panels of a response at the latest design x (p,), which several sums may share."""
 
     def __init__(self, response: CycleResponse) -> None:
         self.response = response
-        self.panels = LastCallCache(lambda x: CyclePanels(response, x))
+        self.restart()
+
+    def __call__(self, x: Array) -> CyclePanels:
+        """Return the panels at a design x (p,)."""
+        return self._latest(x)
+
+    def restart(self) -> None:
+        """Forget the latest design."""
+        self._latest = LastCallCache(lambda x: CyclePanels(self.response, x))
+
+
+class ContinuousCycle:
+    """A turn of curves by their true extremes and integrals. Implements `CycleEvaluation`."""
+
+    def __init__(self, find_panels: PanelCache, total: CurveSum) -> None:
+        self.find_panels, self.total = find_panels, total
+        self.panels = LastCallCache(self._prepare)
+
+    @classmethod
+    def from_response(cls, response: CycleResponse, total: CurveSum) -> ContinuousCycle:
+        """Return the turn of a response."""
+        return cls(PanelCache(response), total)
+
+    def _prepare(self, x: Array) -> tuple[CyclePanels, SmoothSum]:
+        panels = self.find_panels(x)
+        return panels, panels.smooth(self.total.statistics)
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self.panels(x).look
+        panels, smooth = self.panels(x)
+        return panels.summarise(self.total, smooth)
 
     def local(self, x: Array) -> ExtremumRows:
         """Return the local model of the objective near a design x (p,)."""
-        return ExtremumRows(self.panels, self.panels(x).extremes)
+        return ExtremumRows(self, self.panels(x)[0])
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
-        panels = self.panels(x)
-        extremes = panels.extremes
-        _, gradients, _ = panels.row_slopes(extremes.angles, extremes.joint)
-        return Conditions(extremes.values[extremes.peaks], gradients[extremes.peaks], extremes.values[~extremes.peaks],
-                          gradients[~extremes.peaks], panels.variance_gradient,
-                          np.empty((0, len(x))))  # fmt: skip
+        (panels, smooth), total = self.panels(x), self.total
+        rows, groups, gradients = [np.empty(0)], [NO_GROUPS], [np.empty((0, len(x)))]
+        for side in total.sides:
+            extremes = panels.extremes(side)
+            extremes = extremes.pick(extremes.peaks == (side.sign > 0))
+            count = len(extremes.values)
+            rows.append(side.sign * extremes.values)
+            groups.append(np.full(count, side.group))
+            curve = np.full(count, side.row)
+            gradients.append(side.sign * panels.row_slopes(curve, extremes.angles, extremes.joint)[1])
+        return Conditions(
+            np.concatenate(rows), np.concatenate(groups), np.vstack(gradients), panels.gradient(smooth),
+            np.empty((0, len(x))),
+        )  # fmt: skip
 
 
 class ExtremumRows:
-    """One row for each window between fixed angles: its greatest value, or its least. Implements `Local`.
+    """Of each side one row for each window between fixed angles: its greatest value, or its least. A `LocalModel`.
 
-    The windows of maxima are parted by `valleys`, those of minima by `peaks`: the angles of the extremes where the rows
-    were made. All windows together cover the period, so no new extreme can be missed. Two peaks in one window give its
-    row a kink where they change places: `upper` and `lower` are the fixed angles of further rows, smooth ones, which
-    keep both in sight until each has its own window.
+    The windows of maxima are parted by the angles of the minima where the rows were made, and conversely. All windows
+    together cover the period, so no new extreme can be missed. Two peaks in one window give its row a kink where they
+    change places: `fixed` are for each side the angles of further rows, smooth ones, which keep both in sight until
+    each has its own window, and those near an extreme, among which another would be born. A side of a part of the
+    period has the largest of its values in place of those beyond it.
     """
 
-    def __init__(
-        self,
-        panels: Callable[[Array], CyclePanels],
-        extremes: CycleExtrema,
-        upper: Array = NO_ANGLES,
-        lower: Array = NO_ANGLES,
-    ) -> None:
-        self.panels, self.upper, self.lower = panels, upper, lower
-        self.valleys, self.peaks = extremes.angles[~extremes.peaks], extremes.angles[extremes.peaks]
+    def __init__(self, cycle: ContinuousCycle, panels: CyclePanels, fixed: Sequence[Array] | None = None) -> None:
+        self.cycle, self.total = cycle, cycle.total
+        sides = self.total.sides
+        self.fixed = tuple(_find_high_nodes(panels, side) for side in sides) if fixed is None else tuple(fixed)
+        self.edges = [_find_edges(panels, side) for side in sides]
+        self.jumps = panels.breaks[panels.jumps]
+        jumps = 2 * len(self.jumps)
+        counts = [len(edges) + len(fixed) + jumps for edges, fixed in zip(self.edges, self.fixed, strict=True)]
+        self.sides = np.repeat(np.arange(len(sides)), counts)
+        self.groups, self.curves = self.total.groups[self.sides], self.total.rows[self.sides]
+        self.signs = self.total.signs[self.sides]
         self.bounds = np.empty((2, 0))
-        self._seen: list[tuple[float, float]] = []
+        self._seen: list[list[float]] = [[] for _ in sides]
         self._state = LastCallCache(lambda x: _ExtremumState(self, x))
 
-    def grown(self, x: Array, high: float, low: float) -> ExtremumRows:
+    def grown(self, x: Array, tops: Array) -> ExtremumRows:
         """Return a copy with the windows of this design and rows at the extremes of the previous designs."""
-        tops, bottoms = (np.array(angles) for angles in zip(*self._seen, strict=True))
-        upper, lower = (
-            drop_close_angles(np.concatenate(a), MIN_ROW_DISTANCE) for a in ((self.upper, tops), (self.lower, bottoms))
-        )
-        return ExtremumRows(self.panels, self._state(x).panels.extremes, upper, lower)
+        fixed = [
+            drop_close_angles(np.append(angles, seen), MIN_ROW_DISTANCE)
+            for angles, seen in zip(self.fixed, self._seen, strict=True)
+        ]
+        return ExtremumRows(self.cycle, self._state(x).panels, fixed)
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return self._state(x).panels.look
+        return self.cycle.look(x)
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
-        return ModelValues(
-            state.panels.variance.value, state.values[state.tops], state.values[~state.tops], np.empty(0)
-        )
+        return ModelValues(state.smooth_sum.value, self.signs * state.values, np.empty(0))
 
     def slopes(self, x: Array) -> ModelGradients:
         """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
-        extremes = state.panels.extremes
-        high, low = extremes.values.argmax(), extremes.values.argmin()
-        self._seen.append((float(extremes.angles[high]), float(extremes.angles[low])))
-        _, gradients, _ = state.slopes
-        empty = np.empty((0, len(x)))
-        return ModelGradients(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
+        for seen, side in zip(self._seen, self.total.sides, strict=True):
+            extremes = state.panels.extremes(side)
+            if len(extremes.values) and not side.within:
+                seen.append(float(extremes.angles[(side.sign * extremes.values).argmax()]))
+        gradients = self.signs[:, None] * state.slopes[1]
+        return ModelGradients(state.panels.gradient(state.smooth_sum), gradients, np.empty((0, len(x))))
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
-        state = self._state(x)
-        each = np.concatenate([weights.upper, weights.lower])
-        return weights.smooth * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)
+        state, each = self._state(x), self.signs * weights.rows
+        rows = state.hessian(each)
+        return rows if weights.smooth == 0 else rows + weights.smooth * state.panels.hessian(state.smooth_sum)
 
 
 class _ExtremumState:
     """All rows at one design: angle, value, joint or -1, and whether it is a smooth peak, which moves on its own."""
 
     def __init__(self, rows: ExtremumRows, x: Array) -> None:
-        self.panels = rows.panels(x)
-        extremes = self.panels.extremes
-        picked = [
-            _select_window_rows(self.panels, rows.valleys, extremes, True),
-            _fixed_rows(self.panels, rows.upper),
-            _select_window_rows(self.panels, rows.peaks, extremes, False),
-            _fixed_rows(self.panels, rows.lower),
-        ]
+        self.panels, self.smooth_sum = rows.cycle.panels(x)
+        self.curves = rows.curves
+        picked = [_NO_POINTS]
+        for side, edges, fixed in zip(rows.total.sides, rows.edges, rows.fixed, strict=True):
+            points = [_select_window_rows(self.panels, side, edges), _fixed_rows(self.panels, side, fixed)]
+            if len(rows.jumps):
+                points.append(_jump_rows(self.panels, side, rows.jumps))
+            picked += points
         self.angles, self.values, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
-        self.tops = np.arange(len(self.angles)) < len(rows.valleys) + len(rows.upper)
 
     @cached_property
-    def slopes(self) -> tuple[Array, Array, Array]:
-        return self.panels.row_slopes(self.angles, self.joint)
+    def slopes(self) -> tuple[Array, Array, Array, Array]:
+        return self.panels.row_slopes(self.curves, self.angles, self.joint)
 
-    def hessians(self, selected: Flags) -> Array:
-        """Return the Hessians (m, p, p) of the selected rows, zero for the others."""
-        slopes, _, place = self.slopes
-        size = len(self.panels.response.names)
-        total = np.zeros((len(place), size, size))
-        if selected.any():
-            second = self.panels.response.hessians(self.panels.at, place[selected])
-            motion = self._motion(second, selected)
-            total[selected] = hessians_along(slopes[selected], second, motion)
-        return total
+    def hessian(self, weights: Array) -> Array:
+        """Return the sum (p, p) of the Hessians of the curves at the points, with weights (k,)."""
+        size, selected = len(self.panels.response.names), np.flatnonzero(weights)
+        if not len(selected):
+            return np.zeros((size, size))
+        slopes, _, place, _ = self.slopes
+        ones = np.zeros((self.panels.response.count, len(selected)))
+        ones[self.curves[selected], np.arange(len(selected))] = 1.0
+        second = self.panels.response.hessians(self.panels.at, place[selected], ones)
+        total = hessians_along(slopes[selected], second, self._motion(second, selected))
+        bent: Array = np.tensordot(weights[selected], total, 1)
+        return bent
 
-    def _motion(self, second: Array, selected: Flags) -> PointMotion:
+    def _motion(self, second: Array, selected: Integers) -> PointMotion:
         panels, joint, smooth = self.panels, self.joint[selected], self.smooth[selected]
         motion = fixed_motion(len(joint), second.shape[1] - 1)
+        motion.velocity[:] = self.slopes[3][selected]
         motion.velocity[smooth] = peak_velocity(second[smooth])
         at_joint = joint >= 0
         if at_joint.any():
-            motion.velocity[at_joint] = panels.joints.velocity[joint[at_joint]]
             motion.acceleration[at_joint] = panels.joints.acceleration(joint[at_joint])
+        corner = np.flatnonzero(joint == CORNER)
+        if len(corner):
+            motion.acceleration[corner] = self._bend_corners(selected[corner], second[corner])
         return motion
 
+    def _bend_corners(self, chosen: Integers, after: Array) -> Array:
+        """Return the second derivatives (k, p, p) of corners, at which two branches of a curve have one value."""
+        panels, angles = self.panels, self.angles[chosen] - ONE_SIDED_OFFSET
+        lanes, curves = np.arange(len(chosen)), self.curves[chosen]
+        ones = np.zeros((panels.response.count, len(chosen)))
+        ones[curves, lanes] = 1.0
+        change = after - panels.response.hessians(panels.at, panels.fold(angles), ones)
+        before = panels.response.slopes(panels.at, panels.fold(angles))[1][curves, lanes, 0]
+        rise = self.slopes[0][chosen, 0] - before
+        size = change.shape[1] - 1
+        path = np.concatenate([self.slopes[3][chosen][:, None], np.tile(np.eye(size), (len(chosen), 1, 1))], axis=1)
+        bent: Array = -np.einsum("kap,kab,kbq->kpq", path, change, path) / rise[:, None, None]
+        return bent
 
-def _select_window_rows(
-    panels: CyclePanels, edges: Array, extremes: CycleExtrema, peaks: bool
-) -> tuple[Array, Array, Integers, Flags]:
+
+_Points = tuple[Array, Array, Integers, Flags]
+"""Points of rows: angles, values, joints or -1, whether they are smooth peaks."""
+_NO_POINTS: _Points = np.empty(0), np.empty(0), np.empty(0, dtype=np.int64), np.empty(0, dtype=bool)
+
+
+def _find_high_nodes(panels: CyclePanels, side: CurveSide) -> Array:
+    """Return angles at which a curve is near its extreme: a peak that is not yet there would be born among them."""
+    if side.within:
+        return NO_ANGLES
+    values = side.sign * panels.values[side.row]
+    high = panels.nodes[values >= values.max() - NEAR_SHARE * np.ptp(values)]
+    if len(panels.jumps):  # a jump that passes a fixed angle would be one of its row
+        gaps = wrap_angle(high[:, None] - panels.breaks[panels.jumps], panels.response.period)
+        high = high[np.abs(gaps).min(axis=1) > MIN_HIGH_DISTANCE]
+    return drop_close_angles(panels.fold(high), MIN_HIGH_DISTANCE)
+
+
+EDGE_SHARES = np.array([0.25, 0.5, 0.75])
+"""Where an end of a window may be between two peaks that only a jump parts."""
+
+
+def _find_edges(panels: CyclePanels, side: CurveSide) -> Array:
+    """Return the ends of the windows of a side: the extremes of the other, or the first angle without any.
+
+    A jump is no end, since it moves: between two peaks that it parts the end is a place far from jumps.
+    """
+    extremes, period = panels.extremes(side), panels.response.period
+    is_peak = extremes.peaks == (side.sign > 0)
+    edges = extremes.angles[~is_peak & ~extremes.beside_jump]
+    peaks = extremes.angles[is_peak & ~extremes.beside_jump]
+    if len(panels.jumps) and len(peaks) > 1:
+        lengths = np.diff(peaks, append=peaks[0] + period)
+        between = np.mod(edges - peaks[:, None], period) < lengths[:, None]
+        bare = np.flatnonzero(~between.any(axis=1))
+        places = peaks[bare, None] + EDGE_SHARES * lengths[bare, None]
+        gaps = np.abs(wrap_angle(places[..., None] - panels.breaks[panels.jumps], period)).min(axis=-1)
+        chosen = places[np.arange(len(bare)), gaps.argmax(axis=1)]
+        edges = np.sort(np.append(edges, np.mod(chosen, period)))
+    return edges if len(edges) else np.zeros(1)
+
+
+def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _Points:
     """The row of each window up to an edge: its extreme, or the edge if that is more.
 
     A window without an extreme inside has it at an edge: the right one here, the left one in the window before.
     """
-    sign = 1 if peaks else -1
-    inside = np.flatnonzero(extremes.peaks == peaks)
+    extremes = panels.extremes(side)
+    inside = np.flatnonzero((extremes.peaks == (side.sign > 0)) & ~extremes.beside_jump)
     window = np.searchsorted(edges, extremes.angles[inside]) % max(len(edges), 1)
-    angles, values, joint, smooth = _fixed_rows(panels, edges)
+    angles, values, joint, smooth = (
+        _top_rows(panels, side, len(edges)) if side.within else _fixed_rows(panels, side, edges)
+    )
+    taken = np.zeros(len(edges), dtype=bool)
     for i, w in zip(inside, window, strict=True):
-        if sign * extremes.values[i] > sign * values[w]:
+        is_first = bool(side.within) and not taken[w]
+        if is_first or side.sign * extremes.values[i] > side.sign * values[w]:
             angles[w], values[w], joint[w] = extremes.angles[i], extremes.values[i], extremes.joint[i]
-            smooth[w] = joint[w] < 0
+            smooth[w], taken[w] = extremes.smooth[i], True
     return angles, values, joint, smooth
 
 
-def _fixed_rows(panels: CyclePanels, angles: Array) -> tuple[Array, Array, Integers, Flags]:
+def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
+    """Rows that are all the largest value of a side."""
+    extremes = panels.extremes(side)
+    best = int(np.where(extremes.peaks == (side.sign > 0), side.sign * extremes.values, -np.inf).argmax())
+    chosen = np.full(count, best)
+    return extremes.angles[chosen], extremes.values[chosen], extremes.joint[chosen], extremes.smooth[chosen]
+
+
+def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
+    """Rows on both sides of the jumps that are nearest to angles (k,); where there are none, at these angles."""
+    if not len(panels.jumps):
+        return (
+            _top_rows(panels, side, 2 * len(angles)) if side.within else _fixed_rows(panels, side, np.tile(angles, 2))
+        )
+    gaps = np.abs(wrap_angle(panels.breaks[panels.jumps] - angles[:, None], panels.response.period))
+    nearest = gaps.argmin(axis=1)
+    places = panels.breaks[panels.jumps][nearest]
+    places = panels.fold(np.concatenate([places - ONE_SIDED_OFFSET, places + ONE_SIDED_OFFSET]))
+    values = panels.sides[side.row].reshape(2, -1)[:, nearest].ravel()
+    joints = np.tile(panels.order[panels.jumps][nearest], 2)
+    points = places, values, joints, np.zeros(len(places), dtype=bool)
+    if not side.within:
+        return points
+    count = len(panels.breaks) - 1
+    beside = np.concatenate([(panels.jumps[nearest] - 1) % count, panels.jumps[nearest]])
+    outside = ~panels.inside(side.within)[beside]
+    for part, top in zip(points, _top_rows(panels, side, len(places)), strict=True):
+        part[outside] = top[outside]
+    return points
+
+
+def _fixed_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     """Rows at fixed angles."""
     count = len(angles)
-    values = panels.response.value(panels.at, angles) if count else np.empty(0)
+    values = panels.response.value(panels.at, angles)[side.row] if count else np.empty(0)
     return angles.copy(), values, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
 
 

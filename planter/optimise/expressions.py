@@ -11,9 +11,15 @@ import numpy as np
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Flags, Integers, LastCallCache
 from planter.optimise.constraints import ConstraintKind, Constraints
-from planter.optimise.objective import BreakpointHold, Conditions, ModelGradients, ModelValues, ObjectiveSummary
-
-NO_ROWS: Array = np.empty(0)
+from planter.optimise.objective import (
+    NO_GROUPS,
+    NO_ROWS,
+    BreakpointHold,
+    Conditions,
+    ModelGradients,
+    ModelValues,
+    ObjectiveSummary,
+)
 
 
 class SmoothFunction(Protocol):
@@ -32,7 +38,7 @@ class SmoothFunction(Protocol):
 class SmoothObjective:
     """Objective of a smooth function of `size` parameters, which is also its own local model."""
 
-    weight, kinks, windows = 0.0, None, False
+    weights, units, groups, kinks, windows = NO_ROWS, NO_ROWS, NO_GROUPS, None, False
 
     def __init__(self, function: SmoothFunction, size: int, unit: float | None = None) -> None:
         self.function, self.unit = function, unit
@@ -40,9 +46,8 @@ class SmoothObjective:
         self.bounds = np.empty((2, 0))
         self._nothing = np.empty((0, size))
 
-    def outer(self, smooth: float) -> tuple[float, float, float]:
-        """Return the contribution of the smooth value to the objective, with first and second derivative."""
-        return smooth, 1.0, 0.0
+    def restart(self) -> None:
+        """Forget nothing: a function depends on its design alone."""
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
@@ -52,17 +57,20 @@ class SmoothObjective:
         """Return the local model of the objective near a design x (p,)."""
         return self
 
-    def grown(self, x: Array, high: float, low: float) -> SmoothObjective:
-        """Return the model with the rows that are missing if those at x are to stay within [low, high]."""
+    def coarse(self, x: Array) -> None:
+        """Return None: there are no samples."""
+
+    def grown(self, x: Array, tops: Array) -> SmoothObjective:
+        """Return the model, which has no rows."""
         return self
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
-        return ModelValues(self.function.value(x), NO_ROWS, NO_ROWS, NO_ROWS)
+        return ModelValues(self.function.value(x), NO_ROWS, NO_ROWS)
 
     def slopes(self, x: Array) -> ModelGradients:
         """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
-        return ModelGradients(self.function.gradient(x), self._nothing, self._nothing, self._nothing)
+        return ModelGradients(self.function.gradient(x), self._nothing, self._nothing)
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
@@ -72,7 +80,7 @@ class SmoothObjective:
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
         nothing = self._nothing
-        return Conditions(NO_ROWS, nothing, NO_ROWS, nothing, self.function.gradient(x), nothing)
+        return Conditions(NO_ROWS, NO_GROUPS, nothing, self.function.gradient(x), nothing)
 
     def flat(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""

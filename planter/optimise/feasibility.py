@@ -33,6 +33,7 @@ class ElasticProgram:
     """Elastic `NonlinearProgram`; `giving` (kinds,) flags the relaxable kinds."""
 
     def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> None:
+        constraints = constraints.at(problem.design(start))
         self.problem, self.constraints, self.u = problem, constraints, start
         self.p, self.kinds = len(start), len(giving)
         owner = np.eye(self.kinds)[constraints.owner]

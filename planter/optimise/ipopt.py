@@ -139,6 +139,7 @@ def solve_program(
     start: Array,
     most_iterations: int = 100,
     compiled: Mapping[str, ca.Function] | None = None,
+    tolerance: float | None = None,
 ) -> IpoptSolution:
     """Return the local minimum from `start` (n,), or the last point if `converged` is false.
 
@@ -148,10 +149,12 @@ def solve_program(
     failures: list[BaseException] = []
     functions = compiled or _build_functions(programme, failures)
     derivatives = {key: function for key, function in functions.items() if key != "nlp"}
+    tolerances = ("tol", "constr_viol_tol", "compl_inf_tol")
+    coarse = {} if tolerance is None else {**dict.fromkeys(tolerances, tolerance), "dual_inf_tol": 1.0}
     settings: dict[str, Any] = {
         **derivatives,
         **CASADI_OPTIONS,
-        "ipopt": {**IPOPT_OPTIONS, "max_iter": most_iterations},
+        "ipopt": {**IPOPT_OPTIONS, **coarse, "max_iter": most_iterations},
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}

@@ -27,8 +27,8 @@ import scipy
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.optimise import certificate, epigraph, ipopt, sqp
-from planter.optimise.constraints import FEASIBILITY_TOLERANCE
+from planter.optimise import certificate, ipopt, sqp
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE, ConstrainedModel
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.feasibility import minimise_violation
 from planter.optimise.objective import BreakpointHold, Kinks, LocalModel, ObjectiveEvaluation
@@ -44,6 +44,8 @@ MAX_CONSTRAINED_CELLS = 4
 """Maximum number of cells with constraints, which take longer to evaluate than the objective."""
 VIOLATION_TOLERANCE = 1e-9
 """Components violate an extreme which they exceed by more than this share of the range."""
+GLIDE_ITERATIONS, GLIDE_TOLERANCE = 12, 1e-2
+"""Most iterations of the search over few samples that precedes a local one, and its tolerance."""
 STATIONARITY_TOLERANCE = 1e-6
 """Residual of the certificate below which a point counts as optimal."""
 DECREASE_TOLERANCE = 1e-12
@@ -89,6 +91,24 @@ class LocalMinimum:
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
+def glide(problem: Problem, start: Array) -> Array:
+    """Return the end (p,) of a short interior-point search from a point over few samples.
+
+    Its barrier keeps away from the corners of a maximum, and so passes shallow minima in which a search along these
+    corners ends. Where there is no such search, the start is returned.
+    """
+    local = problem.objective.coarse(problem.design(start))
+    if local is None:
+        return start
+    if problem.constraints is not None:
+        local = ConstrainedModel(local, problem.constraints.at(problem.design(start)))
+    scratch = problem.anew()
+    programme = Epigraph(scratch, local, start)
+    solution = ipopt.solve_program(programme, programme.start, GLIDE_ITERATIONS, tolerance=GLIDE_TOLERANCE)
+    problem.counts = problem.counts + scratch.counts
+    return problem.box.inside(programme.point(solution.z))
+
+
 def search_locally(
     problem: Problem, start: Array, most_iterations: int | None = None, rounds: int = MAX_ROW_ROUNDS
 ) -> LocalMinimum:
@@ -108,8 +128,9 @@ def _search_with_holds(
     problem: Problem, start: Array, holds: Sequence[BreakpointHold], most_iterations: int, rounds: int = MAX_ROW_ROUNDS
 ) -> LocalMinimum:
     """Return the minimum with breakpoints constrained by `holds`."""
-    objective, constrained = problem.objective, problem.constraints is not None
-    if objective.windows or holds or (constrained and objective.kinks is not None):
+    objective, constraints = problem.objective, problem.constraints
+    is_moving = constraints is not None and (constraints.windows or objective.kinks is not None)
+    if objective.windows or holds or is_moving:
         solution = sqp.minimise_by_sqp(problem, start, holds, 2 * most_iterations)
         return replace(_snap_to_bounds(problem, solution.u, solution.iterations), converged=solution.converged)
     return _search_by_ipopt(problem, start, problem.local(start, holds), most_iterations, rounds)
@@ -126,24 +147,18 @@ def _search_by_ipopt(
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
         minima.append(replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged))
-        high, low = programme.limits(solution.z, VIOLATION_TOLERANCE)
-        look = minima[-1].evaluation.look
-        complete = look.high <= high and look.low >= low
+        tops = programme.tops(solution.z, VIOLATION_TOLERANCE)
+        complete = bool((minima[-1].evaluation.look.tops <= tops).all())
         if minima[-1].stationary or complete or not solution.converged:
             break
-        local = local.grown(problem.design(u), high, low)
+        local = local.grown(problem.design(u), tops)
     best = min(minima, key=lambda minimum: minimum.rank)
     return replace(best, iterations=iterations)
 
 
 def _solve_epigraph(programme: Epigraph, most_iterations: int) -> ipopt.IpoptSolution:
-    """Solve by compiled functions if the programme has them, and count their evaluations."""
-    compiled = epigraph.compile_epigraph(programme)
-    solution = ipopt.solve_program(programme, programme.start, most_iterations, compiled)
-    if compiled:
-        called = Counts(*(solution.calls[name] for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")))
-        programme.problem.counts = programme.problem.counts + called
-    return solution
+    """Solve by IPOPT."""
+    return ipopt.solve_program(programme, programme.start, most_iterations)
 
 
 def _search_cells(problem: Problem, kinks: Kinks, first: LocalMinimum, most_iterations: int) -> LocalMinimum:
@@ -210,6 +225,23 @@ def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
     return [first, *(problem.interpolate(v) for v in cube)]
 
 
+@dataclass(frozen=True)
+class Descent:
+    """The job of a local search: its start u (p,), and whether it glides first."""
+
+    start: Array
+    glides: bool = False
+
+
+def list_descents(problem: Problem, count: int, seed: int) -> list[Descent]:
+    """Return the descents from sampled starts, of which every other one glides.
+
+    Searches of one kind may all end in a minimum that is none for the other: only where both kinds agree does the
+    agreement of starts mean something.
+    """
+    return [Descent(start, k % 2 == 1) for k, start in enumerate(sample_starts(problem, count, seed))]
+
+
 def select_start(problem: Problem, start: Array) -> Array:
     """Return a start on the equality constraints or, if it is infeasible, the nearest minimum of the violation."""
     start = problem.onto(start)
@@ -233,17 +265,18 @@ class SearchRecord:
         return self.end
 
 
-def run_search(problem: Problem, start: Array) -> SearchRecord:
-    """Return the local search of a worker from a start (p,), on a copy of the problem."""
+def run_search(problem: Problem, descent: Descent) -> SearchRecord:
+    """Return the local search of a worker, on a copy of the problem."""
     problem = problem.anew()
-    return SearchRecord(_try_start(problem, start), problem.counts, problem.best, problem.history)
+    return SearchRecord(_descend(problem, descent), problem.counts, problem.best, problem.history)
 
 
-def _try_start(problem: Problem, start: Array) -> LocalMinimum | ComputationError:
+def _descend(problem: Problem, descent: Descent) -> LocalMinimum | ComputationError:
     """Return the minimum from a start, or the error, independently of earlier searches."""
     problem.restart()
     try:
-        return search_locally(problem, select_start(problem, start))
+        start = select_start(problem, descent.start)
+        return search_locally(problem, glide(problem, start) if descent.glides else start)
     except ComputationError as error:
         return error
 
@@ -254,16 +287,15 @@ def search_from_starts(
 ) -> Iterator[LocalMinimum]:  # fmt: skip
     """Yield the local minima from `count` sampled points of the box; see `find_minima`."""
     phase = ProgressPhase("ipopt", "start", count, progress)
-    return find_minima(
-        problem, sample_starts(problem, count, seed) if under_way is None else (), phase, task, means, under_way
-    )
+    descents = list_descents(problem, count, seed) if under_way is None else ()
+    return find_minima(problem, descents, phase, task, means, under_way)
 
 
 def find_minima(
-    problem: Problem, starts: Sequence[Array], phase: ProgressPhase, task: Task | None = None, means: Means = AUTO,
-    under_way: Jobs | None = None,
+    problem: Problem, descents: Sequence[Descent], phase: ProgressPhase, task: Task | None = None,
+    means: Means = AUTO, under_way: Jobs | None = None,
 ) -> Iterator[LocalMinimum]:  # fmt: skip
-    """Yield the local minima from points u (p,) in their order, as they become available.
+    """Yield the local minima of descents in their order, as they become available.
 
     An infeasible start is first moved to a minimum of the violation; failed searches are omitted. Workers run the
     searches of a task, or of the jobs `under_way`. Raises ComputationError if every search fails.
@@ -279,7 +311,7 @@ def find_minima(
 
     ends: Iterator[LocalMinimum | ComputationError]
     if under_way is None:
-        ends = run_in_order(task, starts, means, lambda start: _try_start(problem, start), join, wait)
+        ends = run_in_order(task, descents, means, lambda descent: _descend(problem, descent), join, wait)
     else:
         ends = map(join, under_way.in_order(wait))
     for done, end in enumerate(ends, 1):

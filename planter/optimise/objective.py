@@ -1,65 +1,58 @@
-"""Interfaces of objectives: a weighted range of components plus a function of a smooth value.
+"""Interfaces of objectives: a smooth function plus the weighted largest rows of groups.
 
-The range is the maximum of the upper components minus the minimum of the lower ones. For a response over a cycle, the
-components are its extremes or samples, and the smooth value is the variance.
+    f(x) = smooth(x) + sum_g weight_g max_i row_gi(x)
+
+A greatest value of a curve is a group whose rows are its peaks, a least value one whose rows are its valleys with the
+opposite sign, a range is both, and the greatest size of a curve one group of peaks and of valleys.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
+import numpy as np
+
 from planter.kernels import Array
-from planter.numerics.arrays import Flags
+from planter.numerics.arrays import Flags, Integers
+
+NO_ROWS: Array = np.empty(0)
+NO_GROUPS: Integers = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class ObjectiveSummary:
-    """Smooth value, extremes of all components, and mean at a design.
-
-    For a response over a cycle the smooth value is the variance. Without components the extremes are those of the empty
-    set and the range is 0.
-    """
+    """Smooth value and largest row of each group (g,) at a design, and what is known of its first curve."""
 
     smooth: float
+    tops: Array = field(default_factory=lambda: NO_ROWS)
     high: float = -math.inf
     low: float = math.inf
     mean: float = math.nan
-
-    @classmethod
-    def at(cls, values: Array) -> ObjectiveSummary:
-        """Return the summary of samples (n,) of a cycle."""
-        return cls(float(values.var()), float(values.max()), float(values.min()), float(values.mean()))
+    variance: float = math.nan
 
     @property
     def range(self) -> float:
         return max(self.high - self.low, 0.0)
 
-    @property
-    def variance(self) -> float:
-        """Smooth value of a cycle: the population variance of the response."""
-        return self.smooth
-
 
 @dataclass(frozen=True)
 class ModelValues:
-    """Smooth value, components of the maximum (a,) and of the minimum (b,), and bounded functions (k,)."""
+    """Smooth value, rows (r,), and bounded functions (k,); or weights of these."""
 
     smooth: float
-    upper: Array
-    lower: Array
+    rows: Array
     holds: Array
 
 
 @dataclass(frozen=True)
 class ModelGradients:
-    """Gradients of `ModelValues` in the design: (p,), (a, p), (b, p), (k, p)."""
+    """Gradients of `ModelValues` in the design: (p,), (r, p), (k, p)."""
 
     smooth: Array
-    upper: Array
-    lower: Array
+    rows: Array
     holds: Array
 
 
@@ -78,19 +71,21 @@ class BreakpointHold:
 
 
 class LocalModel(Protocol):
-    """Functions that are smooth near a design, with a fixed set of components.
+    """Functions that are smooth near a design, with a fixed set of rows.
 
-    `bounds` (2, k) are the lower and upper bounds of the `holds` of the values.
+    `groups` (r,) are the groups of the rows, `bounds` (2, k) the lower and upper bounds of the `holds` of the values.
     """
 
+    @property
+    def groups(self) -> Integers: ...
     @property
     def bounds(self) -> Array: ...
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
 
-    def grown(self, x: Array, high: float, low: float) -> LocalModel:
-        """Return a copy which also has the components that are outside [low, high] at x (p,)."""
+    def grown(self, x: Array, tops: Array) -> LocalModel:
+        """Return a copy which also has the rows that exceed the tops (g,) of their groups at x (p,)."""
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
@@ -104,29 +99,17 @@ class LocalModel(Protocol):
 
 @dataclass(frozen=True)
 class Conditions:
-    """First-order data of all components, active or not, and all kinks at a design.
+    """First-order data of all rows (r,), active or not, with groups (r,) and gradients (r, p), and of all kinks.
 
-    The largest of `upper` (a,) is the maximum and the smallest of `lower` (b,) the minimum, with gradients (a, p) and
-    (b, p). A sample at a breakpoint is listed twice, with the gradients of both sides. `smooth` (p,) is the gradient of
-    the smooth value with all such samples on the first side; `kinks` (k, p) are the changes on the second side.
+    A sample at a breakpoint is listed twice, with the gradients of both sides. `smooth` (p,) is the gradient of the
+    smooth value with all such samples on the first side; `kinks` (k, p) are the changes on the second side.
     """
 
-    upper: Array
-    upper_gradients: Array
-    lower: Array
-    lower_gradients: Array
+    rows: Array
+    groups: Integers
+    gradients: Array
     smooth: Array
     kinks: Array
-
-
-class CycleEvaluation(Protocol):
-    """Evaluation of a response over a cycle, by samples or by continuous extrema and integrals."""
-
-    def look(self, x: Array) -> ObjectiveSummary:
-        """Return the summary of the objective at a design x (p,)."""
-
-    def conditions(self, x: Array) -> Conditions:
-        """Return first-order data at a design x (p,)."""
 
 
 @dataclass(frozen=True)
@@ -148,15 +131,17 @@ class Kinks(Protocol):
 
 
 class Objective(Protocol):
-    """Objective weight * (largest upper - smallest lower component) + outer(smooth value), over designs x (p,).
+    """Objective of designs x (p,): smooth + weights (g,) . largest rows of the groups.
 
-    `unit` is the unit of residuals and tolerances, None for the value at the initial design. `felt` (p,) marks the
-    parameters that affect the objective. `windows` is true if the components move with the design, so that a set of
-    them does not serve a complete local search. `kinks` is None if components and smooth value are differentiable.
+    `units` (g,) are what counts as one in the rows, `unit` that of residuals and tolerances, None for the value at the
+    initial design. `felt` (p,) marks the parameters that affect the objective. `windows` is true if the rows move with
+    the design, so that a set of them does not serve a complete local search. `kinks` is None if all is differentiable.
     """
 
     @property
-    def weight(self) -> float: ...
+    def weights(self) -> Array: ...
+    @property
+    def units(self) -> Array: ...
     @property
     def unit(self) -> float | None: ...
     @property
@@ -166,14 +151,17 @@ class Objective(Protocol):
     @property
     def kinks(self) -> Kinks | None: ...
 
-    def outer(self, smooth: float) -> tuple[float, float, float]:
-        """Return the contribution of the smooth value to the objective, with first and second derivative."""
+    def restart(self) -> None:
+        """Forget all designs so far, on which the last digits may depend."""
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model near a design x (p,), with breakpoints constrained by `holds`."""
+
+    def coarse(self, x: Array) -> LocalModel | None:
+        """Return the local model over few samples, all of them rows, None if there is none."""
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,), with gradients in the design."""
@@ -182,6 +170,24 @@ class Objective(Protocol):
         """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
 
 
+def find_tops(rows: Array, groups: Integers, count: int) -> Array:
+    """Return the largest row of each of `count` groups, (g,)."""
+    tops = np.full(count, -np.inf)
+    np.maximum.at(tops, groups, rows)
+    return tops
+
+
 def evaluate_summary(objective: Objective, look: ObjectiveSummary) -> ObjectiveEvaluation:
     """Return the evaluation of an objective from its summary at a design."""
-    return ObjectiveEvaluation(objective.weight * look.range + objective.outer(look.smooth)[0], look)
+    return ObjectiveEvaluation(float(objective.weights @ look.tops) + look.smooth, look)
+
+
+def find_gradient(objective: Objective, x: Array) -> Array:
+    """Return the gradient (p,) of an objective at a design; a largest value that rows share has that of the first."""
+    conditions = objective.conditions(x)
+    gradient = conditions.smooth.copy()
+    for group, weight in enumerate(objective.weights):
+        rows = np.flatnonzero(conditions.groups == group)
+        if len(rows):
+            gradient += weight * conditions.gradients[rows[conditions.rows[rows].argmax()]]
+    return gradient

@@ -14,15 +14,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.optimise.local_search import DEFAULT_STARTS, LocalMinimum, find_minima, sample_starts, search_from_starts
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE
+from planter.optimise.local_search import (
+    AGREEMENT_TOLERANCE,
+    DEFAULT_STARTS,
+    Descent,
+    LocalMinimum,
+    find_minima,
+    list_descents,
+    search_from_starts,
+)
 from planter.optimise.problem import BestPoint, Problem
 from planter.optimise.result import Candidates, OptimiserResult, build_result
 from planter.parallel.jobs import Jobs
@@ -200,7 +210,7 @@ class OptimiserRun:
         """Start the jobs of the local searches; return None if they follow the genetic algorithm."""
         if method != "hybrid" or self.task is None or self.early is None:
             return nullcontext()
-        return Jobs(self.task, sample_starts(self.ipopt, self.starts, self.seed), self.early)
+        return Jobs(self.task, list_descents(self.ipopt, self.starts, self.seed), self.early)
 
     def _descend(self) -> None:
         minima = search_from_starts(
@@ -208,12 +218,33 @@ class OptimiserRun:
         )
         for minimum in minima:
             self.minima.append(minimum)
+        self._repeat_descents()
+
+    def _repeat_descents(self) -> None:
+        """Repeat the descents that ended above the best, with a glide if they had none, else without; keep the better."""
+        reached = [m.objective for m in self.minima if m.violation <= FEASIBILITY_TOLERANCE]
+        if len(self.minima) < self.starts or not reached:
+            return  # some descents failed, so that the others cannot be told apart
+        best = min(reached)
+        limit = best + AGREEMENT_TOLERANCE * self.ipopt.scale
+        descents = list_descents(self.ipopt, self.starts, self.seed)
+        again = [k for k, each in enumerate(descents) if self.minima[k].objective > limit]
+        if not again:
+            return
+        phase = ProgressPhase("ipopt again", "start", len(again), self.progress)
+        repeated = [replace(descents[k], glides=not descents[k].glides) for k in again]
+        if self._jobs is not None:
+            self._jobs.add(repeated)
+        with suppress(ComputationError):
+            minima = list(find_minima(self.ipopt, repeated, phase, self.task, self.means, self._jobs))
+            for k, minimum in zip(again, minima, strict=False):
+                self.minima[k] = min(self.minima[k], minimum, key=lambda each: each.rank)
 
     def _polish(self, individuals: Sequence[Individual]) -> list[Array]:
         """Return the local minima near individuals, points u (p,)."""
         phase, starts = (
             ProgressPhase("polish", "individual", len(individuals), self.progress),
-            [individual.u for individual in individuals],
+            [Descent(individual.u) for individual in individuals],
         )
         if self._jobs is not None:
             self._jobs.add(starts)

@@ -44,15 +44,16 @@ class CappedEpigraph(Epigraph):
     def __init__(self, problem: Problem, local: LocalModel, u: Array, cap: float) -> None:
         super().__init__(problem, local, u)
         self.g_lower = np.append(self.g_lower, -np.inf)
-        self.g_upper = np.append(self.g_upper, cap / self.unit)
+        self.cap_row = np.append(np.zeros(self.n), self.units)
+        self.g_upper = np.append(self.g_upper, cap - self.levels.sum())
 
     def g(self, z: Array) -> Array:
         """Return the constraints (m,) at z (n,)."""
-        return np.append(super().g(z), z[-2] - z[-1])
+        return np.append(super().g(z), self.cap_row @ z)
 
     def jacobian(self, z: Array) -> Array:
         """Return the Jacobian (m, n) of g at z (n,)."""
-        return np.vstack([super().jacobian(z), np.eye(len(z))[-2] - np.eye(len(z))[-1]])
+        return np.vstack([super().jacobian(z), self.cap_row])
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
         """Return the Hessian (n, n) of weight * f + multipliers . g at z (n,)."""
@@ -96,10 +97,10 @@ def _minimise_capped(problem: Problem, start: Array, cap: float) -> Array | None
         programme = CappedEpigraph(problem, local, u, cap)
         solution = ipopt.solve_program(programme, programme.start, problem.most_iterations)
         u = problem.box.inside(programme.point(solution.z))
-        high, low = programme.limits(solution.z)
-        if solution.converged and problem.evaluate(u).look.range <= cap + VIOLATION_TOLERANCE * programme.unit:
+        tops = programme.tops(solution.z)
+        if solution.converged and problem.evaluate(u).look.range <= cap + VIOLATION_TOLERANCE * programme.units[0]:
             return u
-        local = local.grown(problem.design(u), high, low)
+        local = local.grown(problem.design(u), tops)
     return None
 
 

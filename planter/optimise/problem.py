@@ -33,6 +33,8 @@ from planter.optimise.objective import (
 
 DIRECTION_TOLERANCE = 1e-6
 """Components of a direction below this count as zero."""
+SPREAD_SHARE = 1e-3
+"""Share of the spreads of its rows that the unit of an objective is at least, whose initial value may cancel to 0."""
 MAX_VIOLATION = 1e3
 """Upper limit of the violation in a merit, in steps."""
 
@@ -150,8 +152,9 @@ class Problem:
 
     def local(self, u: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the smooth local model of objective and constraints, with breakpoints constrained by `holds`."""
-        model = self.objective.local(self.design(u), holds)
-        return model if self.constraints is None else ConstrainedModel(model, self.constraints)
+        x = self.design(u)
+        model = self.objective.local(x, holds)
+        return model if self.constraints is None else ConstrainedModel(model, self.constraints.at(x))
 
     def violation(self, u: Array) -> float:
         """Return the largest violation of a constraint at a point in steps, 0 if all are satisfied."""
@@ -201,7 +204,10 @@ class Problem:
     @property
     def scale(self) -> float:
         """Unit of the objective in residuals and tolerances."""
-        return self.objective.unit or self.reference.objective or 1.0
+        if self.objective.unit is not None:
+            return self.objective.unit
+        spreads = float(np.abs(self.objective.weights) @ self.objective.units)
+        return max(abs(self.reference.objective), SPREAD_SHARE * spreads) or 1.0
 
     def flat(self, u: Array) -> Array:
         """Return orthonormal insensitive directions (k, p) of the free coordinates at a point u (p,)."""
@@ -218,8 +224,7 @@ class Problem:
         conditions = self.objective.conditions(self.design(u))
         return replace(
             conditions,
-            upper_gradients=conditions.upper_gradients * self.box.unit,
-            lower_gradients=conditions.lower_gradients * self.box.unit,
+            gradients=conditions.gradients * self.box.unit,
             smooth=conditions.smooth * self.box.unit,
             kinks=conditions.kinks * self.box.unit,
         )

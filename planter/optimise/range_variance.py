@@ -15,12 +15,14 @@ import scipy
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
+from planter.numerics.statistics import StatisticKind
 from planter.optimise.constraints import Constraints, DesignBox
-from planter.optimise.continuous_cycle import ContinuousCycle
+from planter.optimise.continuous_cycle import ContinuousCycle, PanelCache
+from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
 from planter.optimise.objective import BreakpointHold, Conditions, LocalModel, ObjectiveSummary
 from planter.optimise.problem import Problem
 from planter.optimise.response import CycleResponse
-from planter.optimise.sampled_cycle import SampledCycle
+from planter.optimise.sampled_cycle import SampledCycle, SampledRows, sample_angles
 from planter.optimise.variance import Weights
 
 RANK_TOLERANCE = 1e-10
@@ -58,12 +60,17 @@ def find_insensitivity(
     width; the threshold is 1e-10 of the largest singular value. If equations with gradients `equation_gradients` (k, p)
     constrain the design, the null space is restricted to the directions that satisfy them.
     """
-    phi = 2 * np.pi * np.arange(samples) / samples
-    slopes = response.slopes(response.prologue(x), np.mod(phi, response.period))[1]
-    width = response.upper - response.lower
-    return find_insensitive(
-        response.names, slopes[:, 1:] * width, None if equation_gradients is None else equation_gradients * width
-    )
+    rows = None if equation_gradients is None else equation_gradients * (response.upper - response.lower)
+    return find_insensitive(response.names, scale_slopes(response, x, samples), rows)
+
+
+def scale_slopes(response: CycleResponse, x: Array, samples: int) -> Array:
+    """Return the gradients (n, p) of curves at samples of a turn in shares of the bounds, each curve by its largest."""
+    phi = response.turn * np.arange(samples) / samples
+    slopes = response.slopes(response.prologue(x), np.mod(phi, response.period))[1][:, :, 1:]
+    size = np.abs(slopes).max(axis=(1, 2), keepdims=True)
+    scaled: Array = np.concatenate(slopes / np.where(size > 0, size, 1.0)) * (response.upper - response.lower)
+    return scaled
 
 
 def find_insensitive(names: tuple[str, ...], columns: Array, rows: Array | None = None) -> InsensitiveDirections:
@@ -107,21 +114,35 @@ DIRECTION_ANGLES = 360
 """Number of angles of a cycle at which insensitivity is determined for "refined"."""
 
 
-class RangeVarianceObjective:
-    """The `Objective` of a response over N samples of a cycle or, for "refined", its continuous extrema."""
+COARSE = 72
+"""Samples of a cycle over which a search glides."""
+
+
+class CurveSumObjective:
+    """The `Objective` of a sum over curves, over N samples of a cycle or, for "refined", true extremes and integrals."""
 
     unit = None
 
-    def __init__(self, response: CycleResponse, weights: Weights, sampling: Sampling) -> None:
-        self.response, self.weights, self.sampling = response, weights, sampling
-        self.weight, self.windows = weights.weight_range, sampling == "refined"
-        self.restart()
+    def __init__(
+        self, response: CycleResponse, total: CurveSum, sampling: Sampling, panels: PanelCache | None = None
+    ) -> None:  # fmt: skip
+        """`panels` are those of the response, if other sums share them."""
+        self.response, self.total, self.sampling = response, total, sampling
+        self.weights, self.windows = total.weights, sampling == "refined"
+        self._panels = PanelCache(response) if panels is None else panels
+        self._forget()
 
     def restart(self) -> None:
         """Discard the state of the designs evaluated so far."""
-        response, sampling = self.response, self.sampling
+        self.response.restart()
+        self._forget()
+
+    def _forget(self) -> None:
+        self._panels.restart()
         self.turn: ContinuousCycle | SampledCycle = (
-            ContinuousCycle(response) if sampling == "refined" else SampledCycle(response, int(sampling))
+            ContinuousCycle(self._panels, self.total)
+            if self.sampling == "refined"
+            else SampledCycle(self.response, self.total, int(self.sampling))
         )
 
     @property
@@ -129,13 +150,16 @@ class RangeVarianceObjective:
         return self.turn if isinstance(self.turn, SampledCycle) else None
 
     @cached_property
+    def units(self) -> Array:
+        """Spread (g,) of the curve of each group at the initial design, else its size."""
+        response, total = self.response, self.total
+        units = find_spreads(response)
+        return np.array([units[total.rows[np.flatnonzero(total.groups == g)[0]]] for g in range(len(self.weights))])
+
+    @cached_property
     def felt(self) -> Flags:
         """Parameters on which the response depends at its own design, (p,)."""
-        return ~find_insensitivity(self.response, self.response.design, count_angles(self.sampling)).zero
-
-    def outer(self, smooth: float) -> tuple[float, float, float]:
-        """Return the contribution of the smooth value to the objective, with first and second derivative."""
-        return self.weights.spread(smooth)
+        return ~find_insensitive(self.response.names, self.columns(self.response.design)).zero
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
@@ -143,8 +167,18 @@ class RangeVarianceObjective:
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model of the objective near a design x (p,)."""
-        return (
-            self.turn.local(x).with_holds(tuple(holds)) if isinstance(self.turn, SampledCycle) else self.turn.local(x)
+        if isinstance(self.turn, SampledCycle):
+            return self.turn.local(x).with_holds(tuple(holds))
+        return self.turn.local(x)
+
+    def coarse(self, x: Array) -> LocalModel | None:
+        """Return the local model over few samples, all of them rows; None if parts of the cycle count, or samples."""
+        within = [part.within for part in self.total.statistics] + [side.within for side in self.total.sides]
+        if self.sampling != "refined" or any(within):
+            return None
+        cycle = SampledCycle(self.response, self.total, COARSE)
+        return SampledRows(
+            self.response, self.total, cycle.angles, np.ones((len(self.total.sides), len(cycle.angles)), dtype=bool)
         )
 
     def conditions(self, x: Array) -> Conditions:
@@ -154,7 +188,19 @@ class RangeVarianceObjective:
     def flat(self, x: Array) -> Array:
         """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
         response = self.response
-        return find_insensitivity(response, x, count_angles(self.sampling)).space * (response.upper - response.lower)
+        return find_insensitive(response.names, self.columns(x)).space * (response.upper - response.lower)
+
+    def columns(self, x: Array) -> Array:
+        """Return gradients (n, p) of all curves at a design in shares of the bounds, each curve by its largest."""
+        return scale_slopes(self.response, x, count_angles(self.sampling))
+
+
+def find_spreads(response: CycleResponse) -> Array:
+    """Return by how much each curve varies at the initial design, else its size, (m,)."""
+    angles = sample_angles(DIRECTION_ANGLES, response.period, response.turn)
+    values = response.value(response.prologue(response.design), angles)
+    spread, size = np.ptp(values, axis=1), np.abs(values).max(axis=1)
+    return np.where(spread > 0, spread, np.where(size > 0, size, 1.0))
 
 
 def count_angles(sampling: Sampling) -> int:
@@ -162,9 +208,17 @@ def count_angles(sampling: Sampling) -> int:
     return DIRECTION_ANGLES if sampling == "refined" else int(sampling)
 
 
+def build_range_sum(weights: Weights) -> CurveSum:
+    """Return the weighted range and scatter of one curve."""
+    kind: StatisticKind = "variance" if weights.kind == "paper" else "std"
+    sides = (CurveSide(0, 0, 1), CurveSide(1, 0, -1))
+    statistics = (CurveStatistic(kind, 0, weights.weight_variance),) if weights.weight_variance else ()
+    return CurveSum(statistics, sides, np.full(2, weights.weight_range))
+
+
 def build_range_problem(
     response: CycleResponse, weights: Weights, sampling: Sampling, constraints: Constraints | None = None
 ) -> Problem:
     """Return the problem of minimising weighted range and scatter of a response, in shares of its bounds."""
     box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
-    return Problem(RangeVarianceObjective(response, weights, sampling), box, constraints)
+    return Problem(CurveSumObjective(response, build_range_sum(weights), sampling), box, constraints)

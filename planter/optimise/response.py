@@ -17,11 +17,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import TURN, Integers
+from planter.numerics.arrays import TURN, Flags, Integers
 from planter.numerics.roots import find_crossings
 
 
@@ -38,34 +37,12 @@ class BreakpointEvent:
     period: float | None
 
 
-@dataclass(frozen=True)
-class CompiledResponse:
-    """A response at n angles as compiled functions for CasADi graphs; d (v,) are all values of a machine.
-
-    `moved` are the positions of x in `data` (v,). F(phi) is the sum over the lanes, which are `value` at phi plus each
-    of `offsets` [rad].
-    """
-
-    data: Array
-    moved: tuple[int, ...]
-    offsets: tuple[float, ...]
-    prologue: ca.Function
-    """(d) -> h, dh: the invariants of the angle, and their sparse Jacobian in x."""
-    curvature: ca.Function
-    """(d, weights) -> Hessian (p, p) of weights . h in x."""
-    value: ca.Function
-    """(phi, d, h) -> the value of each lane."""
-    slopes: ca.Function
-    """(phi, d, h, dh) -> values of the lanes, and their Jacobian in (phi, x)."""
-    bending: ca.Function
-    """(phi, d, h, dh, weights) -> weighted sum of the Hessians in (phi, x), packed, and the weighted slope in h."""
-
-
 class CycleResponse(Protocol):
-    """A curve F(phi, x), continuous, periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
+    """Curves F(phi, x), (m,), periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
     The result of `prologue` is the argument `at` of all other methods. Breakpoints of the k-th event lie at angles in
-    [0, 2 pi) and recur with the `period` of F.
+    [0, turn), less each of the `shifts`, and recur with the `period` of F. Parts of the period are those on which
+    conditions (c,) hold, whose ends are breakpoints too.
     """
 
     @property
@@ -79,31 +56,57 @@ class CycleResponse(Protocol):
     @property
     def period(self) -> float: ...
     @property
+    def turn(self) -> float: ...
+    @property
+    def shifts(self) -> tuple[float, ...]: ...
+    @property
     def events(self) -> tuple[BreakpointEvent, ...]: ...
+    @property
+    def count(self) -> int:
+        """Number m of curves."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the curves are at the end of a period what they are at its beginning."""
+
+    def restart(self) -> None:
+        """Forget all designs so far, on which the last digits may depend."""
 
     def prologue(self, x: Array) -> Any:
         """Return the invariants of the angle at a design x (p,)."""
 
     def value(self, at: Any, phi: Array) -> Array:
-        """Return F, (n,)."""
+        """Return F, (m, n)."""
+
+    def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as beside a root."""
 
     def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (n,) each."""
+        """Return F and its derivative in phi, (m, n) each."""
 
     def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return the first and second derivative of F in phi, (n,) each."""
+        """Return the first and second derivative of F in phi, (m, n) each."""
 
     def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F, (n,), and its Jacobian in (phi, x), (n, 1 + p)."""
+        """Return F, (m, n), and its Jacobian in (phi, x), (m, n, 1 + p)."""
 
     def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the weighted sum over the angles of the Hessian of F in (phi, x), (1 + p, 1 + p)."""
+        """Return the sum over curves and angles of weights (m, n) times Hessians of F in (phi, x), (1 + p, 1 + p)."""
 
-    def hessians(self, at: Any, phi: Array) -> Array:
-        """Return the Hessian of F in (phi, x) at each angle, (n, 1 + p, 1 + p)."""
+    def hessians(self, at: Any, phi: Array, weights: Array) -> Array:
+        """Return the sum over curves of weights (m, n) times Hessians of F in (phi, x), (n, 1 + p, 1 + p)."""
+
+    def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
+        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with `velocity` (n, p)."""
+
+    def misses(self, at: Any, phi: Array) -> Array:
+        """Return by how much each condition is missed at angles, (c, n), not positive where it holds."""
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """Return g of every event and its derivative in phi, (k, n) each."""
+
+    def event_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        """Return the first two derivatives of g of every event in phi, (k, n) each."""
 
     def event_slopes(self, at: Any, phi: Array) -> Array:
         """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
@@ -111,24 +114,27 @@ class CycleResponse(Protocol):
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
         """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
 
-    def compiled(self, angles: int) -> CompiledResponse | None:
-        """Return the response at a number of angles as compiled functions, or None if a part of it is not compiled."""
 
-
-BREAKPOINT_GRID = 72
-"""Intervals of a cycle in which breakpoints are bracketed; two of the same event in one interval are missed."""
+BREAKPOINT_GRID = 360
+"""Intervals of a revolution in which breakpoints are bracketed; two of the same event in one interval are missed."""
 ONE_SIDED_OFFSET = 1e-9
 """Distance from a breakpoint at which one-sided derivatives are evaluated [rad]."""
 
 
 @dataclass(frozen=True)
 class Breakpoints:
-    """Breakpoints of side 1 at a design, sorted: `angles` (m,) in [0, 2 pi) [rad], `events` (m,) index of the event."""
+    """Breakpoints at a design: `angles` (m,) of side 1 in [0, turn) [rad], `events` (m,) index of the event.
+
+    They lie at these angles less the `shifts` (m,) of a side. `is_touch` (m,) marks those at which the function of an
+    event comes to zero and turns round: there its derivative vanishes, by which the breakpoint moves.
+    """
 
     response: CycleResponse
     at: Any
     angles: Array
     events: Integers
+    shifts: Array
+    is_touch: Flags
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -142,26 +148,41 @@ class Breakpoints:
     @property
     def folded(self) -> Array:
         """Angles modulo the period of the curve [rad], (m,)."""
-        return np.mod(self.angles, self.response.period)
+        return np.mod(self.angles - self.shifts, self.response.period)
 
     @cached_property
     def _slopes(self) -> Array:
         if not len(self.angles):
             return np.empty((0, 1 + len(self.response.names)))
-        return self.response.event_slopes(self.at, self.angles)[self.events, np.arange(len(self.events))]
+        slopes = self.response.event_slopes(self.at, self.angles)[self.events, np.arange(len(self.events))]
+        for k in np.flatnonzero(self.is_touch):
+            slopes[k] = self.response.event_hessian(self.at, float(self.angles[k]), int(self.events[k]))[0]
+        return slopes
 
     @cached_property
     def velocity(self) -> Array:
         """Derivative of the angles in the design, -g_x / g_phi, (m, p)."""
-        slopes = self._slopes
-        velocity: Array = -slopes[:, 1:] / slopes[:, :1]
+        slopes = np.where(self.is_regular[:, None], self._slopes, 0.0)
+        rises = np.where(self.is_regular, slopes[:, 0], 1.0)
+        velocity: Array = -slopes[:, 1:] / rises[:, None]
         return velocity
 
+    @cached_property
+    def is_regular(self) -> Flags:
+        """Flags (m,) of breakpoints at which the function of the event has a slope, by which they move."""
+        flags: Flags = np.isfinite(self._slopes).all(axis=1) & (self._slopes[:, 0] != 0)
+        return flags
+
     def acceleration(self, picked: Integers) -> Array:
-        """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the design, (k, p, p)."""
+        """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the design, (k, p, p).
+
+        Those of touches are left out: nothing jumps there.
+        """
         size = self.velocity.shape[1]
-        accelerations = np.empty((len(picked), size, size))
+        accelerations = np.zeros((len(picked), size, size))
         for i, j in enumerate(picked):
+            if self.is_touch[j] or not self.is_regular[j]:
+                continue
             path = np.vstack([self.velocity[j], np.eye(size)])
             hessian = self.response.event_hessian(self.at, float(self.angles[j]), int(self.events[j]))
             accelerations[i] = -(path.T @ hessian @ path) / self._slopes[j, 0]
@@ -171,14 +192,18 @@ class Breakpoints:
 def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
     """Return all breakpoints at a design, given its invariants."""
     periods = np.array([event.period or np.inf for event in response.events])
-    angles, events = find_crossings(
-        lambda phi: response.event_values(at, phi)[0],
-        lambda phi: response.event_values(at, phi),
-        periods,
-        BREAKPOINT_GRID,
-        TURN,
-    )
-    return Breakpoints(response, at, angles, events)
+    count, sides = round(BREAKPOINT_GRID * response.turn / TURN), len(response.shifts)
+    crossings = find_crossings(
+        lambda phi: response.event_values(at, phi), periods, count, response.turn,
+        lambda phi: response.event_rates(at, phi),
+    )  # fmt: skip
+    angles = np.append(crossings.angles, crossings.touches)
+    events = np.append(crossings.rows, crossings.touch_rows)
+    is_touch = np.arange(len(angles)) >= len(crossings.angles)
+    return Breakpoints(
+        response, at, np.tile(angles, sides), np.tile(events, sides), np.repeat(response.shifts, len(angles)),
+        np.tile(is_touch, sides),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -195,9 +220,11 @@ class BreakpointPosition:
 def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPosition]:
     """Return the breakpoints of all sides over a cycle, sorted by angle; each side follows the last by one period."""
     breakpoints = find_breakpoints(response, at)
-    sides = round(TURN / response.period)
+    sides = round(response.turn / response.period)
     positions = [
-        BreakpointPosition(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, TURN)), velocity)
+        BreakpointPosition(
+            name, side, int(order), float(np.mod(angle + (side - 1) * response.period, response.turn)), velocity
+        )
         for side in range(1, sides + 1)
         for name, order, angle, velocity in zip(
             breakpoints.names, breakpoints.orders, breakpoints.angles, breakpoints.velocity, strict=True
@@ -215,8 +242,8 @@ class PointMotion:
 
 
 def gradients_along(slopes: Array, velocity: Array) -> Array:
-    """Return the gradients (m, p) at moving points from Jacobians (m, 1 + p) in (phi, x)."""
-    total: Array = slopes[:, 1:] + slopes[:, :1] * velocity
+    """Return the gradients (..., p) at moving points from Jacobians (..., 1 + p) in (phi, x)."""
+    total: Array = slopes[..., 1:] + slopes[..., :1] * velocity
     return total
 
 
@@ -229,8 +256,12 @@ def hessians_along(slopes: Array, second: Array, motion: PointMotion) -> Array:
 
 
 def peak_velocity(second: Array) -> Array:
-    """Return the velocity (m, p) of smooth peaks, -F_phix / F_phiphi, from Hessians (m, 1 + p, 1 + p)."""
-    velocity: Array = -second[:, 0, 1:] / second[:, :1, 0]
+    """Return the velocity (m, p) of smooth peaks, -F_phix / F_phiphi, from Hessians (m, 1 + p, 1 + p).
+
+    Where a curve is level no place is better than another: the peak stays.
+    """
+    bend = second[:, :1, 0]
+    velocity: Array = np.divide(-second[:, 0, 1:], bend, out=np.zeros_like(second[:, 0, 1:]), where=bend != 0)
     return velocity
 
 

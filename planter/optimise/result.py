@@ -67,9 +67,10 @@ def _compute_move(problem: Problem, u: Array) -> Array:
     rows, limits = [directions.T, -directions.T], [above, below]
     if problem.constraints is not None:
         x = problem.design(u)
-        slopes = problem.constraints.slopes(x) * problem.box.unit @ directions.T
-        values = problem.constraints.values(x)
-        for sign, slack in ((1, problem.constraints.upper - values), (-1, values - problem.constraints.lower)):
+        constraints = problem.constraints.at(x)
+        slopes = constraints.slopes(x) * problem.box.unit @ directions.T
+        values = constraints.values(x)
+        for sign, slack in ((1, constraints.upper - values), (-1, values - constraints.lower)):
             finite = np.isfinite(slack)
             rows.append(sign * slopes[finite])
             limits.append(np.maximum(slack[finite], 0.0))
@@ -120,7 +121,7 @@ def certify_candidates(problem: Problem, u: Array, minima: Sequence[LocalMinimum
     return OptimalityCertificate(
         kkt_residual=certificate.check_conditions(problem, u, multipliers).worst,
         active_bounds=certificate.find_active_bounds(problem, multipliers),
-        active_constraints=certificate.find_active_constraints(problem, multipliers),
+        active_constraints=certificate.find_active_constraints(problem, u, multipliers),
         starts=len(minima),
         agreeing_starts=sum(value - optimum <= AGREEMENT_TOLERANCE * problem.scale for value in reached),
         spread=max(reached) - min(reached) if reached else 0.0,

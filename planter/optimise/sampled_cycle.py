@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import Integers, LastCallCache, wrap_angle
+from planter.numerics.arrays import TURN, Flags, Integers, LastCallCache, wrap_angle
+from planter.optimise.curve_sum import CurveSum, SmoothSum
 from planter.optimise.objective import BreakpointHold, Conditions, ModelGradients, ModelValues, ObjectiveSummary
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
@@ -29,7 +30,6 @@ from planter.optimise.response import (
     gradients_along,
     hessians_along,
 )
-from planter.optimise.variance import Variance
 
 COINCIDENCE_TOLERANCE = 1e-8
 """Breakpoints closer to a sample than this coincide with it [rad]."""
@@ -39,35 +39,36 @@ INITIAL_ROW_SHARE = 0.25
 """Samples within this share of the range from an extreme are in the first working set."""
 
 
-def sample_angles(samples: int, period: float) -> Array:
-    """Return the sample angles that differ modulo the period [rad], (n,).
+def sample_angles(samples: int, period: float, turn: float = TURN) -> Array:
+    """Return the sample angles of a turn that differ modulo the period [rad], (n,).
 
-    N samples of a cycle have n = N / 2 such angles if N is even and the period is pi.
+    N samples of a cycle have n = N / 2 such angles if N is even and the period is half a turn.
     """
-    periods = round(2 * np.pi / period)
+    periods = round(turn / period)
     count = samples // periods if samples % periods == 0 else samples
-    angles: Array = 2 * np.pi * np.arange(count) / samples
+    angles: Array = turn * np.arange(count) / samples
     return angles
 
 
 class SampledCycle:
-    """A cycle of the curve as N samples. Implements `CycleEvaluation` and `Kinks`."""
+    """A cycle of curves as N samples. Implements `CycleEvaluation` and `Kinks`."""
 
-    def __init__(self, response: CycleResponse, samples: int) -> None:
-        self.response = response
-        self.angles = sample_angles(samples, response.period)
+    def __init__(self, response: CycleResponse, total: CurveSum, samples: int) -> None:
+        self.response, self.total = response, total
+        self.angles = sample_angles(samples, response.period, response.turn)
         self.spacing = response.period / len(self.angles)
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return ObjectiveSummary.at(self.response.value(self.response.prologue(x), self.angles))
+        return summarise_samples(self.total, self.response.value(self.response.prologue(x), self.angles))
 
     def local(self, x: Array) -> SampledRows:
-        """Return all samples near an extreme as components, without constrained breakpoints."""
-        values = self.response.value(self.response.prologue(x), self.angles)
-        margin = INITIAL_ROW_SHARE * np.ptp(values)
-        upper, lower = np.flatnonzero(values >= values.max() - margin), np.flatnonzero(values <= values.min() + margin)
-        return SampledRows(self.response, self.angles, upper, lower)
+        """Return all samples near an extreme as rows, without constrained breakpoints."""
+        values, total = self.response.value(self.response.prologue(x), self.angles), self.total
+        tops = summarise_samples(total, values).tops[total.groups]
+        near = INITIAL_ROW_SHARE * np.ptp(values, axis=1)[total.rows]
+        signed = total.signs[:, None] * values[total.rows]
+        return SampledRows(self.response, total, self.angles, signed >= (tops - near)[:, None])
 
     def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
         """Return each breakpoint of order 1 as a pin at the nearest sample, with the distance psi - phi [rad]."""
@@ -86,85 +87,92 @@ class SampledCycle:
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
-        at = self.response.prologue(x)
+        at, total = self.response.prologue(x), self.total
         values, slopes = self.response.slopes(at, self.angles)
-        gradients = slopes[:, 1:]
+        gradients = slopes[:, :, 1:]
         samples = np.array(
             [pin.sample for pin, distance in self.find_pins(x) if abs(distance) <= COINCIDENCE_TOLERANCE],
             dtype=np.int64,
         )
         before, after = (self._one_sided_gradients(at, samples, side) for side in (-1, 1))
-        gradients[samples] = before
-        weights = Variance(values).slope
-        rows, both = np.append(values, values[samples]), np.vstack([gradients, after])
-        kinks = weights[samples, None] * (after - before)
-        return Conditions(rows, both, rows, both, weights @ gradients, kinks)
+        gradients[:, samples] = before
+        smooth = SmoothSum(total.statistics, values)
+        rows = np.hstack([values, values[:, samples]])[total.rows] * total.signs[:, None]
+        both = np.concatenate([gradients, after], axis=1)[total.rows] * total.signs[:, None, None]
+        groups = np.repeat(total.groups, rows.shape[1])
+        kinks = np.einsum("mk,mkp->kp", smooth.slope[:, samples], after - before)
+        return Conditions(rows.ravel(), groups, both.reshape(-1, len(x)), smooth.gradient(gradients), kinks)
 
     def _one_sided_gradients(self, at: Any, samples: Integers, side: int) -> Array:
-        """Return the gradients (k, p) of samples at breakpoints, on side -1 or 1 of these."""
+        """Return the gradients (m, k, p) of samples at breakpoints, on side -1 or 1 of these."""
         if not len(samples):
-            return np.empty((0, len(self.response.names)))
-        return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][:, 1:]
+            return np.empty((self.response.count, 0, len(self.response.names)))
+        return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][:, :, 1:]
+
+
+def summarise_samples(total: CurveSum, values: Array) -> ObjectiveSummary:
+    """Return the summary of samples (m, n) of a cycle."""
+    high, low = values.max(axis=1), values.min(axis=1)
+    tops = np.where(total.signs > 0, high[total.rows], -low[total.rows])
+    return total.summarise(SmoothSum(total.statistics, values), tops, float(high[0]), float(low[0]))
 
 
 class SampledRows:
-    """Samples `upper` and `lower` as components, with breakpoints constrained by `holds`. Implements `LocalModel`."""
+    """The samples that `chosen` (s, n) marks of each side as rows, with breakpoints constrained by `holds`."""
 
     def __init__(
         self,
         response: CycleResponse,
+        total: CurveSum,
         phi: Array,
-        upper: Integers,
-        lower: Integers,
+        chosen: Flags,
         holds: tuple[BreakpointHold, ...] = (),
     ) -> None:
-        self.response, self.angles = response, phi
-        self.upper, self.lower, self.holds = upper, lower, holds
+        self.response, self.total, self.angles, self.chosen, self.holds = response, total, phi, chosen, holds
+        self.sides, self.samples = np.nonzero(chosen)
+        self.curves, self.groups = total.rows[self.sides], total.groups[self.sides]
+        self.signs = total.signs[self.sides]
         self.bounds = np.array([[h.low for h in holds], [h.high for h in holds]])
         self._state = LastCallCache(lambda x: _SampleState(self, x))
 
     def with_holds(self, holds: tuple[BreakpointHold, ...]) -> SampledRows:
         """Return a copy with exactly these breakpoints constrained."""
-        return SampledRows(self.response, self.angles, self.upper, self.lower, holds)
+        return SampledRows(self.response, self.total, self.angles, self.chosen, holds)
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return ObjectiveSummary.at(self._state(x).values)
+        return summarise_samples(self.total, self._state(x).values)
 
-    def grown(self, x: Array, high: float, low: float) -> SampledRows:
-        """Return a copy which also has the samples outside [low, high] as components."""
-        values = self._state(x).values
-        upper = np.union1d(self.upper, np.flatnonzero(values > high))
-        lower = np.union1d(self.lower, np.flatnonzero(values < low))
-        return SampledRows(self.response, self.angles, upper, lower, self.holds)
+    def grown(self, x: Array, tops: Array) -> SampledRows:
+        """Return a copy which also has the samples that exceed the tops (g,) of their groups as rows."""
+        signed = self.total.signs[:, None] * self._state(x).values[self.total.rows]
+        chosen = self.chosen | (signed > tops[self.total.groups][:, None])
+        return SampledRows(self.response, self.total, self.angles, chosen, self.holds)
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
-        return ModelValues(state.variance.value, state.values[self.upper], state.values[self.lower], state.gaps)
+        return ModelValues(state.smooth.value, self.signs * state.values[self.curves, self.samples], state.gaps)
 
     def slopes(self, x: Array) -> ModelGradients:
         """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
-        gradients = state.gradients
-        return ModelGradients(
-            state.variance.gradient(gradients), gradients[self.upper], gradients[self.lower], state.velocity
-        )
+        rows = self.signs[:, None] * state.gradients[self.curves, self.samples]
+        return ModelGradients(state.smooth.gradient(state.gradients), rows, state.velocity)
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
         state = self._state(x)
-        sample_weights = weights.smooth * state.variance.slope
-        np.add.at(sample_weights, self.upper, weights.upper)
-        np.add.at(sample_weights, self.lower, weights.lower)
-        return weights.smooth * state.variance.squared(state.gradients) + state.hessian(sample_weights, weights.holds)
+        each = weights.smooth * state.smooth.slope
+        np.add.at(each, (self.curves, self.samples), self.signs * weights.rows)
+        return weights.smooth * state.smooth.squared(state.gradients) + state.hessian(each, weights.holds)
 
 
 class _SampleState:
     """Values, gradients and Hessians of the samples at one design, pinned samples at their breakpoints."""
 
     def __init__(self, rows: SampledRows, x: Array) -> None:
-        self.response, self.at = rows.response, rows.response.prologue(x)
+        self.response, self.at, self.total = rows.response, rows.response.prologue(x), rows.total
         self.gaps, self.velocity = np.empty(0), np.empty((0, len(x)))
         if rows.holds:
             self.breakpoints = find_breakpoints(self.response, self.at)
@@ -175,13 +183,30 @@ class _SampleState:
         phi = rows.angles.copy()
         phi[self.picked] += self.gaps[self.pins] + ONE_SIDED_OFFSET
         self.phi = phi
-        self.values, self.jacobian = self.response.slopes(self.at, phi)
-        self.gradients = self.jacobian[:, 1:].copy()
-        self.gradients[self.picked] = gradients_along(self.jacobian[self.picked], self.velocity[self.pins])
 
     @cached_property
-    def variance(self) -> Variance:
-        return Variance(self.values)
+    def values(self) -> Array:
+        """Values (m, n), from the slopes if these are known."""
+        return self._both[0] if "_both" in vars(self) else self.response.value(self.at, self.phi)
+
+    @cached_property
+    def _both(self) -> tuple[Array, Array]:
+        return self.response.slopes(self.at, self.phi)
+
+    @property
+    def jacobian(self) -> Array:
+        return self._both[1]
+
+    @cached_property
+    def gradients(self) -> Array:
+        """Gradients of the samples, (m, n, p)."""
+        gradients = self.jacobian[:, :, 1:].copy()
+        gradients[:, self.picked] = gradients_along(self.jacobian[:, self.picked], self.velocity[self.pins])
+        return gradients
+
+    @cached_property
+    def smooth(self) -> SmoothSum:
+        return SmoothSum(self.total.statistics, self.values)
 
     @cached_property
     def acceleration(self) -> Array:
@@ -191,16 +216,17 @@ class _SampleState:
     def hessian(self, weights: Array, holds: Array) -> Array:
         """Return the weighted sum (p, p) of the Hessians of samples and angles of constrained breakpoints.
 
-        `weights` (n,) belong to the samples, `holds` (k,) to the breakpoints.
+        `weights` (m, n) belong to the samples, `holds` (k,) to the breakpoints.
         """
         fixed = weights.copy()
-        fixed[self.picked] = 0
+        fixed[:, self.picked] = 0
         total: Array = self.response.hessian(self.at, self.phi, fixed)[1:, 1:]
         if len(self.picked):
             motion = PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
-            second = self.response.hessians(self.at, self.phi[self.picked])
-            moved = hessians_along(self.jacobian[self.picked], second, motion)
-            total = total + np.tensordot(weights[self.picked], moved, 1)
+            moved = weights[:, self.picked]
+            second = self.response.hessians(self.at, self.phi[self.picked], moved)
+            slopes = np.einsum("mk,mkp->kp", moved, self.jacobian[:, self.picked])
+            total = total + hessians_along(slopes, second, motion).sum(axis=0)
         if len(holds):
             total = total + np.tensordot(holds, self.acceleration, 1)
         return total

@@ -97,7 +97,7 @@ class _Point:
     @property
     def required(self) -> Array:
         """1 for constraints, which may be violated at a penalty, and 0 for components of the epigraph, (m,)."""
-        return (np.arange(len(self.g)) >= self.programme.a + self.programme.b).astype(float)
+        return (np.arange(len(self.g)) >= self.programme.rows).astype(float)
 
     @property
     def violation(self) -> float:
@@ -144,8 +144,11 @@ class _SqpSearch:
                 self.penalty *= PENALTY_GROWTH
                 continue
             last += small
-            if following is None or last == MAX_NOISE_STEPS:
-                return SqpResult((following or point).u, iteration + 1, small)
+            stays = small and following is not None and following.merit(self.penalty) >= point.merit(self.penalty)
+            if following is None or stays:
+                return SqpResult(point.u, iteration + 1, small)
+            if last == MAX_NOISE_STEPS:
+                return SqpResult(following.u, iteration + 1, small)
             point = following
         return SqpResult(point.u, most_iterations, False)
 
@@ -196,7 +199,7 @@ class _SqpSearch:
 
     def _is_noise(self, fall: float) -> bool:
         """Return whether a predicted decrease is below rounding."""
-        return fall <= NOISE * self.penalty
+        return fall <= NOISE * max(self.penalty, 1.0)
 
     def _resize(self, share: float, length: float, fall: float) -> None:
         """Enlarge the radius if the model is accurate up to an accepted step; shrink it if the model is poor."""
@@ -244,12 +247,13 @@ def _find_normals(point: _Point, step: _Step) -> Array:
     """Return normals (k, n) of a step: active constraints, differences of active extremes of a side, active bounds."""
     n, programme = point.n, point.programme
     carrying = (np.abs(step.rows) > MULTIPLIER_TOLERANCE) | (programme.g_lower == programme.g_upper)
-    sides = np.split(np.arange(len(step.rows)), [programme.a, programme.a + programme.b])
-    rows = [point.jacobian[side[carrying[side]], :n] for side in sides]
-    differences = [group[1:] - group[:1] for group in rows[:2]]
+    active = np.flatnonzero(carrying[: programme.rows])
+    groups = [point.jacobian[active[programme.groups[active] == group], :n] for group in range(programme.ends)]
+    differences = [group[1:] - group[:1] for group in groups]
+    constraints = point.jacobian[programme.rows :, :n][carrying[programme.rows :]]
     low, high = point.z[:n] <= programme.lower[:n], point.z[:n] >= programme.upper[:n]
     is_fixed = (low & (step.bounds < -MULTIPLIER_TOLERANCE)) | (high & (step.bounds > MULTIPLIER_TOLERANCE))
-    return np.vstack([*differences, rows[2], np.eye(n)[is_fixed]])
+    return np.vstack([*differences, constraints, np.eye(n)[is_fixed]])
 
 
 def _convexify(hessian: Array, normals: Array) -> Array:

@@ -28,6 +28,7 @@ from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
 from planter.planting.model import Device
+from planter.planting.objective import evaluate_true_extremes
 from planter.planting.results import (
     CalibrationFound,
     CalibrationTradeoff,
@@ -92,7 +93,9 @@ def calibrate(
         best[fitted_model] = fit = min(fits, key=lambda fit: fit.rank)
         records[fitted_model] = _describe_fit(fit, fitted_model, target, () if fit.met else _search_best_misses(fits))
     own_fit, other = best[model], next(m for m in MODELS if m != model)
-    other_force = cycle.compute_statistics(_sample_support(_build_fitted_device(own_fit, other)))
+    other_device = _build_fitted_device(own_fit, other)
+    other_force = cycle.compute_statistics(_sample_support(other_device))
+    other_mean = evaluate_true_extremes(other_device, other_device.design).mean_N
     device = own_fit.force.device
     return CalibrationFound(
         **vars(records[model]),
@@ -100,7 +103,7 @@ def calibrate(
         model=model,
         target=dict(figures),
         events={f"{flank}_begins_deg": angle / DEG for flank, angle in compute_flank_angles(device).items()},
-        other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_force.mean_N),
+        other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_mean),
         models=records,
         largest_range_N=_search_largest_range(best["exact"].force),
     )

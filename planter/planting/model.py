@@ -15,7 +15,7 @@ import numpy as np
 
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.measures import Kind, Measure
-from planter.engine.problem import QuantityCurve
+from planter.engine.curves import QuantityCurves
 from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units
@@ -159,9 +159,9 @@ class Device:
         self.compiled = True
 
     @cached_property
-    def force(self) -> QuantityCurve:
-        """The vertical force on the support over a turn, with derivatives and joints."""
-        return QuantityCurve(build_machine(self), FORCE)
+    def force(self) -> QuantityCurves:
+        """The vertical force on the support over a turn, the only curve, with derivatives and joints."""
+        return QuantityCurves(build_machine(self), [FORCE])
 
     @property
     def size(self) -> int:
@@ -244,11 +244,12 @@ class Device:
 
     def support(self, at: DesignPoint, phi: Array) -> Array:
         """Vertical support force [N], (n,), at carrier angles phi (n,) [rad]."""
-        return self.force.value(at, phi)
+        return self.force.value(at, phi)[0]
 
     def support_slopes(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
         """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI unit of x]."""
-        return self.force.slopes(at, phi)
+        values, slopes = self.force.slopes(at, phi)
+        return values[0], slopes[0]
 
 
 def _restore_device(machine: PlantingMachine, model: Model, compiled: bool, data: Array) -> Device:

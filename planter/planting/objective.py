@@ -26,13 +26,15 @@ import numpy as np
 from planter.engine.cycles import Cycles, Memory
 from planter.engine.machine import Machine
 from planter.engine.outputs import CHUNK, OBJECTIVE, OutputBatch, SampledOutputs, evaluate_outputs
-from planter.engine.problem import CurveProblem
+from planter.engine.goal import Goal
+from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError
 from planter.optimise.constraints import Constraints
 from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
-from planter.optimise.range_variance import Sampling
-from planter.optimise.response import ONE_SIDED_OFFSET
+from planter.optimise.curve_sum import CurveSide
+from planter.optimise.range_variance import CurveSumObjective, Sampling, build_range_sum
+from planter.optimise.response import ONE_SIDED_OFFSET, find_breakpoints
 from planter.optimise.sampled_cycle import SampledCycle, sample_angles
 from planter.optimise.variance import WeightedSum, Weights
 from planter.planting.file import PlantingMachine
@@ -53,17 +55,19 @@ def read_weights(machine: PlantingMachine) -> Weights:
 
 def build_problem(
     device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None
-) -> CurveProblem:  # fmt: skip
+) -> DesignProblem:  # fmt: skip
     """Return the device's objective over true extremes and integrals, or that many samples, under constraints if any.
 
     Parameters are searched in shares of the machine file's bounds. Raises InputError where the cam's law makes the
     force jump: a jump that passes a sample has no gradient.
     """
     machine, curve = device.machine, device.force
-    if any(event.order == 0 for event in curve.events):
+    if (find_breakpoints(curve, curve.prologue(curve.design)).orders == 0).any():
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)
-    return CurveProblem(curve, read_weights(machine), sampling, further=[] if constraints is None else [constraints])
+    total = CurveSumObjective(curve, build_range_sum(read_weights(machine)), sampling)
+    further = [] if constraints is None else [constraints]
+    return DesignProblem(Goal(curve.machine, ()), sampling, further, total)
 
 
 DENSE = np.linspace(0, 2 * np.pi, 721)
@@ -72,15 +76,17 @@ DENSE = np.linspace(0, 2 * np.pi, 721)
 
 def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
     """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
-    extremes = ContinuousCycle(device.force).look(x)
+    extremes = ContinuousCycle.from_response(device.force, build_range_sum(read_weights(device.machine))).look(x)
     objective = read_weights(device.machine).value(extremes.range, extremes.variance)
-    return TrueExtremes(extremes.high, extremes.low, extremes.range, extremes.variance, objective)
+    return TrueExtremes(
+        extremes.high, extremes.low, extremes.range, extremes.mean, extremes.variance, objective
+    )  # fmt: skip
 
 
 def evaluate_samples(device: Device, x: Array) -> SampledScore:
     """Return the objective of a design x (p,) [SI] over the machine file's samples, and its parts."""
     samples = device.machine.objective.samples
-    look = SampledCycle(device.force, samples).look(x)
+    look = SampledCycle(device.force, build_range_sum(read_weights(device.machine)), samples).look(x)
     return SampledScore(
         samples, read_weights(device.machine).value(look.range, look.variance), look.range, look.variance
     )
@@ -93,7 +99,9 @@ def find_curve_angles(device: Device, x: Array) -> Array:
     """
     response = device.force
     panels = CyclePanels(response, x)
-    ends = np.concatenate([panels.extremes.angles, panels.breaks - ONE_SIDED_OFFSET, panels.breaks + ONE_SIDED_OFFSET])
+    ends = np.concatenate(
+        [panels.extremes(CurveSide(0, 0, 1)).angles, panels.breaks - ONE_SIDED_OFFSET, panels.breaks + ONE_SIDED_OFFSET]
+    )
     cycles = round(2 * np.pi / response.period)
     all_ends = np.add.outer(response.period * np.arange(cycles), np.mod(ends, response.period)).ravel()
     return np.union1d(DENSE, all_ends)
@@ -184,10 +192,10 @@ class CycleObjective:
         if self._slopes and not self.device.compiled:
             self.device.compile()
         at = self.device.prologue(x)
-        force, slopes = self.device.force.slopes(at, self.angles)
+        force, slopes = self.device.support_slopes(at, self.angles)
 
         def bent(weights: Array) -> Array:
-            return self.device.force.hessian(at, self.angles, weights)[1:, 1:]
+            return self.device.force.hessian(at, self.angles, weights[None])[1:, 1:]
 
         return WeightedSum(self.objective, force).hessian(slopes[:, 1:], bent)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter import errors
 from planter.engine import search
-from planter.engine.problem import CurveProblem
+from planter.engine.problem import DesignProblem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sections import HOLD
 from planter.errors import ComputationError, InputError
@@ -18,6 +18,7 @@ from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints, join_constraints
 from planter.optimise.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
 from planter.optimise.local_search import (
+    Descent,
     DEFAULT_STARTS,
     STATIONARITY_TOLERANCE,
     LocalMinimum,
@@ -61,7 +62,7 @@ def build_constrained_problem(
     sampling: Sampling,
     required: RequirementConstraints | None,
     lengths: PitchLengthConstraints | None = None,
-) -> CurveProblem:
+) -> DesignProblem:
     """Return the problem of a device under its requirements and lengths of pitch curves, where there are any."""
     parts: list[Constraints | None] = [required, lengths]
     return objective.build_problem(device, sampling, join_constraints([part for part in parts if part is not None]))
@@ -99,7 +100,7 @@ def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthC
 
 def prepare_device_descents(
     machine: PlantingMachine, model: Model, sampling: Sampling, compiled: bool, tooth_counts: ToothCountSpec | None
-) -> Callable[[Array], SearchRecord]:
+) -> Callable[[Descent], SearchRecord]:
     """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
     device = Device(machine, model)
     if compiled:

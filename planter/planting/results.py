@@ -99,6 +99,7 @@ class TrueExtremes(Record):
     max_N: float
     min_N: float
     range_N: float
+    mean_N: float
     variance_N2: float
     objective: float
 
@@ -163,7 +164,8 @@ class SimulationFound(Record):
 
     `holds` are the limits of the file on measures, if it has any, and `met` says whether all of them are satisfied.
 
-    `objective` and `support_force` are evaluated over `samples` samples, `refined` by true extremes and integrals.
+    `objective` and `support_force` are evaluated over `samples` samples, but for the mean force, which is an integral,
+    `refined` by true extremes and integrals.
 
     `measurement` is what the sensor sees over the same samples, if the file has [measurement].
     """

@@ -7,13 +7,14 @@ tractor-drawn transplanters. A value outside is read, but a wrong unit or digit 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
 from planter.engine.machine import Machine
-from planter.engine.sensitivity import SensitivityResult, build_goal
+from planter.engine.goal import Goal
+from planter.engine.sensitivity import SensitivityResult
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
@@ -189,7 +190,8 @@ def simulate(
     turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
     objective, limits = read_weights(device.machine), evaluate_file_limits(device)
     measured = planting.measure_design(device, device.design, turn)
-    sampled = planting.compute_statistics(turn.support)
+    refined = evaluate_true_extremes(device, device.design)
+    sampled = replace(planting.compute_statistics(turn.support), mean_N=refined.mean_N)
     result = SimulationFound(
         machine=device.machine.name,
         model=device.model,
@@ -200,7 +202,7 @@ def simulate(
         support_force=sampled,
         objective=objective.value(sampled.range_N, sampled.variance_N2),
         warnings=[*find_implausible_values(device.machine), *planting.find_cycle_warnings(device, device.design, turn)],
-        refined=evaluate_true_extremes(device, device.design),
+        refined=refined,
         work=compute_work(device),
         at=evaluate_angles(device, at_deg),
         designer=summarise_design(device, device.design),
@@ -241,7 +243,7 @@ def compute_work(device: Device) -> WorkPerCycle:
     panels = CyclePanels(device.force, device.design)
     cycle = planting.evaluate_cycle(device, device.prologue(device.design), panels.nodes)
     lost = cycle.sides[0]["F_E_loss_W"] + cycle.sides[1]["F_E_loss_W"]
-    turn = 2 * np.pi * panels.weights
+    turn = 2 * np.pi * panels.shares
     return WorkPerCycle(
         input_J=float(turn @ cycle.totals["M_L_Nm"]),
         friction_J=float(turn @ lost) / device.machine.si("speed_rpm"),
@@ -264,7 +266,7 @@ def sensitivity(
 
 def compute_objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
     """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
-    goal = build_goal(device.force.machine, build_measures(device.machine), samples)
+    goal = Goal(device.force.machine, build_measures(device.machine), (), samples)
     return goal.evaluate(device.design), goal.slope(device.design)
 
 

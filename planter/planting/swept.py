@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from planter.engine.goal import Goal, resolve_limit
+from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
 from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
@@ -17,7 +18,7 @@ from planter.planting.model import Device, build_machine
 from planter.planting.requirements import RequirementConstraints
 from planter.tolerance.adapter import MachineAdapter
 from planter.tolerance.job import Spread
-from planter.tolerance.robust import DesignLimits, RobustGoal, Settings
+from planter.tolerance.robust import RobustGoal, Settings
 
 Ends = Mapping[str, tuple[float, float]]
 ToleranceSpec = dict[str, Any]
@@ -91,7 +92,7 @@ class PlantingSweepAdapter(MachineAdapter):
         parts: list[Constraints | None] = [RequirementConstraints.from_device(device)]
         if built.limits:
             limits = [resolve_limit(built, limit) for limit in built.limits]
-            parts.append(DesignLimits(Goal(built, (), limits, samples, with_events=False)))
+            parts.append(MeasureLimits(Goal(built, (), limits)))
         required = join_constraints([part for part in parts if part is not None])
         return RobustGoal(built, spreads, settings, samples, required)
 

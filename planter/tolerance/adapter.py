@@ -168,7 +168,8 @@ class MachineAdapter(ABC):
         """
         from planter.engine.goal import Goal, resolve_limit, resolve_measure
         from planter.engine.measures import parse_limit, parse_sum
-        from planter.tolerance.robust import DesignLimits, RobustGoal
+        from planter.engine.limits import MeasureLimits
+        from planter.tolerance.robust import RobustGoal
 
         built = self.build(machine).with_ranges(settings.ranges)
         terms, limits, samples = self.read_goal(machine)
@@ -180,7 +181,7 @@ class MachineAdapter(ABC):
             raise InputError(f"{built.source}: the robust design has no {missing}")
         if not terms or not built.moved:
             return None
-        bounds = DesignLimits(Goal(built, (), limits, samples, with_events=False)) if limits else None
+        bounds = MeasureLimits(Goal(built, (), limits)) if limits else None
         return RobustGoal(replace(built, objective=tuple(terms)), spreads, settings, samples, bounds)
 
     def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int]:

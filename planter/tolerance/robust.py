@@ -18,13 +18,12 @@ from typing import Any
 import numpy as np
 import scipy
 
-from planter.engine.goal import Goal, GoalConstraints
 from planter.engine.machine import Machine
 from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics.arrays import Integers, LastCallCache
-from planter.optimise.constraints import FEASIBILITY_TOLERANCE, ConstraintKind, Constraints
+from planter.numerics.arrays import LastCallCache
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
 from planter.optimise.variance import Variance
 from planter.progress import Listener, ProgressPhase
 from planter.sweeps.plan import SobolSequence
@@ -269,26 +268,3 @@ class _Search:
         value, slope = self.value(u, sigmas)
         step = np.clip(u - slope, 0, 1) - u
         return float(np.abs(np.where(np.abs(step) > 0, slope, 0.0)).max() / (abs(value) or 1.0))
-
-
-class DesignLimits(Constraints):
-    """Limits of a goal as constraints on the design alone; the other variables of the goal are at their optimum."""
-
-    def __init__(self, goal: Goal) -> None:
-        self.goal, self._rows = goal, GoalConstraints(goal)
-        self.kinds: Sequence[ConstraintKind] = self._rows.kinds
-        self.owner: Integers = self._rows.owner
-        self.lower, self.upper = self._rows.lower, self._rows.upper
-
-    def values(self, x: Array) -> Array:
-        """Return the components (k,) at a design. Raises ComputationError if it has no cycle."""
-        return self._rows.values(self.goal.start(x))
-
-    def slopes(self, x: Array) -> Array:
-        """Return the gradients (k, p) of the components; that of an extreme is at its node."""
-        slopes = self._rows.slopes(self.goal.start(x))
-        return slopes[:, : len(x)] + slopes[:, len(x) :] @ self.goal.variable_slopes(x)
-
-    def curvature(self, x: Array, weights: Array) -> Array:
-        """Return the weighted sum (p, p) of the Hessians of the components."""
-        return self._rows.curvature(self.goal.start(x), weights)[: len(x), : len(x)]

@@ -5,10 +5,9 @@ import sympy as sp
 
 from derive import gearing, papers, systems
 from derive.discovery import import_modules
-from derive.emit.expression import list_expressions
 from derive.generated_folder import GENERATED
 from derive.generation import derive_models
-from derive.model import Let, System, join_entries
+from derive.model import Let, System, join_entries, list_expressions
 from derive.papers import wang2017
 from derive.quantity import DimensionError, Quantity, dimension, of_unit
 from tests.support.late import LateDict

@@ -19,7 +19,7 @@ from ...mechanics.driven_motion import Sides
 from ...mechanics.frames import Axis, Frame, Point, Vec, Y, Z, displacement, unit
 from ...mechanics.kinematics import GearStage
 from ...mechanics.mechanism import Mechanism
-from ...model import ClosedForm, Lane, Let, System
+from ...model import ClosedForm, Event, Lane, Let, System
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .flanks import FLANK
@@ -115,6 +115,8 @@ def _add_train_and_cam(k: Mechanism) -> None:
     k.motion.rates |= {q.alpha: -q.Omega, q.Omega: q.Omega_dot}
     k.let(q.delta, wrap(-q.phi72, 2 * pi))
     k.motion.rates[q.delta] = -q.phi72_dot
+    # A turn of the cam begins in a dwell, so that nothing jumps there, whatever the law.
+    k.events.append(Event("cam, begin of its turn", -q.phi72, S.Zero, order=2, period=2 * pi))
     cam = q.delta, -q.phi72
     k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
     k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))

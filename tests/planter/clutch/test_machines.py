@@ -11,7 +11,7 @@ from planter.clutch.model import collect_values, load_model, pack_crank
 from planter.engine.machine import Machine, load_machine
 from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows
-from planter.engine.summary import summarise
+from planter.engine.summary import summarise_machine
 from planter.errors import GeometryError
 from planter.kernels import formulas
 
@@ -67,7 +67,7 @@ def test_measures_are_those_of_the_way(machine: Machine) -> None:
     nodes, weights = np.polynomial.legendre.leggauss(20)
     mean = values_of(machine, lift * (nodes + 1) / 2)["tooth_force"] @ weights / 2
     ends = values_of(machine, np.array([0, lift]))["tooth_force"]
-    peak = next(peak for peak in summarise(machine).peaks if peak.name == "tooth_force")
+    peak = next(peak for peak in summarise_machine(machine).peaks if peak.name == "tooth_force")
     assert (peak.mean, peak.min, peak.max) == pytest.approx((mean, *ends), rel=1e-9)
     rows = MachineRows(machine, ["tooth_force"], 360)
     block = next(rows.blocks(machine.data[None]))
@@ -83,13 +83,13 @@ def test_link_work_equals_sleeve_work(machine: Machine) -> None:
     np.testing.assert_allclose(values["M_link"] * machine.data[machine.speed], 60.0 * values["v_sleeve"], rtol=1e-13)
     np.testing.assert_allclose(values["M_link"] * 14 / 46, 60.0 * values["lever"], rtol=1e-12)
     fastest = values_of(machine, np.array([0.4999999 * machine.turn]))["v_sleeve"][0]
-    motor = summarise(machine).motor
+    motor = summarise_machine(machine).motor
     assert motor is not None
     assert motor.peak_power_W == pytest.approx(60.0 * fastest, rel=1e-6)
 
 
 def test_jumps_are_those_of_the_ends(machine: Machine) -> None:
-    shocks = summarise(machine).shocks
+    shocks = summarise_machine(machine).shocks
     assert {shock.quantity for shock in shocks} == {"v_sleeve", "M_link"}
     assert {shock.event for shock in shocks} == {"link turns back"}
     ends = np.degrees([0, 0, machine.turn / 2, machine.turn / 2])

@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
+from planter.engine.goal import Goal, resolve_limit, resolve_measure
+from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import SampledOutputs
@@ -25,6 +26,7 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise_machine
 from planter.mechanism.presentation import format_optimum_file
+from planter.optimise.objective import ModelValues
 from planter.planting.swept import ADAPTER
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
@@ -127,20 +129,24 @@ def test_derivatives_in_goals_are_those_of_differences(curve: str) -> None:
     measures = [resolve_measure(machine, measure) for measure in parse_sum(terms)]
     goal = Goal(machine, measures, [resolve_limit(machine, parse_limit(text)) for text in limits], 24)
     assert goal.limits[0].number == pytest.approx(20)
-    rows, y = GoalConstraints(goal), goal.start(machine.design)
-    weights = np.random.default_rng(3).random(rows.count)
+    x = machine.design
+    local, rows = goal.objective.local(x), MeasureLimits(goal).at(x)
+    rng = np.random.default_rng(3)
+    weights, of_limits = ModelValues(1.0, rng.random(len(local.groups)), np.empty(0)), rng.random(rows.count)
 
     def gradient(point: Array) -> Array:
-        return goal.gradient(point) + rows.slopes(point).T @ weights
+        slopes = local.slopes(point)
+        return slopes.smooth + weights.rows @ slopes.rows + rows.slopes(point).T @ of_limits
 
     def value(point: Array) -> float:
-        return goal.value(point) + float(rows.values(point) @ weights)
+        values = local.values(point)
+        return float(values.smooth + weights.rows @ values.rows + rows.values(point) @ of_limits)
 
-    steps = np.diag(1e-6 * np.maximum(np.abs(y), 1e-2))
-    first = [(value(y + h) - value(y - h)) / (2 * h.sum()) for h in steps]
-    np.testing.assert_allclose(gradient(y), first, rtol=1e-6, atol=1e-6 * np.abs(first).max())
-    second = np.array([(gradient(y + h) - gradient(y - h)) / (2 * h.sum()) for h in steps])
-    hessian = goal.hessian(y) + rows.curvature(y, weights)
+    steps = np.diag(1e-6 * np.maximum(np.abs(x), 1e-2))
+    first = [(value(x + h) - value(x - h)) / (2 * h.sum()) for h in steps]
+    np.testing.assert_allclose(gradient(x), first, rtol=1e-6, atol=1e-6 * np.abs(first).max())
+    second = np.array([(gradient(x + h) - gradient(x - h)) / (2 * h.sum()) for h in steps])
+    hessian = local.curvature(x, weights) + rows.curvature(x, of_limits)
     np.testing.assert_allclose(hessian, second, rtol=1e-4, atol=1e-5 * np.abs(second).max())
 
 
@@ -187,10 +193,11 @@ def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
     sweep = Sweep(Plan.read(plan, "plan.toml"))
     same, other = sweep.recipe.job().chunk(0, 2, 1)[:, 0]
     changed = load_machine("wang2017", {"design.m31": 1.01 * m31})
-    phi = 2 * np.pi * np.arange(machine.samples) / machine.samples
+    phi = 2 * np.pi * np.arange(7200) / 7200
     tip = np.column_stack([evaluate(changed, name, phi) for name in ("x_tip", "y_tip")])
     expected, _ = find_nearest(tip, np.loadtxt(path, delimiter=",", skiprows=1))
-    assert other == pytest.approx(expected.max(), rel=1e-9)
+    assert other >= expected.max() * (1 - 1e-9)
+    assert other == pytest.approx(expected.max(), rel=1e-4)
     assert same < 0.1 * other
     content, question = Path(path).read_text(encoding="utf-8"), sweep.recipe.question
     Path(path).write_text(content.replace("\n", " \n", 1), encoding="utf-8")
@@ -260,7 +267,7 @@ def test_columns_may_be_those_of_a_motion_in_any_unit(tmp_path: Path) -> None:
             "\n".join([head, *(f"0,{factor * x},{factor * y}" for x, y in ((0, 0), (300, 0), (300, 200)))]) + "\n"
         )
         (term,) = parse_sum(f"max {TIP} {tmp_path / 'p.csv'}")
-        goal = Goal(machine, [resolve_measure(machine, term)], (), ANGLES, with_events=False)
+        goal = Goal(machine, [resolve_measure(machine, term)], (), ANGLES)
         phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
         tip = np.column_stack([evaluate(machine, name, phi) for name in ("x_tip", "y_tip")])
         expected, _ = find_nearest(tip, np.array([[0.0, 0], [300, 0], [300, 200]]))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
+from planter.engine.goal import Goal, evaluate_measure, resolve_limit, resolve_measure
+from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_limit, parse_measure, parse_sum
 from planter.engine.problem import build_problem
@@ -12,6 +13,8 @@ from planter.engine.search import SearchSpec, minimise
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.machines import build_machine
+from planter.numerics.arrays import TURN
+from planter.optimise.objective import ModelValues
 from tests.support import own
 from tests.support.reference import evaluate
 
@@ -22,7 +25,7 @@ def machine() -> Machine:
     return build_machine(own.file("slider_crank")).with_moved(moved)
 
 
-def build(machine: Machine, objective: str, *limits: str, count: int = 24) -> Goal:
+def build(machine: Machine, objective: str, *limits: str, count: int | None = None) -> Goal:
     measures = [resolve_measure(machine, measure) for measure in parse_sum(objective)]
     return Goal(machine, measures, [resolve_limit(machine, parse_limit(text)) for text in limits], count)
 
@@ -40,23 +43,43 @@ LIMITS = (
 )  # fmt: skip
 
 
-def test_derivatives_are_those_of_differences(machine: Machine) -> None:
-    goal = build(machine, LEAST, *LIMITS)
-    limits, y = GoalConstraints(goal), goal.start(machine.design)
-    weights = np.random.default_rng(3).random(limits.count)
+@pytest.mark.parametrize("count", [None, 24])
+def test_derivatives_are_those_of_differences(machine: Machine, count: int | None) -> None:
+    """Of the sum's rows and smooth terms, and of the rows of all limits, with random weights."""
+    goal, x = build(machine, LEAST, *LIMITS, count=count), machine.design
+    local, limits = goal.objective.local(x), MeasureLimits(goal).at(x)
+    rng = np.random.default_rng(3)
+    weights = ModelValues(0.7, rng.random(len(local.groups)), np.empty(0))
+    of_limits = rng.random(limits.count)
 
     def gradient(point: np.ndarray) -> np.ndarray:
-        return goal.gradient(point) + limits.slopes(point).T @ weights
+        slopes = local.slopes(point)
+        return 0.7 * slopes.smooth + weights.rows @ slopes.rows + limits.slopes(point).T @ of_limits
 
     def value(point: np.ndarray) -> float:
-        return goal.value(point) + float(limits.values(point) @ weights)
+        values = local.values(point)
+        return float(0.7 * values.smooth + weights.rows @ values.rows + limits.values(point) @ of_limits)
 
-    steps = 1e-6 * np.maximum(np.abs(y), 1e-2)
-    first = [(value(y + h) - value(y - h)) / (2 * h.sum()) for h in np.diag(steps)]
-    np.testing.assert_allclose(gradient(y), first, rtol=1e-6, atol=1e-7 * np.abs(first).max())
-    second = np.array([(gradient(y + h) - gradient(y - h)) / (2 * h.sum()) for h in np.diag(steps)])
-    hessian = goal.hessian(y) + limits.curvature(y, weights)
+    steps = 1e-6 * np.maximum(np.abs(x), 1e-2)
+    first = [(value(x + h) - value(x - h)) / (2 * h.sum()) for h in np.diag(steps)]
+    np.testing.assert_allclose(gradient(x), first, rtol=1e-6, atol=1e-7 * np.abs(first).max())
+    second = np.array([(gradient(x + h) - gradient(x - h)) / (2 * h.sum()) for h in np.diag(steps)])
+    hessian = local.curvature(x, weights) + limits.curvature(x, of_limits)
     np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
+
+
+def test_limits_have_one_value_each_and_rows_near_a_design(machine: Machine) -> None:
+    """The worst row of a limit is its value; without a pair of peak and valley the range would be another."""
+    goal, x = build(machine, "mean s", "range F_Ox <= 3", "max s >= 200", "mean F_Ox <= 1"), machine.design
+    limits = MeasureLimits(goal)
+    rows = limits.at(x)
+    values = rows.values(x)
+    worst = [values[rows.owner == k].max() for k in range(3)]
+    np.testing.assert_allclose(worst, limits.values(x), rtol=1e-12)
+    assert (rows.owner == 0).sum() > 1
+    assert (rows.owner == 1).sum() == 1
+    measured = [evaluate_measure(machine, limit.measure) for limit in goal.limits]
+    np.testing.assert_allclose(limits.values(x) * limits.steps, measured, rtol=1e-12)
 
 
 def test_units_are_converted_to_those_of_results(machine: Machine) -> None:
@@ -111,22 +134,29 @@ def test_never_true_condition_gives_empty_measure(machine: Machine) -> None:
     assert goal.evaluate_limit(machine.design, goal.limits[1]) is not None
 
 
-def test_extremes_between_nodes_become_nodes(machine: Machine) -> None:
-    goal = build(machine, "range F_Ox", count=9)
-    coarse, x = goal.evaluate(machine.design), machine.design
-    for _ in range(4):
-        goal = goal.refine(x, 1e-10) or goal
-    dense = build(machine, "range F_Ox", count=36_000).evaluate(x)
-    assert goal.refine(x, 1e-10) is None
-    assert coarse < dense <= goal.evaluate(x) + 1e-12
-    assert goal.evaluate(x) == pytest.approx(dense, rel=1e-5)
+def test_parts_of_a_cycle_are_those_of_a_dense_grid(machine: Machine) -> None:
+    """Mean, extremes and work over the parts on which conditions hold, one of which spans the end of the turn."""
+    response, phi = MachineResponse(machine, ["s", "F_Ox", "M_in"]), TURN * (np.arange(400_000) + 0.5) / 400_000
+    s, force, torque = response.values(response.at(machine.design), phi)
+    inside = s >= 0.18
+    expected = {
+        "mean s while s >= 180": 1e3 * s[inside].mean(),
+        "min s while s >= 180": 180.0,
+        "max F_Ox while s >= 180": force[inside].max(),
+        "rms F_Ox while s >= 180 and F_Ox >= 0": np.sqrt((force[inside & (force >= 0)] ** 2).mean()),
+    }
+    for text, value in expected.items():
+        goal = build(machine, f"-{text}" if text.startswith("min") else text)
+        assert abs(goal.evaluate(machine.design)) == pytest.approx(abs(value), rel=2e-5), text
+    work = build(machine, "work M_in while s >= 180").evaluate(machine.design)
+    assert work == pytest.approx(TURN * (torque * inside).mean(), rel=1e-4)  # the grid misses both ends by a step
 
 
 def test_least_value_counts_as_it_is_and_is_made_greater() -> None:
     """The sum is that of the samples, whatever a search does; its optimum has no greater least value beside it."""
     machine = build_machine(own.file("cam_follower")).with_moved({"values.k_N_m": (1000.0, 2500.0)})
     measures = [resolve_measure(machine, measure) for measure in parse_sum("std M_in - 0.5 min N_cam")]
-    goal = Goal(machine, measures, (), 40, with_events=False)
+    goal = Goal(machine, measures, (), 40)
     model, phi = MachineResponse(machine, ["M_in", "N_cam"]), 2 * np.pi * np.arange(40) / 40
 
     def evaluate(x: Array) -> float:

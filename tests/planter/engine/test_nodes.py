@@ -1,4 +1,4 @@
-"""Nodes at angles, extrema and parts of a cycle: where they are, and their derivatives against differences."""
+"""Nodes at angles, extrema and jumps of a cycle: where they are, and their derivatives against differences."""
 
 from functools import cache
 
@@ -7,9 +7,9 @@ import pytest
 
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
-from planter.engine.measures import Extremum, MeasureCondition
-from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, SpanNodes, clenshaw_curtis
-from planter.engine.summary import summarise
+from planter.engine.measures import Extremum
+from planter.engine.nodes import ExtremumNode, FixedNodes, JumpNodes, Nodes
+from planter.engine.summary import summarise_machine
 from planter.errors import ComputationError
 from planter.mechanism.machines import build_machine
 from tests.support import own
@@ -24,16 +24,8 @@ def machine(name: str = "slider_crank", *moved: str) -> Machine:
 
 NODES = {
     "angles": lambda: FixedNodes(machine(), NAMES, np.array([0.3, 2.0])),
-    "events": lambda: EventNodes(machine(), NAMES),
     "jumps": lambda: JumpNodes(machine(), NAMES),
     "where": lambda: ExtremumNode(machine(), NAMES, Extremum("beta", 1)),
-    "while": lambda: SpanNodes(machine(), NAMES, [MeasureCondition("s", 1, 200.0)], *clenshaw_curtis(5)),
-    "while both": lambda: SpanNodes(
-        machine(),
-        NAMES,
-        [MeasureCondition("s", 1, 220.0), MeasureCondition("beta", -1, 4.0, absolute=True)],
-        *clenshaw_curtis(4),
-    ),
 }
 
 
@@ -43,21 +35,19 @@ def test_derivatives_are_those_of_differences(build: object) -> None:
     x = machine().design
     first = nodes(x)
     rng = np.random.default_rng(7)
-    weights, weight_weights = rng.normal(size=first.values.shape), rng.normal(size=first.weights.shape)
+    weights = rng.normal(size=first.values.shape)
 
     def value(y: np.ndarray) -> float:
-        result = nodes.evaluate(y)
-        return float((weights * result.values).sum() + weight_weights @ result.weights)
+        return float((weights * nodes.evaluate(y).values).sum())
 
     def gradient(y: np.ndarray) -> np.ndarray:
-        result = nodes.evaluate(y)
-        return np.asarray(np.einsum("mn,mnp->p", weights, result.slopes) + weight_weights @ result.weight_slopes)
+        return np.asarray(np.einsum("mn,mnp->p", weights, nodes.evaluate(y).slopes))
 
     steps = np.diag(2e-6 * np.maximum(np.abs(x), 1e-2))
     slopes = [(value(x + step) - value(x - step)) / (2 * step.sum()) for step in steps]
     np.testing.assert_allclose(gradient(x), slopes, rtol=1e-6, atol=1e-6 * np.abs(slopes).max())
     second = np.array([(gradient(x + step) - gradient(x - step)) / (2 * step.sum()) for step in steps])
-    hessian = first.curvature(weights, weight_weights)
+    hessian = first.curvature(weights)
     np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
 
 
@@ -69,21 +59,10 @@ def test_extremum_equals_dense_grid() -> None:
     assert node(machine().design).values[0, 0] <= beta.min()
 
 
-def test_switching_points_are_where_friction_jumps() -> None:
-    """The slider turns at its dead centres, and friction with it: both sides of the jumps, against a dense grid."""
-    nodes = EventNodes(machine(), ["F_Ox", "s"])(machine().design)
-    grid = TURN * (np.arange(72_000) + 0.5) / 72_000
-    force, place = FixedNodes(machine(), ["F_Ox", "s"], grid)(machine().design).values
-    jumps = np.flatnonzero(np.abs(np.diff(force)) > 0.5)
-    expected = np.column_stack([force[jumps], force[jumps + 1]]).ravel()
-    np.testing.assert_allclose(nodes.values[0], expected, atol=5e-3)
-    np.testing.assert_allclose(np.sort(nodes.values[1])[[0, -1]], [place.min(), place.max()], rtol=1e-8)
-
-
 def test_jumps_are_the_shocks_of_the_summary() -> None:
     """Both routes split the cycle at the slider's dead centres; what is continuous there has no jump but rounding."""
     at = JumpNodes(machine(), ["F_Ox", "F_Oy", "s", "a_slider_x"])(machine().design)
-    shocks = [shock for shock in summarise(machine()).shocks if shock.quantity in ("F_Ox", "F_Oy")]
+    shocks = [shock for shock in summarise_machine(machine()).shocks if shock.quantity in ("F_Ox", "F_Oy")]
     expected = sorted((shock.quantity, shock.after - shock.before) for shock in shocks)
     jumps = sorted((name, value) for name, row in zip(("F_Ox", "F_Oy"), at.values, strict=False) for value in set(row))
     assert [name for name, _ in jumps] == [name for name, _ in expected]
@@ -97,7 +76,7 @@ def test_no_result_jumps_where_forces_are_continuous(name: str) -> None:
     source = str(own.generated(name) / f"{name}.toml") if (own.EXAMPLES / f"{name}.py").is_file() else name
     built = load_machine(source)
     names, largest = [quantity.name for quantity in built.results], dict[str, float]()
-    for shock in summarise(built).shocks:
+    for shock in summarise_machine(built).shocks:
         largest[shock.quantity] = max(largest.get(shock.quantity, 0.0), abs(shock.after - shock.before))
     jumps = np.abs(JumpNodes(built, names)(built.design).values).max(axis=1)
     np.testing.assert_allclose(jumps, [largest.get(name, 0.0) for name in names], rtol=1e-9, atol=1e-9)
@@ -125,30 +104,3 @@ def test_more_events_than_nodes_are_refused() -> None:
     nodes.count = 1
     with pytest.raises(ComputationError, match="a law changes 2 times"):
         nodes.evaluate(machine().design)
-
-
-def test_parts_of_a_cycle_are_those_of_a_dense_grid() -> None:
-    """Length, mean and both ends of the parts, one of which spans the end of the turn."""
-    spans = SpanNodes(machine(), ["s"], [MeasureCondition("s", -1, 180.0)])
-    result = spans(machine().design)
-    grid = TURN * np.arange(100_000) / 100_000
-    s = FixedNodes(machine(), ["s"], grid)(machine().design).values[0]
-    assert result.weights.sum() == pytest.approx((s >= 180).mean(), abs=3e-5)
-    mean = result.weights @ result.values[0] / result.weights.sum()
-    assert mean == pytest.approx(s[s >= 180].mean(), rel=1e-4)
-    ends = result.values[0].reshape(spans.capacity, -1)[:, [0, -1]]
-    np.testing.assert_allclose(ends, 180.0, rtol=1e-12)
-
-
-def test_conditions_true_everywhere_or_nowhere() -> None:
-    always = SpanNodes(machine(), ["s"], [MeasureCondition("s", 1, 1e4)])(machine().design)
-    assert always.weights.sum() == pytest.approx(1, rel=1e-12)
-    assert not always.is_empty
-    never = SpanNodes(machine(), ["s"], [MeasureCondition("s", 1, 10.0)])(machine().design)
-    assert never.is_empty
-    assert np.ptp(never.values) == 0
-
-
-def test_quadrature_is_exact_for_polynomials() -> None:
-    nodes, weights = clenshaw_curtis(9)
-    np.testing.assert_allclose([weights @ nodes**k for k in range(10)], [1 / (k + 1) for k in range(10)], rtol=1e-14)

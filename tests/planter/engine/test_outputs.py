@@ -12,7 +12,7 @@ from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_sum
 from planter.engine.outputs import SampledOutputs, find_output, list_outputs
-from planter.engine.summary import summarise
+from planter.engine.summary import summarise_machine
 from planter.errors import ComputationError, InputError, PlanterError
 from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
@@ -107,7 +107,7 @@ def test_every_measure_text_is_an_output() -> None:
     x = outputs.machine.design / outputs.machine.scale
     values, slopes = outputs.slopes(x)
     assert values[0] == values[1]
-    shocks = [shock for shock in summarise(slider_crank()).shocks if shock.quantity == "F_Ox"]
+    shocks = [shock for shock in summarise_machine(slider_crank()).shocks if shock.quantity == "F_Ox"]
     assert values[2] == pytest.approx(max(abs(shock.after - shock.before) for shock in shocks), rel=1e-12)
     differences = find_differences(lambda points: outputs.evaluated(points, 1), x)
     np.testing.assert_allclose(slopes, differences, atol=2e-6 * np.abs(slopes).max(axis=1).max())
@@ -138,7 +138,7 @@ def test_objective_equals_sum_in_file(objective: str) -> None:
     machine = replace(slider_crank(), objective=parse_sum(objective))
     outputs = SampledOutputs(machine, INPUTS, ["objective"], ANGLES)
     terms = [resolve_measure(machine, measure) for measure in machine.objective]
-    goal = Goal(outputs.machine, terms, [], ANGLES, with_events=False)
+    goal = Goal(outputs.machine, terms, [], ANGLES)
     x = goal.machine.design
     points = x / goal.machine.scale * np.array([[1.0], [1.02]])
     values, slopes = outputs.gradients(points, 1)

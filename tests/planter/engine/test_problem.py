@@ -1,16 +1,16 @@
-"""Range and spread of any machine's quantity as curves: which sums they are, in which units, and what optima gain."""
+"""Sums of measures of any machine as problems: in which units, what optima gain, and how limits hold."""
 
-import numpy as np
 import pytest
 
-from planter.engine.goal import Goal, resolve_limit, resolve_measure
+from planter.engine.goal import Goal, evaluate_measure, resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
-from planter.engine.measures import parse_limit, parse_sum
-from planter.engine.problem import CurveProblem, DesignProblem, GoalProblem, build_problem
+from planter.engine.measures import Measure, parse_limit, parse_sum
+from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import InterruptedSearch, SearchSpec, minimise
 from planter.errors import InputError
 from planter.mechanism import optimisation
 from planter.mechanism.optimisation import optimise_machine
+from planter.optimise.local_search import sample_starts, search_locally
 from planter.optimise.optimiser import Method
 from planter.optimise.range_variance import Sampling
 from planter.parallel.task import Means
@@ -30,31 +30,6 @@ def build(machine: Machine, text: str, *limits: str, sampling: Sampling = "refin
     return build_problem(machine, measures, [resolve_limit(machine, parse_limit(t)) for t in limits], sampling)
 
 
-@pytest.mark.parametrize(
-    ("text", "limits", "is_curve"),
-    [
-        ("range F_Ox", (), True),
-        ("0.5 range F_Ox + 2 std F_Ox", ("abs F_Oy <= 30",), True),
-        ("variance gamma", (), True),
-        ("range F_Ox + range F_Oy", (), False),
-        ("range F_Ox + rms F_Ox", (), False),
-        ("max abs F_Ox", (), False),
-        ("range F_Ox while gamma >= 0", (), False),
-        ("variance F_Ox + std F_Ox", (), False),
-        ("range F_Ox", ("range F_Oy <= 30",), False),
-    ],
-)
-def test_sums_of_range_and_spread_are_curves(
-    arm: Machine, text: str, limits: tuple[str, ...], is_curve: bool
-) -> None:  # fmt: skip
-    assert isinstance(build(arm, text, *limits), CurveProblem if is_curve else GoalProblem)
-
-
-def test_jumping_quantities_are_not_curves() -> None:
-    """Friction of the guide reverses at the dead centres: the force jumps there."""
-    assert isinstance(build(own.machine("slider_crank"), "range F_Ox"), GoalProblem)
-
-
 def test_machine_without_bounds_is_refused(arm: Machine) -> None:
     with pytest.raises(InputError, match=r"it has no \[bounds\]"):
         build(arm.with_moved({}), "range F_Ox")
@@ -69,24 +44,37 @@ def test_objective_equals_measures(arm: Machine, text: str) -> None:
         assert problem.reference.objective == pytest.approx(goal.evaluate(arm.design), rel=tolerance)
 
 
-@pytest.mark.parametrize("sampling", ["refined", 48])
-def test_optimum_is_not_worse_than_smooth_programme(arm: Machine, sampling: Sampling) -> None:
-    measures = [resolve_measure(arm, measure) for measure in parse_sum("range F_Ox + 0.3 std F_Ox")]
-    count, spec = None if sampling == "refined" else sampling, SearchSpec(sampling, starts=2)
-    goal = Goal(arm, measures, (), count, with_events=False)
-    smooth = minimise(GoalProblem(goal, sampling), spec, means=Means(1))
-    problem = build(arm, "range F_Ox + 0.3 std F_Ox", sampling=sampling)
-    optimum = minimise(problem, spec, means=Means(1))
-    assert optimum.result.certificate.kkt_residual < 1e-9
-    assert optimum.result.objective <= problem.score(smooth.x).objective * (1 + 1e-9)
+def test_starts_agree_though_half_of_them_glide() -> None:
+    """Most descents of one kind end in a local minimum of 14.6535 N, where peaks beside a jump tie."""
+    problem = build(own.machine("slider_crank"), "range F_Ox")
+    certificate = minimise(problem, SearchSpec(starts=8), means=Means(1)).result.certificate
+    assert certificate.agreeing_starts >= 6
+    assert certificate.kkt_residual < 1e-9
+    plain = [search_locally(problem, start).objective for start in sample_starts(problem, 8, 0)]
+    assert sum(objective > 14.6 for objective in plain) > 4
+    assert min(plain) == pytest.approx(14.5100016108, abs=1e-8)
+
+
+@pytest.mark.parametrize("limit", ["range F_Ox <= 16", "jump F_Ox <= 2.5"])
+def test_optimum_under_a_limit_has_its_price(limit: str) -> None:
+    """Moving a limit by 1e-3 changes the objective by its multiplier."""
+    machine = own.machine("slider_crank")
+    name, sign, number = limit.rpartition(" ")[0].rpartition(" ")[0], "<=", float(limit.split()[-1])
+    first, moved = (
+        optimise_machine(machine, "rms M_in", [f"{name} {sign} {value}"], SearchSpec(starts=2), means=Means(1))
+        for value in (number, number + 1e-3)
+    )
+    (price,) = first.result.certificate.active_limits
+    assert first.result.holds[0].value == pytest.approx(number, rel=1e-9)
+    change = (first.result.objective - moved.result.objective) / 1e-3
+    assert change == pytest.approx(price.multiplier, rel=1e-2)
 
 
 def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
     """The limit binds at a true extreme; its price is that of a limit that is moved."""
     limit = "min F_Oy >= -4.2"
     free, bound = (optimise_machine(arm, "range F_Ox", holds, SearchSpec(starts=2)) for holds in ([], [limit]))
-    assert isinstance(bound.problem, CurveProblem)
-    peaks = [build(f.machine, "range F_Oy").reference.look.low for f in (free, bound)]
+    peaks = [evaluate_measure(f.machine, Measure("min", "F_Oy")) for f in (free, bound)]
     assert peaks[0] < -4.5
     assert peaks[1] == pytest.approx(-4.2, abs=1e-6)
     (price,) = bound.result.certificate.active_limits
@@ -162,4 +150,4 @@ def test_fronts_of_other_goals_are_refused(options: list[str], reason: str) -> N
 def test_fronts_need_a_problem_without_limits(arm: Machine) -> None:
     with pytest.raises(InputError, match="under limits"):
         optimisation.require_front(build(arm, "range F_Ox", "max F_Oy <= 12"))
-    assert np.isfinite(optimisation.require_front(build(arm, "range F_Ox")).reference.objective)
+    assert optimisation.require_front(build(arm, "range F_Ox")).is_closed

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planter.engine.goal import resolve_measure
+from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure, parse_sum
 from planter.engine.response import MachineResponse
-from planter.engine.sensitivity import build_goal, compute_sensitivity, find_widths, move_all
+from planter.engine.sensitivity import compute_sensitivity, find_widths, move_all
 from planter.errors import InputError
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import compute_objective_sensitivity
@@ -30,7 +30,7 @@ def test_gradient_equals_central_differences(text: str, samples: int | None) -> 
     paths = ("values.r_mm", "values.omega_rpm", "values.mu")
     machine = machine.with_moved(dict.fromkeys(paths, (0.0, 1.0)))
     result = compute_sensitivity(machine, objective, samples, 36)
-    goal = build_goal(machine, objective, samples)
+    goal = Goal(machine, objective, (), samples)
     for index, (name, slope) in enumerate(result.gradient.items()):
         step = 2e-5 * np.abs(machine.design) * (np.arange(len(machine.moved)) == index)
         high, low = (goal.evaluate(machine.design + sign * step) for sign in (1, -1))

@@ -9,7 +9,7 @@ import pytest
 
 from planter.engine.machine import Machine, load_machine
 from planter.engine.response import MachineResponse
-from planter.engine.summary import CycleSummary, summarise
+from planter.engine.summary import CycleSummary, summarise_machine
 from planter.mechanism.cycle import simulate_machine
 from planter.mechanism.machines import build_machine
 from tests.support import own
@@ -24,7 +24,7 @@ def crank() -> Machine:
 
 @pytest.fixture(scope="module")
 def summary(crank: Machine) -> CycleSummary:
-    return summarise(crank)
+    return summarise_machine(crank)
 
 
 def test_no_dense_cycle_passes_the_peaks(crank: Machine, summary: CycleSummary) -> None:
@@ -57,7 +57,7 @@ def test_force_jumps_by_friction_of_both_sides(summary: CycleSummary) -> None:
 
 
 def test_switching_points_matter_to_peaks(crank: Machine, summary: CycleSummary) -> None:
-    blind = summarise(replace(crank, events=None, event_kinds=()))
+    blind = summarise_machine(replace(crank, events=None, event_kinds=()))
     largest = [
         next(peak.max for peak in cycle_summary.peaks if peak.name == "F_Bx") for cycle_summary in (blind, summary)
     ]
@@ -77,12 +77,12 @@ def test_cam_peaks_are_those_of_the_lift() -> None:
 
 
 def test_nonperiodic_quantity_has_no_mean(crank: Machine) -> None:
-    changed = {peak.name: peak for peak in summarise(crank, {"M_in_Nm", "F_Ox_N"}).peaks}
+    changed = {peak.name: peak for peak in summarise_machine(crank, {"M_in_Nm", "F_Ox_N"}).peaks}
     assert changed["M_in"].mean is changed["F_O"].rms is None
     assert changed["F_Oy"].mean is not None
 
 
 def test_growing_quantity_is_largest_at_end() -> None:
-    peaks = {peak.name: peak for peak in summarise(load_machine("yu2023")).peaks}
+    peaks = {peak.name: peak for peak in summarise_machine(load_machine("yu2023")).peaks}
     assert (peaks["phi1"].max_phi_deg, peaks["phi1"].max - peaks["phi1"].min) == pytest.approx((360.0, 360.0))
     assert peaks["y_S"].max_phi_deg < 360.0

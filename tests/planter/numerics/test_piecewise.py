@@ -46,9 +46,11 @@ def test_integrals_and_jumps_match_closed_forms() -> None:
     assert after - before == pytest.approx(np.array([[0, 0], [0, -6], [0, 0]]), abs=1e-14)
 
 
-def test_missing_break_spoils_mean() -> None:
-    """So that the test above can fail."""
-    assert abs(PiecewiseFunctions(functions, BREAKS[:1]).mean[1] - 9 / TURN) > 1e-4
+def test_missing_break_costs_panels_and_digits() -> None:
+    """So that the test above can fail: panels are halved down to the kink that has no break."""
+    blind, pieces = PiecewiseFunctions(functions, BREAKS[:1]), PiecewiseFunctions(functions, BREAKS)
+    assert len(blind.nodes) > 1.5 * len(pieces.nodes)
+    assert 1e-13 < abs(blind.mean[1] - 9 / TURN) < 1e-9
 
 
 def test_functions_without_breaks() -> None:

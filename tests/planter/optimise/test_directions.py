@@ -26,7 +26,7 @@ def test_directions_span_the_null_space():
     response = toys.planting("printed")
     insensitivity = find_insensitivity(response, response.design, 360)
     phi = np.linspace(0, np.pi, 50)
-    columns = response.slopes(response.prologue(response.design), phi)[1][:, 1:]
+    columns = response.slopes(response.prologue(response.design), phi)[1][0, :, 1:]
     columns = columns * (response.upper - response.lower)
     assert insensitivity.effective_parameters + len(insensitivity.directions) == 10
     for direction in insensitivity.directions:

@@ -54,8 +54,8 @@ def test_caps_without_an_optimum_are_left_out(monkeypatch):
         return solve(programme, start, iterations)
 
     points = pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)
-    unit = over_turn(toys.linear(2)[0], toys.RANGE, 40).reference.look.range
-    stuck.limit = points[1].evaluation.look.range * 1.001 / unit
+    toy = over_turn(toys.linear(2)[0], toys.RANGE, 40)
+    stuck.limit = points[1].evaluation.look.range * 1.001 - toy.reference.look.range
     monkeypatch.setattr(ipopt, "solve_program", stuck)
     assert len(pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)) == 2 < len(points)
 

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from planter.engine.problem import QuantityCurve
+from planter.engine.curves import QuantityCurves
+from planter.optimise import continuous_cycle
 from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
-from planter.optimise.objective import ModelValues
+from planter.optimise.curve_sum import CurveSide
+from planter.optimise.objective import ModelValues, find_tops
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -14,8 +16,8 @@ from tests.planter.optimise.toys import difference
 def test_extremes_and_integrals_agree_with_a_fine_grid(model):
     response = toys.planting(model)
     phi = np.pi * np.arange(20000) / 20000
-    force = response.value(response.prologue(response.design), phi)
-    look = ContinuousCycle(response).look(response.design)
+    force = response.value(response.prologue(response.design), phi)[0]
+    look = ContinuousCycle.from_response(response, toys.SUM).look(response.design)
     rough = np.abs(np.diff(force, 2)).max() / 4
     assert 0 <= look.high - force.max() < rough
     assert 0 <= force.min() - look.low < rough
@@ -25,26 +27,26 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
 
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
-    panels = CyclePanels(response, response.design)
-    monkeypatch.setattr("planter.optimise.continuous_cycle.NODES", 24)
-    finer = CyclePanels(response, response.design)
-    assert panels.variance.value == pytest.approx(finer.variance.value, rel=1e-12)
-    assert panels.variance.mean == pytest.approx(finer.variance.mean, rel=1e-14)
+    moments = CyclePanels(response, response.design).smooth(()).moments
+    monkeypatch.setattr(continuous_cycle, "NODES", 24)
+    finer = CyclePanels(response, response.design).smooth(()).moments
+    assert moments[0] == pytest.approx(finer[0], rel=1e-13)
+    assert moments[1] == pytest.approx(finer[1], rel=1e-12)
 
 
 def test_closed_forms():
     """cos phi - cos(3 phi) / 6: peaks sqrt 3 / 2 at +-30 deg, a dip 5/6 between them; variance (1 + 1/36) / 2."""
     panels = CyclePanels(toys.third_harmonic(), np.array([-1 / 6]))
-    extremes = panels.extremes
+    extremes = panels.extremes(CurveSide(0, 0, 1))
     assert np.degrees(extremes.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
     assert extremes.values == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
     assert extremes.peaks.tolist() == [False, True, False, True, False, True]
-    assert panels.variance.value == pytest.approx(37 / 72, rel=1e-14)
+    assert panels.smooth(()).moments[1] == pytest.approx(37 / 72, rel=1e-13)
 
 
 def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     toy = toys.corner(height=-4.0)
-    extremes = CyclePanels(toy, np.array([0.2])).extremes
+    extremes = CyclePanels(toy, np.array([0.2])).extremes(CurveSide(0, 0, 1))
     top = extremes.values.argmax()
     assert (extremes.angles[top], extremes.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
     assert extremes.values[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
@@ -57,18 +59,17 @@ def test_a_corner_is_a_peak_where_the_slope_changes_sign():
 def test_peak_and_variance_derivatives_equal_differences(response, share):
     width = response.upper - response.lower
     x = response.lower + share * width
-    rows = ContinuousCycle(response).local(x)
-    first = rows.values(x)
+    rows = ContinuousCycle.from_response(response, toys.SUM).local(x)
     rng = np.random.default_rng(5)
-    weights = ModelValues(0.7, rng.normal(size=len(first.upper)), rng.normal(size=len(first.lower)), np.empty(0))
+    weights = ModelValues(0.7, rng.normal(size=len(rows.groups)), np.empty(0))
 
     def value(y):
         values = rows.values(y)
-        return weights.smooth * values.smooth + weights.upper @ values.upper + weights.lower @ values.lower
+        return weights.smooth * values.smooth + weights.rows @ values.rows
 
     def weighted(y):
         slopes = rows.slopes(y)
-        return weights.smooth * slopes.smooth + weights.upper @ slopes.upper + weights.lower @ slopes.lower
+        return weights.smooth * slopes.smooth + weights.rows @ slopes.rows
 
     step = 2e-5 * width
     scale = np.abs(weighted(x) * width).max()
@@ -78,23 +79,28 @@ def test_peak_and_variance_derivatives_equal_differences(response, share):
     assert curvature == pytest.approx(bends, abs=2e-6 * np.abs(bends).max())
 
 
-def test_the_jump_terms_at_joints_are_needed():
-    """Without them the curvature of the variance of a moving corner would be wrong: the test above can fail."""
-    panels = CyclePanels(toys.corner(-4.0), np.array([0.2]))
-    assert abs(panels._at_joints()).max() > 0.1 * abs(panels.variance_hessian()).max()
+def test_the_motion_of_nodes_is_needed(monkeypatch):
+    """Without it the curvature of the variance of a moving corner would be wrong: the test above can fail."""
+    toy, x = toys.corner(-4.0), np.array([0.2])
+    cycle = ContinuousCycle.from_response(toy, toys.SUM)
+    panels, smooth = cycle.panels(x)
+    bent = panels.hessian(smooth)
+    monkeypatch.setattr(CyclePanels, "_velocity", np.zeros((2, 1)))
+    cycle = ContinuousCycle.from_response(toy, toys.SUM)
+    panels, smooth = cycle.panels(x)
+    assert abs(panels.hessian(smooth) - bent).max() > 0.1 * abs(bent).max()
 
 
 def test_windows_cover_the_turn_wherever_the_design_goes():
     response = toys.bent()
-    rows = ContinuousCycle(response).local(np.array([0.1, 0.1]))
+    rows = ContinuousCycle.from_response(response, toys.SUM).local(np.array([0.1, 0.1]))
     for x in np.random.default_rng(0).random((6, 2)):
-        values, look = rows.values(x), ContinuousCycle(response).look(x)
-        assert values.upper.max() == pytest.approx(look.high, abs=1e-12)
-        assert values.lower.min() == pytest.approx(look.low, abs=1e-12)
+        look = ContinuousCycle.from_response(response, toys.SUM).look(x)
+        assert find_tops(rows.values(x).rows, rows.groups, 2) == pytest.approx([look.high, -look.low], abs=1e-12)
 
 
 def test_all_joints_are_panel_ends():
     response = toys.planting()
-    assert isinstance(response, QuantityCurve)
+    assert isinstance(response, QuantityCurves)
     panels = CyclePanels(response, response.design)
     assert np.isin(np.round(panels.folded, 9), np.round(np.mod(panels.breaks, np.pi), 9)).all()

@@ -18,8 +18,8 @@ def test_only_different_samples_are_used(samples, count):
 @pytest.mark.parametrize("samples", [90, 91])
 def test_half_turn_equals_all_samples(samples):
     response = toys.planting()
-    force = response.value(response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples)
-    look = SampledCycle(response, samples).look(response.design)
+    (force,) = response.value(response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples)
+    look = SampledCycle(response, toys.SUM, samples).look(response.design)
     assert (look.high, look.low) == pytest.approx((force.max(), force.min()), abs=1e-10)
     assert (look.mean, look.variance) == pytest.approx((force.mean(), force.var()), rel=1e-11)
 
@@ -29,8 +29,7 @@ def crossing(side: float) -> tuple[SampledRows, np.ndarray]:
     response = toys.planting()
     x = response.design.copy()
     x[6] = np.pi / (np.radians(92) + side * 1e-4 + x[2])
-    indices = np.arange(180)
-    return SampledRows(response, sample_angles(360, np.pi), indices, indices), x
+    return SampledRows(response, toys.SUM, sample_angles(360, np.pi), np.ones((2, 180), dtype=bool)), x
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -38,15 +37,15 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
     rows, x = crossing(side)
     width = rows.response.upper - rows.response.lower
     rng = np.random.default_rng(3)
-    weights = ModelValues(0.7, rng.normal(size=180), rng.normal(size=180), np.empty(0))
+    weights = ModelValues(0.7, rng.normal(size=360), np.empty(0))
 
     def weighted(y):
         slopes = rows.slopes(y)
-        return weights.smooth * slopes.smooth + weights.upper @ slopes.upper + weights.lower @ slopes.lower
+        return weights.smooth * slopes.smooth + weights.rows @ slopes.rows
 
     def value(y):
         values = rows.values(y)
-        return weights.smooth * values.smooth + weights.upper @ values.upper + weights.lower @ values.lower
+        return weights.smooth * values.smooth + weights.rows @ values.rows
 
     step = 1e-5 * width
     scale = np.abs(weighted(x) * width).max()
@@ -58,7 +57,7 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
 
 def test_second_derivatives_jump_there():
     """What makes the test above one of two sides: the curvature of sample 92 is not the same on both."""
-    weights = ModelValues(0.0, np.eye(180)[92], np.zeros(180), np.empty(0))
+    weights = ModelValues(0.0, np.eye(360)[92], np.empty(0))
     before, after = (rows.curvature(x, weights)[6, 6] for rows, x in (crossing(-1), crossing(1)))
     assert abs(after - before) > 0.1 * max(abs(before), abs(after))
 
@@ -67,23 +66,24 @@ def test_second_derivatives_jump_there():
 def test_pinned_samples_move_with_their_joint_smoothly(response):
     width = response.upper - response.lower
     x = response.lower + 0.4 * width
-    turn = SampledCycle(response, 24)
+    turn = SampledCycle(response, toys.SUM, 24)
     breakpoints = find_breakpoints(response, response.prologue(x))
     first = int(np.flatnonzero(breakpoints.orders == 1)[0])
     sample = int(np.abs(turn.angles - breakpoints.folded[first]).argmin())
     rows = turn.local(x).with_holds((BreakpointHold(sample, int(breakpoints.events[first])),))
     assert rows.values(x).holds == pytest.approx([breakpoints.folded[first] - turn.angles[sample]], abs=1e-12)
     n = len(turn.angles)
-    rows = SampledRows(response, turn.angles, np.arange(n), np.arange(0), rows.holds)
-    weights = ModelValues(1.3, np.linspace(-1, 1, n), np.empty(0), np.array([0.8]))
+    chosen = np.array([np.ones(n), np.zeros(n)], dtype=bool)
+    rows = SampledRows(response, toys.SUM, turn.angles, chosen, rows.holds)
+    weights = ModelValues(1.3, np.linspace(-1, 1, n), np.array([0.8]))
 
     def value(y):
         values = rows.values(y)
-        return 1.3 * values.smooth + weights.upper @ values.upper + weights.holds @ values.holds
+        return 1.3 * values.smooth + weights.rows @ values.rows + weights.holds @ values.holds
 
     def weighted(y):
         slopes = rows.slopes(y)
-        return 1.3 * slopes.smooth + weights.upper @ slopes.upper + weights.holds @ slopes.holds
+        return 1.3 * slopes.smooth + weights.rows @ slopes.rows + weights.holds @ slopes.holds
 
     scale = np.abs(weighted(x) * width).max()
     assert weighted(x) * width == pytest.approx(difference(value, x, 1e-5 * width) * width, abs=1e-7 * scale)
@@ -94,11 +94,11 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
 
 def test_sample_at_breakpoint_has_both_gradients():
     toy = toys.corner()
-    turn = SampledCycle(toy, 12)
+    turn = SampledCycle(toy, toys.SUM, 12)
     on = turn.conditions(np.array([np.pi / 6]))
     off = turn.conditions(np.array([np.pi / 6 + 1e-4]))
-    assert (len(on.upper), len(off.upper)) == (13, 12)
-    assert on.upper_gradients[[1, 12], 0] == pytest.approx([0.5, -0.5], abs=1e-7)
+    assert (np.bincount(on.groups).tolist(), np.bincount(off.groups).tolist()) == ([13, 13], [12, 12])
+    assert on.gradients[[1, 12], 0] == pytest.approx([0.5, -0.5], abs=1e-7)
     assert on.kinks.shape == (1, 1)
     before, after = (turn.conditions(np.array([np.pi / 6 + s * 1e-7])).smooth for s in (1, -1))
     assert on.smooth == pytest.approx(before, abs=1e-6)

@@ -84,7 +84,7 @@ def test_every_start_ends_at_the_optimum_and_it_is_certified(problem: Problem) -
 def test_multipliers_are_those_by_hand(problem: Problem, optimum: np.ndarray) -> None:
     """At (2, 1): (-6, 2) + p (1, 1) - q (1, 2) = 0 gives q = 8, p = 14; c costs 1 at its lower bound."""
     m = estimate_multipliers(problem, optimum)
-    multipliers = {constraint.name: constraint for constraint in find_active_constraints(problem, m)}
+    multipliers = {constraint.name: constraint for constraint in find_active_constraints(problem, optimum, m)}
     assert set(multipliers) == {"sum", "product"}
     assert (multipliers["sum"].multiplier, multipliers["product"].multiplier) == pytest.approx((14, 8), rel=1e-6)
     assert m.required[:2] == pytest.approx([14, -8 * 0.5], rel=1e-6)

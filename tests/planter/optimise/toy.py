@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.response import BreakpointEvent, CompiledResponse
+from planter.optimise.response import BreakpointEvent
 
 
 class Toy:
@@ -30,7 +30,8 @@ class Toy:
         self.lower = np.zeros(p) if lower is None else np.asarray(lower, dtype=float)
         self.upper = np.ones(p) if upper is None else np.asarray(upper, dtype=float)
         self.design = (self.lower + self.upper) / 2 if design is None else np.asarray(design, dtype=float)
-        self.period = period
+        self.period, self.turn, self.shifts = period, 2 * np.pi, (0.0,)
+        self.count, self.is_closed = 1, True
         self.events = tuple(joints or {})
         z = ca.vertcat(phi, x)
         g = ca.vertcat(*(joints or {}).values()) if joints else ca.SX(0, 1)
@@ -67,33 +68,48 @@ class Toy:
     def prologue(self, x: Array) -> Array:
         return np.array(x, dtype=float)
 
+    def restart(self) -> None:
+        """Forget nothing: a toy depends on its design alone."""
+
     def value(self, at: Any, phi: Array) -> Array:
-        return self._stacked("force", at, phi)[:, 0, 0]
+        return self._stacked("force", at, phi)[:, :, 0].T
+
+    def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        return self.rate(at, phi)
 
     def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
         force, slopes = self.slopes(at, phi)
-        return force, slopes[:, 0]
+        return force, slopes[:, :, 0]
 
     def rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self.slopes(at, phi)[1][:, 0], self.hessians(at, phi)[:, 0, 0]
+        return self.slopes(at, phi)[1][:, :, 0], self._stacked("second", at, phi)[None, :, 0, 0]
 
     def slopes(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        return self.value(at, phi), self._stacked("slope", at, phi)[:, :, 0]
+        return self.value(at, phi), self._stacked("slope", at, phi)[None, :, :, 0]
 
     def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        return np.tensordot(weights, self.hessians(at, phi), 1)
+        return np.tensordot(weights[0], self._stacked("second", at, phi), 1)
 
-    def hessians(self, at: Any, phi: Array) -> Array:
-        return self._stacked("second", at, phi)
+    def hessians(self, at: Any, phi: Array, weights: Array) -> Array:
+        return weights[0][:, None, None] * self._stacked("second", at, phi)
+
+    def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
+        path = np.concatenate([velocity[:, None, :], np.tile(np.eye(len(at)), (len(phi), 1, 1))], axis=1)
+        return np.einsum("nap,nab,nbq->pq", path, self.hessians(at, phi, weights), path)
+
+    def misses(self, at: Any, phi: Array) -> Array:
+        return np.empty((0, len(phi)))
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         return self._stacked("g", at, phi)[:, :, 0].T, self.event_slopes(at, phi)[:, :, 0]
+
+    def event_rates(self, at: Any, phi: Array) -> tuple[Array, Array]:
+        count = len(self.events)
+        second = [[self.event_hessian(at, angle, k)[0, 0] for angle in phi] for k in range(count)]
+        return self.event_slopes(at, phi)[:, :, 0], np.array(second).reshape(count, len(phi))
 
     def event_slopes(self, at: Any, phi: Array) -> Array:
         return self._stacked("g_slope", at, phi).transpose(1, 0, 2)
 
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
         return self._call("g_second", at, np.array([phi]), np.eye(len(self.events))[event])
-
-    def compiled(self, angles: int) -> CompiledResponse | None:
-        return None

@@ -5,10 +5,10 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from planter.engine.problem import QuantityCurve
+from planter.engine.curves import QuantityCurves
 from planter.kernels import Array
 from planter.optimise.problem import Problem
-from planter.optimise.range_variance import Sampling
+from planter.optimise.range_variance import Sampling, build_range_sum
 from planter.optimise.range_variance import build_range_problem as over_turn
 from planter.optimise.response import BreakpointEvent
 from planter.optimise.variance import Weights
@@ -18,6 +18,7 @@ from planter.planting.model import Device
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper"), Weights(0.6, 0.4, "paper")
+SUM = build_range_sum(PAPER)
 CORNER = BreakpointEvent("corner", 1, 2 * np.pi)
 
 
@@ -61,7 +62,7 @@ def bent() -> Toy:
     return Toy(phi, x, smooth - (1.6 + x[1] * x[0]) * ca.sin(wrapped), {CORNER: phi - place})
 
 
-def planting(model: Model = "exact") -> QuantityCurve:
+def planting(model: Model = "exact") -> QuantityCurves:
     """The support force of the built-in machine."""
     return device(model).force
 

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from planter.engine.goal import Goal, resolve_limit, resolve_measure
+from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.errors import ComputationError
 from planter.kernels import backends
 from planter.mechanism.machines import build_machine
 from planter.tolerance.job import Spread
-from planter.tolerance.robust import DesignLimits, RobustGoal, Settings, find_robust
+from planter.tolerance.robust import RobustGoal, Settings, find_robust
 from tests.support import own
 
 ANGLES = 24
@@ -39,7 +40,7 @@ def crank(**bounds: tuple[float, float]) -> Machine:
 def robust_goal(machine: Machine, spreads: dict[str, Spread], hold: str = "") -> RobustGoal:
     measures = [resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")]
     limits = [resolve_limit(machine, parse_limit(hold))] if hold else []
-    bounds = DesignLimits(Goal(machine, (), limits, ANGLES, with_events=False)) if limits else None
+    bounds = MeasureLimits(Goal(machine, (), limits)) if limits else None
     return RobustGoal(replace(machine, objective=tuple(measures)), spreads, SETTINGS, ANGLES, bounds)
 
 
@@ -62,7 +63,7 @@ def test_random_machines_agree_with_single_machines() -> None:
         data = machine.data.copy()
         data[machine.find_index("values.e_mm")] += deviations[1]
         data[machine.find_index("values.m_s_kg")] = deviations[2]
-        alone = Goal(machine.with_data(data), machine.objective, [], ANGLES, with_events=False)
+        alone = Goal(machine.with_data(data), machine.objective, [], ANGLES)
         assert value == pytest.approx(alone.evaluate(alone.machine.design), rel=1e-12)
     assert np.ptp(values) > 0.01 * values.mean()
     assert robust.nominal(robust.design)[0] != pytest.approx(values[0], rel=1e-6)
@@ -73,7 +74,7 @@ def test_robust_design_improves_within_limits() -> None:
     robust_result = find_robust(robust, SETTINGS, None)
     assert robust_result.best_robust.robust <= min(robust_result.best_nominal.robust, robust_result.own.robust) + 1e-9
     assert robust_result.objective == pytest.approx(robust_result.best_robust.mean + 3 * robust_result.best_robust.std)
-    assert isinstance(robust.limits, DesignLimits)
+    assert isinstance(robust.limits, MeasureLimits)
     x = np.array([robust_result.design["r_mm"], robust_result.design["e_mm"]]) * robust.machine.scale
     assert robust.limits.violation(x) <= 1e-6
     assert robust.limits.violation(robust.design) > 1e-3
@@ -90,7 +91,7 @@ def test_search_skips_designs_without_cycle() -> None:
 def test_limits_in_the_design_have_total_slopes() -> None:
     machine = crank()
     limit = resolve_limit(machine, parse_limit("range F_Ox <= 20 N"))
-    limits = DesignLimits(Goal(machine, (), [limit], ANGLES, with_events=False))
+    limits = MeasureLimits(Goal(machine, (), [limit]))
     x = machine.design
     slopes = limits.slopes(x)
     for j, step in enumerate(np.diag(1e-6 * (machine.upper - machine.lower))):

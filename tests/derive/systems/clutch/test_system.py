@@ -15,10 +15,9 @@ import pytest
 import sympy as sp
 
 from derive.chain import ChainError
-from derive.emit.expression import list_expressions
 from derive.emit.text import list_functions
 from derive.equations import Claim, ClaimError, Equation
-from derive.model import ClosedForm, Let, System
+from derive.model import ClosedForm, Let, System, list_expressions
 from derive.papers import shi2021
 from derive.quantity import Quantity, Vector, dimension, of_unit
 from derive.systems.clutch import geometry, rotor

@@ -1,0 +1,211 @@
+"""Curves of a machine over its angle for sums of measures: quantities, events, and the parts that conditions leave."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any, Self
+
+import casadi as ca
+import numpy as np
+
+from planter.engine.machine import Machine, Quantity
+from planter.engine.measures import MeasureCondition
+from planter.engine.response import DesignPoint, MachineResponse
+from planter.kernels import Array
+from planter.optimise.response import BreakpointEvent
+
+CLOSED = 1e-6
+"""Share of its range by which a quantity may differ after a turn: loops are closed to less."""
+
+
+class QuantityCurves:
+    """Quantities F(phi, x), (m,), of a machine, in SI, with its events as joints: an `optimise.response.CycleResponse`.
+
+    After them stand the powers `worked`, divided by the speed: their integral over the angle is a work. The order of a
+    joint is that of the machine's forces: a quantity may be smoother there. Where a condition begins or ceases to hold
+    is a joint, too.
+    """
+
+    def __init__(
+        self, machine: Machine, names: Sequence[str], conditions: Sequence[MeasureCondition] = (),
+        worked: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        """Raises InputError if the machine has no quantity of one of the names."""
+        self.machine, self.conditions = machine, tuple(conditions)
+        rates = [_build_rate(machine, name) for name in worked]
+        self.response, self.is_compiled = MachineResponse(machine, names, more=rates), False
+        self.response.settles = True
+        self.quantities = self.response.quantities
+        self.names, self.lower, self.upper = machine.design_names, machine.lower, machine.upper
+        self._levels = [_build_levels(machine, condition) for condition in self.conditions]
+        ends = [level.name for levels in self._levels for level, _ in levels]
+        self.events = (*_list_events(machine), *(BreakpointEvent(name, 0, None) for name in ends))
+
+    @property
+    def design(self) -> Array:
+        """The machine's own design (p,)."""
+        return self.machine.design
+
+    @property
+    def count(self) -> int:
+        """Number m of curves."""
+        return len(self.quantities)
+
+    @property
+    def turn(self) -> float:
+        """The angle of a cycle of the machine [rad]."""
+        return self.machine.turn
+
+    @property
+    def period(self) -> float:
+        """The angle after which the curves repeat [rad]: a side's after a turn."""
+        total = all(quantity.total for quantity in self.quantities) and not self.conditions
+        return self.machine.period if total else self.machine.turn
+
+    @property
+    def shifts(self) -> tuple[float, ...]:
+        """By how much the joints of each side come before those of the first [rad]."""
+        return self.machine.offsets if self.period == self.machine.turn else (0.0,)
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether all curves and their slopes are at the end of a turn what they are at its beginning."""
+        angles, at = np.linspace(0.0, self.machine.turn, 1 + self.machine.samples), self.prologue(self.design)
+        (values, _), rates = self.response.loose_derivatives(at, angles), self.response.loose_rates(at, angles)
+        gaps = [np.abs(part[:, -1] - part[:, 0]) for part in (values, *rates)]
+        sizes = [np.ptp(values, axis=1), *(np.nanmax(np.abs(part), axis=1) for part in rates)]
+        return all(bool((gap <= CLOSED * size).all()) for gap, size in zip(gaps, sizes, strict=True))
+
+    @property
+    def offsets(self) -> tuple[float, ...]:
+        """Angles [rad] of the lanes that add up to the curves."""
+        return self.response.offsets
+
+    def with_machine(self, machine: Machine) -> Self:
+        """Return the curves of a machine that differs from this one's in numbers alone: all functions are shared."""
+        curves = copy.copy(self)
+        curves.machine, curves.lower, curves.upper = machine, machine.lower, machine.upper
+        return curves
+
+    def prologue(self, x: Array) -> DesignPoint:
+        """Return the point of a design x (p,), for all angles."""
+        return self.response.at_data(self.machine.build_data(x))
+
+    def restart(self) -> None:
+        """Forget all designs so far: what follows does not depend on them, to the last digit."""
+        self.response.restart()
+        self._joints.restart()
+
+    def ends(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as beside a root."""
+        return self.response.loose_derivatives(at, phi)
+
+    def value(self, at: DesignPoint, phi: Array) -> Array:
+        """Return F, (m, n). Raises ComputationError if loops do not close or a value is not finite, as all do."""
+        return self.response.values(at, phi)
+
+    def rate(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return F and its derivative in phi, (m, n) each."""
+        return self.response.derivatives(at, phi)
+
+    def rates(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return the first and second derivative of F in phi, (m, n) each."""
+        return self.response.rates(at, phi)
+
+    def slopes(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return F, (m, n), and its Jacobian in (phi, x), (m, n, 1 + p)."""
+        return self.response.slopes(at, phi)
+
+    def hessian(self, at: DesignPoint, phi: Array, weights: Array) -> Array:
+        """Return the sum over curves and angles of weights (m, n) times Hessians in (phi, x), (1 + p, 1 + p)."""
+        return self.response.curvature(at, phi, weights)
+
+    def hessians(self, at: DesignPoint, phi: Array, weights: Array) -> Array:
+        """Return the sum over curves of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1 + p)."""
+        return self.response.curvatures(at, phi, weights)
+
+    def hessian_along(self, at: DesignPoint, phi: Array, weights: Array, velocity: Array) -> Array:
+        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with `velocity` (n, p)."""
+        return self.response.curvature_along(at, phi, weights, velocity)
+
+    @cached_property
+    def _joints(self) -> MachineResponse:
+        levels = [level for levels in self._levels for level in levels]
+        joints = MachineResponse(self.machine, (), with_events=True, more=levels)
+        joints.is_compiled = self.is_compiled
+        return joints
+
+    def event_values(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return g of every event and its derivative in phi, (k, n) each."""
+        return self._joints.loose_derivatives(at, phi)
+
+    def event_rates(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
+        """Return the first two derivatives of g of every event in phi, (k, n) each."""
+        return self._joints.loose_rates(at, phi)
+
+    def event_slopes(self, at: DesignPoint, phi: Array) -> Array:
+        """Return the Jacobian of g in (phi, x), (k, n, 1 + p)."""
+        return self._joints.loose_slopes(at, phi)[1]
+
+    def event_hessian(self, at: DesignPoint, phi: float, event: int) -> Array:
+        """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
+        weights = np.eye(len(self.events))[:, event : event + 1]
+        return self._joints.curvature(at, np.array([phi]), weights)
+
+    def misses(self, at: DesignPoint, phi: Array) -> Array:
+        """Return by how much each condition is missed at angles in SI, (c, n), not positive where it holds."""
+        if not self.conditions:
+            return np.empty((0, len(phi)))
+        rows = self._joints.values(at, phi)[-sum(map(len, self._levels)) :]
+        misses, first = [], 0
+        for condition, levels in zip(self.conditions, self._levels, strict=True):
+            beyond, *below = rows[first : first + len(levels)]
+            misses.append(condition.sign * (np.maximum(beyond, -below[0]) if below else beyond))
+            first += len(levels)
+        return np.array(misses)
+
+    def compile(self, refined: bool = False) -> None:
+        """Compile what a search calls again and again, over samples or, `refined`, over true extremes and integrals.
+
+        The Hessian takes longest: it is compiled in the background, and not for the few times that a search over true
+        extremes needs it. What joints need is compiled at its first use.
+        """
+        response = self.response
+        if not refined:
+            response.hessian_kernel.compile(wait=False)
+            response.prologue_hessian_kernel.compile()
+        response.compile()
+        if refined:
+            response.derivatives_kernel.compile()
+            response.rates_kernel.compile()
+        self.is_compiled = True
+        vars(self).pop("_joints", None)
+
+
+def _list_events(machine: Machine) -> list[BreakpointEvent]:
+    """Return the events of a machine; those of which nothing is known may let forces jump."""
+    if machine.events is None:
+        return []
+    kinds: Sequence[Mapping[str, Any]] = machine.event_kinds or [
+        {"name": f"event {i + 1}"} for i in range(machine.events.numel_out(0))
+    ]
+    return [BreakpointEvent(str(kind["name"]), int(kind.get("order", 0)), kind.get("period")) for kind in kinds]
+
+
+def _build_rate(machine: Machine, name: str) -> tuple[Quantity, ca.SX]:
+    """Return a power as the rate of a work over the angle [J/rad], with its graph."""
+    quantity = machine.find_quantity(name)
+    graph = machine.graph(quantity.name) / ca.fabs(machine.symbols[1][machine.speed])
+    return Quantity(quantity.name, "J", quantity.meaning, quantity.key), graph
+
+
+def _build_levels(machine: Machine, condition: MeasureCondition) -> list[tuple[Quantity, ca.SX]]:
+    """Return functions of the angle in SI that vanish where a condition begins or ceases to hold, with their graphs."""
+    quantity = machine.find_quantity(condition.name)
+    graph, level = machine.graph(quantity.name), condition.number * quantity.factor
+    signs = (1, -1) if condition.absolute else (1,)
+    return [
+        (Quantity(str(condition), quantity.unit, "condition", quantity.key), graph - sign * level) for sign in signs
+    ]

@@ -1,0 +1,139 @@
+"""Limits on measures as constraints: one component each over all designs, and the rows that are smooth near one."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from planter.engine.goal import Goal
+from planter.engine.measures import Limit
+from planter.kernels import Array
+from planter.numerics.arrays import Integers, LastCallCache
+from planter.optimise.constraints import Constraints, NamedConstraint
+from planter.optimise.joined import JoinedObjective
+from planter.optimise.objective import LocalModel, ModelValues, evaluate_summary, find_gradient
+
+PAIRED_SHARE = 0.25
+"""Peaks and valleys this near to the extremes, in spreads, are paired for a limit on a range."""
+
+
+class MeasureLimits(Constraints):
+    """The limits of a goal, each with its true value as the only component, in steps.
+
+    A greatest value has a corner where two angles share it; `at` gives the rows on both sides of it.
+    """
+
+    def __init__(self, goal: Goal) -> None:
+        self.goal = goal
+        self.steps = np.array([goal.step(limit) for limit in goal.limits])
+        numbers = np.array([limit.number for limit in goal.limits]) / self.steps
+        is_upper = np.array([limit.sign > 0 for limit in goal.limits])
+        self.lower, self.upper = np.where(is_upper, -np.inf, numbers), np.where(is_upper, numbers, np.inf)
+        self.owner: Integers = np.arange(len(goal.limits))
+        self._rows = LastCallCache(lambda x: LimitRows(self, x))
+        self.kinds = [_name(limit, step) for limit, step in zip(goal.limits, self.steps.tolist(), strict=True)]
+
+    @property
+    def windows(self) -> bool:
+        return True
+
+    def at(self, x: Array) -> LimitRows:
+        return self._rows(x)
+
+    def values(self, x: Array) -> Array:
+        """Return what the limits are on (k,) at a design x (p,). Raises ComputationError without a cycle."""
+        values = [evaluate_summary(limited, limited.look(x)).objective for limited in self.goal.limited]
+        return np.array(values) / self.steps
+
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (k, p)."""
+        slopes: Array = np.array([find_gradient(limited, x) for limited in self.goal.limited]) / self.steps[:, None]
+        return slopes
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (k,)."""
+        rows = [LimitRow(limited, x, None) for limited in self.goal.limited]
+        parts = [row.curvature(x, weight[None]) for row, weight in zip(rows, weights / self.steps, strict=True)]
+        total: Array = np.sum(parts, axis=0)
+        return total
+
+
+def _name(limit: Limit, step: float) -> NamedConstraint:
+    return NamedConstraint(str(limit), ("max" if limit.sign > 0 else "min",), "1", step)
+
+
+class LimitRow:
+    """Rows of one limit near a design: linear functions of the smooth value and the rows of its local model.
+
+    A limit on a greatest value holds for each row of its group, one on a range for each pair of a peak and a valley; a
+    greatest value that must be reached is that of the row that has it now, as it is for any limit without a `sign`.
+    """
+
+    def __init__(self, limited: JoinedObjective, x: Array, sign: int | None) -> None:
+        self.local: LocalModel = limited.local(x)
+        rows, groups = self.local.values(x).rows, self.local.groups
+        chosen = [np.flatnonzero(groups == group) for group in range(len(limited.weights))]
+        is_each = sign is not None and bool((sign * limited.weights > 0).all())
+        picked = [
+            _pick(rows, places, unit, is_each, len(chosen) > 1)
+            for places, unit in zip(chosen, limited.units, strict=True)
+        ]
+        combinations = list(itertools.product(*picked))
+        self.matrix = np.zeros((len(combinations), 1 + len(rows)))
+        self.matrix[:, 0] = 1.0
+        for row, places in zip(self.matrix, combinations, strict=True):
+            row[1 + np.array(places, dtype=np.int64)] = limited.weights
+
+    def values(self, x: Array) -> Array:
+        """Return the rows (k,) at a design x (p,)."""
+        values = self.local.values(x)
+        rows: Array = self.matrix @ np.append(values.smooth, values.rows)
+        return rows
+
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (k, p)."""
+        slopes = self.local.slopes(x)
+        gradients: Array = self.matrix @ np.vstack([slopes.smooth, slopes.rows])
+        return gradients
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (k,)."""
+        smooth, *rows = weights @ self.matrix
+        return self.local.curvature(x, ModelValues(float(smooth), np.array(rows), np.empty(0)))
+
+
+def _pick(rows: Array, places: Integers, unit: float, is_each: bool, is_paired: bool) -> Integers:
+    """Return the rows of a group that count: all of them, those near the largest if they are paired, or the largest."""
+    top = rows[places].max()
+    if not is_each:
+        return places[[rows[places].argmax()]]
+    return places[rows[places] >= top - PAIRED_SHARE * unit] if is_paired else places
+
+
+class LimitRows(Constraints):
+    """The rows of all limits near a design x (p,)."""
+
+    def __init__(self, limits: MeasureLimits, x: Array) -> None:
+        goal = limits.goal
+        self.rows = [LimitRow(limited, x, limit.sign) for limited, limit in zip(goal.limited, goal.limits, strict=True)]
+        self.counts = [len(row.matrix) for row in self.rows]
+        self.owner = np.repeat(limits.owner, self.counts)
+        self.kinds, self.steps = limits.kinds, limits.steps[self.owner]
+        self.lower, self.upper = limits.lower[self.owner], limits.upper[self.owner]
+
+    def values(self, x: Array) -> Array:
+        """Return the rows (k,) at a design x (p,)."""
+        values: Array = np.concatenate([row.values(x) for row in self.rows]) / self.steps
+        return values
+
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (k, p)."""
+        slopes: Array = np.vstack([row.slopes(x) for row in self.rows]) / self.steps[:, None]
+        return slopes
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (k,)."""
+        parts = np.split(weights / self.steps, np.cumsum(self.counts)[:-1])
+        total: Array = np.sum([row.curvature(x, part) for row, part in zip(self.rows, parts, strict=True)], axis=0)
+        return total
