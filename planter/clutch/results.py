@@ -394,7 +394,7 @@ class TeethInSleeve(Record):
 class ContactEngagement(Record):
     """`planter clutch engage --mode contact`: the clutch compared with a dog clutch.
 
-    The ratio of the largest loads is null where these are of two kinds, or one clutch does not engage. `printed_loads` has
+    The ratio of the largest loads is null if they are of two kinds, or a clutch does not engage. `printed_loads` has
     the loads of the paper if the file has the inputs that it discloses.
     """
 
