@@ -29,15 +29,26 @@ from planter.measured.calibration import (
     rebuild_machine,
     state_active_bounds,
 )
-from planter.measured.curve import EFFECT, PHASE, Chosen, find_measured, find_phases, is_offset
+from planter.measured.curve import (
+    EFFECT,
+    PHASE,
+    Chosen,
+    find_measured,
+    find_phases,
+    find_records,
+    is_offset,
+)
 from planter.measured.effects import (
+    DRIFTS,
     ElasticMount,
     ElectricCoupling,
+    Gain,
     Imbalance,
     LeakedForce,
     LeakedTorque,
     SensorEffect,
     SpeedHarmonics,
+    ZeroDrift,
     rank_effect,
 )
 from planter.measured.findings import EffectParameter, Explanation, ExplanationFound, LackOfFitTest
@@ -135,7 +146,7 @@ def explain_curve(
     chosen = Chosen.from_bounds(machine, _with_nuisances(machine, measured, bounds), priors)
     stated = SensorCurve(machine, chosen, measured, quantity).stated
     effects = [effect for effect in list_effects(machine, quantity, measured) if not _is_stated(effect, stated)]
-    phase = ProgressPhase("explanations", "fit", ENCLOSURES + LEVERS + 5, progress)
+    phase = ProgressPhase("explanations", "fit", ENCLOSURES + LEVERS + len(DRIFTS) + 6, progress)
 
     def fit_effects(*chosen_effects: SensorEffect) -> ExplainedFit:
         curve = SensorCurve(machine, chosen, measured, quantity, chosen_effects)
@@ -237,7 +248,11 @@ def list_effects(machine: Machine, quantity: str, measured: Measurement) -> list
         effects.append(Imbalance(span / speed**2))
     if machine.acceleration is not None or (target.total and is_force):
         effects.append(SpeedHarmonics())
-    return [*effects, ElasticMount(speed), ElectricCoupling(speed)]
+    phi = measured.phi[measured.used]
+    records = find_records(phi)
+    spans = tuple((float(each[0]), float(each[-1])) for each in np.split(phi, np.flatnonzero(np.diff(records)) + 1))
+    drifts = [ZeroDrift(degree, spans, span, units.display_unit(target.key)) for degree in DRIFTS]
+    return [*effects, ElasticMount(speed), Gain(), ElectricCoupling(speed), *drifts]
 
 
 def _is_stated(effect: SensorEffect, stated: Sequence[StatedEffect]) -> bool:
