@@ -140,11 +140,11 @@ def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:
         frame = Frame(f"{cam.name}, turned back", cam.frame, Z, -angle)
         guide = find_guide(stated, follower, cam)
         velocity = stated.motion.relative_derivative(centre, guide.frame)
-        along = Vec(guide.frame, (S.One, S.Zero, S.Zero))
+        guide_axis = Vec(guide.frame, (S.One, S.Zero, S.Zero))
         for key, unit, meaning, vector in (
             ("centre", "m", "centre of the roller", centre.resolved(frame)),
             ("way", "m/s", "velocity of the centre of the roller against its guide", velocity.resolved(guide.frame)),
-            ("guide", "1", "axis x of what guides the roller", along.resolved(frame)),
+            ("guide", "1", "axis x of what guides the roller", guide_axis.resolved(frame)),
         ):
             for axis, component in zip("xy", vector.components, strict=False):
                 yield let(quantity(f"{name}_{key}_{axis}", unit, f"{meaning} at {name}, {axis}"), component)

@@ -441,17 +441,17 @@ def judge_printed_loads(
     printed = dict(zip(number["each"]["row"], map(float, number["printed"]), strict=True))
     verdicts = []
     for name, load in loads.items():
-        found = [(load.outcome, load.N_max_N)]
-        found += [(getattr(row, f"{name}_outcome"), getattr(row, f"{name}_N_max_N")) for row in rows]
-        verdicts.append(judge_printed_load(PRINTED_ROWS[name], printed[PRINTED_ROWS[name]], found))
+        largest = [(load.outcome, load.N_max_N)]
+        largest += [(getattr(row, f"{name}_outcome"), getattr(row, f"{name}_N_max_N")) for row in rows]
+        verdicts.append(judge_printed_load(PRINTED_ROWS[name], printed[PRINTED_ROWS[name]], largest))
     return verdicts
 
 
-def judge_printed_load(clutch: str, printed: float, found: Sequence[tuple[Outcome, float]]) -> PrintedLoad:
-    """Return the verdict on a printed impact load [N] by the loads that were found, each with what it is."""
-    impacts = [load for outcome, load in found if outcome == "impact"]
-    held = [load for outcome, load in found if outcome in ("jam", "held load")]
-    impacts_N, held_N = ((min(loads), max(loads)) if loads else None for loads in (impacts, held))
+def judge_printed_load(clutch: str, printed: float, largest: Sequence[tuple[Outcome, float]]) -> PrintedLoad:
+    """Return the verdict on a printed impact load [N] by the largest loads of engagements, each with what it is."""
+    impacts = [load for outcome, load in largest if outcome == "impact"]
+    lasting = [load for outcome, load in largest if outcome in ("jam", "held load")]
+    impacts_N, held_N = ((min(loads), max(loads)) if loads else None for loads in (impacts, lasting))
     verdict: Literal["not recomputable", "no impact", "not reproduced"]
     if impacts_N is None:
         verdict = "no impact"

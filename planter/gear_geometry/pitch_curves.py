@@ -310,13 +310,13 @@ def _check_corners(polar: Array, radius: Array, sense: int, name: str) -> None:
     bends = slopes - np.roll(slopes, 1)
     # a smooth curve bends in proportion to the steps, a corner does not
     rates = 2 * np.abs(bends) / (steps + np.roll(steps, 1))
-    beside = np.max([np.roll(rates, shift) for shift in (-3, -2, 2, 3)], axis=0)
+    neighbours = np.max([np.roll(rates, shift) for shift in (-3, -2, 2, 3)], axis=0)
     span = sum(np.roll(steps, shift) for shift in range(-2, 4))
     # a corner between two rows bends at both of them
     before, after = np.roll(bends, 1), np.roll(bends, -1)
     bend = bends + np.where(np.abs(before) > np.abs(after), before, after)
     turn = np.arctan(np.abs(bend) / radius)
-    is_corner = (rates > CORNER_RATIO * beside) & (turn > CORNER_ANGLE) & (span <= CORNER_SPAN)
+    is_corner = (rates > CORNER_RATIO * neighbours) & (turn > CORNER_ANGLE) & (span <= CORNER_SPAN)
     if is_corner.any():
         worst = int(np.argmax(np.where(is_corner, turn, 0.0)))
         raise GeometryError(

@@ -363,8 +363,8 @@ def find_records(phi: Array) -> Integers:
     A record ends where the angle leaves out a revolution, or goes back by half of one against its direction.
     """
     steps = np.diff(phi)
-    along = steps * (np.sign(np.median(steps)) if len(steps) else 1.0)
-    return np.concatenate([[0], np.cumsum((along > TURN) | (along < -TURN / 2))]).astype(np.int64)
+    forward = steps * (np.sign(np.median(steps)) if len(steps) else 1.0)
+    return np.concatenate([[0], np.cumsum((forward > TURN) | (forward < -TURN / 2))]).astype(np.int64)
 
 
 def find_offset_channel(name: str, keys: Sequence[str], display_units: Sequence[str]) -> int:

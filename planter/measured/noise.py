@@ -37,8 +37,8 @@ REFUTING = 1e-3
 """Probability below which what a model leaves is no noise."""
 PLAUSIBLE = 2.0
 """Loss of the logarithm of the likelihood up to which a correlation is plausible: a level of 95 %."""
-TREND_DEGREE = 3
-"""Degree of the polynomials over a record that a model may not leave."""
+TREND_DEGREES = 3, 8
+"""Degrees of the polynomials over a record that a model may not leave: few see a weak trend, many one that swings."""
 HARMONICS, POINTS_PER_HARMONIC = 20, 6
 """Largest number of harmonics of what a model may leave, and least points of a revolution for each."""
 
@@ -194,11 +194,10 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
         if count < 1:
             continue
         both = np.column_stack([slopes[points], fourier_basis(phi, count)])
-        trends = np.column_stack([slopes[points], build_trends(phi, records)])
-        results = [
-            compare_nested(part, slopes[points], both, gaps),
-            compare_nested(part, slopes[points], trends, gaps),
-        ]
+        results = [compare_nested(part, slopes[points], both, gaps)]
+        for degree in TREND_DEGREES:
+            trends = np.column_stack([slopes[points], build_trends(phi, records, degree)])
+            results.append(compare_nested(part, slopes[points], trends, gaps))
         if revolutions >= TWO_REVOLUTIONS:
             results.append(_compare_with_mean_curve(curve.values[points], phi, part, slopes[points], gaps))
         for test in results:
@@ -209,14 +208,18 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
     return LackOfFit(worst.statistic, probability, worst.harmonics)
 
 
-def build_trends(phi: Array, records: Integers) -> Array:
-    """Return polynomials (m, j) up to `TREND_DEGREE` over each record at angles (m,) [rad]."""
+def build_trends(phi: Array, records: Integers, degree: int) -> Array:
+    """Return polynomials (m, j) up to a degree over each record at angles (m,) [rad].
+
+    They swing less often than the cycle, whose harmonics have a test of their own, but the cubic is always among them.
+    """
     columns = []
     for record in np.unique(records):
         inside = records == record
         first, last = float(phi[inside].min()), float(phi[inside].max())
         share = np.clip(2 * (phi - first) / ((last - first) or 1.0) - 1, -1.0, 1.0)
-        rows = legendre.legvander(share, TREND_DEGREE)
+        slower = max(TREND_DEGREES[0], int(2 * (last - first) / TURN) - 1)
+        rows = legendre.legvander(share, min(degree, slower))
         columns.append(np.where(inside[:, None], rows, 0.0))
     return np.column_stack(columns)
 

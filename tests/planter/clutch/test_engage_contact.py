@@ -274,18 +274,18 @@ def test_load_that_stays_is_no_impact(runs: dict[str, SwitchingRun]) -> None:
     assert contact_simulation.compare_loads(jammed.N_max_N, struck.N_max_N, (jammed.outcome, struck.outcome)) is None
     assert contact_simulation.compare_loads(300.0, 600.0, ("impact", "impact")) == 0.5
     fits = replace(GIVEN, tip=0.0108, root=0.0114)
-    held = contact_simulation.simulate_engagement(CLUTCHES["reuleaux"], fits, 0.0, 1e-6)
-    assert contact_simulation.classify_engagement(held) == "held load"
+    settled = contact_simulation.simulate_engagement(CLUTCHES["reuleaux"], fits, 0.0, 1e-6)
+    assert contact_simulation.classify_engagement(settled) == "held load"
 
 
 def test_printed_load_is_judged_by_impacts_alone() -> None:
     judge = contact_simulation.judge_printed_load
     assert judge("jaw", 500.0, [("impact", 400.0), ("impact", 600.0)]).verdict == "not recomputable"
     assert judge("jaw", 700.0, [("impact", 400.0), ("impact", 600.0), ("jam", 800.0)]).verdict == "not reproduced"
-    held = judge("body", 430.0, [("jam", 420.0), ("held load", 440.0), ("no engagement", 10.0)])
-    assert held.verdict == "no impact"
-    assert held.impacts_N is None
-    assert held.held_N == (420.0, 440.0)
+    settled = judge("body", 430.0, [("jam", 420.0), ("held load", 440.0), ("no engagement", 10.0)])
+    assert settled.verdict == "no impact"
+    assert settled.impacts_N is None
+    assert settled.held_N == (420.0, 440.0)
 
 
 def test_bristles_hold_up_to_their_limit() -> None:

@@ -175,8 +175,8 @@ def test_corner_is_refused_with_its_place(tmp_path: Path, kind: str) -> None:
     radius, place = CORNERS[kind]
     message = refusal("gears", "--curve", write_curve(tmp_path / "own.csv", DEGREES, radius), "--module", "2")
     assert "corner" in message
-    found = float(message.partition("polar angle ")[2].partition("°")[0])
-    assert min(abs(found - place - k * 180) for k in (-1, 0, 1)) <= 1
+    polar = float(message.partition("polar angle ")[2].partition("°")[0])
+    assert min(abs(polar - place - k * 180) for k in (-1, 0, 1)) <= 1
 
 
 SMOOTH = {

@@ -280,9 +280,9 @@ def test_each_record_has_its_own_drift() -> None:
     result = explain_record(record(drift=0.8, records=2))
     assert (result.outcome, result.preferred) == ("explained", "linear drift of zero")
     row = next(row for row in result.explanations if row.name == result.preferred)
-    found = {p.name.rpartition(".")[2]: p.value for p in row.parameters}
-    assert found["slope1"] == pytest.approx(0.8, abs=0.25)
-    assert found["slope2"] == pytest.approx(-0.4, abs=0.25)
+    slopes = {p.name.rpartition(".")[2]: p.value for p in row.parameters}
+    assert slopes["slope1"] == pytest.approx(0.8, abs=0.25)
+    assert slopes["slope2"] == pytest.approx(-0.4, abs=0.25)
 
 
 @pytest.mark.long

@@ -58,7 +58,7 @@ SLIDE = """
 s = m.coordinate("s", "m", "lift", equals=q.l * law)
 P = m.point("P", m.O, m.world, q.e, q.y_0 + s)
 slide = m.body("slide", m.world)
-m.slide("guide", slide, m.ground, P, along=Y)
+m.slide("guide", slide, m.ground, P, tangent=Y)
 m.follower("N_cam", slide, cam, P, m.O, across=m.vector(m.world, z=-1))
 """
 TURNING = """
@@ -108,11 +108,11 @@ def expected_pressure(title: str, kind: str, sense: int, phi: Array) -> Array:
     if kind == "slide":
         return np.arctan2(np.abs(LIFT * slope - sense * OFFSET), BASE + LIFT * share)
     psi, rate = START - SWING * share, -SWING * slope
-    along = np.array([-np.sin(psi), np.cos(psi)])
+    tangent = np.array([-np.sin(psi), np.cos(psi)])
     centre = np.array([DISTANCE + ARM * np.cos(psi), ARM * np.sin(psi)])
-    sliding = ARM * rate * along - sense * np.array([-centre[1], centre[0]])
-    across = sliding[0] * along[1] - sliding[1] * along[0]
-    return np.arctan2(np.abs((sliding * along).sum(axis=0)), np.abs(across))
+    sliding = ARM * rate * tangent - sense * np.array([-centre[1], centre[0]])
+    across = sliding[0] * tangent[1] - sliding[1] * tangent[0]
+    return np.arctan2(np.abs((sliding * tangent).sum(axis=0)), np.abs(across))
 
 
 CASES = [
