@@ -321,7 +321,7 @@ class Contacts(Kinematics):
         -F + N_camy
         """
         mechanism, across = self.assembly, across or unit(self.world, Z)
-        self.rollers[name] = cam, displacement(cam_axis, at, self.world)
+        self.rollers[name] = on, cam, displacement(cam_axis, at, self.world)
         velocity = self.motion.relative_derivative(displacement(cam_axis, at, across.frame), cam.frame)
         in_plane = velocity - velocity.dot(across) * across
         if not any(in_plane.components):

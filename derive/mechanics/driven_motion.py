@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
-from sympy import Expr
+from sympy import Expr, S
 
 from ..chain import STATES, BlockError, Chain, ChainError, ordered
 from ..equations import Definition, Equation, derived_equation
@@ -29,8 +29,16 @@ from ..model import (
     sorted_steps,
 )
 from ..quantity import Quantity, Vector
-from .bodies import AXES, angular_momentum_residuals, momentum_residuals, sliding_velocity, total_power, virtual_work
-from .frames import Frame, Z, displacement
+from .bodies import (
+    AXES,
+    Body,
+    angular_momentum_residuals,
+    momentum_residuals,
+    sliding_velocity,
+    total_power,
+    virtual_work,
+)
+from .frames import Frame, Vec, Z, displacement
 from .statement import MechanismError, Statement, place_functions, quantity
 
 LAW = "law_"
@@ -120,12 +128,41 @@ def derive_driven_motion(
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:
-    """Yield the rollers' centres on plane cams, seen from the cams' axes as if the cams turned by the angle."""
-    for name, (cam, centre) in stated.rollers.items():
-        if not stated.spatial:
-            place = centre.resolved(Frame(f"{cam.name}, turned back", cam.frame, Z, -angle))
-            for axis, component in zip("xy", place.components, strict=False):
-                yield let(quantity(f"{name}_centre_{axis}", "m", f"centre of the roller at {name}, {axis}"), component)
+    """Yield the rollers' centres on plane cams, seen from the cams' axes as if the cams turned by the angle.
+
+    Where a cam turns otherwise, that frame is not at rest, so that the slope of the centre is not what the follower
+    does: its guide sees the centre move, along the guide's own axes, of which x is given in that frame.
+    """
+    if stated.spatial:
+        return
+    for name, (follower, cam, centre) in stated.rollers.items():
+        frame = Frame(f"{cam.name}, turned back", cam.frame, Z, -angle)
+        guide = find_guide(stated, follower, cam)
+        velocity = stated.motion.relative_derivative(centre, guide.frame)
+        guide_axis = Vec(guide.frame, (S.One, S.Zero, S.Zero))
+        for key, unit, meaning, vector in (
+            ("centre", "m", "centre of the roller", centre.resolved(frame)),
+            ("way", "m/s", "velocity of the centre of the roller against its guide", velocity.resolved(guide.frame)),
+            ("guide", "1", "axis x of what guides the roller", guide_axis.resolved(frame)),
+        ):
+            for axis, component in zip("xy", vector.components, strict=False):
+                yield let(quantity(f"{name}_{key}_{axis}", unit, f"{meaning} at {name}, {axis}"), component)
+
+
+def find_guide(stated: Statement, follower: Body, cam: Body) -> Body:
+    """Return the body whose joints hold both a follower and its cam, the ground if there are none or several."""
+
+    def list_partners(body: Body) -> set[Body]:
+        unknowns = frozenset(stated.assembly.unknowns)
+        joints = [
+            action
+            for action in stated.assembly.actions
+            if body in (action.on, action.by) and action.needs & unknowns and any(action.force.components)
+        ]
+        return {partner for joint in joints for partner in (joint.on, joint.by)}
+
+    common = (list_partners(follower) & list_partners(cam)) - {follower, cam}
+    return common.pop() if len(common) == 1 else stated.ground
 
 
 def find_meshes(stated: Statement) -> Iterator[Mesh]:

@@ -44,7 +44,7 @@ class Statement:
         self.rolling: dict[str, tuple[Body, Body, Point]] = {}
         self.meshing: dict[str, tuple[Body, Body, Point]] = {}
         self.pushing: list[Quantity] = []
-        self.rollers: dict[str, tuple[Body, Vec]] = {}
+        self.rollers: dict[str, tuple[Body, Body, Vec]] = {}
         self.turned: dict[str, tuple[str, str, Vec]] = {}
 
     @property

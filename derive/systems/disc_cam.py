@@ -13,7 +13,7 @@ from ..quantity import Quantity, Vector
 
 ASSUMPTIONS = (
     "the cam turns anticlockwise about the origin by the angle of its mechanism, in the plane of the roller's centre",
-    "the pressure angle is zero while the roller's centre is at rest",
+    "the pressure angle at rest is its limit where the motion before the rest ends",
 )
 
 
@@ -25,6 +25,10 @@ x, y = (_cam(a, "m", f"centre of the roller from the cam's axis, {a}") for a in 
 dx, dy = (_cam(f"d{a}", "m", f"slope of the centre of the roller, {a}, by the angle") for a in "xy")
 ddx, ddy = (_cam(f"dd{a}", "m", f"second derivative of the centre of the roller, {a}, by the angle") for a in "xy")
 CENTRE = Vector("centre", (x, y, dx, dy, ddx, ddy))
+WAY = Vector(
+    "way",
+    tuple(_cam(f"way_{a}", "m", f"motion of the centre that its guide leaves it, of any size, {a}") for a in "xy"),
+)
 pitch_x, pitch_y = (_cam(f"pitch_{a}", "m", f"centre of the roller on the cam, {a}") for a in "xy")
 
 WORLD = Frame("frame")
@@ -37,11 +41,13 @@ def disc_contour() -> ClosedForm:
     position = Vec(WORLD, (x, y, S.Zero)).resolved(CAM)
     velocity = Vec(CAM, tuple(motion.rate(c) for c in position.components))
     acceleration = Vec(CAM, tuple(motion.rate(c) for c in velocity.components))
-    moves = Vec(WORLD, (dx, dy, S.Zero)).resolved(CAM)
+    moves = Vec(WORLD, (*WAY, S.Zero)).resolved(CAM)
     plane = ((v[0], v[1]) for v in (position, velocity, acceleration, moves))
     source = "derived: in the cam's frame"
     steps = (Let(pitch_x, position[0], source), Let(pitch_y, position[1], source), *cams.contour_steps(*plane))
-    return ClosedForm("disc", (phi, CENTRE, cams.reach), steps, Vector("contour", (pitch_x, pitch_y, *cams.CONTOUR)))
+    return ClosedForm(
+        "disc", (phi, CENTRE, WAY, cams.reach), steps, Vector("contour", (pitch_x, pitch_y, *cams.CONTOUR))
+    )
 
 
 def build_cam_system() -> System:

@@ -6,7 +6,7 @@ inputs are indexed along their first axis, so an entry may itself be an array.
 """
 
 
-def disc(xp, phi, centre, reach):
+def disc(xp, phi, centre, way, reach):
     """contour: 8 entries in the order of the CasADi function."""
     x = centre[0]  # [m] centre of the roller from the cam's axis, x
     y = centre[1]  # [m] centre of the roller from the cam's axis, y
@@ -14,6 +14,8 @@ def disc(xp, phi, centre, reach):
     dy = centre[3]  # [m] slope of the centre of the roller, y, by the angle
     ddx = centre[4]  # [m] second derivative of the centre of the roller, x, by the angle
     ddy = centre[5]  # [m] second derivative of the centre of the roller, y, by the angle
+    way_x = way[0]  # [m] motion of the centre that its guide leaves it, of any size, x
+    way_y = way[1]  # [m] motion of the centre that its guide leaves it, of any size, y
     c1 = xp.cos(phi)
     c2 = x * c1
     c3 = xp.sin(phi)
@@ -26,30 +28,30 @@ def disc(xp, phi, centre, reach):
     # derived: in the cam's frame
     pitch_y = -c6 + c7
     c8 = dx * c3
-    c9 = -dy * c1 + c8
-    c10 = -c5 - c9
-    c11 = dx * c1
-    c12 = dy * c3
-    c13 = c11 + c12
-    c14 = -c6 + c7
-    c15 = c13 + c14
-    c16 = c10**2 + c15**2
-    c17 = reach / xp.sqrt(c16)
+    c9 = dy * c1 - c5 - c8
+    c10 = dx * c1
+    c11 = dy * c3
+    c12 = -c6 + c7
+    c13 = c10 + c11 + c12
+    c14 = c13**2 + c9**2
+    c15 = reach / xp.sqrt(c14)
     # derived: place of the contact in the plane of the cam, x
-    contact_x = -c10 * c17 + c5
+    contact_x = -c15 * c9 + c5
     # derived: place of the contact in the plane of the cam, y
-    contact_y = c14 + c15 * c17
+    contact_y = c12 + c13 * c15
     # derived: direction of the pitch curve in the plane of the cam, with the angle
-    heading = xp.arctan2(c10, c15)
+    heading = xp.arctan2(c9, c13)
     # derived: curvature of the pitch curve, positive where it turns to the left
     kappa = (
-        (-c10 * (ddx * c1 + ddy * c3 + 2 * dy * c1 - c2 - c4 - 2 * c8) + c15 * (-ddx * c3 + ddy * c1 - 2 * c11 - 2
-        * c12 - c14)) / (xp.sqrt(c16) * c16)
+        (c13 * (-ddx * c3 + ddy * c1 - 2 * c10 - 2 * c11 - c12) - c9 * (ddx * c1 + ddy * c3 + 2 * dy * c1 - c2 -
+        c4 - 2 * c8)) / (xp.sqrt(c14) * c14)
     )
     # derived: 1 - radius of the roller / radius of curvature of the pitch curve towards the cam
     room = -kappa * reach + 1
+    c16 = way_x * c1 + way_y * c3
+    c17 = way_x * c3 - way_y * c1
     # derived: pressure angle: between the contact's normal and the motion of the centre
-    pressure = xp.arctan2(xp.absolute(c10 * c9 - c13 * c15), xp.absolute(c10 * c13 + c15 * c9))
+    pressure = xp.arctan2(xp.absolute(c13 * c16 - c17 * c9), xp.absolute(c13 * c17 + c16 * c9))
     return (
         pitch_x, pitch_y, contact_x, contact_y, heading, kappa, room, pressure,
     )

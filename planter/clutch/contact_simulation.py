@@ -3,16 +3,18 @@
 Steps are chosen by the integrator's error control, which sees every contact begin and end: the forces are continuous
 there, and no step is longer than `LONGEST`. States are sampled on a fine grid; peaks are then searched between points.
 
-The paper's loads (428.5 N, 961.6 N) depend on inputs that it does not disclose. The results here are for stated
-inputs, with the sensitivity of the ratio of the two clutches to each of them.
+The loads that the paper prints depend on inputs that it does not disclose. The results here are for stated inputs, with
+the sensitivity of both clutches' loads to each of them. A load that stays is not an impact: the two are not compared.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Literal
 
 import casadi as ca
 import numpy as np
@@ -42,10 +44,13 @@ from planter.clutch.results import (
     ContactEngagement,
     ContactLoadSensitivity,
     EnergyBalance,
+    Outcome,
     PhaseLoads,
+    PrintedLoad,
     TeethInSleeve,
 )
 from planter.errors import ComputationError
+from planter.files.text import read_toml
 from planter.kernels import Kernel, formulas
 from planter.progress import Listener, ProgressPhase
 
@@ -225,6 +230,7 @@ class SwitchingRun:
         first = self.engagement
         passed = find_slips(first)
         return ClutchLoads(
+            outcome=classify_engagement(first),
             N_max_N=first.peak(),
             N_single_max_N=float(first.seen["normal"][: first.clutch.carriers].max()),
             N_end_N=float(first.load[-1]),
@@ -290,6 +296,25 @@ def engagement_time(run: ContactRun) -> float | None:
 def rest_time(run: ContactRun) -> float | None:
     """Return the time from which the output is at rest [s], or None if it is not."""
     return _for_good(run, np.abs(run.speed) <= BAND * run.inputs.input_speed)
+
+
+STAYS = 0.5
+"""Share of the largest load that is left of an impact at most: what is left is what the torque needs."""
+
+
+def classify_engagement(run: ContactRun) -> Outcome:
+    """Return what the largest load of an engagement is."""
+    needs_load = run.inputs.load > 0
+    if engagement_time(run) is None or (needs_load and not run.load[-1] > 0):
+        return "no engagement"
+    if run.load[-1] < STAYS * run.load.max():
+        return "impact"
+    return "jam" if coaxial_overlap(run.clutch, run.inputs) > 0 else "held load"
+
+
+def compare_loads(reuleaux: float, dog: float, outcomes: tuple[Outcome, Outcome]) -> float | None:
+    """Return the ratio of two largest loads, Reuleaux over dog, None if they are of two kinds or of no engagement."""
+    return reuleaux / dog if outcomes[0] == outcomes[1] != "no engagement" else None
 
 
 def _for_good(run: ContactRun, holds: Mask) -> float | None:
@@ -363,10 +388,11 @@ def compare_clutches(
         mode="contact",
         reuleaux=reuleaux,
         dog=dog,
-        N_max_ratio=reuleaux.N_max_N / dog.N_max_N,
+        N_max_ratio=compare_loads(reuleaux.N_max_N, dog.N_max_N, (reuleaux.outcome, dog.outcome)),
         energy=sum_energies([run.energy() for run in runs.values()]),
         sensitivity=varied,
         phases=phases,
+        printed_loads=judge_printed_loads(file, {"reuleaux": reuleaux, "dog": dog}, [*varied, *phases]),
         teeth=TeethInSleeve(
             coaxial_overlap_mm=1e3 * coaxial_overlap(clutches["reuleaux"], contact_inputs),
             root_least_mm=1e3 * min_root_radius(contact_inputs),
@@ -378,10 +404,66 @@ def compare_clutches(
 
 def _loads(
     clutches: dict[str, contact_dynamics.ClutchDynamics], contact_inputs: ContactInputs, phase: float
-) -> tuple[float, float, float]:
-    """Return the ratio of the largest loads, Reuleaux over dog, and both loads [N]."""
+) -> tuple[float | None, float, Outcome, float, Outcome]:
+    """Return the ratio of the largest loads, Reuleaux over dog, and both loads [N] with what they are."""
     reuleaux, dog = (
-        float(simulate_engagement(clutches[name], contact_inputs, phase, BRIEF_TOLERANCE).load.max())
-        for name in ("reuleaux", "dog")
+        simulate_engagement(clutches[name], contact_inputs, phase, BRIEF_TOLERANCE) for name in ("reuleaux", "dog")
     )
-    return reuleaux / dog, reuleaux, dog
+    outcomes = classify_engagement(reuleaux), classify_engagement(dog)
+    loads = float(reuleaux.load.max()), float(dog.load.max())
+    return compare_loads(*loads, outcomes), loads[0], outcomes[0], loads[1], outcomes[1]
+
+
+PRINTED = Path(__file__).with_name("printed") / "shi2021.toml"
+"""The numbers of the paper and the inputs that it discloses."""
+PRINTED_ROWS = {"reuleaux": "Reuleaux clutch", "dog": "jaw clutch"}
+"""Rows of the printed impact loads, by clutch."""
+DISCLOSED = {
+    "engagement.input_speed_rpm": "input_speed_rpm",
+    "engagement.load_Nm": "load_torque_Nm",
+    "shaft.flat_to_flat_mm": "shaft_flats_mm",
+    "shaft.fillet_mm": "fillet_mm",
+    "tooth.tip_mm": "tip_radius_mm",
+}
+"""Paths of a clutch file, with the names of the inputs that the paper discloses for its loads."""
+
+
+def judge_printed_loads(
+    file: ClutchFile,
+    loads: Mapping[str, ClutchLoads],
+    rows: Sequence[ContactLoadSensitivity | PhaseLoads],
+) -> list[PrintedLoad]:
+    """Return verdicts on the paper's largest impact loads, none if the file differs in what the paper discloses."""
+    table = read_toml(PRINTED)
+    if any(file.numbers()[path] != table["disclosed"][name] for path, name in DISCLOSED.items()):
+        return []
+    [number] = [row for row in table["number"] if set(row.get("each", {}).get("row", ())) == set(PRINTED_ROWS.values())]
+    printed = dict(zip(number["each"]["row"], map(float, number["printed"]), strict=True))
+    verdicts = []
+    for name, load in loads.items():
+        largest = [(load.outcome, load.N_max_N)]
+        largest += [(getattr(row, f"{name}_outcome"), getattr(row, f"{name}_N_max_N")) for row in rows]
+        verdicts.append(judge_printed_load(PRINTED_ROWS[name], printed[PRINTED_ROWS[name]], largest))
+    return verdicts
+
+
+def judge_printed_load(clutch: str, printed: float, largest: Sequence[tuple[Outcome, float]]) -> PrintedLoad:
+    """Return the verdict on a printed impact load [N] by the largest loads of engagements, each with what it is."""
+    impacts = [load for outcome, load in largest if outcome == "impact"]
+    lasting = [load for outcome, load in largest if outcome in ("jam", "held load")]
+    impacts_N, held_N = ((min(loads), max(loads)) if loads else None for loads in (impacts, lasting))
+    verdict: Literal["not recomputable", "no impact", "not reproduced"]
+    if impacts_N is None:
+        verdict = "no impact"
+        stays = f"; loads that stay are {held_N[0]:.4g} to {held_N[1]:.4g} N" if held_N else ""
+        finding = f"no engagement found here has its largest load from an impact{stays}"
+    elif impacts_N[0] <= printed <= impacts_N[1]:
+        verdict = "not recomputable"
+        finding = (
+            f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N while inputs vary that the paper does not "
+            "disclose: these decide"
+        )
+    else:
+        verdict = "not reproduced"
+        finding = f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N, whatever the inputs that vary"
+    return PrintedLoad(clutch, printed, impacts_N, held_N, verdict, finding)

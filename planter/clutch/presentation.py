@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from planter.clutch.file import ClutchFile
     from planter.clutch.results import (
         ClutchGeometry,
+        ClutchLoads,
         FastestSwitching,
         InequalityResult,
         ModalEngagement,
@@ -57,7 +58,7 @@ CAPTIONS = {
     "clutch is struck; the Reuleaux clutch slides until its coupling holds, and then has a short lever for its torque.",
     "speed": "Speed of the output over the link angle, at engagement and at cut-off.",
     "section": "Body, shaft and sleeve as the shaft sees them, at the start and at the end of the engagement.",
-    "ratio": "How the ratio of the largest loads moves with inputs that the paper does not disclose.",
+    "sensitivity": "How the largest loads of both clutches move with inputs that the paper does not disclose.",
     "modal": "Load on the tooth in one mode of the shaft, derived and as printed, until it is gone.",
 }
 ROTATING = "The body over a turn in the smallest regular polygon that lets it, with the path of a vertex."
@@ -68,7 +69,7 @@ POSES, SHIFTS = 97, 101
 """Rows of poses.csv and of way.csv."""
 EVERY = 5
 """Step of the rows of an engagement's table in points of the grid."""
-LISTS = ("conditions", "travel", "linkage", "harmonics", "sensitivity", "phases")
+LISTS = ("conditions", "travel", "linkage", "harmonics", "sensitivity", "phases", "printed_loads")
 """Keys of a result with a section each, if they are lists."""
 SENTENCES = ("printed", "assumes", "assumptions", "warnings", "clutch")
 
@@ -180,8 +181,6 @@ def present_engagement(
     """Return the presentation of an engagement in one mode of the shaft or, if there are `runs`, by contact."""
     table = result.table()
     assumptions = table.get("assumptions") or formulas.load("clutch_beam").sidecar["assumptions"]
-    ratio = f", {table['N_max_ratio']:.3g} times that of the dog clutch" if runs else ""
-    largest = table["reuleaux"]["N_max_N"] if runs else table["N_max_N"]
 
     def draw() -> dict[str, Figure]:
         from planter.clutch import modal_engagement
@@ -194,7 +193,7 @@ def present_engagement(
             "load": engagement.draw_loads(runs),
             "speed": engagement.draw_speeds(runs),
             "section": engagement.draw_section(runs["reuleaux"].engagement),
-            "ratio": engagement.draw_ratios(result.sensitivity, table["N_max_ratio"]),
+            "sensitivity": engagement.draw_sensitivity(result.sensitivity, result.reuleaux.N_max_N, result.dog.N_max_N),
         }
 
     def animate() -> Iterator[Block]:
@@ -206,7 +205,7 @@ def present_engagement(
 
     return ResultPresentation(
         title=f"Engagement of the clutch {clutch.name}",
-        conclusion=f"The largest load at engagement is {largest:.4g} N{ratio}.",
+        conclusion=_conclude_engagement(result),
         record=result,
         sections=list(_list_sections(table)),
         document=clutch,
@@ -260,6 +259,29 @@ def _animate_gif(rotor: Rotor) -> dict[str, bytes]:
     from planter.clutch.report import shape
 
     return {"turning.gif": shape.animate_turning(rotor)}
+
+
+def _conclude_engagement(result: ModalEngagement | ContactEngagement) -> str:
+    if not isinstance(result, ContactEngagement):
+        return f"The largest load at engagement is {result.N_max_N:.4g} N."
+    reuleaux, dog = result.reuleaux, result.dog
+    parts = [_describe_loads(f"The clutch {result.clutch}", reuleaux), _describe_loads("The dog clutch", dog)]
+    if reuleaux.outcome == "jam":
+        parts[0] += f": its teeth overlap the shaft by {result.teeth.coaxial_overlap_mm:.3g} mm with the body central"
+    if result.N_max_ratio is not None:
+        parts.append(f"The largest load is {result.N_max_ratio:.3g} times that of the dog clutch")
+    elif "no engagement" not in (reuleaux.outcome, dog.outcome):
+        parts.append("A load that stays and one that passes are not compared")
+    return ". ".join(parts) + "."
+
+
+def _describe_loads(name: str, loads: ClutchLoads) -> str:
+    if loads.outcome == "no engagement":
+        return f"{name} does not engage: its output does not follow the input"
+    if loads.outcome == "impact":
+        return f"{name} is struck with {loads.N_max_N:.4g} N, of which {loads.N_end_N:.4g} N stay"
+    verb = "jams" if loads.outcome == "jam" else "is loaded"
+    return f"{name} {verb} with up to {loads.N_max_N:.4g} N, of which {loads.N_end_N:.4g} N stay"
 
 
 def _conclude(conditions: Sequence[InequalityResult]) -> str:

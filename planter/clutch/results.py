@@ -316,10 +316,19 @@ class ModalEngagement(Record):
     sensitivity: list[LoadSensitivity]
 
 
+Outcome = Literal["impact", "jam", "held load", "no engagement"]
+"""What the largest load of an engagement is: a blow that passes; a load that stays, of teeth that overlap the shaft
+with the body in the middle (jam) or of others (held load); or nothing, as the output does not follow the input."""
+
+
 @dataclass(frozen=True)
 class ClutchLoads(Record):
-    """A clutch engaged and cut off; null for what does not happen."""
+    """A clutch engaged and cut off; null for what does not happen. `outcome` says what the largest load is.
 
+    `N_end_N` is the load that stays when the clutch has engaged.
+    """
+
+    outcome: Outcome
     N_max_N: float
     N_single_max_N: float
     N_end_N: float
@@ -334,23 +343,43 @@ class ClutchLoads(Record):
 
 @dataclass(frozen=True)
 class ContactLoadSensitivity(Record):
-    """Largest loads of both clutches, with one input times a factor."""
+    """Largest loads of both clutches, with one input times a factor; no ratio where they are of two kinds."""
 
     input: str
     factor: float
-    N_max_ratio: float
+    N_max_ratio: float | None
     reuleaux_N_max_N: float
+    reuleaux_outcome: Outcome
     dog_N_max_N: float
+    dog_outcome: Outcome
 
 
 @dataclass(frozen=True)
 class PhaseLoads(Record):
-    """Largest loads of both clutches, with the input turned on at the moment of switching."""
+    """Largest loads of both clutches, with the input turned on at the moment of switching; ratio as above."""
 
     phase_deg: float
-    N_max_ratio: float
+    N_max_ratio: float | None
     reuleaux_N_max_N: float
+    reuleaux_outcome: Outcome
     dog_N_max_N: float
+    dog_outcome: Outcome
+
+
+@dataclass(frozen=True)
+class PrintedLoad(Record):
+    """A largest load that the paper prints as one of an impact, what is computed for it, and the verdict on it.
+
+    `impacts_N` are least and largest of the loads found here that are impacts, `held_N` of those that stay; both are
+    null if there are none. Found are those of the file and those with inputs varied that the paper does not disclose.
+    """
+
+    clutch: str
+    printed_N: float
+    impacts_N: Pair | None
+    held_N: Pair | None
+    verdict: Literal["not recomputable", "no impact", "not reproduced"]
+    finding: str
 
 
 @dataclass(frozen=True)
@@ -363,16 +392,21 @@ class TeethInSleeve(Record):
 
 @dataclass(frozen=True)
 class ContactEngagement(Record):
-    """`planter clutch engage --mode contact`: the clutch compared with a dog clutch."""
+    """`planter clutch engage --mode contact`: the clutch compared with a dog clutch.
+
+    The ratio of the largest loads is null if they are of two kinds, or a clutch does not engage. `printed_loads` has
+    the loads of the paper if the file has the inputs that it discloses.
+    """
 
     clutch: str
     mode: Literal["contact"]
     reuleaux: ClutchLoads
     dog: ClutchLoads
-    N_max_ratio: float
+    N_max_ratio: float | None
     energy: EnergyBalance
     sensitivity: list[ContactLoadSensitivity]
     phases: list[PhaseLoads]
+    printed_loads: list[PrintedLoad]
     teeth: TeethInSleeve
     assumptions: list[str]
 

@@ -23,6 +23,8 @@ X, Y, TX, TY, KAPPA, POLAR = range(6)
 """Rows of a curve: point [m], unit tangent, curvature [1/m], polar angle [rad]."""
 _JUMP_TOLERANCE = 1e-9
 """Share of the largest curvature below which a jump is rounding."""
+_BREAK_TOLERANCE = 1e-9
+"""Share below which two breakpoints are one."""
 _SIDE_SHIFT = 1e-9
 """Shift towards the requested side of a breakpoint, as a share."""
 
@@ -168,8 +170,13 @@ class CurvePair:
         return CurvePair(self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense)
 
 
-def build_contact_pair(contact: Contact, distance: float, breaks: Array, sense: int = 1, turns: int = 1) -> CurvePair:
-    """Build the pair of a contact that is smooth between breaks (m,) [rad]; the mate turns once in `turns`."""
+def build_contact_pair(
+    contact: Contact, distance: float, breaks: Array, sense: int = 1, turns: int = 1, mate_turns: int = 1
+) -> CurvePair:
+    """Build the pair of a contact that is smooth between breaks (m,) [rad].
+
+    The mate turns `mate_turns` times in `turns`, one of which is 1.
+    """
 
     def gear(t: Array) -> tuple[Array, Array]:
         return np.vstack([t, contact(t)[:3]]), np.ones_like(t)
@@ -178,7 +185,9 @@ def build_contact_pair(contact: Contact, distance: float, breaks: Array, sense: 
         columns = contact(t)
         return np.array(list(RACK("mate", contact=columns, a=distance).values())), columns[3]
 
-    all_turns = np.concatenate([breaks[:-1] + TURN * k for k in range(turns)] + [[breaks[0] + TURN * turns]])
+    end = breaks[0] + TURN * turns / mate_turns
+    all_turns = np.concatenate([breaks[:-1] + TURN * k for k in range(turns)])
+    all_turns = np.append(all_turns[all_turns < end * (1 - _BREAK_TOLERANCE)], end)
     return CurvePair(
         PitchCurve.from_trace(gear, breaks, sense),
         PitchCurve.from_trace(mate, all_turns, -sense),
@@ -230,24 +239,96 @@ MAX_HALVINGS = 8
 the mate turns too far: a pitch curve closer to its axis cannot carry teeth."""
 
 
-def build_sampled_pair(polar: Array, radius: Array, name: str, turns: int = 1, sense: int = 1) -> CurvePair:
+CORNER_RATIO = 8.0
+"""Ratio of the change of the radius's slope at a row to those two and three rows away from which on it is a corner:
+smooth features of three rows or more stay below 4."""
+CORNER_ANGLE = np.radians(0.5)
+"""Smallest corner [rad]: above the rounding of tables with three decimals of a millimetre and steps of a degree."""
+CORNER_SPAN = np.radians(45)
+"""Widest span of seven rows [rad] in which a corner is told from a curve with few points."""
+REPEATS = 1e-4
+"""Share of the radius by which a curve that repeats may differ from itself."""
+
+
+def build_sampled_pair(
+    polar: Array, radius: Array, name: str, turns: int = 1, sense: int = 1, mate_turns: int = 1
+) -> CurvePair:
     """Return the pair of radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn.
 
-    The mate turns once in `turns` of the gear; errors begin with `name`. Raises GeometryError
-    if the curve through the points reaches its axis, is too steep for any teeth, or has no centre distance that
-    closes the mate.
+    The mate turns `mate_turns` times in `turns` of the gear, one of which is 1. Of the pair the gear is always the
+    faster one: with several `mate_turns` it is the mate. Errors begin with `name`. Raises GeometryError if the curve
+    through the points has a corner, reaches its axis, is too steep for any teeth, does not repeat as often as the mate
+    turns, or has no centre distance that closes the mate.
     """
-
     knots = np.append(polar, polar[0] + TURN) - polar[0]
     curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
     _check_slope(curve, knots, polar[0], sense, name)
+    _check_repeats(polar, radius, sense, mate_turns, name)
     try:
-        return _build_pair(curve, knots, _find_centre_distance(curve, knots, turns, name), turns, sense)
+        distance = _find_centre_distance(curve, knots, turns / mate_turns, name)
+        _check_corners(polar, radius, sense, name)
+        pair = _build_pair(curve, knots, distance, turns, sense, mate_turns)
     except RoughFunctionError as error:
         raise GeometryError(f"{name}: the curve through the points is too rough to be rolled on: {error}") from error
+    return pair if mate_turns == 1 else CurvePair(pair.mate, pair.gear, pair.distance, -pair.sense)
 
 
-def _build_pair(curve: RadiusFunction, knots: Array, distance: float, turns: int, sense: int) -> CurvePair:
+def find_centre_distance(polar: Array, radius: Array, turns: float, name: str) -> float:
+    """Return the distance of the axes [m] at which the mate of radii (n,) at polar angles turns once in `turns`.
+
+    Raises GeometryError without one.
+    """
+    knots = np.append(polar, polar[0] + TURN) - polar[0]
+    curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
+    return _find_centre_distance(curve, knots, turns, name)
+
+
+def find_repeat(polar: Array, radius: Array, parts: int) -> tuple[int, float]:
+    """Return the point whose radius (n,) differs most from that a part of a turn later, and that radius [m]."""
+    knots = np.append(polar, polar[0] + TURN)
+    curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
+    later = curve(polar[0] + np.mod(polar - polar[0] + TURN / parts, TURN))
+    worst = int(np.argmax(np.abs(later - radius)))
+    return worst, float(later[worst])
+
+
+def _check_repeats(polar: Array, radius: Array, sense: int, parts: int, name: str) -> None:
+    """Raise GeometryError, with the polar angle, if a curve does not repeat a number of times in a turn."""
+    worst, later = find_repeat(polar, radius, parts)
+    if abs(later - radius[worst]) > REPEATS * radius[worst]:
+        raise GeometryError(
+            f"{name}: the mate turns {parts} times in a turn, so the radius must repeat after {360 / parts:.6g} deg, "
+            f"but it is {radius[worst] * 1e3:.6g} mm at the polar angle {np.degrees(sense * polar[worst]):.4g} deg and "
+            f"{later * 1e3:.6g} mm there"
+        )
+
+
+def _check_corners(polar: Array, radius: Array, sense: int, name: str) -> None:
+    """Raise GeometryError, with the polar angle, if the radii have a corner, through which a spline would swing."""
+    steps = np.diff(polar, append=polar[0] + TURN)
+    slopes = np.diff(radius, append=radius[0]) / steps
+    bends = slopes - np.roll(slopes, 1)
+    # a smooth curve bends in proportion to the steps, a corner does not
+    rates = 2 * np.abs(bends) / (steps + np.roll(steps, 1))
+    neighbours = np.max([np.roll(rates, shift) for shift in (-3, -2, 2, 3)], axis=0)
+    span = sum(np.roll(steps, shift) for shift in range(-2, 4))
+    # a corner between two rows bends at both of them
+    before, after = np.roll(bends, 1), np.roll(bends, -1)
+    bend = bends + np.where(np.abs(before) > np.abs(after), before, after)
+    turn = np.arctan(np.abs(bend) / radius)
+    is_corner = (rates > CORNER_RATIO * neighbours) & (turn > CORNER_ANGLE) & (span <= CORNER_SPAN)
+    if is_corner.any():
+        worst = int(np.argmax(np.where(is_corner, turn, 0.0)))
+        raise GeometryError(
+            f"{name}: the radius has a corner at the polar angle {np.degrees(sense * polar[worst]):.4g} deg, where its "
+            f"direction changes by {np.degrees(turn[worst]):.3g} deg from row to row, but hardly beside it; a pitch "
+            "curve must be smooth: round the corner over several rows, or state more rows there"
+        )
+
+
+def _build_pair(
+    curve: RadiusFunction, knots: Array, distance: float, turns: int, sense: int, mate_turns: int
+) -> CurvePair:
     """Return the pair of a curve smooth between knots (n + 1,) [rad], at a distance of the axes [m]."""
 
     def ratios(t: Array) -> Array:
@@ -258,10 +339,10 @@ def _build_pair(curve: RadiusFunction, knots: Array, distance: float, turns: int
 
     def contact(t: Array) -> Array:
         u, past = np.mod(t, TURN), np.floor(t / TURN)
-        rotation = turned(u)[0] + past * TURN / turns
+        rotation = turned(u)[0] + past * TURN * mate_turns / turns
         return np.vstack([curve(u), curve(u, 1), curve(u, 2), ratios(t), rotation])
 
-    return build_contact_pair(contact, distance, knots, sense, turns)
+    return build_contact_pair(contact, distance, knots, sense, turns, mate_turns)
 
 
 def _sample_angles(knots: Array) -> Array:
@@ -292,8 +373,11 @@ def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, 
         )
 
 
-def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: int, name: str) -> float:
-    """Return the centre distance [m] at which the mate turns once in `turns`. Raises GeometryError without one."""
+def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: float, name: str) -> float:
+    """Return the centre distance [m] at which the mate turns once in `turns` of the gear.
+
+    Raises GeometryError without one.
+    """
     high = float(curve(_sample_angles(knots)).max())
 
     def over(distance: float) -> float:

@@ -72,7 +72,13 @@ def gears(
     mate: Annotated[
         str | None, typer.Option(metavar="FILE[:PREFIX]", help="pitch curve of its mate", show_default=False)
     ] = None,
-    turns: Annotated[int, typer.Option(min=1, max=20, help="turns of the gear for one of the mate, with --curve")] = 1,
+    turns: Annotated[
+        str,
+        typer.Option(
+            metavar="N|N:1|1:N",
+            help="with --curve: turns of the gear for one of the mate, or 1:N for a mate that turns N times in one",
+        ),
+    ] = "1",
     module: ModuleOption = None,
     module1: Module1Option = None,
     module2: Module2Option = None,
@@ -121,11 +127,11 @@ def gears(
         if curve is not None:
             stages = {"--module1": module1, "--module2": module2}
             _check("goes with MACHINE, not with --curve", {**stages, "--set": set_, "--speed-rpm": speed_rpm})
-            gear_pair = gear_set.build_curve_set(curve, mate, turns, rack, module, teeth, keep)
+            gear_pair = gear_set.build_curve_set(curve, mate, request.GearTurns.parse(turns), rack, module, teeth, keep)
             result = gear_set.make_gear_set(gear_pair, rack, settings, out, console.progress)
         else:
             assert machine is not None
-            _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != 1})
+            _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != "1"})
             modules, numbers = request.parse_modules(module, module1, module2), request.parse_tooth_counts(teeth)
             options = request.GearOptions(
                 rack, settings, frozenset(explicit), modules, numbers, keep, parse_changes(set_), speed_rpm

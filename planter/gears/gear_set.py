@@ -20,7 +20,7 @@ from planter.gear_geometry.intermittent_gears import IncompleteGear, Intermitten
 from planter.gear_geometry.intermittent_proof import FREE_ANGLE, POSITIONS, IncompleteGearCycle, LooseAngles
 from planter.gears.options import Keep
 from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
-from planter.gears.request import Teeth, find_curve_path, load_pair, parse_tooth_counts
+from planter.gears.request import GearTurns, Teeth, find_curve_path, load_pair, parse_tooth_counts
 from planter.gears.results import (
     Friction,
     FrictionCurves,
@@ -90,18 +90,27 @@ def _collect_result(
 
 
 def build_curve_set(
-    curve: str, mate: str | None, turns: int, teeth: Teeth, module_mm: float | None, count: str | None,
+    curve: str, mate: str | None, turns: GearTurns, teeth: Teeth, module_mm: float | None, count: str | None,
     keep: Keep | None,
 ) -> GearSet:  # fmt: skip
-    """Build the pair of a curve in a file. Raises InputError for tooth counts that contradict the ratio of the mate."""
+    """Build the pair of a curve in a file, the faster gear first.
+
+    Raises InputError for tooth counts that contradict the ratio of the mate.
+    """
     numbers = parse_tooth_counts(count)
-    if len(numbers) == 2 and numbers[1] != turns * numbers[0]:
+    if numbers and numbers[0] * turns.gear % turns.mate:
         raise InputError(
-            f"--teeth {count}: the mate turns once in {turns} turns of the gear and needs {turns * numbers[0]} teeth "
-            f"if the gear has {numbers[0]}"
+            f"--teeth {count}: the mate turns {turns.mate} times in a turn of the gear, whose teeth must be a multiple "
+            f"of {turns.mate}"
         )
-    order = teeth.order(numbers[0] if numbers else None, module_mm, keep)
-    pair = cut_teeth(load_pair(curve, mate, turns), order, curve, ("gear", "mate"))
+    if len(numbers) == 2 and numbers[1] * turns.mate != turns.gear * numbers[0]:
+        raise InputError(
+            f"--teeth {count}: the mate turns {turns.mate} times in {turns.gear} turns of the gear and needs "
+            f"{turns.gear * numbers[0] // turns.mate} teeth if the gear has {numbers[0]}"
+        )
+    first = numbers[0] // turns.mate if numbers else None
+    names = ("gear", "mate") if turns.mate == 1 else ("mate", "gear")
+    pair = cut_teeth(load_pair(curve, mate, turns), teeth.order(first, module_mm, keep), curve, names)
     return GearSet(Path(curve).stem, [pair], _place_in_mesh(pair), None, _provenance(curve, mate))
 
 

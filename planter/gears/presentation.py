@@ -88,7 +88,13 @@ def _conclude(result: GearsFound) -> str:
     overlap = max(stage.overlap_mm2 for stage in result.stages)
     rims = f"undercut: {', '.join(undercut)}" if undercut else f"none of {len(gears)} gears is undercut"
     meets = f"teeth overlap by up to {overlap:.3g} mm2" if overlap > OVERLAP_ROUNDING else "no teeth overlap"
-    return f"The contact ratio is at least {ratio:.3f}; {rims}; {meets}."
+    turns = [
+        f" The {first.name} turns {stage.z[1] / stage.z[0]:.6g} times in a turn of the {second.name}."
+        for stage in result.stages
+        for first, second in [stage.gears]
+        if stage.z[0] != stage.z[1]
+    ]
+    return f"The contact ratio is at least {ratio:.3f}; {rims}; {meets}.{''.join(turns)}"
 
 
 def _list_key_figures(result: GearsFound) -> Iterator[KeyFigure]:

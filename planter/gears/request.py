@@ -17,7 +17,14 @@ from planter.errors import InputError
 from planter.files import csv_rows, examples, text
 from planter.files.kinds import load_part
 from planter.gear_geometry.cutting import ToothOrder
-from planter.gear_geometry.pitch_curves import POLAR, CurvePair, build_sampled_pair
+from planter.gear_geometry.pitch_curves import (
+    POLAR,
+    CurvePair,
+    PitchCurve,
+    build_sampled_pair,
+    find_centre_distance,
+    find_repeat,
+)
 from planter.gears.options import CuttingProcessOption, Keep
 from planter.gears.parts import PartSettings
 from planter.gears.results import GearsFound
@@ -151,18 +158,61 @@ MATE_TOLERANCE = 5e-5
 """Largest deviation of a given mate from the conjugate [m]."""
 
 
-def load_pair(source: str, mate: str | None, turns: int) -> CurvePair:
-    """Return the pair of a pitch curve in a file and its conjugate: `turns` of the gear for one of the mate.
+NEARLY_REPEATS = 1e-2
+"""Share of the radius within which a curve repeats so that its mate could also be the faster gear."""
+
+
+@dataclass(frozen=True)
+class GearTurns:
+    """Turns of a gear and of its mate in the same time, one of which is 1; `is_stated` if both were given."""
+
+    gear: int = 1
+    mate: int = 1
+    is_stated: bool = False
+
+    @classmethod
+    def parse(cls, argument: str) -> GearTurns:
+        """Return the turns of `--turns`, N or GEAR:MATE. Raises InputError for other texts."""
+        parts = argument.split(":")
+        numbers = [int(part) for part in parts if part.isascii() and part.isdecimal() and len(part) <= 2]
+        if not (len(numbers) == len(parts) <= 2 and all(1 <= number <= MAX_TURNS for number in numbers)):
+            raise InputError(f"--turns {argument}: give N, N:1 or 1:N with an integer from 1 to {MAX_TURNS}")
+        gear, mate = (*numbers, 1)[:2]
+        if min(gear, mate) != 1:
+            raise InputError(f"--turns {argument}: one of both gears must turn once: give N:1 or 1:N")
+        return cls(gear, mate, len(parts) == 2)
+
+
+MAX_TURNS = 20
+
+
+def load_pair(source: str, mate: str | None, turns: GearTurns = GearTurns()) -> CurvePair:
+    """Return the pair of a pitch curve in a file and its conjugate, the faster gear first.
 
     A mate in a separate file, whose first point meets the first of the gear, is compared with the conjugate.
-    Raises InputError, naming file and row, for a curve that cannot be read or is not closed, or a mate that deviates.
+    Raises InputError, naming file and row, for a curve that cannot be read or is not closed, a mate that deviates, or
+    turns that are not clear as the mate could be the slower or the faster gear.
     """
     polar, radius = _read_curve(source)
     sense = 1 if polar[1] > polar[0] else -1
-    pair = build_sampled_pair(sense * polar, radius, source, turns, sense)
+    if turns.gear > 1 and not turns.is_stated and mate is None:
+        _check_turns(sense * polar, radius, source, turns.gear)
+    pair = build_sampled_pair(sense * polar, radius, source, turns.gear, sense, turns.mate)
     if mate is not None:
-        _check_mate(pair, mate)
+        _check_mate(*((pair.mate, -pair.sense) if turns.mate == 1 else (pair.gear, pair.sense)), mate)
     return pair
+
+
+def _check_turns(polar: Array, radius: Array, source: str, turns: int) -> None:
+    """Raise InputError if the mate of a curve could turn once in several turns, or several times in one."""
+    worst, later = find_repeat(polar, radius, turns)
+    if abs(later - radius[worst]) <= NEARLY_REPEATS * radius[worst]:
+        nearer, farther = (find_centre_distance(polar, radius, ratio, source) for ratio in (1 / turns, float(turns)))
+        raise InputError(
+            f"--turns {turns}: {source} repeats {turns} times in a turn, so its mate may turn once in {turns} turns "
+            f"(axes {farther * 1e3:.6g} mm apart) or {turns} times in one ({nearer * 1e3:.6g} mm): give --turns "
+            f"{turns}:1 or --turns 1:{turns}"
+        )
 
 
 def _read_curve(source: str) -> tuple[Array, Array]:
@@ -248,13 +298,12 @@ def _split_prefix(source: str) -> tuple[Path, str]:
     return (Path(path), prefix) if colon and Path(path).exists() else (Path(source), "")
 
 
-def _check_mate(pair: CurvePair, source: str) -> None:
-    """Raise InputError if a mate is not the conjugate of its gear."""
+def _check_mate(curve: PitchCurve, sense: int, source: str) -> None:
+    """Raise InputError if a mate in a file is not the conjugate of its gear, a curve that it passes in a sense."""
     polar, radius = _read_curve(source)
     share = np.linspace(0, 1, 4001)
-    curve = pair.mate
     rows = curve.at(share * curve.length)
-    conjugate = np.interp(np.mod(-pair.sense * np.abs(polar - polar[0]), TURN), rows[POLAR], np.hypot(*rows[:2]))
+    conjugate = np.interp(np.mod(sense * np.abs(polar - polar[0]), TURN), rows[POLAR], np.hypot(*rows[:2]))
     missed = np.abs(conjugate - radius)
     worst = int(np.argmax(missed))
     if missed[worst] > MATE_TOLERANCE:

@@ -21,7 +21,7 @@ from planter.files import paths, units
 from planter.kernels import Array
 from planter.measured.reading import Measurement
 from planter.measured.sensor_view import check_sensor_bounds, is_sensor_input, list_sensor_inputs
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import TURN, Integers
 
 OFFSET, PHASE = "offset_N", "phase_deg"
 """Names of nuisance parameters: the zero of the gauge, with any unit, and the zero of the angle."""
@@ -126,6 +126,7 @@ class MeasuredCurve:
         used = [np.flatnonzero(channel.used) for channel in measured.channels]
         rows = np.unique(np.concatenate(used))
         self._angles, self._speeds = measured.phi[rows], None if measured.speed is None else measured.speed[rows]
+        self._records = find_records(self._angles)
         self._set_points(
             [np.searchsorted(rows, each) for each in used],
             np.concatenate([channel.values[each] for channel, each in zip(measured.channels, used, strict=True)]),
@@ -199,7 +200,7 @@ class MeasuredCurve:
         positions = [p[rows] for p, rows in zip(self._positions, selected, strict=True)]
         values = [self.values[points][rows] for points, rows in zip(self.channels, selected, strict=True)]
         rows = np.unique(np.concatenate(positions))
-        thin._angles = self._angles[rows]
+        thin._angles, thin._records = self._angles[rows], self._records[rows]
         thin._speeds = None if self._speeds is None else self._speeds[rows]
         thin._set_points([np.searchsorted(rows, p) for p in positions], np.concatenate(values))
         return thin
@@ -263,9 +264,19 @@ class MeasuredCurve:
         if self._last is None or self._last[0] != key:
             rows, slopes = self.evaluate(z, self._angles, self._speeds)
             picked = [(rows[k, p], slopes[k, p]) for k, p in enumerate(self._positions)]
-            self._last = key, tuple(np.concatenate(parts) for parts in zip(*picked, strict=True))  # type: ignore[assignment]
-        assert self._last is not None
+            cycle, cycle_slopes = (np.concatenate(parts) for parts in zip(*picked, strict=True))
+            drift, drift_slopes = self.drift(z)
+            self._last = key, (cycle + drift, cycle_slopes + drift_slopes)
         return self._last[1]
+
+    def drift(self, z: Array) -> tuple[Array, Array]:
+        """Return what the record adds to the curves of a cycle at the points (m,), and its Jacobian (m, n)."""
+        return np.zeros(len(self.phi)), np.zeros((len(self.phi), len(z)))
+
+    @property
+    def records(self) -> Integers:
+        """Record of each point (m,), counted from 0."""
+        return np.concatenate([self._records[each] for each in self._positions])
 
     def whiten(self, rows: Array) -> Array:
         """Return values at the points, (m,) or (m, j), such that noise becomes white with standard deviation 1."""
@@ -344,6 +355,16 @@ def _count_steps(phi: Array, rows: Integers) -> Array:
         return steps
     by_angle = np.round(steps / max(float(np.median(steps)), 1e-300))
     return np.maximum(np.maximum(by_angle, np.diff(rows)), 1.0)
+
+
+def find_records(phi: Array) -> Integers:
+    """Return the record (n,) of each of the angles of a file [rad], counted from 0, in their order.
+
+    A record ends where the angle leaves out a revolution, or goes back by half of one against its direction.
+    """
+    steps = np.diff(phi)
+    forward = steps * (np.sign(np.median(steps)) if len(steps) else 1.0)
+    return np.concatenate([[0], np.cumsum((forward > TURN) | (forward < -TURN / 2))]).astype(np.int64)
 
 
 def find_offset_channel(name: str, keys: Sequence[str], display_units: Sequence[str]) -> int:
@@ -427,6 +448,7 @@ def _fit_at_phases(
 ) -> list[tuple[Array, float]]:
     """Return the other inputs at each phase (k,), with the sum of squares of the linearised curves."""
     values, slopes = curve.sample(z)
+    drift, drift_slopes = curve.drift(z)
     angles, turn = curve.sample_angles, curve.machine.turn
     width = bounds[1] - bounds[0]
     ends = ((bounds[0] - z[free]) / width, (bounds[1] - z[free]) / width)
@@ -440,7 +462,8 @@ def _fit_at_phases(
             sampled = (values[k], *(slopes[k][:, i] * w for i, w in zip(free, width, strict=True)))
             columns.append(np.stack([np.interp(at, angles, row, period=turn) for row in sampled], axis=2))
         stacked = np.concatenate(columns)
-        stacked[:, :, 0] = curve.values[:, None] - stacked[:, :, 0]
+        stacked[:, :, 0] = (curve.values - drift)[:, None] - stacked[:, :, 0]
+        stacked[:, :, 1:] += (drift_slopes[:, free] * width)[:, None, :]
         rows = curve.whiten(stacked.reshape(len(stacked), -1)).reshape(stacked.shape)
         products = np.einsum("mpi,mpj->pij", rows, rows, optimize=True) + prior_rows.T @ prior_rows
         steps, sums = _solve_within(products, ends)

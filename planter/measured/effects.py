@@ -13,9 +13,10 @@ from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial import legendre
 
 from planter.kernels import Array
-from planter.numerics.arrays import TURN
+from planter.numerics.arrays import TURN, Integers
 
 ComplexArray = npt.NDArray[np.complex128]
 Scale = Literal["linear", "log", "reciprocal"]
@@ -31,6 +32,10 @@ MOUNT_RATIO, MOUNT_DAMPING = (1.2, 60.0), (0.003, 0.7)
 """Natural frequency of a mount in turns of the drive, and its share of critical damping."""
 CORNER_RATIO = (1e-3, 3.0)
 """Corner frequency of a coupling without direct current, in turns of the drive."""
+LARGEST_GAIN = 2.0
+"""Largest factor, and reciprocal of the least, by which a sensor magnifies its signal."""
+DRIFTS = {1: "linear", 2: "quadratic", 3: "cubic"}
+"""Degrees of the polynomials by which the zero of a sensor drifts, with their names."""
 
 
 @dataclass(frozen=True)
@@ -279,12 +284,88 @@ class ElectricCoupling:
         return _filter(signal, s / (s + TURN * corner))
 
 
+@dataclass(frozen=True)
+class Gain:
+    """A sensor that magnifies its signal, as one does whose sensitivity is not that of its sheet."""
+
+    name: str = "gain"
+    meaning: str = "the sensor magnifies its signal"
+    needed: tuple[str, ...] = ()
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        end = float(np.log(LARGEST_GAIN))
+        return (Parameter("factor", "1", -end, end, "log"),)
+
+    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
+        """Return the magnified signal."""
+        return signal * float(np.exp(values[0]))
+
+
+@dataclass(frozen=True)
+class ZeroDrift:
+    """A zero that drifts over the record, by a polynomial over each of several records in `spans` [rad], two ends each.
+
+    `largest` is the largest part of it, in the display `unit` of the quantity. Drift does not repeat with the cycle, so
+    that it is no operator on the curve of one: `columns` has what the parameters multiply.
+    """
+
+    degree: int
+    spans: tuple[tuple[float, float], ...]
+    largest: float
+    unit: str
+    needed: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return f"{DRIFTS[self.degree]} drift of zero"
+
+    @property
+    def meaning(self) -> str:
+        return f"the zero of the sensor drifts, by a {DRIFTS[self.degree]} polynomial over each record"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        parameters = []
+        for record, (first, last) in enumerate(self.spans, 1):
+            number = f"{record}" if len(self.spans) > 1 else ""
+            half = abs(last - first) / 2 / TURN  # revolutions
+            if record > 1:
+                parameters.append(Parameter(f"zero{number}", self.unit, -self.largest, self.largest))
+            rate = self.largest / half if half else self.largest
+            parameters.append(Parameter(f"slope{number}", f"{self.unit}/r", -rate, rate))
+            parameters += [
+                Parameter(f"bend{number}_{power}", self.unit, -self.largest, self.largest)
+                for power in range(2, self.degree + 1)
+            ]
+        return tuple(parameters)
+
+    def columns(self, phi: Array, records: Integers) -> Array:
+        """Return what the parameters multiply (m, p) at angles (m,) [rad] of records (m,), counted from 0.
+
+        The slope is per revolution from the middle of a record; bends multiply Legendre's polynomials over it.
+        """
+        columns = []
+        for record, (first, last) in enumerate(self.spans):
+            inside = records == record
+            from_middle = phi - (first + last) / 2
+            share = np.clip(2 * from_middle / ((last - first) or 1.0), -1.0, 1.0)
+            rows = [np.ones(len(phi))] if record else []
+            rows.append(from_middle / TURN)
+            rows += [legendre.Legendre.basis(power)(share) for power in range(2, self.degree + 1)]
+            columns += [np.where(inside, row, 0.0) for row in rows]
+        return np.column_stack(columns)
+
+    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
+        """Return the signal as it is, since drift is no part of a cycle."""
+        return signal
+
+
 def rank_effect(effect: SensorEffect) -> int:
     """Return the place of an effect between machine and amplifier, in which effects act."""
     # the speed acts on the machine, before what the sensor adds
-    return (SpeedHarmonics, TurnedAxis, LeakedForce, LeakedTorque, Imbalance, ElasticMount, ElectricCoupling).index(
-        type(effect)
-    )
+    return (SpeedHarmonics, TurnedAxis, LeakedForce, LeakedTorque, Imbalance, ElasticMount, Gain, ElectricCoupling,
+            ZeroDrift).index(type(effect))  # fmt: skip
 
 
 @cache

@@ -29,15 +29,26 @@ from planter.measured.calibration import (
     rebuild_machine,
     state_active_bounds,
 )
-from planter.measured.curve import EFFECT, PHASE, Chosen, find_measured, find_phases, is_offset
+from planter.measured.curve import (
+    EFFECT,
+    PHASE,
+    Chosen,
+    find_measured,
+    find_phases,
+    find_records,
+    is_offset,
+)
 from planter.measured.effects import (
+    DRIFTS,
     ElasticMount,
     ElectricCoupling,
+    Gain,
     Imbalance,
     LeakedForce,
     LeakedTorque,
     SensorEffect,
     SpeedHarmonics,
+    ZeroDrift,
     rank_effect,
 )
 from planter.measured.findings import EffectParameter, Explanation, ExplanationFound, LackOfFitTest
@@ -135,7 +146,7 @@ def explain_curve(
     chosen = Chosen.from_bounds(machine, _with_nuisances(machine, measured, bounds), priors)
     stated = SensorCurve(machine, chosen, measured, quantity).stated
     effects = [effect for effect in list_effects(machine, quantity, measured) if not _is_stated(effect, stated)]
-    phase = ProgressPhase("explanations", "fit", ENCLOSURES + LEVERS + 5, progress)
+    phase = ProgressPhase("explanations", "fit", ENCLOSURES + LEVERS + len(DRIFTS) + 6, progress)
 
     def fit_effects(*chosen_effects: SensorEffect) -> ExplainedFit:
         curve = SensorCurve(machine, chosen, measured, quantity, chosen_effects)
@@ -158,11 +169,12 @@ def explain_curve(
         each.name for each in fits if each is not preferred and _is_undecided(each, preferred, rigid, compared)
     ]
     detailed = {preferred.name, *undecided}
-    rows = [_describe_explanation(each, rigid, each.name in detailed) for each in fits]
+    rows = [_describe_explanation(each, rigid, compared, each.name in detailed) for each in fits]
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(preferred.fit, rebuild)
     if fitted is not None and preferred.effects:
         fitted = with_view(fitted, preferred.curve.find_view(preferred.fit.values))
     assert measured.reading is not None
+    drifts = [effect for effect in preferred.effects if isinstance(effect, ZeroDrift)]
     result = ExplanationFound(
         machine=machine.name,
         model=model,
@@ -181,7 +193,12 @@ def explain_curve(
         compared=compared,
         explanations=rows,
         fitted=describe_inputs(preferred.fit),
-        treatment=[*measured.treatment, *describe_view(preferred.curve, preferred.fit.values), *notes],
+        treatment=[
+            *measured.treatment,
+            *describe_view(preferred.curve, preferred.fit.values),
+            *(f"{effect.name}: it belongs to the record, and no machine file has it" for effect in drifts),
+            *notes,
+        ],
         reading=measured.reading,
     )
     return ExplanationFits(measured, {each.name: each for each in fits}, fitted, result)
@@ -237,7 +254,11 @@ def list_effects(machine: Machine, quantity: str, measured: Measurement) -> list
         effects.append(Imbalance(span / speed**2))
     if machine.acceleration is not None or (target.total and is_force):
         effects.append(SpeedHarmonics())
-    return [*effects, ElasticMount(speed), ElectricCoupling(speed)]
+    phi = measured.phi[measured.used]
+    records = find_records(phi)
+    spans = tuple((float(each[0]), float(each[-1])) for each in np.split(phi, np.flatnonzero(np.diff(records)) + 1))
+    drifts = [ZeroDrift(degree, spans, span, units.display_unit(target.key)) for degree in DRIFTS]
+    return [*effects, ElasticMount(speed), Gain(), ElectricCoupling(speed), *drifts]
 
 
 def _is_stated(effect: SensorEffect, stated: Sequence[StatedEffect]) -> bool:
@@ -293,7 +314,12 @@ def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
 def _compare_with_rigid(each: ExplainedFit, rigid: ExplainedFit, compared: int) -> bool:
     """Return whether an explanation is better than the rigid machine beyond chance."""
     test = compare_likelihoods(rigid.likelihood, each.likelihood)
-    return test.probability * max(compared, 1) < LEVEL and _log10_ratio(each, rigid) > DECISIVE
+    return correct_probability(test.probability, compared) < LEVEL and _log10_ratio(each, rigid) > DECISIVE
+
+
+def correct_probability(probability: float, compared: int) -> float:
+    """Return the probability that any of several tests is as improbable as one of them, by Bonferroni's bound."""
+    return min(1.0, probability * max(compared, 1))
 
 
 def _log10_ratio(each: ExplainedFit, other: ExplainedFit) -> float:
@@ -312,7 +338,9 @@ def _is_undecided(each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedF
     return _log10_ratio(preferred, each) < DECISIVE and _compare_with_rigid(each, rigid, compared)
 
 
-def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_intervals: bool) -> Explanation:
+def _describe_explanation(
+    each: ExplainedFit, rigid: ExplainedFit, compared: int, with_intervals: bool
+) -> Explanation:  # fmt: skip
     fit, curve = each.fit, each.curve
     test = None if each is rigid else compare_likelihoods(rigid.likelihood, each.likelihood)
     correlation = fit.correlation()
@@ -344,6 +372,7 @@ def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_interval
         lack_of_fit=LackOfFitTest(each.lack.statistic, each.lack.probability, each.lack.harmonics),
         F=None if test is None else test.statistic,
         probability=None if test is None else test.probability,
+        probability_of_any=None if test is None else correct_probability(test.probability, compared),
         log10_bayes=_log10_ratio(each, rigid),
         parameters=parameters,
         inputs={name: value for name, value in displayed.items() if not name.startswith(EFFECT)},
@@ -366,13 +395,14 @@ def _state_result(
     rigid, best, subject = rows[base], rows[preferred], SUBJECTS[base]
     sentences = []
     if preferred == base:
-        lowest = min(row.probability for row in rows.values() if row.probability is not None)
+        lowest = min(row.probability_of_any for row in rows.values() if row.probability_of_any is not None)
         end = {
             "explained": "explains the curve", "not explained": "does not explain the curve, and no effect is better",
             "not settled": "is not settled as an explanation, and no effect is better",
         }[rigid.outcome]  # fmt: skip
         sentences.append(
-            f"T{subject[1:]} {end}: the least probability of {compared} effects by chance is {lowest:.2g} each"
+            f"T{subject[1:]} {end}: by chance, the best of {compared} effects improves it as much with a probability "
+            f"of {lowest:.2g}"
         )
     else:
         verb = {"explained": "explains", "not explained": "comes nearest but does not explain",
@@ -380,7 +410,8 @@ def _state_result(
         sentences.append(
             f"{words[preferred][0].upper()}{words[preferred][1:]} {verb} the curve: {subject} is "
             f"{_describe_odds(best.log10_bayes)} less probable, and leaves {rigid.rms / best.rms:.3g} times the "
-            "residual"
+            f"residual; by chance, the best of {compared} effects does as well with a probability of "
+            f"{best.probability_of_any or 0:.2g}"
         )
         values = [
             f"{p.name.rpartition('.')[2]} {p.value or np.inf:.4g} {p.unit}".removesuffix(" 1") for p in best.parameters

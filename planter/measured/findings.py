@@ -213,7 +213,8 @@ class Explanation(Record):
     """The rigid machine with effects between it and the sensor, fitted to a curve.
 
     `outcome` is that of what is left; `F` and `probability` compare with the rigid machine, for the correlation of the
-    noise that is most favourable to it; `log10_bayes` is the logarithm of the ratio of the evidences of this
+    noise that is most favourable to it, and `probability_of_any` is that of such an F for any of the explanations that
+    were compared, by Bonferroni's bound; `log10_bayes` is the logarithm of the ratio of the evidences of this
     explanation and of the rigid machine. If the machine file has a [measurement] of the quantity, the machine behind
     that, "stated", takes the place of the rigid one. `correlation` is the matrix of inputs and parameters in their
     order, null if the data do not determine all. An explanation that rests on `active_bounds` is "not settled": its
@@ -228,6 +229,7 @@ class Explanation(Record):
     lack_of_fit: LackOfFitTest
     F: float | None
     probability: float | None
+    probability_of_any: float | None
     log10_bayes: float
     parameters: list[EffectParameter]
     inputs: dict[str, float]

@@ -12,11 +12,12 @@ from functools import cached_property
 
 import numpy as np
 import scipy
+from numpy.polynomial import legendre
 
 from planter.kernels import Array
 from planter.measured.curve import ChannelNoise, MeasuredCurve
 from planter.measured.reading import TWO_REVOLUTIONS, count_mean_harmonics, fourier_basis
-from planter.numerics.arrays import TURN
+from planter.numerics.arrays import TURN, Integers
 
 RHOS = np.tanh(np.linspace(0.0, 3.2, 65))
 """Correlations that are tried, 0 to 0.997."""
@@ -36,6 +37,8 @@ REFUTING = 1e-3
 """Probability below which what a model leaves is no noise."""
 PLAUSIBLE = 2.0
 """Loss of the logarithm of the likelihood up to which a correlation is plausible: a level of 95 %."""
+TREND_DEGREES = 3, 8
+"""Degrees of the polynomials over a record that a model may not leave: few see a weak trend, many one that swings."""
 HARMONICS, POINTS_PER_HARMONIC = 20, 6
 """Largest number of harmonics of what a model may leave, and least points of a revolution for each."""
 
@@ -180,17 +183,21 @@ class LackOfFit:
 def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) -> LackOfFit:
     """Return the test of residuals (m,) after a fit with a Jacobian (m, n), over all quantities.
 
-    A record of several revolutions is also compared with its mean curve, which no model may miss by more than noise.
+    A record of several revolutions is also compared with its mean curve, which no model may miss by more than noise;
+    and each record with polynomials over it: noise that is highly correlated could stand for a trend.
     """
     worst, tests = LackOfFit(0.0, 1.0, 0), 0
     for points, gaps in zip(curve.channels, curve.gaps, strict=True):
-        phi, part = curve.phi[points], residuals[points]
+        phi, part, records = curve.phi[points], residuals[points], curve.records[points]
         revolutions = max(float(np.ptp(phi)) / TURN, 0.25)
         count = int(min(HARMONICS, len(phi) / revolutions / POINTS_PER_HARMONIC, len(phi) / 5))
         if count < 1:
             continue
         both = np.column_stack([slopes[points], fourier_basis(phi, count)])
         results = [compare_nested(part, slopes[points], both, gaps)]
+        for degree in TREND_DEGREES:
+            trends = np.column_stack([slopes[points], build_trends(phi, records, degree)])
+            results.append(compare_nested(part, slopes[points], trends, gaps))
         if revolutions >= TWO_REVOLUTIONS:
             results.append(_compare_with_mean_curve(curve.values[points], phi, part, slopes[points], gaps))
         for test in results:
@@ -199,6 +206,22 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
                 worst = LackOfFit(test.statistic, test.probability, count)
     probability = min(1.0, worst.probability * max(tests, 1))
     return LackOfFit(worst.statistic, probability, worst.harmonics)
+
+
+def build_trends(phi: Array, records: Integers, degree: int) -> Array:
+    """Return polynomials (m, j) up to a degree over each record at angles (m,) [rad].
+
+    They swing less often than the cycle, whose harmonics have a test of their own, but the cubic is always among them.
+    """
+    columns = []
+    for record in np.unique(records):
+        inside = records == record
+        first, last = float(phi[inside].min()), float(phi[inside].max())
+        share = np.clip(2 * (phi - first) / ((last - first) or 1.0) - 1, -1.0, 1.0)
+        slower = max(TREND_DEGREES[0], int(2 * (last - first) / TURN) - 1)
+        rows = legendre.legvander(share, min(degree, slower))
+        columns.append(np.where(inside[:, None], rows, 0.0))
+    return np.column_stack(columns)
 
 
 def _compare_with_mean_curve(values: Array, phi: Array, residuals: Array, slopes: Array, gaps: Array) -> LackOfFit:

@@ -137,11 +137,13 @@ def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
     ordered = sorted(result.explanations, key=lambda e: -e.log10_bayes)
     head = ("explanation", "outcome", f"rms / {result.unit}", "p", "log10 Bayes")
     rows: list[tuple[Cell, ...]] = [
-        (words[e.name], e.outcome, e.rms, _format_probability(e.probability), round(e.log10_bayes, 1)) for e in ordered
+        (words[e.name], e.outcome, e.rms, _format_probability(e.probability_of_any), round(e.log10_bayes, 1))
+        for e in ordered
     ]
     base = result.explanations[0].name
     caption = (
-        f"p: probability of the improvement over {base} by chance; log10 Bayes: decimal logarithm of the evidence over "
+        f"p: probability that any of {result.compared} explanations improves {base} as much by chance; log10 Bayes: "
+        f"decimal logarithm of the evidence over "
         f"that of {base}."
     )
     fits: list[tuple[Cell, ...]] = [
@@ -330,7 +332,9 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     end = float(np.degrees(first.machine.turn))
     dense, phi = np.linspace(0, end, round(2 * end) + 1), np.mod(np.degrees(first.phi), end)
     thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
-    top.plot(phi[thin], first.values[thin], "o", color=style.SOFT, markersize=2, label="measured")
+    drift = first.drift(fits[result.preferred].fit.values)[0]
+    label = "measured, less the drift" if drift.any() else "measured"
+    top.plot(phi[thin], (first.values - drift)[thin], "o", color=style.SOFT, markersize=2, label=label)
     names = dict.fromkeys([fits[result.preferred].base, result.preferred, *result.undecided[:2]])
     for index, name in enumerate(names):
         fit, shade = fits[name].fit, style.curve_colour(name, index)

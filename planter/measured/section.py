@@ -73,6 +73,7 @@ class MeasurementSection(FileSection):
     mount_damping: Annotated[
         Positive | None, Field(description="damping of the elastic mount, as a share of the critical one")
     ] = None
+    gain: Annotated[Positive | None, Field(description="factor by which the sensor magnifies the signal")] = None
     corner_Hz: Annotated[
         Positive | None, Field(description="corner frequency of an amplifier that passes no direct current")
     ] = None

@@ -14,7 +14,7 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.measured.curve import EFFECT, SAMPLES, Chosen, MeasuredCurve, factor_of, find_measured
-from planter.measured.effects import RATE, SQUARE, Curves, Parameter, SensorEffect, rank_effect
+from planter.measured.effects import RATE, SQUARE, Curves, Parameter, SensorEffect, ZeroDrift, rank_effect
 from planter.measured.findings import MeasurementResult
 from planter.measured.reading import Channel, Measurement
 from planter.measured.sensor_view import SensorView, StatedEffect, find_sensor_view, is_sensor_input
@@ -144,9 +144,22 @@ class SensorCurve(MeasuredCurve):
                 values[channel] += z[index]
         return values, slopes
 
+    def drift(self, z: Array) -> tuple[Array, Array]:
+        """Return the drift of the zero at the points (m,), and its Jacobian (m, n)."""
+        values, slopes = super().drift(z)
+        for effect in self.effects:
+            if isinstance(effect, ZeroDrift):
+                indices = [self.chosen.names.index(name_parameter(effect, p.name)) for p in effect.parameters]
+                slopes[:, indices] = effect.columns(self.phi, self.records)
+        return values + slopes @ z, slopes
+
     def find_view(self, z: Array) -> SensorView:
-        """Return the view of the sensor: stated effects, and fitted ones with their values among the inputs (n,)."""
-        effects = (StatedEffect(operator.effect, operator.read_values(z)) for operator in self._operators)
+        """Return the view of the sensor: stated effects, and fitted ones with their values among the inputs (n,).
+
+        A drift belongs to a record and is left out.
+        """
+        operators = [operator for operator in self._operators if not isinstance(operator.effect, ZeroDrift)]
+        effects = (StatedEffect(operator.effect, operator.read_values(z)) for operator in operators)
         return SensorView(find_measured(self.machine, self.keys[self._seen[0]]), tuple(effects))
 
     @property

@@ -17,6 +17,7 @@ from planter.measured.effects import (
     SQUARE,
     ElasticMount,
     ElectricCoupling,
+    Gain,
     Imbalance,
     LeakedForce,
     LeakedTorque,
@@ -209,6 +210,8 @@ def _list_own_effects(section: MeasurementSection, speed: float) -> Iterator[Sta
     if section.mount_Hz is not None and section.mount_damping is not None:
         values, keys = [section.mount_Hz, section.mount_damping], ["mount_Hz", "mount_damping"]
         yield StatedEffect.from_display(ElasticMount(scale), values, keys)
+    if section.gain is not None:
+        yield StatedEffect.from_display(Gain(), [section.gain], ["gain"])
     if section.corner_Hz is not None:
         yield StatedEffect.from_display(ElectricCoupling(scale), [section.corner_Hz], ["corner_Hz"])
 
@@ -265,4 +268,6 @@ def _write_effect(effect: SensorEffect, values: Sequence[float]) -> Mapping[str,
         return {"speed_harmonics": list(values)}
     if isinstance(effect, ElasticMount):
         return {"mount_Hz": values[0], "mount_damping": values[1]}
+    if isinstance(effect, Gain):
+        return {"gain": values[0]}
     return {"corner_Hz": values[0]} if isinstance(effect, ElectricCoupling) else {}

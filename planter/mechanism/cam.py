@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+import casadi as ca
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity
+from planter.engine.response import MachineResponse, Switchings
+from planter.engine.summary import SCANNED
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.files.csv_rows import parse_number
@@ -23,15 +24,84 @@ FOLLOWERS = "followers"
 CLOSED = 1e-9
 """Largest distance [m] between the ends of a closed contour."""
 PIECES = 12
-"""Pieces of a cycle. Arcs and splines also follow a law that is not smooth within a piece."""
-_STEP = 2e-3
-"""Step of the angle [rad] of finite differences: of fourth order, accurate to 1e-9 for a smooth law."""
-_OFFSETS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
-_SLOPE = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12 * _STEP)
-_CURVATURE = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12 * _STEP**2)
+"""Pieces of a cycle, besides those that begin where a law changes."""
+SHORTEST_PIECE = 1e-6
+"""Breakpoints that are closer are one [rad]."""
+SAMPLES = 720
+"""Angles at which a cycle is searched for motion."""
+REST = 1e-7
+"""Share of its greatest speed below which a centre rests: rounding hides the direction of slower motion, and until it
+rests the centre moves so little that the direction stays."""
+BISECTIONS = 40
+"""Halvings of the interval in which motion ends: from a dwell's length to the rounding of angles."""
 
-LengthFunction = Callable[[dict[str, Array], int], Array]
-"""(results of n angles by name, n) -> lengths (n,) [m]."""
+
+class RollerPath:
+    """The path of a roller's centre over a cycle, with exact rates by the angle.
+
+    Graphs are in the machine's symbols: the coordinates of the `centre` (2) [m] as if the cam turned by the angle, and
+    `way` (4), its motion as its guide sees it, of any size, along the guide's axes, with the axis x of the guide.
+    Without `way` the guide is at rest, and the motion is the slope of the centre. Raises ComputationError if the centre
+    never moves.
+    """
+
+    def __init__(self, machine: Machine, centre: list[ca.SX], way: list[ca.SX]) -> None:
+        self._machine = machine
+        graphs = [*centre, *way]
+        rows = [(Quantity(f"roller_{i}", "m", "centre of the roller", ""), graph) for i, graph in enumerate(graphs)]
+        self._response, self._has_way = MachineResponse(self._machine, (), more=rows), bool(way)
+        self._point = self._response.at_data(self._machine.data)
+        samples = TURN * (np.arange(SAMPLES) + 0.5) / SAMPLES
+        speeds = np.hypot(*self._motion(samples))
+        self._rest = REST * speeds.max()
+        self._moving = samples[speeds > self._rest]
+        if not len(self._moving):
+            raise ComputationError(f"{self._machine.name}: the centre of the roller is at rest for a whole turn")
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Angles of a turn between which the path is smooth [rad], its ends among them."""
+        switchings = Switchings(self._machine, SCANNED).find_all(self._point)
+        inner = [*sorted(s.angle for s in switchings), *np.linspace(0.0, TURN, PIECES + 1)[1:-1]]
+        breaks = [0.0, TURN]
+        for angle in inner:
+            if min(abs(angle - other) for other in breaks) > SHORTEST_PIECE:
+                breaks.append(float(angle))
+        return tuple(sorted(breaks))
+
+    def evaluate(self, angles: Array) -> Array:
+        """Return the centre and its first two derivatives (6, n) at angles (n,) [rad], x before y."""
+        folded = angles % TURN
+        values = self._response.values(self._point, folded)
+        first, second = self._response.rates(self._point, folded)
+        return np.vstack([values[:2], first[:2], second[:2]])
+
+    def direction(self, angles: Array) -> Array:
+        """Return the motion (2, n) of the centre at angles (n,) [rad]; at rest, how it moved before it came to rest.
+
+        A guide sees the centre rest while both may turn; so the motion is turned with the guide.
+        """
+        motion = self._motion(angles)
+        resting = np.flatnonzero(np.hypot(*motion) <= self._rest)
+        if len(resting):
+            high = angles[resting] % TURN
+            last = np.searchsorted(self._moving, high) - 1
+            low = self._moving[last] - np.where(last < 0, TURN, 0.0)
+            for _ in range(BISECTIONS):
+                middle = (low + high) / 2
+                is_moving = np.hypot(*self._motion(middle)) > self._rest
+                low, high = np.where(is_moving, middle, low), np.where(is_moving, high, middle)
+            motion[:, resting] = self._motion(low)
+        if not self._has_way:
+            return motion
+        guide_x, guide_y = self._response.values(self._point, angles % TURN)[4:]
+        return np.array([guide_x * motion[0] - guide_y * motion[1], guide_y * motion[0] + guide_x * motion[1]])
+
+    def _motion(self, angles: Array) -> Array:
+        folded = angles % TURN
+        if self._has_way:
+            return self._response.values(self._point, folded)[2:4]
+        return self._response.derivatives(self._point, folded)[1]
 
 
 def build_profile(model: Model, roller: float, x: str, y: str) -> Profile:
@@ -42,22 +112,37 @@ def build_profile(model: Model, roller: float, x: str, y: str) -> Profile:
     ComputationError for a length that does not repeat after a cycle: it closes no contour.
     """
     check_roller(roller)
-    centre, disc = [_parse_sum(model, "--x", x), _parse_sum(model, "--y", y)], formulas.load(FORMULAS)
+    machine, disc = model.machine.with_moved({}), formulas.load(FORMULAS)
+    centre = [_parse_sum(machine, "--x", x), _parse_sum(machine, "--y", y)]
     terms = {term.strip() for text in (x, y) for term in text.split("+")}
     require_repeating(model.machine, terms & {q.name for q in model.machine.results if q.unit == "m"})
     for name, (start, end) in model.evaluate(FOLLOWERS, np.array([0.0, TURN])).items():
         if name in terms and abs(end - start) > CLOSED:
             raise ComputationError(f"{model.machine.name}: {name} differs after a turn: it closes no contour")
+    path = RollerPath(machine, centre, _find_way(machine, x.strip(), y.strip()))
 
     def evaluate(angles: Array) -> Columns:
-        stencil = (angles[:, None] + _STEP * _OFFSETS).ravel() % (2 * np.pi)
-        lengths = model(stencil) | model.evaluate(FOLLOWERS, stencil)
-        values = [length(lengths, len(stencil)).reshape(-1, len(_OFFSETS)) for length in centre]
-        path = [*(v[:, 2] for v in values), *(v @ _SLOPE for v in values), *(v @ _CURVATURE for v in values)]
-        return disc("disc", phi=angles, centre=np.array(path), reach=-roller)
+        return disc("disc", phi=angles, centre=path.evaluate(angles), way=path.direction(angles), reach=-roller)
 
-    breaks = tuple(np.linspace(0.0, 2 * np.pi, PIECES + 1).tolist())
-    return Profile(model.machine.name, roller, evaluate, breaks, True, ("pitch_x", "pitch_y"))
+    return Profile(model.machine.name, roller, evaluate, path.breaks, True, ("pitch_x", "pitch_y"))
+
+
+def _find_way(machine: Machine, x: str, y: str) -> list[ca.SX]:
+    """Return the motion of a stated follower's centre against its guide if x and y are that centre, else nothing."""
+    graphs = _list_graphs(machine)
+    name = x.removesuffix("_centre_x")
+    names = [f"{name}_{part}_{axis}" for part in ("way", "guide") for axis in "xy"]
+    is_follower = x in graphs and y == f"{name}_centre_y" and names[0] in graphs
+    return [graphs[name] for name in names] if is_follower else []
+
+
+def _list_graphs(machine: Machine) -> dict[str, ca.SX]:
+    """Return the graphs of the followers' centres and motions in the machine's symbols."""
+    stage = machine.stages.get(FOLLOWERS)
+    if stage is None:
+        return {}
+    rows = ca.vertsplit(stage.function(*machine.symbols))
+    return {quantity.name: row for quantity, row in zip(stage.quantities, rows, strict=True)}
 
 
 def build_disc_cam(
@@ -94,8 +179,9 @@ def find_follower_centre(model: Model, force: str | None) -> tuple[tuple[str, st
     return (f"{name}_centre_x", f"{name}_centre_y"), name
 
 
-def _list_centres(machine: Machine) -> tuple[Quantity, ...]:
-    return machine.stages[FOLLOWERS].quantities if FOLLOWERS in machine.stages else ()
+def _list_centres(machine: Machine) -> list[Quantity]:
+    stage = machine.stages.get(FOLLOWERS)
+    return [q for q in stage.quantities if q.unit == "m"] if stage else []
 
 
 def find_contact_force(model: Model, name: str) -> Push:
@@ -113,20 +199,22 @@ def find_contact_force(model: Model, name: str) -> Push:
     return evaluate
 
 
-def _parse_sum(model: Model, option: str, text: str) -> LengthFunction:
-    terms = [_parse_term(model.machine, option, term.strip()) for term in text.split("+")]
-    return lambda results, count: np.sum([term(results, count) for term in terms], axis=0)
+def _parse_sum(machine: Machine, option: str, text: str) -> ca.SX:
+    """Return the graph of a sum of terms in the machine's symbols [m]."""
+    return sum((_parse_term(machine, option, term.strip()) for term in text.split("+")), ca.SX(0.0))
 
 
-def _parse_term(machine: Machine, option: str, term: str) -> LengthFunction:
+def _parse_term(machine: Machine, option: str, term: str) -> ca.SX:
     lengths = [q.name for q in (*machine.results, *_list_centres(machine)) if q.unit == "m"]
     values = {v.name: value for v, value in zip(machine.values, machine.data.tolist(), strict=True) if v.unit == "m"}
     parsed = parse_number(term)
     if term in lengths:
-        return lambda results, count: results[term]
-    if term in values or (parsed is not None and np.isfinite(parsed)):
-        constant = values[term] if parsed is None else parsed * units.unit_factor("_mm")
-        return lambda results, count: np.full(count, constant)
+        graph = _list_graphs(machine).get(term)
+        return machine.graph(term) if graph is None else graph
+    if term in values:
+        return ca.SX(values[term])
+    if parsed is not None and np.isfinite(parsed):
+        return ca.SX(parsed * units.unit_factor("_mm"))
     raise _refuse_name(option, term, [*lengths, *values])
 
 

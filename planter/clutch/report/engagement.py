@@ -30,7 +30,7 @@ BINS = 900
 COLOURS = {"reuleaux": style.BLUE, "dog": style.VERMILION}
 LABELS = {"reuleaux": "Reuleaux", "dog": "dog"}
 LINK = "link angle / deg"
-RATIO_TICKS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1, 1.5, 2, 3, 4, 5, 7, 10, 15, 20)
+LOAD_TICKS = tuple(digit * 10.0**power for power in range(5) for digit in (1, 2, 5))
 
 
 def thin_curve(x: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
@@ -139,28 +139,27 @@ def _teeth(run: ContactRun, angle: float, half: float) -> list[Array]:
 
 
 @style.with_style
-def draw_ratios(rows: Sequence[ContactLoadSensitivity], ratio: float) -> Figure:
-    """Largest load of the Reuleaux clutch over that of the dog clutch while one input runs over a factor of 10."""
+def draw_sensitivity(rows: Sequence[ContactLoadSensitivity], reuleaux: float, dog: float) -> Figure:
+    """Largest loads [N] of both clutches, each in a plot, while one input runs over a factor of 10."""
     figure = style.new_figure(2.8)
-    axes = figure.subplots()
-    names = list(dict.fromkeys(row.input for row in rows))
-    ends = []
-    for name, shade in zip(names, style.PALETTE, strict=False):
-        points = sorted([(1.0, ratio), *((r.factor, r.N_max_ratio) for r in rows if r.input == name)])
-        axes.plot(*zip(*points, strict=True), "o-", color=shade, markersize=3)
-        ends.append((points[-1][1], name, shade))
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.axhline(1.0, color=style.SOFT, linewidth=0.6)
-    axes.set_xlabel("factor on the input")
-    axes.set_ylabel("largest load, Reuleaux / dog")
-    ticks = [t for t in RATIO_TICKS if axes.get_ylim()[0] <= t <= axes.get_ylim()[1]]
-    axes.set_yticks(ticks, [f"{t:g}" for t in ticks], minor=False)
-    axes.set_yticks([], minor=True)
+    loads = {"Reuleaux": ("reuleaux_N_max_N", reuleaux), "dog": ("dog_N_max_N", dog)}
     factors = sorted({row.factor for row in rows} | {1.0})
-    axes.set_xticks(factors, [f"{f:.3g}" for f in factors])
-    axes.set_xticks([], minor=True)
-    style.label_ends(axes, ends, 0.075)
+    for axes, (title, (key, load)) in zip(figure.subplots(1, 2, sharey=True), loads.items(), strict=True):
+        ends = []
+        for name, shade in zip(dict.fromkeys(row.input for row in rows), style.PALETTE, strict=False):
+            points = sorted([(1.0, load), *((row.factor, getattr(row, key)) for row in rows if row.input == name)])
+            axes.plot(*zip(*points, strict=True), "o-", color=shade, markersize=3)
+            ends.append((points[-1][1], name, shade))
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel(f"factor on the input, {title}")
+        axes.set_xticks(factors, [f"{factor:.3g}" for factor in factors])
+        axes.set_xticks([], minor=True)
+        style.label_ends(axes, ends, 0.15)
+    ticks = [tick for tick in LOAD_TICKS if axes.get_ylim()[0] <= tick <= axes.get_ylim()[1]]
+    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks], minor=False)
+    axes.set_yticks([], minor=True)
+    figure.axes[0].set_ylabel("largest load / N")
     return figure
 
 

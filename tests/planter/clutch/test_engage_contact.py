@@ -235,6 +235,8 @@ def test_teeth_slip_off_where_the_coupling_does_not_hold(runs: dict[str, Switchi
     assert len(times) >= 3
     np.testing.assert_allclose(np.diff(times), math.radians(12) / GIVEN.input_speed, rtol=0.02)
     assert contact_simulation.engagement_time(run) is None
+    assert contact_simulation.classify_engagement(run) == "no engagement"
+    assert contact_simulation.compare_loads(80.0, 600.0, ("no engagement", "no engagement")) is None
     assert run.load.max() < 0.5 * runs["reuleaux"].engagement.load.max()
 
 
@@ -261,6 +263,29 @@ def test_printed_teeth_do_not_fit_the_shaft() -> None:
 def test_overlapping_surfaces_are_refused() -> None:
     with pytest.raises(ComputationError, match="is too small"):
         contact_simulation.simulate_engagement(CLUTCHES["dog"], GIVEN.times(1e-5, "stiffness"), 0.0, 1e-6)
+
+
+def test_load_that_stays_is_no_impact(runs: dict[str, SwitchingRun]) -> None:
+    jammed, struck = runs["reuleaux"].to_result(), runs["dog"].to_result()
+    assert jammed.outcome == "jam"
+    assert jammed.N_end_N > 0.95 * jammed.N_max_N
+    assert struck.outcome == "impact"
+    assert struck.N_end_N == pytest.approx(GIVEN.load / GIVEN.radius, rel=1e-3)
+    assert contact_simulation.compare_loads(jammed.N_max_N, struck.N_max_N, (jammed.outcome, struck.outcome)) is None
+    assert contact_simulation.compare_loads(300.0, 600.0, ("impact", "impact")) == 0.5
+    fits = replace(GIVEN, tip=0.0108, root=0.0114)
+    settled = contact_simulation.simulate_engagement(CLUTCHES["reuleaux"], fits, 0.0, 1e-6)
+    assert contact_simulation.classify_engagement(settled) == "held load"
+
+
+def test_printed_load_is_judged_by_impacts_alone() -> None:
+    judge = contact_simulation.judge_printed_load
+    assert judge("jaw", 500.0, [("impact", 400.0), ("impact", 600.0)]).verdict == "not recomputable"
+    assert judge("jaw", 700.0, [("impact", 400.0), ("impact", 600.0), ("jam", 800.0)]).verdict == "not reproduced"
+    settled = judge("body", 430.0, [("jam", 420.0), ("held load", 440.0), ("no engagement", 10.0)])
+    assert settled.verdict == "no impact"
+    assert settled.impacts_N is None
+    assert settled.held_N == (420.0, 440.0)
 
 
 def test_bristles_hold_up_to_their_limit() -> None:
@@ -310,9 +335,14 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, runs: dict[str
     assert energy["input_J"] - energy["stored_J"] - energy["lost_J"] == pytest.approx(energy["imbalance_J"], abs=1e-14)
     assert abs(energy["imbalance_J"]) < 1e-6 * energy["input_J"]
     row = result["sensitivity"][0]
-    assert row["N_max_ratio"] < result["N_max_ratio"]  # faster: the dog clutch is struck harder
+    assert row["dog_N_max_N"] > result["dog"]["N_max_N"]  # faster: the dog clutch is struck harder
+    assert result["N_max_ratio"] is None
+    assert row["N_max_ratio"] is None
+    assert (result["reuleaux"]["outcome"], result["dog"]["outcome"]) == ("jam", "impact")
+    verdicts = {load["printed_N"]: load["verdict"] for load in result["printed_loads"]}
+    assert verdicts == {428.5: "no impact", 961.6: "not recomputable"}
     assert result["reuleaux"]["cut_off_s"] < result["dog"]["cut_off_s"]
-    for name in ("load", "speed", "section", "ratio"):
+    for name in ("load", "speed", "section", "sensitivity"):
         assert (tmp_path / "figures" / f"{name}.svg").stat().st_size > 5000
     text = (tmp_path / "dog_engagement.csv").read_text()
     rows = [line for line in text.splitlines() if not line.startswith("#")]

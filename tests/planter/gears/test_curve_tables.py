@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from planter.errors import PlanterError
+from planter.gear_geometry.pitch_curves import POLAR as POLAR_ROW
 from planter.gear_geometry.pitch_curves import build_sampled_pair
-from planter.gears.request import load_pair
+from planter.gears.request import GearTurns, load_pair
 from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import find_gap
-from tests.support.cli import refusal
+from tests.support.cli import answer, refusal
 
 POLAR = np.arange(60) * 6.0
 RADIUS = 40 + 3 * np.cos(np.radians(POLAR) + 0.4)
@@ -57,13 +58,13 @@ def test_radius_without_closure_exits_2(tmp_path: Path) -> None:
         if message:
             assert message in refusal("gears", "--curve", file, "--module", "2")
         else:
-            assert load_pair(file, None, 1).sense == 1
+            assert load_pair(file, None).sense == 1
 
 
 @pytest.mark.parametrize("dropped", [[7], [20, 21, 22], [30, 59]])
 def test_missing_rows_within_the_spacing_are_allowed(tmp_path: Path, dropped: list[int]) -> None:
     rows = np.delete(np.arange(60), dropped)
-    pair = load_pair(write_curve(tmp_path / "own.csv", POLAR[rows], RADIUS[rows]), None, 1)
+    pair = load_pair(write_curve(tmp_path / "own.csv", POLAR[rows], RADIUS[rows]), None)
     assert pair.gear.length == pytest.approx(0.2517, rel=2e-3)
 
 
@@ -131,7 +132,7 @@ def load_perturbed(tmp_path: Path, seed: int) -> None:
     file = write_curve(tmp_path / "own.csv", *perturb(np.random.default_rng(seed)))
     begun, refused = time.process_time(), ""
     try:
-        load_pair(file, None, 1)
+        load_pair(file, None)
     except PlanterError as error:
         refused = error.message
     assert not refused or str(tmp_path) in refused
@@ -158,3 +159,103 @@ def test_clockwise_table_error_names_the_table_angle() -> None:
 def test_mate_of_a_circle_is_a_circle(turns: int) -> None:
     pair = build_sampled_pair(np.radians(POLAR), np.full(60, 0.0317), "own", turns)
     assert pair.distance == pytest.approx(0.0317 * (1 + turns), rel=1e-12)
+
+
+DEGREES = np.arange(360.0)
+CORNERS = {
+    "convex": (30 + 5 * np.exp(-np.abs((DEGREES - 270) / 50)), 270.0),
+    "concave": (30 + 4 * np.abs(np.sin(np.radians(DEGREES - 140))), 140.0),
+    "shallow": (30 + 1.0 * np.abs((DEGREES - 200 + 180) % 360 - 180) / 180, 200.0),
+    "between rows": (30 + 4 * np.abs(np.sin(np.radians(DEGREES - 140.4))), 140.4),
+}
+
+
+@pytest.mark.parametrize("kind", CORNERS)
+def test_corner_is_refused_with_its_place(tmp_path: Path, kind: str) -> None:
+    radius, place = CORNERS[kind]
+    message = refusal("gears", "--curve", write_curve(tmp_path / "own.csv", DEGREES, radius), "--module", "2")
+    assert "corner" in message
+    polar = float(message.partition("polar angle ")[2].partition("°")[0])
+    assert min(abs(polar - place - k * 180) for k in (-1, 0, 1)) <= 1
+
+
+SMOOTH = {
+    "lobes": 30 / (1 - 0.25 * np.cos(2 * np.radians(DEGREES))),
+    "seven waves": 40 + np.cos(7 * np.radians(DEGREES)),
+    "a narrow bump": 40 + 0.3 * np.exp(-(((DEGREES - 90) / 3) ** 2)),
+    "a jump of the curvature": 40 + np.where(DEGREES < 180, 3e-4 * (DEGREES * (180 - DEGREES)), 0.0) ** 2 / 20,
+    "three decimals": np.round(40 + 3 * np.cos(np.radians(DEGREES)), 3),
+}
+
+
+@pytest.mark.parametrize("kind", SMOOTH)
+def test_smooth_table_has_no_corner(tmp_path: Path, kind: str) -> None:
+    assert load_pair(write_curve(tmp_path / "own.csv", DEGREES, SMOOTH[kind]), None).sense == 1
+
+
+def test_crowded_rows_are_no_corner(tmp_path: Path) -> None:
+    """Steps that vary by a factor of 30 from row to row: a smooth curve bends in proportion to them."""
+    polar = np.sort(np.concatenate([np.arange(0, 360, 3.0), np.arange(100, 110, 0.1)]))
+    polar = polar[np.append(np.diff(polar) > 1e-6, True)]
+    assert load_pair(write_curve(tmp_path / "own.csv", polar, 40 + 3 * np.cos(np.radians(polar))), None).sense == 1
+
+
+AXES, MEAN, SWING = 60.0, 2, 0.25
+"""Distance of the axes [mm] of a gear whose mate turns MEAN times as fast, with a swing of that ratio."""
+
+
+def faster_mate(lobes: int = MEAN) -> Array:
+    ratio = MEAN * (1 + SWING * np.cos(lobes * np.radians(DEGREES)))
+    return AXES * ratio / (1 + ratio)
+
+
+def test_unclear_turns_are_asked_for(tmp_path: Path) -> None:
+    file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
+    message = refusal("gears", "--curve", file, "--teeth", "40", "--turns", "2")
+    assert "--turns 2:1 or --turns 1:2" in message
+    assert "60 mm" in message
+
+
+def test_faster_mate_closes_at_its_distance(tmp_path: Path) -> None:
+    file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
+    (stage,) = answer("gears", "--curve", file, "--teeth", "40,20", "--turns", "1:2")["stages"]
+    assert stage["centre_distance_mm"] == pytest.approx(AXES, abs=1e-6)
+    assert stage["z"] == [20, 40]
+    assert [gear["name"] for gear in stage["gears"]] == ["mate", "gear"]
+    assert stage["perimeter_mm"][1] == pytest.approx(2 * stage["perimeter_mm"][0], rel=1e-11)
+    assert stage["transmission_error_rad"] < 1e-11
+    assert stage["overlap_mm2"] < 1e-9
+    pair = load_pair(file, None, GearTurns(1, 2))
+    rows = pair.mate.at(np.linspace(0, pair.mate.length, 900, endpoint=False))
+    expected = AXES * (1 - 1 / (1 + MEAN * (1 + SWING * np.cos(2 * rows[POLAR_ROW])))) * 1e-3
+    np.testing.assert_allclose(np.hypot(*rows[:2]), expected, rtol=1e-7)
+
+
+def test_slower_mate_is_another_pair(tmp_path: Path) -> None:
+    file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
+    (stage,) = answer("gears", "--curve", file, "--teeth", "40", "--turns", "2:1")["stages"]
+    assert stage["z"] == [40, 80]
+    assert stage["centre_distance_mm"] > 100
+
+
+def test_mate_in_a_file_tells_the_turns(tmp_path: Path) -> None:
+    """The table of the faster mate fits the pair that turns so, and not the slower one."""
+    file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
+    pair = load_pair(file, None, GearTurns(1, 2))
+    rows = pair.gear.at(np.linspace(0, pair.gear.length, 720, endpoint=False))
+    mate = write_curve(tmp_path / "mate.csv", np.degrees(rows[POLAR_ROW])[::-1], 1e3 * np.hypot(*rows[:2])[::-1])
+    assert load_pair(file, mate, GearTurns(1, 2)).distance == pytest.approx(pair.distance)
+    with pytest.raises(PlanterError, match="the conjugate of the gear has"):
+        load_pair(file, mate, GearTurns(2, 1))
+
+
+def test_mate_needs_a_curve_that_repeats(tmp_path: Path) -> None:
+    file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate(lobes=1))
+    message = refusal("gears", "--curve", file, "--teeth", "40", "--turns", "1:2")
+    assert "must repeat after 180°" in message
+
+
+@pytest.mark.parametrize("text", ["0", "2:3", "x", "1:2:3", "21", "-1", ":2"])
+def test_invalid_turns_are_refused(tmp_path: Path, text: str) -> None:
+    file = write_curve(tmp_path / "own.csv", POLAR, RADIUS)
+    assert f"--turns {text}" in refusal("gears", "--curve", file, "--teeth", "40", f"--turns={text}")

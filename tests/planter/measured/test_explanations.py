@@ -20,10 +20,12 @@ from planter.measured.effects import (
     Curves,
     ElasticMount,
     ElectricCoupling,
+    Gain,
     LeakedForce,
     LeakedTorque,
     SensorEffect,
     SpeedHarmonics,
+    ZeroDrift,
 )
 from planter.measured.explanations import explain_curve
 from planter.measured.findings import ExplanationFound
@@ -130,7 +132,9 @@ def set_values(curve: SensorCurve, values: Mapping[str, float]) -> Array:
 
 def test_slopes_equal_differences() -> None:
     machine = own.machine("slider_crank", "", mu=0)
-    effects = [LeakedTorque("M_in_Nm"), SpeedHarmonics(), ElasticMount(float(machine.data[machine.speed]))]
+    mount = ElasticMount(float(machine.data[machine.speed]))
+    drift = ZeroDrift(3, ((0.0, 6.0),), 20.0, "N")
+    effects = [LeakedTorque("M_in_Nm"), SpeedHarmonics(), mount, Gain(), drift]
     degrees = np.arange(0, 360, 9.0)
     empty = Channel("F", "N", np.zeros(40), np.ones(40, dtype=bool), 1.0)
     chosen = Chosen.from_bounds(machine, {"m_s_kg": (1.0, 3.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)})
@@ -234,6 +238,57 @@ def test_record_has_no_empty_panel() -> None:
     channel = Channel("F", "N", values, np.ones(len(values), dtype=bool), 0.3)
     long = Measurement(phi, (channel,), (), None, short.reading)
     assert [len(draw_reading(each).axes) for each in (short, long)] == [2, 3]
+
+
+def record(drift: float = 0.0, gain: float = 1.0, records: int = 1, rho: float = 0.5, seed: int = 0) -> Measurement:
+    """Return records of three revolutions of the knife drive, each with another zero, and a drift per revolution."""
+    machine, rng = build_knife(), np.random.default_rng(seed)
+    turn = np.radians(np.arange(0, 3 * 360, 4.0))
+    curve = build_curve(machine, "F_Oy_N", [], np.degrees(turn) + 40)
+    rigid = curve.evaluate(np.zeros(0), curve.phi)[0][0]
+    parts = [
+        gain * rigid + 3.0 + 0.7 * k + drift * (1 - 1.5 * k) * turn / TURN + correlate(rng, len(turn), rho, 0.3)
+        for k in range(records)
+    ]
+    phi, values = np.concatenate([turn + 8 * TURN * k for k in range(records)]), np.concatenate(parts)
+    channel = Channel("F", "N", values, np.ones(len(values), dtype=bool), 0.3)
+    reading = DataReading("made up", "", "", "", len(values), len(values), 3.0 * records, 4.0, None, [], [])
+    return Measurement(phi, (channel,), (), None, reading)
+
+
+def explain_record(measured: Measurement) -> ExplanationFound:
+    return explain_curve(build_knife(), "derived", measured, {"phase_deg": (20.0, 60.0)}, "F_Oy_N").result
+
+
+def test_drift_of_zero_is_no_noise() -> None:
+    result = explain_record(record(drift=0.6))
+    assert (result.outcome, result.preferred) == ("explained", "linear drift of zero")
+    rows = {row.name: row for row in result.explanations}
+    assert rows["rigid"].outcome == "not explained"
+    best = rows["linear drift of zero"]
+    assert best.noise.std == pytest.approx(0.3, rel=0.2)
+    assert best.noise.rho == pytest.approx(0.5, abs=0.2)
+    (slope,) = best.parameters
+    assert slope.unit == "N/r"
+    assert slope.interval is not None
+    assert slope.interval[0] < 0.6 < slope.interval[1]
+    assert best.probability_of_any == pytest.approx(min(1.0, best.probability * result.compared))
+    assert any("no machine file has it" in line for line in result.treatment)
+
+
+def test_each_record_has_its_own_drift() -> None:
+    result = explain_record(record(drift=0.8, records=2))
+    assert (result.outcome, result.preferred) == ("explained", "linear drift of zero")
+    row = next(row for row in result.explanations if row.name == result.preferred)
+    slopes = {p.name.rpartition(".")[2]: p.value for p in row.parameters}
+    assert slopes["slope1"] == pytest.approx(0.8, abs=0.25)
+    assert slopes["slope2"] == pytest.approx(-0.4, abs=0.25)
+
+
+@pytest.mark.long
+def test_noise_of_records_is_no_drift() -> None:
+    for seed in range(4):
+        assert explain_record(record(rho=0.9, seed=seed)).preferred == "rigid"
 
 
 def test_command_explains_and_refuses(tmp_path: Path) -> None:

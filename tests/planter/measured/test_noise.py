@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -9,9 +11,18 @@ from scipy.stats import f as f_distribution
 
 from planter.kernels import Array
 from planter.measured.calibration import describe_inputs, judge_fit
-from planter.measured.curve import Chosen, MeasuredCurve, whiten_rows
+from planter.measured.curve import Chosen, MeasuredCurve, find_records, whiten_rows
 from planter.measured.fit import Fit, fit_curve
-from planter.measured.noise import PLAUSIBLE, RHOS, RhoLikelihood, assess_lack_of_fit, compare_nested
+from planter.measured.noise import (
+    PLAUSIBLE,
+    REFUTING,
+    RHOS,
+    TREND_DEGREES,
+    RhoLikelihood,
+    assess_lack_of_fit,
+    build_trends,
+    compare_nested,
+)
 from planter.measured.reading import Channel, Measurement, fourier_basis
 from planter.mechanism.model import Model
 from planter.numerics.arrays import TURN
@@ -153,3 +164,43 @@ def test_intervals_cover_truths(rho: float) -> None:
     outcomes = [judge(fit) for fit, _ in fits]
     assert outcomes.count("not settled") <= 12
     assert outcomes.count("not explained") <= 1
+
+
+def count_trends(rho: float, rise: Callable[[Array], Array], records: int = 1, seeds: int = 120) -> int:
+    """Return how often a rise over revolutions is seen in noise of size 1, over records of four."""
+    phi = np.concatenate([np.linspace(0, 4 * TURN, 240, endpoint=False) + 9 * TURN * k for k in range(records)])
+    numbers, gaps, offset = find_records(phi), np.ones(len(phi) - 1), np.ones((len(phi), 1))
+    gaps[np.diff(numbers) > 0] = 500.0
+    large = [np.column_stack([offset, build_trends(phi, numbers, degree)]) for degree in TREND_DEGREES]
+    seen = 0
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        noise = np.concatenate([correlate(rng, 240, rho, 1.0) for _ in range(records)])
+        values = noise + rise(np.mod(phi, 9 * TURN) / TURN)
+        probabilities = [compare_nested(values, offset, columns, gaps).probability for columns in large]
+        seen += min(probabilities) * len(large) < REFUTING
+    return seen
+
+
+@pytest.mark.parametrize(("rho", "records"), [(0.0, 1), (0.5, 1), (0.9, 1), (0.97, 1), (0.5, 3)])
+def test_noise_without_trend_is_seldom_refuted(rho: float, records: int) -> None:
+    assert count_trends(rho, np.zeros_like, records) <= 1
+
+
+@pytest.mark.parametrize(("rho", "slope"), [(0.0, 0.5), (0.5, 1.0), (0.8, 2.0)])
+def test_trend_is_no_noise(rho: float, slope: float) -> None:
+    assert count_trends(rho, lambda turns: slope * turns) >= 108
+
+
+@pytest.mark.parametrize("waves", [0.6, 1.0, 1.37, 2.0])
+def test_swinging_zero_is_no_noise(waves: float) -> None:
+    assert count_trends(0.5, lambda turns: 5 * np.sin(turns / 4 * waves * TURN + 1), seeds=40) >= 38
+
+
+def test_records_end_at_gaps_and_steps_back() -> None:
+    turn = np.linspace(0, TURN, 60, endpoint=False)
+    assert find_records(np.concatenate([turn, turn + TURN])).max() == 0
+    assert find_records(-np.concatenate([turn, turn + TURN])).max() == 0
+    assert find_records(np.concatenate([turn, turn + 3 * TURN])).tolist() == [0] * 60 + [1] * 60
+    assert find_records(np.concatenate([turn + TURN, turn])).max() == 1
+    assert find_records(np.delete(turn, slice(10, 40))).max() == 0

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from planter.mechanism import cam
 from planter.mechanism.model import Model
@@ -30,6 +31,25 @@ def test_curvature_and_pressure_angle_of_harmonic_lift(model: Model) -> None:
     np.testing.assert_allclose(np.hypot(profile["pitch_x"], profile["pitch_y"]), y, rtol=1e-12)
 
 
+def test_slopes_pass_through_closed_loops() -> None:
+    phi = np.linspace(0.0, 6.2, 60)
+    columns = cam.build_profile(Model(own.machine("slider_crank")), 0.008, "0", "s").course(phi)
+    r, rod, e = 0.05, 0.2, 0.01
+    root = np.sqrt(rod**2 - (e - r * np.sin(phi)) ** 2)
+    s, slope = r * np.cos(phi) + root, -r * np.sin(phi) + (e - r * np.sin(phi)) * r * np.cos(phi) / root
+    np.testing.assert_allclose(np.hypot(columns["pitch_x"], columns["pitch_y"]), s, rtol=1e-12)
+    np.testing.assert_allclose(np.tan(columns["pressure"]), np.abs(slope) / s, atol=1e-12)
+
+
+def test_pressure_angle_of_table_is_that_of_its_spline() -> None:
+    rows = np.loadtxt(own.EXAMPLES / "tabulated_cam.csv", delimiter=",", skiprows=2)
+    lift = CubicSpline(np.radians(rows[:, 0]), rows[:, 1] * 1e-3, bc_type="periodic")
+    phi = np.linspace(0.0, 6.2, 60)
+    profile = cam.build_profile(Model(own.machine("tabulated_cam")), 0.008, "N_cam_centre_x", "N_cam_centre_y")
+    slope = np.abs(lift(phi, 1)) / (0.038 + lift(phi))
+    np.testing.assert_allclose(np.tan(profile.course(phi)["pressure"]), slope, atol=1e-9)
+
+
 def test_an_offset_line_is_another_cam(model: Model) -> None:
     straight, offset_cam, same = (
         cam.build_profile(model, 0.008, x, y) for x, y in (("0", "y_0+s"), ("5", "38+s"), ("0", "38+s"))
@@ -52,7 +72,10 @@ def test_roller_centre_equals_stated_follower() -> None:
     stated, message = (
         answer("cam", place, "--roller-mm", "8", *more) for more in ((), ("--y", "y_0+s", "--force", "N_cam"))
     )
+    angles = [result.pop("pressure_angle_deg") for result in (stated, message)]
     assert stated == message
+    assert angles[0]["max"] == pytest.approx(angles[1]["max"], rel=1e-12)
+    assert angles[0]["at_deg"] == pytest.approx(angles[1]["at_deg"], abs=1e-5)  # of a search without slopes
     crank = own.generated("slider_crank") / "slider_crank.toml"
     assert "no follower of a cam" in refusal("cam", str(crank), "--roller-mm", "8")
 

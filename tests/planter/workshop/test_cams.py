@@ -26,7 +26,7 @@ def eccentric(roller: float) -> Callable[[Array], Mapping[str, Array]]:
         ddy = -e * c - e**2 * (c**2 - s**2) / root - e**4 * (s * c) ** 2 / root**3
         none = np.zeros(len(phi))
         centre = np.array([none, y, none, dy, none, ddy])
-        return formulas.load("disc_cam")("disc", phi=phi, centre=centre, reach=-roller)
+        return formulas.load("disc_cam")("disc", phi=phi, centre=centre, way=centre[2:4], reach=-roller)
 
     return course
 
