@@ -287,16 +287,29 @@ def calibrate_machine(
 def run_preview(
     console: Console, machine: Machine, data: Path, columns: Columns, quantities: Sequence[str], out: Path | None
 ) -> None:
-    """Print what is understood of a measured file, and write it into a folder if one is named."""
-    from planter.measured.calibration import read_measurement
+    """Print what is understood of a measured file, and write it into a folder if one is named.
+
+    Without a column of values, the columns are listed.
+    """
+    from planter.measured.calibration import find_units
     from planter.measured.curve import find_measured
     from planter.measured.findings import MeasuredPreview
+    from planter.measured.logger_table import read_logger_table
     from planter.measured.presentation import present_preview
+    from planter.measured.reading import describe_columns, read_curves
 
-    measured = read_measurement(machine, data, columns, quantities)
-    assert measured.reading is not None
-    keys = [find_measured(machine, quantity).key for quantity in quantities]
-    result = MeasuredPreview(machine.name, keys, measured.reading, list(measured.treatment))
+    table = read_logger_table(data)
+    measured = None
+    if columns.names or columns.has_positions:
+        units = find_units(machine, columns, quantities if columns.names else ())
+        measured = read_curves(table, columns, float(machine.data[machine.speed]), units)
+    result = MeasuredPreview(
+        machine=machine.name,
+        quantity=[find_measured(machine, quantity).key for quantity in quantities],
+        columns=describe_columns(table),
+        reading=None if measured is None else measured.reading,
+        treatment=[table.describe()] if measured is None else list(measured.treatment),
+    )
     present_preview(machine.document, result, measured, machine.meanings).show(console, out)
 
 

@@ -234,6 +234,16 @@ def calibrate(
         text_option("its column with the time, at the machine's speed unless --angle or --trigger tells it", "NAME"),
     ] = None,
     trigger: Annotated[str | None, text_option("its column with a pulse once a revolution", "NAME")] = None,
+    interval_s: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            min=1e-9,
+            max=1e6,
+            help="time from one row to the next, where no column tells it [s]",
+            show_default=False,
+        ),
+    ] = None,
     unit: Annotated[
         list[str] | None,
         text_option("unit of the values, where the header has none: N, kN, N m, mm, deg (repeatable)", "UNIT"),
@@ -305,15 +315,17 @@ def calibrate(
         from planter.measured.reading import Columns
         from planter.measured.sensor_view import list_measured
 
-        if not column:
+        if not column and not preview:
             raise InputError("--column must name the column of --data with the measured values")
         if (check is None) != (check_rpm is None):
             raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
+        if unit and not column:
+            raise InputError("--unit is that of the values in --column: add --column, or leave --unit out")
         if check is not None and (explain or preview):
             raise InputError(f"--check does not apply to {'--explain' if explain else '--preview'}: leave it out")
         second = None if check is None or check_rpm is None else ValidationMeasurement(check, check_rpm)
         given_units = unit[0] if unit and len(unit) == 1 else unit
-        columns = Columns(column, angle, time, given_units, place_unit, trigger)
+        columns = Columns(column or (), angle, time, given_units, place_unit, trigger, interval_s)
         bounds, priors = read_ranges("--fit", fit or ()), read_ranges("--prior", prior or ())
         from planter.planting import calibration
         from planter.report.presentation import ModelAssumptions
@@ -321,7 +333,8 @@ def calibrate(
         if other is not None:
             quantities = list_measured(other.document, quantity)
             if preview:
-                require_measurable(other, quantities)
+                if column:
+                    require_measurable(other, quantities)
                 run_preview(console, other, data, columns, quantities, out)
                 return
             if explain:
