@@ -66,6 +66,15 @@ class Columns:
     trigger: str | None = None
     interval_s: float | None = None
 
+    def check_places(self) -> None:
+        """Raise InputError for options of angle and time that exclude each other, or that concern neither."""
+        if self.angle is not None and self.trigger is not None:
+            raise InputError("--angle and --trigger both give the angle of the drive: leave one of them out")
+        if self.time is not None and self.interval_s is not None:
+            raise InputError("--time and --interval-s both give the times of the rows: leave one of them out")
+        if self.place_unit is not None and self.angle is None and self.time is None:
+            raise InputError("--place-unit is the unit of --angle, else of --time: add one of them or leave it out")
+
     @property
     def has_positions(self) -> bool:
         """Whether an angle, a trigger or times of the rows are given."""
@@ -328,12 +337,7 @@ def _factor(
 
 def _find_positions(table: LoggerTable, columns: Columns, speed: float) -> _Positions:
     """Return the angles of all rows. Raises InputError if no column gives them."""
-    if columns.angle is not None and columns.trigger is not None:
-        raise InputError("--angle and --trigger both give the angle of the drive: leave one of them out")
-    if columns.time is not None and columns.interval_s is not None:
-        raise InputError("--time and --interval-s both give the times of the rows: leave one of them out")
-    if columns.place_unit is not None and columns.angle is None and columns.time is None:
-        raise InputError("--place-unit is the unit of --angle, else of --time: add one of them or leave it out")
+    columns.check_places()
     time = _read_times(table, columns)
     if columns.angle is None and columns.trigger is None and time is None:
         raise InputError(

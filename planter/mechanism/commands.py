@@ -21,6 +21,7 @@ from planter.terminal.options import (
     SetOption,
     WorkersOption,
     parse_changes,
+    refuse_unused,
 )
 
 if TYPE_CHECKING:
@@ -111,11 +112,14 @@ def move(
         from planter.mechanism.motion import compute_motion
         from planter.mechanism.presentation import present_motion
 
+        if ensemble is None:
+            refuse_unused(
+                "without --ensemble", "--since", "--period", "--perturbation", "--seed", "--workers", "--cluster"
+            )
+        else:
+            refuse_unused("with --ensemble", "--rest", "--least-squares")
         file = load(mechanism, parse_changes(set_))
         if ensemble is not None:
-            for option, is_present in {"--rest": rest, "--least-squares": least_squares}.items():
-                if is_present:
-                    raise InputError(f"{option} does not apply to --ensemble")
             from planter.mechanism.ensemble import EnsembleSpec, compute_ensemble
             from planter.mechanism.presentation import present_ensemble
             from planter.parallel.task import Means
@@ -126,6 +130,8 @@ def move(
             present_ensemble(runs, file).show(console, out)
             return
         motion = compute_motion(Dynamics(file), until, points, tolerance, rest, least_squares, stiff)
+        if least_squares and not motion.result.undetermined_actions:
+            console.say("--least-squares adds nothing: no reaction is statically indeterminate")
         present_motion(motion, file).show(console, out)
 
 
@@ -298,6 +304,7 @@ def run_preview(
     from planter.measured.presentation import present_preview
     from planter.measured.reading import describe_columns, read_curves
 
+    columns.check_places()
     table = read_logger_table(data)
     measured = None
     if columns.names or columns.has_positions:

@@ -10,6 +10,7 @@ import typer
 from planter.errors import InputError
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
+from planter.terminal.options import refuse_unused
 
 app = typer.Typer()
 DEFAULT = "wang2017"
@@ -43,6 +44,7 @@ def studio(
     console = Console(as_json=False)
     with console.outcome():
         if static is not None:
+            refuse_unused("with --static, which starts no server", "--folder", "--port")
             from planter.studio.static_page import write_page
 
             print(write_page(machine or DEFAULT, static))
