@@ -60,7 +60,7 @@ _TIMES = ("\\cdot", "\\times", "\\ast", "*", "\\wedge")
 _ROOM = re.compile(r"\s*\[\s*-?[\d.]+\s*(?:pt|em|ex|mm|cm|in|bp|\\baselineskip)\s*\]")
 """The space after a line break that a text may ask for."""
 _MOST_EXPANSIONS = 1000
-_MOST_TOKENS, _MOST_CHARACTERS, _MOST_DIGITS = 5000, 100_000, 100
+_MOST_TOKENS, _MOST_CHARACTERS, _MOST_DIGITS = 2000, 100_000, 100
 """Tokens of a formula, characters of it with its macros written out, and digits of a number."""
 _MOST_TERMS = 50
 """Terms of a sum over an index."""

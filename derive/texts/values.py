@@ -33,9 +33,9 @@ def check_power(base: Any, exponent: Any) -> None:
     if not exponent.is_Rational:
         check_tower(exponent)
         return
-    if abs(exponent) > LARGEST_EXPONENT:
-        text = str(exponent) if len(str(exponent)) < 20 else "many digits"
-        raise OperandError(f"a power of {text}: exponents up to {LARGEST_EXPONENT} are read")
+    if max(abs(exponent.p), exponent.q) > LARGEST_EXPONENT:
+        text = str(exponent) if exponent.p.bit_length() + exponent.q.bit_length() < 64 else "many digits"
+        raise OperandError(f"a power of {text}: exponents up to {LARGEST_EXPONENT} are read, and parts of as many")
     if base.is_Rational and max(abs(base.p).bit_length(), base.q.bit_length()) * abs(exponent) > MOST_BITS:
         raise OperandError(f"a number with more than {MOST_BITS} binary digits")
 
