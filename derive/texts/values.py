@@ -15,7 +15,6 @@ import sympy as sp
 from ..mechanics.frames import Frame
 from ..quantity import NONE, Dimension, Quantity, of_unit, raise_dimension
 
-
 LARGEST_EXPONENT, MOST_BITS, MOST_EXPANDED = 100, 4096, 20_000
 """Limits of an exponent, of the binary digits of a number, and of the terms of an expanded formula."""
 HIGHEST_TOWER = 2
@@ -59,11 +58,11 @@ def _count_tower(expr: sp.Basic) -> int:
     return inner + is_exponential
 
 
-def _count_terms(expr: sp.Basic, known: dict[sp.Basic, int]) -> int:
+def _count_terms(expr: sp.Basic, counted: dict[sp.Basic, int]) -> int:
     """Return how many terms the expansion of an expression has at most, and of its parts the most."""
-    if expr in known:
-        return known[expr]
-    counts = [_count_terms(argument, known) for argument in expr.args]
+    if expr in counted:
+        return counted[expr]
+    counts = [_count_terms(argument, counted) for argument in expr.args]
     if isinstance(expr, sp.Add):
         count = sum(counts)
     elif isinstance(expr, sp.Mul):
@@ -73,7 +72,7 @@ def _count_terms(expr: sp.Basic, known: dict[sp.Basic, int]) -> int:
         count = comb(counts[0] + abs(int(expr.exp)) - 1, counts[0] - 1)
     else:
         count = 1 if max(counts, default=1) <= MOST_EXPANDED else max(counts)
-    known[expr] = count
+    counted[expr] = count
     return count
 
 

@@ -129,8 +129,8 @@ class _LabviewReader:
             raise InputError(f"{self.source}: no row of numbers follows the header; export the measurement again")
         channels = [self._list_channels(segment) for segment in segments]
         columns = self._list_columns(channels[0])
-        for segment, others in zip(segments, channels, strict=True):
-            if self._list_columns(others) != columns:
+        for segment, each in zip(segments, channels, strict=True):
+            if self._list_columns(each) != columns:
                 text = ", ".join(map(repr, segment.names))
                 raise InputError(
                     f"{self.source}: line {segment.line}: columns {text} and their units are not those of the first "
@@ -292,8 +292,8 @@ class _LabviewReader:
     ) -> list[float]:
         """Return what is added to the times [s] of each segment, by their clocks if times begin anew."""
         spans = [[self._number(row[column]) for row in part for column in times] for part in parts]
-        known = [[number for number in span if number is not None] for span in spans]
-        if all(max(a) < min(b) for a, b in pairwise([span for span in known if span])):
+        finite = [[number for number in span if number is not None] for span in spans]
+        if all(max(a) < min(b) for a, b in pairwise([span for span in finite if span])):
             return [0.0] * len(segments)
         clocks = [self._read_clock(segment) for segment in segments]
         if None in clocks:
@@ -305,7 +305,7 @@ class _LabviewReader:
         # days and seconds apart, since seconds over centuries have no microseconds left
         pairs = [clock for clock in clocks if clock is not None]
         shifts = [86_400.0 * (day - pairs[0][0]) + (second - pairs[0][1]) for day, second in pairs]
-        moved = [[number + shift for number in span] for span, shift in zip(known, shifts, strict=True)]
+        moved = [[number + shift for number in span] for span, shift in zip(finite, shifts, strict=True)]
         for index, (a, b) in enumerate(pairwise(moved), 1):
             if a and b and not max(a) < min(b):
                 raise InputError(

@@ -230,8 +230,8 @@ def _read_labview_table(lines: Sequence[str], source: str, encoding: str) -> Log
     table = read_labview(lines, source)
     stated = [split_unit(name)[1] for name in table.names]
     # names such as Dev0/Ai0 have no unit behind the slash
-    known = [unit if unit and normalise_unit(unit) in KNOWN else None for unit in stated]
-    units = [unit or other for unit, other in zip(table.units, known, strict=True)]
+    bare = [unit if unit and normalise_unit(unit) in KNOWN else None for unit in stated]
+    units = [unit or other for unit, other in zip(table.units, bare, strict=True)]
     segments = f" of {table.segments} segments" if table.segments > 1 else ""
     return LoggerTable(
         source,

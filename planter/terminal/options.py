@@ -110,9 +110,9 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
         for name, value in values.items():
             for number in value if isinstance(value, list | tuple) else (value,):
                 if isinstance(number, float) and not math.isfinite(number):
-                    raise InputError(f"{options[name]} {number}: it must be a finite number")
-        given = [name for name, value in values.items() if value not in ([], (), parameters[name].default)]
-        token = _GIVEN.set(frozenset(options[name] for name in given))
+                    raise InputError.for_value(options[name], number, "it must be a finite number")
+        present = [name for name, value in values.items() if value not in ([], (), parameters[name].default)]
+        token = _GIVEN.set(frozenset(options[name] for name in present))
         try:
             command(**values)
         finally:

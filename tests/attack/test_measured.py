@@ -90,8 +90,8 @@ def test_column_of_nothing_but_nan_is_named(option: str, tmp_path: Path) -> None
     (tmp_path / "own.csv").write_text("a [deg];t [s];F [N];nothing\n" + "".join(
         f"{9 * i};{i / 100};{i * i};nan\n" for i in range(ROWS)
     ))  # fmt: skip
-    others = {"--column": "F"} if option != "--column" else {"--angle": "a"}
-    words = [word for pair in {**others, option: "nothing"}.items() for word in pair]
+    place = {"--column": "F"} if option != "--column" else {"--angle": "a"}
+    words = [word for pair in {**place, option: "nothing"}.items() for word in pair]
     assert_ends_properly("calibrate", "wang2017", "--preview", "--data", str(tmp_path / "own.csv"), *words)
     with pytest.raises(InputError, match="nothing holds no number"):
         read(tmp_path / "own.csv", Columns(**{  # type: ignore[arg-type]

@@ -83,8 +83,8 @@ def test_coroutine_that_nobody_awaits_is_found(monkeypatch: pytest.MonkeyPatch) 
     begin = Live._begin
 
     def begin_early(self: Live, task: Any) -> None:
-        made = task()
-        begin(self, lambda: made)
+        coroutine = task()
+        begin(self, lambda: coroutine)
 
     monkeypatch.setattr(Live, "_begin", begin_early)
     assert any("never awaited" in message for message in list_warnings([]))
