@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import NamedTuple, NoReturn
 
 from .documents import find_group_end
@@ -60,6 +60,8 @@ _TIMES = ("\\cdot", "\\times", "\\ast", "*", "\\wedge")
 _ROOM = re.compile(r"\s*\[\s*-?[\d.]+\s*(?:pt|em|ex|mm|cm|in|bp|\\baselineskip)\s*\]")
 """The space after a line break that a text may ask for."""
 _MOST_EXPANSIONS = 1000
+_MOST_TOKENS, _MOST_CHARACTERS, _MOST_DIGITS = 2000, 100_000, 100
+"""Tokens of a formula, characters of it with its macros written out, and digits of a number."""
 _MOST_TERMS = 50
 """Terms of a sum over an index."""
 
@@ -270,7 +272,10 @@ def tokenize_formula(latex: str, macros: Mapping[str, tuple[int, str]] | None = 
 
     Raises FormulaError for a macro that expands without end or lacks an argument.
     """
-    tokens = _drop_null_delimiters(list(_expand(latex, macros or {}, 0, None, [0])))
+    expanded = list(islice(_expand(latex, macros or {}, 0, None, [0]), _MOST_TOKENS + 1))
+    if len(expanded) > _MOST_TOKENS:
+        raise FormulaError(f"it has more than {_MOST_TOKENS} signs: give parts of it a name")
+    tokens = _drop_null_delimiters(expanded)
     return _join_functions([token for token in tokens if token.text not in _SILENT])
 
 
@@ -333,6 +338,8 @@ def expand_matrix_macros(latex: str, macros: Mapping[str, tuple[int, str]]) -> s
             return latex
         body, position = _apply_macro(latex, match.end(), match.group(), macros)
         latex = latex[: match.start()] + body + latex[position:]
+        if len(latex) > _MOST_CHARACTERS:
+            raise FormulaError(f"with its macros written out it has more than {_MOST_CHARACTERS} characters")
     raise FormulaError("a macro expands without end")
 
 
@@ -599,6 +606,8 @@ class Reader:
             self.take()
             if self.peek() == "," and re.fullmatch(r"\d+", self.peek(1)) and self._touches():
                 self.fail("a comma between digits is not read: write a decimal point")
+            if len(text) > _MOST_DIGITS:
+                self.fail(f"a number has more than {_MOST_DIGITS} digits")
             return Number(start, self._end(), Fraction(text))
         if text in _OPEN:
             return self._bracket()

@@ -33,7 +33,16 @@ from .formula import (
     Symbol,
     Transposed,
 )
-from .values import Algebra, MatrixValue, OperandError, Scalar, Value, VectorValue
+from .values import (
+    Algebra,
+    MatrixValue,
+    OperandError,
+    Scalar,
+    Value,
+    VectorValue,
+    check_expanded,
+    check_tower,
+)
 
 MOST_READINGS = 32
 """Readings of a formula that are tried."""
@@ -156,6 +165,8 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
     for reader in _list_readers(chain, meanings):
         try:
             read = reader.read(chain)
+            for scalar in (scalar for side in read.sides if side is not None for scalar in list_scalars(side)):
+                check_expanded(scalar.value)
             consistent = read.is_consistent(meanings)
         except OperandError as error:
             failures.append(FormulaError(str(error)))
@@ -408,6 +419,8 @@ class Interpreter:
         values = [argument.value for argument in arguments]
         mixed = any(argument.mixed for argument in arguments)
         dimensions = {a.dimension for a in arguments if a.dimension is not None}
+        if function in ("exp", "sinh", "cosh", "tanh"):
+            check_tower(values[0])
         result = self.meanings.algebra.functions[function](*values)
         if function in ("min", "max", "abs"):
             common = next(iter(dimensions), None)

@@ -27,12 +27,26 @@ from ..mechanics.frames import Point as Place
 from ..mechanics.mechanism import TIME, Mechanism
 from ..quantity import DimensionError, Quantity, dimension
 from .formula import FormulaError, Reader, Symbol, tokenize_formula
-from .interpretation import Meanings, UnknownNameError
-from .values import NUMERIC, SYMBOLIC, Algebra, MatrixValue, OperandError, Scalar, Value, VectorValue, quantity_scalar
+from .interpretation import Meanings, UnknownNameError, list_scalars
+from .values import (
+    NUMERIC,
+    SYMBOLIC,
+    Algebra,
+    MatrixValue,
+    OperandError,
+    Scalar,
+    Value,
+    VectorValue,
+    check_expanded,
+    check_tower,
+    quantity_scalar,
+)
 
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 STEMS = {"varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "lambda": "lam", "ell": "l"}
 """Names of print that are spelled otherwise in a mechanism."""
+LONGEST_MEANING = 10_000
+"""Characters of the meaning of a name."""
 Stated = Mechanism | Formulas
 
 
@@ -366,9 +380,16 @@ class StatedNames:
     def evaluate(self, text: str, name: str = "") -> Value:
         """Return what the text of a meaning says. Raises OwnError, which names file and key, if it says nothing."""
         place = f"{self.table.file}: names.{name} = {text!r}" if self.table.file else f"{name} = {text!r}"
+        if len(text) > LONGEST_MEANING:
+            place = f"{self.table.file}: names.{name}" if self.table.file else name
+            raise OwnError(f"{place}: {len(text)} characters; a meaning has at most {LONGEST_MEANING}")
         try:
-            return self._evaluated(ast.parse(text.strip(), mode="eval").body)
-        except (MeaningError, OperandError, FormulaError, ValueError, TypeError) as error:
+            value = self._evaluated(ast.parse(text.strip(), mode="eval").body)
+            if isinstance(value, Scalar | VectorValue | MatrixValue):
+                for scalar in list_scalars(value):
+                    check_expanded(scalar.value)
+            return value
+        except (MeaningError, OperandError, FormulaError, ValueError, TypeError, ArithmeticError) as error:
             raise OwnError(f"{place}: {error}") from None
         except (SyntaxError, RecursionError, MemoryError):
             raise OwnError(f"{place}: write names, numbers, + - * / **, functions and brackets") from None
@@ -408,6 +429,8 @@ class StatedNames:
                 raise MeaningError(f"{function} needs numbers")
             if function == "sqrt":
                 return arguments[0].power(Scalar(sp.Rational(1, 2)))
+            if function in ("exp", "sinh", "cosh", "tanh"):
+                check_tower(arguments[0].value)
             return to_scalar(SYMBOLIC.functions[function](*(argument.value for argument in arguments)))
         if function == "rate" and (len(arguments) == 1 or (len(arguments) == 2 and isinstance(arguments[1], Frame))):
             return self.rate(*arguments)

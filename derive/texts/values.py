@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
+from math import comb, prod
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,9 +15,65 @@ import sympy as sp
 from ..mechanics.frames import Frame
 from ..quantity import NONE, Dimension, Quantity, of_unit, raise_dimension
 
+LARGEST_EXPONENT, MOST_BITS, MOST_EXPANDED = 100, 4096, 20_000
+"""Limits of an exponent, of the binary digits of a number, and of the terms of an expanded formula."""
+HIGHEST_TOWER = 2
+"""Exponentials within each other; of one more, the value has more digits than a memory holds."""
+
 
 class OperandError(ValueError):
-    """An operation that has no meaning for its operands."""
+    """An operation that has no meaning for its operands, or whose result is too large."""
+
+
+def check_power(base: Any, exponent: Any) -> None:
+    """Raise OperandError for a power that SymPy would compute or expand without end."""
+    if not (isinstance(base, sp.Basic) and isinstance(exponent, sp.Basic)):
+        return
+    if not exponent.is_Rational:
+        check_tower(exponent)
+        return
+    if max(abs(exponent.p), exponent.q) > LARGEST_EXPONENT:
+        text = str(exponent) if exponent.p.bit_length() + exponent.q.bit_length() < 64 else "many digits"
+        raise OperandError(f"a power of {text}: exponents up to {LARGEST_EXPONENT} are read, and parts of as many")
+    if base.is_Rational and max(abs(base.p).bit_length(), base.q.bit_length()) * abs(exponent) > MOST_BITS:
+        raise OperandError(f"a number with more than {MOST_BITS} binary digits")
+
+
+def check_tower(exponent: Any) -> None:
+    """Raise OperandError for an exponent that is itself a power of powers, as in 2^{3^{4^x}}."""
+    if isinstance(exponent, sp.Basic) and _count_tower(exponent) >= HIGHEST_TOWER:
+        raise OperandError(f"more than {HIGHEST_TOWER} powers or exponentials stand within each other")
+
+
+def check_expanded(expr: Any) -> None:
+    """Raise OperandError for a formula whose expansion would have too many terms."""
+    if isinstance(expr, sp.Basic) and _count_terms(expr, {}) > MOST_EXPANDED:
+        raise OperandError(f"expanded it would have more than {MOST_EXPANDED} terms: give parts of it a name")
+
+
+def _count_tower(expr: sp.Basic) -> int:
+    """Return how many powers with unknown exponents and exponentials stand within each other at most."""
+    inner = max((_count_tower(argument) for argument in expr.args), default=0)
+    is_exponential = isinstance(expr, sp.exp) or (isinstance(expr, sp.Pow) and not expr.exp.is_Rational)
+    return inner + is_exponential
+
+
+def _count_terms(expr: sp.Basic, counted: dict[sp.Basic, int]) -> int:
+    """Return how many terms the expansion of an expression has at most, and of its parts the most."""
+    if expr in counted:
+        return counted[expr]
+    counts = [_count_terms(argument, counted) for argument in expr.args]
+    if isinstance(expr, sp.Add):
+        count = sum(counts)
+    elif isinstance(expr, sp.Mul):
+        count = prod(counts)
+    elif isinstance(expr, sp.Pow) and expr.exp.is_Integer:
+        # multisets of terms, as many as the exponent says
+        count = comb(counts[0] + abs(int(expr.exp)) - 1, counts[0] - 1)
+    else:
+        count = 1 if max(counts, default=1) <= MOST_EXPANDED else max(counts)
+    counted[expr] = count
+    return count
 
 
 @dataclass(frozen=True)
@@ -48,6 +105,7 @@ class Scalar:
 
     def power(self, exponent: Scalar) -> Scalar:
         """Return a power, whose dimension is known if the exponent is a number or the base has none."""
+        check_power(self.value, exponent.value)
         number = _as_fraction(exponent.value)
         mixed = self.mixed or exponent.mixed or exponent.dimension not in (None, NONE)
         if self.dimension in (None, NONE):

@@ -11,7 +11,7 @@ import typer
 from planter.errors import InputError
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, list_allowed
+from planter.terminal.options import JsonOption, OutOption, list_allowed, refuse_unused
 
 app = typer.Typer()
 
@@ -106,12 +106,12 @@ def audit(
         from planter.audit.presentation import present_audit
 
         if benchmark:
-            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
+            _refuse_options(PAPER_NAME, front=front, experiment=experiment, machine=machine)
             _refuse_options("a text or a paper, and does not go with --benchmark",
                             against=against, names=names, numbers=numbers)  # fmt: skip
             _present_benchmark(console, out, paper, slips, seed, answers)
             return
-        _refuse_options("--benchmark", answers=answers)
+        refuse_unused("without --benchmark", "--answers", "--slips", "--seed")
         if not experiment:
             _refuse_options("--experiment", machine=machine)
         if against is not None or names is not None or str(paper).lower().endswith(TEXTS):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Annotated
 
 import typer
 
 from planter import plugins
-from planter.terminal.options import join_applications
+from planter.terminal.options import join_applications, record_options
 from planter.version import __version__
 
 
@@ -41,10 +42,26 @@ def build_application() -> typer.Typer:
     )
     app.callback()(common)
     commands = join_applications(*(module.app for module in plugins.load_modules("commands")))
-    app.registered_commands += sorted(commands.registered_commands, key=_name)
-    app.registered_groups += commands.registered_groups
+    app.registered_commands += sorted(map(_record, commands.registered_commands), key=_name)
+    for group in commands.registered_groups:
+        inner = copy.copy(group.typer_instance)
+        assert inner is not None
+        inner.registered_commands = list(map(_record, inner.registered_commands))
+        group = copy.copy(group)
+        group.typer_instance = inner
+        app.registered_groups.append(group)
     return app
 
 
+def _record(command: typer.models.CommandInfo) -> typer.models.CommandInfo:
+    """Return a command that knows which of its options are given."""
+    assert command.callback is not None
+    recorded = copy.copy(command)
+    recorded.callback = record_options(command.callback)
+    recorded.name = _name(command)
+    return recorded
+
+
 def _name(command: typer.models.CommandInfo) -> str:
+    """Return the name of a command, which is that of its function unless it has one."""
     return command.name or (command.callback.__name__ if command.callback else "")

@@ -20,7 +20,7 @@ from planter.files.text import parse_toml
 from planter.report.folder import NAME
 from planter.report.writing import OverwriteOption
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, list_allowed
+from planter.terminal.options import JsonOption, list_allowed, refuse_unused
 from planter.version import __version__
 
 FILE = "references.toml"
@@ -228,6 +228,7 @@ def cite(
     console = Console(as_json)
     with console.outcome():
         if not name:
+            refuse_unused("without a NAME", "--bibtex")
             index = load_references()
             listed = Citable(sorted(index.works), dict(sorted(index.commands.items())))
             lines = [f"works: {', '.join(listed.works)}", *(f"{k}: {', '.join(v)}" for k, v in listed.commands.items())]

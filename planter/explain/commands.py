@@ -8,7 +8,7 @@ import typer
 
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes, refuse_unused
 
 app = typer.Typer()
 
@@ -45,10 +45,13 @@ def explain(
 
         package = None if name is None else machine.find_package(name)
         if name is None:
+            refuse_unused("without a NAME", "--out", "--set")
             names = dictionary.list_names()
             console.result(names, lambda: presentation.show_names(names))
         elif key is not None:
+            refuse_unused("with a KEY", "--out")
             if package is not None:
+                refuse_unused("on what a symbol means", "--set")
                 meanings = dictionary.explain_in_package(package, key)
             else:
                 explained = mechanism.explain_mechanism(name, parse_changes(set_))

@@ -33,7 +33,7 @@ from planter.gears.options import (
 )
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, parse_changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, find_unused, parse_changes
 
 app = typer.Typer()
 
@@ -112,6 +112,9 @@ def gears(
         if (machine is None) == (curve is None):
             raise InputError("give either MACHINE or --curve")
         _check("needs --out DIR", {"--step": step and not out, "--stl": stl and not out})
+        of_files = ["--tolerance-um"] if out is None else []
+        if unused := find_unused(*of_files, *([] if step or stl else ["--width-mm"])):
+            console.say(f"no effect without the files that they shape (--out, --step, --stl): {', '.join(unused)}")
         settings = request.parse_part_settings(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
         rack_options = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
         explicit = {name: value for name, value in rack_options.items() if value is not None}

@@ -43,9 +43,19 @@ static void tell(const instance *unit, status status, const char *message);
 
 static status complain(const void *unit, status found, const char *message)
 {
+  if (!unit) return ERROR;
   if (((const instance *)unit)->log) tell(unit, found, message);
   return found;
 }
+
+/* What every function of an instance begins with: nothing is written where the instance or an address is missing. */
+static status check(const void *unit, int is_complete)
+{
+  return unit && is_complete ? OK : complain(unit, ERROR, "an address is missing");
+}
+
+#define REQUIRE(unit, is_complete) \
+  if (check(unit, (is_complete)) != OK) return ERROR
 
 static int is_number(double value)
 {
@@ -88,6 +98,7 @@ static instance *made(const char *name, const char *token, logger log, void *env
 
 static status enter(instance *unit, phase from, phase to)
 {
+  REQUIRE(unit, 1);
   if (unit->now.phase != from) return complain(unit, ERROR, "this is not its turn");
   unit->now.phase = to;
   return OK;
@@ -95,6 +106,7 @@ static status enter(instance *unit, phase from, phase to)
 
 static status set_numbers(instance *unit, const uint32_t references[], size_t count, const double given[])
 {
+  REQUIRE(unit, !count || (references && given));
   for (size_t i = 0; i < count; ++i) {
     if (references[i] >= SET) return complain(unit, ERROR, "only inputs and parameters can be set");
     if (!is_number(given[i])) return complain(unit, DISCARD, names[references[i]]);
@@ -107,6 +119,7 @@ static status set_numbers(instance *unit, const uint32_t references[], size_t co
 /* Behind inputs, parameters and outputs stands the time. */
 static status get_numbers(instance *unit, const uint32_t references[], size_t count, double found[])
 {
+  REQUIRE(unit, !count || (references && found));
   for (size_t i = 0; i < count; ++i) {
     const uint32_t place = references[i];
     if (place > SET + OUTPUTS) return complain(unit, ERROR, "there is no variable of this reference");
@@ -122,13 +135,38 @@ static status get_numbers(instance *unit, const uint32_t references[], size_t co
   return OK;
 }
 
+/* A communication point is the end of the step before, but for the rounding of an importer that counts steps. */
+static int follows(double time, double before, double step)
+{
+  const double gap = time > before ? time - before : before - time, size = time > 0.0 ? time : -time;
+  return gap <= 1e-9 * (size + step);
+}
+
 static status step_on(instance *unit, double time, double step)
 {
+  REQUIRE(unit, 1);
   if (unit->now.phase != STEPPING) return complain(unit, ERROR, "a step comes after the initialisation");
   if (!is_number(time) || !is_number(step) || step < 0.0) return complain(unit, ERROR, "time does not go backwards");
+  if (!follows(time, unit->now.time, step)) return complain(unit, ERROR, "a step begins where the one before ended");
   unit->now.turned += rate(unit->now.values) * step;
   unit->now.time = time + step;
   unit->known = 0;
+  return OK;
+}
+
+static const void *current(const instance *unit) { return unit ? &unit->now : NULL; }
+
+static status start_anew(instance *unit)
+{
+  REQUIRE(unit, 1);
+  begin(unit);
+  return OK;
+}
+
+static status measure(const instance *unit, size_t *size)
+{
+  REQUIRE(unit, size != NULL);
+  *size = sizeof(state);
   return OK;
 }
 
@@ -136,6 +174,7 @@ static status step_on(instance *unit, double time, double step)
 
 static status save(const instance *unit, const void *from, void **saved)
 {
+  REQUIRE(unit, from && saved);
   if (!*saved) *saved = malloc(sizeof(state));
   if (!*saved) return complain(unit, ERROR, "there is no memory for a state");
   memcpy(*saved, from, sizeof(state));
@@ -146,14 +185,16 @@ static int is_state(const void *saved) { return saved && memcmp(saved, TOKEN, si
 
 static status restore(instance *unit, const void *saved)
 {
+  REQUIRE(unit, 1);
   if (!is_state(saved)) return complain(unit, ERROR, "this is no state of this unit");
   memcpy(&unit->now, saved, sizeof(state));
   unit->known = 0;
   return OK;
 }
 
-static status release(void **saved)
+static status release(const instance *unit, void **saved)
 {
+  REQUIRE(unit, 1);
   if (saved) {
     free(*saved);
     *saved = NULL;
@@ -163,6 +204,7 @@ static status release(void **saved)
 
 static status to_bytes(const instance *unit, const void *saved, void *bytes, size_t size)
 {
+  REQUIRE(unit, bytes != NULL);
   if (!is_state(saved) || size < sizeof(state)) return complain(unit, ERROR, "there is no room for a state");
   memcpy(bytes, saved, sizeof(state));
   return OK;
@@ -170,6 +212,7 @@ static status to_bytes(const instance *unit, const void *saved, void *bytes, siz
 
 static status from_bytes(const instance *unit, const void *bytes, size_t size, void **saved)
 {
+  REQUIRE(unit, 1);
   if (size != sizeof(state) || !is_state(bytes)) return complain(unit, ERROR, "these bytes are no state of this unit");
   return save(unit, bytes, saved);
 }

@@ -26,7 +26,10 @@ static void tell(const instance *unit, status found, const char *message)
 
 EXPORTED text fmi2GetTypesPlatform(void) { return "default"; }
 EXPORTED text fmi2GetVersion(void) { return "2.0"; }
-EXPORTED status fmi2SetDebugLogging(void *unit, int on, size_t count, const text categories[]) { return OK; }
+EXPORTED status fmi2SetDebugLogging(void *unit, int on, size_t count, const text categories[])
+{
+  return check(unit, 1);
+}
 
 EXPORTED void *fmi2Instantiate(text name, int type, text token, text resources, const callbacks *told, int visible,
                                int logging)
@@ -41,6 +44,8 @@ EXPORTED status fmi2SetupExperiment(void *component, int with_tolerance, double 
                                     double stop)
 {
   instance *unit = component;
+  REQUIRE(unit, 1);
+  if (!is_number(start)) return complain(unit, ERROR, "the start of an experiment is a number");
   if (unit->now.phase != INSTANTIATED) return complain(unit, ERROR, "an experiment is set up before it begins");
   unit->now.time = start;
   return OK;
@@ -50,11 +55,7 @@ EXPORTED status fmi2EnterInitializationMode(void *unit) { return enter(unit, INS
 EXPORTED status fmi2ExitInitializationMode(void *unit) { return enter(unit, INITIALISING, STEPPING); }
 EXPORTED status fmi2Terminate(void *unit) { return enter(unit, STEPPING, TERMINATED); }
 
-EXPORTED status fmi2Reset(void *unit)
-{
-  begin(unit);
-  return OK;
-}
+EXPORTED status fmi2Reset(void *unit) { return start_anew(unit); }
 
 EXPORTED status fmi2SetReal(void *unit, const uint32_t references[], size_t count, const double given[])
 {
@@ -68,14 +69,13 @@ EXPORTED status fmi2GetReal(void *unit, const uint32_t references[], size_t coun
 
 EXPORTED status fmi2DoStep(void *unit, double time, double step, int final) { return step_on(unit, time, step); }
 
-EXPORTED status fmi2GetFMUstate(void *unit, void **saved) { return save(unit, &((instance *)unit)->now, saved); }
+EXPORTED status fmi2GetFMUstate(void *unit, void **saved) { return save(unit, current(unit), saved); }
 EXPORTED status fmi2SetFMUstate(void *unit, void *saved) { return restore(unit, saved); }
-EXPORTED status fmi2FreeFMUstate(void *unit, void **saved) { return release(saved); }
+EXPORTED status fmi2FreeFMUstate(void *unit, void **saved) { return release(unit, saved); }
 
 EXPORTED status fmi2SerializedFMUstateSize(void *unit, void *saved, size_t *size)
 {
-  *size = sizeof(state);
-  return OK;
+  return measure(unit, size);
 }
 
 EXPORTED status fmi2SerializeFMUstate(void *unit, void *saved, char bytes[], size_t size)
@@ -91,6 +91,7 @@ EXPORTED status fmi2DeSerializeFMUstate(void *unit, const char bytes[], size_t s
 EXPORTED status fmi2GetRealStatus(void *component, int kind, double *found)
 {
   const instance *unit = component;
+  REQUIRE(unit, found != NULL);
   if (kind != LAST_SUCCESSFUL_TIME) return complain(unit, DISCARD, "this status is no real number");
   *found = unit->now.time;
   return OK;
@@ -98,6 +99,7 @@ EXPORTED status fmi2GetRealStatus(void *component, int kind, double *found)
 
 EXPORTED status fmi2GetBooleanStatus(void *unit, int kind, int *found)
 {
+  REQUIRE(unit, found != NULL);
   if (kind != IS_TERMINATED) return complain(unit, DISCARD, "this status is no truth value");
   *found = 0;
   return OK;
@@ -108,11 +110,11 @@ EXPORTED status fmi2GetBooleanStatus(void *unit, int kind, int *found)
 #define NONE_OF(name, type)                                                                              \
   EXPORTED status fmi2Get##name(void *unit, const uint32_t references[], size_t count, type found[])     \
   {                                                                                                      \
-    return count ? complain(unit, ERROR, "all variables are real") : OK;                                 \
+    return count ? complain(unit, ERROR, "all variables are real") : check(unit, 1);                                 \
   }                                                                                                      \
   EXPORTED status fmi2Set##name(void *unit, const uint32_t references[], size_t count, const type given[]) \
   {                                                                                                      \
-    return count ? complain(unit, ERROR, "all variables are real") : OK;                                 \
+    return count ? complain(unit, ERROR, "all variables are real") : check(unit, 1);                                 \
   }
 NONE_OF(Integer, int)
 NONE_OF(Boolean, int)
@@ -137,13 +139,13 @@ EXPORTED status fmi2GetDirectionalDerivative(void *unit, const uint32_t unknown[
 EXPORTED status fmi2SetRealInputDerivatives(void *unit, const uint32_t references[], size_t count, const int order[],
                                             const double given[])
 {
-  return count ? complain(unit, ERROR, "an input is held over a step") : OK;
+  return count ? complain(unit, ERROR, "an input is held over a step") : check(unit, 1);
 }
 
 EXPORTED status fmi2GetRealOutputDerivatives(void *unit, const uint32_t references[], size_t count, const int order[],
                                              double found[])
 {
-  return count ? complain(unit, ERROR, "there are no derivatives") : OK;
+  return count ? complain(unit, ERROR, "there are no derivatives") : check(unit, 1);
 }
 
 EXPORTED status fmi2CancelStep(void *unit) { return complain(unit, ERROR, "a step has ended when it returns"); }

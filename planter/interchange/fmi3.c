@@ -18,7 +18,10 @@ static void tell(const instance *unit, status found, const char *message)
 }
 
 EXPORTED text fmi3GetVersion(void) { return "3.0"; }
-EXPORTED status fmi3SetDebugLogging(void *unit, bool on, size_t count, const text categories[]) { return OK; }
+EXPORTED status fmi3SetDebugLogging(void *unit, bool on, size_t count, const text categories[])
+{
+  return check(unit, 1);
+}
 
 EXPORTED void *fmi3InstantiateCoSimulation(text name, text token, text resources, bool visible, bool logging, bool events,
                                            bool early_return, const uint32_t intermediate[], size_t count,
@@ -46,6 +49,8 @@ EXPORTED status fmi3EnterInitializationMode(void *component, bool with_tolerance
                                             bool with_stop, double stop)
 {
   instance *unit = component;
+  REQUIRE(unit, 1);
+  if (!is_number(start)) return complain(unit, ERROR, "the start of an experiment is a number");
   if (unit->now.phase == INSTANTIATED) unit->now.time = start;
   return enter(unit, INSTANTIATED, INITIALISING);
 }
@@ -53,11 +58,7 @@ EXPORTED status fmi3EnterInitializationMode(void *component, bool with_tolerance
 EXPORTED status fmi3ExitInitializationMode(void *unit) { return enter(unit, INITIALISING, STEPPING); }
 EXPORTED status fmi3Terminate(void *unit) { return enter(unit, STEPPING, TERMINATED); }
 
-EXPORTED status fmi3Reset(void *unit)
-{
-  begin(unit);
-  return OK;
-}
+EXPORTED status fmi3Reset(void *unit) { return start_anew(unit); }
 
 EXPORTED status fmi3SetFloat64(void *unit, const uint32_t references[], size_t count, const double given[], size_t size)
 {
@@ -74,20 +75,20 @@ EXPORTED status fmi3GetFloat64(void *unit, const uint32_t references[], size_t c
 EXPORTED status fmi3DoStep(void *unit, double time, double step, bool final, bool *event, bool *terminate, bool *early,
                            double *reached)
 {
+  REQUIRE(unit, event && terminate && early && reached);
   const status found = step_on(unit, time, step);
   *event = *terminate = *early = false;
   *reached = ((instance *)unit)->now.time;
   return found;
 }
 
-EXPORTED status fmi3GetFMUState(void *unit, void **saved) { return save(unit, &((instance *)unit)->now, saved); }
+EXPORTED status fmi3GetFMUState(void *unit, void **saved) { return save(unit, current(unit), saved); }
 EXPORTED status fmi3SetFMUState(void *unit, void *saved) { return restore(unit, saved); }
-EXPORTED status fmi3FreeFMUState(void *unit, void **saved) { return release(saved); }
+EXPORTED status fmi3FreeFMUState(void *unit, void **saved) { return release(unit, saved); }
 
 EXPORTED status fmi3SerializedFMUStateSize(void *unit, void *saved, size_t *size)
 {
-  *size = sizeof(state);
-  return OK;
+  return measure(unit, size);
 }
 
 EXPORTED status fmi3SerializeFMUState(void *unit, void *saved, uint8_t bytes[], size_t size)

@@ -35,7 +35,17 @@ class Formulas:
 
     def function(self, stage: str) -> ca.Function:
         """The CasADi function of a stage, to compose others from; numbers come from `__call__`."""
-        function: ca.Function = getattr(generated.module(self.name, self.folder), stage)()
+        module = generated.module(self.name, self.folder)
+        if self.folder is None:
+            function: ca.Function = getattr(module, stage)()
+            return function
+        try:
+            function = getattr(module, stage)()
+        except Exception as error:  # of whatever kind: the file may have been edited
+            problem = f"{stage} does not run: {type(error).__name__}: {error}"
+            raise generated.refuse_generated(self.folder / f"{self.name}.py", problem) from None
+        if not isinstance(function, ca.Function):
+            raise generated.refuse_generated(self.folder / f"{self.name}.py", f"{stage} is no function")
         return function
 
     def outputs(self, stage: str) -> list[str]:

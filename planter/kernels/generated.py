@@ -10,6 +10,7 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
@@ -20,7 +21,13 @@ from typing import Any
 
 from planter import plugins
 from planter.errors import InputError
-from planter.files.text import check_regular, parse_json, read_json
+from planter.files.text import check_regular, parse_json, read_json, read_text
+
+DERIVE_AGAIN = "run `planter derive` again on the file that states the mechanism"
+MANIFEST = ".planter.json"
+"""File beside derived ones with the hashes of what was written."""
+LARGEST_MODULE = 200_000_000
+"""Bytes of a generated module."""
 
 
 @cache
@@ -75,7 +82,7 @@ def find_changed(hashes: Mapping[str, str]) -> list[str]:
 def sidecar(name: str, folder: Path | None = None) -> dict[str, Any]:
     """Return the JSON sidecar of a generated module. Raises InputError if it does not exist."""
     if folder is not None:
-        return read_json(folder / f"{name}.json")
+        return _read_user_sidecar(folder / f"{name}.json")
     return parse_json(_places()[_holder(name)].joinpath(f"{name}.json").read_text(encoding="utf-8"), name)
 
 
@@ -97,13 +104,82 @@ def _holder(name: str) -> str:
     raise InputError(f"{stem}: nothing of that name was generated (there is: {', '.join(names())})")
 
 
+class _UserSidecar(dict[str, Any]):
+    """An object of a user's sidecar, of which a key that is missing is one sentence wherever it is looked up."""
+
+    place: str = ""
+
+    def __missing__(self, key: str) -> Any:
+        raise refuse_generated(self.place, f"{key} is missing")
+
+
+def _read_user_sidecar(path: Path) -> dict[str, Any]:
+    """Return the sidecar of a user's mechanism. Raises InputError for one that `planter derive` did not write."""
+
+    def wrap(entry: Any, place: str) -> Any:
+        if isinstance(entry, dict):
+            wrapped = _UserSidecar((key, wrap(value, f"{place}: {key}")) for key, value in entry.items())
+            wrapped.place = place
+            return wrapped
+        return [wrap(value, place) for value in entry] if isinstance(entry, list) else entry
+
+    try:
+        source = read_text(path)
+        content: dict[str, Any] = wrap(parse_json(source, str(path)), str(path))
+        written = read_json(path.parent / MANIFEST) if (path.parent / MANIFEST).is_file() else {}
+    except InputError as error:
+        raise InputError(f"{error.message}; {DERIVE_AGAIN}") from None
+    independent = written.get("independent")
+    stated = independent.get(path.name) if isinstance(independent, dict) else None
+    # a checkout may have other line ends
+    if stated and stated != hashlib.sha256(source.replace("\r\n", "\n").encode()).hexdigest():
+        raise refuse_generated(path, "it was edited since it was derived")
+    vectors, functions = content["vectors"], content["functions"]
+    for name, section in (("vectors", vectors), ("functions", functions)):
+        if not isinstance(section, dict) or not section:
+            raise refuse_generated(path, f"{name} holds nothing")
+    for name, entries in vectors.items():
+        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+            raise refuse_generated(path, f"vectors: {name} is no list of entries")
+        for entry in entries:
+            if not all(isinstance(entry[key], str) for key in ("name", "unit", "meaning")):
+                raise refuse_generated(path, f"vectors: {name}: a name, unit or meaning is no text")
+    for name, function in functions.items():
+        if not isinstance(function, dict) or not isinstance(function["output"], str):
+            raise refuse_generated(path, f"functions: {name} gives nothing")
+    return content
+
+
+def check_user_model(name: str, folder: Path) -> None:
+    """Raise InputError unless a folder holds the sidecar of a user's mechanism, and modules with its functions."""
+    needed = sidecar(name, folder)["functions"].keys()
+    for path in (folder / f"{name}.py", folder / "array" / f"{name}.py"):
+        if not path.is_file():
+            raise refuse_generated(path, "there is no such file")
+        try:
+            source = read_text(path, LARGEST_MODULE)
+        except InputError as error:
+            raise InputError(f"{error.message}; {DERIVE_AGAIN}") from None
+        lacking = needed - set(re.findall(r"^def (\w+)\(", source, re.MULTILINE))
+        if lacking:
+            raise refuse_generated(path, f"the function {sorted(lacking)[0]} is missing")
+
+
+def refuse_generated(path: str | Path, problem: str) -> InputError:
+    """Return the error of a generated file that is not as `planter derive` wrote it."""
+    return InputError(f"{path}: {problem}; {DERIVE_AGAIN}")
+
+
 def _from_file(path: Path) -> ModuleType:
     check_regular(path)
     spec = importlib.util.spec_from_file_location(f"generated_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: this is no Python file")
     loaded = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(loaded)
+    try:
+        spec.loader.exec_module(loaded)
+    except Exception as error:  # of whatever kind: the file may hold anything
+        raise refuse_generated(path, f"it does not run: {type(error).__name__}: {error}") from None
     return loaded
 
 

@@ -10,7 +10,7 @@ import typer
 from planter.errors import InputError
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes, refuse_unused
 
 PosesArgument = Annotated[
     str,
@@ -86,6 +86,8 @@ def train(
         from planter.mapping.presentation import present_train
         from planter.mapping.train import build_training
 
+        if poses is None:
+            refuse_unused("without --poses", "--carrier")
         distance = _length("--centre-distance-mm", centre_distance_mm)
         crank = None if crank_mm is None else _length("--crank-mm", crank_mm)
         if crank is not None and crank > 2 * distance:

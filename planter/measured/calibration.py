@@ -72,12 +72,16 @@ class Calibrated:
 
 def read_measurement(machine: Machine, data: str | Path, columns: Columns, quantities: Sequence[str]) -> Measurement:
     """Return the measured curves of quantities of a machine. Raises InputError as `planter.measured.reading.read`."""
+    return reading.read(data, columns, float(machine.data[machine.speed]), find_units(machine, columns, quantities))
+
+
+def find_units(machine: Machine, columns: Columns, quantities: Sequence[str]) -> list[str]:
+    """Return the display unit of each quantity. Raises InputError unless there is one for each column of values."""
     if len(quantities) != len(columns.names):
         raise InputError(
             f"--quantity is given {len(quantities)} times, but --column {len(columns.names)} times: give one for each"
         )
-    unit = [units.display_unit(find_measured(machine, quantity).key) for quantity in quantities]
-    return reading.read(data, columns, float(machine.data[machine.speed]), unit)
+    return [units.display_unit(find_measured(machine, quantity).key) for quantity in quantities]
 
 
 def calibrate(

@@ -27,8 +27,8 @@ _NAME_AND_UNIT = re.compile(
 )
 _UNIT_SPELLINGS = {
     "u/min": "r/min", "1/min": "r/min", "rpm": "r/min", "min^-1": "r/min", "min-1": "r/min", "degree": "deg",
-    "degrees": "deg", "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "µm": "um", "μm": "um", "newton": "N",
-    "radian": "rad", "radians": "rad", "turns": "rev",
+    "degrees": "deg", "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "µm": "um", "μm": "um",
+    "newton": "N", "newtons": "N", "radian": "rad", "radians": "rad", "turns": "rev",
 }  # fmt: skip
 
 

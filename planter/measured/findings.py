@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planter.measured.curve import Side
-from planter.measured.reading import DataReading
+from planter.measured.reading import DataColumn, DataReading
 from planter.records import Record
 
 Outcome = Literal["explained", "not explained", "not settled"]
@@ -183,11 +183,15 @@ class MeasuredFound(Record):
 
 @dataclass(frozen=True)
 class MeasuredPreview(Record):
-    """Result of `planter calibrate --data --preview`: what was understood of the file; nothing is fitted."""
+    """Result of `planter calibrate --data --preview`: what was understood of the file; nothing is fitted.
+
+    `reading` is null if no column is named.
+    """
 
     machine: str
     quantity: list[str]
-    reading: DataReading
+    columns: list[DataColumn]
+    reading: DataReading | None
     treatment: list[str]
 
 

@@ -21,6 +21,7 @@ from planter.files import csv_rows, paths
 from planter.files.text import read_text_in_any_encoding
 from planter.kernels import Array
 from planter.measured.column_units import KNOWN, normalise_unit, split_unit
+from planter.measured.labview import is_labview, read_labview
 from planter.records import Record
 
 LIMIT_BYTES = 50_000_000
@@ -103,6 +104,8 @@ class LoggerTable:
     lines: tuple[int, ...]
     rows: tuple[tuple[str, ...], ...]
     dropped: tuple[DroppedRows, ...]
+    form: str = ""
+    """Name of the file's format, empty for a table of cells."""
 
     def describe(self) -> str:
         """Return a description of the file's form."""
@@ -113,18 +116,24 @@ class LoggerTable:
             else f"header in line {self.header_line}"
         )
         above = f" below {self.preamble} other lines" if self.preamble else ""
-        return f"{self.encoding}, columns separated by {SEPARATORS[self.layout.separator]}{decimals}; {head}{above}"
+        form = f"{self.form}, " if self.form else ""
+        return (
+            f"{form}{self.encoding}, columns separated by {SEPARATORS[self.layout.separator]}{decimals}; {head}{above}"
+        )
 
     def find_column(self, name: str, option: str) -> int:
         """Return the index of a column by its name, with or without its unit, by its number, or by a part of its name.
 
-        Raises InputError if no column or several columns fit.
+        Of columns of one name with the same numbers it is the first. Raises InputError if no column or several fit.
         """
         for names in (self.names, tuple(split_unit(name)[0] for name in self.names)):
             indices = [i for i, each in enumerate(names) if each == name]
             if len(indices) == 1:
                 return indices[0]
             if len(indices) > 1:
+                same = self.read_numbers(indices[0])[0]
+                if all(np.array_equal(same, self.read_numbers(i)[0], equal_nan=True) for i in indices[1:]):
+                    return indices[0]
                 numbers = " or ".join(str(i + 1) for i in indices)
                 raise InputError(f"{self.source}: {option} = {name}: several columns have this name: use {numbers}")
         if name.isdigit() and 1 <= int(name) <= len(self.names):
@@ -146,7 +155,7 @@ class LoggerTable:
     def read_numbers(self, column: int) -> tuple[Array, list[int]]:
         """Return the numbers (n,) of a column, NaN at gaps, and the indices of rows where the logger overflowed.
 
-        Raises InputError, which names the line, for a cell with another text.
+        Raises InputError, which names the line, for a cell with another text, and for a column without any number.
         """
         numbers, overflows = np.empty(len(self.rows)), []
         for i, row in enumerate(self.rows):
@@ -161,7 +170,23 @@ class LoggerTable:
             elif not abs(value) <= csv_rows.LARGEST:
                 raise self._refuse_cell(i, column)
             numbers[i] = value
+        if not np.isfinite(numbers).any():
+            raise InputError(
+                f"{self.source}: column {self.names[column]} holds no number in any of {len(self.rows)} rows; name "
+                "another column"
+            )
         return numbers, overflows
+
+    def survey_column(self, column: int) -> tuple[Array, str | None]:
+        """Return the finite numbers (m,) of a column, and its first cell that is neither a number nor a gap, if any."""
+        numbers, text = [], None
+        for row in self.rows:
+            value = self.layout.number(row[column])
+            if value is not None and np.isfinite(value):
+                numbers.append(value)
+            elif value is None and text is None and row[column].lower() not in MISSING | OVERFLOW:
+                text = row[column]
+        return np.array(numbers), text
 
     def _refuse_cell(self, row: int, column: int) -> InputError:
         cell = row_text = self.rows[row][column]
@@ -182,9 +207,11 @@ def read_logger_table(path: str | Path) -> LoggerTable:
     source = str(path)
     if not any(line.strip() for line in lines):
         raise InputError(f"{source}: the file is empty, it must have a header and rows of numbers")
+    if is_labview(lines):
+        return _read_labview_table(lines, source, encoding)
     layout = _detect_layout(lines, source)
     numeric = _find_numeric_columns(lines, layout)
-    first = next(i for i, line in enumerate(lines) if _is_row(layout, numeric, line, lines[i + 1 :]))
+    first = _find_first_row(lines, layout, numeric, source)
     names, units, header_line = _find_header(lines[:first], layout)
     if header_line is None:
         _check_decimal_commas(lines, first, layout, source)
@@ -196,6 +223,28 @@ def read_logger_table(path: str | Path) -> LoggerTable:
     preamble = sum(bool(line.strip()) and not _is_comment(line) for line in lines[:above])
     return LoggerTable(
         source, encoding, layout, names, units, header_line, preamble, tuple(row_lines), tuple(rows), tuple(dropped)
+    )
+
+
+def _read_labview_table(lines: Sequence[str], source: str, encoding: str) -> LoggerTable:
+    table = read_labview(lines, source)
+    stated = [split_unit(name)[1] for name in table.names]
+    # names such as Dev0/Ai0 have no unit behind the slash
+    bare = [unit if unit and normalise_unit(unit) in KNOWN else None for unit in stated]
+    units = [unit or other for unit, other in zip(table.units, bare, strict=True)]
+    segments = f" of {table.segments} segments" if table.segments > 1 else ""
+    return LoggerTable(
+        source,
+        encoding,
+        _Layout(table.separator, table.decimal, len(table.names)),
+        table.names,
+        tuple(units),
+        table.header_line,
+        sum(bool(line.strip()) for line in lines[: table.header_line - 1]),
+        table.lines,
+        table.rows,
+        (),
+        f"LabVIEW measurement{segments}",
     )
 
 
@@ -272,6 +321,20 @@ def _find_numeric_columns(lines: Sequence[str], layout: _Layout) -> list[int]:
             counts, total = counts + flags, total + 1
     numeric: list[int] = np.flatnonzero(counts >= HALF * total).tolist()
     return numeric
+
+
+def _find_first_row(lines: Sequence[str], layout: _Layout, numeric: Sequence[int], source: str) -> int:
+    """Return the index of the first row that another one follows, else of the first one."""
+    rows = (i for i, line in enumerate(lines) if _is_row(layout, numeric, line, lines[i + 1 :]))
+    single = (i for i, line in enumerate(lines) if _has_numbers(layout, numeric, line))
+    first = next(rows, None)
+    first = next(single, None) if first is None else first
+    if first is None:
+        raise InputError(
+            f"{source}: no row has numbers in all columns where most rows have them, columns "
+            f"{', '.join(str(i + 1) for i in numeric)}; leave lines of other text out"
+        )
+    return first
 
 
 def _is_row(layout: _Layout, numeric: Sequence[int], line: str, following: Sequence[str]) -> bool:

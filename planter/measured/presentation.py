@@ -76,24 +76,39 @@ def present_fit(
 
 
 def present_preview(
-    document: Document, result: MeasuredPreview, measured: Measurement, meanings: Mapping[str, str]
+    document: Document, result: MeasuredPreview, measured: Measurement | None, meanings: Mapping[str, str]
 ) -> ResultPresentation:
     """Return the presentation of what was understood of a file, before anything is fitted."""
-    reading = result.reading
-    speed = "" if reading.speed_rpm is None else f" at {reading.speed_rpm[0]:.4g} to {reading.speed_rpm[2]:.4g} r/min"
-    return ResultPresentation(
-        title=f"Measured data for {document.name}",
-        conclusion=(
+    has_curves = measured is not None and bool(measured.channels)
+    sections = [_list_columns(result)]
+    conclusion = f"{len(result.columns)} columns; nothing was fitted."
+    if (reading := result.reading) is not None:
+        sections += _list_data(reading, result.treatment)
+        speed = (
+            "" if reading.speed_rpm is None else f" at {reading.speed_rpm[0]:.4g} to {reading.speed_rpm[2]:.4g} r/min"
+        )
+        conclusion = (
             f"{reading.used} of {reading.rows} rows are used, over {reading.revolutions:.4g} revolutions{speed}; "
             "nothing was fitted."
-        ),
+        )
+    return ResultPresentation(
+        title=f"Measured data for {document.name}",
+        conclusion=conclusion,
         record=result,
-        sections=list(_list_data(reading, result.treatment)),
+        sections=sections,
         document=document,
         meanings=meanings,
-        figures=lambda: {"data": draw_reading(measured)},
-        captions={"data": DATA_CAPTION},
+        figures=lambda: {"data": draw_reading(measured)} if measured is not None and has_curves else {},
+        captions={"data": DATA_CAPTION} if has_curves else {},
     )
+
+
+def _list_columns(result: MeasuredPreview) -> Section:
+    head = ("number", "column", "unit", "numbers", "least", "greatest", "text")
+    rows: list[tuple[Cell, ...]] = [
+        (c.number, c.name, c.unit or "", c.numbers, c.min, c.max, c.text or "") for c in result.columns
+    ]
+    return Section("Columns", [Table(head, rows)])
 
 
 def present_explained(

@@ -43,6 +43,8 @@ PULSE_RATIO = (0.5, 1.6)
 """Intervals between pulses, in medians: below, the second is a bounce; above, one is missing."""
 HYSTERESIS = 0.25
 """Share of the height of pulses on each side of their middle that a signal must cross."""
+LARGEST_ANGLE = 1e9
+"""Angle [rad] above which the digits of a double leave less than 1e-7 rad within a revolution."""
 CLOCK_BACK_S = -43_200.0
 """Step of a clock [s] below which midnight has passed."""
 
@@ -52,7 +54,8 @@ class Columns:
     """Columns of a file, and units that its header lacks.
 
     One or several columns of values, each with its unit or None; the angle from one of `angle`, `time` and `trigger`.
-    With an angle or a trigger, a time says how the speed varies.
+    With an angle or a trigger, a time says how the speed varies. `interval_s` is the time [s] from one row to the next
+    of a file without a column of times.
     """
 
     value: str | Sequence[str]
@@ -61,6 +64,21 @@ class Columns:
     value_unit: str | Sequence[str | None] | None = None
     place_unit: str | None = None
     trigger: str | None = None
+    interval_s: float | None = None
+
+    def check_places(self) -> None:
+        """Raise InputError for options of angle and time that exclude each other, or that concern neither."""
+        if self.angle is not None and self.trigger is not None:
+            raise InputError("--angle and --trigger both give the angle of the drive: leave one of them out")
+        if self.time is not None and self.interval_s is not None:
+            raise InputError("--time and --interval-s both give the times of the rows: leave one of them out")
+        if self.place_unit is not None and self.angle is None and self.time is None:
+            raise InputError("--place-unit is the unit of --angle, else of --time: add one of them or leave it out")
+
+    @property
+    def has_positions(self) -> bool:
+        """Whether an angle, a trigger or times of the rows are given."""
+        return any(each is not None for each in (self.angle, self.time, self.trigger, self.interval_s))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -110,6 +128,22 @@ class ChannelReading(Record):
     outlier_lines: list[int]
     noise_std: float
     noise_rho: float | None
+
+
+@dataclass(frozen=True)
+class DataColumn(Record):
+    """A column of a file: its number from 1, name and unit, and how many of its cells are numbers, with their ends.
+
+    `min` and `max` are null without numbers; `text` is the first cell that is neither a number nor a gap.
+    """
+
+    number: int
+    name: str
+    unit: str | None
+    numbers: int
+    min: float | None
+    max: float | None
+    text: str | None
 
 
 @dataclass(frozen=True)
@@ -174,13 +208,28 @@ class _Positions:
     dropped: tuple[DroppedRows, ...] = ()
 
 
+def describe_columns(table: LoggerTable) -> list[DataColumn]:
+    """Return a description of each column of a file."""
+    columns = []
+    for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+        values, text = table.survey_column(index)
+        low, high = (float(values.min()), float(values.max())) if len(values) else (None, None)
+        columns.append(DataColumn(index + 1, split_unit(name)[0], unit, len(values), low, high, text))
+    return columns
+
+
 def read(path: str | Path, columns: Columns, speed: float, unit: str | Sequence[str] = "N") -> Measurement:
     """Read curves from a file; `speed` [rad/s] of the drive converts times to angles, `unit` is that of each quantity.
 
     Raises InputError, which names file, line and column, if the file cannot be read, a column or unit does not exist,
     there are too few points, or a cell is not a number.
     """
-    table = read_logger_table(path)
+    return read_curves(read_logger_table(path), columns, speed, unit)
+
+
+def read_curves(table: LoggerTable, columns: Columns, speed: float, unit: str | Sequence[str] = "N") -> Measurement:
+    """Read curves from a table as `read` does."""
+    path = table.source
     units = (unit,) * len(columns.names) if isinstance(unit, str) else tuple(unit)
     indices = [table.find_column(name, "--column") for name in columns.names]
     positions = _find_positions(table, columns, speed)
@@ -201,17 +250,16 @@ def read(path: str | Path, columns: Columns, speed: float, unit: str | Sequence[
             dropped.append(
                 DroppedRows.at_lines(f"overflow of the logger in {table.names[column]}", lines[overflows].tolist())
             )
-        channel, beside_jumps = _build_channel(
-            split_unit(table.names[column])[0], display, numbers[retained] * factor, phi
-        )
+        values = numbers[retained] * factor
+        name_of_column = split_unit(table.names[column])[0]
+        _check_count(path, name_of_column, int(np.isfinite(values).sum()))
+        channel, beside_jumps = _build_channel(name_of_column, display, values, phi)
         finite = np.isfinite(channel.values)
         if beside_jumps.any():
             reason = f"values of {channel.name} beside a jump, where a step of the angle decides"
             dropped.append(DroppedRows.at_lines(reason, np.sort(lines[retained][beside_jumps]).tolist()))
         outliers = np.flatnonzero(finite & ~channel.used & ~beside_jumps)
-        if int(channel.used.sum()) < FEWEST:
-            text = f"{path}: column {channel.name}: {int(channel.used.sum())} points are too few; a fit needs {FEWEST}"
-            raise InputError(text)
+        _check_count(path, channel.name, int(channel.used.sum()))
         channels.append(channel)
         outlier_lines = np.sort(lines[retained][outliers])
         readings.append(
@@ -221,12 +269,12 @@ def read(path: str | Path, columns: Columns, speed: float, unit: str | Sequence[
         notes.append(f"{channel.name} in {name}: not smoothed; {_describe_outliers(readings[-1])}")
     revolutions = float(np.ptp(phi) / TURN)
     reading = DataReading(
-        file=str(path),
+        file=path,
         encoding=table.encoding,
         layout=table.describe(),
         angle=positions.note,
         rows=len(table.rows),
-        used=int(np.any([channel.used for channel in channels], axis=0).sum()),
+        used=int(np.any([channel.used for channel in channels], axis=0).sum()) if channels else len(retained),
         revolutions=revolutions,
         step_deg=float(np.degrees(np.median(np.abs(np.diff(phi))))),
         speed_rpm=None if positions.speed is None else _summarise_speed(positions.speed[retained]),
@@ -237,6 +285,11 @@ def read(path: str | Path, columns: Columns, speed: float, unit: str | Sequence[
     return Measurement(
         phi, tuple(channels), treatment, None if positions.speed is None else positions.speed[retained], reading
     )
+
+
+def _check_count(path: str, column: str, count: int) -> None:
+    if count < FEWEST:
+        raise InputError(f"{path}: column {column}: {count} points are too few; a fit needs {FEWEST}")
 
 
 def describe_dropped(entry: DroppedRows) -> str:
@@ -284,30 +337,39 @@ def _factor(
 
 def _find_positions(table: LoggerTable, columns: Columns, speed: float) -> _Positions:
     """Return the angles of all rows. Raises InputError if no column gives them."""
-    if columns.angle is not None and columns.trigger is not None:
-        raise InputError("--angle and --trigger both give the angle of the drive: leave one of them out")
-    if columns.angle is None and columns.time is None and columns.trigger is None:
+    columns.check_places()
+    time = _read_times(table, columns)
+    if columns.angle is None and columns.trigger is None and time is None:
         raise InputError(
             f"{table.source}: add --angle, --time or --trigger with the column of the angle, the time, or a pulse "
-            f"once a revolution; the columns are {', '.join(map(repr, table.names))}"
+            "once a revolution, or --interval-s with the time from row to row; the columns are "
+            f"{', '.join(map(repr, table.names))}"
         )
-    time = None if columns.time is None else _read_times(table, columns, has_angle=columns.angle is not None)
     if columns.trigger is not None:
         return _follow_trigger(table, columns.trigger, time)
     if columns.angle is not None:
         return _follow_angle(table, columns, time)
     assert time is not None
     seconds, note, dropped = time
-    note = f"angle by the time in {note} at {speed * 30 / np.pi:g} r/min"
+    _check_angles(table, None if columns.time is None else table.find_column(columns.time, "--time"), seconds * speed)
+    note = f"angle by the time {note} at {speed * 30 / np.pi:g} r/min"
     return _Positions(seconds * speed, np.arange(len(seconds)), note, None, dropped)
 
 
-def _read_times(table: LoggerTable, columns: Columns, has_angle: bool) -> tuple[Array, str, tuple[DroppedRows, ...]]:
-    """Return times (n,) [s] from the first on, NaN where there is none, their column and what was dropped."""
-    assert columns.time is not None
+def _read_times(table: LoggerTable, columns: Columns) -> tuple[Array, str, tuple[DroppedRows, ...]] | None:
+    """Return times (n,) [s] from the first on, NaN where there is none, their column and what was dropped.
+
+    Returns None if neither a column nor an interval gives them.
+    """
+    if columns.interval_s is not None:
+        seconds = columns.interval_s * np.arange(len(table.rows), dtype=float)
+        return seconds, f"of rows {columns.interval_s:g} s apart", ()
+    if columns.time is None:
+        return None
     column = table.find_column(columns.time, "--time")
     is_clock = any(":" in row[column] for row in table.rows[:1])
-    unit = None if has_angle or columns.trigger is not None else columns.place_unit
+    # with an angle, --place-unit is that of the angle
+    unit = columns.place_unit if columns.angle is None else None
     factor, name = (1.0, "clock times") if is_clock else _factor(table, column, TIMES, unit, "--place-unit")
     seconds = table.read_numbers(column)[0] * factor
     finite = np.flatnonzero(np.isfinite(seconds))
@@ -322,7 +384,7 @@ def _read_times(table: LoggerTable, columns: Columns, has_angle: bool) -> tuple[
             f"{place}: the time {table.rows[row][column]} is before that of the row above; cut the file here"
         )
     seconds, note, dropped = _separate_stamps(table, seconds)
-    return seconds - np.nanmin(seconds), f"{split_unit(table.names[column])[0]} in {name}{note}", dropped
+    return seconds - np.nanmin(seconds), f"in {split_unit(table.names[column])[0]} in {name}{note}", dropped
 
 
 def _separate_stamps(table: LoggerTable, stamps: Array) -> tuple[Array, str, tuple[DroppedRows, ...]]:
@@ -359,6 +421,7 @@ def _follow_angle(
     column = table.find_column(columns.angle, "--angle")
     factor, unit = _factor(table, column, ANGLES, columns.place_unit, "--place-unit")
     angles = table.read_numbers(column)[0] * factor
+    _check_angles(table, column, angles)
     name, finite = split_unit(table.names[column])[0], np.flatnonzero(np.isfinite(angles))
     steps = np.diff(angles[finite])
     wraps = np.abs(steps) > TURN / 2
@@ -381,9 +444,22 @@ def _follow_angle(
     )
 
 
+def _check_angles(table: LoggerTable, column: int | None, angles: Array) -> None:
+    """Raise InputError for angles [rad] of a column, or of an interval, without digits within a revolution."""
+    farthest = float(np.nanmax(np.abs(angles), initial=0.0))
+    if farthest > LARGEST_ANGLE:
+        place = "--interval-s" if column is None else f"column {table.names[column]}"
+        raise InputError(
+            f"{table.source}: {place}: the angle of the drive reaches {farthest:.3g} rad; it must stay below "
+            f"{LARGEST_ANGLE:g} rad: correct the numbers or their unit"
+        )
+
+
 def _compute_speed(phi: Array, seconds: Array) -> Array:
     """Return the speed (n,) [rad/s] from the times of whole revolutions, smooth between them."""
     good = np.isfinite(phi) & np.isfinite(seconds)
+    if not good.any():
+        raise InputError("no row has both an angle and a time; leave out --time")
     angles, times = np.abs(phi[good] - phi[good][0]), seconds[good]
     ordered = np.maximum.accumulate(angles)
     full = np.arange(0, np.floor(ordered[-1] / TURN) + 1) * TURN
@@ -441,7 +517,7 @@ def _follow_trigger(
         lost = inside[(clock[inside] > pulses[begin]) & (clock[inside] < pulses[begin + 1])]
         phi[lost] = np.nan
         dropped.append(DroppedRows.at_lines("rows between pulses of which one is missing", lines[lost].tolist()))
-    over = f"time in {time[1]}" if time else "rows at equal intervals of time"
+    over = f"time {time[1]}" if time else "rows at equal intervals of time"
     bounced = f", {int(bounces.sum())} bounces ignored" if bounces.any() else ""
     note = f"angle by {len(pulses)} pulses of the trigger {name}, once a revolution{bounced}; between them {over}"
     return _Positions(phi, np.arange(count), note, speed, tuple(dropped))
@@ -449,7 +525,7 @@ def _follow_trigger(
 
 def _find_pulses(signal: Array, clock: Array) -> Array:
     """Return the times at which a signal rises through its middle, by interpolation."""
-    low, high = float(signal.min()), float(signal.max())
+    low, high = (float(signal.min()), float(signal.max())) if len(signal) else (0.0, 0.0)
     if high == low:
         return np.empty(0)
     middle, margin = (low + high) / 2, HYSTERESIS * (high - low)
@@ -513,7 +589,10 @@ def find_repeat_residuals(phi: Array, values: Array) -> Array | None:
     if len(phi) < 2 * basis.shape[1]:
         return None
     residuals: Array = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
-    bins = np.floor(np.mod(phi, TURN) / np.median(np.abs(np.diff(phi)))).astype(int)
+    step = float(np.median(np.abs(np.diff(phi))))
+    if not step > 0:  # most points repeat their angle, and no bins have a width
+        return residuals * np.sqrt(len(phi) / (len(phi) - basis.shape[1]))
+    bins = np.floor(np.mod(phi, TURN) / step).astype(int)
     counts = np.bincount(bins)[bins]
     if np.median(counts) < 2:
         return residuals * np.sqrt(len(phi) / (len(phi) - basis.shape[1]))

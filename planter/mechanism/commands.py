@@ -21,6 +21,7 @@ from planter.terminal.options import (
     SetOption,
     WorkersOption,
     parse_changes,
+    refuse_unused,
 )
 
 if TYPE_CHECKING:
@@ -111,11 +112,14 @@ def move(
         from planter.mechanism.motion import compute_motion
         from planter.mechanism.presentation import present_motion
 
+        if ensemble is None:
+            refuse_unused(
+                "without --ensemble", "--since", "--period", "--perturbation", "--seed", "--workers", "--cluster"
+            )
+        else:
+            refuse_unused("with --ensemble", "--rest", "--least-squares")
         file = load(mechanism, parse_changes(set_))
         if ensemble is not None:
-            for option, is_present in {"--rest": rest, "--least-squares": least_squares}.items():
-                if is_present:
-                    raise InputError(f"{option} does not apply to --ensemble")
             from planter.mechanism.ensemble import EnsembleSpec, compute_ensemble
             from planter.mechanism.presentation import present_ensemble
             from planter.parallel.task import Means
@@ -126,6 +130,8 @@ def move(
             present_ensemble(runs, file).show(console, out)
             return
         motion = compute_motion(Dynamics(file), until, points, tolerance, rest, least_squares, stiff)
+        if least_squares and not motion.result.undetermined_actions:
+            console.say("--least-squares adds nothing: no reaction is statically indeterminate")
         present_motion(motion, file).show(console, out)
 
 
@@ -287,16 +293,30 @@ def calibrate_machine(
 def run_preview(
     console: Console, machine: Machine, data: Path, columns: Columns, quantities: Sequence[str], out: Path | None
 ) -> None:
-    """Print what is understood of a measured file, and write it into a folder if one is named."""
-    from planter.measured.calibration import read_measurement
+    """Print what is understood of a measured file, and write it into a folder if one is named.
+
+    Without a column of values, the columns are listed.
+    """
+    from planter.measured.calibration import find_units
     from planter.measured.curve import find_measured
     from planter.measured.findings import MeasuredPreview
+    from planter.measured.logger_table import read_logger_table
     from planter.measured.presentation import present_preview
+    from planter.measured.reading import describe_columns, read_curves
 
-    measured = read_measurement(machine, data, columns, quantities)
-    assert measured.reading is not None
-    keys = [find_measured(machine, quantity).key for quantity in quantities]
-    result = MeasuredPreview(machine.name, keys, measured.reading, list(measured.treatment))
+    columns.check_places()
+    table = read_logger_table(data)
+    measured = None
+    if columns.names or columns.has_positions:
+        units = find_units(machine, columns, quantities if columns.names else ())
+        measured = read_curves(table, columns, float(machine.data[machine.speed]), units)
+    result = MeasuredPreview(
+        machine=machine.name,
+        quantity=[find_measured(machine, quantity).key for quantity in quantities],
+        columns=describe_columns(table),
+        reading=None if measured is None else measured.reading,
+        treatment=[table.describe()] if measured is None else list(measured.treatment),
+    )
     present_preview(machine.document, result, measured, machine.meanings).show(console, out)
 
 

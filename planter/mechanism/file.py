@@ -18,6 +18,7 @@ from planter.files.text import is_file, read_toml
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
+from planter.kernels.generated import check_user_model
 from planter.measured.section import SECTION, MeasurementSection
 from planter.optimise.sections import GeneticAlgorithm
 
@@ -155,6 +156,7 @@ def _find_functions(path: Path, file: MechanismFile) -> Path:
     name, named = file.functions, [] if file.folder is None else [path.parent / file.folder]
     for folder in (*named, path.parent, path.parent / GENERATED):
         if (folder / f"{name}.json").is_file():
+            check_user_model(name, folder.resolve())
             return folder.resolve()
     allowed = f"{name}.py and {name}.json must be in the folder of the file or in {GENERATED}/ there"
     raise InputError(f"{path}: functions = {name}: {allowed}; `planter derive FILE.py` writes them")

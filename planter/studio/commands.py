@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
+from planter.files.text import is_file
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
+from planter.terminal.options import refuse_unused
 
 app = typer.Typer()
 DEFAULT = "wang2017"
@@ -43,6 +45,7 @@ def studio(
     console = Console(as_json=False)
     with console.outcome():
         if static is not None:
+            refuse_unused("with --static, which starts no server", "--folder", "--port")
             from planter.studio.static_page import write_page
 
             print(write_page(machine or DEFAULT, static))
@@ -53,4 +56,6 @@ def studio(
             raise InputError(
                 f"planter studio needs {error.name}, which is not installed: pip install 'planter[studio]'"
             ) from None
+        if machine is not None and is_file(Path(machine)):
+            refuse_unused("with a FILE, whose own folder is served", "--folder")
         server.serve_studio(machine, folder, port, browser)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Coroutine, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
@@ -28,6 +29,10 @@ GRACE_S = 1.0
 LONGEST_ANSWER = 2**27
 """Maximum size of an answer [byte]."""
 Request = Literal["seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works"]
+
+
+Task = Callable[[], Coroutine[Any, Any, Any]]
+"""Makes the coroutine of a task."""
 
 
 class GivenUpError(ComputationError):
@@ -176,8 +181,8 @@ class Live:
         """Serve the page until it disconnects."""
         await self.socket.accept()
         await self._send({"sources": list_sources(self.folder)})
-        self._begin(self.front.begin())
-        self._begin(self._follow())
+        self._begin(self.front.begin)
+        self._begin(self._follow)
         try:
             while True:
                 try:
@@ -222,23 +227,27 @@ class Live:
     async def _answer(self, message: Message) -> None:
         ask = message.get("ask")
         if ask == "optimise":
-            self.search.begin(self._search(message))
+            self.search.begin(partial(self._search, message))
         elif ask == "export":
-            self.export.begin(self._export(message))
+            self.export.begin(partial(self._export, message))
         elif isinstance(ask, str) and ask in ANSWERED:
-            self._begin(self._send_answer(self.front.ask(ANSWERED[ask], self._opening, message)))
+            request = partial(self.front.ask, ANSWERED[ask], self._opening, message)
+            self._begin(partial(self._send_answer, request))
         else:
             await self._send({"error": f"ask = {safe_text.format_value(ask)}: there is no such request"})
 
-    def _begin(self, task: Coroutine[Any, Any, Any]) -> None:
-        """Start a task in the background; an exception becomes an error message."""
+    def _begin(self, task: Task) -> None:
+        """Start a task in the background; an exception becomes an error message.
+
+        A coroutine is made where it is awaited: one that is handed over stays behind where a page closes before.
+        """
         running = asyncio.create_task(self._guarded(task))
         self._tasks.add(running)
         running.add_done_callback(self._tasks.discard)
 
-    async def _guarded(self, task: Coroutine[Any, Any, Any]) -> None:
+    async def _guarded(self, task: Task) -> None:
         try:
-            await task
+            await task()
         except Exception as error:
             await self._send(error_message(error))
 
@@ -263,12 +272,12 @@ class Live:
             self._cancel_details()
             if self._to_open is not None:
                 opening, self._to_open = self._to_open, None
-                if await self._send_answer(self.front.open(opening)):
+                if await self._send_answer(partial(self.front.open, opening)):
                     self._opening = opening
             if self._newest is not None and self._to_open is None:
                 message, self._newest = self._newest, None
-                if await self._send_answer(self.front.ask("seen", self._opening, message)):
-                    self._details = asyncio.create_task(self._guarded(self._send_details(message)))
+                if await self._send_answer(partial(self.front.ask, "seen", self._opening, message)):
+                    self._details = asyncio.create_task(self._guarded(partial(self._send_details, message)))
 
     def _cancel_details(self) -> None:
         """Cancel the computation of slow results."""
@@ -279,13 +288,13 @@ class Live:
         """Send requirements, complete scenes and details, one after another, until the user continues."""
         for request, pause in PAUSES.items():
             await asyncio.sleep(pause)
-            if not await self._send_answer(self.background.ask(request, self._opening, message)):
+            if not await self._send_answer(partial(self.background.ask, request, self._opening, message)):
                 return
 
-    async def _send_answer(self, request: Coroutine[Any, Any, Any]) -> bool:
+    async def _send_answer(self, request: Task) -> bool:
         """Send the answer of a request, or its error message; return whether it succeeded."""
         try:
-            answer = await request
+            answer = await request()
         except GivenUpError:
             return False
         except Exception as error:

@@ -51,7 +51,7 @@ class StudioProcess:
         """Send a message of this task."""
         await self._send({"work": self.name, **message})
 
-    def begin(self, work: Coroutine[Any, Any, None]) -> None:
+    def begin(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
         """Start a task after cancelling the previous one; if it fails, its error message is sent."""
         self.cancel()
         self._work = asyncio.create_task(self._done(work))
@@ -83,9 +83,9 @@ class StudioProcess:
             raise ComputationError(last.removeprefix("planter: ") or f"{words[0]} was cancelled")
         return text.decode("utf-8")
 
-    async def _done(self, work: Coroutine[Any, Any, None]) -> None:
+    async def _done(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
         try:
-            await work
+            await work()
         except PlanterError as error:
             await self.send({"error": error.message})
         except Exception as error:

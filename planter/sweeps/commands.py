@@ -10,7 +10,7 @@ import typer
 from planter.errors import InputError
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import ClusterOption, JsonOption, OutOption, WorkersOption
+from planter.terminal.options import ClusterOption, JsonOption, OutOption, WorkersOption, refuse_unused
 
 app = typer.Typer()
 
@@ -65,6 +65,7 @@ def sweep(
         if (plan is None) == (listed is None):
             raise InputError("name either a PLAN or --list MACHINE")
         if listed is not None:
+            refuse_unused("with --list", "--workers", "--cluster", "--out")
             present_inputs(command.list_inputs(listed)).show(console)
             return
         assert plan is not None

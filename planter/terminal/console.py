@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -31,9 +32,11 @@ class Console:
         """Print a result: as JSON, or by `tables`. From here on signals do not count: the work is done."""
         if process.exit_code() is not None:
             raise Interrupted
-        process.ignore_signals()
         table = content.table() if isinstance(content, Record) else content
+        if self.as_json and (infinite := next(_find_infinite(table), "")):
+            raise ComputationError(f"the result has no finite value of {infinite}, so that it is not shown")
         text = json.dumps(table, indent=2, allow_nan=False) if self.as_json else ""
+        process.ignore_signals()
         with process.flush_output():
             if self.as_json:
                 print(text)
@@ -100,6 +103,18 @@ class Console:
                 print(json.dumps(error.table(), indent=2, allow_nan=False))
         code = process.exit_code() if isinstance(error, Interrupted) else None
         raise SystemExit(code or error.exit_code)
+
+
+def _find_infinite(entry: object, place: str = "") -> Iterator[str]:
+    """Yield the places of numbers that JSON does not have."""
+    if isinstance(entry, float) and not math.isfinite(entry):
+        yield place
+    elif isinstance(entry, dict):
+        for key, value in entry.items():
+            yield from _find_infinite(value, f"{place}.{key}" if place else str(key))
+    elif isinstance(entry, list | tuple):
+        for index, value in enumerate(entry):
+            yield from _find_infinite(value, f"{place}[{index}]")
 
 
 def _typeset(text: str) -> str:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import enum
+import inspect
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextvars import ContextVar
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -87,6 +91,53 @@ VaryOption = Annotated[
         show_default=False,
     ),
 ]
+
+
+_GIVEN: ContextVar[frozenset[str]] = ContextVar("given options", default=frozenset())
+"""Options of the running command whose values are not their defaults."""
+
+
+def record_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that refuses numbers that are not finite, and knows which of its options are given.
+
+    Raises InputError for an option with a number that is not finite, since infinity may lie within its limits.
+    """
+    parameters = inspect.signature(command, eval_str=True).parameters
+    options = {name: _spell_option(parameter) for name, parameter in parameters.items()}
+
+    @wraps(command)
+    def recorded(**values: Any) -> None:
+        for name, value in values.items():
+            for number in value if isinstance(value, list | tuple) else (value,):
+                if isinstance(number, float) and not math.isfinite(number):
+                    raise InputError.for_value(options[name], number, "it must be a finite number")
+        present = [name for name, value in values.items() if value not in ([], (), parameters[name].default)]
+        token = _GIVEN.set(frozenset(options[name] for name in present))
+        try:
+            command(**values)
+        finally:
+            _GIVEN.reset(token)
+
+    return recorded
+
+
+def _spell_option(parameter: inspect.Parameter) -> str:
+    """Return how a command's parameter is written on the command line."""
+    for information in getattr(parameter.annotation, "__metadata__", ()):
+        if getattr(information, "param_decls", None):
+            return str(information.param_decls[0]).partition("/")[0]
+    return f"--{parameter.name.strip('_').replace('_', '-')}"
+
+
+def find_unused(*options: str) -> list[str]:
+    """Return which of some options of the running command are given."""
+    return [option for option in options if option in _GIVEN.get()]
+
+
+def refuse_unused(mode: str, *options: str) -> None:
+    """Raise InputError for an option that is given but has no effect in a mode, as "without --ensemble"."""
+    if unused := find_unused(*options):
+        raise InputError(f"{unused[0]} has no effect {mode}: leave {unused[0]} out")
 
 
 def parse_changes(texts: Sequence[str] | None, options: Mapping[str, float | None] | None = None) -> dict[str, float]:

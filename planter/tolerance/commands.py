@@ -23,6 +23,7 @@ from planter.terminal.options import (
     WorkersOption,
     parse_changes,
     read_ranges,
+    refuse_unused,
 )
 
 app = typer.Typer()
@@ -104,6 +105,8 @@ def tolerance(
         from planter.tolerance.presentation import present_tolerance
         from planter.tolerance.robust import Settings
 
+        if not robust:
+            refuse_unused("with --no-robust", "--sigmas")
         resolved = ResolvedMachine(machine, parse_changes(set_))
         ranges = read_ranges("--vary", vary or ())
         settings = Settings(sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges)

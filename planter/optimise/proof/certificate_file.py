@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -31,6 +32,8 @@ from planter.version import __version__
 
 LARGEST_BYTES, MOST_VALUES = 1_000_000_000, 100_000_000
 """Limits of a file."""
+MOST_SAMPLES, MOST_PANELS, LARGEST_POWER, LONGEST_FRACTION = 100_000, 100_000, 1000, 40
+"""Limits of what a file asks to compute: samples, panels of a box, exponents, and characters of a fraction."""
 
 
 def write_certificate(
@@ -144,7 +147,10 @@ def read_tree(document: Mapping[str, Any]) -> BoxNode:
     waiting = [(root, entries[0])]
     while waiting:
         node, entry = waiting.pop()
+        # infinite where no design of the box satisfies the limits
         node.bound = float.fromhex(entry["bound"]) if "bound" in entry else -np.inf
+        if np.isnan(node.bound):
+            raise ValueError("the bound of a box is no number")
         node.evidence = _read_evidence(entry["evidence"], period) if "evidence" in entry else None
         node.widest = entry.get("next")
         children = entry.get("children", [])
@@ -177,6 +183,30 @@ def _list_parts(node: BoxNode, entry: Mapping[str, Any]) -> list[Box]:
     return [(lower, upper)]
 
 
+def check_size(document: Mapping[str, Any]) -> None:
+    """Raise ValueError if a file asks to compute more than any proof that planter writes."""
+    samples, response = document["samples"], document["response"]
+    if document["kind"] not in ("true", "sampled"):
+        raise ValueError("kind must be true or sampled")
+    if samples is not None and not (isinstance(samples, int) and 1 <= samples <= MOST_SAMPLES):
+        raise ValueError(f"samples = {samples!r} must be a whole number between 1 and {MOST_SAMPLES}")
+    for text in (response["period"], *response["offsets"]):  # 1e99999999 would be written out
+        if len(text) > LONGEST_FRACTION or not re.fullmatch(r"-?\d+(/[1-9]\d*)?", text):
+            raise ValueError(f"{text[:LONGEST_FRACTION]!r} is no fraction of a revolution, or has too many digits")
+    if not Fraction(response["period"]) > 0:
+        raise ValueError("period must be above 0")
+    for name, _, numbers in (step for stage in response["stages"] for step in stage["operations"]):
+        exponents = [read_number(number) for number in numbers][: name == "power"]
+        if any(abs(exponent) > LARGEST_POWER for exponent in exponents):
+            raise ValueError(f"a power of {numbers[0]} must be between -{LARGEST_POWER} and {LARGEST_POWER}")
+    for entry in (document["incumbent"], *document["nodes"]):
+        evidence = entry.get("evidence", {})
+        for key in evidence.keys() & {"panels", "narrow"}:
+            counts = evidence[key]["parts"]
+            if not all(isinstance(count, int) and count > 0 for count in counts) or sum(counts) > MOST_PANELS:
+                raise ValueError(f"parts of {key} must be whole numbers above 0, {MOST_PANELS} in all at most")
+
+
 def check_document(document: Mapping[str, Any]) -> ProofCheck:
     """Return whether the bounds of a document follow from its programs, each computed again."""
     try:
@@ -185,6 +215,7 @@ def check_document(document: Mapping[str, Any]) -> ProofCheck:
         check_claims(document)
         if changed := generated.find_changed(document["generated"]):
             raise RefusedError(f"generated: {', '.join(changed)} of this installation differs from what was proved")
+        check_size(document)
         return _check(document)
     except RefusedError as error:
         return ProofCheck.refuse(str(error))
@@ -209,9 +240,9 @@ def _check(document: Mapping[str, Any]) -> ProofCheck:
     reached, x = _check_incumbent(document, objective, root)
     stated = document["lower_bound"]
     lower_bound = lowest if reached is None else min(lowest, reached)
-    if stated is not None and not float.fromhex(stated) <= lower_bound:
+    bound = None if stated is None else read_number(stated)
+    if bound is not None and not bound <= lower_bound:
         raise RefusedError("lower_bound is above the bound of a box")
-    bound = None if stated is None else float.fromhex(stated)
     return ProofCheck(
         valid=True, reason=None, objective=x, kind=document["kind"], lower_bound=bound, incumbent=reached,
         gap=None if bound is None or reached is None else reached - bound, boxes=boxes,
@@ -242,7 +273,7 @@ def _check_incumbent(
     entry = document["incumbent"]
     if entry["upper_bound"] is None:
         return None, None
-    x, stated = _read(entry["x"]), float.fromhex(entry["upper_bound"])
+    x, stated = _read(entry["x"]), read_number(entry["upper_bound"])
     if not ((root.lower <= x) & (x <= root.upper)).all():
         raise RefusedError("incumbent.x is outside of the box")
     try:
@@ -260,7 +291,7 @@ def read_objective(document: Mapping[str, Any]) -> ProvableObjective:
     if (document["kind"] == "true") != (document["samples"] is None):
         raise ValueError("kind does not fit samples")
     limits = [
-        BoundedLimit(_read_measure(entry), int(entry["sign"]), float.fromhex(entry["limit"]))
+        BoundedLimit(_read_measure(entry), int(entry["sign"]), read_number(entry["limit"]))
         for entry in document["limits"]
     ]
     return ProvableObjective(
@@ -275,7 +306,15 @@ def _write(values: Array) -> list[str]:
 
 
 def _read(values: Sequence[str]) -> Array:
-    return np.array([float.fromhex(value) for value in values])
+    return np.array([read_number(value) for value in values])
+
+
+def read_number(text: str) -> float:
+    """Return a hexadecimal double. Raises ValueError for one that is not finite."""
+    number = float.fromhex(text)
+    if not np.isfinite(number):
+        raise ValueError(f"{text} must be a finite number")
+    return number
 
 
 def _write_measure(measure: BoundedMeasure) -> dict[str, Any]:
@@ -289,8 +328,8 @@ def _write_measure(measure: BoundedMeasure) -> dict[str, Any]:
 def _read_measure(entry: Mapping[str, Any]) -> BoundedMeasure:
     angle = entry["angle_deg"]
     return BoundedMeasure(
-        entry["measure"], int(entry["quantity"]), bool(entry["size"]), float.fromhex(entry["weight"]),
-        None if angle is None else float.fromhex(angle),
+        entry["measure"], int(entry["quantity"]), bool(entry["size"]), read_number(entry["weight"]),
+        None if angle is None else read_number(angle),
     )  # fmt: skip
 
 

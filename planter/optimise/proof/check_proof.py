@@ -15,6 +15,7 @@ import hashlib
 import itertools
 import json
 import math
+import re
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from fractions import Fraction
@@ -23,6 +24,7 @@ from flint import arb, arb_mat, arb_poly, ctx
 
 ctx.prec = 64
 ONE, ZERO, UNIT, INFINITY, MOST_PIECES = arb(1), arb(0), arb(0, 1), arb("inf"), 64
+MOST_SAMPLES, MOST_PANELS, LARGEST_POWER, LONGEST_FRACTION = 100_000, 100_000, 1000, 40
 SIDES, NONNEGATIVE = {"max": (1,), "min": (-1,), "range": (1, -1)}, ("range", "variance", "std", "rms")
 MEASURES = (*SIDES, "mean", "variance", "std", "rms", "at")
 KEYS = {"format", "planter", "statement", "generated", "parameters", "quantities", "kind", "samples", "response",
@@ -568,6 +570,25 @@ class ProofClaims:
         reached = reached.upper() if entire and met and self.all_limits else INFINITY
         return lowest, reached, dict(zip(cycle.space.open, slopes.entries())), any(cycle.jumps) or not (entire and free)
 
+def check_size(document):
+    """Refuse a file with numbers that are not finite, or that asks to compute more than any proof of planter's."""
+    response, samples = document["response"], document["samples"]
+    is_count = samples is None or (isinstance(samples, int) and 1 <= samples <= MOST_SAMPLES)
+    refuse_unless(is_count, f"samples must be a whole number between 1 and {MOST_SAMPLES}")
+    for text in (response["period"], *response["offsets"]):  # 1e99999999 would be written out
+        is_fraction = len(text) <= LONGEST_FRACTION and re.fullmatch(r"-?\d+(/[1-9]\d*)?", text)
+        refuse_unless(is_fraction, "a share of a revolution is no fraction, or has too many digits")
+    steps = [step for stage in response["stages"] for step in stage["operations"]]
+    powers = [float.fromhex(numbers[0]) for name, _, numbers in steps if name == "power"]
+    refuse_unless(all(abs(n) <= LARGEST_POWER for n in powers), f"a power is above {LARGEST_POWER}")
+    for entry in (document["incumbent"], *document["nodes"]):
+        panels = [entry["evidence"][key]["parts"] for key in ("panels", "narrow") if key in entry.get("evidence", ())]
+        refuse_unless(all(sum(parts) <= MOST_PANELS for parts in panels), f"a box has more than {MOST_PANELS} panels")
+    stated = [document["lower_bound"], document["incumbent"]["upper_bound"], *itertools.chain(*document["box"])]
+    numbers = [*(x for x in stated if x is not None), *(x for _, _, numbers in steps for x in numbers)]
+    numbers += [x[key] for k in ("terms", "limits") for x in document[k] for key in ("weight", "limit") if key in x]
+    refuse_unless(all(math.isfinite(float.fromhex(x)) for x in numbers), "a number is not finite")
+
 def list_boxes(document):
     """Yield place, node, box and inherited bound of all nodes; refuse boxes that are not covered by their parts."""
     nodes, seen = document["nodes"], {0}
@@ -772,22 +793,27 @@ def check_claims(document, check_boxes):
         print(f"\r{number} of {len(jobs)} boxes", end="\n" * (number == len(jobs)), file=sys.stderr)
         refuse_unless(not reason, reason)
 
+def read_file(path):
+    """Return the content of a file."""
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
 def load_proof(path):
     """Read a file, in every process."""
     global PROOF
-    with open(path, encoding="utf-8") as file:
-        document = json.load(file)
+    document = read_file(path)
+    check_size(document)
     PROOF = ProofClaims(document)
     return document
 
 if __name__ == "__main__":
     try:
-        DOCUMENT = load_proof(sys.argv[1])
+        read_file(sys.argv[1])
     except Exception as error:
         print(f"not readable: {type(error).__name__}: {error}")
         sys.exit(2)
     try:
-        REASON = check_claims(DOCUMENT, check_in_processes)
+        REASON = check_claims(load_proof(sys.argv[1]), check_in_processes)
     except Exception as error:
         REASON = str(error) if isinstance(error, ValueError | NoBound) else f"{type(error).__name__}: {error}"
     if not REASON:

@@ -44,8 +44,10 @@ from planter.terminal.options import (
     SetOption,
     SpeedOption,
     WorkersOption,
+    find_unused,
     parse_changes,
     read_ranges,
+    refuse_unused,
 )
 
 if TYPE_CHECKING:
@@ -54,6 +56,12 @@ if TYPE_CHECKING:
 
 
 app = typer.Typer()
+
+OF_MEASURED = (
+    "--preview", "--explain", "--column", "--angle", "--time", "--trigger", "--interval-s", "--unit", "--place-unit",
+    "--quantity", "--fit", "--prior", "--check", "--check-rpm", "--seed",
+)  # fmt: skip
+"""Options of `planter calibrate` that concern a measured curve."""
 
 
 @writes_files("summary.json", "report.html")
@@ -79,6 +87,8 @@ def simulate(
     """
     console = Console(as_json)
     with console.outcome():
+        if not lift:
+            refuse_unused("without --lift", "--module-mm")
         if (other := load_other(machine, set_, speed_rpm)) is not None:
             refuse_options(other, {"--model": model is not ModelName.exact, "--lift": lift})
             run_simulate(console, other, samples, at or (), out)
@@ -230,6 +240,16 @@ def calibrate(
         text_option("its column with the time, at the machine's speed unless --angle or --trigger tells it", "NAME"),
     ] = None,
     trigger: Annotated[str | None, text_option("its column with a pulse once a revolution", "NAME")] = None,
+    interval_s: Annotated[
+        float | None,
+        typer.Option(
+            metavar="S",
+            min=1e-9,
+            max=1e6,
+            help="time from one row to the next, where no column tells it [s]",
+            show_default=False,
+        ),
+    ] = None,
     unit: Annotated[
         list[str] | None,
         text_option("unit of the values, where the header has none: N, kN, N m, mm, deg (repeatable)", "UNIT"),
@@ -293,23 +313,31 @@ def calibrate(
             if data is None:
                 raise InputError(f"--data must name a CSV file with a measured curve, to which {other.name} is fitted")
         if data is None:
-            if explain or preview:
-                raise InputError(f"{'--explain' if explain else '--preview'} needs --data with a measured curve")
+            refuse_unused("without --data, a measured curve", *OF_MEASURED)
             _fit_to_figures(console, build_device(machine, model, set_, speed_rpm), target, flank or (), means, out)
             return
+        refuse_unused("with --data", "--target", "--flank")
+        if preview:
+            refuse_unused("with --preview", "--explain", "--check", "--check-rpm")
+            of_fits = ["--fit", "--prior", "--seed", "--workers", "--cluster", "--model"]
+            by_speed = (time is not None or interval_s is not None) and angle is None and trigger is None
+            if unused := find_unused(*of_fits, *([] if by_speed else ["--speed-rpm"])):
+                console.say(f"no effect with --preview, which fits nothing: {', '.join(unused)}")
+        if explain:
+            refuse_unused("with --explain", "--check", "--check-rpm", "--workers", "--cluster")
         from planter.measured.calibration import ValidationMeasurement
         from planter.measured.reading import Columns
         from planter.measured.sensor_view import list_measured
 
-        if not column:
+        if not column and not preview:
             raise InputError("--column must name the column of --data with the measured values")
         if (check is None) != (check_rpm is None):
             raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
-        if check is not None and (explain or preview):
-            raise InputError(f"--check does not apply to {'--explain' if explain else '--preview'}: leave it out")
+        if unit and not column:
+            raise InputError("--unit is that of the values in --column: add --column, or leave --unit out")
         second = None if check is None or check_rpm is None else ValidationMeasurement(check, check_rpm)
         given_units = unit[0] if unit and len(unit) == 1 else unit
-        columns = Columns(column, angle, time, given_units, place_unit, trigger)
+        columns = Columns(column or (), angle, time, given_units, place_unit, trigger, interval_s)
         bounds, priors = read_ranges("--fit", fit or ()), read_ranges("--prior", prior or ())
         from planter.planting import calibration
         from planter.report.presentation import ModelAssumptions
@@ -317,7 +345,8 @@ def calibrate(
         if other is not None:
             quantities = list_measured(other.document, quantity)
             if preview:
-                require_measurable(other, quantities)
+                if column:
+                    require_measurable(other, quantities)
                 run_preview(console, other, data, columns, quantities, out)
                 return
             if explain:

@@ -41,6 +41,7 @@ from planter.terminal.options import (
     list_allowed,
     parse_changes,
     read_ranges,
+    refuse_unused,
 )
 
 if TYPE_CHECKING:
@@ -124,6 +125,8 @@ def optimise(
         from planter.parallel.task import Means
         from planter.planting import optimisation
 
+        if not prove:
+            refuse_unused("without --prove", "--prove-seconds")
         means, ranges = Means(workers, cluster), read_ranges("--vary", vary or ())
         other = load_other(machine, set_, speed_rpm)
         if other is None and (least or hold or ranges or has_limits(machine)):

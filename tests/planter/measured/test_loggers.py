@@ -207,10 +207,13 @@ def test_preview_shows_reading_and_fits_nothing(tmp_path: Path) -> None:
     machine = str(own.generated("slider_crank") / "slider_crank.toml")
     call = ("calibrate", machine, "--data", str(path), "--time", "Zeit", "--trigger", "Trigger")
     answered = answer(*call, "--column", "Kraft", "--quantity", "F_Ox_N", "--preview", "--out", str(tmp_path / "out"))
-    assert answered.keys() == {"machine", "quantity", "reading", "treatment"}
+    assert answered.keys() == {"machine", "quantity", "columns", "reading", "treatment"}
     assert answered["reading"]["channels"][0]["outliers"] == 1
     assert (tmp_path / "out" / "figures" / "data.png").stat().st_size > 10_000
-    assert "--column must name" in refusal(*call, "--quantity", "F_Ox_N", "--preview")
+    assert "--column must name" in refusal(*call, "--quantity", "F_Ox_N")
+    unnamed = answer(*call, "--preview")
+    assert [column["name"] for column in unnamed["columns"]] == ["Zeit", "Kraft", "Trigger"]
+    assert unnamed["reading"]["revolutions"] == pytest.approx(answered["reading"]["revolutions"])
     assert "--quantity is given 1 times" in refusal(
         *call, "--column", "Kraft", "--column", "Trigger", "--quantity", "F_Ox_N", "--preview"
     )

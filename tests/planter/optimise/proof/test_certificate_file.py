@@ -75,6 +75,7 @@ def prove_document(kind: str) -> Document:
 def check_apart(document: Document) -> str | None:
     """Return why the checker that is independent of planter refuses a document, None if it does not."""
     try:
+        check_proof.check_size(document)
         check_proof.PROOF = check_proof.ProofClaims(document)
         check_proof.check_claims(document, lambda jobs: map(check_proof.check_box, jobs))
     except Exception as error:  # of whatever kind: the file may hold anything
