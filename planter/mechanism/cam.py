@@ -10,6 +10,7 @@ from planter.engine.machine import Machine, Quantity
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.files.csv_rows import parse_number
+from planter.files.spelling import find_spelled
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
 from planter.numerics.arrays import TURN
@@ -122,8 +123,9 @@ def _parse_term(machine: Machine, option: str, term: str) -> LengthFunction:
     lengths = [q.name for q in (*machine.results, *_list_centres(machine)) if q.unit == "m"]
     values = {v.name: value for v, value in zip(machine.values, machine.data.tolist(), strict=True) if v.unit == "m"}
     parsed = parse_number(term)
-    if term in lengths:
-        return lambda results, count: results[term]
+    matches = find_spelled(term, {name: (name, f"{name}_mm") for name in lengths})
+    if len(matches) == 1:
+        return lambda results, count: results[matches[0]]
     if term in values or (parsed is not None and np.isfinite(parsed)):
         constant = values[term] if parsed is None else parsed * units.unit_factor("_mm")
         return lambda results, count: np.full(count, constant)
