@@ -247,7 +247,7 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
     flanks = ", ".join(result.models["exact"].choices.values())
     scope = (
         f"Of the inputs above alone, with {flanks} flanks that begin near the events; `planter audit --front` searches "
-        "all laws of the flanks, wherever they begin, and finds more."
+        "all laws of the flanks, wherever they begin."
     )
     yield Section("Largest range of the exact model with the fit's flanks and events", [Keys(ranges), Text(scope)])
 
