@@ -17,6 +17,7 @@ from mpmath import mpf
 from sympy import Basic, Expr
 
 from .functions import TabulatedFunction, Turns
+from .quantity import Quantities, Quantity
 
 DIGITS = 50
 GUARD = 10
@@ -191,3 +192,8 @@ class MachineFile:
 def si_factor(key: str) -> mpf:
     """Return the factor to SI of the unit at the end of a key."""
     return next((scale() for ending, scale in _IN_SI.items() if key.endswith(ending)), mpf(1))
+
+
+def table_values(table: Quantities) -> dict[Quantity, mpf]:
+    """Return the values of a table, in SI."""
+    return {table[name]: mpf(str(datum.value)) * si_factor(table[name].shown) for name, datum in table.data.items()}

@@ -229,7 +229,8 @@ class System:
     ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names of forces of contacts
     that cannot pull; ``axes`` name the frames by which components of joints' actions are given, if not the world's;
     ``meshes`` are names of gears that mesh, by the tag of their mesh; ``supports`` those of the forces of the ground on
-    bodies, by body and axis.
+    bodies, by body and axis. ``begun`` are coordinates and rates that the statement starts free motion with,
+    ``held_entries`` those of them that hold, None if it does not say so.
     """
 
     name: str
@@ -244,6 +245,8 @@ class System:
     axes: Mapping[str, str] = field(default_factory=dict)
     meshes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     supports: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    begun: tuple[str, ...] = ()
+    held_entries: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         refuse_name("system", self.name)

@@ -122,6 +122,8 @@ def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
         **({"axes": system.axes} if system.axes else {}),
         **({"meshes": system.meshes} if system.meshes else {}),
         **({"supports": system.supports} if system.supports else {}),
+        **({"begun": system.begun} if system.begun else {}),
+        **({} if system.held_entries is None else {"held": system.held_entries}),
         "functions": {f.name: _function(f) for f in functions},
         "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
     })  # fmt: skip

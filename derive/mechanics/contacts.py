@@ -233,7 +233,8 @@ class Contacts(Kinematics):
         force of ``outer`` on ``inner`` along the axes of the world, friction included. With `derive.SlidingContact`,
         F_tag_loss [W] is the power lost to friction. The pitch curves must roll on each other: the residuals
         law_roll_tagx, law_roll_tagy [m/s] vanish if the stated motion does so. An event marks where M_tag changes its
-        sign.
+        sign. In free motion `constrain` states the rolling, and `system` raises MechanismError without it; teeth with a
+        `derive.SlidingContact` are stated as compliant ones there.
 
         >>> from derive import GearContact, Mechanism, quantities
         >>> q = quantities('''

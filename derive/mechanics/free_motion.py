@@ -10,21 +10,38 @@ perspectives", Multibody Syst. Dyn. 1 (1997) 149-188, section 3.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
+import numpy as np
 import sympy as sp
 from sympy import Expr, S
 
-from ..equations import Balance
+from ..equations import Balance, Equation, Kind
 from ..functions import directional_derivative, partial_derivative
 from ..model import ClosedForm, Let, Step, let, list_kinks, list_passing_events, needed, sorted_steps
-from ..quantity import Quantity, Vector
-from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
-from .frames import Motion, Vec, zero
+from ..quantity import NONE, Quantity, Vector, dimension, of_unit
+from .bodies import (
+    AXES,
+    Action,
+    Body,
+    Part,
+    action_load,
+    body_loads,
+    kinetic_energy,
+    material_velocity,
+    point_velocity,
+    potential_energy,
+)
+from .carrying import RandomPoses, count_rank, find_resistance, find_uncarried, find_unsupported, null_space
+from .frames import Motion, Point, Vec, zero
 from .loops import Coordinate
 from .statement import MechanismError, Statement, check_unit, place_functions, quantity
 
 _OF = {"rad": "m", "m": "1", "1": "m"}
 _FORCE = {"rad": "N m", "m": "N", "1": "N m"}
+MOST_TOGETHER = 4
+"""Coordinates that a reaction may act on at once where they move the same bodies: its formula grows with each."""
 _INERTIA = {("rad", "rad"): "kg m2", ("m", "rad"): "kg m", ("m", "m"): "kg"}
 
 
@@ -72,13 +89,18 @@ class Free:
         self.state = Vector("state", (*(c.value for c in self.coordinates), *(c.rate for c in self.coordinates)))
         self.accelerations = Vector("accelerations", tuple(c.acceleration for c in self.coordinates))
         self.inputs: tuple[Vector | Quantity, ...] = (time, stated.data(time), self.state)
-        self._sizes = {
-            sp.Abs(force): quantity(f"size_{force}", force.unit, f"size of {force}")
-            for force in stated.assembly.unknowns
-            if any(sp.Abs(force) in e.atoms(sp.Abs) for a in stated.assembly.actions for e in a.force.components)
-        }
-        sizes = Vector("sizes", tuple(self._sizes.values()))
+        assembly = stated.assembly
+        rubbing = {e for a in assembly.actions for force in a.force.components for e in force.atoms(sp.Abs)}
+        of_friction = [u for u in assembly.unknowns if sp.Abs(u) in rubbing]
+        deciding = {test.lhs for law in assembly.laws for test in law.expr.atoms(sp.Ge) if test.rhs == 0}
+        of_flanks = [u for u in assembly.unknowns if u in deciding]
+        names = {u: quantity(f"size_{u}", u.unit, f"size of {u}") for u in (*of_friction, *of_flanks)}
+        self._sizes = {sp.Abs(u): names[u] for u in of_friction}
+        self._flanks = {u: names[u] for u in of_flanks}
+        self._known_ways: dict[tuple[str, Kind, Point], dict[int, Vec]] = {}
+        sizes = Vector("sizes", tuple(names.values()))
         self.loaded = (*self.inputs, sizes) if self._sizes else self.inputs
+        self.balanced = (*self.inputs, sizes) if names else self.inputs
         self._moving = stated.told_in({q for c in self.coordinates for q in (c.rate, c.acceleration)}) | self._sizes
 
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
@@ -145,41 +167,183 @@ class Free:
         energies = self._energies()
         reports = [*stated.reports, *stated.world_components(), *energies]
         stated.name_accelerations()
-        actions = Vector("actions", tuple(stated.assembly.unknowns))
-        reportable = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in reports)]
+        unknowns, reactions = stated.assembly.unknowns, self._reactions
+        candidates = list(reactions.values()) if unknowns or reported is not None else []
+        reportable = [*(n.symbol for n in stated.named), *unknowns, *candidates, *(r.symbol for r in reports)]
         if reported is not None:
             reported = list(dict.fromkeys([*map(str, reported), *(energy.symbol.name for energy in energies)]))
-        outputs = Vector("outputs", stated.chosen(reportable, reported))
-        steps = sorted_steps(needed((*stated.defined, *reports), frozenset(outputs)))
-        taken = frozenset(outputs).union(*(step.needs for step in steps))
+        requested = stated.chosen(reportable, reported)
+        steps = sorted_steps(needed((*stated.defined, *reports), frozenset(requested)))
+        taken = frozenset(requested).union(*(step.needs for step in steps))
         inputs = (*self.inputs, self.accelerations)
-        if not (taken & frozenset(actions) or self._sizes):
-            return (ClosedForm("lane", inputs, steps, outputs),)
+        if not (taken & {*unknowns, *candidates} or self._sizes):
+            return (ClosedForm("lane", inputs, steps, Vector("outputs", requested)),)
+        rows = [self._row(equation) for equation in stated.equations()]
+        columns = self._carry(rows)
+        used = [q for q in requested if q not in candidates or q in columns]
+        if reported is not None and len(used) < len(requested):
+            carried = ", ".join(str(q) for q in requested if q not in used)
+            raise MechanismError(
+                f"{stated.name}: {carried}: joints carry this constraint; ask for their forces instead"
+            )
+        actions = Vector("actions", (*unknowns, *columns))
+        balances = [step for step in _steps_of_balances(rows, columns) if step.expr != 0]
         return (
-            self._form("balances", (*self.loaded, self.accelerations), self._balances()),
-            ClosedForm("lane", (*inputs, actions), steps, outputs),
+            self._form("balances", (*self.balanced, self.accelerations), balances),
+            ClosedForm("lane", (*inputs, actions), steps, Vector("outputs", tuple(used))),
         )
 
-    def _balances(self) -> list[Let]:
-        """Every balance as a row: ``held_i_u``, its slope in the action u, and ``pushed_i``, all that is no joint's.
+    def _row(self, equation: Equation) -> BalanceRow:
+        """Return a balance, or a contact's law, with its slopes in the actions."""
+        residual = equation.residual.xreplace(self._sizes)
+        if self._flanks and equation.defines is not None:
+            residual = equation.defines - self._both_flanks(equation.defines - residual)
+        unknowns = [u for u in self.stated.assembly.unknowns if u in residual.free_symbols]
+        slopes = {u: partial_derivative(residual, u) for u in unknowns}
+        return BalanceRow(equation, slopes, residual.xreplace(dict.fromkeys(unknowns, S.Zero)))
 
-        The rows of all bodies determine the actions in any pose, where the mechanism holds nothing twice.
+    def _both_flanks(self, law: Expr) -> Expr:
+        """Return a law of teeth without cases: on each flank it is proportional to the force that decides on it.
+
+        With the factors a and b of a force u and its size |u| it is a u + b |u|.
         """
-        unknowns = self.stated.assembly.unknowns
-        nothing = dict.fromkeys(unknowns, S.Zero)
-        rows = []
-        for i, equation in enumerate(self.stated.equations()):
-            moment = isinstance(equation.claims, Balance) and equation.claims.kind == "moment"
-            residual = equation.residual.xreplace(self._sizes)
-            actions = [u for u in unknowns if u in residual.free_symbols]
-            for u in actions:
-                unit = "m" if moment and u.unit == "N" else "1"
-                name = f"held_{i}_{u}"
-                rows.append(let(quantity(name, unit, f"{equation.number}, by {u}"), partial_derivative(residual, u)))
-            rest = residual.xreplace(nothing)
-            pushed = quantity(f"pushed_{i}", "N m" if moment else "N", f"{equation.number}, without joints")
-            rows.append(let(pushed, rest))
-        return [step for step in rows if step.expr != 0]
+        for earlier in reversed(self.stated.assembly.laws):
+            if law.has(sp.Ge) and law != earlier.expr:
+                law = law.xreplace({earlier.symbol: earlier.expr})
+        for force, size in self._flanks.items():
+            on, off = (law.xreplace({sp.Ge(force, 0): sp.sympify(bears)}) for bears in (True, False))
+            if on != off:
+                law = (on + off) / 2 + ((on - off) / 2).xreplace({force: size})
+        return law
+
+    def _carry(self, rows: Sequence[BalanceRow]) -> dict[Quantity, list[Expr]]:
+        """Return the reactions of constraints that no joint carries, with their slopes in the balances.
+
+        Raises MechanismError if joints resist a motion that the constraints allow, or do not resist one that they
+        forbid. Where no pose is found near the start, nothing is known, and the joints are taken as stated.
+        """
+        stated, speeds = self.stated, self._constrained_speeds()
+        slopes = [[partial_derivative(speed, c.rate) for c in self.coordinates] for speed in speeds.values()]
+        rates = [*(c.rate for c in self.coordinates), *self.accelerations]
+        parameters = [self.inputs[0], *rates, *self._sizes.values(), *self._flanks.values()]
+        starts = stated.loops.start | stated.start
+        poses = RandomPoses(stated.given, starts, [c.value for c in self.coordinates], parameters, stated.named)
+        pose = poses.draw([self._plain(gap) for gap in stated.loops.gaps.values()], slopes)
+        if pose is None:
+            return {}
+        unknowns = (*stated.assembly.unknowns, *self._flanks.values())
+        action_slopes, jacobian = pose.matrix([[row.by(u) for u in unknowns] for row in rows]), pose.matrix(slopes)
+        ways = pose.matrix(self._virtual_motions(rows)) @ null_space(jacobian)
+        if resisting := find_resistance(action_slopes, [row.is_law for row in rows], ways):
+            names = ", ".join(str(unknowns[i]).removeprefix("size_") for i in resisting)
+            raise MechanismError(
+                f"{stated.name}: {names}: the joint resists a motion that its coordinates allow: state the constraint "
+                "that it keeps (`close` for a pin between two chains, `constrain` for a toothing or a drive), or leave "
+                "it out; teeth or followers with friction are compliant in free motion (`compliant_mesh`)"
+            )
+        action_slopes = action_slopes[:, : len(stated.assembly.unknowns)]
+        if count_rank(action_slopes) == len(rows) - ways.shape[1]:
+            return {}
+        columns = {q: self._column(rows, self._reaction_loads(speeds[key])) for key, q in self._reactions.items()}
+        values = [pose.matrix([column])[0] for column in columns.values()]
+        uncarried = [list(columns)[i] for i in find_uncarried(action_slopes, values)]
+        action_slopes = np.column_stack(
+            [action_slopes, *(values[list(columns).index(reaction)] for reaction in uncarried)]
+        )
+        bends = [-self._resting(self._plain(self.motion.rate(speed))) for speed in speeds.values()]
+        pushed = poses.derive_in(list(self.accelerations), pose, [row.rest for row in rows])
+        unsupported = find_unsupported(action_slopes, *pushed, jacobian, pose.matrix([bends])[0])
+        if unsupported is not None:
+            worst = rows[int(np.argmax(np.abs(unsupported)))].equation.number
+            raise MechanismError(
+                f"{stated.name}: no joint carries {worst}: state what holds it (a joint, `mesh` or `couple` for a "
+                "toothing, `contact` for a rope or a rolling body), or leave the forces of joints out by `reported`"
+            )
+        return {reaction: columns[reaction] for reaction in uncarried}
+
+    @cached_property
+    def _reactions(self) -> dict[str, Quantity]:
+        """The reactions of gaps and slips that need no joint: such that their power is that of the constraint [W]."""
+        reactions = {}
+        for constraint, name in self.stated.reactive.items():
+            speed = self._constrained_speeds()[constraint]
+            kind = {of_unit("m/s"): "N", of_unit("rad/s"): "N m"}.get(dimension(speed) or NONE, "1")
+            reactions[constraint] = quantity(name, kind, f"reaction of the constraint {name.removeprefix('R_')}")
+        return reactions
+
+    def _virtual_motions(self, rows: Sequence[BalanceRow]) -> list[list[Expr]]:
+        """Return the slopes in the rates of what the load of each balance works on: its body's matter; none of laws."""
+        stated, bodies = self.stated, {body.name: body for body in self.stated.assembly.bodies}
+        motions = []
+        for row in rows:
+            slopes = [S.Zero] * len(self.coordinates)
+            if isinstance(claim := row.equation.claims, Balance):
+                pin = stated.pin_of(bodies[claim.body])
+                for i, way in self._matter_ways(bodies[claim.body], claim.kind, pin.at).items():
+                    slopes[i] = way.resolved(pin.axes)[AXES.index(claim.axis)]
+            motions.append(slopes)
+        return motions
+
+    def _matter_ways(self, body: Body, kind: Kind, at: Point) -> dict[int, Vec]:
+        """Return slopes in the rates of a body's spin, or of its velocity at a point."""
+        key = body.name, kind, at
+        if key not in self._known_ways:
+            stated = self.stated
+            speed = (
+                self.motion.spin(body.frame) if kind == "moment"
+                else material_velocity(self.motion, body, stated.earth, stated.anchor, at)
+            )  # fmt: skip
+            self._known_ways[key] = self._ways(speed)
+        return self._known_ways[key]
+
+    def _reaction_loads(self, speed: Expr) -> list[Action]:
+        """Return forces and moments on bodies whose power at all rates is that of a unit force on ``speed``.
+
+        Each coordinate is acted on by a load on a body that it moves with the fewest others, along the direction in
+        which it does. There is none if a coordinate moves no body, or too many of them move the same ones.
+        """
+        pending = [i for i, c in enumerate(self.coordinates) if c.rate in speed.free_symbols]
+        levers: dict[int, Lever] = {}
+        while pending:
+            if (place := pending.pop()) not in levers:
+                lever = self._lever(place)
+                if lever is None:
+                    return []
+                levers[place] = lever
+                pending += [i for i in lever.ways if lever.slope(i) != 0]
+        order = sorted(levers, key=lambda i: -len(levers[i].ways))  # then only a few entries are above the diagonal
+        if len(order) > MOST_TOGETHER:
+            return []
+        matrix = [[levers[j].slope(i) for j in order] for i in order]
+        right = [partial_derivative(speed, self.coordinates[i].rate) for i in order]
+        sizes = solve_in_order(matrix, right)
+        return [levers[i].load(size, self.stated.earth) for i, size in zip(order, sizes, strict=True)]
+
+    def _lever(self, place: int) -> Lever | None:
+        """Return what a coordinate moves with the fewest others: a turn of a body rather than a point of it."""
+        stated, levers = self.stated, []
+        for body in stated.assembly.bodies[1:]:
+            at = next((part.centroid for part in body.parts), stated.O)
+            kinds: tuple[Kind, ...] = ("moment", "force") if body.parts else ("moment",)
+            for kind in kinds:
+                ways = self._matter_ways(body, kind, at)
+                levers += [Lever(body, kind, at, place, ways)] if place in ways else []
+        turns = self.coordinates[place].value.unit != "m"
+        return min(levers, key=lambda lever: (len(lever.ways), turns != (lever.kind == "moment")), default=None)
+
+    def _column(self, rows: Sequence[BalanceRow], loads: Sequence[Action]) -> list[Expr]:
+        """Return what loads add to the balances, by their rows."""
+        stated, bodies = self.stated, {action.on.name: action.on for action in loads}
+        column = []
+        for row in rows:
+            claim = row.equation.claims
+            if not isinstance(claim, Balance) or claim.body not in bodies:
+                column.append(S.Zero)
+                continue
+            pin = stated.pin_of(bodies[claim.body])
+            added = stated.assembly.loads(bodies[claim.body], pin, loads)
+            column.append(added[pin.asked.index((claim.kind, AXES.index(claim.axis)))])
+        return column
 
     def _energies(self) -> tuple[Let, Let]:
         """Kinetic energy, and potential energy of weights and springs [J]."""
@@ -315,3 +479,75 @@ class Free:
     def _inertia_unit(a: Coordinate, b: Coordinate) -> str:
         pair = sorted("rad" if c.value.unit == "1" else c.value.unit for c in (a, b))
         return _INERTIA[pair[0], pair[1]]
+
+
+@dataclass(frozen=True)
+class BalanceRow:
+    """A balance, or a law between actions: its slopes in these, and the rest."""
+
+    equation: Equation
+    slopes: Mapping[Quantity, Expr]
+    rest: Expr
+
+    @property
+    def is_law(self) -> bool:
+        """Whether the row is no balance."""
+        return not isinstance(self.equation.claims, Balance)
+
+    def by(self, action: Quantity) -> Expr:
+        """Return the slope in an action, or in the size of one."""
+        if action in self.slopes:
+            return self.slopes[action]
+        return partial_derivative(self.rest, action) if action in self.rest.free_symbols else S.Zero
+
+
+@dataclass(frozen=True)
+class Lever:
+    """A body that a coordinate moves at its place among the coordinates, with the slopes of its spin or velocity."""
+
+    body: Body
+    kind: Kind
+    at: Point
+    place: int
+    ways: Mapping[int, Vec]
+
+    def slope(self, place: int) -> Expr:
+        """Return the slope of the speed along the direction of this coordinate in the rate of one."""
+        return self.ways[self.place].dot(self.ways[place]) if place in self.ways else S.Zero
+
+    def load(self, size: Expr, ground: Body) -> Action:
+        """Return a load along that direction."""
+        way, nothing = size * self.ways[self.place], zero(self.ways[self.place].frame)
+        force, moment = (way, nothing) if self.kind == "force" else (nothing, way)
+        return Action("reaction", self.body, ground, self.at, force, moment)
+
+
+def solve_in_order(matrix: list[list[Expr]], right: list[Expr]) -> list[Expr]:
+    """Return the solution of equations whose pivots, in their order, do not vanish; it is not simplified."""
+    count, right = len(right), list(right)
+    for k, pivot_row in enumerate(matrix):
+        for i in range(k + 1, count):
+            if (share := matrix[i][k] / pivot_row[k]) != 0:
+                matrix[i] = [a - share * b for a, b in zip(matrix[i], pivot_row, strict=True)]
+                right[i] -= share * right[k]
+    solution: list[Expr] = [S.Zero] * count
+    for k in reversed(range(count)):
+        partial_sum = sp.Add(*(matrix[k][j] * solution[j] for j in range(k + 1, count)))
+        solution[k] = (right[k] - partial_sum) / matrix[k][k]
+    return solution
+
+
+def _steps_of_balances(rows: Sequence[BalanceRow], reactions: Mapping[Quantity, Sequence[Expr]]) -> Iterator[Let]:
+    """Yield ``held_i_u``, the slope of row i in the action u, and ``pushed_i``, all that is no joint's.
+
+    The rows of all bodies determine the actions in any pose, where the mechanism holds nothing twice.
+    """
+    for i, row in enumerate(rows):
+        claim = row.equation.claims
+        moment = isinstance(claim, Balance) and claim.kind == "moment"
+        for action, slope in (*row.slopes.items(), *((u, column[i]) for u, column in reactions.items())):
+            unit = "m" if moment and action.unit == "N" else "1"
+            name = f"held_{i}_{action}"
+            yield let(quantity(name, unit, f"{row.equation.number}, by {action}"), slope)
+        meaning = f"{row.equation.number}, without joints"
+        yield let(quantity(f"pushed_{i}", "N m" if moment else "N", meaning), row.rest)

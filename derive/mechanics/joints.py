@@ -181,12 +181,12 @@ class Joints(Contacts):
         tilt = way.dot(normal)
         upright = sp.sqrt(1 - tilt**2)
         contact = Point(f"{name}, contact", centre, (-radius / upright) * (normal - tilt * way))
-        self.constrain(name, displacement(self.O, centre, self.world).dot(normal) - radius * upright, {})
+        self._add_gap(name, displacement(self.O, centre, self.world).dot(normal) - radius * upright, {})
         arm = displacement(centre, contact, self.world)
         spin = self.motion.spin(on.frame).resolved(self.world)
         slip = point_velocity(self.motion, centre, self.world) + spin.cross(arm)
         for i in _across(up):
-            self.roll(f"{name}{AXES[i]}", slip[i])
+            self.slips[f"slip_{name}{AXES[i]}"] = slip[i]
         self._joint(name, on, self.ground, contact, range(3), ())
 
     def slide(

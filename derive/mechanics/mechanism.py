@@ -156,7 +156,7 @@ class Mechanism(Joints):
         rates = at * Quaternion(S.Zero, to_triple([sp.sympify(c) / 2 for c in spin]))
         for symbols, values in (((w, x, y, z), at), ([self.motion.rates[c] for c in (w, x, y, z)], rates)):
             self.begin(dict(zip(symbols, (values.scalar, *values.vector), strict=True)))
-        self.constrain(name, w**2 + x**2 + y**2 + z**2 - 1, {})
+        self._add_gap(name, w**2 + x**2 + y**2 + z**2 - 1, {})
         frame = Frame(name, parent or self.world, NO_AXIS, now)
         for axis_name, speed in zip(AXES, self.motion.spin(frame).components, strict=True):
             self.report(f"spin_{name}{axis_name}", "rad/s", f"angular velocity of {name}, {axis_name} of {name}", speed)
@@ -237,7 +237,7 @@ class Mechanism(Joints):
         """
         gap = displacement(first, second, self.world)
         for axis, component in zip(AXES if self.spatial else AXES[:2], gap.components, strict=False):
-            self.constrain(f"{first.name}{axis}", component, start)
+            self._add_gap(f"{first.name}{axis}", component, start)
 
     def parallel(
         self, name: str, first: tuple[Frame, Axis], second: tuple[Frame, Axis], start: Mapping[Quantity, Scalar]
@@ -259,23 +259,36 @@ class Mechanism(Joints):
         for axis, component in (
             (a, c) for a, c, along in zip(AXES, way.components, first[1], strict=True) if not along
         ):
-            self.constrain(f"{name}{axis}", component, start)
+            self._add_gap(f"{name}{axis}", component, start)
 
-    def begin(self, start: Mapping[Quantity, Scalar]) -> None:
-        """Set where free motion starts: coordinates [rad or m] or their rates [rad/s or m/s] by quantity.
+    def begin(self, start: Mapping[Quantity, Scalar], hold: Iterable[Quantity] | None = None) -> None:
+        r"""Set where free motion starts: coordinates [rad or m] or their rates [rad/s or m/s] by quantity.
 
         All others are zero. The rate of a coordinate x is ``m.motion.rates[x]``. Values may be numbers or expressions
-        of the table. Constraints change the start if it does not meet them
-        (`planter.mechanism.dynamics.Dynamics.start`).
+        of the table. Where constraints do not allow the start, values that are set hold and the others follow, by the
+        least change that the inertia measures. If the set values contradict the constraints, ``hold`` names those that
+        hold, coordinates or rates; without it the nearest start is used and the change reported
+        (`planter.mechanism.dynamics.Dynamics.start`). Raises MechanismError if ``hold`` names anything else.
 
-        >>> from derive import Mechanism
-        >>> m = Mechanism("pendulum")
-        >>> a = m.coordinate("a", "rad", "swing")
-        >>> m.begin({a: 0.3, m.motion.rates[a]: 2})
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("r | m | radius | 0.1\nv | m/s | speed | 2")
+        >>> m = Mechanism("disc", q)
+        >>> x, a = m.coordinate("x", "m", "hub"), m.coordinate("a", "rad", "turn")
+        >>> m.roll("rim", m.rate(x) + q.r * m.rate(a))
+        >>> m.begin({m.rate(x): q.v, m.rate(a): 5}, hold=[m.rate(x)])
         >>> m.start
-        {a: 0.300000000000000, a_dot: 2}
+        {x_dot: v, a_dot: 5}
         """
         self.start |= {q: sp.sympify(at) for q, at in start.items()}
+        if hold is not None:
+            hold = list(hold)
+            names = [q for c in self.loops.coordinates for q in (c.value, c.rate)]
+            if unknown_names := [str(q) for q in hold if q not in names]:
+                raise MechanismError(
+                    f"{self.name}: hold = {', '.join(unknown_names)}: it names coordinates and rates, which are "
+                    f"{', '.join(map(str, names))}"
+                )
+            self.held_entries = [*(self.held_entries or ()), *map(str, hold)]
 
     def rate(self, expr: Expr) -> Expr:
         r"""Return the rate of change of an expression [its unit per s] by the chain rule over all coordinates.
@@ -350,5 +363,6 @@ class Mechanism(Joints):
         functions = derive_free_motion(self, TIME, reported)
         return System(
             self.name, self.title, self.source, self.assumptions, None, functions, self.given.data,
-            axes=self.component_axes,
+            axes=self.component_axes, begun=tuple(map(str, self.start)),
+            held_entries=None if self.held_entries is None else tuple(self.held_entries),
         )  # fmt: skip

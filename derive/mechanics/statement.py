@@ -34,7 +34,9 @@ class Statement:
         self.origin, self.earth = self.O, self.ground  # at rest, also where O and ground move on a mount
         self.loops = Loops()
         self.slips: dict[str, Expr] = {}
+        self.reactive: dict[str, str] = {}  # names of reactions, used where no joint carries the gap or slip
         self.start: dict[sp.Symbol, Expr] = {} if angle is None else {angle: S.Zero}
+        self.held_entries: list[str] | None = None  # what of the start holds, if anything is said
         self.start_conditions: dict[str, tuple[Expr, Expr]] = {}  # a gap and its speed, closed at the start only
         self.potentials: list[Expr] = []
         self.steps: list[Step] = []
@@ -194,6 +196,11 @@ class Statement:
 
         The gap is a length [m]: an angle is multiplied by a radius. ``start`` and errors are those of `close`.
 
+        In free motion R_name [N], its reaction, is reported if no joint, `couple` or `mesh` carries it: on each
+        coordinate it acts with R_name times the gap's slope, as a moment or force on a body that this coordinate moves,
+        with the fewest others, in the direction in which it does. Forces that act elsewhere, as those of teeth, which
+        load bearings, are stated by `mesh` or `contact`.
+
         >>> from derive import Mechanism, quantities
         >>> q = quantities('''
         ...     phi   | rad   | angle of the pinion
@@ -206,6 +213,10 @@ class Statement:
         >>> m.loops.gaps
         {'gap_mesh': -phi*r + s}
         """
+        self._add_gap(name, gap, start)
+        self.reactive[f"gap_{name}"] = f"R_{name}"
+
+    def _add_gap(self, name: str, gap: Expr, start: Mapping[Quantity, Expr | float]) -> None:
         if f"gap_{name}" in self.loops.gaps:
             raise MechanismError(f"two loops are called {name}")
         self.loops.gaps[f"gap_{name}"] = gap
@@ -229,7 +240,8 @@ class Statement:
     def roll(self, name: str, slip: Expr) -> None:
         """Keep a speed [m/s] at zero that is not the rate of a gap, as the slip of a blade; ``name`` names the slip.
 
-        It constrains free motion; a mechanism that an angle drives raises MechanismError in `system`.
+        It constrains free motion, with a reaction R_name [N] as that of `constrain`; a mechanism that an angle drives
+        raises MechanismError in `system`.
 
         >>> from derive import Mechanism
         >>> from sympy import cos, sin
@@ -240,6 +252,7 @@ class Statement:
         {'slip_blade': -x_dot*sin(a) + y_dot*cos(a)}
         """
         self.slips[f"slip_{name}"] = slip
+        self.reactive[f"slip_{name}"] = f"R_{name}"
 
     def equations(self) -> list[Equation]:
         r"""Return the balances of all bodies but the ground as equations ``residual = 0`` [N, N m].

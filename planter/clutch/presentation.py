@@ -286,7 +286,7 @@ def _describe_loads(name: str, loads: ClutchLoads) -> str:
 
 def _conclude(conditions: Sequence[InequalityResult]) -> str:
     violated = [row.condition for row in conditions if not row.holds]
-    return describe_violations(violated, len(conditions), "inequalities", "; ")
+    return describe_violations(violated, len(conditions), "inequality", "; ")
 
 
 def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:

@@ -23,6 +23,7 @@ from planter.difference.results import (
 from planter.engine.goal import evaluate_measure, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import load_machine
 from planter.engine.measures import Kind, Limit, Measure, parse_limit
+from planter.engine.rows import MachineRows
 from planter.engine.summary import ROUNDING, QuantityPeak
 from planter.errors import InputError
 from planter.files import paths, units
@@ -315,13 +316,24 @@ def _compare_curves(designs: Sequence[ComparedDesign], limits: Sequence[Limit]) 
     keys += [keys_by_name[name] for name in names if name in keys_by_name]
     keys = list(dict.fromkeys(keys)) or _find_differing(designs)
     for key in keys:
-        for design in designs:
-            design.machine.find_quantity(key)
-        columns = [design.cycle.columns[key] for design in designs]
+        columns = [_sample_quantity(design, key) for design in designs]
         quantity = first.machine.find_quantity(key)
         yield ComparedCurve(
             quantity.name, units.display_unit(key), first.cycle.angles_deg.tolist(), [c.tolist() for c in columns]
         )
+
+
+def _sample_quantity(design: ComparedDesign, key: str) -> Array:
+    """Return a quantity (n,) over the samples of a design's cycle, in the unit of its key: of any that the machine has.
+
+    Raises InputError for a quantity that it does not have.
+    """
+    quantity = design.machine.find_quantity(key)
+    if key in design.cycle.columns:
+        return design.cycle.columns[key]
+    rows = MachineRows(design.machine, [quantity.name], len(design.cycle.angles_deg), compared=False)
+    values: Array = rows.evaluate(design.machine.data[None], lambda block: block.samples[0])
+    return np.resize(values[0], len(design.cycle.angles_deg)) / quantity.factor
 
 
 def _find_differing(designs: Sequence[ComparedDesign]) -> list[str]:

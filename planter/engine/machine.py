@@ -21,6 +21,7 @@ from planter.engine.piecewise import build_clearance, build_distance, build_sepa
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.kinds import find_kind
+from planter.files.spelling import find_spelled, list_spellings
 from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
@@ -228,10 +229,11 @@ class Machine:
         return tuple(quantity for quantity in self.quantities if quantity.role == "result")
 
     def find_quantity(self, name: str) -> Quantity:
-        """Return a quantity by its name or key, the size of a vector, or the distance or clearance of a point.
+        """Return a quantity, the size of a vector, or the distance or clearance of a point, by any spelling of a name.
 
-        Coordinates of points of bodies have the names x_BODY__POINT and y_BODY__POINT. Raises InputError, with names
-        that are close, if it is unknown, and for a file without a curve.
+        Spellings are those of `planter.files.spelling`; coordinates of points of bodies have the names x_BODY__POINT
+        and y_BODY__POINT. Raises InputError, with names that are close, if it is unknown or fits several, and for a
+        file without a curve.
         """
         distance = parse_distance(name)
         if distance is not None:
@@ -239,12 +241,26 @@ class Machine:
         quantity = self._find_coordinate(name)
         if quantity is not None:
             return quantity
-        for vector in self.vectors:
-            size = self._find_size(vector)
-            if name in (size.name, size.key):
-                return self._add_size(vector, size)
-        names = [quantity.name for quantity in self.results]
-        raise self._refuse("quantity", name, [*names, *(vector.name for vector in self.vectors)])
+        matches = find_spelled(name, self.spellings)
+        if len(matches) != 1:
+            raise self._refuse("quantity", name, matches or list(self.spellings))
+        vector = next((vector for vector in self.vectors if vector.name == matches[0]), None)
+        if vector is not None:
+            return self._add_size(vector, self._find_size(vector))
+        return next(quantity for quantity in self.quantities if quantity.name == matches[0])
+
+    @cached_property
+    def spellings(self) -> dict[str, tuple[str, ...]]:
+        """The spellings of quantities and of sizes of vectors, by their names; a quantity's come before a vector's."""
+        named = {vector.name: self._find_size(vector) for vector in self.vectors}
+        parts = {vector.name: vector.components for vector in self.vectors}
+        named = {quantity.name: quantity for quantity in self.quantities} | named
+        ways = {name: list_spellings(name, q.key, q.meaning, parts.get(name, ())) for name, q in named.items()}
+        taken = {way for name, spelled in ways.items() if name not in parts for way in spelled}
+        return {
+            name: spelled if name not in parts else tuple(way for way in spelled if way == name or way not in taken)
+            for name, spelled in ways.items()
+        }
 
     def _find_coordinate(self, name: str) -> Quantity | None:
         """Return a quantity of the machine or a coordinate of a point of a body by its name or key, or None."""
@@ -297,7 +313,7 @@ class Machine:
         if distance is not None:
             points = [self.find_point(point) for point in (distance.point, distance.other) if point]
             return tuple(quantity.name for point in points for quantity in point)
-        vector = next((vector for vector in self.vectors if vector.name == name), None)
+        vector = next((vector for vector in self.vectors if vector.name == self.find_quantity(name).name), None)
         return tuple(self.find_quantity(part).name for part in ((name,) if vector is None else vector.components))
 
     def _find_size(self, vector: Vector) -> Quantity:
@@ -488,8 +504,12 @@ def build_vectors(components: Mapping[str, tuple[str, ...]], quantities: Sequenc
     by_name = {quantity.name: quantity for quantity in quantities}
     for name, parts in components.items():
         if all(part in by_name for part in parts):
-            meaning = by_name[parts[0]].meaning
-            yield Vector(name, meaning.rpartition(", ")[0] or meaning.partition(" ")[2] or name, parts)
+            yield Vector(name, describe_vector(name, by_name[parts[0]].meaning), parts)
+
+
+def describe_vector(name: str, meaning: str) -> str:
+    """Return the meaning of a vector from that of its first component."""
+    return meaning.rpartition(", ")[0] or meaning.partition(" ")[2] or name
 
 
 def _name_point(point: tuple[str, ...], coordinates: tuple[Quantity, ...]) -> tuple[str, ...]:
@@ -565,6 +585,7 @@ class Description:
     origins: Mapping[str, str]
     quantities: tuple[Quantity, ...]
     functions: tuple[FunctionSignature, ...]
+    vectors: tuple[Vector, ...] = ()
 
 
 def describe_source(source: str, changes: Mapping[str, float]) -> Description:
@@ -601,4 +622,5 @@ def describe_machine(machine: Machine) -> Description:
             for name, function in functions.items()
             if function is not None
         ),
+        vectors=machine.vectors,
     )

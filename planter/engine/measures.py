@@ -4,7 +4,8 @@
     LIMIT   = MEASURE ("<=" | ">=") NUMBER [UNIT]
     MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" | "greatest") | "while" CONDITION]
     CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT] { "and" CONDITION }
-    NAME    = that of a quantity | "distance" POINT "to" (FILE | POINT) | "clearance" POINT "over" FILE
+    NAME    = words, as a quantity is printed, or its meaning with its name in brackets
+            | "distance" POINT "to" (FILE | POINT) | "clearance" POINT "over" FILE
     POINT   = NAME of a point | NAME NAME, its coordinates
 
 KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
@@ -52,6 +53,8 @@ SMALLER: tuple[Kind, ...] = ("max", "range", "jump")
 """Measures that a search can only make smaller."""
 CLAUSES = ("at", "where", "while")
 SIGNS = ("<=", ">=", "<", ">")
+TYPO = 0.7
+"""Likeness from which on a word is a misspelt one of the language, not part of a name."""
 LINKS = {"distance": "to", "clearance": "over"}
 """Words before two quantities, unless they are a quantity's name, and the words before what these are measured from."""
 
@@ -73,6 +76,8 @@ MEASURE_SYNTAX = (
 
 _DISTANCE = re.compile(r"(distance|clearance) (\w+(?: \w+)?) (to|over) (?:(\w+(?: \w+)?)|(.+))", re.DOTALL)
 _FILE = re.compile(r"""\"([^"]+)\"|'([^']+)'|([^\s"']+)""")
+_BRACKETED = re.compile(r"(?:(?!\b(?:where|while)\b)[^()<>+]|\([^()]*\s[^()]*\))*\(([A-Za-z_]\w*)\)")
+"""A quantity as a page prints it, its meaning with its symbol in brackets."""
 _WORD = re.compile(r"\w+(?=[\s<>]|$)")
 
 
@@ -404,12 +409,31 @@ class _Reader:
         """Read a name; `before` are the words that may precede it."""
         if self.token.kind != "word":
             self.fail("is no name of a quantity")
+        if bracketed := _BRACKETED.match(self.text, self.token.start):
+            while self.token.kind != "end" and self.token.start < bracketed.end():
+                self.index += 1
+            return bracketed[1]
         if self.token.text in LINKS and self._qualifies() and self._next().text != "is":
             return self._read_distance()
-        if self._qualifies() and not difflib.get_close_matches(self._next().text, CLAUSES):
+        is_typo = self._next().text in (*KINDS, "abs") or difflib.get_close_matches(
+            self.token.text, (*before, *LINKS), 1, TYPO
+        )
+        if self._qualifies() and is_typo and not difflib.get_close_matches(self._next().text, CLAUSES):
             self.fail("is no measure", (*before, *LINKS))
-        self.index += 1
-        return self.tokens[self.index - 1].text
+        return self._read_words()
+
+    def _read_words(self) -> str:
+        """Read a name as a page prints it, of words up to a clause: `bearing A1`."""
+        words: list[str] = []
+        while self.token.kind == "word" or (words and self.token.kind == "number"):
+            if words and (self.token.text in (*CLAUSES, "is", "and") or self._is_misspelt_clause()):
+                break
+            words.append(self.token.text)
+            self.index += 1
+        return " ".join(words)
+
+    def _is_misspelt_clause(self) -> bool:
+        return self.token.text != "abs" and bool(difflib.get_close_matches(self.token.text, CLAUSES, 1, TYPO))
 
     def _read_distance(self) -> str:
         """Read a distance or a clearance, and return it as the name of a quantity."""
@@ -461,11 +485,8 @@ class _Reader:
         return unit
 
     def _read_extremum(self) -> Extremum:
-        if self.token.text in LINKS and self._next().text != "is":
-            name = self._read_distance()
-        else:
-            name = self.token.text
-            self.index += self.token.kind == "word"
+        is_distance = self.token.text in LINKS and self._next().text != "is"
+        name = self._read_distance() if is_distance else self._read_words()
         self.expect(("is",), "is not expected")
         return Extremum(name, 1 if self.expect(("least", "greatest"), "is no extreme") == "greatest" else -1)
 

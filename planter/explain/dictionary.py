@@ -16,11 +16,13 @@ from pydantic.fields import FieldInfo
 
 from planter import plugins
 from planter.audit import verdicts
+from planter.engine.machine import describe_vector
 from planter.errors import InputError
 from planter.explain.results import DefiningEquation, Explained, KnownNames, Meaning
 from planter.files import fields, paths, units
 from planter.files.document import Document
 from planter.files.fields import LARGEST
+from planter.files.spelling import find_spelled, list_spellings
 from planter.gear_geometry import families, stage
 from planter.kernels import generated
 from planter.records import schema
@@ -31,6 +33,7 @@ def collect_meanings() -> tuple[Meaning, ...]:
     """Return all meanings: symbols, keys of files, columns, keys of results."""
     symbol_meanings, columns = list(list_symbols()), list(_list_columns())
     symbols = {(meaning.machine, meaning.key): meaning.meaning for meaning in symbol_meanings if meaning.key}
+    symbol_meanings += _list_vectors({(meaning.machine, meaning.name): meaning for meaning in symbol_meanings})
     figures = dict(_list_figures())
     meanings = [
         *symbol_meanings,
@@ -67,11 +70,19 @@ def select_meanings(meanings: Sequence[Meaning], name: str, label: str, reason: 
     Raises InputError for an unknown name: `label` and `reason`, then similar names or, without one, `otherwise`.
     """
     selected = [m for m in meanings if name in (m.name, m.key, paths.last_part(m.key or ""))]
+    if not selected:
+        matches = find_spelled(name, {index: _list_spellings(meaning) for index, meaning in enumerate(meanings)})
+        selected = [meanings[index] for index in matches]
     selected = selected or [m for m in meanings if m.kind == "file key" and (m.key or "").startswith(f"{name}.")]
     if not selected:
         names = sorted({key for meaning in meanings for key in (meaning.name, meaning.key) if key})
         raise InputError.for_value(label, name, f"it {reason}: {paths.suggest_names(name, names, otherwise)}")
     return Explained(name, selected)
+
+
+def _list_spellings(meaning: Meaning) -> tuple[str, ...]:
+    key = paths.last_part(meaning.key or meaning.name)
+    return list_spellings(meaning.name, key, meaning.meaning, tuple(meaning.components or ()))
 
 
 def list_names() -> KnownNames:
@@ -136,6 +147,20 @@ def list_symbols() -> Iterator[Meaning]:
     yield from _list_parameters()
     for (machine, symbol), equations in papers.items():
         yield Meaning(symbol, "symbol", machine, "", equations[0].claims, equations[0].paper, equations=equations)
+
+
+def _list_vectors(symbols: Mapping[tuple[str, str], Meaning]) -> Iterator[Meaning]:
+    """Yield the sizes of the vectors that machines report; `symbols` are meanings by machine and name."""
+    for module in (*plugins.load_modules("model"), *plugins.load_modules("machines")):
+        package = plugins.name_package(module)
+        for name, components in getattr(module, "VECTORS", {}).items():
+            first = symbols.get((package, components[0]))
+            if first is not None and (package, name) not in symbols:
+                meaning = f"size of {', '.join(components)}: {describe_vector(name, first.meaning)}"
+                key = units.display_key(name, first.unit)
+                yield Meaning(
+                    name, "symbol", package, first.unit, meaning, first.source, key, components=list(components)
+                )
 
 
 def find_model_package(model: str) -> str:

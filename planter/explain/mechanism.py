@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from planter import plugins
-from planter.engine.machine import Description, Quantity, describe_source
+from planter.engine.machine import Description, Quantity, Vector, describe_source
 from planter.explain import dictionary
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
 from planter.files import units
@@ -22,7 +22,10 @@ def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMec
         source=description.source,
         assumptions=list(description.assumptions),
         values=list(_list_values(description)),
-        quantities=[_describe_quantity(description, quantity) for quantity in description.quantities],
+        quantities=[
+            *(_describe_quantity(description, quantity) for quantity in description.quantities),
+            *(_describe_vector(description, vector) for vector in description.vectors),
+        ],
         functions=[
             ExplainedFunction(function.name, list(function.inputs), function.outputs, function.operations)
             for function in description.functions
@@ -86,6 +89,20 @@ def _describe_quantity(description: Description, quantity: Quantity) -> Meaning:
         meaning=f"{quantity.meaning}{frame}{push}",
         source=quantity.source,
         key=quantity.key if is_result else None,
+    )
+
+
+def _describe_vector(description: Description, vector: Vector) -> Meaning:
+    first = next(quantity for quantity in description.quantities if quantity.name == vector.components[0])
+    return Meaning(
+        name=vector.name,
+        kind="quantity",
+        machine=description.name,
+        unit=first.unit,
+        meaning=f"size of {', '.join(vector.components)}: {vector.meaning}",
+        source=first.source,
+        key=units.display_key(vector.name, first.unit),
+        components=list(vector.components),
     )
 
 

@@ -10,6 +10,7 @@ from planter.explain.machine import LabelledMachine
 from planter.explain.results import DrawnSymbol, Explained, ExplainedMechanism, KnownNames, Meaning
 from planter.files import csv_rows, units
 from planter.report.html import Block, Items, KeyFigure, Section, Table, Text
+from planter.report.labels import count_things
 from planter.report.presentation import WIDTH, PlacedFigure, ResultPresentation
 from planter.view.sheet import Sheet, draw_figure
 
@@ -26,7 +27,8 @@ def present_machine(machine: LabelledMachine, is_written: bool) -> ResultPresent
     return _present(
         ResultPresentation(
             title=f"{explained.machine}: symbols, keys and columns",
-            conclusion=f"{len(symbols)} symbols; {len(sheets)} drawings show all but {len(undrawn)}.",
+            conclusion=f"{count_things(len(symbols), 'symbol')}; {count_things(len(sheets), 'drawing')}; "
+                       f"{len(undrawn)} on no drawing.",
             record=explained,
             sections=[
                 *(Section(sheet.title, [PlacedFigure(sheet.name), _tabulate_symbols(
@@ -51,7 +53,9 @@ def present_mechanism(mechanism: ExplainedMechanism, sheet: Sheet | None, is_wri
     return _present(
         ResultPresentation(
             title=f"{mechanism.machine}: values, quantities and functions",
-            conclusion=f"{len(values)} values, {len(quantities)} quantities and {len(functions)} functions.",
+            conclusion=f"{count_things(len(values), 'value')}, "
+                       f"{count_things(len(quantities), 'quantity', 'quantities')} "
+                       f"and {count_things(len(functions), 'function')}.",
             key_figures=[
                 KeyFigure(f"{len(values)}", "", "values"), KeyFigure(f"{len(quantities)}", "", "quantities"),
                 KeyFigure(f"{len(functions)}", "", "functions"),

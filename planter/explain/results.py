@@ -23,7 +23,7 @@ class Meaning(Record):
 
     `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number; `key` is the name
     under which files and results show a symbol. In a mechanism `kind` is value, quantity or check; `value` is in
-    the unit of its key, and `origin` is its source.
+    the unit of its key, and `origin` is its source. `components` are those of a vector, whose size the name means.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Meaning(Record):
     figures: list[str] | None = None
     value: float | None = None
     origin: str | None = None
+    components: list[str] | None = None
 
 
 @dataclass(frozen=True)

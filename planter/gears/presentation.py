@@ -26,7 +26,7 @@ from planter.progress import Listener
 from planter.report import files
 from planter.report.folder import renews_files
 from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import clean_zero, format_label
+from planter.report.labels import clean_zero, count_things, format_label
 from planter.report.presentation import ResultPresentation
 from planter.view.animation import MotionBlock
 from planter.view.scene import Scene
@@ -65,7 +65,7 @@ def present_gears(result: GearsFound) -> ResultPresentation:
     if result.friction:
         sections.append(Section("Friction of the teeth over a turn", _describe_friction(result.friction)))
     if result.files:
-        sections.append(Section("Files", [Text(f"{len(result.files)} files written.")]))
+        sections.append(Section("Files", [Text(f"{count_things(len(result.files), 'file')} written.")]))
     prefixes = ("", *(f"stage{stage.stage}_" for stage in result.stages))
     return ResultPresentation(
         title=f"Gears of {result.machine}",

@@ -15,7 +15,7 @@ from planter.mapping import model
 from planter.mapping.train import GEARS, polar_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
-from planter.report.labels import clean_zero, tabulate_named, tabulate_rows
+from planter.report.labels import clean_zero, count_things, tabulate_named, tabulate_rows
 from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
 from planter.version import __version__
 from planter.view.names import load_names
@@ -50,7 +50,10 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
     result = synthesis.result
     return ResultPresentation(
         title=f"Synthesis of {synthesis.file.name}",
-        conclusion=f"{result.poses} poses: {len(result.dyads)} real dyads, {result.complex_pairs} complex pairs.",
+        conclusion=(
+            f"{count_things(result.poses, 'pose')}: {count_things(len(result.dyads), 'real dyad')}, "
+            f"{count_things(result.complex_pairs, 'complex pair')}."
+        ),
         record=result,
         sections=[
             Section("Dyads", list(_describe_dyads(result))),
@@ -110,8 +113,8 @@ def _describe_dyads(result: SynthesisFound) -> Iterator[Block]:
         yield Table(("kind", "x", "y", "normal x", "normal y", "offset / mm"), straight, "With a hinge at infinity")
     if result.family:
         yield Text(
-            f"The poses leave a family with {result.family.parameters} free parameters, of which "
-            f"{len(result.family.dyads)} members are listed in summary.json."
+            f"The poses leave a family with {count_things(result.family.parameters, 'free parameter')}; "
+            f"in summary.json {count_things(len(result.family.dyads), 'member is', 'members are')} listed."
         )
 
 

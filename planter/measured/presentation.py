@@ -61,6 +61,7 @@ def present_fit(
         title=f"{document.name}, fitted to measured data",
         conclusion=f"{result.statement}.",
         record=result,
+        key_figures=list(_list_fit_figures(result)),
         sections=list(_list_sections(result)),
         document=document,
         meanings=meanings,
@@ -73,6 +74,14 @@ def present_fit(
         comments=files.list_comments(document, "machine"),
         texts=lambda: {} if calibrated.machine is None else {MACHINE_FILE: machine_text(calibrated)},
     )
+
+
+def _list_fit_figures(result: MeasuredFound) -> Iterator[KeyFigure]:
+    """Yield the residual of the fit, and the inputs that the data determine best, as shares of their values."""
+    yield KeyFigure(f"{result.models[result.model].rms:.4g}", result.unit, f"residual of the {result.model} model, rms")
+    determined = [entry for entry in result.fitted if not entry.open]
+    for entry in sorted(determined, key=lambda e: (e.high95 - e.low95) / (abs(e.value) or 1.0))[:2]:
+        yield KeyFigure(f"{entry.value:.4g}", entry.unit, f"fitted {entry.name.rpartition('.')[2]}")
 
 
 def present_preview(

@@ -12,6 +12,7 @@ from planter.files import paths, units
 from planter.files.document import Document
 from planter.files.fields import find_section as find_table
 from planter.files.fields import value_error
+from planter.files.spelling import find_spelled, list_spellings
 from planter.measured.effects import (
     RATE,
     SQUARE,
@@ -160,7 +161,8 @@ def build_sensor_view(
 
     def find_quantity(key: str, name: str, allowed: Callable[[Quantity], bool], rule: str) -> Quantity:
         keys = [quantity.key for quantity in quantities if allowed(quantity)]
-        match = next((quantity for quantity in quantities if name in (quantity.key, quantity.name)), None)
+        matches = find_spelled(name, {q.key: list_spellings(q.name, q.key, q.meaning) for q in quantities})
+        match = next((quantity for quantity in quantities if [quantity.key] == matches), None)
         if match is None:
             raise refuse(key, name, paths.suggest_names(name, [*keys, *_list_names(quantities, keys)], _join(keys)))
         if match.key not in keys:

@@ -11,6 +11,7 @@ from planter.engine.summary import SCANNED
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.files.csv_rows import parse_number
+from planter.files.spelling import find_spelled
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
 from planter.numerics.arrays import TURN
@@ -208,9 +209,10 @@ def _parse_term(machine: Machine, option: str, term: str) -> ca.SX:
     lengths = [q.name for q in (*machine.results, *_list_centres(machine)) if q.unit == "m"]
     values = {v.name: value for v, value in zip(machine.values, machine.data.tolist(), strict=True) if v.unit == "m"}
     parsed = parse_number(term)
-    if term in lengths:
-        graph = _list_graphs(machine).get(term)
-        return machine.graph(term) if graph is None else graph
+    matches = find_spelled(term, {name: (name, f"{name}_mm") for name in lengths})
+    if len(matches) == 1:
+        graph = _list_graphs(machine).get(matches[0])
+        return machine.graph(matches[0]) if graph is None else graph
     if term in values:
         return ca.SX(values[term])
     if parsed is not None and np.isfinite(parsed):

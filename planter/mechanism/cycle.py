@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from planter.files import units
 from planter.kernels import Array
 from planter.measured.sensor_curve import SensorSignal, measure_cycle
 from planter.measured.sensor_view import find_sensor_view
-from planter.mechanism.dynamics import Dynamics
+from planter.mechanism.dynamics import Dynamics, describe_contradictions
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model, Periodicity, compare_cycles
 from planter.mechanism.optimisation import evaluate_limits
@@ -149,13 +150,23 @@ def _compute_works(
 
 
 def _check_laws(machine: Machine, values: Mapping[str, Array]) -> Iterator[MechanismLawResult]:
-    """Yield the laws of mechanics with their violations, then that friction has a single state."""
+    """Yield the laws of mechanics with their violations, then that friction has a single state.
+
+    The scale of a law is the largest quantity in its unit, or what the largest forces give: rounding is relative to it.
+    """
+    scales: dict[str, float] = defaultdict(float)
+    for q in machine.quantities:
+        if q.role == "result":
+            scales[q.unit] = max(scales[q.unit], float(np.abs(values[q.name]).max()))
+    for unit, way in (("N m", "m"), ("W", "m/s")):  # a moment or power may vanish whose forces do not
+        scales[unit] = max(scales[unit], scales["N"] * scales[way])
     for q in machine.quantities:
         if q.role == "law":
-            yield MechanismLawResult(q.meaning, float(np.abs(values[q.name]).max()), q.unit)
+            scale = scales[q.unit] or 1.0
+            yield MechanismLawResult(q.meaning, float(np.abs(values[q.name]).max()), q.unit, scale)
     for q in machine.quantities:
         if q.role == "states":
-            yield MechanismLawResult(f"{q.meaning}, beyond one", float(values[q.name].max()) - 1, "1")
+            yield MechanismLawResult(f"{q.meaning}, beyond one", float(values[q.name].max()) - 1, "1", 1.0)
 
 
 def list_lift_offs(
@@ -288,13 +299,18 @@ def validate_machine(machine: Machine) -> MachineValidation:
 def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
     """Return the entries of a mechanism's initial state that its constraints change, as warnings.
 
-    Raises ComputationError if no state near the stated one satisfies its constraints.
+    Raises ComputationError if no state near the stated one satisfies its constraints, InputError if none does while
+    what is named to hold does.
     """
     dynamics = Dynamics(mechanism)
-    start = dynamics.start()
-    names = [dynamics.names[index] for index in dynamics.find_changes(start)]
-    message = "the stated start breaks the constraints: the motion begins at the nearest one that satisfies them"
-    warnings = [MechanismWarning(name=name, message=message) for name in names]
+    stated, start, contradictions = dynamics.stated, dynamics.find_start(), dynamics.find_contradictions()
+    warnings = []
+    for index in dynamics.find_changes(start):
+        name = dynamics.names[index]
+        message = f"the constraints change it from {stated[index]:.6g} to {start[index]:.6g} (SI)"
+        if name in contradictions:
+            message = describe_contradictions({name: contradictions[name]})
+        warnings.append(MechanismWarning(name=name, message=message))
     return MachineValidation(machine=mechanism.name, valid=True, design=[], warnings=warnings)
 
 

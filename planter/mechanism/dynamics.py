@@ -8,6 +8,7 @@ Redundant constraints are left out: a QR decomposition with column pivoting sele
 from __future__ import annotations
 
 import itertools
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -41,6 +42,8 @@ MOST_SIGN_CHANGES = 50
 """Steps to the sizes of normal forces that friction follows from."""
 MOST_PROJECTIONS = 30
 """Newton steps onto the constraints."""
+HELD_TOLERANCE = 1e-9
+"""Gaps and shares of speeds below this, in SI units, vanish although rows that follow from others are not closed."""
 MOST_EVALUATIONS = 1_000_000
 """Evaluations of the accelerations that a motion may need: minutes."""
 CHECK_INTERVAL = 10_000
@@ -52,7 +55,9 @@ START_TOLERANCE = 1e-9
 BALANCE_RANK = 1e-10
 """Singular values of the balances below this share of the largest leave a reaction undetermined."""
 BALANCE_TOLERANCE = 1e-6
-"""A balance holds if its residual is less than this share of the largest load."""
+"""A balance holds if its residual is less than this share of the largest load of the motion."""
+LEAST_LOAD = 1e-9
+"""Loads [N, N m] below this are rounding: of a mechanism at rest all may be zero."""
 
 
 @dataclass(frozen=True)
@@ -155,11 +160,19 @@ class Dynamics:
     def start(self) -> Array:
         """Return the start (2k,) [rad, m and per s] of the statement, brought onto the constraints.
 
-        A released mechanism starts as the angle would drive it. Raises ComputationError if the constraints cannot be
-        met from there.
+        What `derive.Mechanism.begin` holds keeps its value, which is all that it sets unless it names some of it; the
+        rest follows by the least change that the inertia measures. If set values contradict the constraints and none
+        are named to hold, all may change, and a RuntimeWarning says how. A released mechanism starts as the angle would
+        drive it. Raises ComputationError if the constraints cannot be met from there, InputError if they cannot be met
+        while the values named hold.
         """
-        names = [*self._list_outputs("start_gaps"), *self.constraints]
-        return self._project(0.0, self.stated, RANK, self._start_equations, names)
+        if changes := self.find_contradictions():
+            warnings.warn(f"{self.file.name}: {describe_contradictions(changes)}", RuntimeWarning, stacklevel=2)
+        return self.find_start()
+
+    def find_start(self) -> Array:
+        """Return the same start (2k,) [rad, m and per s] without a warning, for those who report `find_changes`."""
+        return self._begun[0].copy()
 
     def find_changes(self, start: Array) -> list[int]:
         """Return the indices of entries of ``start`` (2k,) [rad, m and per s] that differ from the statement.
@@ -172,6 +185,37 @@ class Dynamics:
         moved = np.abs(start - stated) > START_TOLERANCE * (1 + np.abs(stated))
         indices: list[int] = np.flatnonzero(moved).tolist()
         return indices
+
+    def find_contradictions(self) -> dict[str, tuple[float, float]]:
+        """Return set values that the constraints change although nothing is named to hold, as stated and as used; SI.
+
+        Entries are coordinates [rad or m] and rates [per s] by name.
+        """
+        start, is_held = self._begun
+        if is_held:
+            return {}
+        begun, stated = self.formulas.sidecar.get("begun", ()), self.stated
+        names = {index: self.names[index] for index in self.find_changes(start)}
+        return {name: (stated[index], start[index]) for index, name in names.items() if name in begun}
+
+    @cached_property
+    def _begun(self) -> tuple[Array, bool]:
+        """Return the start, and whether all values that are set, or those named to hold, keep theirs."""
+        sidecar, is_released = self.formulas.sidecar, "start_gaps" in self._stages
+        names = [*self._list_outputs("start_gaps"), *self.constraints]
+        find = partial(self._project, 0.0, self.stated, RANK, self._start_equations, names)
+        if "held" in sidecar:
+            try:
+                return find(fixed=sidecar["held"]), True
+            except ComputationError as error:
+                names_held = ", ".join(sidecar["held"])
+                raise InputError(
+                    f"{error}; the start holds {names_held}: let fewer of them hold, or change them"
+                ) from None
+        if not is_released:
+            with suppress(ComputationError):
+                return find(fixed=sidecar.get("begun", ())), True
+        return find(), is_released
 
     @cached_property
     def function(self) -> ca.Function:
@@ -196,8 +240,13 @@ class Dynamics:
 
     @cached_property
     def _pressing(self) -> list[str]:
-        """The names of the normal forces that friction follows from."""
+        """The names of the forces whose sizes are needed: normal forces of friction, forces of rigid teeth."""
         return [entry["name"].removeprefix("size_") for entry in self.formulas.sidecar["vectors"].get("sizes", ())]
+
+    @cached_property
+    def _is_rubbing(self) -> bool:
+        """Whether accelerations depend on the sizes: by friction, not by the flank on which rigid teeth bear."""
+        return "sizes" in self.formulas.sidecar["functions"].get("forces", {"inputs": ()})["inputs"]
 
     def _list_outputs(self, stage: str) -> list[str]:
         return self.formulas.outputs(stage) if stage in self._stages else []
@@ -208,7 +257,7 @@ class Dynamics:
         matrix = ca.SX(len(names), width)
         places = {name: (i, j) for i, row in enumerate(names) for j, name in enumerate(row)}
         if stage in self._stages:
-            loaded = [sizes] if stage == "forces" and self._pressing else []
+            loaded = [sizes] if stage == "forces" and self._is_rubbing else []
             values = self.formulas.function(stage)(time, self.data, state, *loaded)
             for k, name in enumerate(self._list_outputs(stage)):
                 matrix[places[name]] = values[k]
@@ -258,14 +307,14 @@ class Dynamics:
         the first follow from others. Raises ComputationError if neither inertia nor a constraint resists some motion,
         or as `find_sizes` does.
         """
-        return self._accelerate(time, state, self.find_sizes(time, state, share), share)
+        sizes = self.find_sizes(time, state, share) if self._is_rubbing else np.zeros(len(self._pressing))
+        return self._accelerate(time, state, sizes, share)
 
     def find_sizes(self, time: float, state: Array, share: float = RANK) -> Array:
-        """Return the sizes (f,) [N] of the normal forces that friction follows from, which it changes itself.
+        """Return the sizes (f,) [N or N m] of the forces that friction or the flank of teeth follows from.
 
-        The normal forces are linear in their own sizes, through the accelerations. Arguments are those of
-        `accelerations`. Raises ComputationError if no sizes do, since the mechanism jams, or if a normal force is
-        statically indeterminate.
+        The forces are linear in their own sizes, through the accelerations. Arguments are those of `accelerations`.
+        Raises ComputationError if no sizes do, since the mechanism jams, or if a force is statically indeterminate.
         """
         count = len(self._pressing)
         if not count:
@@ -289,11 +338,29 @@ class Dynamics:
         """Return the normal forces (n, f) [N] at sizes (n, f) [N], with the accelerations (n, k) that they give."""
         inputs = {"time": np.full(len(sizes), time), "data": self.data, "state": np.tile(state, (len(sizes), 1)).T}
         actions, undetermined = self._reactions.solve(inputs | {"sizes": sizes.T, "accelerations": accelerations.T})
-        if lacking := set(undetermined) & set(self._pressing):
+        if self._is_rubbing and (lacking := set(undetermined) & set(self._pressing)):
             raise ComputationError(
-                f"{self.file.name}: friction of {', '.join(sorted(lacking))}, which is statically indeterminate"
+                f"{self.file.name}: the size of {', '.join(sorted(lacking))} decides on friction or flanks, and it is "
+                "statically indeterminate"
             )
         return actions[[self._reactions.names.index(name) for name in self._pressing]].T
+
+    def _solve_reactions(self, inputs: Mapping[str, object], sizes: Array) -> tuple[Array, tuple[str, ...]]:
+        """Return reactions (u, n) at sizes (n, f), and the names of those that are undetermined.
+
+        What follows from the size of an undetermined reaction, as a tooth's normal force, is undetermined, too.
+        """
+        loads = {"sizes": sizes.T} if self._pressing else {}
+        actions, undetermined = self._reactions.solve({**inputs, **loads})
+        unknown_sizes = np.array([name in undetermined for name in self._pressing], dtype=bool)
+        if unknown_sizes.any():
+            changed = self._reactions.solve({**inputs, "sizes": (sizes + unknown_sizes).T})[0] - actions
+            depends = np.abs(changed).max(axis=1) > np.sqrt(BALANCE_RANK)
+            names = self._reactions.names
+            undetermined = tuple(
+                name for name, is_changed in zip(names, depends, strict=True) if is_changed or name in undetermined
+            )
+        return actions, undetermined
 
     @cached_property
     def _reactions(self) -> Reactions:
@@ -339,7 +406,7 @@ class Dynamics:
     @property
     def _is_free(self) -> bool:
         """Whether neither constraints nor friction of unknown forces make the accelerations depend on reactions."""
-        return not (self.constraints or self._pressing)
+        return not (self.constraints or self._is_rubbing)
 
     def dependent(self, state: Array, time: float = 0.0) -> list[str]:
         """Return the names of constraints that follow from one another in a state (2k,) [rad, m, per s] at a time [s].
@@ -367,29 +434,61 @@ class Dynamics:
 
     def _project(
         self, time: float, state: Array, share: float, equations: Callable[[float, Array], Equations],
-        names: Sequence[str],
+        names: Sequence[str], fixed: Sequence[str] = (),
     ) -> Array:  # fmt: skip
-        """Return the nearest state on the constraints of some equations, which have names; gaps come first."""
+        """Return the nearest state on the constraints of some equations, which have names; gaps come first.
+
+        Coordinates and rates that are ``fixed`` keep their values. Raises ComputationError if the others cannot follow.
+        """
         at = np.array(state, dtype=float)
+        free = np.array([name not in fixed for name in self.names]).reshape(2, -1)
         for _ in range(MOST_PROJECTIONS):
             now = equations(time, at)
-            slopes = now.slopes[: len(now.gaps)]
+            slopes = now.slopes[: len(now.gaps)][:, free[0]]
             rows = find_independent_rows(slopes, share)
             if np.all(np.abs(now.gaps[rows]) < GAP_TOLERANCE):
                 break
-            at[: self.size] -= self._find_correction(time, now.inertia, slopes[rows], now.gaps[rows])
+            at[: self.size][free[0]] -= self._find_correction(time, now.inertia, slopes[rows], now.gaps[rows], free[0])
         else:
-            gap = names[int(np.argmax(np.abs(now.gaps)))]
-            raise ComputationError(
-                f"{self.file.name}: the loops do not close at {time:.6g} s: {gap} is {np.abs(now.gaps).max():.3g} m"
+            self._refuse_open(time, now.gaps, np.ones(len(now.gaps)), names)
+        if fixed:
+            self._refuse_open(time, now.gaps, np.ones(len(now.gaps)), names)
+        for _ in range(MOST_PROJECTIONS if self._has_curved_slips else 1):  # else one step is exact
+            slopes = now.slopes[:, free[1]]
+            rows = find_independent_rows(slopes, share)
+            at[self.size :][free[1]] -= self._find_correction(
+                time, now.inertia, slopes[rows], now.speeds[rows], free[1]
             )
-        rows = find_independent_rows(now.slopes, share)
-        at[self.size :] -= self._find_correction(time, now.inertia, now.slopes[rows], now.speeds[rows])
+            if self._has_curved_slips or fixed:
+                now = equations(time, at)
+        if fixed or self._has_curved_slips:
+            terms = np.abs(now.slopes) @ np.abs(at[self.size :])
+            self._refuse_open(time, now.speeds, np.maximum(terms, 1.0), names)
         return at
 
-    def _find_correction(self, time: float, inertia: Array, slopes: Array, gaps: Array) -> Array:
-        """Return the smallest step, by the inertia, that closes the gaps."""
-        return self._solve(time, inertia, slopes, np.zeros(self.size), gaps)[0]
+    def _refuse_open(self, time: float, values: Array, sizes: Array, names: Sequence[str]) -> None:
+        """Raise ComputationError for gaps or speeds that do not vanish, by their sizes."""
+        worst = int(np.argmax(np.abs(values) / sizes)) if len(values) else None
+        if worst is not None and np.abs(values[worst]) > HELD_TOLERANCE * sizes[worst]:
+            raise ComputationError(
+                f"{self.file.name}: the loops do not close at {time:.6g} s: {names[worst]} is "
+                f"{np.abs(values[worst]):.3g} in SI"
+            )
+
+    @cached_property
+    def _has_curved_slips(self) -> bool:
+        """Whether a speed that vanishes is not linear in the rates."""
+        _, state, _ = self.function.sx_in()
+        slopes = self.function(*self.function.sx_in())[2]
+        rates = state[self.size :]
+        return bool(len(self.constraints)) and any(ca.which_depends(ca.vec(slopes), rates, 1, False))
+
+    def _find_correction(
+        self, time: float, inertia: Array, slopes: Array, gaps: Array, free: npt.NDArray[np.bool_]
+    ) -> Array:
+        """Return the smallest step of what is ``free`` (k,), by the inertia, that closes the gaps."""
+        count = int(free.sum())
+        return self._solve(time, inertia[np.ix_(free, free)], slopes, np.zeros(count), gaps)[0]
 
     def _solve(self, time: float, inertia: Array, slopes: Array, push: Array, bend: Array) -> tuple[Array, Array]:
         """Return x, y of  inertia x - slopes^T y = push,  slopes x = bend."""
@@ -401,7 +500,7 @@ class Dynamics:
             raise ComputationError(
                 f"{self.file.name}: at {time:.6g} s neither inertia nor a constraint resists some motion"
             ) from None
-        return solution[: self.size], solution[self.size :]
+        return solution[: len(push)], solution[len(push) :]
 
     def run(
         self, times: Array, tolerance: float = 1e-10, state: Array | None = None, minimum_norm: bool = False,
@@ -519,9 +618,8 @@ class Dynamics:
         inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
         undetermined: tuple[str, ...] = ()
         if "balances" in self._stages:
-            sizes = [self.find_sizes(time, state, share) for time, state in zip(times, states.T, strict=True)]
-            loads = {"sizes": np.array(sizes).T} if self._pressing else {}
-            inputs["actions"], undetermined = self._reactions.solve(inputs | loads)
+            sizes = np.array([self.find_sizes(time, state, share) for time, state in zip(times, states.T, strict=True)])
+            inputs["actions"], undetermined = self._solve_reactions(inputs, sizes)
         results = {
             name: values
             for name, values in self.formulas("lane", **inputs).items()
@@ -577,6 +675,15 @@ def _bracket_sign_changes(
                 yield times[at - 1], float(dip.x), side < 0
 
 
+def describe_contradictions(changes: Mapping[str, tuple[float, float]]) -> str:
+    """Return the sentence on values (stated, used) [SI] of a start that contradict the constraints."""
+    values = ", ".join(f"{name} is {used:.6g} instead of {stated:.6g}" for name, (stated, used) in changes.items())
+    return (
+        f"the start contradicts the constraints: {values}; name the coordinates or rates that hold: "
+        "m.begin(..., hold=[...])"
+    )
+
+
 def find_independent_rows(slopes: Array, share: float = RANK) -> npt.NDArray[np.intp]:
     """Return independent rows (m,) of slopes (c, k), in their order."""
     order, sizes = _rank_rows(slopes)
@@ -591,7 +698,7 @@ def find_weakest_share(slopes: Array) -> float:
 
 def _rank_rows(slopes: Array) -> tuple[npt.NDArray[np.intp], Array]:
     """Return rows in the order of a pivoting QR decomposition, and their contributions over that of the first."""
-    if not len(slopes):
+    if not slopes.any():
         return np.arange(0), np.empty(0)
     triangle, order = scipy.linalg.qr(slopes.T, mode="r", pivoting=True)
     sizes = np.abs(np.diagonal(triangle))
@@ -616,10 +723,11 @@ class Reactions:
         Raises ComputationError if no reactions of the joints allow the motion.
         """
         matrix, right = self._build_rows(inputs)
+        size = float(np.abs(right).max(initial=LEAST_LOAD))
         reactions, undetermined = [], np.zeros(len(self.names), dtype=bool)
         for rows, loads in zip(matrix, right, strict=True):
             actions, _, rank, _ = np.linalg.lstsq(rows, -loads, rcond=BALANCE_RANK)
-            self._check(rows @ actions + loads, float(np.abs(loads).max(initial=1.0)))
+            self._check(rows @ actions + loads, size)
             reactions.append(actions)
             if rank < len(self.names):
                 null_sizes = np.linalg.norm(scipy.linalg.null_space(rows, BALANCE_RANK), axis=1)

@@ -20,6 +20,7 @@ from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics, MotionRun
 from planter.mechanism.file import MechanismFile
+from planter.mechanism.motion import list_start_changes
 from planter.mechanism.results import (
     EnsembleQuantity,
     EnsembleResult,
@@ -150,7 +151,7 @@ class EnsembleRuns:
         self.dynamics.compile()
         self._run = partial(self.dynamics.run, tolerance=tolerance, stiff=stiff)
         self._integrate = partial(self.dynamics.integrate, tolerance=tolerance, stiff=stiff)
-        self.stated = self._run(times).states if stated is None else stated
+        self.stated = self._run(times, state=self.dynamics.find_start()).states if stated is None else stated
         after = times >= spec.since
         self.metric = StateMetric.from_motion(self.dynamics, times[after], self.stated[:, after])
 
@@ -159,7 +160,7 @@ class EnsembleRuns:
         generator = np.random.default_rng(np.random.SeedSequence(self.spec.seed, spawn_key=(number,)))
         size = len(self.metric.scales)
         shifts = self.spec.perturbation * generator.uniform(-1.0, 1.0, size)
-        run = self._run(self.times, state=self.dynamics.start() + shifts * self.metric.scales)
+        run = self._run(self.times, state=self.dynamics.find_start() + shifts * self.metric.scales)
         columns = dict(zip(self.dynamics.names, run.states, strict=True)) | run.results
         with threadpool_limits(1, "blas"):
             growth, reach = self._follow_companion(run, generator.normal(size=size))
@@ -254,6 +255,7 @@ def _summarise(runs: EnsembleRuns, computed: Sequence[EnsembleRun], until: float
             for key in curves
         },
         separation=_describe_separation(times, separation, computed, spec.since),
+        changed_start=list_start_changes(dynamics),
     )  # fmt: skip
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in entries}
     return MechanismEnsemble(times, curves, meanings, separation, pieces, result)

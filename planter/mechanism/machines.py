@@ -73,6 +73,7 @@ def describe(source: str, changes: Mapping[str, float]) -> Description:
             FunctionSignature(name, tuple(entry["inputs"]), formulas.function(name).numel_out(0), entry["operations"])
             for name, entry in sidecar["functions"].items()
         ),
+        vectors=_vectors(formulas) if mechanism.is_driven else (),
     )
 
 

@@ -40,7 +40,8 @@ def compute_motion(
     `stiff` takes an implicit integrator. `minimum_norm` reports statically indeterminate reactions by least squares;
     results lack them otherwise. Raises ComputationError as `Dynamics` does.
     """
-    run = dynamics.run(np.linspace(0.0, until, points), tolerance, minimum_norm=minimum_norm, stiff=stiff)
+    times = np.linspace(0.0, until, points)
+    run = dynamics.run(times, tolerance, dynamics.find_start(), minimum_norm=minimum_norm, stiff=stiff)
     vectors = dynamics.formulas.sidecar["vectors"]
     values = dict(zip(dynamics.names, run.states, strict=True)) | run.results
     entries = [entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values]
@@ -61,7 +62,7 @@ def compute_motion(
         redundant_constraints=dynamics.redundant(run.states[:, 0]),
         dependent_constraints=dynamics.dependent(run.states[:, 0]),
         undetermined_actions=list(run.undetermined),
-        changed_start=_list_changes(dynamics, run.states[:, 0]),
+        changed_start=list_start_changes(dynamics),
         events=[MotionEvent(passage.event, passage.time, passage.rising) for passage in run.events],
         **(_describe_equilibrium(dynamics) if rest else {}),
     )
@@ -70,9 +71,9 @@ def compute_motion(
     return MechanismMotion(run.times, columns, meanings, places, result)
 
 
-def _list_changes(dynamics: Dynamics, start: Array) -> list[ChangedStart]:
+def list_start_changes(dynamics: Dynamics) -> list[ChangedStart]:
     """Return the entries of the initial state that differ from the stated ones, in display units."""
-    entries, stated = dynamics.formulas.sidecar["vectors"]["start_state"], dynamics.stated
+    entries, stated, start = dynamics.formulas.sidecar["vectors"]["start_state"], dynamics.stated, dynamics.find_start()
     changes = []
     for index in dynamics.find_changes(start):
         key = units.display_key(entries[index]["name"], entries[index]["unit"])
@@ -91,7 +92,7 @@ def _describe_equilibrium(dynamics: Dynamics) -> dict[str, Any]:
 
 
 EQUILIBRIUM_TOLERANCE = 1e-8
-"""Largest remaining force or gap of an equilibrium, in SI units."""
+"""Largest remaining force or gap of an equilibrium, in SI units, of forces of up to 1; of larger ones that share."""
 MOST_CONDITION = 1e12
 """Largest condition number of the constraints in the dependent coordinates."""
 
@@ -121,7 +122,7 @@ def equilibrium(dynamics: Dynamics, state: Array | None = None) -> Array:
 
     Raises ComputationError if no equilibrium is nearby.
     """
-    start = dynamics.start() if state is None else state
+    start = dynamics.find_start() if state is None else state
     initial = dynamics.equations(0.0, start)
     size, count = dynamics.size, len(initial.gaps)
     multipliers = np.linalg.lstsq(initial.slopes[:count].T, -initial.forces, rcond=None)[0]
@@ -132,7 +133,7 @@ def equilibrium(dynamics: Dynamics, state: Array | None = None) -> Array:
 
     first = np.concatenate([start[:size], multipliers])
     solution = scipy.optimize.least_squares(residual, first, xtol=1e-15, ftol=None, gtol=None)
-    if np.abs(solution.fun).max() > EQUILIBRIUM_TOLERANCE:
+    if np.abs(solution.fun).max() > EQUILIBRIUM_TOLERANCE * np.abs(initial.forces).max(initial=1.0):
         raise ComputationError(f"{dynamics.file.name}: no equilibrium is found near the given state")
     return np.concatenate([solution.x[:size], np.zeros(size)])
 

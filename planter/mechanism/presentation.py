@@ -26,6 +26,7 @@ from planter.mechanism.model import Model
 from planter.mechanism.motion import MechanismMotion
 from planter.mechanism.optimisation import MechanismOptimum
 from planter.mechanism.results import (
+    ChangedStart,
     EnsembleResult,
     LimitResult,
     MachineValidation,
@@ -38,7 +39,7 @@ from planter.mechanism.results import (
 from planter.records import Record
 from planter.report import files
 from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import format_label, format_name, list_values, tabulate_named
+from planter.report.labels import count_things, format_label, format_name, list_values, tabulate_named
 from planter.report.presentation import (
     MOST_KEY_FIGURES,
     ModelAssumptions,
@@ -54,10 +55,10 @@ from planter.view.animation import MotionBlock as MotionBlock
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CHANGED_START = "The constraints do not allow the stated start; the nearest that they allow is used."
+CHANGED_START = "The constraints change these values of the start; `hold` of `begin` names those that keep theirs."
 ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
-LAW_ROUNDING = 1e-6
-"""Residual of a law below which it holds, in the law's unit."""
+LAW_ROUNDING = 1e-8
+"""Residual of a law below which it holds, as a share of its scale: rounding is 1e-16, and elimination loses digits."""
 UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
 """Units of the quantities that a page opens with, in this order."""
 MOTION_CAPTION = (
@@ -116,7 +117,7 @@ def describe_strongest(result: SensitivityResult) -> str:
     count, depends = len(result.scaled), result.effective_parameters
     return (
         f"{format_label(name)} changes the objective of {result.objective:.4g} most: by {change:.3g} over the width of "
-        f"its bounds, to first order. The curves depend on {depends} of {count} combinations of values."
+        f"its bounds, to first order. The curves depend on {depends} of {count_things(count, 'combination')} of values."
     )
 
 
@@ -124,15 +125,15 @@ def _conclude_cycle(result: MechanismCycleResult) -> str:
     parts = []
     if result.holds:
         violated = [limit.limit_on for limit in result.holds if not limit.met]
-        parts.append(describe_violations(violated, len(result.holds), "limits"))
+        parts.append(describe_violations(violated, len(result.holds), "limit"))
     if result.designer is not None and result.designer.motor is not None:
         motor = result.designer.motor
         parts.append(
             f"The motor's torque is between {motor.min_Nm:.4g} and {motor.max_Nm:.4g} N m, its peak power "
             f"{motor.peak_power_W:.4g} W."
         )
-    if result.laws and all(law.violation < LAW_ROUNDING for law in result.laws):
-        parts.append(f"All {len(result.laws)} laws hold to {LAW_ROUNDING:g} of their units.")
+    if result.laws and all(law.violation < LAW_ROUNDING * law.scale for law in result.laws):
+        parts.append(f"All {len(result.laws)} laws hold to {LAW_ROUNDING:g} of their largest quantities.")
     return " ".join(parts) or f"A cycle of {result.machine} closes; its quantities are below."
 
 
@@ -152,7 +153,7 @@ def _conclude_optimum(result: MechanismOptimumResult) -> str:
     certificate, before, after = result.certificate, result.start_objective, result.objective
     change = f", {100 * (after / before - 1):+.3g} %" if before else ""
     violated = [limit.limit_on for limit in result.holds if not limit.met]
-    limits = describe_violations(violated, len(result.holds), "limits") if result.holds else ""
+    limits = describe_violations(violated, len(result.holds), "limit") if result.holds else ""
     starts = f"{certificate.agreeing_starts} of {certificate.starts} starts agree"
     certain = f"Residual of the optimality conditions {certificate.kkt_residual:.1e}; {starts}."
     return " ".join(filter(None, (f"{result.least} falls from {before:.5g} to {after:.5g}{change}.", limits, certain)))
@@ -252,6 +253,13 @@ def _conclude_ensemble(result: EnsembleResult) -> str:
     return f"{parted}{after}. {growth}"
 
 
+def _list_start_changes(changes: Sequence[ChangedStart]) -> Iterator[Section]:
+    if changes:
+        rows = [(format_name(value.quantity), value.stated, value.used, value.unit) for value in changes]
+        table = Table(("quantity", "stated", "used", "unit"), rows)
+        yield Section("Start", [Text(CHANGED_START, "warning"), table])
+
+
 def _list_ensemble_sections(ensemble: MechanismEnsemble) -> Iterator[Section]:
     result, meanings = ensemble.result, ensemble.meanings
     for name in ("range", "variance", "peak"):
@@ -271,6 +279,7 @@ def _list_ensemble_sections(ensemble: MechanismEnsemble) -> Iterator[Section]:
     if after := separation.parted_after_s:
         values |= {f"parted_after_s.{key}": value for key, value in after.table().items()}
     yield Section("Separation", [tabulate_named(values, SEPARATION_NAMES)])
+    yield from _list_start_changes(result.changed_start)
 
 
 def _square_unit(unit: str) -> str:
@@ -409,12 +418,7 @@ def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
         for key, q in result.quantities.items()
     ]
     yield Section("Quantities", [Table(head, rows, page_columns=(tables.MEANING,))])
-    if result.changed_start:
-        changed = [
-            (format_name(value.quantity), value.stated, value.used, value.unit) for value in result.changed_start
-        ]
-        table = Table(("quantity", "stated", "used", "unit"), changed)
-        yield Section("Start", [Text(CHANGED_START, "warning"), table])
+    yield from _list_start_changes(result.changed_start)
     if result.events:
         yield Section(
             "Events", [Table(("event", "rises", "falls", "first / s", "last / s"), list(_count_events(result)))]

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Collection
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -24,7 +25,8 @@ from planter.engine.machine import Machine
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.errors import InputError, PlanterError
 from planter.files import paths
-from planter.files.units import Unit, parse_unit
+from planter.files.spelling import find_spelled, list_spellings
+from planter.files.units import Unit, display_key, parse_unit
 from planter.kernels import Array
 from planter.kernels.formulas import HOISTED
 from planter.measured.section import SECTION
@@ -50,7 +52,7 @@ def measure(inputs: Inputs) -> Value:
     _check_conditions(question, file)
     parsed = parse_measure(question.quantity, f"{question.label}.quantity =")
     si_units = find_units(file)
-    _check_name(question, parsed, si_units)
+    parsed = _find_name(question, parsed, si_units)
     unit = _find_unit(question, parsed, si_units[parsed.name])
     dependencies = find_dependencies(file, parsed.name)
     values = {key: float(inputs[key]) for key in file.values if key in dependencies and key in inputs}
@@ -86,12 +88,16 @@ def _check_conditions(question: MeasureQuestion, file: MechanismFile) -> None:
             raise InputError(f"{place}: {file.name} has no value {key}; {hint}")
 
 
-def _check_name(question: MeasureQuestion, parsed: Measure, names: Collection[str]) -> None:
-    if parsed.name not in names:
-        close = paths.find_similar(parsed.name, names)
-        hint = f"did you mean {close[0]}?" if close else f"it has {', '.join(names)}"
+def _find_name(question: MeasureQuestion, parsed: Measure, si_units: Mapping[str, str]) -> Measure:
+    """Return the measure with the names of the mechanism's quantities. Raises InputError for another name."""
+    spellings = {name: list_spellings(name, display_key(name, unit)) for name, unit in si_units.items()}
+    matches = find_spelled(parsed.name, spellings)
+    if len(matches) != 1:
+        close = matches or paths.find_similar(parsed.name, si_units)
+        hint = f"did you mean {' or '.join(close)}?" if close else f"it has {', '.join(si_units)}"
         reason = f"the mechanism has no quantity {parsed.name}; {hint}"
         raise question.refused("quantity", question.quantity, reason)
+    return replace(parsed, name=matches[0])
 
 
 def _find_unit(question: MeasureQuestion, parsed: Measure, si_unit: str) -> Unit:
@@ -125,6 +131,9 @@ def find_units(file: MechanismFile) -> dict[str, str]:
     """Return the SI units of all quantities by name; what a sensor sees has the name of its quantity behind `SEEN`."""
     vectors = file.model.sidecar["vectors"]
     si_units = {e["name"]: e["unit"] for part in ("start_state", "outputs") for e in vectors.get(part, ())}
+    if file.is_driven:
+        machine = build_machine(file)
+        si_units |= {vector.name: si_units[vector.components[0]] for vector in machine.vectors}
     view = None if file.measurement is None else find_sensor_view(build_machine(file))
     return si_units if view is None else si_units | {f"{SEEN}{view.quantity.name}": view.quantity.unit}
 
@@ -140,7 +149,9 @@ def find_dependencies(file: MechanismFile, name: str) -> frozenset[str]:
     if HOISTED in inputs:
         prologue = file.model.function("prologue")
         inputs[HOISTED] = prologue(*(inputs[key] for key in prologue.name_in()))
-    output = lane(*(inputs[key] for key in lane.name_in()))[file.model.outputs("lane").index(name)]
+    outputs = file.model.outputs("lane")
+    places = [outputs.index(part) for part in build_machine(file).list_parts(name)]
+    output = lane(*(inputs[key] for key in lane.name_in()))[places]
     return frozenset(itertools.compress(keys, ca.which_depends(output, data)))
 
 

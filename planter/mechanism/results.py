@@ -32,11 +32,12 @@ class QuantityStatistics(Record):
 
 @dataclass(frozen=True)
 class MechanismLawResult(Record):
-    """A law of mechanics, and the largest residual of the results."""
+    """A law of mechanics, the largest residual of the results, and the largest quantity in its unit, its scale."""
 
     law: str
     violation: float
     unit: str
+    scale: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,8 +163,9 @@ class MotionEvent(Record):
 class MotionResult(Record):
     """A free motion; eigenvalues are pairs of real and imaginary part, at the equilibrium.
 
-    `changed_start` has the entries of the start that differ from the stated ones: the motion begins at the nearest
-    state, by inertia, that satisfies the constraints. `dependent_constraints` follow from one another, of which
+    `changed_start` has the entries of the start that the constraints change: what the statement sets holds, or what it
+    names to hold, and the others follow; if set values contradict the constraints, the nearest state by inertia is
+    used. `dependent_constraints` follow from one another, of which
     `redundant_constraints` are redundant; `undetermined_actions` are statically indeterminate reactions.
     """
 
@@ -247,6 +249,7 @@ class EnsembleResult(Record):
     seed: int
     quantities: dict[str, EnsembleQuantity]
     separation: EnsembleSeparation
+    changed_start: list[ChangedStart]
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
     return ResultPresentation(
         title=f"Seedling pick-up {machine.name}, {driven_by}",
         conclusion=describe_violations(
-            [row.name for row in result.requirements if not row.holds], len(result.requirements), "requirements"
+            [row.name for row in result.requirements if not row.holds], len(result.requirements), "requirement"
         ),
         record=result,
         sections=list(_list_sections(result)),

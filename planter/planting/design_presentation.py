@@ -45,7 +45,7 @@ from planter.planting.results import (
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Folded, KeyFigure, Keys, MarkupCell, Section, Table, Text, escape_markup
-from planter.report.labels import format_label, list_values, tabulate_angles
+from planter.report.labels import count_things, format_label, list_values, tabulate_angles
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
@@ -381,8 +381,8 @@ def _tabulate_front(result: OptimisationFound) -> Table:
 
 def _describe_insensitive_directions(result: OptimisationFound) -> Iterator[Block]:
     yield Text(
-        f"The support force depends on {result.effective_parameters} combinations of the {len(result.design)} "
-        "parameters."
+        f"The support force depends on {count_things(result.effective_parameters, 'combination')} "
+        f"of the {len(result.design)} parameters."
     )
     if result.insensitive:
         yield Text("It does not change if these parameters change together, in parts of the widths of their bounds:")

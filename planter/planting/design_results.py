@@ -140,9 +140,9 @@ def describe_force(force: PeakForce) -> str:
     >>> describe_force(PeakForce("bearing_A1", "force of the carrier on the middle shaft", 1, 0, 0, 0))
     'bearing A1'
     """
-    return {"F_NP": "teeth at P, normal", "F_NQ": "teeth at Q, normal", "F_E": "cam on roller"}.get(
-        force.name, force.name.replace("_", " ")
-    )
+    contacts = {"F_NP": "teeth at P, normal", "F_NQ": "teeth at Q, normal", "F_E": "cam on roller"}
+    words = contacts.get(force.name)
+    return force.name.replace("_", " ") if words is None else f"{words} ({force.name})"
 
 
 def _gear(gear: GearFound) -> Cells:

@@ -52,6 +52,7 @@ from planter.planting.simulation import check_samples
 from planter.planting.tooth_counts import PitchLengthConstraints, ToothCountSpec
 from planter.progress import Listener
 from planter.records.record import build_frame
+from planter.report.labels import count_things
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -347,7 +348,7 @@ def describe_optimum(start_range_N: float, record: OptimumFound, parameters: int
     sure = proof.kkt_residual < STATIONARITY_TOLERANCE and (proof.agreeing_starts > 1 or not proof.starts)
     parts = [f"{len(proof.active_bounds)} of {parameters} parameters at a bound"]
     if proof.active_requirements is not None:
-        parts.append(f"{len(proof.active_requirements)} active requirements")
+        parts.append(count_things(len(proof.active_requirements), "active requirement"))
     if not sure:
         parts.append(f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} starts agree")
     word = "certified" if sure else "not certified"

@@ -13,7 +13,7 @@ from planter.planting.model import Device
 from planter.planting.results import CalibrationFound, ComparedPair, ComparisonFound, ModelFitted, NarrowBox
 from planter.report import files, style
 from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import format_name, list_values, separate_words
+from planter.report.labels import count_things, format_name, list_values, separate_words
 from planter.report.presentation import ModelAssumptions, ResultPresentation
 from planter.view.names import load_names
 
@@ -188,7 +188,12 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
     yield Section("Carrier angles at which flanks begin, side 1; the paper gives them roughly", [Keys(angles)])
     ranges = {"with a cam that only pushes / N": result.largest_range_N.cam_pushing,
               "with a cam that may also pull / N": result.largest_range_N.free_sign}  # fmt: skip
-    yield Section("Largest range found in the exact model", [Keys(ranges)])
+    flanks = ", ".join(result.models["exact"].choices.values())
+    scope = (
+        f"Of the inputs above alone, with {flanks} flanks that begin near the events; `planter audit --front` searches "
+        "all laws of the flanks, wherever they begin."
+    )
+    yield Section("Largest range of the exact model with the fit's flanks and events", [Keys(ranges), Text(scope)])
 
 
 def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Block]:
@@ -198,7 +203,7 @@ def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Blo
         for key, value in target.items()
     ]
     yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
-    yield Text(f"The target determines {fit.rank} combinations of the {len(fit.fitted)} inputs.")
+    yield Text(f"The target determines {count_things(fit.rank, 'combination')} of the {len(fit.fitted)} inputs.")
     yield Keys(
         {
             "flanks": ", ".join(fit.choices.values()),

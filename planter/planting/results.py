@@ -364,7 +364,10 @@ class ModelFitted(Record):
 
 @dataclass(frozen=True)
 class LargestRange(Record):
-    """The largest range that inputs within the bounds were found to give in the exact model, by the cam's contact."""
+    """The largest range of the exact model with the flanks of its fit, near the events, by the cam's contact.
+
+    Inputs stay within the bounds. `planter audit --front` searches all laws of the flanks, wherever they begin.
+    """
 
     cam_pushing: float | None
     free_sign: float | None

@@ -20,6 +20,15 @@ ROUNDING = 1e-9
 """Magnitude below which a computed value is shown as zero."""
 
 
+def count_things(number: int, thing: str, things: str = "") -> str:
+    """Return a number of things in words: `things` is their plural, unless it ends in s.
+
+    >>> count_things(1, "complex pair"), count_things(0, "complex pair"), count_things(2, "dwell", "dwells")
+    ('1 complex pair', '0 complex pairs', '2 dwells')
+    """
+    return f"{number} {thing if number == 1 else things or f'{thing}s'}"
+
+
 def format_label(key: str, name: str | None = None) -> str:
     """Return a key, or its `name`, as a label with its unit.
 

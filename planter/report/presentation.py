@@ -256,7 +256,8 @@ MOST_KEY_FIGURES = 3
 def find_key_figures(sections: Sequence[Section]) -> list[KeyFigure]:
     """Return the first numbers of the lists and tables of sections: of a table, the first number of each row.
 
-    Rows of named values, with their keys, are named without the section.
+    A unit in a row is that of its numbers that are no counts, so that an integer among them is passed over. Rows of
+    named values, with their keys, are named without the section.
     """
     return list(islice((figure for section in sections for figure in _list_key_figures(section)), MOST_KEY_FIGURES))
 
@@ -269,9 +270,11 @@ def _list_key_figures(section: Section) -> Iterator[KeyFigure]:
                     yield _build_key_figure(value, label)
         elif isinstance(block, Table):
             for row in block.rows:
-                index = next((k for k, value in enumerate(row) if is_number(value)), None)
+                numbers = [k for k, value in enumerate(row) if is_number(value)]
+                unit = next((str(row[k] or "") for k, head in enumerate(block.head) if head.endswith("unit")), None)
+                sizes = [k for k in numbers if isinstance(row[k], float)] if unit and 0 not in numbers else []
+                index = next(iter(sizes or numbers), None)
                 if index and row[0] is not None:  # rows whose first cell is a number are only counted by it
-                    unit = next((str(row[k] or "") for k, head in enumerate(block.head) if head == "unit"), None)
                     name, stroke, behind = str(row[0]).rpartition(" / ")
                     head = "" if block.head[index] == "value" else block.head[index]
                     title = "" if "key" in block.head else section.title
@@ -308,10 +311,18 @@ def list_warning_sections(warnings: Sequence[str | WarningRecord]) -> list[Secti
 
 
 def describe_violations(violated: Sequence[str], count: int, kind: str, separator: str = ", ") -> str:
-    """Return the sentence on how many of `count` requirements, or whatever their `kind`, are violated, and which."""
+    """Return the sentence on how many of `count` requirements, or whatever their `kind`, are violated, and which.
+
+    >>> describe_violations([], 1, "limit"), describe_violations(["F <= 3"], 2, "limit")
+    ('The limit is satisfied.', '1 of 2 limits is violated: F <= 3.')
+    """
+    names = separator.join(violated)
+    if count == 1:
+        return f"The {kind} is violated: {names}." if violated else f"The {kind} is satisfied."
+    plural = f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
     if violated:
-        return f"{len(violated)} of {count} {kind} are violated: {separator.join(violated)}."
-    return f"All {count} {kind} are satisfied."
+        return f"{len(violated)} of {count} {plural} {'is' if len(violated) == 1 else 'are'} violated: {names}."
+    return f"All {count} {plural} are satisfied."
 
 
 def print_section(console: Console, section: Section) -> None:

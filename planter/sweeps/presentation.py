@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.report import files
 from planter.report.html import Folded, Items, Keys, Section, Table, Text
-from planter.report.labels import format_cell, format_label
+from planter.report.labels import count_things, format_cell, format_label
 from planter.report.presentation import ResultPresentation, tabulate_inputs
 from planter.sweeps.figures import MOST_KINDS, SweepData, draw_envelope, draw_map, list_numeric_inputs
 from planter.sweeps.results import SweepFound, Varied
@@ -33,10 +33,13 @@ OVER_TWO_INPUTS = (
 
 def present_sweep(sweep: Sweep, result: SweepFound, rows: Rows) -> ResultPresentation:
     """Return the presentation: plan, range of each output, figures of `rows`, and the machines."""
-    plan, reused = sweep.plan, f", {result.resumed} chunks reused" if result.resumed else ""
+    plan, reused = sweep.plan, f", {count_things(result.resumed, 'chunk')} reused" if result.resumed else ""
     return ResultPresentation(
         title=f"Sweep: {plan.name}",
-        conclusion=f"{result.rows} rows in {result.seconds:.3g} s, {result.workers or 'no'} workers{reused}.",
+        conclusion=(
+            f"{count_things(result.rows, 'row')} in {result.seconds:.3g} s, "
+            f"{count_things(result.workers, 'worker') if result.workers else 'no workers'}{reused}."
+        ),
         record=result,
         sections=list(_list_sections(sweep, result)),
         figures=lambda: dict(_draw(sweep, rows)),

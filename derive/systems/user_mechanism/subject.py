@@ -10,8 +10,8 @@ from __future__ import annotations
 import random
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import combinations, groupby
 
 import mpmath
@@ -26,21 +26,16 @@ from ...audit.paper import Values as Arrays
 from ...audit.trial import Formula
 from ...chain import Chain
 from ...equations import Balance, Claimed, Equation, by_claim, defining_equation, derived_equation, loop, what
-from ...evaluate import Point, si_factor
+from ...evaluate import Point, si_factor, table_values
 from ...mechanics.driven_motion import LAW, VANISHES, build_law_residuals
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
 from ...model import Let, LinearSolve, Step, System, Twin, needed, sorted_steps
-from ...quantity import Quantities, Quantity
+from ...quantity import Quantities, Quantity, dimension, of_unit
 
 RELATIVE_RANGE = 0.2
 """Data without bounds vary within this share of their values."""
 Values = dict[Quantity, mpf]
-
-
-def table_values(table: Quantities) -> Values:
-    """Return the values of a table, in SI."""
-    return {table[name]: mpf(str(datum.value)) * si_factor(table[name].shown) for name, datum in table.data.items()}
 
 
 def value_ranges(table: Quantities, values: Values) -> dict[Quantity, tuple[mpf, mpf]]:
@@ -108,7 +103,10 @@ def build_dynamics(
         laws += [_rest_law(general), *_scaling_laws(mechanism, solved)]
     affected = frozenset(solved).union(*(map(twin, solved) for twin in TWINS))
     laws = [law for law in laws if any(gap.free_symbols & affected for gap in law.gaps)]
-    scaled = tuple(_scale_law(law, cycles[law.cycle]) for law in laws)
+    values = {name: _list_values(cycle) for name, cycle in cycles.items()}
+    balances = [e.residual for e in mechanism.equations() if isinstance(e.claims, Balance)]
+    sizes = {name: Magnitudes.from_values(balances, at) for name, at in values.items()}
+    scaled = tuple(_scale_law(law, values[law.cycle], sizes[law.cycle]) for law in laws)
     claims = {e.claims: replace(e, residual=e.residual - residual_symbol(e)) for e in printed.equations.values()}
     return Dynamics(scaled, cycles, claims, (), TWINS)
 
@@ -181,14 +179,54 @@ def _depends_on_speed(mechanism: Mechanism) -> bool:
     return False
 
 
-def _scale_law(law: Law, cycle: Cycle) -> Law:
-    """Return a law with the size of its largest term in the motion."""
+def _list_values(cycle: Cycle) -> Arrays:
+    """Return the values of all quantities in a motion, also at its other speeds."""
     values = dict(cycle.sides[0])
     for twin, side in zip(TWINS, cycle.sides[1:], strict=False):
         values |= {twin(symbol): array for symbol, array in side.items()}
-    terms = [term for gap in law.gaps for term in sp.Add.make_args(gap)]
-    size = max((float(np.max(np.abs(Formula(term)(values)))) for term in terms), default=0.0)
-    return replace(law, scale=size or 1.0)
+    return values
+
+
+@dataclass(frozen=True)
+class Magnitudes:
+    """Largest force [N], length [m] and speed of turning [rad/s] of a motion, to which rounding errors are relative."""
+
+    force: float
+    length: float
+    turning: float
+
+    @classmethod
+    def from_values(cls, balances: Iterable[Expr], values: Arrays) -> Magnitudes:
+        """Return the magnitudes of the terms of all balances of forces, and of all lengths and speeds."""
+        forces = [residual for residual in balances if dimension(residual) == of_unit("N")]
+        lengths, turnings = ([q for q in values if getattr(q, "unit", "") == unit] for unit in ("m", "rad/s"))
+        largest = partial(_largest_term, values=values)
+        return cls(largest(forces), largest(lengths), largest(turnings))
+
+    def find_scale(self, unit: str) -> float:
+        """Return the magnitude of what is in a unit of force, moment, power, speed or length; else none."""
+        force, length, turning = self.force, self.length, self.turning
+        sizes = {"N": force, "N m": force * length, "J": force * length, "W": force * length * turning}
+        return (sizes | {"m": length, "m/s": length * turning}).get(unit, 0.0)
+
+
+def _largest_term(gaps: Iterable[Expr], values: Arrays) -> float:
+    """Return the size of the largest summand of expressions in a motion."""
+    terms = [term for gap in gaps for term in sp.Add.make_args(gap) if term.free_symbols <= values.keys()]
+    return max((float(np.max(np.abs(Formula(term)(values)))) for term in terms), default=0.0)
+
+
+ROUNDING = 1e-5
+"""Share of a motion's magnitude that a law's scale is at least.
+
+A law's own terms may all be zero but for rounding, as a moment is whose forces all pass through one point: its rounding
+is that of the forces. With the tolerance of 1e-7 the share is 1e-12, ten thousand times that of a single operation.
+"""
+
+
+def _scale_law(law: Law, values: Arrays, sizes: Magnitudes) -> Law:
+    """Return a law with the size of its largest term in the motion, no less than the rounding of all forces."""
+    return replace(law, scale=max(_largest_term(law.gaps, values), ROUNDING * sizes.find_scale(law.unit)) or 1.0)
 
 
 MAX_SIMULTANEOUS = 2

@@ -14,14 +14,14 @@ from ...audit.case import Case
 from ...audit.paper import Paper, Subject
 from ...chain import Chain, select_solvable
 from ...equations import Claim, Claimed, Definition, Equation
-from ...evaluate import NotEvaluated, Point, UnknownNodeError
+from ...evaluate import NotEvaluated, Point, UnknownNodeError, table_values
 from ...formulas import Formulas
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
 from ...quantity import Quantity
 from .configurations import ConfigurationSubject, is_free_of_bodies
 from .motions import DrivenSubject, FreeSubject
-from .subject import MechanismSubject, draw_near, draw_values, table_values, value_ranges
+from .subject import MechanismSubject, draw_near, draw_values, value_ranges
 
 
 class Repaired(Claim):

@@ -21,7 +21,7 @@ from planter.clutch.results import FactorLevels, FieldTest, Level, ResponseLabel
 from planter.files import csv_rows
 from planter.report import style
 from planter.report.html import Block, Cell, Folded, Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import format_label, format_name
+from planter.report.labels import count_things, format_label, format_name
 from planter.report.presentation import ResultPresentation
 from planter.version import __version__
 
@@ -88,7 +88,7 @@ def _conclude(result: FieldTest) -> str:
         names = [_name(result.factors, name) for name, p in tests.items() if p < 0.05]
         outcome = ", ".join(names) or ("none" if tests else "not testable")
         effects.append(f"{outcome} on {_name(result.responses, response)}")
-    return f"Effects with p < 0.05 in {result.runs} runs: {'; '.join(effects)}."
+    return f"Effects with p < 0.05 in {count_things(result.runs, 'run')}: {'; '.join(effects)}."
 
 
 def _name(columns: Mapping[str, FactorLevels | ResponseLabel], name: str) -> str:

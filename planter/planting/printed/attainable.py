@@ -58,7 +58,7 @@ def _describe_front(content: Entry) -> Iterator[str]:
         yield (
             f"Exact model, {curve['contact']}: the search reached a range of {curve['largest_range']['range_N']:.4g} N "
             f"and a variance of {curve['most_variance_N2']:.4g} N2, within the stated bounds and with any law of the "
-            "flanks."
+            "flanks, wherever they begin."
         )
     for row in content["table"]:
         attained = {c: v for c, v in row["most_variance_N2"].items() if v is not None}

@@ -27,9 +27,10 @@ def test_explanations_equal_sidecar(path: str, tmp_path: Path) -> None:
     result = answer("explain", path, "--set", "h_mm=15", "--out", str(tmp_path))
     sidecar = own.file("cam_follower").model.sidecar
     assert [value["name"] for value in result["values"]] == [entry["name"] for entry in sidecar["vectors"]["data"]]
-    assert [value["name"] for value in result["quantities"]] == [
-        entry["name"] for entry in sidecar["vectors"]["outputs"]
-    ]
+    single = [value["name"] for value in result["quantities"] if "components" not in value]
+    assert single == [entry["name"] for entry in sidecar["vectors"]["outputs"]]
+    vectors = {value["name"]: value["components"] for value in result["quantities"][len(single) :]}
+    assert vectors["F_O"] == ["F_Ox", "F_Oy"]
     assert [value["name"] for value in result["functions"]] == list(sidecar["functions"])
     lift = next(value for value in result["values"] if value["name"] == "h")
     assert lift["value"] == 15.0
