@@ -136,8 +136,8 @@ def _read_user_sidecar(path: Path) -> dict[str, Any]:
         raise refuse_generated(path, "it was edited since it was derived")
     vectors, functions = content["vectors"], content["functions"]
     for name, section in (("vectors", vectors), ("functions", functions)):
-        if not isinstance(section, dict) or not section:
-            raise refuse_generated(path, f"{name} holds nothing")
+        if not isinstance(section, dict):
+            raise refuse_generated(path, f"{name} is no object")
     for name, entries in vectors.items():
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise refuse_generated(path, f"vectors: {name} is no list of entries")
@@ -153,7 +153,7 @@ def _read_user_sidecar(path: Path) -> dict[str, Any]:
 def check_user_model(name: str, folder: Path) -> None:
     """Raise InputError unless a folder holds the sidecar of a user's mechanism, and modules with its functions."""
     needed = sidecar(name, folder)["functions"].keys()
-    for path in (folder / f"{name}.py", folder / "array" / f"{name}.py"):
+    for path in (folder / f"{name}.py", folder / "array" / f"{name}.py") if needed else ():
         if not path.is_file():
             raise refuse_generated(path, "there is no such file")
         try:
