@@ -236,10 +236,10 @@ class _Block:
         """Return angles and weights (rows, p, n) of nodes; short rows repeat their first panel without weight."""
         turn = self.machine.turn
         rows = [piecewise.place_panels(edges, pieces, turn, FEWEST) for edges in self.edges]
-        most = max(len(angles) for angles, _ in rows)
-        phi, weights = np.empty((len(rows), most, NODES)), np.zeros((len(rows), most, NODES))
-        for row, (angles, own) in enumerate(rows):
-            phi[row], phi[row, : len(angles)], weights[row, : len(own)] = angles[0], angles, own / turn
+        widest = max(len(angles) for angles, _ in rows)
+        phi, weights = np.empty((len(rows), widest, NODES)), np.zeros((len(rows), widest, NODES))
+        for row, (angles, row_weights) in enumerate(rows):
+            phi[row], phi[row, : len(angles)], weights[row, : len(angles)] = angles[0], angles, row_weights / turn
         return phi, weights
 
     def _evaluate(self, phi: Array) -> tuple[Array, Flags]:
@@ -255,9 +255,10 @@ class _Block:
         values = self.owner._values(phi=lanes, d=self.data.T, h=self.h.T, q=q)["rows"]
         size = len(owner.names)
         guards = values[:, size:]
-        is_finite = np.asarray(np.isfinite(values).all(axis=(1, 2)) & is_closed.reshape(len(phi), -1).all(axis=1))
+        is_finite: Flags = np.isfinite(values).all(axis=(1, 2))
+        is_finite &= is_closed.reshape(len(phi), -1).all(axis=1)
         for row, guard in zip(guards.transpose(1, 0, 2), owner.guards, strict=True):
-            is_finite = is_finite & (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
+            is_finite &= (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
         sides = values[:, :size].reshape(len(phi), size, len(offsets), -1)
         shared = np.array(owner.shared, dtype=bool)[None, :, None]
         folded = np.where(shared, sides.sum(axis=2), sides[:, :, 0])

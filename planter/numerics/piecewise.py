@@ -124,8 +124,8 @@ class PiecewiseFunctions:
         )
         begin, end = self._edges[:-1], self._edges[1:]
         offsets = np.minimum(ONE_SIDED_OFFSET, ONE_SIDED_OFFSET**0.5 * (end - begin))
-        beside = np.concatenate([begin + offsets, end - offsets])
-        side_values, side_slopes = self.functions(beside)
+        side_angles = np.concatenate([begin + offsets, end - offsets])
+        side_values, side_slopes = self.functions(side_angles)
         pieces = np.arange(len(begin))
         first, last = np.searchsorted(owner, pieces), np.searchsorted(owner, pieces, "right") - 1
         series = np.append(_extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1), axis=1)
@@ -134,10 +134,10 @@ class PiecewiseFunctions:
         rounding = np.finfo(float).eps * np.abs(series).max(axis=1, keepdims=True)
         self._after, self._before = np.split(np.where(np.abs(limits) > rounding, limits, 0.0), 2, axis=1)
         side_values = np.where(np.isfinite(side_values), side_values, limits)
-        every = np.concatenate([angles.ravel(), beside])
-        places = np.lexsort([every, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])])
-        self.nodes, self._owner = every[places], owners[places]
-        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(beside))]) / turn)[places]
+        all_angles = np.concatenate([angles.ravel(), side_angles])
+        places = np.lexsort([all_angles, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])])
+        self.nodes, self._owner = all_angles[places], owners[places]
+        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(side_angles))]) / turn)[places]
         self.values = np.append(values.reshape(len(values), -1), side_values, axis=1)[:, places]
         self.slopes = np.append(slopes.reshape(len(values), -1), side_slopes, axis=1)[:, places]
         self.slopes[~np.isfinite(self.slopes)] = 0.0
@@ -218,8 +218,8 @@ def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tupl
     points, weights = _legendre(NODES)
     v = (low[:, None] * (1 - points) + high[:, None] * (1 + points)) / 2
     begin, end = edges[owner][:, None], edges[owner + 1][:, None]
-    near = np.minimum(v, 1 - v)  # an angle near an end is right to the digits of its distance from there
-    offset = (end - begin) * near**2 * (3 - 2 * near)
+    distance = np.minimum(v, 1 - v)  # angles at an end are right to the digits of their distance
+    offset = (end - begin) * distance**2 * (3 - 2 * distance)
     angles = np.where(v < 0.5, begin + offset, end - offset)
     return angles, 6 * (end - begin) * v * (1 - v) * weights * (high - low)[:, None] / 2
 

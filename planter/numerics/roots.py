@@ -169,23 +169,23 @@ def locate_crossings(
     touches, touch_rows = np.empty(0), np.empty(0, dtype=np.int64)
     if rates is not None and turning.any():
         turned = np.flatnonzero(turning[rows, index])
-        near = cells.select(turned)
-        ends = slopes[near.rows, index[turned]], slopes[near.rows, index[turned] + 1]
-        places = find_bracketed_roots(rates(near.rows), near.low, near.high, ends)
-        reached = values(near.rows)(places)[0]
-        distance = np.abs(reached - _round_to_level(reached, periods[near.rows]))
-        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[near.rows]
+        turning_cells = cells.select(turned)
+        ends = slopes[turning_cells.rows, index[turned]], slopes[turning_cells.rows, index[turned] + 1]
+        places = find_bracketed_roots(rates(turning_cells.rows), turning_cells.low, turning_cells.high, ends)
+        reached = values(turning_cells.rows)(places)[0]
+        distance = np.abs(reached - _round_to_level(reached, periods[turning_cells.rows]))
+        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[turning_cells.rows]
         is_touch = distance <= TOUCHING * sizes
-        touches, touch_rows = places[is_touch], near.rows[is_touch]
+        touches, touch_rows = places[is_touch], turning_cells.rows[is_touch]
         passed = distance > ROUNDING * sizes  # else rounding would decide whether it crosses twice
-        kept = np.ones(len(rows), dtype=bool)
-        kept[turned[passed]] = False
-        cells = cells.select(kept).joined(near.select(passed).split(places[passed], reached[passed]))
+        is_uncrossed = np.ones(len(rows), dtype=bool)
+        is_uncrossed[turned[passed]] = False
+        cells = cells.select(is_uncrossed).joined(turning_cells.select(passed).split(places[passed], reached[passed]))
     cells, levels = _list_brackets(cells, periods)
-    own = values(cells.rows)
+    functions = values(cells.rows)
 
     def shifted(phi: Array) -> tuple[Array, Array]:
-        current, slope = own(phi)
+        current, slope = functions(phi)
         return current - levels, slope
 
     ends = cells.first - levels, cells.last - levels
@@ -208,18 +208,18 @@ def _count_levels(values: Array, periods: Array) -> Array:
 def _list_brackets(cells: _Cells, periods: Array) -> tuple[_Cells, Array]:
     """Return the intervals in which a level is crossed, each as often as levels are, and these."""
     cells = cells.select(np.isfinite(cells.first) & np.isfinite(cells.last))
-    own = periods[cells.rows]
-    first, last = _count_levels(cells.first, own), _count_levels(cells.last, own)
+    cell_periods = periods[cells.rows]
+    first, last = _count_levels(cells.first, cell_periods), _count_levels(cells.last, cell_periods)
     counts = np.minimum(np.abs(last - first), MAX_LEVELS).astype(np.int64)
     index = np.repeat(np.arange(len(counts)), counts)
     number = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
     multiples = np.minimum(first, last)[index] + 1 + number
-    spacing = np.where(np.isinf(own[index]), 0.0, own[index])
+    spacing = np.where(np.isinf(cell_periods[index]), 0.0, cell_periods[index])
     return cells.select(index), spacing * multiples
 
 
 class OwnFunctions:
-    """Of functions (m, n) with their slopes the one of each point (s,), by its row; unmoved points are not repeated."""
+    """Functions (m, n) with slopes, of which each point (s,) takes one; results of unmoved points are reused."""
 
     def __init__(self, functions: FunctionWithSlope, rows: Integers) -> None:
         self._functions, self._rows = functions, rows
@@ -240,8 +240,8 @@ def _fold(angles: Array, rows: Integers, cycle: float) -> tuple[Array, Integers]
     """Return angles in a cycle in their order, those of one function at both of its ends once, with their functions."""
     outside = SAME_ANGLE * cycle
     angles = np.where(np.abs(angles - cycle) <= outside, 0.0, angles)
-    within = (angles >= -outside) & (angles < cycle)
-    angles, rows = np.maximum(angles[within], 0.0), rows[within]
+    is_inside = (angles >= -outside) & (angles < cycle)
+    angles, rows = np.maximum(angles[is_inside], 0.0), rows[is_inside]
     order = np.lexsort([angles, rows])
     angles, rows = angles[order], rows[order]
     new = (np.diff(angles, prepend=-np.inf) > outside) | (np.diff(rows, prepend=-1) != 0)

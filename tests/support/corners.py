@@ -167,10 +167,10 @@ class TracingNamespace:
     def _select(self, function: Callable[..., Any], a: Any, b: Any) -> Traced:
         kind = function.__name__
         first, second = ((n.parts if n.kind == kind else (n,)) for n in map(_trace, (a, b)))
-        for one in first:
-            for other in second:
-                gap = one - other
-                self._add(kind, math.nan if POSITIVE in (gap.sign, (other - one).sign) else gap.value)
+        for left in first:
+            for right in second:
+                gap = left - right
+                self._add(kind, math.nan if POSITIVE in (gap.sign, (right - left).sign) else gap.value)
         both = _trace(a), _trace(b)
         signs = [number.sign for number in both]
         return Traced(
@@ -225,9 +225,9 @@ def list_unmarked(
 
     def evaluate(angle: float) -> tuple[TracingNamespace, Array]:
         xp = TracingNamespace()
-        given = inputs(angle)
-        lane(xp, *given)
-        passed = () if events is None else events(TracingNamespace(), *given)
+        arguments = inputs(angle)
+        lane(xp, *arguments)
+        passed = () if events is None else events(TracingNamespace(), *arguments)
         passed = passed if isinstance(passed, tuple | list) else (passed,)
         return xp, np.array([_trace(value).value for value in passed])
 
@@ -250,7 +250,7 @@ def list_unmarked(
 
 
 def _matches(corner: Array, event: Array, kind: str, period: float) -> bool:
-    """Return whether an event is proportional to a corner, but for whole periods; a floor has a corner at each 1."""
+    """Return whether an event is proportional to a corner, but for periods_passed periods; a floor has a corner at each 1."""
     rise, event_rise = corner[1::2] - corner[::2], event[1::2] - event[::2]
     finite = np.isfinite(rise) & np.isfinite(event_rise) & (np.abs(rise) > 0)
     if not finite.any():
@@ -261,9 +261,9 @@ def _matches(corner: Array, event: Array, kind: str, period: float) -> bool:
         return False
     turns = event / period if math.isfinite(period) else event / np.abs(event).max()
     missed = turns - corner * scale / (period if math.isfinite(period) else np.abs(event).max())
-    whole = np.round(missed) if math.isfinite(period) else 0.0
+    periods_passed = np.round(missed) if math.isfinite(period) else 0.0
     is_as_dense = kind != "floor" or (math.isfinite(period) and abs(abs(scale) / period - 1) < TOLERANCE)
-    return bool(np.nanmax(np.abs(missed - whole)) < 1e-3) and is_as_dense
+    return bool(np.nanmax(np.abs(missed - periods_passed)) < 1e-3) and is_as_dense
 
 
 def _happens_at_zeros(
@@ -279,9 +279,11 @@ def _happens_at_zeros(
             middle = (low + high) / 2
             low, high = (middle, high) if (evaluate(middle)[0].corners[k] > 0) == sign else (low, middle)
         before, after = evaluate(low - NEAR)[1], evaluate(high + NEAR)[1]
-        whole = np.where(np.isfinite(spacing), spacing, 1.0)
+        periods_passed = np.where(np.isfinite(spacing), spacing, 1.0)
         passed = np.where(
-            np.isfinite(spacing), np.floor(before / whole) != np.floor(after / whole), before * after <= 0
+            np.isfinite(spacing),
+            np.floor(before / periods_passed) != np.floor(after / periods_passed),
+            before * after <= 0,
         )
         if not passed.any():
             return False

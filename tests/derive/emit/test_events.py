@@ -55,12 +55,14 @@ def build_inputs(module: ModuleType, sidecar: Path) -> Inputs:
     rng = np.random.default_rng(1)
     stage = ("r", "dr", "ddr", "ratio", "dratio", "turned")
     gives = {name: ("p", "dp", "ddp") if name == "flank" else stage for name in callables}
-    functions = {name: (lambda xp, x, *_, of=gives[name]: compose(of, x.value)) for name in callables}
+    functions = {name: (lambda xp, x, *_, names=gives[name]: compose(names, x.value)) for name in callables}
     data: dict[str, Any] = {name: [Traced(v) for v in rng.uniform(0.3, 1.7, 60)] for name in names[1:]} | functions
     if "prologue" in described["functions"]:
-        given = [data[name] for name in (*described["functions"]["prologue"]["inputs"], *callables) if name in data]
+        prologue_inputs = [
+            data[name] for name in (*described["functions"]["prologue"]["inputs"], *callables) if name in data
+        ]
         count = module.prologue.__code__.co_argcount - 1
-        data["hoisted"] = module.prologue(TracingNamespace(), *given[:count])
+        data["hoisted"] = module.prologue(TracingNamespace(), *prologue_inputs[:count])
 
     def build(angle: float) -> list[Any]:
         loops = [Traced(math.sin(k + 1.3 * angle) + 0.1 * angle) for k in range(60)]
@@ -127,16 +129,16 @@ def test_missing_event_is_told(name: str) -> None:
     sidecar = folder / f"{name}.json"
     module, periods = load_module(folder / "array" / f"{name}.py"), list_periods(sidecar)
     inputs = build_inputs(module, sidecar)
-    told = []
+    unmarked = []
     for index in range(len(periods)):
 
-        def events(*given: Any, without: int = index) -> list[Any]:
-            values = list(module.events(*given))
+        def events(*arguments: Any, without: int = index) -> list[Any]:
+            values = list(module.events(*arguments))
             values[without] = 1.0
             return values
 
-        told += list_unmarked(module.lane, events, inputs, periods)
-    assert told != []
+        unmarked += list_unmarked(module.lane, events, inputs, periods)
+    assert unmarked != []
     assert list_unmarked(module.lane, None, inputs, []) != []
 
 

@@ -33,8 +33,8 @@ def sample_densely(integrand: Integrand, r: float = R, s: float = S) -> Array:
     with mpmath.workdps(30):
         angles = [mpmath.mpf(k) / 50 for k in range(1, 314)]
         angles += [p % (2 * mpmath.pi) + d for p in integrand.breaks(r, s) for d in (-1e-12, 1e-12)]
-        within = [angle for angle in angles if 0 < angle < 2 * mpmath.pi]
-        return np.array([float(integrand.evaluate(t, mpmath.mpf(r), mpmath.mpf(s))) for t in within])
+        inside = [angle for angle in angles if 0 < angle < 2 * mpmath.pi]
+        return np.array([float(integrand.evaluate(t, mpmath.mpf(r), mpmath.mpf(s))) for t in inside])
 
 
 @pytest.mark.parametrize("name", INTEGRANDS)
