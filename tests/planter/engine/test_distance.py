@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from planter.engine.goal import Goal, resolve_limit, resolve_measure
-from planter.engine.machine import Machine, load_machine
 from planter.engine.limits import MeasureLimits
+from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import SampledOutputs
 from planter.engine.piecewise import build_clearance, build_distance
@@ -26,10 +26,10 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise_machine
 from planter.mechanism.presentation import format_optimum_file
+from planter.optimise.objective import ModelValues
 from planter.planting.swept import ROOM
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
-from planter.optimise.objective import ModelValues
 from tests.support import own
 from tests.support.reference import evaluate
 

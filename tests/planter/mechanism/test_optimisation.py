@@ -19,7 +19,7 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise_machine
 from planter.optimise.optimiser import METHODS
-from planter.optimise.problem import Problem
+from planter.optimise.range_variance import CurveSumObjective
 from planter.parallel.task import Means
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
@@ -75,7 +75,7 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
     assert isinstance(part, CurveSumObjective)
 
     def close(x: np.ndarray) -> bytes:
-        return part.response.value(part.response.prologue(x), angles).tobytes()
+        return part.response.response.coordinates(machine.build_data(x), angles).tobytes()
 
     problem.restart()
     alone, _, after = close(second), close(first), close(second)
