@@ -66,7 +66,7 @@ class QuantityCurves:
 
     @property
     def shifts(self) -> tuple[float, ...]:
-        """By how much the joints of each side come before those of the first [rad]."""
+        """Angles [rad] by which the joints of each side come before those of the first."""
         return self.machine.offsets if self.period == self.machine.turn else (0.0,)
 
     @cached_property

@@ -108,14 +108,14 @@ class MeasureCurves:
     def build(self, terms: Sequence[Measure], sampling: Sampling = "refined") -> JoinedObjective:
         """Return a sum of measures; of `sampling` samples, those that are of the whole cycle are of these alone."""
         machine, widths = self.machine, self.machine.upper - self.machine.lower
-        whole = [m for m in terms if _is_span(m) and not m.during]
+        cyclic = [m for m in terms if _is_span(m) and not m.during]
         partial = [m for m in terms if m.during]
         parts: list[ObjectivePart] = []
         if sampling == "refined":
-            whole, partial = whole + partial, []
-        if whole:
+            cyclic, partial = cyclic + partial, []
+        if cyclic:
             panels = self.panels if sampling == "refined" else None
-            parts.append(CurveSumObjective(self.curves, self._build_sum(whole), sampling, panels))
+            parts.append(CurveSumObjective(self.curves, self._build_sum(cyclic), sampling, panels))
         if partial:
             parts.append(CurveSumObjective(self.curves, self._build_sum(partial), "refined", self.panels))
         parts += [NodeMeasure(machine, m) for m in terms if not _is_span(m)]
@@ -128,24 +128,24 @@ class MeasureCurves:
         for measure in terms:
             row = self._find_row(measure)
             factor = self.machine.find_quantity(measure.name).factor
-            within = self._find_conditions(measure)
+            conditions = self._find_conditions(measure)
             if measure.kind in EXTREMES:
                 for side in EXTREMES[measure.kind]:
                     signs = (1, -1) if measure.size else (side,)
-                    sides += [CurveSide(len(weights), row, sign, within) for sign in signs]
+                    sides += [CurveSide(len(weights), row, sign, conditions) for sign in signs]
                     weights.append(measure.weight * (side if measure.kind == "min" else 1) / factor)
             elif measure.kind == "work":
-                statistics.append(CurveStatistic("integral", row, measure.weight * self.machine.turn, within))
+                statistics.append(CurveStatistic("integral", row, measure.weight * self.machine.turn, conditions))
             else:
                 kind = next(kind for kind in SMOOTH if kind == measure.kind)
                 power = 2 if kind == "variance" else 1
-                statistics.append(CurveStatistic(kind, row, measure.weight / factor**power, within))
+                statistics.append(CurveStatistic(kind, row, measure.weight / factor**power, conditions))
         return CurveSum(tuple(statistics), tuple(sides), np.array(weights))
 
     def is_empty(self, measure: Measure, x: Array) -> bool:
         """Return whether the conditions of a measure never hold at a design."""
-        within = self._find_conditions(measure)
-        return bool(within) and self.panels(x).is_empty(within)
+        conditions = self._find_conditions(measure)
+        return bool(conditions) and self.panels(x).is_empty(conditions)
 
     def find_spread(self, measure: Measure) -> float:
         """Return by how much the quantity of a measure varies at the machine's own design, else its size."""
@@ -188,7 +188,7 @@ class Goal:
 
     @cached_property
     def limited(self) -> tuple[JoinedObjective, ...]:
-        """What each limit is on."""
+        """Return the objectives whose values are those that the limits are on."""
         return tuple(self._of_limits.build([bound_measure(limit)]) for limit in self.limits)
 
     @cached_property

@@ -39,6 +39,7 @@ class MeasureLimits(Constraints):
         return True
 
     def at(self, x: Array) -> LimitRows:
+        """Return the rows near a design x (p,)."""
         return self._rows(x)
 
     def values(self, x: Array) -> Array:

@@ -149,8 +149,8 @@ class MovingNodes(Nodes):
                 total = total + self.anchors.curvature_along(point, placement.anchors, rows, moving)
             return total
 
-        along = (slopes[:, :, 1:] + slopes[:, :, :1] * angle_slopes) / units[:, :, None]
-        return NodeValues(values / units, along, curvature, placement.is_empty)
+        gradients = (slopes[:, :, 1:] + slopes[:, :, :1] * angle_slopes) / units[:, :, None]
+        return NodeValues(values / units, gradients, curvature, placement.is_empty)
 
 
 class ExtremumNode(MovingNodes):

@@ -15,9 +15,9 @@ from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.optimise.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
 from planter.optimise.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
-from planter.optimise.problem import BestPoint, Counts
+from planter.optimise.problem import BestPoint
 from planter.optimise.range_variance import Sampling
-from planter.optimise.result import NoFeasiblePointError, OptimiserResult, certify_candidates
+from planter.optimise.result import NoFeasiblePointError, OptimiserResult
 from planter.optimise.sections import DEFAULT_GENETIC
 from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress

@@ -10,10 +10,10 @@ from typing import Any
 
 from planter import errors
 from planter.engine import search
+from planter.engine.curves import QuantityCurves
 from planter.engine.goal import Goal, evaluate_measure, find_display_unit, resolve_limit, resolve_measure
 from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
-from planter.engine.curves import QuantityCurves
 from planter.engine.problem import DesignProblem, build_problem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
@@ -21,7 +21,6 @@ from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.numerics.arrays import TURN
 from planter.mechanism.model import require_repeating
 from planter.mechanism.results import (
     ActiveLimit,
@@ -30,6 +29,7 @@ from planter.mechanism.results import (
     MechanismCertificate,
     MechanismOptimumResult,
 )
+from planter.numerics.arrays import TURN
 from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.local_search import Descent, SearchRecord

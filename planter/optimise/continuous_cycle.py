@@ -106,8 +106,8 @@ class Pieces:
     def halve(self) -> Pieces:
         """Return both halves of all pieces."""
         middle = (self.low + self.high) / 2
-        twice = [np.tile(part, 2) for part in (self.panel, self.number, self.count)]
-        return Pieces(*twice, np.append(self.low, middle), np.append(middle, self.high))
+        panel, number, count = (np.tile(part, 2) for part in (self.panel, self.number, self.count))
+        return Pieces(panel, number, count, np.append(self.low, middle), np.append(middle, self.high))
 
 
 @cache
@@ -123,8 +123,9 @@ def build_tail(count: int) -> Array:
 class CycleExtrema:
     """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `values` (m,).
 
-    `joint` (m,) is the index among the joints of one that is a kink or a jump, `CORNER` or else -1; `smooth` (m,) marks those that
-    move on their own: the ends of a curve that is not closed do not. `panels` (2, m) are the panels before and after.
+    `joint` (m,) is the index among the joints of one that is a kink or a jump, `CORNER` or else -1; `smooth` (m,) marks
+    those that move on their own: the ends of a curve that is not closed do not. `panels` (2, m) are the panels before
+    and after.
     """
 
     angles: Array
@@ -261,24 +262,24 @@ class CyclePanels:
         flags: Flags = self.response.misses(self.at, self.fold((self.breaks[:-1] + self.breaks[1:]) / 2)) <= 0
         return flags
 
-    def inside(self, within: tuple[int, ...]) -> Flags:
+    def inside(self, conditions: tuple[int, ...]) -> Flags:
         """Return on which panels conditions hold, (panels,)."""
-        return np.asarray(self._holding[list(within)].all(axis=0))
+        return np.asarray(self._holding[list(conditions)].all(axis=0))
 
-    def is_empty(self, within: tuple[int, ...]) -> bool:
+    def is_empty(self, conditions: tuple[int, ...]) -> bool:
         """Return whether conditions never hold all."""
-        return not self.inside(within).any()
+        return not self.inside(conditions).any()
 
-    def _nearest(self, within: tuple[int, ...]) -> int:
+    def _nearest(self, conditions: tuple[int, ...]) -> int:
         """Return the node at which conditions that never hold are missed least."""
-        return int(self.response.misses(self.at, self.fold(self.nodes))[list(within)].max(axis=0).argmin())
+        return int(self.response.misses(self.at, self.fold(self.nodes))[list(conditions)].max(axis=0).argmin())
 
     def mask(self, statistic: CurveStatistic) -> Array:
         """Return which nodes count in a statistic, (n,); where none would, the nearest does, but in no integral."""
-        if not self.is_empty(statistic.within):
-            return self.inside(statistic.within)[self.panel].astype(float)
+        if not self.is_empty(statistic.conditions):
+            return self.inside(statistic.conditions)[self.panel].astype(float)
         mask = np.zeros(len(self.nodes))
-        mask[self._nearest(statistic.within)] = float(statistic.kind != "integral")
+        mask[self._nearest(statistic.conditions)] = float(statistic.kind != "integral")
         return mask
 
     # --- integrals -----------------------------------------------------------------------------------
@@ -361,11 +362,11 @@ class CyclePanels:
         if row not in self._extremes:
             self._extremes[row] = self._find_extremes(row)
         extremes = self._extremes[row]
-        if not side.within:
+        if not side.conditions:
             return extremes
-        inside = self.inside(side.within)
+        inside = self.inside(side.conditions)
         if not inside.any():
-            return self._stand_in(side, self._nearest(side.within))
+            return self._stand_in(side, self._nearest(side.conditions))
         before, after = extremes.panels
         extremes = extremes.pick(inside[before] | inside[after])
         if not (extremes.peaks == (side.sign > 0)).any():
@@ -418,8 +419,8 @@ class CyclePanels:
         smooth[: len(angles)] = ~is_corner
         values = self._evaluate_extremes(row, place, kinks, len(angles))
         if len(self.jumps):
-            beside, left = self.breaks[self.jumps], (self.jumps - 1) % count
-            place = np.concatenate([place, self.fold(beside - ONE_SIDED_OFFSET), self.fold(beside + ONE_SIDED_OFFSET)])
+            probes, left = self.breaks[self.jumps], (self.jumps - 1) % count
+            place = np.concatenate([place, self.fold(probes - ONE_SIDED_OFFSET), self.fold(probes + ONE_SIDED_OFFSET)])
             kind = np.concatenate([kind, before[self.jumps] > 0, after[self.jumps] < 0])
             joint = np.concatenate([joint, *[self.order[self.jumps]] * 2])
             panels = np.hstack([panels, np.tile(np.concatenate([left, self.jumps]), (2, 1))])
@@ -442,8 +443,8 @@ class CyclePanels:
         """Return which stationary angles are corners that no event marks, as of the nearest place of a polyline."""
         if not len(angles):
             return np.zeros(0, dtype=bool)
-        beside = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
-        before, after = np.split(self.response.rate(self.at, self.fold(beside))[1][row], 2)
+        probes = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
+        before, after = np.split(self.response.rate(self.at, self.fold(probes))[1][row], 2)
         steepest, largest = np.abs(self.node_rates[row]).max(), np.abs(self.values[row]).max()
         flags: Flags = np.abs(after - before) > max(CORNER_SHARE * steepest, LEVEL_SHARE * largest)
         return flags
@@ -476,9 +477,9 @@ class CyclePanels:
         place = angles.copy()
         corner = joint == CORNER
         if corner.any():
-            beside = np.concatenate([angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET])
-            both = self.response.slopes(self.at, self.fold(beside))[1]
-            before, after = np.split(both[np.tile(rows[corner], 2), np.arange(len(beside))], 2)
+            probes = np.concatenate([angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET])
+            both = self.response.slopes(self.at, self.fold(probes))[1]
+            before, after = np.split(both[np.tile(rows[corner], 2), np.arange(len(probes))], 2)
             change = after - before
             velocity[corner] = -change[:, 1:] / change[:, :1]
             place[corner] += ONE_SIDED_OFFSET
@@ -548,7 +549,7 @@ class ContinuousCycle:
 
 
 class ExtremumRows:
-    """Of each side one row for each window between fixed angles: its greatest value, or its least. A `LocalModel`.
+    """Rows of each side, one for each window between fixed angles: the greatest value, or the least. A `LocalModel`.
 
     The windows of maxima are parted by the angles of the minima where the rows were made, and conversely. All windows
     together cover the period, so no new extreme can be missed. Two peaks in one window give its row a kink where they
@@ -594,7 +595,7 @@ class ExtremumRows:
         state = self._state(x)
         for seen, side in zip(self._seen, self.total.sides, strict=True):
             extremes = state.panels.extremes(side)
-            if len(extremes.values) and not side.within:
+            if len(extremes.values) and not side.conditions:
                 seen.append(float(extremes.angles[(side.sign * extremes.values).argmax()]))
         gradients = self.signs[:, None] * state.slopes[1]
         return ModelGradients(state.panels.gradient(state.smooth_sum), gradients, np.empty((0, len(x))))
@@ -672,7 +673,7 @@ _NO_POINTS: _Points = np.empty(0), np.empty(0), np.empty(0, dtype=np.int64), np.
 
 def _find_high_nodes(panels: CyclePanels, side: CurveSide) -> Array:
     """Return angles at which a curve is near its extreme: a peak that is not yet there would be born among them."""
-    if side.within:
+    if side.conditions:
         return NO_ANGLES
     values = side.sign * panels.values[side.row]
     high = panels.nodes[values >= values.max() - NEAR_SHARE * np.ptp(values)]
@@ -715,11 +716,11 @@ def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _
     inside = np.flatnonzero((extremes.peaks == (side.sign > 0)) & ~extremes.beside_jump)
     window = np.searchsorted(edges, extremes.angles[inside]) % max(len(edges), 1)
     angles, values, joint, smooth = (
-        _top_rows(panels, side, len(edges)) if side.within else _fixed_rows(panels, side, edges)
+        _top_rows(panels, side, len(edges)) if side.conditions else _fixed_rows(panels, side, edges)
     )
     taken = np.zeros(len(edges), dtype=bool)
     for i, w in zip(inside, window, strict=True):
-        is_first = bool(side.within) and not taken[w]
+        is_first = bool(side.conditions) and not taken[w]
         if is_first or side.sign * extremes.values[i] > side.sign * values[w]:
             angles[w], values[w], joint[w] = extremes.angles[i], extremes.values[i], extremes.joint[i]
             smooth[w], taken[w] = extremes.smooth[i], True
@@ -738,7 +739,9 @@ def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     """Rows on both sides of the jumps that are nearest to angles (k,); where there are none, at these angles."""
     if not len(panels.jumps):
         return (
-            _top_rows(panels, side, 2 * len(angles)) if side.within else _fixed_rows(panels, side, np.tile(angles, 2))
+            _top_rows(panels, side, 2 * len(angles))
+            if side.conditions
+            else _fixed_rows(panels, side, np.tile(angles, 2))
         )
     gaps = np.abs(wrap_angle(panels.breaks[panels.jumps] - angles[:, None], panels.response.period))
     nearest = gaps.argmin(axis=1)
@@ -747,11 +750,11 @@ def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
     values = panels.sides[side.row].reshape(2, -1)[:, nearest].ravel()
     joints = np.tile(panels.order[panels.jumps][nearest], 2)
     points = places, values, joints, np.zeros(len(places), dtype=bool)
-    if not side.within:
+    if not side.conditions:
         return points
     count = len(panels.breaks) - 1
-    beside = np.concatenate([(panels.jumps[nearest] - 1) % count, panels.jumps[nearest]])
-    outside = ~panels.inside(side.within)[beside]
+    probes = np.concatenate([(panels.jumps[nearest] - 1) % count, panels.jumps[nearest]])
+    outside = ~panels.inside(side.conditions)[probes]
     for part, top in zip(points, _top_rows(panels, side, len(places)), strict=True):
         part[outside] = top[outside]
     return points

@@ -16,25 +16,25 @@ from planter.optimise.objective import ObjectiveSummary, find_tops
 
 @dataclass(frozen=True)
 class CurveStatistic:
-    """A weighted statistic of a curve, the `row` of a response, where the conditions `within` hold."""
+    """A weighted statistic of a curve, the `row` of a response, where the conditions `conditions` hold."""
 
     kind: StatisticKind
     row: int
     weight: float
-    within: tuple[int, ...] = ()
+    conditions: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
 class CurveSide:
     """A side of a curve that counts in a group: its greatest value (`sign` +1), or its least with opposite sign.
 
-    Only the part of the period counts on which the conditions `within` hold.
+    Only the part of the period counts on which the conditions `conditions` hold.
     """
 
     group: int
     row: int
     sign: int
-    within: tuple[int, ...] = ()
+    conditions: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

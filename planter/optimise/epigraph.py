@@ -2,7 +2,7 @@
 
 Over z = (u of the free parameters, t of each group), with the rows measured from a reference level in their units:
 
-    minimise  smooth(u) + weights . t   subject to  rows(u) <= t of their group,  holds(u) in their bounds,  u in the box.
+    minimise  smooth(u) + weights . t   subject to  rows(u) <= t of their group,  holds(u) in bounds,  u in the box.
 """
 
 from __future__ import annotations

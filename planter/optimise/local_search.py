@@ -91,7 +91,7 @@ class LocalMinimum:
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
-def glide(problem: Problem, start: Array) -> Array:
+def glide_over_samples(problem: Problem, start: Array) -> Array:
     """Return the end (p,) of a short interior-point search from a point over few samples.
 
     Its barrier keeps away from the corners of a maximum, and so passes shallow minima in which a search along these
@@ -276,7 +276,7 @@ def _descend(problem: Problem, descent: Descent) -> LocalMinimum | ComputationEr
     problem.restart()
     try:
         start = select_start(problem, descent.start)
-        return search_locally(problem, glide(problem, start) if descent.glides else start)
+        return search_locally(problem, glide_over_samples(problem, start) if descent.glides else start)
     except ComputationError as error:
         return error
 

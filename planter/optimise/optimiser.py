@@ -221,7 +221,10 @@ class OptimiserRun:
         self._repeat_descents()
 
     def _repeat_descents(self) -> None:
-        """Repeat the descents that ended above the best, with a glide if they had none, else without; keep the better."""
+        """Repeat the descents that ended above the best, with a glide if they had none, else without.
+
+        The better minimum of each start counts.
+        """
         reached = [m.objective for m in self.minima if m.violation <= FEASIBILITY_TOLERANCE]
         if len(self.minima) < self.starts or not reached:
             return  # some descents failed, so that the others cannot be told apart

@@ -119,7 +119,7 @@ COARSE = 72
 
 
 class CurveSumObjective:
-    """The `Objective` of a sum over curves, over N samples of a cycle or, for "refined", true extremes and integrals."""
+    """The `Objective` of a sum over curves, by N samples of a cycle or, "refined", true extremes and integrals."""
 
     unit = None
 
@@ -173,8 +173,10 @@ class CurveSumObjective:
 
     def coarse(self, x: Array) -> LocalModel | None:
         """Return the local model over few samples, all of them rows; None if parts of the cycle count, or samples."""
-        within = [part.within for part in self.total.statistics] + [side.within for side in self.total.sides]
-        if self.sampling != "refined" or any(within):
+        conditions = [part.conditions for part in self.total.statistics] + [
+            side.conditions for side in self.total.sides
+        ]
+        if self.sampling != "refined" or any(conditions):
             return None
         cycle = SampledCycle(self.response, self.total, COARSE)
         return SampledRows(

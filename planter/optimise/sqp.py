@@ -39,7 +39,7 @@ RADIUS, MAX_RADIUS, MIN_RADIUS = 0.1, 0.5, 1e-11
 GOOD, POOR, ACCEPTED, GROWTH = 0.75, 0.25, 0.05, 2.5
 """Shares of the predicted decrease above which the radius grows, below which it shrinks, above which a step is
 accepted; and the growth factor of the radius."""
-NOISE, MAX_NOISE_STEPS = 1e-12, 3
+NOISE, MAX_NOISE_STEPS = 1e-12, 2
 """Predicted decrease hidden by rounding, in units of the scale, and the number of such steps before the end."""
 ROUNDING = 1e-12
 """Coordinates closer to a bound than this are set onto it, in units of the box."""
@@ -140,15 +140,14 @@ class _SqpSearch:
             model = _convexify(point.curvature(first.rows), _find_normals(point, first))
             following, fall = self._advance(point, model)
             small = self._is_noise(fall)
-            if small and point.violation > FEASIBILITY_TOLERANCE and self.penalty < MAX_PENALTY:
+            is_stuck = small or following is None
+            if is_stuck and point.violation > FEASIBILITY_TOLERANCE and self.penalty < MAX_PENALTY:
                 self.penalty *= PENALTY_GROWTH
+                self.radius = self.radius if small else RADIUS
                 continue
             last += small
-            stays = small and following is not None and following.merit(self.penalty) >= point.merit(self.penalty)
-            if following is None or stays:
-                return SqpResult(point.u, iteration + 1, small)
-            if last == MAX_NOISE_STEPS:
-                return SqpResult(following.u, iteration + 1, small)
+            if following is None or last == MAX_NOISE_STEPS:
+                return SqpResult((following or point).u, iteration + 1, small)
             point = following
         return SqpResult(point.u, most_iterations, False)
 

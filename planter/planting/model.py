@@ -13,9 +13,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from planter.engine.curves import QuantityCurves
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.measures import Kind, Measure
-from planter.engine.curves import QuantityCurves
 from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units

@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from planter.engine.cycles import Cycles, Memory
+from planter.engine.goal import Goal
 from planter.engine.machine import Machine
 from planter.engine.outputs import CHUNK, OBJECTIVE, OutputBatch, SampledOutputs, evaluate_outputs
-from planter.engine.goal import Goal
 from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError

@@ -18,9 +18,9 @@ from planter.optimise import pareto
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints, join_constraints
 from planter.optimise.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
 from planter.optimise.local_search import (
-    Descent,
     DEFAULT_STARTS,
     STATIONARITY_TOLERANCE,
+    Descent,
     LocalMinimum,
     SearchRecord,
     sample_starts,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
-from planter.engine.machine import Machine
 from planter.engine.goal import Goal
+from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityResult
 from planter.errors import InputError
 from planter.files import units

@@ -167,8 +167,8 @@ class MachineAdapter(ABC):
         the settings state a search without a sum or without design variables.
         """
         from planter.engine.goal import Goal, resolve_limit, resolve_measure
-        from planter.engine.measures import parse_limit, parse_sum
         from planter.engine.limits import MeasureLimits
+        from planter.engine.measures import parse_limit, parse_sum
         from planter.tolerance.robust import RobustGoal
 
         built = self.build(machine).with_ranges(settings.ranges)
