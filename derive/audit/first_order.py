@@ -41,12 +41,12 @@ class Equilibrium:
 
 def _falls(residual: Expr, points: Sequence[Point]) -> bool:
     """Whether a residual is of second order along a direction, or zero."""
-    far, near = (evaluate_at(residual, point) for point in points)
-    if far is None or near is None:
+    outer, inner = (evaluate_at(residual, point) for point in points)
+    if outer is None or inner is None:
         return False
     with mpmath.workdps(DIGITS + GUARD):
-        is_zero = abs(far) <= TOLERANCE * largest_term(residual, points[0])
-        return bool(is_zero or abs(near) <= STEEPEST * abs(far))
+        is_zero = abs(outer) <= TOLERANCE * largest_term(residual, points[0])
+        return bool(is_zero or abs(inner) <= STEEPEST * abs(outer))
 
 
 def _is_linearised(residual: Expr, moving: Collection[sp.Symbol], is_announced: bool) -> bool:

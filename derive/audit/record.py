@@ -42,13 +42,13 @@ def group_causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 def _chosen(record: Mapping[str, Any], shared: Mapping[tuple[str, str], int]) -> list[str]:
     lacking = [reason for reason in record["reasons"] if reason.startswith(LACKS)]
-    others = [reason for reason in record["reasons"] if reason not in lacking]
+    edits = [reason for reason in record["reasons"] if reason not in lacking]
     if not lacking:
-        return others
+        return edits
     commonest = max(lacking, key=lambda reason: shared[record["paper"], reason])
     if shared[record["paper"], commonest] == 1:
         commonest = LACKS + ", ".join(reason.removeprefix(LACKS) for reason in lacking)
-    return [*others, commonest]
+    return [*edits, commonest]
 
 
 def _cause(paper: str, reason: str, records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

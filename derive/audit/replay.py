@@ -69,9 +69,9 @@ def _exchange(expr: Expr, first: str, second: str, parse: Parse) -> Iterator[Exp
 
 def _exchange_cases(expr: Expr, first: str, second: str, parse: Parse) -> Iterator[Expr]:
     for cases in expr.atoms(sp.Piecewise):
-        (one, condition), (other, rest) = cases.args
+        (value, condition), (other, rest) = cases.args
         if [str(condition), str(rest)] == [first, second]:
-            yield expr.xreplace({cases: sp.Piecewise((other, condition), (one, rest))})
+            yield expr.xreplace({cases: sp.Piecewise((other, condition), (value, rest))})
 
 
 def _replace(expr: Expr, new: str, old: str, parse: Parse) -> Iterator[Expr]:

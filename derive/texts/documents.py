@@ -305,8 +305,8 @@ def _list_single_dollars(text: str) -> Iterator[_Display]:
     for match in alone:
         start, end = match.span("line" if match.group("line") is not None else "block")
         at = bisect(breaks, match.start())
-        around = hidden[breaks[at - 1] : max(match.end(), breaks[at])]
-        is_paragraph = not around.strip()
+        paragraph = hidden[breaks[at - 1] : max(match.end(), breaks[at])]
+        is_paragraph = not paragraph.strip()
         if is_paragraph or _RELATION.search(text[start:end]):
             yield _Display(start, end, False, True, "", "" if is_paragraph else IN_SENTENCE)
 

@@ -253,8 +253,8 @@ class FreeSubject(MechanismSubject):
             rng = random.Random(0)
             data = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
             states = [(name, state, still) for name, state in self._list_rests(data) for still in ({}, self._unloaded)]
-            found = (self._find_equilibrium(name, data | still, state) for name, state, still in states)
-            return [some for some in found if some is not None]
+            equilibria = (self._find_equilibrium(name, data | still, state) for name, state, still in states)
+            return [some for some in equilibria if some is not None]
 
     @property
     def _unloaded(self) -> Values:

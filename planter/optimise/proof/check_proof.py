@@ -633,8 +633,8 @@ def find_infinite(value, path=()):
     """Return the path of a number that is none, or is infinite and no bound or limit of roots; None without one."""
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
-        found = (find_infinite(part, (*path, key)) for key, part in items if path or key not in TEXTS)
-        return next((place for place in found if place), None)
+        places = (find_infinite(part, (*path, key)) for key, part in items if path or key not in TEXTS)
+        return next((place for place in places if place), None)
     try:
         number = float.fromhex(value) if isinstance(value, str) else value if isinstance(value, float) else 0.0
     except ValueError:  # a name, or no number, which whoever reads it refuses
@@ -665,17 +665,17 @@ def is_size(steps, k):
 
     sure = []
     for name, a, numbers in steps[: k + 1]:
-        known = [sure[n] for n in a]
+        sizes = [sure[n] for n in a]
         if name in ("constant", "power", "multiply", "select"):
             value = float.fromhex(numbers[0]) if numbers else 0.0
-            holds = {"constant": value >= 0, "power": value % 2 == 0 or all(known),
-                     "multiply": all(known) or a[0] == a[-1], "select": all(known[:2])}[name]
+            holds = {"constant": value >= 0, "power": value % 2 == 0 or all(sizes),
+                     "multiply": all(sizes) or a[0] == a[-1], "select": all(sizes[:2])}[name]
         else:
-            holds = name in ("pi", "sqrt", "exp") or (name in ("add", "inverse") and all(known))
+            holds = name in ("pi", "sqrt", "exp") or (name in ("add", "inverse") and all(sizes))
         if name == "select" and is_minus(a[1], a[0]) and steps[a[2]][0] == "below":  # x where 0 - x <= 0, else -x
-            asked = steps[a[2]][1][0]
-            zero = [n for n in steps[asked][1] if steps[n] == ["constant", [], ["0x0.0p+0"]]]
-            rest = [n for n in steps[asked][1] if n not in zero] if steps[asked][0] == "add" and zero else [asked]
+            name, parts, _ = steps[steps[a[2]][1][0]]
+            zeros = [n for n in parts if steps[n] == ["constant", [], ["0x0.0p+0"]]]
+            rest = [n for n in parts if n not in zeros] if name == "add" and zeros else [steps[a[2]][1][0]]
             holds |= len(rest) == 1 and is_minus(rest[0], a[0])
         sure.append(holds)
     return sure[k]
@@ -742,10 +742,10 @@ def state_claim(document):
         return repr(float.fromhex(text))
 
     def name_measure(entry):
-        of = document["quantities"][entry["quantity"]]
+        name = document["quantities"][entry["quantity"]]
         if entry["angle_deg"] is not None:
-            return f"value of {of} at {number(entry['angle_deg'])} deg"
-        return f"{entry['measure']} of {of}"
+            return f"value of {name} at {number(entry['angle_deg'])} deg"
+        return f"{entry['measure']} of {name}"
 
     names, response, entry = document["parameters"], document["response"], document["incumbent"]
     ends = [(name, number(a), number(b)) for name, a, b in zip(names, *document["box"])]

@@ -157,9 +157,9 @@ def _check_measures(document: Document) -> None:
 
 def list_nonnegative(operations: Sequence[RecordedStep]) -> list[bool]:
     """Return for each step of a program whether its result is certainly nowhere below zero, by its form alone."""
-    known: list[bool] = []
+    sizes: list[bool] = []
     for step in operations:
-        parts = [known[k] for k in step.arguments]
+        parts = [sizes[k] for k in step.arguments]
         match step.name:
             case "constant":
                 is_size = step.numbers[0] >= 0
@@ -175,8 +175,8 @@ def list_nonnegative(operations: Sequence[RecordedStep]) -> list[bool]:
                 is_size = all(parts[:2]) or _is_absolute(operations, step)
             case _:
                 is_size = False
-        known.append(is_size)
-    return known
+        sizes.append(is_size)
+    return sizes
 
 
 def _is_absolute(operations: Sequence[RecordedStep], step: RecordedStep) -> bool:
@@ -184,12 +184,12 @@ def _is_absolute(operations: Sequence[RecordedStep], step: RecordedStep) -> bool
     value, other, condition = step.arguments
     if operations[condition].name != "below" or not _is_negated(operations, other, value):
         return False
-    (asked,) = operations[condition].arguments
-    if operations[asked].name == "add":  # of 0 - x
-        first, second = operations[asked].arguments
+    (difference,) = operations[condition].arguments
+    if operations[difference].name == "add":  # of 0 - x
+        first, second = operations[difference].arguments
         zeros = [k for k in (first, second) if operations[k].name == "constant" and operations[k].numbers[0] == 0]
-        asked = next((k for k in (first, second) if zeros and k != zeros[0]), asked)
-    return _is_negated(operations, asked, value)
+        difference = next((k for k in (first, second) if zeros and k != zeros[0]), difference)
+    return _is_negated(operations, difference, value)
 
 
 def _is_negated(operations: Sequence[RecordedStep], index: int, value: int) -> bool:
@@ -222,10 +222,12 @@ def compose_statement(document: Document) -> str:
     bound, reached = document["lower_bound"], document["incumbent"]["upper_bound"]
     x = ", ".join(f"{name} = {value!r}" for name, value in zip(names, _read(document["incumbent"]["x"]), strict=True))
     claim = "nothing bounds it from below" if bound is None else f"no design is below {float.fromhex(bound)!r}"
-    found = "no design was enclosed" if reached is None else f"the design {x} is at most {float.fromhex(reached)!r}"
+    reached_claim = (
+        "no design was enclosed" if reached is None else f"the design {x} is at most {float.fromhex(reached)!r}"
+    )
     return (
         f"Of {total}, {over}, with {cycle}{roots} and {smooth}, for {box} in SI units"
-        f"{', where ' + limits if limits else ''}{heeded}: {claim}; {found}."
+        f"{', where ' + limits if limits else ''}{heeded}: {claim}; {reached_claim}."
     )
 
 

@@ -27,13 +27,13 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.proof import EnclosedMechanism
 from planter.optimise.proof import enclosures
-from planter.optimise.proof.certificate_file import compute_digest
 from planter.optimise.proof.enclosures import EnclosedResponse, ObjectiveBounds, enclose_samples
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound
 from planter.report.presentation import describe_proof
+from tests.planter.optimise.proof.tampering import renew
 from tests.support import own
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
@@ -375,7 +375,7 @@ def test_tampered_and_unreadable_proofs_have_their_exit_codes(tmp_path: Path) ->
     document = read_json(folder / "proof.json")
     document["lower_bound"] = (2 * float.fromhex(document["lower_bound"])).hex()
     tampered, unreadable = tmp_path / "tampered.json", tmp_path / "unreadable.json"
-    tampered.write_text(json.dumps({**document, "sha256": compute_digest(document)}))
+    tampered.write_text(json.dumps(renew(document)))
     unreadable.write_text("{")
     code, output, _ = run("prove", str(tampered), "--json")
     assert (code, json.loads(output)["valid"]) == (1, False)

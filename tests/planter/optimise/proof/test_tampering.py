@@ -33,9 +33,9 @@ def test_every_tampered_proof_is_refused_by_both(kind: str) -> None:
     valid, count = [], 0
     for name, tampered in list_tampered(document):
         count += 1
-        ours, apart = check_document(tampered), check_apart(tampered)
+        ours, reason = check_document(tampered), check_apart(tampered)
         valid += [f"{name}: planter"] if ours.valid else []
-        valid += [f"{name}: check_proof"] if apart is None else []
+        valid += [f"{name}: check_proof"] if reason is None else []
         assert ours.valid or ours.reason, name
     assert not valid
     assert count >= FEWEST_KINDS
