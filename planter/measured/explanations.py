@@ -402,7 +402,7 @@ def _state_result(
         }[rigid.outcome]  # fmt: skip
         sentences.append(
             f"T{subject[1:]} {end}: by chance, the best of {compared} effects improves it as much with a probability "
-            f"of {lowest:.2g}"
+            f"{_describe_probability(lowest)}"
         )
     else:
         verb = {"explained": "explains", "not explained": "comes nearest but does not explain",
@@ -410,8 +410,8 @@ def _state_result(
         sentences.append(
             f"{words[preferred][0].upper()}{words[preferred][1:]} {verb} the curve: {subject} is "
             f"{_describe_odds(best.log10_bayes)} less probable, and leaves {rigid.rms / best.rms:.3g} times the "
-            f"residual; by chance, the best of {compared} effects does as well with a probability of "
-            f"{best.probability_of_any or 0:.2g}"
+            f"residual; by chance, the best of {compared} effects does as well with a probability "
+            f"{_describe_probability(best.probability_of_any or 0.0)}"
         )
         values = [
             f"{p.name.rpartition('.')[2]} {p.value or np.inf:.4g} {p.unit}".removesuffix(" 1") for p in best.parameters
@@ -423,6 +423,12 @@ def _state_result(
         names = [words[name] for name in (preferred, *undecided)]
         sentences.append(f"These data cannot decide between {', '.join(names[:-1])} and {names[-1]}")
     return ". ".join(sentences)
+
+
+def _describe_probability(probability: float) -> str:
+    """Return a probability in words; below a millionth the model of the noise itself is less certain."""
+    smallest = 10**-MOST_DECADES
+    return f"of {probability:.2g}" if probability >= smallest else f"below {smallest:g}"
 
 
 def _describe_odds(log10_bayes: float) -> str:

@@ -483,3 +483,12 @@ def test_studio_moves_the_sensor(tmp_path: Path, build: Callable[..., Document])
     assert {control.path for control in view.rigid.controls} == values.keys() - {"measurement.lever_mm"}
     assert StaticPageModel(view.rigid, "exact").json()
     assert "lever_mm = 60.0" in file_template(view, view.rigid.controls)["lines"]
+
+
+def test_gain_magnifies_signal() -> None:
+    machine, phi = build_knife(quantity="F_Oy_N", gain=1.3), np.linspace(0, 6, 50)
+    signal = measure_cycle(machine, phi, {})
+    assert signal is not None
+    assert signal.signal == pytest.approx(1.3 * signal.rigid, rel=1e-6)
+    with pytest.raises(InputError, match="gain"):
+        build_knife(quantity="F_Oy_N", gain=-1.0)
