@@ -62,8 +62,9 @@ class RollerPath:
     @property
     def breaks(self) -> tuple[float, ...]:
         """Angles of a turn between which the path is smooth [rad], its ends among them."""
-        switchings = Switchings(self._machine, SCANNED).find_all(self._point)
-        inner = [*sorted(s.angle for s in switchings), *np.linspace(0.0, TURN, PIECES + 1)[1:-1]]
+        switchings, touches = Switchings(self._machine, SCANNED).find_all(self._point)
+        events = [*(switching.angle for switching in switchings), *touches]
+        inner = [*sorted(events), *np.linspace(0.0, TURN, PIECES + 1)[1:-1]]
         breaks = [0.0, TURN]
         for angle in inner:
             if min(abs(angle - other) for other in breaks) > SHORTEST_PIECE:
