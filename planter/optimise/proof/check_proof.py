@@ -808,7 +808,7 @@ def load_proof(path):
 
 if __name__ == "__main__":
     try:
-        read_file(sys.argv[1])
+        DOCUMENT = read_file(sys.argv[1])
     except Exception as error:
         print(f"not readable: {type(error).__name__}: {error}")
         sys.exit(2)
