@@ -181,8 +181,7 @@ class SampledOutputs:
             if term.output not in self._goals:
                 values[:, term.output] += term.scale * _read_measure(measures[:, term.place], term)
         has_cycle = ~np.isnan(measures[:, :, 0]).any(axis=1)
-        for k in self._goals:
-            values[~has_cycle, k] = np.nan
+        values[~has_cycle] = np.nan
         return values
 
     def gradients(self, points: Array, threads: int, count: int | None = None) -> tuple[Array, Array]:

@@ -82,6 +82,14 @@ class TrueRows:
         return table
 
     def _measure(self, closed: ClosedRows, rows: Integers) -> Array:
+        try:
+            return self._measure_together(closed, rows)
+        except ComputationError:  # a root of one of them, which takes no digit from the others
+            if len(rows) == 1:
+                return self._measure_alone(closed.d[rows[0]])[None]
+            return np.concatenate([self._measure(closed, rows[[index]]) for index in range(len(rows))])
+
+    def _measure_together(self, closed: ClosedRows, rows: Integers) -> Array:
         table = np.full((len(rows), len(self.rows.names), len(KINDS)), np.nan)
         rough = np.arange(len(rows))
         for pieces in self._attempts:

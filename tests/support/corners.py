@@ -250,7 +250,7 @@ def list_unmarked(
 
 
 def _matches(corner: Array, event: Array, kind: str, period: float) -> bool:
-    """Return whether an event is proportional to a corner, but for whole periods; a floor has a corner at each 1."""
+    """Return whether an event is proportional to a corner, but for periods passed; a floor has a corner at each 1."""
     rise, event_rise = corner[1::2] - corner[::2], event[1::2] - event[::2]
     finite = np.isfinite(rise) & np.isfinite(event_rise) & (np.abs(rise) > 0)
     if not finite.any():
