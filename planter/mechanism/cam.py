@@ -130,12 +130,19 @@ def build_profile(model: Model, roller: float, x: str, y: str) -> Profile:
 
 
 def _find_way(machine: Machine, x: str, y: str) -> list[ca.SX]:
-    """Return the motion of a stated follower's centre against its guide if x and y are that centre, else nothing."""
+    """Return the motion of a stated follower's centre against its guide if x and y are that centre, else nothing.
+
+    Raises InputError if the machine lacks it.
+    """
     graphs = _list_graphs(machine)
     name = x.removesuffix("_centre_x")
     names = [f"{name}_{part}_{axis}" for part in ("way", "guide") for axis in "xy"]
-    is_follower = x in graphs and y == f"{name}_centre_y" and names[0] in graphs
-    return [graphs[name] for name in names] if is_follower else []
+    if x not in graphs or y != f"{name}_centre_y":
+        return []
+    if not all(name in graphs for name in names):
+        # only the slope of the centre is known, which is another motion where the cam turns against the angle
+        raise InputError(f"{machine.source}: an earlier version generated its functions; run `planter derive` again")
+    return [graphs[name] for name in names]
 
 
 def _list_graphs(machine: Machine) -> dict[str, ca.SX]:
