@@ -175,7 +175,7 @@ class Goal:
     def variable_slopes(self, x: Array) -> Array:
         """Return the gradients (q, p) of the variables where they are as tight as they can be at a design."""
         slopes = [self._extreme_with_slope(x, measure, side)[1] for measure, side in self.variables]
-        return np.array(slopes).reshape(-1, self.size)
+        return np.array(slopes).reshape(len(self.variables), self.size)
 
     def evaluate_limit(self, x: Array, limit: Limit) -> float | None:
         """Return what a limit is on at a design, in its display unit; None if its condition never holds."""

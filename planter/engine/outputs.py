@@ -205,10 +205,10 @@ class SampledOutputs:
                 parts = self.rows.gradients(block, [place for _, place in pairs], self._weigh(block, pairs))
                 for (k, _), part in zip(pairs, parts, strict=True):
                     slopes[k] += part
-            return np.concatenate([self._reduce(block), slopes.reshape(count * size, -1)])
+            return np.concatenate([self._reduce(block), slopes.reshape(count * size, len(block.rows))])
 
         rows = self.rows.evaluate(d, reduce, threads, size if pairs else 0)
-        return rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(-1, count, size)
+        return rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(len(d), count, size)
 
     def find_cycles(self, sloped: int = 0) -> Cycles | None:
         """Return the outputs compiled, with slopes of the first `sloped`; None if they are not evaluated in lanes."""

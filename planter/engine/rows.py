@@ -209,7 +209,7 @@ class MachineRows:
         tangents, _ = self.tangents.masked(d=block.data)
         slopes = self.find_slopes(count)(
             phi=self.steps[None], d=block.data.T, h=block.hoisted.T, q=block.places, dh=tangents["dh"].T
-        )["slopes"].reshape(-1, count, p, len(self.steps))
+        )["slopes"].reshape(len(block.rows), count, p, len(self.steps))
         return np.asarray(np.einsum("rkpn,rkn->kpr", slopes[:, list(places)], self._spread(weights, places)))
 
     def _spread(self, weights: Array, places: Sequence[int]) -> Array:
@@ -323,7 +323,7 @@ class MachineRows:
         symbol: Any = ca.SX if self._tangent.is_a("SXFunction") else ca.MX
         d = symbol.sym("d", len(self.machine.values))
         h, dh = self._tangent(d)
-        outputs = [ca.densify(h), dh.nz[:]]
+        outputs = [ca.densify(h), ca.vec(dh.nz[:])]  # of a single hoisted value, nz[:] is a row
         return Kernel(ca.Function("tangents", [d], outputs, ["d"], ["h", "dh"]), lanes=["d"])
 
     @cached_property

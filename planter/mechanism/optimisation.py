@@ -37,6 +37,9 @@ from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
 from planter.view.subject import RequirementCheck, to_sentence_case
 
+SPREADS = ("jump", "range", "std", "variance")
+"""Measures whose least value is zero."""
+
 
 @dataclass(frozen=True)
 class MechanismOptimum:
@@ -82,17 +85,21 @@ class StatedGoal:
             raise InputError(f"{self.machine.source}: objective.least is missing: give a sum there, or by --least")
         self.require_averages()
 
-    def require_jumps(self) -> None:
-        """Raise InputError for a jump in the objective that is zero already, the least value of a jump."""
-        for measure in self.objective:
-            if measure.kind != "jump":
-                continue
-            largest = Measure("max", measure.name, size=True)
-            goal = Goal(self.machine, (replace(measure, weight=1.0), largest), (), with_events=False)
-            jump, size = (goal.measure(self.machine.design, term) for term in goal.terms)
-            if jump <= ROUNDING * size:
-                reason = f"{measure.name} does not jump at the machine's own design, and no jump is less than 0"
-                raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
+    def require_spread(self) -> None:
+        """Raise InputError for a jump that is zero already, and for a sum of spreads that all are: none is less."""
+        idle = [measure for measure in self.objective if measure.kind in SPREADS and self._is_zero(measure)]
+        jumps = [measure for measure in idle if measure.kind == "jump"]
+        for measure in jumps or (idle if len(idle) == len(self.objective) else []):
+            word = "jump" if measure.kind == "jump" else "change over the cycle"
+            reason = f"{measure.name} does not {word} at the machine's own design, and no {measure.kind} is below 0"
+            raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
+
+    def _is_zero(self, measure: Measure) -> bool:
+        """Return whether a measure is rounding of its quantity at the machine's own design."""
+        largest = Measure("max", measure.name, size=True)
+        goal = Goal(self.machine, (replace(measure, weight=1.0), largest), (), with_events=False)
+        value, size = (goal.measure(self.machine.design, term) for term in goal.terms)
+        return value <= ROUNDING * size
 
     def build_problem(self, sampling: Sampling) -> DesignProblem:
         """Return the problem of the sum under the limits. Raises InputError for a machine without bounds."""
@@ -122,7 +129,7 @@ def optimise_machine(
     begun = time.perf_counter()
     goal = StatedGoal.read(machine, least, holds)
     goal.require_objective()
-    goal.require_jumps()
+    goal.require_spread()
     spec = spec or SearchSpec(machine.sampling)
     stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})

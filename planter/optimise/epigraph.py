@@ -166,7 +166,7 @@ class _Graph:
     def prologue(self) -> tuple[ca.MX, ca.MX]:
         """h, and the entries of its tangent."""
         h, dh = self.compiled.prologue(self.d)
-        return h, dh.nz[:]
+        return h, ca.vec(dh.nz[:])
 
     def _folded(self, lanes: ca.MX) -> ca.MX:
         """Rows of the lanes as rows of the angles."""
