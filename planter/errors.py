@@ -60,11 +60,11 @@ class ComputationError(PlanterError):
 
 
 class NotFiniteError(ComputationError):
-    """Output of a function which is NaN or infinite: `row` and `lane` of the first such entry."""
+    """Output of a function which is NaN or infinite: name of the `output`, `row` and `lane` of the first such entry."""
 
     def __init__(self, function: str, output: str, row: int, lane: int) -> None:
         super().__init__(f"{function}: output {output}[{row}] is not finite in lane {lane}")
-        self.row, self.lane = row, lane
+        self.output, self.row, self.lane = output, row, lane
 
 
 class Interrupted(PlanterError):

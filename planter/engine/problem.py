@@ -215,7 +215,8 @@ def build_problem(
 def find_curve(machine: Machine, terms: Sequence[Measure]) -> QuantityCurve | None:
     """Return the quantity whose weighted range and spread over a turn a sum is; None if it is another sum.
 
-    None, too, for a quantity that may jump, or that differs at the end of a turn, which gives no closed curve.
+    None, too, for a quantity that may jump, that differs at the end of a turn, which gives no closed curve, or that has
+    no derivative at an angle, as a norm where it vanishes.
     """
     kinds, names = [measure.kind for measure in terms], {measure.name for measure in terms}
     spreads = sum(kind in ("variance", "std") for kind in kinds)
@@ -226,8 +227,10 @@ def find_curve(machine: Machine, terms: Sequence[Measure]) -> QuantityCurve | No
     curve = QuantityCurve(machine, names.pop())
     if any(event.order == 0 for event in curve.events):
         return None
-    values = curve.value(curve.prologue(machine.design), np.linspace(0.0, TURN, 1 + machine.samples))
-    return curve if abs(values[-1] - values[0]) <= CLOSED * np.ptp(values) else None
+    angles = np.linspace(0.0, TURN, 1 + machine.samples)
+    (values,), slopes = curve.response.derivatives(curve.prologue(machine.design), angles, masked=True)
+    is_closed = abs(values[-1] - values[0]) <= CLOSED * np.ptp(values)
+    return curve if is_closed and np.isfinite(slopes).all() else None
 
 
 def find_weights(curve: QuantityCurve, terms: Sequence[Measure]) -> Weights:

@@ -7,7 +7,7 @@ their derivatives itself, by Newton steps in its graph.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,9 +19,12 @@ from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Integers
+from planter.numerics.piecewise import ONE_SIDED_OFFSET
 from planter.numerics.roots import find_crossings
 
 INPUTS = ("phi", "d", "h", "q")
+VALUES = "rows"
+"""Name of the output that is no derivative."""
 
 
 @dataclass(frozen=True)
@@ -98,14 +101,14 @@ class MachineResponse:
         slopes = result["slopes"].reshape(len(self.quantities), size, lanes)
         return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
-    def derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the quantities and their derivatives in phi, (m, n) each."""
-        result = self._evaluate(self.derivatives_kernel, point, phi)
+    def derivatives(self, point: DesignPoint, phi: Array, masked: bool = False) -> tuple[Array, Array]:
+        """Return the quantities and their derivatives in phi, (m, n) each; `masked` ones may be no numbers."""
+        result = self._evaluate(self.derivatives_kernel, point, phi, masked)
         return self._fold(result["rows"]), self._fold(result["first"])
 
-    def rates(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return the first two derivatives of the quantities in phi, (m, n) each."""
-        result = self._evaluate(self.rates_kernel, point, phi)
+    def rates(self, point: DesignPoint, phi: Array, masked: bool = False) -> tuple[Array, Array]:
+        """Return the first two derivatives of the quantities in phi, (m, n) each; `masked` as `derivatives`."""
+        result = self._evaluate(self.rates_kernel, point, phi, masked)
         return self._fold(result["first"]), self._fold(result["second"])
 
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
@@ -114,7 +117,10 @@ class MachineResponse:
         The first call waits for the compiler: otherwise a race would decide with which rounding a search continues.
         """
         self.hessian_kernel.settle()
-        result = self._evaluate(self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        try:
+            result = self._evaluate(self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        except ComputationError:  # a sum does not show which angle has no derivative
+            return np.asarray(self.curvatures(point, phi, weights).sum(axis=0))
         hessian: Array = self._unpack(result["packed"])[0]
         hessian[1:, 1:] += self._bend_prologue(point, result["along"][:, 0])
         return hessian
@@ -199,18 +205,51 @@ class MachineResponse:
         if self.machine.loops:
             self.machine.loops.compile()
 
-    def _evaluate(self, kernel: Kernel, point: DesignPoint, phi: Array, **more: Array) -> dict[str, Array]:
+    def _evaluate(
+        self, kernel: Kernel, point: DesignPoint, phi: Array, masked: bool = False, **more: Array
+    ) -> dict[str, Array]:
         lanes = np.add.outer(self.offsets, np.asarray(phi, dtype=float)).ravel()
         inputs = {"phi": lanes, "d": point.d, "h": point.h}
         if self.machine.loops is not None:
             inputs["q"] = self.coordinates(point.d, lanes)
+        if masked:
+            return kernel.masked(**inputs, **more)[0]
         try:
             return kernel(**inputs, **more)
         except NotFiniteError as error:
-            quantity = self.quantities[error.row % len(self.quantities)]
-            angle = np.degrees(lanes[error.lane])
-            text = f"{quantity.name} ({quantity.meaning}) is not finite at {angle:.6g} deg"
-            raise ComputationError(f"{self.machine.name}: {text}") from None
+            sides = self._take_sides(kernel, inputs, more)
+            if sides is not None:
+                return sides
+            raise ComputationError(f"{self.machine.name}: {self._locate(error, kernel, lanes)}") from None
+
+    def _take_sides(
+        self, kernel: Kernel, inputs: Mapping[str, Array], more: Mapping[str, Array]
+    ) -> dict[str, Array] | None:
+        """Return outputs whose derivatives are those of one side of an angle that has none, None if no side has.
+
+        A norm that vanishes at an angle has such derivatives, 0/0 in its graph; each side has its own.
+        """
+        outputs, finite = kernel.masked(**inputs, **more)
+        if kernel.work.summed or not np.isfinite(outputs.get(VALUES, 0.0)).all():
+            return None
+        phi = np.where(finite, inputs["phi"], inputs["phi"] + ONE_SIDED_OFFSET)
+        beside = {**inputs, "phi": phi}
+        if self.machine.loops is not None:
+            beside["q"] = self._follow(inputs["d"]).evaluate(phi)
+        sides, has_sides = kernel.masked(**beside, **more)
+        if not has_sides.all():
+            return None
+        return {name: rows if name == VALUES else np.where(finite, rows, sides[name]) for name, rows in outputs.items()}
+
+    def _locate(self, error: NotFiniteError, kernel: Kernel, lanes: Array) -> str:
+        """Return which quantity, or which one's derivative, is not finite at which angle."""
+        angle = f"is not finite at {np.degrees(lanes[error.lane]):.6g} deg"
+        rows, remainder = divmod(kernel.function.size1_out(error.output), len(self.quantities))
+        if remainder or "weights" in kernel.names:
+            return f"a derivative {angle}"
+        quantity = self.quantities[error.row // rows]
+        name = f"{quantity.name} ({quantity.meaning})"
+        return f"{name} {angle}" if error.output == VALUES else f"the derivative of {name} {angle}"
 
     def _fold(self, rows: Array) -> Array:
         """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the first side."""

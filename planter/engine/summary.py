@@ -92,6 +92,21 @@ class CycleSummary(Record):
 
 
 @dataclass(frozen=True)
+class SummaryFault:
+    """The angle at which a quantity, or, if it `has_values`, its derivative in the angle alone is not finite."""
+
+    quantity: Quantity
+    angle_deg: float
+    has_values: bool
+
+    def __str__(self) -> str:
+        name = f"{self.quantity.name} ({self.quantity.meaning})"
+        if self.has_values:
+            return f"the derivative of {name} is not finite near {self.angle_deg:.6g} deg: its extremes are of samples"
+        return f"{name} is not finite near {self.angle_deg:.6g} deg: it has no true extremes and means"
+
+
+@dataclass(frozen=True)
 class CycleRow:
     """A function of the angle by its graph in the machine's symbols, and whether its extremes or its jumps count.
 
@@ -129,21 +144,43 @@ class PiecewiseCycle:
         self.point = response.at(machine.design if x is None else x)
         self.switchings = Switchings(machine, SCANNED).find_all(self.point)
         breaks = np.array([switching.angle for switching in self.switchings])
-        samples, _ = response.derivatives(self.point, np.linspace(0.0, machine.turn, COMPARED))
+        angles = np.linspace(0.0, machine.turn, COMPARED)
+        samples, slopes = response.derivatives(self.point, angles, masked=True)
         largest = np.abs(samples).max(axis=1)
         self._gains = np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest
         if self._gains.any():
-            breaks = np.unique(np.append(breaks, 0.0))
-        self.pieces = PiecewiseFunctions(lambda phi: response.derivatives(self.point, phi), breaks, machine.turn)
+            breaks = np.append(breaks, 0.0)
+        # A norm has no derivative where it vanishes, which is 0/0 in the graph: the sides of such an angle have one.
+        singular = angles[~np.isfinite(slopes).all(axis=0)] % machine.turn
+        breaks = np.unique(np.append(breaks, singular))
+        self.pieces = PiecewiseFunctions(
+            lambda phi: response.derivatives(self.point, phi, masked=True), breaks, machine.turn
+        )
+        self.faults = dict(self._find_faults())
+
+    def _find_faults(self) -> Iterator[tuple[str, SummaryFault]]:
+        """Yield, by the name of a row, where it or its derivative is not finite."""
+        for row, entry in enumerate(self.rows):
+            values, slopes = np.isfinite(self.pieces.values[row]), np.isfinite(self.pieces.slopes[row])
+            if not (values & slopes).all():
+                lane = int(np.argmin(slopes if values.all() else values))
+                angle = to_degrees(float(self.pieces.places[lane]))
+                yield entry.quantity.name, SummaryFault(entry.quantity, angle, bool(values.all()))
 
     @cached_property
     def _extremes(self) -> dict[str, tuple[ExtremePoint, ExtremePoint]]:
-        chosen = [index for index, row in enumerate(self.rows) if row.has_peaks]
+        chosen = [
+            index for index, row in enumerate(self.rows) if row.has_peaks and not self.is_missing(row.quantity.name)
+        ]
         response = MachineResponse(
             self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
         )
-        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.rates(self.point, phi))
+        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.rates(self.point, phi, masked=True))
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
+
+    def is_missing(self, name: str) -> bool:
+        """Return whether a row is not finite somewhere, so that it has neither extremes nor means."""
+        return name in self.faults and not self.faults[name].has_values
 
     def extreme(self, name: str, sign: int) -> ExtremePoint:
         """Return the largest (+1) or least (-1) value of a row; of a square, its root."""
@@ -187,6 +224,8 @@ class PiecewiseCycle:
             if switching is None:
                 continue
             for row, entry in enumerate(self.rows):
+                if self.is_missing(entry.quantity.name):
+                    continue
                 if entry.has_jumps and abs(after[row, k] - before[row, k]) > ROUNDING * largest[row]:
                     yield Shock(
                         event=switching.name,
@@ -206,22 +245,26 @@ def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, floa
     return first, second
 
 
-def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
+def summarise(
+    machine: Machine, changing: Collection[str] = (), cycle: PiecewiseCycle | None = None
+) -> CycleSummary:  # fmt: skip
     """Return the designer's summary of a machine's own design, in display units.
 
-    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises
-    ComputationError where loops do not close or a quantity is not finite.
+    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean; `cycle` has the rows of
+    `build_rows`, if it has been computed. A quantity that is not finite somewhere is left out. Raises ComputationError
+    where loops do not close.
     """
-    cycle = PiecewiseCycle(machine, build_rows(machine))
-    factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
-    display_units = {row.quantity.name: units.display_unit(row.quantity.key) for row in cycle.rows}
-    motors = [name for name in machine.motors if _turns_the_drive(cycle, name)]
+    cycle = cycle or PiecewiseCycle(machine, build_rows(machine))
+    rows = [row for row in cycle.rows if not cycle.is_missing(row.quantity.name)]
+    factors = {row.quantity.name: row.quantity.factor for row in rows}
+    display_units = {row.quantity.name: units.display_unit(row.quantity.key) for row in rows}
+    motors = [name for name in machine.motors if name in factors and _turns_the_drive(cycle, name)]
     motor = None
     if len(motors) == 1:
         motor = cycle.motor(motors[0], repeats=machine.find_quantity(motors[0]).key not in changing)
     return CycleSummary(
         motor=motor,
-        peaks=[_peak(cycle, row, _is_changing(machine, row, changing)) for row in cycle.rows],
+        peaks=[_peak(cycle, row, _is_changing(machine, row, changing)) for row in rows],
         shocks=[
             Shock(
                 shock.event, shock.side, shock.phi_deg, shock.quantity, display_units[shock.quantity],

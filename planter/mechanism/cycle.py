@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from planter.engine.machine import Machine, Quantity, check_samples
-from planter.engine.summary import CycleSummary, summarise
+from planter.engine.summary import CycleSummary, PiecewiseCycle, build_rows, summarise
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
@@ -228,9 +228,15 @@ def check_angles(at_deg: Sequence[float]) -> None:
 
 
 def _summarise(model: Model, cycle: MechanismCycle) -> tuple[CycleSummary | None, list[MechanismWarning]]:
-    """Return the designer's summary, or a warning if a quantity has a pole between samples."""
+    """Return the designer's summary, and a warning for each quantity that has a pole or no derivative somewhere."""
+    machine = model.machine
     try:
-        return summarise(model.machine, cycle.result.not_repeating), []
+        pieces = PiecewiseCycle(machine, build_rows(machine))
+        warnings = [
+            MechanismWarning(name="not_smooth", angle_deg=fault.angle_deg, message=str(fault))
+            for fault in pieces.faults.values()
+        ]
+        return summarise(machine, cycle.result.not_repeating, pieces), warnings
     except ComputationError as error:
         message = f"the designer's summary is missing: {error.message}"
         return None, [MechanismWarning(name="no_summary", angle_deg=0.0, message=message)]

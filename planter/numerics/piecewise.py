@@ -54,8 +54,10 @@ def gauss_panels(ends: Array, count: int) -> tuple[Array, Array]:
 class PiecewiseFunctions:
     """Periodic functions with kinks or jumps at the ordered angles `breaks` (m,) of a cycle.
 
-    Every piece between two breaks has Gauss-Legendre nodes; values at a break are one-sided. An extremum between two
-    neighbouring nodes can be missed; everything else is exact to rounding.
+    Every piece between two breaks has Gauss-Legendre nodes; values at a break are one-sided. `places` (n,) are the nodes,
+    then the sides of breaks. An extremum between two
+    neighbouring nodes can be missed; everything else is exact to rounding. Where a slope is not finite, no extremum is
+    looked for between its nodes.
     """
 
     def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
@@ -72,10 +74,11 @@ class PiecewiseFunctions:
         sides = np.concatenate([starts, self._edges[1:]])
         offsets = np.repeat([ONE_SIDED_OFFSET, -ONE_SIDED_OFFSET], len(starts))
         self.values, self.slopes = functions(np.concatenate([self.nodes, sides + offsets]))
-        self.values[:, len(self.nodes) :] -= offsets * self.slopes[:, len(self.nodes) :]
-        places, panel = np.append(self.nodes, sides), np.append(owner, np.tile(np.arange(len(counts)), 2))
-        self._order = np.lexsort([places, panel])
-        self._places, self._joined = places[self._order], np.diff(panel[self._order]) == 0
+        ends = self.slopes[:, len(self.nodes) :]
+        self.values[:, len(self.nodes) :] -= offsets * np.where(np.isfinite(ends), ends, 0.0)
+        self.places, panel = np.append(self.nodes, sides), np.append(owner, np.tile(np.arange(len(counts)), 2))
+        self._order = np.lexsort([self.places, panel])
+        self._places, self._joined = self.places[self._order], np.diff(panel[self._order]) == 0
 
     @cached_property
     def mean(self) -> Array:
@@ -104,7 +107,9 @@ class PiecewiseFunctions:
     def _stationary(self, rows: Integers, rates: Rates) -> tuple[Integers, Array, Array]:
         """Return owners, angles and values of the stationary points."""
         slopes = self.slopes[rows][:, self._order]
-        owners, cells = np.nonzero(((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & self._joined)
+        finite = np.isfinite(slopes)
+        joined = self._joined & finite[:, 1:] & finite[:, :-1]
+        owners, cells = np.nonzero(((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & joined)
         if not len(owners):
             return owners, np.empty(0), np.empty(0)
         ends = slopes[owners, cells], slopes[owners, cells + 1]

@@ -165,6 +165,6 @@ def test_entries_left_as_a_row_are_refused(monkeypatch: pytest.MonkeyPatch) -> N
     rows.find_slopes(1)
     monkeypatch.setattr(ca, "vec", lambda matrix: matrix)  # CasADi's own order of the entries of a row
     _ = rows.tangents
+    weights = np.ones((1, 5, 1))
     with pytest.raises(CallError, match="dh"):
-        weights = np.ones((1, 5, 1))
         rows.evaluate(DATA[None], lambda block: rows.gradients(block, [0], weights)[0])
