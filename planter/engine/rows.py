@@ -211,7 +211,7 @@ class MachineRows:
         inputs = {"d": block.data.T, "h": block.hoisted.T, "q": block.places, "dh": tangents["dh"].T}
         kernel = self.find_slopes(count)
         slopes = kernel(phi=self.steps[None], **inputs)["slopes"]
-        singular = ~np.isfinite(slopes).all(axis=1)
+        singular = np.asarray(~np.isfinite(slopes).all(axis=1))
         if (
             singular.any()
         ):  # a norm that vanishes has the slopes of a side; the lane closes loops there by its own steps

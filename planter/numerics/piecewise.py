@@ -54,10 +54,9 @@ def gauss_panels(ends: Array, count: int) -> tuple[Array, Array]:
 class PiecewiseFunctions:
     """Periodic functions with kinks or jumps at the ordered angles `breaks` (m,) of a cycle.
 
-    Every piece between two breaks has Gauss-Legendre nodes; values at a break are one-sided. `places` (n,) are the nodes,
-    then the sides of breaks. An extremum between two
-    neighbouring nodes can be missed; everything else is exact to rounding. Where a slope is not finite, no extremum is
-    looked for between its nodes.
+    Every piece between two breaks has Gauss-Legendre nodes; values at a break are one-sided. `places` (n,) are the
+    nodes, then the sides of breaks. An extremum between two neighbouring nodes can be missed; everything else is exact
+    to rounding. Where a slope is not finite, no extremum is looked for between its nodes.
     """
 
     def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
