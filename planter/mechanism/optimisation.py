@@ -14,7 +14,14 @@ from planter.engine.goal import Goal, find_display_unit, resolve_limit, resolve_
 from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.problem import CurveProblem, DesignProblem, build_problem
-from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
+from planter.engine.search import (
+    DesignOptimum,
+    FailedSearchError,
+    InterruptedSearch,
+    KeptDesign,
+    SearchSpec,
+    minimise,
+)
 from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
 from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
@@ -51,6 +58,36 @@ class MechanismOptimum:
     result: MechanismOptimumResult
     certificate: str | None = None
     """The text of the file of its proof, if it has one."""
+
+
+@dataclass(frozen=True)
+class UnfinishedOptimum:
+    """The best or closest design of a search for the sum `least` that has no result (yet), in place in its machine."""
+
+    machine: Machine
+    least: str
+    kept: KeptDesign
+    start_design: dict[str, float]
+
+    @property
+    def design(self) -> dict[str, float]:
+        """The design by name, in the units of the file."""
+        numbers = self.machine.document.numbers()
+        paths = [self.machine.values[index].path for index in self.machine.moved]
+        return {name: numbers[path] for name, path in zip(self.machine.design_names, paths, strict=True)}
+
+    def table(self) -> dict[str, Any]:
+        """Return what is known, as an interrupted or failed command reports it."""
+        return {
+            "machine": self.machine.name,
+            "least": self.least,
+            "objective": self.kept.objective,
+            "design": self.design,
+            "start_design": self.start_design,
+            "met": self.kept.is_feasible,
+            "violated": None if self.kept.is_feasible else self.kept.violated,
+            "seconds": self.kept.seconds,
+        }
 
 
 @dataclass(frozen=True)
@@ -118,13 +155,15 @@ def optimise_machine(
     spec: SearchSpec | None = None,
     listener: Listener | None = None,
     means: Means = AUTO,
+    keep: Callable[[UnfinishedOptimum], None] | None = None,
 ) -> MechanismOptimum:
     """Return the design within the file's bounds that minimises a sum of measures under limits.
 
     `least` replaces the file's objective, `holds` are additional limits, `means` the processes of the local searches,
-    on which results do not depend. Raises InputError for measures that cannot be parsed, a file without bounds or sum,
-    or a jump that is zero already; ComputationError if no start leads to a design that satisfies the limits, and for
-    the mean of a quantity that does not repeat after a cycle.
+    on which results do not depend; `keep` takes the best design so far, or the closest one while none satisfies the
+    limits. Raises InputError for measures that cannot be parsed, a file without bounds or sum, or a spread that is zero
+    already; FailedSearchError, whose `partial` is the closest design, if no start leads to one that satisfies the
+    limits; ComputationError for the mean of a quantity that does not repeat after a cycle.
     """
     begun = time.perf_counter()
     goal = StatedGoal.read(machine, least, holds)
@@ -134,12 +173,40 @@ def optimise_machine(
     stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
     words = least or format_sum(machine.objective)
+
+    def place(kept: KeptDesign) -> UnfinishedOptimum:
+        _, start, best = _place_design(machine, kept.x)
+        return UnfinishedOptimum(best, words, kept, start)
+
+    def keep_design(kept: KeptDesign) -> None:
+        assert keep is not None
+        keep(place(kept))
+
     try:
-        optimum = minimise(goal.build_problem(spec.sampling), spec, listener, task, means)
+        optimum = minimise(
+            goal.build_problem(spec.sampling), spec, listener, task, means, keep=None if keep is None else keep_design
+        )
     except InterruptedSearch as stop:
-        best = None if stop.best is None else _record(machine, words, goal, stop.best, begun)
-        raise errors.Interrupted(None if best is None else best.result.table()) from None
+        if stop.best is not None:
+            best = _record(machine, words, goal, stop.best, begun)
+            if keep is not None:
+                keep_design(KeptDesign(stop.best.x, best.result.objective, 0.0, best.result.seconds))
+            raise errors.Interrupted(best.result.table()) from None
+        raise errors.Interrupted(None if stop.kept is None else place(stop.kept).table()) from None
+    except FailedSearchError as error:
+        error.partial = None if error.kept is None else place(error.kept).table()
+        raise
     return _record(machine, words, goal, optimum, begun)
+
+
+def _place_design(machine: Machine, x: Array) -> tuple[dict[str, float], dict[str, float], Machine]:
+    """Return a design x (p,) by name in the units of the file, that of the file, and the machine with the design."""
+    names, paths = machine.design_names, [machine.values[index].path for index in machine.moved]
+    design, numbers = [float(f"{value:.15g}") for value in x / machine.scale], machine.document.numbers()
+    document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
+    best = replace(machine, document=document, data=machine.build_data(x))
+    start = {name: numbers[path] for name, path in zip(names, paths, strict=True)}
+    return dict(zip(names, design, strict=True)), start, best
 
 
 def prepare_descents(
@@ -229,8 +296,7 @@ def _evaluate_limit(goal: Goal, x: Array, limit: Limit, active: bool | None = No
 def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> MechanismOptimum:
     problem, x, reached = optimum.problem, optimum.x, optimum.result
     goal, certificate = problem.goal, reached.certificate
-    design = [float(f"{value:.15g}") for value in x / machine.scale]
-    paths, numbers = [machine.values[index].path for index in machine.moved], machine.document.numbers()
+    design, start_design, best = _place_design(machine, x)
     limit_units = {kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds}
     limit_units |= {str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits}
     prices = {constraint.name: constraint.multiplier for constraint in certificate.active_constraints}
@@ -238,8 +304,6 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
         replace(_evaluate_limit(goal, x, limit, str(limit) in prices), price=prices.get(str(limit), 0.0))
         for limit in goal.limits
     ]
-    document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
-    best = replace(machine, document=document, data=machine.build_data(x))
     directions = find_directions(best, stated.objective, machine.samples)
     result = MechanismOptimumResult(
         machine=machine.name,
@@ -247,8 +311,8 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
         least=words,
         objective=reached.objective,
         start_objective=reached.start_objective,
-        design=dict(zip(machine.design_names, design, strict=True)),
-        start_design={name: numbers[path] for name, path in zip(machine.design_names, paths, strict=True)},
+        design=design,
+        start_design=start_design,
         holds=holds,
         met=all(hold.met for hold in holds),
         certificate=MechanismCertificate(
