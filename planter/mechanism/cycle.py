@@ -260,7 +260,8 @@ def validate_machine(machine: Machine) -> MachineValidation:
     """
     cycle = compute_cycle(Model(machine)).result
     return MachineValidation(
-        machine=machine.name, valid=True, design=list(machine.design_names), holds=cycle.holds, met=cycle.met,
+        machine=machine.name, valid=True, design=list(machine.design_names),
+        own_numbers=machine.document.own_numbers(), holds=cycle.holds, met=cycle.met,
         warnings=[*_list_bound_warnings(machine), *cycle.warnings],
     )  # fmt: skip
 
@@ -275,7 +276,8 @@ def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
     names = [dynamics.names[index] for index in dynamics.find_changes(start)]
     message = "the stated start breaks the constraints: the motion begins at the nearest one that satisfies them"
     warnings = [MechanismWarning(name=name, message=message) for name in names]
-    return MachineValidation(machine=mechanism.name, valid=True, design=[], warnings=warnings)
+    own = mechanism.own_numbers()
+    return MachineValidation(machine=mechanism.name, valid=True, design=[], own_numbers=own, warnings=warnings)
 
 
 def _list_bound_warnings(machine: Machine) -> Iterator[MechanismWarning]:

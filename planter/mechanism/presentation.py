@@ -15,6 +15,7 @@ from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityResult
 from planter.files import units
 from planter.files.document import Document, format_lines
+from planter.files.fields import SET
 from planter.kernels import Array
 from planter.measured.sensor_curve import SensorSignal
 from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, list_measurement_sections
@@ -61,6 +62,8 @@ CHANGED_START = "The constraints do not allow the stated start; the nearest that
 ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
 OPTIMUM_FILE, CLOSEST_FILE = "optimum.toml", "closest.toml"
 """Names of the machine file of an optimum, and of the design closest to satisfying limits that none was found for."""
+SET_ORIGIN = f"assumed; {SET}"
+"""Origin of a number that was set for one call, to which the origin in the file no longer applies."""
 LAW_ROUNDING = 1e-6
 """Residual of a law below which it holds, in the law's unit."""
 UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
@@ -303,8 +306,15 @@ def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str,
 def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
-    sections = [*list_limit_sections(result.holds or ()), *list_warning_sections(result.warnings)]
-    return ResultPresentation(f"{source}: valid{design}", result, sections)
+    sections = [*list_limit_sections(result.holds or ()), *list_own_sections(result.own_numbers)]
+    return ResultPresentation(f"{source}: valid{design}", result, [*sections, *list_warning_sections(result.warnings)])
+
+
+def list_own_sections(own_numbers: Sequence[str]) -> list[Section]:
+    """Return a section of the numbers whose origin is the file, not that of its [origin], or an empty list."""
+    what = "They differ from those that the entries of [origin] were written for; their origin is this file"
+    text = f"{what}: {', '.join(own_numbers)}."
+    return [Section("Numbers of this file", [Text(text)])] if own_numbers else []
 
 
 def format_optimum_file(optimum: MechanismOptimum) -> str:
@@ -353,7 +363,8 @@ def _format_design_file(
     before = dict(zip(paths, start.values(), strict=True))
     moved = [path for path, value in zip(paths, design.values(), strict=True) if value != before[path]]
     notes = {path: f"was {before[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
-    table["origin"] = machine.document.origins | dict.fromkeys(moved, origin)
+    stated = dict.fromkeys((path for path in machine.document.changed if path not in paths), SET_ORIGIN)
+    table["origin"] = machine.document.origins | stated | dict.fromkeys(moved, origin)
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
     return "\n".join([*(f"# {line}" for line in head), "", *format_lines(order, notes)]) + "\n"
 

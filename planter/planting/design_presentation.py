@@ -19,8 +19,10 @@ from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, 
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
+    SET_ORIGIN,
     describe_strongest,
     list_limit_sections,
+    list_own_sections,
     list_sensitivity_sections,
 )
 from planter.optimise.range_variance import Sampling
@@ -103,8 +105,6 @@ SCORES = ("objective", "range_N", "variance_N2")
 """Keys of `FORCE_ROWS` that designs are compared by."""
 BOUNDS = ("lower", "upper", "origin")
 """Columns of a design for which a terminal is too narrow."""
-SET_ORIGIN = "assumed; set on the command line"
-"""Origin of a number that was set for one call, to which the origin in the file no longer applies."""
 ROUNDING = 1e-15
 """Relative difference that conversion to SI units and back causes."""
 
@@ -149,7 +149,7 @@ def present_validation(result: Validation, source: str) -> ResultPresentation:
     title = f"{source}: valid, design parameters {', '.join(result.design)}"
     warnings = list_warning_sections(result.warnings)
     limits = [*_list_requirement_sections(result.requirements), *list_limit_sections(result.holds or ())]
-    return ResultPresentation(title, result, [*limits, *warnings])
+    return ResultPresentation(title, result, [*limits, *list_own_sections(result.own_numbers), *warnings])
 
 
 def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
