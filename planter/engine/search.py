@@ -10,7 +10,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -104,7 +103,6 @@ class FailedSearchError(ComputationError):
     def __init__(self, reason: str, kept: KeptDesign | None) -> None:
         super().__init__(reason)
         self.kept = kept
-        self.partial: dict[str, Any] | None = None
 
 
 def minimise(

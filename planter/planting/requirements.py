@@ -225,6 +225,7 @@ class InfeasibleRequirementsError(PlanterError):
     """No design was found that satisfies the requirements; `violations` are the smallest, at `design` (p,) in SI."""
 
     name = "Infeasible"
+    partial: dict[str, Any]
 
     def __init__(
         self, violations: list[Violation], partial: dict[str, Any], design: Array, starts: int, suffix: str = ""
