@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planter.errors import PlanterError
 from planter.report.folder import renew_files
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
@@ -250,12 +251,18 @@ def optimise_clutch(
     Axial angle, gear ratio and linkage vary within what forces and space allow.
     """
     console = Console(as_json)
-    with console.outcome():
+    with console.outcome(), renew_files(out):
         from planter.clutch import sizing
         from planter.clutch.presentation import present_optimisation
+        from planter.report.files import write_unfinished
 
         clutch_file = _load_file(source, set_)
-        result = sizing.optimise_clutch(clutch_file, seed, starts)
+        try:
+            result = sizing.optimise_clutch(clutch_file, seed, starts)
+        except PlanterError as error:
+            if out is not None and error.partial is not None:
+                write_unfinished(out, clutch_file, error.partial)
+            raise
         present_optimisation(clutch_file, result).show(console, out)
 
 
