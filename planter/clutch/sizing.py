@@ -255,9 +255,9 @@ def _describe_failure(
     """Return the message that says what was tried, and which limit the best of the points violates most."""
     margins = [switching.margins.values(problem.design(minimum.u)) for minimum in minima]
     best = max(margins, key=lambda m: float(m.min()))
-    tried = f"{starts} start{'s' if starts > 1 else ''} with seed {seed}"
+    attempts = f"{starts} start{'s' if starts > 1 else ''} with seed {seed}"
     return (
-        f"no design that satisfies all limits was found within the bounds, from {tried}: "
+        f"no design that satisfies all limits was found within the bounds, from {attempts}: "
         f"{switching.names[int(best.argmin())]} fails by {-100 * best.min():.3g} % of its limit at the closest design"
     )
 

@@ -233,10 +233,10 @@ class MachineResponse:
         if kernel.work.summed or not np.isfinite(outputs.get(VALUES, 0.0)).all():
             return None
         phi = np.where(finite, inputs["phi"], inputs["phi"] + ONE_SIDED_OFFSET)
-        beside = {**inputs, "phi": phi}
+        shifted = {**inputs, "phi": phi}
         if self.machine.loops is not None:
-            beside["q"] = self._follow(inputs["d"]).evaluate(phi)
-        sides, has_sides = kernel.masked(**beside, **more)
+            shifted["q"] = self._follow(inputs["d"]).evaluate(phi)
+        sides, has_sides = kernel.masked(**shifted, **more)
         if not has_sides.all():
             return None
         return {name: rows if name == VALUES else np.where(finite, rows, sides[name]) for name, rows in outputs.items()}

@@ -215,8 +215,8 @@ class MachineRows:
         if (
             singular.any()
         ):  # a norm that vanishes has the slopes of a side; the lane closes loops there by its own steps
-            beside = self.steps + ONE_SIDED_OFFSET * singular.any(axis=0)
-            slopes = np.where(singular[:, None], kernel(phi=beside[None], **inputs)["slopes"], slopes)
+            shifted = self.steps + ONE_SIDED_OFFSET * singular.any(axis=0)
+            slopes = np.where(singular[:, None], kernel(phi=shifted[None], **inputs)["slopes"], slopes)
         slopes = slopes.reshape(len(block.rows), count, p, len(self.steps))
         return np.asarray(np.einsum("rkpn,rkn->kpr", slopes[:, list(places)], self._spread(weights, places)))
 

@@ -35,8 +35,8 @@ INTERVAL_S = 1.0
 
 
 @dataclass(frozen=True)
-class KeptDesign:
-    """What an unfinished search has: the best machine's design x (p,) in SI, or, if none is feasible, the closest one.
+class CandidateDesign:
+    """The best design x (p,) in SI of an unfinished search, or, if none is feasible, the closest one.
 
     `objective` is None where only the constraints were evaluated, `violation` the largest one in steps; of a search
     that has ended, `violated` names that constraint. `seconds` is how long the search has run.
@@ -60,7 +60,7 @@ class KeptDesign:
         return (0.0, objective) if self.is_feasible else (self.violation, 0.0)
 
 
-Keep = Callable[[KeptDesign], None]
+Keep = Callable[[CandidateDesign], None]
 """What takes the best, or else the closest, design so far of an unfinished search."""
 
 
@@ -88,21 +88,21 @@ class DesignOptimum:
 
 
 class InterruptedSearch(errors.Interrupted):
-    """The user stopped a search; `best` is the optimum so far, None if nothing feasible was met, `kept` a design."""
+    """The user stopped a search; `best` is the optimum so far, else `candidate` the closest design, if there is one."""
 
-    def __init__(self, best: DesignOptimum | None, kept: KeptDesign | None) -> None:
+    def __init__(self, best: DesignOptimum | None, candidate: CandidateDesign | None) -> None:
         super().__init__()
-        self.best, self.kept = best, kept
+        self.best, self.candidate = best, candidate
 
 
 class FailedSearchError(ComputationError):
-    """A search ended without a feasible design; `kept` is the closest one, None if no design could be evaluated."""
+    """A search ended without a result; `candidate` is the best or closest design, None if none could be evaluated."""
 
     name = "ComputationError"
 
-    def __init__(self, reason: str, kept: KeptDesign | None) -> None:
+    def __init__(self, reason: str, candidate: CandidateDesign | None) -> None:
         super().__init__(reason)
-        self.kept = kept
+        self.candidate = candidate
 
 
 def minimise(
@@ -127,10 +127,10 @@ def minimise(
         return _refine(problem, search.run(spec.method, feasible), polish=spec.method != "ga")
     except ComputationError as error:
         points = error.points if isinstance(error, NoFeasiblePointError) else ()
-        kept = keeper.finish(points)
-        is_infeasible = kept is not None and not kept.is_feasible
-        reason = _describe_infeasibility(problem, spec, kept) if kept and is_infeasible else error.message
-        raise FailedSearchError(reason, kept) from None
+        candidate = keeper.finish(points)
+        is_infeasible = candidate is not None and not candidate.is_feasible
+        reason = _describe_infeasibility(problem, spec, candidate) if candidate and is_infeasible else error.message
+        raise FailedSearchError(reason, candidate) from None
     except KeyboardInterrupt:
         result = search.so_far(spec.method)
         best = None if result is None else DesignOptimum(result.design[: problem.goal.size], problem, result)
@@ -148,45 +148,45 @@ class _Keeper:
     ) -> None:
         self._problem, self._search, self._keep, self._listener = problem, search, keep, listener
         self._begun, self._last = time.perf_counter(), 0.0
-        self._kept: KeptDesign | None = None
+        self._best: CandidateDesign | None = None
 
     def __call__(self, step: Progress) -> None:
         if self._keep is not None and (step.done == step.total or time.perf_counter() - self._last > INTERVAL_S):
-            for kept in self._list_met():
-                self._hand_over(kept)
+            for candidate in self._list_met():
+                self._hand_over(candidate)
         if self._listener is not None:
             self._listener(step)
 
-    def finish(self, points: Sequence[Array]) -> KeptDesign | None:
+    def finish(self, points: Sequence[Array]) -> CandidateDesign | None:
         """Hand over and return the best design of all, points (p,) included, None if there is none."""
         met = self._list_met()
-        kept = [design for design in met if design.is_feasible]
-        if not kept:
-            designs = [*(design.x for design in met), *map(self._problem.find_design, points)]
-            kept = [design for design in map(self._evaluate, designs) if design is not None] or met
-        best = min(kept, key=lambda design: design.rank, default=None)
+        designs = [design for design in met if design.is_feasible]
+        if not designs:
+            places = [*(design.x for design in met), *map(self._problem.find_design, points)]
+            designs = [design for design in map(self._evaluate, places) if design is not None] or met
+        best = min(designs, key=lambda design: design.rank, default=None)
         if best is not None and self._keep is not None:
             self._keep(best)
         return best
 
-    def _list_met(self) -> list[KeptDesign]:
+    def _list_met(self) -> list[CandidateDesign]:
         seconds = time.perf_counter() - self._begun
         best, closest = self._search.best(), self._search.closest()
-        find, met = self._problem.find_design, list[KeptDesign]()
+        find, met = self._problem.find_design, list[CandidateDesign]()
         if best is not None:
-            met.append(KeptDesign(find(best.u), best.objective, 0.0, seconds))
+            met.append(CandidateDesign(find(best.u), best.objective, 0.0, seconds))
         if closest is not None:
-            met.append(KeptDesign(find(closest.u), None, closest.violation, seconds))
+            met.append(CandidateDesign(find(closest.u), None, closest.violation, seconds))
         return met
 
-    def _hand_over(self, kept: KeptDesign) -> None:
-        if self._kept is None or kept.rank < self._kept.rank:
-            self._kept = kept
+    def _hand_over(self, candidate: CandidateDesign) -> None:
+        if self._best is None or candidate.rank < self._best.rank:
+            self._best = candidate
             if self._keep is not None:
                 self._last = time.perf_counter()
-                self._keep(kept)
+                self._keep(candidate)
 
-    def _evaluate(self, x: Array) -> KeptDesign | None:
+    def _evaluate(self, x: Array) -> CandidateDesign | None:
         """Return a design x (p,) with its objective and what it violates most, None if it has no cycle."""
         problem, seconds = self._problem, time.perf_counter() - self._begun
         try:
@@ -198,7 +198,7 @@ class _Keeper:
                 name, violation = problem.constraints.kinds[worst].name, float(excess[worst])
         except ComputationError:
             return None
-        return KeptDesign(x, objective, violation, seconds, name)
+        return CandidateDesign(x, objective, violation, seconds, name)
 
 
 def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
@@ -237,16 +237,17 @@ def prepare_descents(problem: DesignProblem) -> Callable[[Array], SearchRecord]:
     return lambda start: run_search(problem, start)
 
 
-def _describe_infeasibility(problem: DesignProblem, spec: SearchSpec, kept: KeptDesign) -> str:
-    """Return which limit the closest design violates most, and what was tried: not that there is no other design."""
-    limit = next((limit for limit in problem.goal.limits if str(limit) == kept.violated), None)
-    value = None if limit is None else problem.goal.evaluate_limit(kept.x, limit)
+def _describe_infeasibility(problem: DesignProblem, spec: SearchSpec, candidate: CandidateDesign) -> str:
+    """Return which limit the closest design violates most, and the attempts: not that there is no other design."""
+    limit = next((limit for limit in problem.goal.limits if str(limit) == candidate.violated), None)
+    value = None if limit is None else problem.goal.evaluate_limit(candidate.x, limit)
     unit = "" if limit is None else find_display_unit(problem.goal.machine, limit.measure).text
     reached = "" if value is None else f"; the closest design reaches {f'{value:.6g} {unit}'.rstrip()}"
     count = f"{spec.starts} start{'s' if spec.starts > 1 else ''}"
-    tried = {"ga": "the genetic algorithm", "ipopt": f"local searches from {count}"}
-    both = f"the genetic algorithm and {tried['ipopt']}"
+    attempts = {"ga": "the genetic algorithm", "ipopt": f"local searches from {count}"}
+    both = f"the genetic algorithm and {attempts['ipopt']}"
+    method = attempts.get(spec.method, both)
     return (
-        f"no design that satisfies {kept.violated} was found within the bounds by {tried.get(spec.method, both)} with "
+        f"no design that satisfies {candidate.violated} was found within the bounds by {method} with "
         f"seed {spec.seed}{reached}; more --starts may find one, or relax the limit or the bounds"
     )

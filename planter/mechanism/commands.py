@@ -260,10 +260,10 @@ def _search_optimum(
     try:
         optimum = optimisation.optimise_machine(machine, objective, holds, spec, console.progress, means, keep)
     except FailedSearchError as error:
-        if error.kept is None or error.kept.is_feasible:
+        if error.candidate is None or error.candidate.is_feasible:
             raise
         hint = f"--out DIR writes {CLOSEST_FILE}" if out is None else f"{out / CLOSEST_FILE} has it"
-        failure = FailedSearchError(f"{error.message}; {hint}", error.kept)
+        failure = FailedSearchError(f"{error.message}; {hint}", error.candidate)
         failure.partial = error.partial
         raise failure from None
     if out is not None:

@@ -276,8 +276,8 @@ def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
     names = [dynamics.names[index] for index in dynamics.find_changes(start)]
     message = "the stated start breaks the constraints: the motion begins at the nearest one that satisfies them"
     warnings = [MechanismWarning(name=name, message=message) for name in names]
-    own = mechanism.own_numbers()
-    return MachineValidation(machine=mechanism.name, valid=True, design=[], own_numbers=own, warnings=warnings)
+    numbers = mechanism.own_numbers()
+    return MachineValidation(machine=mechanism.name, valid=True, design=[], own_numbers=numbers, warnings=warnings)
 
 
 def _list_bound_warnings(machine: Machine) -> Iterator[MechanismWarning]:

@@ -15,10 +15,10 @@ from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.problem import CurveProblem, DesignProblem, build_problem
 from planter.engine.search import (
+    CandidateDesign,
     DesignOptimum,
     FailedSearchError,
     InterruptedSearch,
-    KeptDesign,
     SearchSpec,
     minimise,
 )
@@ -62,11 +62,11 @@ class MechanismOptimum:
 
 @dataclass(frozen=True)
 class UnfinishedOptimum:
-    """The best or closest design of a search for the sum `least` that has no result (yet), in place in its machine."""
+    """The best or closest design of a search for the least sum that has no result (yet), in place in its machine."""
 
     machine: Machine
-    least: str
-    kept: KeptDesign
+    sum_text: str
+    candidate: CandidateDesign
     start_design: dict[str, float]
 
     @property
@@ -80,13 +80,13 @@ class UnfinishedOptimum:
         """Return what is known, as an interrupted or failed command reports it."""
         return {
             "machine": self.machine.name,
-            "least": self.least,
-            "objective": self.kept.objective,
+            "least": self.sum_text,
+            "objective": self.candidate.objective,
             "design": self.design,
             "start_design": self.start_design,
-            "met": self.kept.is_feasible,
-            "violated": None if self.kept.is_feasible else self.kept.violated,
-            "seconds": self.kept.seconds,
+            "met": self.candidate.is_feasible,
+            "violated": None if self.candidate.is_feasible else self.candidate.violated,
+            "seconds": self.candidate.seconds,
         }
 
 
@@ -174,13 +174,13 @@ def optimise_machine(
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
     words = least or format_sum(machine.objective)
 
-    def place(kept: KeptDesign) -> UnfinishedOptimum:
-        _, start, best = _place_design(machine, kept.x)
-        return UnfinishedOptimum(best, words, kept, start)
+    def place(candidate: CandidateDesign) -> UnfinishedOptimum:
+        _, start, best = _place_design(machine, candidate.x)
+        return UnfinishedOptimum(best, words, candidate, start)
 
-    def keep_design(kept: KeptDesign) -> None:
+    def keep_design(candidate: CandidateDesign) -> None:
         assert keep is not None
-        keep(place(kept))
+        keep(place(candidate))
 
     try:
         optimum = minimise(
@@ -190,11 +190,11 @@ def optimise_machine(
         if stop.best is not None:
             best = _record(machine, words, goal, stop.best, begun)
             if keep is not None:
-                keep_design(KeptDesign(stop.best.x, best.result.objective, 0.0, best.result.seconds))
+                keep_design(CandidateDesign(stop.best.x, best.result.objective, 0.0, best.result.seconds))
             raise errors.Interrupted(best.result.table()) from None
-        raise errors.Interrupted(None if stop.kept is None else place(stop.kept).table()) from None
+        raise errors.Interrupted(None if stop.candidate is None else place(stop.candidate).table()) from None
     except FailedSearchError as error:
-        error.partial = None if error.kept is None else place(error.kept).table()
+        error.partial = None if error.candidate is None else place(error.candidate).table()
         raise
     return _record(machine, words, goal, optimum, begun)
 

@@ -312,8 +312,8 @@ def present_validation(result: MachineValidation, source: str) -> ResultPresenta
 
 def list_own_sections(own_numbers: Sequence[str]) -> list[Section]:
     """Return a section of the numbers whose origin is the file, not that of its [origin], or an empty list."""
-    what = "They differ from those that the entries of [origin] were written for; their origin is this file"
-    text = f"{what}: {', '.join(own_numbers)}."
+    reason = "They differ from those that the entries of [origin] were written for; their origin is this file"
+    text = f"{reason}: {', '.join(own_numbers)}."
     return [Section("Numbers of this file", [Text(text)])] if own_numbers else []
 
 
@@ -335,20 +335,20 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
 
     The file is optimum.toml, or closest.toml while no design satisfies the limits.
     """
-    machine, kept, folder = unfinished.machine, unfinished.kept, files.output_folder(out)
-    if kept.is_feasible:
-        name, what, origin = OPTIMUM_FILE, "the best design", f"optimised (least {unfinished.least}, unfinished)"
+    machine, candidate, folder = unfinished.machine, unfinished.candidate, files.output_folder(out)
+    if candidate.is_feasible:
+        name, title, origin = OPTIMUM_FILE, "the best design", f"optimised (least {unfinished.sum_text}, unfinished)"
     else:
-        name, what, origin = CLOSEST_FILE, "the design closest to satisfying its limits", "optimised (closest design)"
+        name, title, origin = CLOSEST_FILE, "the design closest to satisfying its limits", "optimised (closest design)"
     head = [
-        f"{machine.name}: {what} of a search for the least {unfinished.least} that has no result (yet).",
-        f"By planter {__version__}, after {kept.seconds:.4g} s.",
+        f"{machine.name}: {title} of a search for the least {unfinished.sum_text} that has no result (yet).",
+        f"By planter {__version__}, after {candidate.seconds:.4g} s.",
     ]
     text = _format_design_file(machine, unfinished.design, unfinished.start_design, head, origin)
     write_file(folder / name, text.encode())
     basis = describe_basis(None, machine.document, files.list_provenance(machine.document))
     files.write_summary(folder / "summary.json", {**unfinished.table(), "finished": False, **basis})
-    if kept.is_feasible:
+    if candidate.is_feasible:
         drop_file(folder / CLOSEST_FILE)
 
 

@@ -229,9 +229,9 @@ def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interru
     basis = describe_basis(model, device.machine, files.list_provenance(device.machine))
     folder, is_feasible = files.output_folder(out), partial.get("met", True)
     name = OPTIMUM_FILE if is_feasible else CLOSEST_FILE
-    what = "its best design so far" if is_feasible else "the design closest to satisfying its requirements"
+    title = "its best design so far" if is_feasible else "the design closest to satisfying its requirements"
     method = f"unfinished, {device.model} model" if is_feasible else f"closest design, {device.model} model"
-    head = [f"# The machine {json.dumps(device.machine.name)} with {what}, by planter {__version__}: {method}."]
+    head = [f"# The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: {method}."]
     text = _format_design_file(device.machine, partial["design"], method, head)
     write_file(folder / name, text.encode())
     files.write_summary(folder / "summary.json", {**partial, **marks, **basis})

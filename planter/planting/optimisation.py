@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from planter import errors
 from planter.engine import search
 from planter.engine.problem import CurveProblem
-from planter.engine.search import DesignOptimum, InterruptedSearch, KeptDesign, SearchSpec, minimise
+from planter.engine.search import CandidateDesign, DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sections import HOLD
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
@@ -208,25 +208,25 @@ def search_optimum(
         result = replace(best.result, seconds=time.perf_counter() - start_s)
         return _build_optimum(device, required, lengths, samples, result)
 
-    def build_table(kept: KeptDesign) -> Table:
-        look = task.score(kept.x).look
+    def build_table(candidate: CandidateDesign) -> Table:
+        look = task.score(candidate.x).look
         return {
             "machine": device.machine.name, "model": device.model, "method": method, "samples": samples, "seed": seed,
-            "objective": kept.objective, "design": device.named(kept.x), "range_N": look.range,
-            "variance_N2": look.variance, "start_objective": task.reference.objective, "seconds": kept.seconds,
-            "met": kept.is_feasible, "violated": None if kept.is_feasible else kept.violated,
+            "objective": candidate.objective, "design": device.named(candidate.x), "range_N": look.range,
+            "variance_N2": look.variance, "start_objective": task.reference.objective, "seconds": candidate.seconds,
+            "met": candidate.is_feasible, "violated": None if candidate.is_feasible else candidate.violated,
         }  # fmt: skip
 
-    def keep_table(kept: KeptDesign) -> None:
+    def keep_table(candidate: CandidateDesign) -> None:
         assert keep is not None
-        keep(build_table(kept))
+        keep(build_table(candidate))
 
     def build_closest() -> Table | None:
         """Return the closest design that the search for a feasible one has met."""
         if task.closest is None:
             return None
         x, seconds = task.design(task.closest.u), time.perf_counter() - start_s
-        return build_table(KeptDesign(x, task.score(x).objective, task.closest.violation, seconds))
+        return build_table(CandidateDesign(x, task.score(x).objective, task.closest.violation, seconds))
 
     try:
         feasible = [] if task.constraints is None else [find_feasible_point(task, required, seed, lengths)]
@@ -235,7 +235,7 @@ def search_optimum(
         return build_optimum(minimise(task, spec, progress, descents, means, feasible, keep and keep_table))
     except InterruptedSearch as stop:
         best = None if stop.best is None else build_optimum(stop.best)
-        closest = None if stop.kept is None else build_table(stop.kept)
+        closest = None if stop.candidate is None else build_table(stop.candidate)
         raise OptimisationInterrupted(best, device.scale, closest or build_closest()) from None
     except KeyboardInterrupt:
         raise OptimisationInterrupted(None, device.scale, build_closest()) from None

@@ -120,13 +120,13 @@ def test_search_hands_over_the_closest_design() -> None:
             problem,
             SearchSpec(starts=3),
             stop_after(2),
-            keep=lambda kept: violations.append(kept.violation),
+            keep=lambda candidate: violations.append(candidate.violation),
         )
-    kept = caught.value.kept
+    candidate = caught.value.candidate
     assert caught.value.best is None
-    assert kept is not None
-    assert not kept.is_feasible
-    assert kept.violated == IMPOSSIBLE
+    assert candidate is not None
+    assert not candidate.is_feasible
+    assert candidate.violated == IMPOSSIBLE
     assert violations
 
 
@@ -137,12 +137,12 @@ def test_failed_workers_leave_the_best_design(monkeypatch: pytest.MonkeyPatch) -
         raise ComputationError("5 worker processes ended at the same job")
 
     monkeypatch.setattr("planter.optimise.local_search.find_minima", fail)
-    kept: list[Any] = []
+    candidate: list[Any] = []
     with pytest.raises(FailedSearchError, match="worker processes ended") as caught:
-        optimise_machine(own.machine("slider_crank"), "range s", (), SearchSpec(starts=3), keep=kept.append)
+        optimise_machine(own.machine("slider_crank"), "range s", (), SearchSpec(starts=3), keep=candidate.append)
     assert caught.value.partial is not None
     assert caught.value.partial["met"]
-    assert kept[-1].design == caught.value.partial["design"]
+    assert candidate[-1].design == caught.value.partial["design"]
 
 
 def test_swallowed_interrupt_keeps_what_was_found(

@@ -38,7 +38,7 @@ def test_indices_equal_closed_forms(tmp_path: Path) -> None:
     result = answer("tolerance", machine, *options)
     (indices,) = result["sobol"].values()
     for name, (first, total) in RIGHT.items():
-        found = indices[name if name in indices else f"values.{name}"]
-        assert (found["first"], found["total"]) == pytest.approx((first, total), abs=0.03)
+        row = indices[name if name in indices else f"values.{name}"]
+        assert (row["first"], row["total"]) == pytest.approx((first, total), abs=0.03)
     (band,) = result["outputs"].values()
     assert band["std"] ** 2 == pytest.approx(13.8446, rel=0.03)
