@@ -177,9 +177,27 @@ def _power(expr: Expr) -> Dimension | None:
     base_dimension = dimension(base)
     if base_dimension is None or base_dimension == NONE:
         return base_dimension
+    exponent = exact_power(exponent)
     if not isinstance(exponent, sp.Rational):
         raise DimensionError(f"{expr} raises a dimension to a power that is no fraction")
     return raise_dimension(base_dimension, Fraction(exponent.p, exponent.q))
+
+
+LARGEST_DENOMINATOR = 1000
+"""Of a fraction that a decimal power may stand for."""
+
+
+def exact_power(power: Expr) -> Expr:
+    """Return the fraction that a decimal power stands for, any other power as it is.
+
+    >>> exact_power(sp.Float(1.5)), exact_power(sp.Float(1 / 3)), exact_power(sp.Float(0.123456))
+    (3/2, 1/3, 0.123456)
+    """
+    if not isinstance(power, sp.Float):
+        return power
+    fraction = Fraction(float(power)).limit_denominator(LARGEST_DENOMINATOR)
+    is_same = float(fraction) == float(power)
+    return sp.Rational(fraction.numerator, fraction.denominator) if is_same else power
 
 
 def _check_condition(condition: sp.Basic) -> None:

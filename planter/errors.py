@@ -9,6 +9,8 @@ class PlanterError(Exception):
     """Failure which is reported to the user without a traceback."""
 
     exit_code: ClassVar[int] = 1
+    partial: dict[str, Any] | None = None
+    """What was computed before the failure, as `--json` prints it."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickling with all attributes and any constructor, because worker processes send their errors."""
@@ -26,7 +28,7 @@ class PlanterError(Exception):
 
     def table(self) -> dict[str, Any]:
         """Return the object which `--json` prints: the error, and any partial result."""
-        return {"error": {"name": self.name, "message": self.message}, "partial": getattr(self, "partial", None)}
+        return {"error": {"name": self.name, "message": self.message}, "partial": self.partial}
 
 
 def _restore_error(kind: type[PlanterError], args: tuple[Any, ...], attributes: dict[str, Any]) -> PlanterError:
@@ -60,11 +62,11 @@ class ComputationError(PlanterError):
 
 
 class NotFiniteError(ComputationError):
-    """Output of a function which is NaN or infinite: `row` and `lane` of the first such entry."""
+    """Output of a function which is NaN or infinite: name of the `output`, `row` and `lane` of the first such entry."""
 
     def __init__(self, function: str, output: str, row: int, lane: int) -> None:
         super().__init__(f"{function}: output {output}[{row}] is not finite in lane {lane}")
-        self.row, self.lane = row, lane
+        self.output, self.row, self.lane = output, row, lane
 
 
 class Interrupted(PlanterError):

@@ -14,7 +14,7 @@ from sympy.logic.boolalg import BooleanTrue
 
 from ..functions import Polynomial, TabulatedFunction, Turns
 from ..model import Event, Lane, Let, LinearSolve, Step, list_expressions, split_steps
-from ..quantity import Quantity, Vector
+from ..quantity import Quantity, Vector, exact_power
 
 ATOM, POWER, FACTOR, PRODUCT, SUM, TEST = 5, 4, 3, 2, 1, 0
 
@@ -76,7 +76,9 @@ class Printer:
         for kind in type(expr).__mro__:
             if kind in TABLE:
                 return TABLE[kind]
-        raise UnsupportedNode(f"no way to write {type(expr).__name__} in {expr}")
+        # Its arguments may be symbols of common subexpressions, which no statement has.
+        allowed = ", ".join(sorted({"Abs", "Max", "Min", "Piecewise", *PLAIN} - {"polyval"}))
+        raise UnsupportedNode(f"{type(expr).__name__} cannot be written: state it by powers and {allowed}")
 
     def call(self, function: str, *arguments: Basic) -> Text:
         """Return the text of a call of a function."""
@@ -118,16 +120,20 @@ def _mul(p: Printer, expr: Basic) -> Text:
 
 
 def _pow(p: Printer, expr: Basic) -> Text:
-    base, power = expr.args
+    base, power = expr.args[0], exact_power(expr.args[1])
     if power == sp.S.Half:
         return p.call("sqrt", base)
     if power.is_number and power.is_negative:
         return f"1 / {p.text(base**-power, POWER)}", PRODUCT
     if isinstance(power, sp.Integer):
-        return f"{p.text(base, ATOM)}{p.dialect.power}{power}", POWER
+        return (p.text(base, POWER), POWER) if power == 1 else (_raise(p, base, power), POWER)
     if isinstance(power, sp.Rational) and power.q == 2:
         return _mul(p, sp.Mul(base ** ((power.p - 1) // 2), sp.sqrt(base), evaluate=False))
-    raise UnsupportedNode(f"no way to write the power {power} in {expr}")
+    return _raise(p, base, power), POWER
+
+
+def _raise(p: Printer, base: Basic, power: Basic) -> str:
+    return f"{p.text(base, ATOM)}{p.dialect.power}{p.text(power, ATOM)}"
 
 
 def _integer(p: Printer, expr: Basic) -> Text:

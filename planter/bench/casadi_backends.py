@@ -144,7 +144,7 @@ class Graphs:
     def _slopes(self) -> tuple[ca.MX, ca.MX, tuple[ca.MX, ca.MX]]:
         """Force (1, n), rows of the shares' slopes in the design (p, lanes), and h with the entries of its tangent."""
         h, jacobian = self.response.tangent(self.d)
-        dh = jacobian.nz[:]
+        dh = ca.vec(jacobian.nz[:])
         share, rows = self._mapped(self.response.slopes_kernel)(self.lanes, self.d, h, dh)
         return self._folded(share), rows[1:, :], (h, dh)
 

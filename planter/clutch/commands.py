@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planter.errors import PlanterError
+from planter.report.folder import renew_files
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, parse_changes
@@ -68,17 +71,19 @@ def engage_clutch(
     disclose. Shapes: quarter-sine, clamped-cosine, clamped-static, clamped-mode.
     """
     console = Console(as_json)
-    with console.outcome():
+    with console.outcome(), renew_files(out):
         from planter.clutch import contact_simulation, modal_engagement
         from planter.clutch.file import load_clutch
         from planter.clutch.presentation import present_engagement
+        from planter.report.files import write_unfinished
 
         file = load_clutch(source, parse_changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
         if mode is EngagementMode.modal:
             result: ModalEngagement | ContactEngagement = modal_engagement.evaluate_engagement(file, shape)
             curves = None
         else:
-            comparison = contact_simulation.compare_clutches(file, shape, progress=console.progress)
+            keep = None if out is None else partial(write_unfinished, out, file)
+            comparison = contact_simulation.compare_clutches(file, shape, progress=console.progress, keep=keep)
             result, curves = comparison.result, comparison.runs
         present_engagement(file, result, shape, curves).show(console, out)
 
@@ -246,12 +251,18 @@ def optimise_clutch(
     Axial angle, gear ratio and linkage vary within what forces and space allow.
     """
     console = Console(as_json)
-    with console.outcome():
+    with console.outcome(), renew_files(out):
         from planter.clutch import sizing
         from planter.clutch.presentation import present_optimisation
+        from planter.report.files import write_unfinished
 
         clutch_file = _load_file(source, set_)
-        result = sizing.optimise_clutch(clutch_file, seed, starts)
+        try:
+            result = sizing.optimise_clutch(clutch_file, seed, starts)
+        except PlanterError as error:
+            if out is not None and error.partial is not None:
+                write_unfinished(out, clutch_file, error.partial)
+            raise
         present_optimisation(clutch_file, result).show(console, out)
 
 

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -49,7 +49,7 @@ from planter.clutch.results import (
     PrintedLoad,
     TeethInSleeve,
 )
-from planter.errors import ComputationError
+from planter.errors import ComputationError, Interrupted
 from planter.files.text import read_toml
 from planter.kernels import Kernel, formulas
 from planter.progress import Listener, ProgressPhase
@@ -356,11 +356,14 @@ class Comparison:
 
 
 def compare_clutches(
-    file: ClutchFile, shape: str = PAPERS, factors: Sequence[float] | None = None, progress: Listener | None = None
-) -> Comparison:
+    file: ClutchFile, shape: str = PAPERS, factors: Sequence[float] | None = None, progress: Listener | None = None,
+    keep: Callable[[dict[str, Any]], None] | None = None,
+) -> Comparison:  # fmt: skip
     """Return the motions and loads of both clutches under the inputs of a clutch file, the shaft bending in a shape.
 
-    Raises InputError for inconsistent values, ComputationError if a motion cannot be integrated.
+    `keep` takes the table of the motions that are there, in the keys of the result, after each of them. Raises
+    InputError for inconsistent values, ComputationError if a motion cannot be integrated, and Interrupted, both with
+    that table as `partial`, if the user stops the motions.
     """
     contact_inputs, phase = build_contact_inputs(file, shape), file.si("contact.phase_deg")
     clutches = {"reuleaux": contact_dynamics.build_reuleaux(), "dog": contact_dynamics.build_dog(file.dog.jaws)}
@@ -368,20 +371,36 @@ def compare_clutches(
     todo = len(clutches) + len(VARIED) * len(multipliers) + len(PHASES_DEG)
     steps = ProgressPhase("engage", "motion", todo, progress)
     runs: dict[str, SwitchingRun] = {}
-    for name, clutch in clutches.items():
-        runs[name] = simulate_switching(clutch, contact_inputs, phase)
-        steps.advance(f"{name} clutch: engagement and cut-off")
     varied: list[ContactLoadSensitivity] = []
-    for (name, fields), factor in itertools.product(VARIED.items(), multipliers):
-        varied.append(
-            ContactLoadSensitivity(name, factor, *_loads(clutches, contact_inputs.times(factor, *fields), phase))
-        )
-        steps.advance(f"{name} times {factor:.3g}")
     phases: list[PhaseLoads] = []
-    for later in PHASES_DEG:
-        at = file.contact.phase_deg + later
-        phases.append(PhaseLoads(at, *_loads(clutches, contact_inputs, math.radians(at))))
-        steps.advance(f"input at {at:g} deg")
+
+    def build_table() -> dict[str, Any]:
+        loads = {name: run.to_result().table() for name, run in runs.items()}
+        rows = {"sensitivity": [row.table() for row in varied], "phases": [row.table() for row in phases]}
+        return {"clutch": file.name, "mode": "contact", "motions": steps.done, "of_motions": todo, **loads, **rows}
+
+    def advance(note: str) -> None:
+        steps.advance(note)
+        if keep is not None:
+            keep(build_table())
+
+    try:
+        for name, clutch in clutches.items():
+            runs[name] = simulate_switching(clutch, contact_inputs, phase)
+            advance(f"{name} clutch: engagement and cut-off")
+        for (name, fields), factor in itertools.product(VARIED.items(), multipliers):
+            loads = _loads(clutches, contact_inputs.times(factor, *fields), phase)
+            varied.append(ContactLoadSensitivity(name, factor, *loads))
+            advance(f"{name} times {factor:.3g}")
+        for later in PHASES_DEG:
+            at = file.contact.phase_deg + later
+            phases.append(PhaseLoads(at, *_loads(clutches, contact_inputs, math.radians(at))))
+            advance(f"input at {at:g} deg")
+    except KeyboardInterrupt:
+        raise Interrupted(build_table() if runs else None) from None
+    except ComputationError as error:
+        error.partial = build_table() if runs else None
+        raise
     reuleaux, dog = (runs[name].to_result() for name in ("reuleaux", "dog"))
     result = ContactEngagement(
         clutch=file.name,

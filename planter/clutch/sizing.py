@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -27,7 +28,7 @@ from planter.clutch.results import (
     SwitchingCertificate,
     SwitchingDesign,
 )
-from planter.errors import ComputationError, InputError
+from planter.errors import ComputationError, InputError, Interrupted
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics import extrema
@@ -192,10 +193,15 @@ def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> 
     violated = [switching.names[i] for i in np.flatnonzero(switching.margins.values(file_design) < -BROKEN)]
     first = [problem.start, *np.random.default_rng(seed).random((starts - 1, len(VARIABLES)))]
     for _ in range(ROUNDS):
-        minima = search_from_points(problem, first, MOST_ITERATIONS)
+        try:
+            minima = search_from_points(problem, first, MOST_ITERATIONS)
+        except KeyboardInterrupt:
+            raise Interrupted(_build_unfinished(clutch, problem)) from None
         good = [minimum for minimum in minima if minimum.settled]
         if not good:
-            raise ComputationError(_hopeless(switching, problem, minima))
+            failure = ComputationError(_describe_failure(switching, problem, minima, starts, seed))
+            failure.partial = _build_unfinished(clutch, problem)
+            raise failure
         best = min(good, key=lambda minimum: minimum.objective)
         x = problem.design(best.u)
         margins = switching.worst_along(x)
@@ -243,14 +249,28 @@ def _bounds(switching: SwitchingProblem) -> dict[str, tuple[float, float]]:
     return {key: (lower[key], upper[key]) for key in VARIABLES}
 
 
-def _hopeless(switching: SwitchingProblem, problem: Problem, minima: list[LocalMinimum]) -> str:
-    """Return the message that names the limit that the best of the points violates most."""
+def _describe_failure(
+    switching: SwitchingProblem, problem: Problem, minima: list[LocalMinimum], starts: int, seed: int
+) -> str:
+    """Return the message that says what was tried, and which limit the best of the points violates most."""
     margins = [switching.margins.values(problem.design(minimum.u)) for minimum in minima]
     best = max(margins, key=lambda m: float(m.min()))
+    attempts = f"{starts} start{'s' if starts > 1 else ''} with seed {seed}"
     return (
-        f"no design within the bounds keeps all limits: {switching.names[int(best.argmin())]} fails by "
-        f"{-100 * best.min():.3g} % of its limit at the best point found"
+        f"no design that satisfies all limits was found within the bounds, from {attempts}: "
+        f"{switching.names[int(best.argmin())]} fails by {-100 * best.min():.3g} % of its limit at the closest design"
     )
+
+
+def _build_unfinished(clutch: ClutchFile, problem: Problem) -> dict[str, Any] | None:
+    """Return the best point of a search, or the closest to satisfying the limits, None if it has met none."""
+    best, closest = problem.best, problem.closest
+    u = best.u if best is not None else None if closest is None else closest.u
+    if u is None:
+        return None
+    objective = None if best is None else best.objective
+    design = _to_display_units(problem.design(u))
+    return {"clutch": clutch.name, "design": design, "travel_time_s": objective, "met": best is not None}
 
 
 VARIABLES = {

@@ -218,12 +218,24 @@ class SampledOutputs:
 
     def sample_slopes(self, d: Array, threads: int, count: int, compiled: bool) -> tuple[Array, Array]:
         """Return that and slopes (m, count, n) in SI of the first outputs, compiled if that pays."""
-        size, pairs = len(self.machine.moved), self._pair(count)
+        pairs = self._pair(count)
         cycles = self.find_cycles(count) if pairs and compiled else None
         if cycles is not None:
-            return cycles.evaluate(d, threads)
+            values, slopes = cycles.evaluate(d, threads)
+            # The compiled loop gives a row up that has no slopes at an angle; here those of a side may stand for it.
+            failed = np.isnan(slopes).any(axis=(1, 2))
+            if failed.any():
+                values[failed], slopes[failed] = self._sample_blocks(d[failed], threads, count, pairs)
+            return values, slopes
         if pairs and compiled:
             self.rows.compile_slopes(1 + max(place for _, place in pairs))
+        return self._sample_blocks(d, threads, count, pairs)
+
+    def _sample_blocks(
+        self, d: Array, threads: int, count: int, pairs: Sequence[tuple[int, int]]
+    ) -> tuple[Array, Array]:
+        """Return outputs and slopes as `sample_slopes`, by blocks of samples."""
+        size = len(self.machine.moved)
 
         def reduce(block: SampleBlock) -> Array:
             slopes = np.zeros((count, size, len(block.rows)))
@@ -231,10 +243,10 @@ class SampledOutputs:
                 parts = self.rows.gradients(block, [place for _, place in pairs], self._weigh(block, pairs))
                 for (k, _), part in zip(pairs, parts, strict=True):
                     slopes[k] += part
-            return np.concatenate([self._reduce(block), slopes.reshape(count * size, -1)])
+            return np.concatenate([self._reduce(block), slopes.reshape(count * size, len(block.rows))])
 
         rows = self.rows.evaluate(d, reduce, threads, size if pairs else 0)
-        return rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(-1, count, size)
+        return rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(len(d), count, size)
 
     def find_cycles(self, sloped: int = 0) -> Cycles | None:
         """Return the outputs compiled, with slopes of the first `sloped`; None if they are not evaluated in lanes."""

@@ -10,7 +10,6 @@ from planter.engine.limits import MeasureLimits
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.errors import InputError
-from planter.kernels import Array
 from planter.optimise.constraints import Constraints, DesignBox, join_constraints
 from planter.optimise.joined import JoinedObjective
 from planter.optimise.objective import Objective
@@ -57,10 +56,6 @@ class DesignProblem(Problem):
         parts = self.objective.parts if isinstance(self.objective, JoinedObjective) else (self.objective,)
         curves = [part.response for part in parts if isinstance(part, CurveSumObjective)]
         return any(c.response.slopes_kernel.way != "lanes" for c in curves if isinstance(c, QuantityCurves))
-
-    def find_design(self, u: Array) -> Array:
-        """Return the machine's design at a point."""
-        return self.design(u)
 
 
 def build_problem(

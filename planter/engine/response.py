@@ -22,6 +22,8 @@ from planter.numerics.arrays import Integers
 from planter.numerics.roots import Crossings, find_crossings
 
 INPUTS = ("phi", "d", "h", "q")
+VALUES = "rows"
+"""Name of the output that is no derivative."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,10 @@ class MachineResponse:
         The first call waits for the compiler: otherwise a race would decide with which rounding a search continues.
         """
         self.hessian_kernel.settle()
-        result = self._evaluate(self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        try:
+            result = self._evaluate(self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        except ComputationError:  # a sum does not show which angle has no derivative
+            return np.asarray(self.curvatures(point, phi, weights).sum(axis=0))
         hessian: Array = self._unpack(result["packed"])[0]
         hessian[1:, 1:] += self._bend_prologue(point, result["along"][:, 0])
         return hessian
@@ -224,10 +229,17 @@ class MachineResponse:
             settled = self._settle(kernel.masked(**inputs, **more)[0]) if self.settles else None
             if settled is not None:
                 return settled
-            quantity = self.quantities[error.row % len(self.quantities)]
-            angle = np.degrees(lanes[error.lane])
-            text = f"{quantity.name} ({quantity.meaning}) is not finite at {angle:.6g} deg"
-            raise ComputationError(f"{self.machine.name}: {text}") from None
+            raise ComputationError(f"{self.machine.name}: {self._locate(error, kernel, lanes)}") from None
+
+    def _locate(self, error: NotFiniteError, kernel: Kernel, lanes: Array) -> str:
+        """Return which quantity, or which one's derivative, is not finite at which angle."""
+        angle = f"is not finite at {np.degrees(lanes[error.lane]):.6g} deg"
+        rows, remainder = divmod(kernel.function.size1_out(error.output), len(self.quantities))
+        if remainder or "weights" in kernel.names:
+            return f"a derivative {angle}"
+        quantity = self.quantities[error.row // rows]
+        name = f"{quantity.name} ({quantity.meaning})"
+        return f"{name} {angle}" if error.output == VALUES else f"the derivative of {name} {angle}"
 
     @staticmethod
     def _settle(outputs: dict[str, Array]) -> dict[str, Array] | None:

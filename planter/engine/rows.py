@@ -17,6 +17,7 @@ from planter.engine.response import INPUTS, MachineResponse
 from planter.kernels import Array, Kernel
 from planter.kernels.kernel import StackedKernel
 from planter.numerics.arrays import Flags, Integers
+from planter.numerics.piecewise import ONE_SIDED_OFFSET
 
 MEMORY = 1 << 22
 """Numbers that the coordinates of a walk, or the samples of a block, may take."""
@@ -207,9 +208,16 @@ class MachineRows:
         """
         count, p = max(places) + 1, len(self.machine.moved)
         tangents, _ = self.tangents.masked(d=block.data)
-        slopes = self.find_slopes(count)(
-            phi=self.steps[None], d=block.data.T, h=block.hoisted.T, q=block.places, dh=tangents["dh"].T
-        )["slopes"].reshape(-1, count, p, len(self.steps))
+        inputs = {"d": block.data.T, "h": block.hoisted.T, "q": block.places, "dh": tangents["dh"].T}
+        kernel = self.find_slopes(count)
+        slopes = kernel(phi=self.steps[None], **inputs)["slopes"]
+        singular = np.asarray(~np.isfinite(slopes).all(axis=1))
+        if (
+            singular.any()
+        ):  # a norm that vanishes has the slopes of a side; the lane closes loops there by its own steps
+            shifted = self.steps + ONE_SIDED_OFFSET * singular.any(axis=0)
+            slopes = np.where(singular[:, None], kernel(phi=shifted[None], **inputs)["slopes"], slopes)
+        slopes = slopes.reshape(len(block.rows), count, p, len(self.steps))
         return np.asarray(np.einsum("rkpn,rkn->kpr", slopes[:, list(places)], self._spread(weights, places)))
 
     def _spread(self, weights: Array, places: Sequence[int]) -> Array:
@@ -324,7 +332,7 @@ class MachineRows:
         symbol: Any = ca.SX if self._tangent.is_a("SXFunction") else ca.MX
         d = symbol.sym("d", len(self.machine.values))
         h, dh = self._tangent(d)
-        outputs = [ca.densify(h), dh.nz[:]]
+        outputs = [ca.densify(h), ca.vec(dh.nz[:])]  # of a single hoisted value, nz[:] is a row
         return Kernel(ca.Function("tangents", [d], outputs, ["d"], ["h", "dh"]), lanes=["d"])
 
     @cached_property

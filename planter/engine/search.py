@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,9 +14,9 @@ from planter.engine.goal import find_display_unit
 from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.local_search import DEFAULT_STARTS, Descent, SearchRecord, run_search
 from planter.optimise.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
-from planter.optimise.problem import BestPoint
 from planter.optimise.range_variance import Sampling
 from planter.optimise.result import NoFeasiblePointError, OptimiserResult
 from planter.optimise.sections import DEFAULT_GENETIC
@@ -25,8 +26,35 @@ from planter.progress import Listener, Progress
 INTERVAL_S = 1.0
 """Time between two designs that an unfinished search hands over, while it goes from step to step."""
 
-Keep = Callable[[BestPoint, float], None]
-"""What takes the best point so far of an unfinished search, and how long that runs [s]."""
+
+@dataclass(frozen=True)
+class CandidateDesign:
+    """The best design x (p,) in SI of an unfinished search, or, if none is feasible, the closest one.
+
+    `objective` is None where only the constraints were evaluated, `violation` the largest one in steps; of a search
+    that has ended, `violated` names that constraint. `seconds` is how long the search has run.
+    """
+
+    x: Array
+    objective: float | None
+    violation: float
+    seconds: float
+    violated: str | None = None
+
+    @property
+    def is_feasible(self) -> bool:
+        """Whether the design satisfies all constraints."""
+        return self.violation <= FEASIBILITY_TOLERANCE
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Sort key, smallest for the best: the violation if there is one, then the objective."""
+        objective = math.inf if self.objective is None else self.objective
+        return (0.0, objective) if self.is_feasible else (self.violation, 0.0)
+
+
+Keep = Callable[[CandidateDesign], None]
+"""What takes the best, or else the closest, design so far of an unfinished search."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +78,21 @@ class DesignOptimum:
 
 
 class InterruptedSearch(errors.Interrupted):
-    """The user stopped a search; `best` is the optimum so far, None if nothing feasible was met yet."""
+    """The user stopped a search; `best` is the optimum so far, else `candidate` the closest design, if there is one."""
 
-    def __init__(self, best: DesignOptimum | None) -> None:
+    def __init__(self, best: DesignOptimum | None, candidate: CandidateDesign | None) -> None:
         super().__init__()
-        self.best = best
+        self.best, self.candidate = best, candidate
+
+
+class FailedSearchError(ComputationError):
+    """A search ended without a result; `candidate` is the best or closest design, None if none could be evaluated."""
+
+    name = "ComputationError"
+
+    def __init__(self, reason: str, candidate: CandidateDesign | None) -> None:
+        super().__init__(reason)
+        self.candidate = candidate
 
 
 def minimise(
@@ -63,24 +101,30 @@ def minimise(
 ) -> DesignOptimum:  # fmt: skip
     """Return the design within the bounds that minimises the objective of a problem under its constraints.
 
-    `feasible` are points u (p,) that satisfy the constraints, `keep` takes the best point so far as it is met. `means`
-    says what runs the descents, whose results do not depend on it; workers take those of a task, whose jobs are points.
-    Raises InputError for an unknown method, ComputationError if no start leads to a design that satisfies the limits,
-    and InterruptedSearch on KeyboardInterrupt.
+    `feasible` are points u (p,) that satisfy the constraints, `keep` takes the best design so far as it is met, the
+    closest one while none is feasible, and the last one if the search ends without a result. `means` says what runs the
+    descents, whose results do not depend on it; workers take those of a task, whose jobs are points. Raises InputError
+    for an unknown method, FailedSearchError if no start leads to a design that satisfies the limits, and
+    InterruptedSearch on KeyboardInterrupt.
     """
     if spec.method not in METHODS:
         raise InputError(f"method = {spec.method!r}: choose one of {', '.join(METHODS)}")
     early = _choose_early_means(problem, means)
     search = OptimiserRun(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early)
-    search.progress = listener if keep is None else _Keeper(search.best, keep, listener)
+    keeper = _Keeper(problem, search, keep, listener)
+    search.progress = keeper
     try:
         return _build_optimum(problem, search.run(spec.method, feasible))
-    except NoFeasiblePointError as error:
-        raise ComputationError(_describe_infeasibility(problem, error.points)) from None
+    except ComputationError as error:
+        points = error.points if isinstance(error, NoFeasiblePointError) else ()
+        candidate = keeper.finish(points)
+        is_infeasible = candidate is not None and not candidate.is_feasible
+        reason = _describe_infeasibility(problem, spec, candidate) if candidate and is_infeasible else error.message
+        raise FailedSearchError(reason, candidate) from None
     except KeyboardInterrupt:
         result = search.so_far(spec.method)
         best = None if result is None else _build_optimum(problem, result)
-        raise InterruptedSearch(best) from None
+        raise InterruptedSearch(best, None if best is not None else keeper.finish(())) from None
 
 
 def _build_optimum(problem: DesignProblem, result: OptimiserResult) -> DesignOptimum:
@@ -88,27 +132,66 @@ def _build_optimum(problem: DesignProblem, result: OptimiserResult) -> DesignOpt
 
 
 class _Keeper:
-    """A listener that hands over the best point of a search when there is a better one, not too often."""
+    """A listener that hands over the best or closest design of a search when there is a better one, not too often.
 
-    def __init__(self, find_best: Callable[[], BestPoint | None], keep: Keep, listener: Listener | None) -> None:
-        self._find_best, self._keep, self._listener = find_best, keep, listener
-        self._begun, self._last, self._objective = time.perf_counter(), 0.0, float("inf")
+    It evaluates nothing before the search has ended, whose last digits would depend on when it was asked.
+    """
+
+    def __init__(
+        self, problem: DesignProblem, search: OptimiserRun, keep: Keep | None, listener: Listener | None
+    ) -> None:
+        self._problem, self._search, self._keep, self._listener = problem, search, keep, listener
+        self._begun, self._last = time.perf_counter(), 0.0
+        self._best: CandidateDesign | None = None
 
     def __call__(self, step: Progress) -> None:
-        self._hand_over(step)
+        if self._keep is not None and (step.done == step.total or time.perf_counter() - self._last > INTERVAL_S):
+            for candidate in self._list_met():
+                self._hand_over(candidate)
         if self._listener is not None:
             self._listener(step)
 
-    def _hand_over(self, step: Progress) -> None:
-        now = time.perf_counter()
-        if step.best is None or step.best >= self._objective:
-            return
-        if now - self._last < INTERVAL_S and step.done < step.total:
-            return
-        best = self._find_best()
-        if best is not None and best.objective < self._objective:
-            self._last, self._objective = now, best.objective
-            self._keep(best, now - self._begun)
+    def finish(self, points: Sequence[Array]) -> CandidateDesign | None:
+        """Hand over and return the best design of all, points (p,) included, None if there is none."""
+        met = self._list_met()
+        designs = [design for design in met if design.is_feasible]
+        if not designs:
+            places = [*(design.x for design in met), *map(self._problem.design, points)]
+            designs = [design for design in map(self._evaluate, places) if design is not None] or met
+        best = min(designs, key=lambda design: design.rank, default=None)
+        if best is not None and self._keep is not None:
+            self._keep(best)
+        return best
+
+    def _list_met(self) -> list[CandidateDesign]:
+        seconds = time.perf_counter() - self._begun
+        best, closest = self._search.best(), self._search.closest()
+        find, met = self._problem.design, list[CandidateDesign]()
+        if best is not None:
+            met.append(CandidateDesign(find(best.u), best.objective, 0.0, seconds))
+        if closest is not None:
+            met.append(CandidateDesign(find(closest.u), None, closest.violation, seconds))
+        return met
+
+    def _hand_over(self, candidate: CandidateDesign) -> None:
+        if self._best is None or candidate.rank < self._best.rank:
+            self._best = candidate
+            if self._keep is not None:
+                self._last = time.perf_counter()
+                self._keep(candidate)
+
+    def _evaluate(self, x: Array) -> CandidateDesign | None:
+        """Return a design x (p,) with its objective and what it violates most, None if it has no cycle."""
+        problem, seconds = self._problem, time.perf_counter() - self._begun
+        try:
+            objective, name, violation = problem.score(x).objective, None, 0.0
+            if problem.constraints is not None:
+                excess = problem.constraints.excess(x)
+                worst = int(np.argmax(excess))
+                name, violation = problem.constraints.kinds[worst].name, float(excess[worst])
+        except ComputationError:
+            return None
+        return CandidateDesign(x, objective, violation, seconds, name)
 
 
 def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
@@ -124,13 +207,17 @@ def prepare_descents(problem: DesignProblem) -> Callable[[Descent], SearchRecord
     return lambda descent: run_search(problem, descent)
 
 
-def _describe_infeasibility(problem: DesignProblem, points: Sequence[Array]) -> str:
-    """Return which limit the best of the points violates most."""
-    u, constraints = min(points, key=problem.violation), problem.constraints
-    assert constraints is not None
-    kind = constraints.kinds[int(np.argmax(constraints.excess(problem.design(u))))]
-    limit = next((limit for limit in problem.goal.limits if str(limit) == kind.name), None)
-    value = None if limit is None else problem.goal.evaluate_limit(problem.find_design(u), limit)
+def _describe_infeasibility(problem: DesignProblem, spec: SearchSpec, candidate: CandidateDesign) -> str:
+    """Return which limit the closest design violates most, and the attempts: not that there is no other design."""
+    limit = next((limit for limit in problem.goal.limits if str(limit) == candidate.violated), None)
+    value = None if limit is None else problem.goal.evaluate_limit(candidate.x, limit)
     unit = "" if limit is None else find_display_unit(problem.goal.machine, limit.measure).text
-    reached = "" if value is None else f": the best design found reaches {f'{value:.6g} {unit}'.rstrip()}"
-    return f"no design within the bounds satisfies {kind.name}{reached}"
+    reached = "" if value is None else f"; the closest design reaches {f'{value:.6g} {unit}'.rstrip()}"
+    count = f"{spec.starts} start{'s' if spec.starts > 1 else ''}"
+    attempts = {"ga": "the genetic algorithm", "ipopt": f"local searches from {count}"}
+    both = f"the genetic algorithm and {attempts['ipopt']}"
+    method = attempts.get(spec.method, both)
+    return (
+        f"no design that satisfies {candidate.violated} was found within the bounds by {method} with "
+        f"seed {spec.seed}{reached}; more --starts may find one, or relax the limit or the bounds"
+    )

@@ -66,6 +66,8 @@ def compute_sensitivity(
     goal, names = Goal(machine, terms, (), samples), machine.design_names
     gradient = goal.slope(x)
     columns = _scaled_slopes(machine, _list_names(terms), curve)
+    if not columns.any():
+        raise InputError(f"{machine.source}: no value that moves has an effect on {' or '.join(_list_names(terms))}")
     directions = find_insensitive(names, columns)
     return SensitivityResult(
         samples=samples,
@@ -115,8 +117,6 @@ def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:
     ranges[ranges == 0.0] = 1.0
     scaled = slopes[:, :, 1:] / ranges[:, None, None]
     columns: Array = scaled.reshape(-1, len(machine.moved)) * find_widths(machine)
-    if not columns.any():
-        raise InputError(f"{machine.source}: no value that moves has an effect on {' or '.join(names)}")
     return columns
 
 

@@ -3,8 +3,9 @@
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, get_args
 
 from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError, field_validator
 
@@ -12,6 +13,7 @@ from planter import safe_text
 from planter.errors import InputError
 from planter.files import examples, paths, units
 from planter.files.fields import (
+    OWN,
     SET,
     FileSection,
     Line,
@@ -201,15 +203,26 @@ class Document(FileSection):
         return float(numbers[path]) * units.unit_factor(path)
 
     def origin(self, name: str) -> str:
-        """Return the origin of a value: its entry in [origin], else that of its section, else the default."""
+        """Return the origin of a value: its entry in [origin], else that of its section, else the default.
+
+        It is "this file" if the entry is that of a built-in file, and the value another one than there.
+        """
         values = self._values()
-        return self._origin(self._path(name, values), self._entries(values))
+        return self._origin(self._path(name, values), values, self._entries(values))
 
     def number_origins(self) -> dict[str, str]:
         """Return the origins of all numbers of the file by full path."""
         values = self._values()
         entries = self._entries(values)
-        return {path: self._origin(path, entries) for path, value in values.items() if isinstance(value, int | float)}
+        return {
+            path: self._origin(path, values, entries)
+            for path, value in values.items()
+            if isinstance(value, int | float)
+        }
+
+    def own_numbers(self) -> list[str]:
+        """Return the full paths of the numbers whose origin is this file."""
+        return [path for path, words in self.number_origins().items() if words == OWN]
 
     def numbers(self) -> dict[str, float]:
         """Return all numbers of the file by full path, in the units of the file."""
@@ -240,11 +253,16 @@ class Document(FileSection):
                 setattr(copy, name, value)
         return copy
 
-    def _origin(self, path: str, entries: Mapping[str, str]) -> str:
+    def _origin(self, path: str, values: Mapping[str, Any], entries: Mapping[str, str]) -> str:
         if any(item == path or item.startswith(f"{path}[") for item in self.changed):
             return SET
         holders = (path, path.partition("[")[0], path.partition(".")[0], "default")
-        return next(entries[holder] for holder in holders if holder in entries)
+        holder = next(holder for holder in holders if holder in entries)
+        words = entries[holder]
+        # An entry that was copied with a built-in file speaks of the numbers there.
+        templates = [template for template in _list_templates(type(self)) if template.entries.get(holder) == words]
+        is_changed = templates and all(template.values.get(path) != values[path] for template in templates)
+        return OWN if is_changed else words
 
     def _entries(self, values: Mapping[str, Any]) -> dict[str, str]:
         """Return the entries of [origin] by full path."""
@@ -280,6 +298,27 @@ class Document(FileSection):
         for entry, text in self.origins.items():
             if entry != "default" and len(names.candidates(entry)) != 1:
                 yield invalid_value_problem(f"origin.{entry}", text, names.complaint(entry))
+
+
+class _Template(NamedTuple):
+    """Entries of [origin] and values of a built-in file, by full path."""
+
+    entries: Mapping[str, str]
+    values: Mapping[str, Any]
+
+
+@cache
+def _list_templates(kind: type[Document]) -> list[_Template]:
+    """Return the built-in files of a kind of documents."""
+    templates = []
+    for name in examples.list_examples(suffix=".toml"):
+        try:
+            document = kind.read(parse_toml(examples.example(name, suffix=".toml"), name), name)
+        except InputError:  # a file of another kind
+            continue
+        values = document._values()
+        templates.append(_Template(document._entries(values), values))
+    return templates
 
 
 def _values_of(table: Mapping[str, Any]) -> dict[str, Any]:

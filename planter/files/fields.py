@@ -83,6 +83,8 @@ _OTHERWISE = "it must be a value of another kind"
 _LISTED = 8
 """Maximum number of problems in a message."""
 SET = "set on the command line"
+OWN = "this file"
+"""Origin of a number that differs from the one that the entry in [origin] was written for."""
 
 
 def invalid_value_problem(key: str, value: object, allowed: str) -> PydanticCustomError:

@@ -130,6 +130,9 @@ class VirtualMachine:
         self._calls = _Calls(self._mapped)
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
+        if not count:  # CasADi maps over no fewer than one lane
+            sizes = map(self.function.size_out, range(self.function.n_out()))
+            return [np.zeros((height, width if self.work.summed else 0)) for height, width in sizes]
         return self._calls[count](arrays)
 
     def _mapped(self, count: int) -> ca.Function:
@@ -269,7 +272,8 @@ def _side_by_side(elements: Array, height: int, width: int) -> Array:
     """A matrix for each lane, its elements column by column, (height width, lanes), as (height, lanes width)."""
     if width == 1:
         return elements
-    return elements.reshape(width, height, -1).transpose(1, 2, 0).reshape(height, -1)
+    lanes = elements.shape[1]
+    return elements.reshape(width, height, lanes).transpose(1, 2, 0).reshape(height, lanes * width)
 
 
 def build_virtual_machine(work: LaneTask) -> Backend:

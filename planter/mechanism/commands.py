@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import find_proof, writes_files
+from planter.report.writing import find_proof, interruptible_result, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
@@ -27,9 +27,11 @@ from planter.terminal.options import (
 if TYPE_CHECKING:
     from planter.engine.drive import Motor
     from planter.engine.machine import Machine
+    from planter.engine.search import SearchSpec
     from planter.files.document import Document
     from planter.measured.calibration import Calibrated, ValidationMeasurement
     from planter.measured.reading import Columns
+    from planter.mechanism.optimisation import MechanismOptimum
     from planter.optimise.optimiser import Method
     from planter.optimise.range_variance import Sampling
     from planter.parallel.task import Means
@@ -233,15 +235,46 @@ def run_optimise(
         optimisation.require_front(goal.build_problem(spec.sampling))
     if options.prove_seconds is not None:
         proof.require_provable(goal, objective)
-    optimum = optimisation.optimise_machine(machine, objective, holds, spec, console.progress, options.means)
-    if options.prove_seconds is not None and isinstance(file, MechanismFile):
-        earlier, keep = find_proof(out)
-        optimum = proof.with_proof(
-            file, optimum, goal, spec, options.prove_seconds, console.progress, options.means, earlier, keep
-        )
-    if options.front:
-        optimum = optimisation.with_front(optimum, console.progress)
-    present_optimum(optimum).show(console, out)
+    optimum = _search_optimum(console, machine, objective, holds, spec, options.means, out)
+    with interruptible_result(optimum.result.table()):
+        if out is not None:
+            present_optimum(optimum).write_data(out)  # before what takes long
+        if options.prove_seconds is not None and isinstance(file, MechanismFile):
+            earlier, keep = find_proof(out)
+            optimum = proof.with_proof(
+                file, optimum, goal, spec, options.prove_seconds, console.progress, options.means, earlier, keep
+            )
+        if options.front:
+            optimum = optimisation.with_front(optimum, console.progress)
+        present_optimum(optimum).show(console, out)
+
+
+def _search_optimum(
+    console: Console, machine: Machine, objective: str | None, holds: Sequence[str], spec: SearchSpec, means: Means,
+    out: Path | None,
+) -> MechanismOptimum:  # fmt: skip
+    """Return the optimum; what is there before it, or without it, is written into the folder if one is named.
+
+    Raises FailedSearchError, which names the file of the closest design, if there is none.
+    """
+    from planter.engine.search import FailedSearchError
+    from planter.mechanism import optimisation
+    from planter.mechanism.presentation import CLOSEST_FILE, write_unfinished
+    from planter.report.folder import drop_file
+
+    keep = None if out is None else partial(write_unfinished, out)
+    try:
+        optimum = optimisation.optimise_machine(machine, objective, holds, spec, console.progress, means, keep)
+    except FailedSearchError as error:
+        if error.candidate is None or error.candidate.is_feasible:
+            raise
+        hint = f"--out DIR writes {CLOSEST_FILE}" if out is None else f"{out / CLOSEST_FILE} has it"
+        failure = FailedSearchError(f"{error.message}; {hint}", error.candidate)
+        failure.partial = error.partial
+        raise failure from None
+    if out is not None:
+        drop_file(out / CLOSEST_FILE)
+    return optimum
 
 
 def require_measurable(machine: Machine, quantities: Sequence[str]) -> None:

@@ -291,7 +291,8 @@ def validate_machine(machine: Machine) -> MachineValidation:
     """
     cycle = compute_cycle(Model(machine)).result
     return MachineValidation(
-        machine=machine.name, valid=True, design=list(machine.design_names), holds=cycle.holds, met=cycle.met,
+        machine=machine.name, valid=True, design=list(machine.design_names),
+        own_numbers=machine.document.own_numbers(), holds=cycle.holds, met=cycle.met,
         warnings=[*_list_bound_warnings(machine), *cycle.warnings],
     )  # fmt: skip
 
@@ -311,7 +312,8 @@ def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
         if name in contradictions:
             message = describe_contradictions({name: contradictions[name]})
         warnings.append(MechanismWarning(name=name, message=message))
-    return MachineValidation(machine=mechanism.name, valid=True, design=[], warnings=warnings)
+    numbers = mechanism.own_numbers()
+    return MachineValidation(machine=mechanism.name, valid=True, design=[], own_numbers=numbers, warnings=warnings)
 
 
 def _list_bound_warnings(machine: Machine) -> Iterator[MechanismWarning]:

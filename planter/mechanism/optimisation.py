@@ -15,7 +15,14 @@ from planter.engine.goal import Goal, evaluate_measure, find_display_unit, resol
 from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.problem import DesignProblem, build_problem
-from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
+from planter.engine.search import (
+    CandidateDesign,
+    DesignOptimum,
+    FailedSearchError,
+    InterruptedSearch,
+    SearchSpec,
+    minimise,
+)
 from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
 from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
@@ -39,6 +46,9 @@ from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
 from planter.view.subject import RequirementCheck, to_sentence_case
 
+SPREADS = ("jump", "range", "std", "variance")
+"""Measures whose least value is zero."""
+
 
 @dataclass(frozen=True)
 class MechanismOptimum:
@@ -50,6 +60,36 @@ class MechanismOptimum:
     result: MechanismOptimumResult
     certificate: str | None = None
     """The text of the file of its proof, if it has one."""
+
+
+@dataclass(frozen=True)
+class UnfinishedOptimum:
+    """The best or closest design of a search for the least sum that has no result (yet), in place in its machine."""
+
+    machine: Machine
+    sum_text: str
+    candidate: CandidateDesign
+    start_design: dict[str, float]
+
+    @property
+    def design(self) -> dict[str, float]:
+        """The design by name, in the units of the file."""
+        numbers = self.machine.document.numbers()
+        paths = [self.machine.values[index].path for index in self.machine.moved]
+        return {name: numbers[path] for name, path in zip(self.machine.design_names, paths, strict=True)}
+
+    def table(self) -> dict[str, Any]:
+        """Return what is known, as an interrupted or failed command reports it."""
+        return {
+            "machine": self.machine.name,
+            "least": self.sum_text,
+            "objective": self.candidate.objective,
+            "design": self.design,
+            "start_design": self.start_design,
+            "met": self.candidate.is_feasible,
+            "violated": None if self.candidate.is_feasible else self.candidate.violated,
+            "seconds": self.candidate.seconds,
+        }
 
 
 @dataclass(frozen=True)
@@ -84,16 +124,21 @@ class StatedGoal:
             raise InputError(f"{self.machine.source}: objective.least is missing: give a sum there, or by --least")
         self.require_averages()
 
-    def require_jumps(self) -> None:
-        """Raise InputError for a jump in the objective that is zero already, the least value of a jump."""
-        for measure in self.objective:
-            if measure.kind != "jump":
-                continue
-            largest = Measure("max", measure.name, size=True)
-            jump, size = (evaluate_measure(self.machine, term) for term in (measure, largest))
-            if jump <= ROUNDING * size:
-                reason = f"{measure.name} does not jump at the machine's own design, and no jump is less than 0"
-                raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
+    def require_spread(self) -> None:
+        """Raise InputError for a jump that is zero already, and for a sum of spreads that all are: none is less."""
+        idle = [measure for measure in self.objective if measure.kind in SPREADS and self._is_zero(measure)]
+        jumps = [measure for measure in idle if measure.kind == "jump"]
+        for measure in jumps or (idle if len(idle) == len(self.objective) else []):
+            word = "jump" if measure.kind == "jump" else "change over the cycle"
+            reason = f"{measure.name} does not {word} at the machine's own design, and no {measure.kind} is below 0"
+            raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
+
+    def _is_zero(self, measure: Measure) -> bool:
+        """Return whether a measure is rounding of its quantity at the machine's own design."""
+        largest = Measure("max", measure.name, size=True)
+        terms = (replace(measure, weight=1.0), largest)
+        value, size = (evaluate_measure(self.machine, term) for term in terms)
+        return value <= ROUNDING * size
 
     def build_problem(self, sampling: Sampling) -> DesignProblem:
         """Return the problem of the sum under the limits. Raises InputError for a machine without bounds."""
@@ -112,28 +157,58 @@ def optimise_machine(
     spec: SearchSpec | None = None,
     listener: Listener | None = None,
     means: Means = AUTO,
+    keep: Callable[[UnfinishedOptimum], None] | None = None,
 ) -> MechanismOptimum:
     """Return the design within the file's bounds that minimises a sum of measures under limits.
 
     `least` replaces the file's objective, `holds` are additional limits, `means` the processes of the local searches,
-    on which results do not depend. Raises InputError for measures that cannot be parsed, a file without bounds or sum,
-    or a jump that is zero already; ComputationError if no start leads to a design that satisfies the limits, and for
-    the mean of a quantity that does not repeat after a cycle.
+    on which results do not depend; `keep` takes the best design so far, or the closest one while none satisfies the
+    limits. Raises InputError for measures that cannot be parsed, a file without bounds or sum, or a spread that is zero
+    already; FailedSearchError, whose `partial` is the closest design, if no start leads to one that satisfies the
+    limits; ComputationError for the mean of a quantity that does not repeat after a cycle.
     """
     begun = time.perf_counter()
     goal = StatedGoal.read(machine, least, holds)
     goal.require_objective()
-    goal.require_jumps()
+    goal.require_spread()
     spec = spec or SearchSpec(machine.sampling)
     stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
     words = least or format_sum(machine.objective)
+
+    def place(candidate: CandidateDesign) -> UnfinishedOptimum:
+        _, start, best = _place_design(machine, candidate.x)
+        return UnfinishedOptimum(best, words, candidate, start)
+
+    def keep_design(candidate: CandidateDesign) -> None:
+        assert keep is not None
+        keep(place(candidate))
+
     try:
-        optimum = minimise(goal.build_problem(spec.sampling), spec, listener, task, means)
+        optimum = minimise(
+            goal.build_problem(spec.sampling), spec, listener, task, means, keep=None if keep is None else keep_design
+        )
     except InterruptedSearch as stop:
-        best = None if stop.best is None else _record(machine, words, goal, stop.best, begun)
-        raise errors.Interrupted(None if best is None else best.result.table()) from None
+        if stop.best is not None:
+            best = _record(machine, words, goal, stop.best, begun)
+            if keep is not None:
+                keep_design(CandidateDesign(stop.best.x, best.result.objective, 0.0, best.result.seconds))
+            raise errors.Interrupted(best.result.table()) from None
+        raise errors.Interrupted(None if stop.candidate is None else place(stop.candidate).table()) from None
+    except FailedSearchError as error:
+        error.partial = None if error.candidate is None else place(error.candidate).table()
+        raise
     return _record(machine, words, goal, optimum, begun)
+
+
+def _place_design(machine: Machine, x: Array) -> tuple[dict[str, float], dict[str, float], Machine]:
+    """Return a design x (p,) by name in the units of the file, that of the file, and the machine with the design."""
+    names, paths = machine.design_names, [machine.values[index].path for index in machine.moved]
+    design, numbers = [float(f"{value:.15g}") for value in x / machine.scale], machine.document.numbers()
+    document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
+    best = replace(machine, document=document, data=machine.build_data(x))
+    start = {name: numbers[path] for name, path in zip(names, paths, strict=True)}
+    return dict(zip(names, design, strict=True)), start, best
 
 
 def prepare_descents(
@@ -226,8 +301,7 @@ def _evaluate_limit(goal: Goal, x: Array, limit: Limit, active: bool | None = No
 def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> MechanismOptimum:
     problem, x, reached = optimum.problem, optimum.x, optimum.result
     goal, certificate = problem.goal, reached.certificate
-    design = [float(f"{value:.15g}") for value in x / machine.scale]
-    paths, numbers = [machine.values[index].path for index in machine.moved], machine.document.numbers()
+    design, start_design, best = _place_design(machine, x)
     limit_units = {kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds}
     limit_units |= {str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits}
     prices = {constraint.name: constraint.multiplier for constraint in certificate.active_constraints}
@@ -235,8 +309,6 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
         replace(_evaluate_limit(goal, x, limit, str(limit) in prices), price=prices.get(str(limit), 0.0))
         for limit in goal.limits
     ]
-    document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
-    best = replace(machine, document=document, data=machine.build_data(x))
     directions = find_directions(best, stated.objective, machine.samples)
     result = MechanismOptimumResult(
         machine=machine.name,
@@ -244,8 +316,8 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
         least=words,
         objective=reached.objective,
         start_objective=reached.start_objective,
-        design=dict(zip(machine.design_names, design, strict=True)),
-        start_design={name: numbers[path] for name, path in zip(machine.design_names, paths, strict=True)},
+        design=design,
+        start_design=start_design,
         holds=holds,
         met=all(hold.met for hold in holds),
         certificate=MechanismCertificate(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityResult
 from planter.files import units
 from planter.files.document import Document, format_lines
+from planter.files.fields import SET
 from planter.kernels import Array
 from planter.measured.sensor_curve import SensorSignal
 from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, list_measurement_sections
@@ -24,7 +26,7 @@ from planter.mechanism.ensemble import QUANTILES, MechanismEnsemble
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
 from planter.mechanism.motion import MechanismMotion
-from planter.mechanism.optimisation import MechanismOptimum
+from planter.mechanism.optimisation import MechanismOptimum, UnfinishedOptimum
 from planter.mechanism.results import (
     ChangedStart,
     EnsembleResult,
@@ -38,12 +40,14 @@ from planter.mechanism.results import (
 )
 from planter.records import Record
 from planter.report import files
+from planter.report.folder import drop_file, write_file
 from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import count_things, format_label, format_name, list_values, tabulate_named
 from planter.report.presentation import (
     MOST_KEY_FIGURES,
     ModelAssumptions,
     ResultPresentation,
+    describe_basis,
     describe_proof,
     describe_violations,
     list_proof_files,
@@ -57,6 +61,10 @@ if TYPE_CHECKING:
 
 CHANGED_START = "The constraints change these values of the start; `hold` of `begin` names those that keep theirs."
 ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
+OPTIMUM_FILE, CLOSEST_FILE = "optimum.toml", "closest.toml"
+"""Names of the machine file of an optimum, and of the design closest to satisfying limits that none was found for."""
+SET_ORIGIN = f"assumed; {SET}"
+"""Origin of a number that was set for one call, to which the origin in the file no longer applies."""
 LAW_ROUNDING = 1e-8
 """Residual of a law below which it holds, as a share of its scale: rounding is 1e-16, and elimination loses digits."""
 UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
@@ -99,7 +107,7 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         conclusion=_conclude_optimum(result),
         key_figures=list(_list_optimum_figures(result)),
         details=lambda: _list_cycle_sections(best()),
-        texts=lambda: {"optimum.toml": format_optimum_file(optimum), **list_proof_files(optimum.certificate)},
+        texts=lambda: {OPTIMUM_FILE: format_optimum_file(optimum), **list_proof_files(optimum.certificate)},
         **_draw_cycle(title, best),
     )
 
@@ -307,26 +315,67 @@ def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str,
 def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
-    sections = [*list_limit_sections(result.holds or ()), *list_warning_sections(result.warnings)]
-    return ResultPresentation(f"{source}: valid{design}", result, sections)
+    sections = [*list_limit_sections(result.holds or ()), *list_own_sections(result.own_numbers)]
+    return ResultPresentation(f"{source}: valid{design}", result, [*sections, *list_warning_sections(result.warnings)])
+
+
+def list_own_sections(own_numbers: Sequence[str]) -> list[Section]:
+    """Return a section of the numbers whose origin is the file, not that of its [origin], or an empty list."""
+    reason = "They differ from those that the entries of [origin] were written for; their origin is this file"
+    text = f"{reason}: {', '.join(own_numbers)}."
+    return [Section("Numbers of this file", [Text(text)])] if own_numbers else []
 
 
 def format_optimum_file(optimum: MechanismOptimum) -> str:
     """Return the machine's file (TOML) with the optimum's values; comments state the values before."""
-    result, machine = optimum.result, optimum.machine
-    table, paths = machine.document.written_table(), [machine.values[index].path for index in machine.moved]
-    start = dict(zip(paths, result.start_design.values(), strict=True))
-    moved = [path for path, value in zip(paths, result.design.values(), strict=True) if value != start[path]]
-    notes = {path: f"was {start[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
-    table["origin"] = machine.document.origins | dict.fromkeys(moved, f"optimised (least {result.least})")
+    result = optimum.result
     limits = "; ".join(limit.limit_on for limit in result.holds)
     head = [
-        f"# {machine.name} with least {result.least}{f' under {limits}' if limits else ''}.",
-        f"# By planter {__version__}.",
-        f"# Reached {result.objective!r}, before {result.start_objective!r}.",
+        f"{optimum.machine.name} with least {result.least}{f' under {limits}' if limits else ''}.",
+        f"By planter {__version__}.",
+        f"Reached {result.objective!r}, before {result.start_objective!r}.",
     ]
+    origin = f"optimised (least {result.least})"
+    return _format_design_file(optimum.machine, result.design, result.start_design, head, origin)
+
+
+def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
+    """Write what a search has without a result (yet): its machine file, and summary.json, which says so.
+
+    The file is optimum.toml, or closest.toml while no design satisfies the limits.
+    """
+    machine, candidate, folder = unfinished.machine, unfinished.candidate, files.output_folder(out)
+    if candidate.is_feasible:
+        name, title, origin = OPTIMUM_FILE, "the best design", f"optimised (least {unfinished.sum_text}, unfinished)"
+    else:
+        name, title, origin = CLOSEST_FILE, "the design closest to satisfying its limits", "optimised (closest design)"
+    head = [
+        f"{machine.name}: {title} of a search for the least {unfinished.sum_text} that has no result (yet).",
+        f"By planter {__version__}, after {candidate.seconds:.4g} s.",
+    ]
+    text = _format_design_file(machine, unfinished.design, unfinished.start_design, head, origin)
+    write_file(folder / name, text.encode())
+    basis = describe_basis(None, machine.document, files.list_provenance(machine.document))
+    files.write_summary(folder / "summary.json", {**unfinished.table(), "finished": False, **basis})
+    if candidate.is_feasible:
+        drop_file(folder / CLOSEST_FILE)
+
+
+def _format_design_file(
+    machine: Machine, design: Mapping[str, float], start: Mapping[str, float], head: Sequence[str], origin: str
+) -> str:
+    """Return the machine's file (TOML) with a design by name; comments have lines `head`, and the values at the start.
+
+    Both designs are in the units of the file.
+    """
+    table, paths = machine.document.written_table(), [machine.values[index].path for index in machine.moved]
+    before = dict(zip(paths, start.values(), strict=True))
+    moved = [path for path, value in zip(paths, design.values(), strict=True) if value != before[path]]
+    notes = {path: f"was {before[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
+    stated = dict.fromkeys((path for path in machine.document.changed if path not in paths), SET_ORIGIN)
+    table["origin"] = machine.document.origins | stated | dict.fromkeys(moved, origin)
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
-    return "\n".join([*head, "", *format_lines(order, notes)]) + "\n"
+    return "\n".join([*(f"# {line}" for line in head), "", *format_lines(order, notes)]) + "\n"
 
 
 def _describe_machine(machine: Machine) -> tuple[Document, ModelAssumptions]:

@@ -106,12 +106,14 @@ class MechanismCycleResult(Record):
 class MachineValidation(Record):
     """`planter validate` of a machine of the engine: its file, limits and cycle.
 
-    `design` are the values with bounds; `holds` and `met` are those of a cycle.
+    `design` are the values with bounds; `holds` and `met` are those of a cycle; `own_numbers` are the paths of the
+    numbers whose origin is this file.
     """
 
     machine: str
     valid: bool
     design: list[str]
+    own_numbers: list[str]
     holds: list[LimitResult] | None = None
     met: bool | None = None
     warnings: list[MechanismWarning]

@@ -64,6 +64,8 @@ class ElasticProgram:
         c = self.constraints
         try:
             rows = c.values(self._x(z))
+            excess = np.maximum(rows - c.upper, c.lower - rows)
+            self.problem.record_violation(self.problem.box.inside(z[: self.p]), float(excess.max(initial=0.0)))
         except ComputationError:
             rows = np.full(c.count, np.nan)
         beyond = [(rows - c.upper)[self.above], (c.lower - rows)[self.below], (rows - c.upper)[self.fixed]]

@@ -32,7 +32,7 @@ from planter.optimise.constraints import FEASIBILITY_TOLERANCE, ConstrainedModel
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.feasibility import minimise_violation
 from planter.optimise.objective import BreakpointHold, Kinks, LocalModel, ObjectiveEvaluation
-from planter.optimise.problem import BestPoint, Counts, Problem
+from planter.optimise.problem import BestPoint, ClosestPoint, Counts, Problem
 from planter.optimise.sampled_cycle import WALL_MARGIN
 from planter.parallel.jobs import Jobs, run_in_order
 from planter.parallel.task import AUTO, Means, Task
@@ -252,23 +252,25 @@ def select_start(problem: Problem, start: Array) -> Array:
 
 @dataclass(frozen=True)
 class SearchRecord:
-    """The minimum or the error of a local search, with its counts, best point and history."""
+    """The minimum or the error of a local search, with its counts, best point, history and closest point."""
 
     end: LocalMinimum | ComputationError
     counts: Counts
     best: BestPoint | None
     history: list[tuple[int, float]]
+    closest: ClosestPoint | None
 
     def join(self, problem: Problem) -> LocalMinimum | ComputationError:
-        """Add counts, best point and history to a problem and return the end."""
-        problem.absorb(self.counts, self.best, self.history)
+        """Add counts, best point, history and closest point to a problem and return the end."""
+        problem.absorb(self.counts, self.best, self.history, self.closest)
         return self.end
 
 
 def run_search(problem: Problem, descent: Descent) -> SearchRecord:
     """Return the local search of a worker, on a copy of the problem."""
     problem = problem.anew()
-    return SearchRecord(_descend(problem, descent), problem.counts, problem.best, problem.history)
+    end = _descend(problem, descent)
+    return SearchRecord(end, problem.counts, problem.best, problem.history, problem.closest)
 
 
 def _descend(problem: Problem, descent: Descent) -> LocalMinimum | ComputationError:

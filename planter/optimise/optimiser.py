@@ -33,7 +33,7 @@ from planter.optimise.local_search import (
     list_descents,
     search_from_starts,
 )
-from planter.optimise.problem import BestPoint, Problem
+from planter.optimise.problem import BestPoint, ClosestPoint, Problem
 from planter.optimise.result import Candidates, OptimiserResult, build_result
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import AUTO, Means, Task
@@ -169,13 +169,14 @@ class OptimiserRun:
         self.minima: list[LocalMinimum] = []
         self.begun = time.perf_counter()
         self._jobs: Jobs | None = None
+        self._candidates: list[Array] = []
 
     def run(self, method: Method, candidates: Sequence[Array] = ()) -> OptimiserResult:
         """Return the best of the points that the method reaches and of feasible candidates u (p,).
 
         Raises NoFeasiblePointError if no point is feasible, ComputationError if every local search fails.
         """
-        reached = list(candidates)
+        self._candidates, reached = list(candidates), list(candidates)
         individuals: list[Individual] = []
         with self._begin_descents(method) as self._jobs:
             if method in ("ga", "hybrid"):
@@ -196,7 +197,7 @@ class OptimiserRun:
                 self.minima.append(end)
         reached = [problem.best.u for problem in self._problems if problem.best is not None]
         reached += [minimum.u for minimum in self.minima]
-        reached = [u for u in reached if self.polish.is_feasible(u)]
+        reached = [u for u in (*self._candidates, *reached) if self.polish.is_feasible(u)]
         return self._result(method, reached) if reached else None
 
     def best(self) -> BestPoint | None:
@@ -205,6 +206,12 @@ class OptimiserRun:
         met = [descent.best for descent in rest if descent.best is not None]
         met += [problem.best for problem in self._problems if problem.best is not None]
         return min(met, key=lambda best: best.objective, default=None)
+
+    def closest(self) -> ClosestPoint | None:
+        """Return the point that violates the constraints least of all that any part has met so far."""
+        rest = [] if self._jobs is None else self._jobs.results()
+        met = [part.closest for part in (*rest, *self._problems) if part.closest is not None]
+        return min(met, key=lambda closest: closest.violation, default=None)
 
     def _begin_descents(self, method: Method) -> AbstractContextManager[Jobs | None]:
         """Start the jobs of the local searches; return None if they follow the genetic algorithm."""

@@ -63,6 +63,14 @@ class BestPoint:
     objective: float
 
 
+@dataclass(frozen=True)
+class ClosestPoint:
+    """A point u (p,) and its largest violation of a constraint, in steps."""
+
+    u: Array
+    violation: float
+
+
 @dataclass
 class Problem:
     """An objective within a box.
@@ -70,7 +78,8 @@ class Problem:
     Without `constraints`, parameters that do not affect the objective are not searched: they have the values of the
     initial design, clipped to the box. `free` (f,) holds the indices of the parameters that are searched. Points u are
     (p,). `best` is the best feasible point evaluated so far and `history` lists the improvements: (number of
-    evaluations, objective). `heard` is called with the best objective so far after each evaluation.
+    evaluations, objective); while there is none, `closest` is the point that violates the constraints least. `heard` is
+    called with the best objective so far after each evaluation.
     """
 
     objective: Objective
@@ -79,22 +88,25 @@ class Problem:
     counts: Counts = field(default_factory=Counts)
     best: BestPoint | None = None
     history: list[tuple[int, float]] = field(default_factory=list)
+    closest: ClosestPoint | None = None
     heard: Callable[[float | None], None] | None = None
 
     most_iterations: ClassVar[int] = 60
     """Maximum number of iterations of each run of a local search."""
 
     def anew(self) -> Self:
-        """Return a copy without counts, best point and history."""
+        """Return a copy without counts, best and closest point, and history."""
         fresh = copy.copy(self)
-        fresh.counts, fresh.best, fresh.history, fresh.heard = Counts(), None, [], None
+        fresh.counts, fresh.best, fresh.history, fresh.heard, fresh.closest = Counts(), None, [], None, None
         return fresh
 
     def restart(self) -> None:
         """Discard the state of earlier evaluations, so that the next one does not depend on them to the last digit."""
 
-    def absorb(self, counts: Counts, best: BestPoint | None, history: Sequence[tuple[int, float]]) -> None:
-        """Append the counts, best point and history of a copy of this problem to its own."""
+    def absorb(
+        self, counts: Counts, best: BestPoint | None, history: Sequence[tuple[int, float]], closest: ClosestPoint | None
+    ) -> None:
+        """Append the counts, best point, history and closest point of a copy of this problem to its own."""
         before, best_objective = self.counts.total, self.best_objective
         self.history += [
             (before + n, value) for n, value in history if best_objective is None or value < best_objective
@@ -102,6 +114,8 @@ class Problem:
         self.counts = self.counts + counts
         if best is not None and (best_objective is None or best.objective < best_objective):
             self.best = best
+        if closest is not None and (self.closest is None or closest.violation < self.closest.violation):
+            self.closest = closest
 
     @property
     def start(self) -> Array:
@@ -180,12 +194,28 @@ class Problem:
     def record(self, u: Array, look: ObjectiveSummary) -> ObjectiveEvaluation:
         """Return the objective at a point u (p,) from its summary, and record the point if it is the best so far."""
         evaluation = evaluate_summary(self.objective, look)
-        if (self.best is None or evaluation.objective < self.best.objective) and self.is_feasible(u):
-            self.best = BestPoint(u.copy(), evaluation.objective)
-            self.history.append((self.counts.total, evaluation.objective))
+        if self.best is None or evaluation.objective < self.best.objective:
+            violation = self.violation(u)
+            if violation <= FEASIBILITY_TOLERANCE:
+                self.best = BestPoint(u.copy(), evaluation.objective)
+                self.history.append((self.counts.total, evaluation.objective))
+            else:
+                self._keep_closest(u, violation)
         if self.heard is not None:
             self.heard(self.best_objective)
         return evaluation
+
+    def record_violation(self, u: Array, violation: float) -> None:
+        """Record a point u (p,) by the largest violation of a constraint alone, in steps, 0 if all are satisfied."""
+        self._keep_closest(u, violation)
+        if self.heard is not None:
+            self.heard(self.best_objective)
+
+    def _keep_closest(self, u: Array, violation: float) -> None:
+        if self.best is not None or not math.isfinite(violation):
+            return
+        if self.closest is None or violation < self.closest.violation:
+            self.closest = ClosestPoint(u.copy(), violation)
 
     @property
     def best_objective(self) -> float | None:

@@ -266,7 +266,7 @@ def _descent(device: Device) -> Program:
     over = ca.Function(f"{device.model}_slopes", [place, *more, tangent], rows, names, ["force", "g"])
     outputs = ["objective", "gradient"]
     return Program(f"{device.model}_descent", data, [
-        ProgramStep(_named(device, "tangent", [x, c], [h, dh.nz[:]], ["x", "c"], ["h", "dh"])),
+        ProgramStep(_named(device, "tangent", [x, c], [h, ca.vec(dh.nz[:])], ["x", "c"], ["h", "dh"])),
         ProgramStep(over, ("place",)),
         ProgramStep(_named(device, "weighed", [force, g], [total, gradient], ["force", "g"], outputs)),
     ])  # fmt: skip

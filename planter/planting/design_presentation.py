@@ -16,7 +16,15 @@ from planter.explain import dictionary
 from planter.files import paths, units
 from planter.files.document import format_lines
 from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, list_measurement_sections
-from planter.mechanism.presentation import describe_strongest, list_limit_sections, list_sensitivity_sections
+from planter.mechanism.presentation import (
+    CLOSEST_FILE,
+    OPTIMUM_FILE,
+    SET_ORIGIN,
+    describe_strongest,
+    list_limit_sections,
+    list_own_sections,
+    list_sensitivity_sections,
+)
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import list_breakpoints
 from planter.planting import cycle
@@ -44,6 +52,7 @@ from planter.planting.results import (
 )
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
+from planter.report.folder import drop_file, write_file
 from planter.report.html import Block, Cell, Folded, KeyFigure, Keys, MarkupCell, Section, Table, Text, escape_markup
 from planter.report.labels import count_things, format_label, list_values, tabulate_angles
 from planter.report.presentation import (
@@ -96,8 +105,6 @@ SCORES = ("objective", "range_N", "variance_N2")
 """Keys of `FORCE_ROWS` that designs are compared by."""
 BOUNDS = ("lower", "upper", "origin")
 """Columns of a design for which a terminal is too narrow."""
-SET_ORIGIN = "assumed; set on the command line"
-"""Origin of a number that was set for one call, to which the origin in the file no longer applies."""
 ROUNDING = 1e-15
 """Relative difference that conversion to SI units and back causes."""
 
@@ -142,7 +149,7 @@ def present_validation(result: Validation, source: str) -> ResultPresentation:
     title = f"{source}: valid, design parameters {', '.join(result.design)}"
     warnings = list_warning_sections(result.warnings)
     limits = [*_list_requirement_sections(result.requirements), *list_limit_sections(result.holds or ())]
-    return ResultPresentation(title, result, [*limits, *warnings])
+    return ResultPresentation(title, result, [*limits, *list_own_sections(result.own_numbers), *warnings])
 
 
 def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
@@ -170,7 +177,7 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         },
         comments=_list_comments(device, x, optimum.seed),
         texts=lambda: {
-            "optimum.toml": format_optimum_file(device.machine, device.model, result, sampling),
+            OPTIMUM_FILE: format_optimum_file(device.machine, device.model, result, sampling),
             **list_proof_files(optimisation.certificate),
         },
     )
@@ -213,11 +220,23 @@ def _percent(share: float) -> str:
 
 
 def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:
-    """Write the best so far of an unfinished optimisation to summary.json."""
+    """Write the best design so far of an unfinished optimisation as a machine file, and summary.json, which says so.
+
+    The file is optimum.toml, or closest.toml while no design satisfies the requirements.
+    """
     marks = {"finished": False, **({"interrupted": True} if interrupted else {})}
     model = ModelAssumptions.from_sidecar(device.sidecar)
     basis = describe_basis(model, device.machine, files.list_provenance(device.machine))
-    files.write_summary(files.output_folder(out) / "summary.json", {**partial, **marks, **basis})
+    folder, is_feasible = files.output_folder(out), partial.get("met", True)
+    name = OPTIMUM_FILE if is_feasible else CLOSEST_FILE
+    title = "its best design so far" if is_feasible else "the design closest to satisfying its requirements"
+    method = f"unfinished, {device.model} model" if is_feasible else f"closest design, {device.model} model"
+    head = [f"# The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: {method}."]
+    text = _format_design_file(device.machine, partial["design"], method, head)
+    write_file(folder / name, text.encode())
+    files.write_summary(folder / "summary.json", {**partial, **marks, **basis})
+    if is_feasible:
+        drop_file(folder / CLOSEST_FILE)
 
 
 def _present(
@@ -437,16 +456,9 @@ def format_optimum_file(machine: PlantingMachine, model: str, result: Optimisati
 
     Its objective is that of the optimum: the file contains the number of samples of the search, if it had one.
     """
-    numbers, table = machine.numbers(), machine.table()
-    table["design"] = {name: _restore_digits(machine, name, value) for name, value in result.design.items()}
-    if sampling != "refined":
-        table["objective"]["samples"] = int(sampling)
-    optimised = PlantingMachine.read(table, machine.source).numbers()
-    previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
     method = f"{model} model, {result.method}, seed {result.seed}, " + (
         "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
     )
-    table["origin"] = _list_origins(machine, previous, method)
     head = [
         f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {method}.",
         f"# Objective {result.objective!r}, before {result.start_objective!r}. Comments give the values before.",
@@ -456,6 +468,21 @@ def format_optimum_file(machine: PlantingMachine, model: str, result: Optimisati
             f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm" for stage in result.teeth.stages
         )
         head.append(f"# Integer tooth numbers: {', '.join(stages)}.")
+    return _format_design_file(machine, result.design, method, head, sampling)
+
+
+def _format_design_file(
+    machine: PlantingMachine, design: Mapping[str, float], method: str, head: Sequence[str],
+    sampling: Sampling = "refined",
+) -> str:  # fmt: skip
+    """Return a machine file (TOML) with another design; `method` says how it was found, `head` are comments."""
+    numbers, table = machine.numbers(), machine.table()
+    table["design"] = {name: _restore_digits(machine, name, value) for name, value in design.items()}
+    if sampling != "refined":
+        table["objective"]["samples"] = int(sampling)
+    optimised = PlantingMachine.read(table, machine.source).numbers()
+    previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
+    table["origin"] = _list_origins(machine, previous, method)
     notes = {
         path: f"was {' '.join((repr(value), units.display_unit(path))).rstrip()}" for path, value in previous.items()
     }

@@ -173,7 +173,7 @@ def optimise_pair(machine: PlantingMachine, pair: Pair, starts: int, seed: int) 
                   "lacks": _list_missing_evidence(problem, ends)}  # fmt: skip
     else:
         nearest = select_smallest_violation(violations)
-        error = build_infeasibility_error(required, problem.design(nearest.u), nearest)
+        error = build_infeasibility_error(required, problem.design(nearest.u), nearest, len(violations))
         entry |= _describe_design(problem, required, nearest.u) | {
             "objectives": [],
             "kkt_residual": None,

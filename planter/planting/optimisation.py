@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from planter import errors
 from planter.engine import search
 from planter.engine.problem import DesignProblem
-from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
+from planter.engine.search import CandidateDesign, DesignOptimum, InterruptedSearch, SearchSpec, minimise
 from planter.engine.sections import HOLD
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
@@ -29,7 +29,7 @@ from planter.optimise.local_search import (
 )
 from planter.optimise.optimiser import Method
 from planter.optimise.pareto import ParetoPoint
-from planter.optimise.problem import BestPoint, Problem
+from planter.optimise.problem import Problem
 from planter.optimise.range_variance import Sampling, count_angles, find_insensitivity
 from planter.optimise.result import EvaluationCounts, OptimiserResult
 from planter.parallel.task import AUTO, Means, Task
@@ -78,13 +78,14 @@ def find_feasible_point(
     one with the lengths was found.
     """
     assert task.constraints is not None
-    nearest_point = find_feasible_or_nearest(task, task.constraints, sample_starts(task, MAX_ELASTIC_STARTS, seed))
+    starts = sample_starts(task, MAX_ELASTIC_STARTS, seed)
+    nearest_point = find_feasible_or_nearest(task, task.constraints, starts)
     if nearest_point.is_feasible:
         return nearest_point.u
     suffix = "" if lengths is None else f" with {lengths.spec}"
     if required is None or nearest_point.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE:
-        raise ComputationError(f"no design{suffix} was found within the bounds")
-    raise build_infeasibility_error(required, task.design(nearest_point.u), nearest_point, suffix)
+        raise ComputationError(f"no design{suffix} was found within the bounds, from {len(starts)} starts")
+    raise build_infeasibility_error(required, task.design(nearest_point.u), nearest_point, len(starts), suffix)
 
 
 def search_from_design(task: Problem, x: Array) -> LocalMinimum:
@@ -163,10 +164,13 @@ Table = dict[str, Any]
 
 
 class OptimisationInterrupted(errors.Interrupted):
-    """The user stopped an optimisation; `best` is the result so far, None if nothing was evaluated yet."""
+    """The user stopped an optimisation; `best` is the result so far, None if nothing feasible was evaluated yet.
 
-    def __init__(self, best: DeviceOptimum | None, scale: Array) -> None:
-        super().__init__(None if best is None else best.build_record(scale).table())
+    `partial` is that result, or else the table of the closest design if there is one.
+    """
+
+    def __init__(self, best: DeviceOptimum | None, scale: Array, closest: Table | None = None) -> None:
+        super().__init__(closest if best is None else best.build_record(scale).table())
         self.best = best
 
 
@@ -203,15 +207,25 @@ def search_optimum(
         result = replace(best.result, seconds=time.perf_counter() - start_s)
         return _build_optimum(device, required, lengths, samples, result)
 
-    def keep_table(best: BestPoint, seconds: float) -> None:
+    def build_table(candidate: CandidateDesign) -> Table:
+        look = task.score(candidate.x).look
+        return {
+            "machine": device.machine.name, "model": device.model, "method": method, "samples": samples, "seed": seed,
+            "objective": candidate.objective, "design": device.named(candidate.x), "range_N": look.range,
+            "variance_N2": look.variance, "start_objective": task.reference.objective, "seconds": candidate.seconds,
+            "met": candidate.is_feasible, "violated": None if candidate.is_feasible else candidate.violated,
+        }  # fmt: skip
+
+    def keep_table(candidate: CandidateDesign) -> None:
         assert keep is not None
-        x = task.design(best.u)
-        look = task.score(x).look
-        keep({
-            "machine": device.machine.name, "model": device.model, "method": method, "samples": samples,
-            "objective": best.objective, "design": device.named(x), "range_N": look.range,
-            "variance_N2": look.variance, "start_objective": task.reference.objective, "seconds": seconds,
-        })  # fmt: skip
+        keep(build_table(candidate))
+
+    def build_closest() -> Table | None:
+        """Return the closest design that the search for a feasible one has met."""
+        if task.closest is None:
+            return None
+        x, seconds = task.design(task.closest.u), time.perf_counter() - start_s
+        return build_table(CandidateDesign(x, task.score(x).objective, task.closest.violation, seconds))
 
     try:
         feasible = [] if task.constraints is None else [find_feasible_point(task, required, seed, lengths)]
@@ -219,9 +233,11 @@ def search_optimum(
         descents = build_descent_task(device, samples, lengths)
         return build_optimum(minimise(task, spec, progress, descents, means, feasible, keep and keep_table))
     except InterruptedSearch as stop:
-        raise OptimisationInterrupted(None if stop.best is None else build_optimum(stop.best), device.scale) from None
+        best = None if stop.best is None else build_optimum(stop.best)
+        closest = None if stop.candidate is None else build_table(stop.candidate)
+        raise OptimisationInterrupted(best, device.scale, closest or build_closest()) from None
     except KeyboardInterrupt:
-        raise OptimisationInterrupted(None, device.scale) from None
+        raise OptimisationInterrupted(None, device.scale, build_closest()) from None
 
 
 def _build_optimum(

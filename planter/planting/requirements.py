@@ -222,22 +222,27 @@ class RequirementConstraints(Constraints):
 
 
 class InfeasibleRequirementsError(PlanterError):
-    """No design within the bounds satisfies the requirements; `violations` are the smallest, at `design` (p,) in SI."""
+    """No design was found that satisfies the requirements; `violations` are the smallest, at `design` (p,) in SI."""
 
     name = "Infeasible"
+    partial: dict[str, Any]
 
-    def __init__(self, violations: list[Violation], partial: dict[str, Any], design: Array, suffix: str = "") -> None:
+    def __init__(
+        self, violations: list[Violation], partial: dict[str, Any], design: Array, starts: int, suffix: str = ""
+    ) -> None:
         details = "; ".join(map(str, violations))
+        count = f"{starts} start{'s' if starts > 1 else ''}"
         super().__init__(
-            f"no design{suffix} within the bounds satisfies all requirements; the closest design violates: {details}"
+            f"no design{suffix} that satisfies all requirements was found within the bounds, from {count}; the closest "
+            f"design violates: {details}"
         )
         self.violations, self.partial, self.design = violations, partial, design
 
 
 def build_infeasibility_error(
-    required: RequirementConstraints, x: Array, violation: ViolationMinimum, suffix: str = ""
+    required: RequirementConstraints, x: Array, violation: ViolationMinimum, starts: int, suffix: str = ""
 ) -> InfeasibleRequirementsError:
-    """Return the error for the smallest violation, which a search ended with at a design x (p,).
+    """Return the error for the smallest violation, which searches from some `starts` ended with at a design x (p,).
 
     `suffix` says which designs were considered, if not all within the bounds.
     """
@@ -249,7 +254,7 @@ def build_infeasibility_error(
         "design": required.measures.device.named(x),
         "requirements": [entry.table() for entry in entries],
     }
-    return InfeasibleRequirementsError(violations, partial, x, suffix)
+    return InfeasibleRequirementsError(violations, partial, x, starts, suffix)
 
 
 def _violation(required: RequirementConstraints, entry: RequirementResult) -> Violation:

@@ -192,11 +192,15 @@ class SimulationFound(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Validation(Record):
-    """`planter validate`: a machine file that can be used."""
+    """`planter validate`: a machine file that can be used.
+
+    `own_numbers` are the paths of the numbers whose origin is this file.
+    """
 
     machine: str
     valid: bool
     design: list[str]
+    own_numbers: list[str]
     requirements: list[RequirementResult] | None = None
     holds: list[LimitResult] | None = None
     met: bool | None = None

@@ -274,10 +274,15 @@ def validate(device: Device) -> Validation:
     """Return requirements and warnings of a machine whose file and gears have passed every check."""
     machine, limits = device.machine, evaluate_file_limits(device)
     return Validation(
-        machine=machine.name, valid=True, design=list(device.names), requirements=evaluate_device_requirements(device),
-        holds=limits, met=None if limits is None else all(limit.met for limit in limits),
+        machine=machine.name,
+        valid=True,
+        design=list(device.names),
+        own_numbers=machine.own_numbers(),
+        requirements=evaluate_device_requirements(device),
+        holds=limits,
+        met=None if limits is None else all(limit.met for limit in limits),
         warnings=find_implausible_values(machine),
-    )  # fmt: skip
+    )
 
 
 def evaluate_file_limits(device: Device) -> list[LimitResult] | None:

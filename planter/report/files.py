@@ -150,6 +150,12 @@ def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any
     return record if seed is None else record | {"seed": seed}
 
 
+def write_unfinished(out: Path, machine: Document, table: Mapping[str, Any]) -> None:
+    """Write what a command has computed of a machine so far to summary.json, which says that it is not finished."""
+    basis = {"input": machine.table(), "provenance": list_provenance(machine)}
+    write_summary(output_folder(out) / "summary.json", {**table, "finished": False, **basis})
+
+
 def list_comments(machine: Document, kind: str, more: Iterable[str] = (), seed: int | None = None) -> Iterator[str]:
     """Yield the header lines of a CSV: the machine, named by its kind, the lines `more`, and the provenance."""
     yield f"{kind}: {machine.name} ({machine.description})"

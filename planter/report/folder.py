@@ -145,6 +145,14 @@ def write_file(path: Path, content: bytes) -> None:
         part.write_bytes(content)
 
 
+def drop_file(path: Path) -> None:
+    """Remove a file that planter wrote, if it is there as it was written."""
+    manifest = _manifest(path)
+    if manifest.wrote(path):
+        path.unlink(missing_ok=True)
+        manifest.forget(path)
+
+
 @contextmanager
 def replace_file(path: Path) -> Iterator[Path]:
     """Yield a temporary path for a file too large for memory, and rename it to `path` at the end.
@@ -256,6 +264,12 @@ class Manifest:
             if name in part:
                 self.earlier[name] = part.pop(name)
         (self.independent if independent else self.new)[name] = content
+        self._save()
+
+    def forget(self, path: Path) -> None:
+        """Remove a file from all lists."""
+        for part in (self.new, self.old, self.independent, self.earlier):
+            part.pop(path.relative_to(self._folder).as_posix(), None)
         self._save()
 
     def keep(self, path: Path) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from planter.errors import Interrupted
 from planter.report import folder
 from planter.terminal.console import Console
 
@@ -36,6 +38,15 @@ def find_proof(out: Path | None) -> tuple[Path | None, Callable[[str], None]]:
             folder.write_file(folder.output_folder(out) / PROOF, text.encode())
 
     return None if out is None else out / PROOF, write
+
+
+@contextmanager
+def interruptible_result(result: dict[str, Any]) -> Iterator[None]:
+    """Report a result that is already there if the user interrupts the block."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Interrupted(result) from None
 
 
 def writes_files(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -87,7 +87,8 @@ class Console:
             self.fail(stop)
         except (KeyboardInterrupt, Exception) as error:
             if isinstance(error, KeyboardInterrupt) or process.exit_code() is not None:
-                self.fail(Interrupted())
+                # A solver that swallows the interrupt fails with an error of its own, which has what was found.
+                self.fail(Interrupted(getattr(error, "partial", None)))
             if isinstance(error, MemoryError):
                 self.fail(ComputationError("there is not enough memory for this"))
             if not isinstance(error, PlanterError):

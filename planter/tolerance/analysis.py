@@ -126,7 +126,7 @@ def compute_bands(
         name: Band(
             nominal=float(nominal[k]), mean=float(mean[k]), std=float(std[k]), p5=float(low[k]), p95=float(high[k]),
             mean_error=float(std[k] / np.sqrt(len(valid))), missing=len(rows) - len(valid),
-            first_order_std=None if first is None else float(first[k]),
+            first_order_std=None if first is None or not np.isfinite(first[k]) else float(first[k]),
         )
         for k, name in enumerate(names)
     }  # fmt: skip

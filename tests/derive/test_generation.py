@@ -171,7 +171,7 @@ BAD = {
     "nothing": ("x = 1\n", "nothing to derive in it; a file offers SYSTEMS"),
     "what nobody can write": (
         LEVER.replace("arm * force", "arm * force * __import__('sympy').gamma(2 * force / force + arm / arm + force)"),
-        "UnsupportedNode: no way to write gamma",
+        "UnsupportedNode: gamma cannot be written",
     ),
     "two of one name": (LEVER.replace("(lever,)", "(lever, lever)"), "two models or families are called lever"),
 }

@@ -85,6 +85,14 @@ def test_equal_names_with_two_units_are_two_quantities() -> None:
     assert length != number
 
 
+def test_decimal_powers_have_the_dimension_of_fractions() -> None:
+    length, mass = Quantity("zz", "m", "test", "test"), Quantity("zm", "kg", "test", "test")
+    assert dimension(length**1.5 * mass**2.0) == dimension(length ** sp.Rational(3, 2) * mass**2)
+    assert dimension(length**1.5 / length**0.5) == of_unit("m")
+    with pytest.raises(DimensionError, match="no fraction"):
+        dimension(length**0.1234567)
+
+
 @pytest.mark.parametrize(
     ("unit", "exponents"),
     [

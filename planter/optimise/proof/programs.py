@@ -171,12 +171,17 @@ class RecordedValue:
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __pow__(self, exponent: int) -> RecordedValue:
-        if exponent != int(exponent):
-            raise UnrecordedError("a power is not whole")
+    def __pow__(self, exponent: Any) -> RecordedValue:
+        """Return a power: of a positive base alone if the exponent is no whole number."""
+        if isinstance(exponent, RecordedValue) or exponent != int(exponent):
+            logarithm = self.space.record("log", self)
+            return self.space.record("exp", logarithm * exponent)
         if exponent < 0:
             return self.inverse() ** -exponent
         return self.space.record("power", self, numbers=[exponent]) if exponent else self.space.lift(1.0)
+
+    def __rpow__(self, base: Any) -> RecordedValue:
+        return self.space.lift(base) ** self
 
     def inverse(self) -> RecordedValue:
         """Return the reciprocal."""

@@ -25,12 +25,11 @@ from planter.planting.commands.options import (
     FIGURES,
     SamplesOption,
     build_device,
-    interruptible_result,
     is_other,
     load_other,
     text_option,
 )
-from planter.report.writing import figure_files, writes_files
+from planter.report.writing import figure_files, interruptible_result, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,

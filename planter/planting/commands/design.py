@@ -16,13 +16,12 @@ from planter.planting.commands.options import (
     DeviceArgument,
     build_device,
     has_limits,
-    interruptible_result,
     load_device_file,
     load_other,
     parse_tooth_counts,
     text_option,
 )
-from planter.report.writing import figure_files, find_proof, writes_files
+from planter.report.writing import figure_files, find_proof, interruptible_result, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
@@ -117,7 +116,7 @@ def optimise(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    from planter.report.folder import check_files, renew_files
+    from planter.report.folder import check_files, drop_file, renew_files
 
     console = Console(as_json)
     with console.outcome(), renew_files(out):
@@ -145,7 +144,9 @@ def optimise(
         method = method or Method.hybrid
         if out is not None:
             check_files(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
+        from planter.mechanism.presentation import CLOSEST_FILE
         from planter.planting.design_presentation import present_optimum, write_partial
+        from planter.planting.requirements import InfeasibleRequirementsError
         from planter.planting.tooth_count_search import optimise_with_tooth_counts
 
         spec = parse_tooth_counts(module, module1, module2, teeth, {"--front": front, "--prove": prove})
@@ -163,6 +164,11 @@ def optimise(
             if stop.partial is not None:
                 save(stop.partial, interrupted=True)
             raise
+        except InfeasibleRequirementsError as error:
+            save({**error.partial, "met": False})
+            raise
+        if out is not None:
+            drop_file(out / CLOSEST_FILE)
 
         def present_and_write(optimum: Optimisation) -> ResultPresentation:
             presentation = present_optimum(optimum, device)

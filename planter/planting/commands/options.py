@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planter.errors import InputError, Interrupted
+from planter.errors import InputError
 from planter.terminal.options import parse_changes
 
 if TYPE_CHECKING:
@@ -92,12 +91,3 @@ def parse_tooth_counts(
     if spec is not None and present:
         raise InputError(f"{present[0]} cannot be used with --module: it is for designs of any teeth")
     return spec
-
-
-@contextmanager
-def interruptible_result(result: dict[str, Any]) -> Iterator[None]:
-    """Report a result that is already there if the user interrupts the block."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Interrupted(result) from None

@@ -36,6 +36,16 @@ NODES = {
     "inverse root": 1 / sp.sqrt(x + 2),
     "three halves": (x + 2) ** sp.Rational(3, 2),
     "minus three halves": (x + 2) ** sp.Rational(-3, 2),
+    "decimal three halves": (x + 2) ** 1.5,
+    "minus five halves, decimal": (x + 2) ** -2.5,
+    "decimal square": sp.cos(x) ** 2.0,
+    "decimal one": sp.Mul(y, sp.Pow(x, 1.0, evaluate=False), evaluate=False),
+    "decimal root": (x + 2) ** 0.5,
+    "third": (x + 2) ** sp.Rational(1, 3),
+    "decimal third": (x + 2) ** (-1 / 3),
+    "any decimal": (x + 2) ** 0.123456789,
+    "power of a number": 2.0 ** sp.cos(x),
+    "power of a sum": -((x + 2) ** (y - z)),
     "cos": sp.cos(x),
     "sin": sp.sin(x * y),
     "tan": sp.tan(x),
@@ -96,10 +106,22 @@ def test_every_supported_node_is_tested() -> None:
     assert untested <= {"Equality", "Unequality", "Greater", "StrictGreaterThan", "Not"}
 
 
-@pytest.mark.parametrize("expr", [sp.gamma(x), sp.Derivative(sp.Function("f")(x), x), x ** sp.Rational(1, 3), sp.I * x])
+@pytest.mark.parametrize("expr", [sp.gamma(x), sp.Derivative(sp.Function("f")(x), x), sp.I * x])
 def test_other_nodes_are_refused_by_name(expr: sp.Expr) -> None:
-    with pytest.raises(UnsupportedNode, match="no way to write"):
+    with pytest.raises(UnsupportedNode, match="cannot be written"):
         Printer(CASADI)(expr)
+
+
+def test_refusal_names_no_common_subexpression() -> None:
+    with pytest.raises(UnsupportedNode, match=r"^Heaviside cannot be written: .*Piecewise") as error:
+        Printer(CASADI)(y * sp.Heaviside(sp.Symbol("c17")))
+    assert "c17" not in str(error.value)
+
+
+def test_decimal_powers_are_the_fractions_they_stand_for() -> None:
+    for decimal, fraction in ((1.5, sp.Rational(3, 2)), (1 / 3, sp.Rational(1, 3)), (-0.75, sp.Rational(-3, 4))):
+        assert Printer(CASADI)((x + 2) ** decimal) == Printer(CASADI)((x + 2) ** fraction)
+    assert Printer(CASADI)((x + 2) ** 0.12345) != Printer(CASADI)((x + 2) ** 0.12346)
 
 
 def test_cases_without_an_otherwise_are_refused() -> None:

@@ -114,7 +114,7 @@ def test_interrupted_search_hands_over_the_best_so_far(arm: Machine) -> None:
 
     problem = build(arm, "range F_Ox", sampling=24)
     with pytest.raises(InterruptedSearch) as caught:
-        minimise(problem, SearchSpec(24, starts=4), stop, keep=lambda best, seconds: objectives.append(best.objective))
+        minimise(problem, SearchSpec(24, starts=4), stop, keep=lambda design: objectives.append(design.objective))
     best = caught.value.best
     assert best is not None
     assert objectives == sorted(objectives, reverse=True)

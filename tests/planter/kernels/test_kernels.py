@@ -3,6 +3,7 @@
 import pickle
 import signal
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import casadi as ca
@@ -11,6 +12,7 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.kernels import CallError, Kernel, backends, toolchain
+from planter.kernels.backends import Backend, LaneTask
 from tests.support.lanes import needs_compiler
 
 
@@ -201,3 +203,14 @@ def test_bound_kernel_suggests_pickling_kernel(kernel: Kernel) -> None:
     bound = kernel.bind(phi=np.zeros((1, 2)), x=np.ones((2, 1), order="F"))
     with pytest.raises(TypeError, match="pickle the kernel"):
         pickle.dumps(bound)
+
+
+@pytest.mark.parametrize("build", [backends.build_virtual_machine, backends.select_fastest])
+@pytest.mark.parametrize("summed", [False, True])
+def test_no_lanes_give_empty_outputs(build: Callable[[LaneTask], Backend], summed: bool) -> None:
+    phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
+    matrix = ca.horzcat(phi * x, ca.sin(phi) * x, x)
+    function = ca.Function("f", [phi, x], [ca.densify(matrix), x * phi], ["phi", "x"], ["wide", "y"])
+    way = build(LaneTask(function, ("phi",), summed))
+    shapes = [result.shape for result in way([np.empty((1, 0)), np.ones((2, 1))], 0)]
+    assert shapes == ([(2, 3), (2, 1)] if summed else [(2, 0), (2, 0)])

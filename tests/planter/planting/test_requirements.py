@@ -224,7 +224,7 @@ def test_infeasibility_error_suggests_sufficient_limit() -> None:
     problem, constraints = problem_of(Device(strict))
     nearest = find_feasible_or_nearest(problem, constraints, [problem.start])
     assert not nearest.is_feasible
-    error = build_infeasibility_error(constraints, problem.design(nearest.u), nearest)
+    error = build_infeasibility_error(constraints, problem.design(nearest.u), nearest, 1)
     assert error.exit_code == 1
     assert len(error.violations) == 1
     broken = error.violations[0]

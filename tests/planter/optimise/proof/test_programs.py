@@ -157,7 +157,29 @@ def test_programs_have_no_operation_that_nothing_needs() -> None:
 
 def test_code_that_is_no_straight_line_is_refused() -> None:
     with pytest.raises(UnrecordedError):
-        record_program(lambda _, inputs: [inputs[0] ** 0.5], 1)
+        record_program(lambda _, inputs: [inputs[0] + np.ones(2)], 1)
+
+
+def test_powers_that_are_not_whole_are_enclosed() -> None:
+    def code(_: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        a, b, *_ = inputs
+        return [(a + 1) ** 1.5, (a + b) ** -0.3, 2.0 ** (a * b), (a + 1) ** b]
+
+    runner = ProgramRunner(record_program(code, 4))
+    jets = runner.enclose_smooth(space := Space(LOWER, UPPER), space.parameters())
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        values = code(np, [float(value) for value in rng.uniform(LOWER, UPPER)])
+        for value, jet in zip(values, jets, strict=True):
+            mid, rad = (np.ravel(side)[-1] for side in (jet.value[ANYWHERE].mid, jet.value[ANYWHERE].rad))
+            assert abs(value - mid) <= rad
+            assert rad < 0.05
+
+
+def test_power_of_what_may_be_negative_has_no_bound() -> None:
+    runner = ProgramRunner(record_program(lambda _, inputs: [inputs[2] ** 0.5], 4))
+    (jet,) = runner.enclose_smooth(space := Space(LOWER, UPPER), space.parameters())
+    assert not np.isfinite(jet.value[ANYWHERE].rad).any()
 
 
 def test_simultaneous_equations_are_solved_in_numpy() -> None:
