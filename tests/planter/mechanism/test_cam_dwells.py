@@ -58,7 +58,7 @@ SLIDE = """
 s = m.coordinate("s", "m", "lift", equals=q.l * law)
 P = m.point("P", m.O, m.world, q.e, q.y_0 + s)
 slide = m.body("slide", m.world)
-m.slide("guide", slide, m.ground, P, tangent=Y)
+m.slide("guide", slide, m.ground, P, along=Y)
 m.follower("N_cam", slide, cam, P, m.O, across=m.vector(m.world, z=-1))
 """
 TURNING = """
