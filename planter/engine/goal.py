@@ -22,8 +22,8 @@ from planter.files import units
 from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.numerics.statistics import SMOOTH
-from planter.optimise.continuous_cycle import PanelCache
 from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.optimise.cycle_panels import PanelCache
 from planter.optimise.joined import JoinedObjective, ObjectivePart
 from planter.optimise.objective import evaluate_summary, find_gradient
 from planter.optimise.range_variance import CurveSumObjective, Sampling, find_spreads

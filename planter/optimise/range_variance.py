@@ -17,8 +17,9 @@ from planter.kernels import Array
 from planter.numerics.arrays import Flags
 from planter.numerics.statistics import StatisticKind
 from planter.optimise.constraints import Constraints, DesignBox
-from planter.optimise.continuous_cycle import ContinuousCycle, PanelCache
+from planter.optimise.continuous_cycle import ContinuousCycle
 from planter.optimise.curve_sum import CurveSide, CurveStatistic, CurveSum
+from planter.optimise.cycle_panels import PanelCache
 from planter.optimise.objective import BreakpointHold, Conditions, LocalModel, ObjectiveSummary
 from planter.optimise.problem import Problem
 from planter.optimise.response import CycleResponse

@@ -66,9 +66,9 @@ class SampledCycle:
         """Return all samples near an extreme as rows, without constrained breakpoints."""
         values, total = self.response.value(self.response.prologue(x), self.angles), self.total
         tops = summarise_samples(total, values).tops[total.groups]
-        near = INITIAL_ROW_SHARE * np.ptp(values, axis=1)[total.rows]
+        reach = INITIAL_ROW_SHARE * np.ptp(values, axis=1)[total.rows]
         signed = total.signs[:, None] * values[total.rows]
-        return SampledRows(self.response, total, self.angles, signed >= (tops - near)[:, None])
+        return SampledRows(self.response, total, self.angles, signed >= (tops - reach)[:, None])
 
     def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
         """Return each breakpoint of order 1 as a pin at the nearest sample, with the distance psi - phi [rad]."""

@@ -31,8 +31,9 @@ from planter.engine.problem import DesignProblem
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError
 from planter.optimise.constraints import Constraints
-from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
+from planter.optimise.continuous_cycle import ContinuousCycle
 from planter.optimise.curve_sum import CurveSide
+from planter.optimise.cycle_panels import CyclePanels
 from planter.optimise.range_variance import CurveSumObjective, Sampling, build_range_sum
 from planter.optimise.response import ONE_SIDED_OFFSET, find_breakpoints
 from planter.optimise.sampled_cycle import SampledCycle, sample_angles

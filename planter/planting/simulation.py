@@ -23,7 +23,7 @@ from planter.mechanism import cycle as mechanism
 from planter.mechanism.cycle import MechanismCycle
 from planter.mechanism.optimisation import compute_objective_sensitivity, evaluate_limits
 from planter.mechanism.results import LimitResult
-from planter.optimise.continuous_cycle import CyclePanels
+from planter.optimise.cycle_panels import CyclePanels
 from planter.planting import cycle as planting
 from planter.planting import lifted
 from planter.planting.design_summary import summarise_design

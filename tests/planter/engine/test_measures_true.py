@@ -10,7 +10,7 @@ from planter.engine.goal import Goal, resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_sum
 from planter.engine.sensitivity import compute_sensitivity
-from planter.optimise import continuous_cycle
+from planter.optimise.cycle_panels import CyclePanels
 from tests.support.integrands import INTEGRANDS
 
 SINGULAR = "logarithm"
@@ -108,7 +108,5 @@ def test_root_of_a_part_as_it_was_reported() -> None:
 def test_fixed_nodes_would_miss_the_motion_of_a_jump(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = INTEGRANDS["case_that_jumps"].machine
     slopes = find_exact("case_that_jumps", "mean")[1]
-    monkeypatch.setattr(
-        continuous_cycle.CyclePanels, "_velocity", property(lambda panels: np.zeros((len(panels.breaks), 2)))
-    )
+    monkeypatch.setattr(CyclePanels, "_velocity", property(lambda panels: np.zeros((len(panels.breaks), 2))))
     assert np.abs(build(machine, "mean y").slope(machine.design) - slopes).max() > 0.1

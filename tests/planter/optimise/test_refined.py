@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from planter.engine.curves import QuantityCurves
-from planter.optimise import continuous_cycle
-from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
+from planter.optimise import cycle_panels, pieces
+from planter.optimise.continuous_cycle import ContinuousCycle
 from planter.optimise.curve_sum import CurveSide
+from planter.optimise.cycle_panels import CyclePanels
 from planter.optimise.objective import ModelValues, find_tops
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
@@ -28,7 +29,8 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
     moments = CyclePanels(response, response.design).smooth(()).moments
-    monkeypatch.setattr(continuous_cycle, "NODES", 24)
+    for module in (cycle_panels, pieces):
+        monkeypatch.setattr(module, "NODES", 24)
     finer = CyclePanels(response, response.design).smooth(()).moments
     assert moments[0] == pytest.approx(finer[0], rel=1e-13)
     assert moments[1] == pytest.approx(finer[1], rel=1e-12)
