@@ -16,7 +16,9 @@ from .terms import evaluate_at, largest_term
 STEPS = mpf("1e-6"), mpf("1e-7")
 """Distances from an equilibrium: what is left of second order falls by a hundred from one to the other."""
 STEEPEST = mpf("0.02")
-"""Share by which a residual must fall at least: first order leaves a tenth, second order a hundredth."""
+"""Share to which a residual must fall: first order leaves a tenth, second order a hundredth."""
+FLATTEST = mpf("0.05")
+"""Share to which the largest term must not fall: what has no term of first order was not linearised."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,8 @@ class Equilibrium:
     def describes(self, residual: Expr, is_announced: bool) -> bool:
         """Return whether a residual is that of a linearised equation, and vanishes here to first order.
 
-        It must be linear in what moves: an equation that is not was not linearised, and must hold as it stands. Where
+        It must be linear in what moves, with a term that is: an equation that is not was not linearised, and must hold
+        as it stands. Where
         small motions are announced, products may have been left, but no functions of what is small.
         """
         if not _is_linearised(residual, residual.free_symbols - self.fixed, is_announced):
@@ -44,9 +47,10 @@ def _falls(residual: Expr, points: Sequence[Point]) -> bool:
     outer, inner = (evaluate_at(residual, point) for point in points)
     if outer is None or inner is None:
         return False
+    largest, smaller = (largest_term(residual, point) for point in points)
     with mpmath.workdps(DIGITS + GUARD):
-        is_zero = abs(outer) <= TOLERANCE * largest_term(residual, points[0])
-        return bool(is_zero or abs(inner) <= STEEPEST * abs(outer))
+        is_zero = abs(outer) <= TOLERANCE * largest
+        return bool(smaller >= FLATTEST * largest and (is_zero or abs(inner) <= STEEPEST * abs(outer)))
 
 
 def _is_linearised(residual: Expr, moving: Collection[sp.Symbol], is_announced: bool) -> bool:

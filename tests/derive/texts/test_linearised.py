@@ -63,6 +63,7 @@ WRONG = (
     r"(M+m)\ddot{x} + 2 m l \ddot{\theta} = F",
     r"\ddot{x} + l\ddot{\theta} = g\dot{\theta}",
     r"\ddot{x} + l\ddot{\theta} = 0",
+    r"\frac{d}{dt}\left(\dot{\theta}^2\right) = 0",
     r"(M+m)\ddot{x} + m l \ddot{\theta}\cos\theta + m l \dot{\theta}^2\sin\theta = F",
     r"m l \ddot{x} \cos\theta + m l^2 \ddot{\theta} - m g l \theta = 0",
 )
