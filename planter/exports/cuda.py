@@ -64,7 +64,7 @@ class CudaText:
         machine, goal, graph = self.machine, self.goal, self.graph
         hoisting = quantities.build_prologues(machine, goal.response.tangent)[0]
         shared = _list_shared(graph)
-        course = 1 + (1 + c99.PLACES) * self.coordinates if self.coordinates else 1
+        course = c99.compute_course_size(machine.loops) if machine.loops else 1
         prepared = len(machine.values) + len(shared) + course
         fields = [f"found[{i}] {field.printed}" for i, field in enumerate(goal.fields)]
         return {

@@ -27,6 +27,7 @@ class Formulas:
 
     def __init__(self, name: str, folder: Path | None = None) -> None:
         self.name, self.folder = name, folder
+        self._functions: dict[str, ca.Function] = {}
         self._kernels: dict[str, Kernel] = {}
 
     @cached_property
@@ -35,8 +36,9 @@ class Formulas:
 
     def function(self, stage: str) -> ca.Function:
         """The CasADi function of a stage, to compose others from; numbers come from `__call__`."""
-        function: ca.Function = getattr(generated.module(self.name, self.folder), stage)()
-        return function
+        if stage not in self._functions:  # a lane with many unknowns takes seconds to build
+            self._functions[stage] = getattr(generated.module(self.name, self.folder), stage)()
+        return self._functions[stage]
 
     def outputs(self, stage: str) -> list[str]:
         """Names of what a stage gives, in their order."""

@@ -22,6 +22,9 @@ from planter import plugins
 from planter.errors import InputError
 from planter.files.text import check_regular, parse_json, read_json
 
+MOST_BYTES = 100_000_000
+"""Bytes of a sidecar, and its values: this program wrote it, the limits of files are for what users write."""
+
 
 @cache
 def _package() -> str:
@@ -69,8 +72,9 @@ def find_changed(hashes: Mapping[str, str]) -> list[str]:
 def sidecar(name: str, folder: Path | None = None) -> dict[str, Any]:
     """Return the JSON sidecar of a generated module. Raises InputError if it does not exist."""
     if folder is not None:
-        return read_json(folder / f"{name}.json")
-    return parse_json(_places()[_holder(name)].joinpath(f"{name}.json").read_text(encoding="utf-8"), name)
+        return read_json(folder / f"{name}.json", MOST_BYTES, MOST_BYTES)
+    text = _places()[_holder(name)].joinpath(f"{name}.json").read_text(encoding="utf-8")
+    return parse_json(text, name, MOST_BYTES, MOST_BYTES)
 
 
 def names(prefix: str = "") -> list[str]:

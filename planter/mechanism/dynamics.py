@@ -22,6 +22,7 @@ from threadpoolctl import threadpool_limits
 from planter.errors import ComputationError, InputError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.kernels.backends import defer_interrupt
+from planter.kernels.elimination import solve_inertia
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
 
@@ -328,7 +329,7 @@ class Dynamics:
         time, state, sizes = self.function.sx_in()
         inertia, forces, *_ = self.function(time, state, sizes)
         names = ["time", "state"], ["accelerations"]
-        solved = ca.Function("free", [time, state], [ca.densify(ca.solve(inertia, forces))], *names)
+        solved = ca.Function("free", [time, state], [solve_inertia(inertia, forces)], *names)
         return Kernel(solved, ["time", "state"])
 
     def compile(self) -> None:
@@ -467,7 +468,7 @@ class Dynamics:
             at = self.project(solver.t, solver.y, share)
             if crossed or solver.status == "finished":
                 solver = begin(solver.t, at, times[-1])
-            else:
+            elif self.constraints:
                 solver.y, solver.f = at, solver.fun(solver.t, at)
         return np.array(states).T, passages
 
