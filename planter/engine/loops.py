@@ -18,6 +18,7 @@ from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
 from planter.kernels.elimination import eliminate
 from planter.numerics.arrays import Flags, Integers
+from planter.progress import name_step
 
 VECTOR = 8
 """Lanes that a processor takes at once, at most."""
@@ -337,7 +338,8 @@ class LoopCoordinates:
 
     def __init__(self, loops: KinematicLoops, name: str, d: Array) -> None:
         self.loops, self.name, self.d = loops, name, np.asarray(d, dtype=float)
-        walk = loops.walk(self.d[:, None], np.linspace(0.0, TURN, 361))
+        with name_step(f"{name}: closing the loops over a turn"):
+            walk = loops.walk(self.d[:, None], np.linspace(0.0, TURN, 361))
         if not walk.assembled[0]:
             raise ComputationError(f"{name}: at 0 deg, from the start that is given, {self._obstacle(0.0, walk.first)}")
         if not walk.alive[0]:

@@ -21,6 +21,7 @@ from planter.kernels import Array
 from planter.numerics.arrays import to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.numerics.piecewise import PiecewiseFunctions
+from planter.progress import name_step
 from planter.records import Record
 
 ROUNDING = 1e-9
@@ -206,6 +207,7 @@ def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, floa
     return first, second
 
 
+@name_step("finding true extremes, means and shocks of all quantities")
 def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
     """Return the designer's summary of a machine's own design, in display units.
 

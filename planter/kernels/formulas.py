@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array, Kernel, generated
+from planter.progress import name_step
 
 HOISTED = "hoisted"
 """What a prologue gives and a lane takes."""
@@ -37,7 +38,8 @@ class Formulas:
     def function(self, stage: str) -> ca.Function:
         """The CasADi function of a stage, to compose others from; numbers come from `__call__`."""
         if stage not in self._functions:  # a lane with many unknowns takes seconds to build
-            self._functions[stage] = getattr(generated.module(self.name, self.folder), stage)()
+            with name_step(f"{self.name}: building the function {stage}"):
+                self._functions[stage] = getattr(generated.module(self.name, self.folder), stage)()
         return self._functions[stage]
 
     def outputs(self, stage: str) -> list[str]:

@@ -114,7 +114,8 @@ def test_interrupted_search_returns_best_design(number: signal.Signals, code: in
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts,
     )  # fmt: skip
     assert search.stderr is not None
-    assert "generation 20 of 200" in search.stderr.readline()
+    while "generation 20 of 200" not in search.stderr.readline():  # steps before it may be reported
+        assert search.poll() is None
     search.send_signal(number)
     out, err = search.communicate(timeout=30)
     assert search.returncode == code
