@@ -75,7 +75,7 @@ def _order_block(rows: dict[int, set[int]], columns: Iterable[int]) -> Iterator[
     open_columns = sorted(columns)
     while open_columns:
         column = min(open_columns, key=lambda j: (_count_fill(rows, j), j))
-        candidates = [row for row, held in rows.items() if column in held]
+        candidates = [row for row, entries in rows.items() if column in entries]
         union = set().union(*(rows[row] for row in candidates)) - {column}
         rows |= {row: set(union) for row in candidates}
         first = candidates[0]
@@ -85,5 +85,5 @@ def _order_block(rows: dict[int, set[int]], columns: Iterable[int]) -> Iterator[
 
 
 def _count_fill(rows: Mapping[int, set[int]], column: int) -> int:
-    candidates = [held for held in rows.values() if column in held]
+    candidates = [entries for entries in rows.values() if column in entries]
     return (len(candidates) - 1) * len(set().union(*candidates))

@@ -21,7 +21,7 @@ class RunningStep:
 
     describe: Callable[[], str]
     due: float = field(default_factory=lambda: time.monotonic() + SLOW_S)
-    said: str = ""
+    reported: str = ""
 
 
 _running: list[RunningStep] = []
@@ -50,9 +50,9 @@ def describe_slow_step() -> str | None:
     for step in _running[-1:]:  # a copy: the main thread may end the step meanwhile
         if time.monotonic() < step.due:
             continue
-        before, step.said = step.said, step.describe()
+        before, step.reported = step.reported, step.describe()
         step.due = time.monotonic() + REPORT_INTERVAL
-        return step.said if step.said != before else None
+        return step.reported if step.reported != before else None
     return None
 
 

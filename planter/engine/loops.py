@@ -16,7 +16,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
-from planter.kernels.elimination import eliminate
+from planter.kernels.elimination import solve_system
 from planter.numerics.arrays import Flags, Integers
 from planter.progress import name_step
 
@@ -165,15 +165,15 @@ class KinematicLoops:
         """
         size = self.size
         phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", self.gaps.numel_in(1)), ca.SX.sym("q", size)
-        at, step, senses, least = q, ca.SX(0), ca.SX(0), ca.SX(1)
+        at, step, senses, pivot = q, ca.SX(0), ca.SX(0), ca.SX(1)
         for _ in range(UNROLLED):
             gaps, jacobian = split_gaps(self.gaps(phi, d, at), size)
-            solved = eliminate(jacobian, -gaps)
+            solved = solve_system(jacobian, -gaps)
             at = at + solved.solution
             step = ca.mmax(ca.fabs(solved.solution) / (1 + ca.fabs(at)))
-            senses, least = solved.senses, ca.fmin(least, solved.pivot)
-        outputs = ca.cse([ca.densify(output) for output in (at, step, senses, least)])
-        names = ["next", "step", "senses", "least"]
+            senses, pivot = solved.senses, ca.fmin(pivot, solved.pivot)
+        outputs = ca.cse([ca.densify(output) for output in (at, step, senses, pivot)])
+        names = ["next", "step", "senses", "pivot"]
         return ca.Function("newton", [phi, d, q], outputs, ["phi", "d", "q"], names)
 
     @property
@@ -219,7 +219,7 @@ class KinematicLoops:
         senses = np.ones((self.count, q.shape[1]))
         for _ in range(MOST_ITERATIONS):
             out, finite = self._steps.masked(phi=phi, d=d, q=q)
-            good = finite & (out["least"][0] > SINGULAR)
+            good = finite & (out["pivot"][0] > SINGULAR)
             converged = good & (out["step"][0] <= CLOSED)
             if converged.all() and not (closed.any() or failed.any()):
                 return out["next"], out["senses"], converged
@@ -292,7 +292,7 @@ class LoopWalk:
         """Let each lane take a few steps of Newton's method, and go on, or back, where these have ended."""
         lanes.aim(self.angles)
         out, finite = self.loops._steps.masked(phi=lanes.target, d=lanes.d, q=lanes.guess)
-        good = finite & (out["least"][0] > SINGULAR)
+        good = finite & (out["pivot"][0] > SINGULAR)
         closed = good & (out["step"][0] <= CLOSED)
         accepted = closed & (out["senses"] * lanes.senses > 0).all(axis=0)
         refused = ~accepted & (closed | ~good | (lanes.calls + 1 >= MOST_ITERATIONS))

@@ -12,9 +12,9 @@ static const int is_angle[COORDINATES] = {$angular};
 static int close_loops(double phi, const double *d, double *q, double *senses)
 {
   for (int i = 0; i < $most_iterations; ++i) {
-    double next[COORDINATES], step, least;
-    newton(1, &phi, d, q, next, &step, senses, &least);
-    if (!is_finite(step) || !is_finite(least) || !(least > $singular)) return 0;
+    double next[COORDINATES], step, pivot;
+    newton(1, &phi, d, q, next, &step, senses, &pivot);
+    if (!is_finite(step) || !is_finite(pivot) || !(pivot > $singular)) return 0;
     memcpy(q, next, sizeof next);
     if (step <= $closed) return 1;
   }

@@ -22,8 +22,8 @@ class Elimination:
     """A solved system of n equations: `solution` (n, m), `senses` (b,) and `pivot` (1,), graphs of the matrix.
 
     `senses` has the sign of the determinant of each block that is solved alone, up to a fixed factor of 1 or -1.
-    `pivot` is the least pivot over the largest entry of its column: zero, or not a number, where the matrix is
-    singular. The solution is not finite there.
+    `pivot` is the least pivot over the largest entry of its column: zero where the matrix is singular, as it is at
+    dead points. The solution is not finite there.
     """
 
     solution: ca.SX
@@ -31,18 +31,21 @@ class Elimination:
     pivot: ca.SX
 
 
-def eliminate(matrix: ca.SX, right: ca.SX) -> Elimination:
+def solve_system(matrix: ca.SX, right: ca.SX) -> Elimination:
     """Return the solution x of ``matrix x = right`` for a square matrix (n, n) and right-hand sides (n, m)."""
     matrix = ca.sparsify(matrix)
+    if ca.sprank(matrix) < matrix.size2():  # whatever its entries are
+        return Elimination(ca.SX(ca.DM.nan(right.shape)), ca.SX(0), ca.SX(0))
     _, row_order, column_order, row_bounds, column_bounds, *_ = matrix.sparsity().btf()
-    sizes = [ca.norm_inf(ca.densify(matrix[:, j])) for j in range(matrix.size2())]
+    largest = [ca.norm_inf(ca.densify(matrix[:, j])) for j in range(matrix.size2())]
+    sizes = [size + (size == 0) for size in largest]  # of a column of zeros the share is 0, not 0/0
     solution = ca.SX(right.size1(), right.size2())
     senses, pivot = [], ca.SX(1)
     bounds = zip(row_bounds[:-1], row_bounds[1:], column_bounds[:-1], column_bounds[1:], strict=True)
     for first, last, left, end in bounds:  # CasADi's form is lower triangular: the first block needs no other
         rows, columns = row_order[first:last], column_order[left:end]
-        known = right[rows, :] - matrix[rows, :] @ solution
-        block = _Block(matrix[rows, columns], known)
+        remainder = right[rows, :] - matrix[rows, :] @ solution
+        block = _Block(matrix[rows, columns], remainder)
         solution[columns, :] = block.solve()
         senses.append(block.sense)
         for column, entry in zip(columns, block.pivots, strict=True):
@@ -56,8 +59,8 @@ def solve_inertia(inertia: ca.SX, forces: ca.SX) -> ca.SX:
     The inertia of a mechanism is positive definite; actions that depend on accelerations may make it unsymmetric.
     """
     inertia = ca.sparsify(inertia)
-    if not ca.is_equal(inertia, inertia.T, DEPTH):
-        return eliminate(inertia, forces).solution
+    if ca.sprank(inertia) < inertia.size2() or not ca.is_equal(inertia, inertia.T, DEPTH):
+        return solve_system(inertia, forces).solution
     diagonal, upper, order = ca.ldl(inertia)
     return ca.densify(ca.ldl_solve(ca.densify(forces), diagonal, upper, order))
 
@@ -82,11 +85,11 @@ class _Block:
             order.append((column, self._eliminate(column)))
         unknowns = [ca.SX(0)] * len(order)
         for column, row in reversed(order):
-            known = self._right[row]
+            remainder = self._right[row]
             for j, entry in self._rows[row].items():
                 if j != column:
-                    known = known - entry * unknowns[j]
-            unknowns[column] = known / self.pivots[column]
+                    remainder = remainder - entry * unknowns[j]
+            unknowns[column] = remainder / self.pivots[column]
         return ca.vertcat(*unknowns)
 
     def _find_candidates(self, column: int) -> list[int]:
@@ -100,13 +103,13 @@ class _Block:
 
     def _eliminate(self, column: int) -> int:
         """Eliminate a column from all active rows but one, and return that one."""
-        pivot, *others = self._find_candidates(column)
+        pivot, *other_rows = self._find_candidates(column)
         self._active.remove(pivot)
-        for other in others:
+        for other in other_rows:
             self._exchange(pivot, other, column)
         self.pivots[column] = self._rows[pivot][column]
         self.sense = self.sense * ca.sign(self.pivots[column])
-        for other in others:
+        for other in other_rows:
             share = self._rows[other].pop(column) / self.pivots[column]
             for j, entry in self._rows[pivot].items():
                 if j != column:

@@ -16,7 +16,7 @@ from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.engine.wording import name_angle, name_quantity
 from planter.files import units
 from planter.kernels import Array
-from planter.kernels.elimination import eliminate
+from planter.kernels.elimination import solve_system
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.programs import Program, ProgramStep
 from planter.mechanism.file import MechanismFile
@@ -337,7 +337,7 @@ def _build_newton_steps(closure: ca.Function, size: int) -> ca.Function:
     """Return (coordinates (k,), angle, data) -> coordinates, relative change by another step, senses."""
     q, phi, data = ca.SX.sym("q", size), ca.SX.sym("phi"), ca.SX.sym("data", closure.numel_in(1))
     gaps, jacobian = split_gaps(closure(phi, data, q), size)
-    solved = eliminate(jacobian, -gaps)
+    solved = solve_system(jacobian, -gaps)
     relative = ca.mmax(ca.fabs(solved.solution) / (1 + ca.fabs(q)))
     step = ca.Function("step", [q, phi, data], [q + solved.solution, relative, solved.senses])
     start, angle, values = ca.MX.sym("q", size), ca.MX.sym("phi"), ca.MX.sym("data", closure.numel_in(1))
