@@ -36,13 +36,13 @@ def list_expansions(source: str) -> Iterator[str]:
 
 
 def test_no_module_expands_determinants() -> None:
-    found = {
+    modules = {
         path.relative_to(ROOT).as_posix()
         for package in ("planter", "derive", "generated")
         for path in (ROOT / package).rglob("*.py")
         if list(list_expansions(path.read_text(encoding="utf-8")))
     }
-    assert found == ALLOWED.keys()
+    assert modules == ALLOWED.keys()
 
 
 @pytest.mark.parametrize("text", [array.SOLVER, casadi.SOLVER])
