@@ -9,6 +9,7 @@ from itertools import product
 import sympy as sp
 from sympy import Expr
 
+from .elimination import find_closure, match_rows, order_elimination
 from .equations import Claimed, Equation, find_claim
 from .functions import switch
 from .model import Let, LinearSolve, Step
@@ -27,44 +28,20 @@ class BlockError(ValueError):
 
 def match_equations(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> dict[Quantity, Equation]:
     """Match as many unknowns as possible to an equation each that contains them (augmenting paths)."""
-    holds = {e.number: frozenset(e.residual.free_symbols) for e in equations}
-    pairs: dict[Quantity, Equation] = {}
-
-    def place(equation: Equation, visited: set[Quantity]) -> bool:
-        for unknown in (u for u in unknowns if u in holds[equation.number] and u not in visited):
-            visited.add(unknown)
-            if unknown not in pairs or place(pairs[unknown], visited):
-                pairs[unknown] = equation
-                return True
-        return False
-
-    for equation in equations:
-        place(equation, set())
-    return pairs
+    pairs = match_rows([e.residual.free_symbols for e in equations], unknowns)
+    return {unknown: equations[row] for unknown, row in pairs.items()}
 
 
 def closed_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[list[Equation], list[Quantity]]:
     """A smallest closed set of the equations, in their order; both lists are empty where there is none."""
     pairs = match_equations(equations, unknowns)
     needs = {u: [v for v in unknowns if v in e.residual.free_symbols] for u, e in pairs.items()}
-    closures = [closure for u in pairs if (closure := _closure(u, needs)) is not None]
+    closures = [closure for u in pairs if (closure := find_closure(u, needs)) is not None]
     if not closures:
         return [], []
     smallest = min(closures, key=len)
     numbers = {pairs[u].number for u in smallest}
     return [e for e in equations if e.number in numbers], [u for u in unknowns if u in smallest]
-
-
-def _closure(first: Quantity, needs: Mapping[Quantity, Sequence[Quantity]]) -> set[Quantity] | None:
-    """Every unknown that must be known with the first; None where one of them has no equation."""
-    closure, pending = {first}, [first]
-    while pending:
-        needed_unknowns = needs.get(pending.pop())
-        if needed_unknowns is None:
-            return None
-        pending += [u for u in needed_unknowns if u not in closure]
-        closure.update(needed_unknowns)
-    return closure if closure <= needs.keys() else None
 
 
 def solve_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[Step, ...]:
@@ -104,7 +81,16 @@ def solve_linear_set(residuals: Sequence[Expr], unknowns: Sequence[Quantity], so
     if len(unknowns) == 1:
         (unknown,), ((entry,),), (value,) = unknowns, rows, right
         return (Let(unknown, value / entry, source),)
-    return (LinearSolve(tuple(unknowns), pivot(unknowns[0]), tuple(rows), tuple(right), source),)
+    row_order, column_order = order_elimination([{j for j, entry in enumerate(row) if entry != 0} for row in rows])
+    return (
+        LinearSolve(
+            tuple(unknowns[j] for j in column_order),
+            pivot(unknowns[0]),
+            tuple(tuple(rows[i][j] for j in column_order) for i in row_order),
+            tuple(right[i] for i in row_order),
+            source,
+        ),
+    )
 
 
 def pivot(first: Quantity) -> Quantity:

@@ -285,11 +285,12 @@ def sorted_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     ordered_steps: list[Step] = []
     while left:
         ahead = frozenset(symbol for step in left for symbol in step.defines)
-        ready = [step for step in left if not step.needs & ahead]
-        if not ready:
+        waiting: list[Step] = []
+        for step in left:
+            (ordered_steps if step.needs.isdisjoint(ahead) else waiting).append(step)
+        if len(waiting) == len(left):
             raise ValueError(f"{', '.join(sorted(map(str, ahead)))} need each other")
-        ordered_steps += ready
-        left = [step for step in left if step not in ready]
+        left = waiting
     return tuple(ordered_steps)
 
 
@@ -299,10 +300,11 @@ S = TypeVar("S", bound=Step)
 def needed(steps: Sequence[S], symbols: frozenset[sp.Symbol]) -> tuple[S, ...]:
     """The steps that ``symbols`` depends on, in their order."""
     needed_steps: list[S] = []
+    open_symbols = set(symbols)
     for step in reversed(steps):
-        if symbols & set(step.defines):
+        if not open_symbols.isdisjoint(step.defines):
             needed_steps.append(step)
-            symbols = symbols | step.needs
+            open_symbols |= step.needs
     return tuple(reversed(needed_steps))
 
 

@@ -2,12 +2,58 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 REPORT_INTERVAL = 10.0
 """Seconds after which a task reports again although no step was completed."""
+
+SLOW_S = 2.0
+"""Seconds after which a step says what it does."""
+
+
+@dataclass
+class RunningStep:
+    """A step of the main thread: what it does, when it is due to be reported [s], and what was said of it last."""
+
+    describe: Callable[[], str]
+    due: float = field(default_factory=lambda: time.monotonic() + SLOW_S)
+    reported: str = ""
+
+
+_running: list[RunningStep] = []
+
+
+@contextmanager
+def name_step(text: str | Callable[[], str]) -> Iterator[None]:
+    """Name what the main thread does meanwhile; a command says it on standard error if it takes more than `SLOW_S`.
+
+    A function gives a text that changes, such as one with the time that a motion has reached. It is called in another
+    thread. Steps within steps are named in place of those around them.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    step = RunningStep(text if callable(text) else lambda: text)
+    _running.append(step)
+    try:
+        yield
+    finally:
+        _running.remove(step)
+
+
+def describe_slow_step() -> str | None:
+    """Return what the innermost running step does if it is slow and this was not said before, else None."""
+    for step in _running[-1:]:  # a copy: the main thread may end the step meanwhile
+        if time.monotonic() < step.due:
+            continue
+        before, step.reported = step.reported, step.describe()
+        step.due = time.monotonic() + REPORT_INTERVAL
+        return step.reported if step.reported != before else None
+    return None
 
 
 @dataclass(frozen=True)

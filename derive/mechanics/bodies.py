@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
@@ -238,20 +238,26 @@ def total_power(assembly: Assembly, ground: Body, anchor: Anchor) -> Expr:
     return sp.Add(*(load.dot(speed) for load, speed in virtual_loads(assembly, ground, anchor, assembly.actions)))
 
 
-def virtual_work(
-    assembly: Assembly, ground: Body, anchor: Anchor, rate: Quantity, plain: Callable[[Expr], Expr],
+def virtual_works(
+    assembly: Assembly, ground: Body, anchor: Anchor, rates: Sequence[Quantity], plain: Callable[[Expr], Expr],
     actions: Iterable[Action] | None = None,
-) -> Expr:  # fmt: skip
-    """Virtual work of the same while one coordinate alone moves: joints that this opens do work, no other does.
+) -> list[Expr]:  # fmt: skip
+    """Virtual work of the same while each coordinate moves alone: joints that this opens do work, no other does.
 
-    ``plain`` tells speeds in the rates of the coordinates, of which ``rate`` is one; of the actions, all count unless
-    some are passed.
+    ``plain`` tells speeds in the rates of the coordinates, of which ``rates`` are some; of the actions, all count
+    unless some are passed.
     """
     pairs = virtual_loads(assembly, ground, anchor, assembly.actions if actions is None else actions)
-    virtual_velocities = (
-        (load, Vec(v.frame, _triple(partial_derivative(plain(c), rate) for c in v.components))) for load, v in pairs
-    )
-    return sp.Add(*(load.dot(velocity) for load, velocity in virtual_velocities))
+    plain_pairs = [(load, Vec(v.frame, _triple(map(plain, v.components)))) for load, v in pairs]
+    return [_work_along(rate, plain_pairs) for rate in rates]
+
+
+def _work_along(rate: Quantity, pairs: Iterable[tuple[Vec, Vec]]) -> Expr:
+    works = []
+    for load, velocity in pairs:
+        slopes = _triple(partial_derivative(component, rate) for component in velocity.components)
+        works.append(load.dot(Vec(velocity.frame, slopes)))
+    return sp.Add(*works)
 
 
 def momentum_residuals(assembly: Assembly, ground: Body) -> dict[str, Expr]:

@@ -36,7 +36,7 @@ from .bodies import (
     momentum_residuals,
     sliding_velocity,
     total_power,
-    virtual_work,
+    virtual_works,
 )
 from .frames import Frame, Vec, Z, displacement
 from .statement import MechanismError, Statement, place_functions, quantity
@@ -65,8 +65,9 @@ def build_law_residuals(stated: Statement, coordinates: Sequence[tuple[Quantity,
             residuals.append(
                 _law(f"roll_{tag}{axis}", "m/s", f"sliding of the pitch curves at {tag}, {axis}", component)
             )
-    for value, rate in coordinates:
-        work = virtual_work(*parts, stated.anchor, rate, lambda expr: expr.xreplace(moving))
+    rates = [rate for _, rate in coordinates]
+    works = virtual_works(*parts, stated.anchor, rates, lambda expr: expr.xreplace(moving))
+    for (value, _), work in zip(coordinates, works, strict=True):
         residuals.append(_law(f"work_{value}", WORK[value.unit], f"virtual work where {value} alone moves", work))
     return residuals
 
@@ -228,8 +229,8 @@ def _virtual_work_balance(stated: Statement, rate: Quantity) -> Equation:
     """Return the virtual work of all but ideal joints and contacts, where the drive alone moves (d'Alembert)."""
     moving = stated.told_in({rate})
     working = [action for action in stated.assembly.actions if not action.workless]
-    work = virtual_work(
-        stated.assembly, stated.ground, stated.anchor, rate, lambda expr: expr.xreplace(moving), working
+    (work,) = virtual_works(
+        stated.assembly, stated.ground, stated.anchor, [rate], lambda expr: expr.xreplace(moving), working
     )  # fmt: skip
     return Equation("virtual work", work, "derived: virtual work of loads and inertia", Definition("virtual work"))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cache, reduce
+from functools import cache, cached_property, lru_cache, reduce
 from typing import TypeAlias
 
 import sympy as sp
@@ -16,6 +16,8 @@ X: Axis = (1, 0, 0)
 Y: Axis = (0, 1, 0)
 Z: Axis = (0, 0, 1)
 NO_AXIS: Axis = (0, 0, 0)
+MOST_RESOLVED = 10_000
+"""Vectors that are kept by their components in another frame."""
 LONG = 50
 """Operations of a component that multiplying out only makes longer; what it shortens has fewer than ten."""
 
@@ -149,10 +151,7 @@ class Vec:
 
     def resolved(self, frame: Frame) -> Vec:
         """Return the same vector by its components in ``frame``, in the same unit."""
-        inverse = [(axis, -angle) for axis, angle in reversed(frame.turns())]
-        turns = _merge(inverse + self.frame.turns())
-        turned = reduce(lambda v, turn: rotation(*turn) * v, reversed(turns), Matrix(self.components))
-        return Vec(frame, tuple(turned))
+        return _resolve(self, frame)
 
     def _with(self, components: Iterable[Expr]) -> Vec:
         x, y, z = (sp.sympify(c) for c in components)
@@ -161,6 +160,15 @@ class Vec:
     def _same_frame(self, other: Vec) -> None:
         if self.frame != other.frame:
             raise FrameError(f"a vector in frame {self.frame} meets one in frame {other.frame}; resolve one of them")
+
+
+@lru_cache(maxsize=MOST_RESOLVED)
+def _resolve(vector: Vec, frame: Frame) -> Vec:
+    """Return a vector by its components in a frame; a chain of bodies asks for the same ones again and again."""
+    inverse = [(axis, -angle) for axis, angle in reversed(frame.turns())]
+    turns = _merge(inverse + vector.frame.turns())
+    turned = reduce(lambda v, turn: rotation(*turn) * v, reversed(turns), Matrix(vector.components))
+    return Vec(frame, tuple(turned))
 
 
 def zero(frame: Frame) -> Vec:
@@ -193,6 +201,14 @@ class Point:
     name: str
     base: Point | None = None
     offset: Vec | None = None
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        # computed once: that of a point at the end of a chain takes all points before it
+        return hash((self.name, self.base, self.offset))
 
     def chain(self) -> dict[Point, Vec | None]:
         """Return the points from the origin to this one, each with its offset [m] from the one before."""
@@ -316,4 +332,6 @@ def _difference(start: dict[Point, Vec | None], end: dict[Point, Vec | None], fr
             if point not in opposite and offset:
                 so_far = by_frame.get(offset.frame, zero(offset.frame))
                 by_frame[offset.frame] = so_far + sign * offset
-    return reduce(lambda total, part: total + part.resolved(frame), by_frame.values(), zero(frame))
+    resolved = [part.resolved(frame).components for part in by_frame.values()]
+    x, y, z = (sp.Add(*components) for components in zip((S.Zero,) * 3, *resolved, strict=True))
+    return Vec(frame, (x, y, z))

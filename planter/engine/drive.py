@@ -22,6 +22,7 @@ from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array, Kernel
+from planter.kernels.elimination import solve_system
 from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import index_first_extremum
 from planter.records import Record
@@ -243,7 +244,7 @@ class DrivenMachine:
         slopes = [drive["rate"] / omega, 1 / omega]
         if self.machine.loops is not None:
             gaps, jacobian = split_gaps(self.machine.loops.gaps(symbols["phi"], symbols["d"], state[2:]), size)
-            slopes.append(-ca.solve(jacobian, ca.jacobian(gaps, symbols["phi"])))
+            slopes.append(solve_system(jacobian, -ca.jacobian(gaps, symbols["phi"])).solution)
         p = ca.vertcat(symbols["d"], symbols["h"])
         dae = {"t": symbols["phi"], "x": state, "p": p, "ode": ca.vertcat(*slopes)}
         solver = ca.integrator("motion", "cvodes", dae, float(at[0]), at[1:].tolist(), INTEGRATOR)

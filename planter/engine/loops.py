@@ -16,7 +16,9 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
+from planter.kernels.elimination import solve_system
 from planter.numerics.arrays import Flags, Integers
+from planter.progress import name_step
 
 VECTOR = 8
 """Lanes that a processor takes at once, at most."""
@@ -37,7 +39,7 @@ class WalkLanes:
 
     lane: Integers
     d: Array
-    sense: Array
+    senses: Array
     index: Integers
     at: Array
     q: Array
@@ -51,13 +53,13 @@ class WalkLanes:
     running: Flags
 
     @classmethod
-    def at_start(cls, d: Array, sense: Array, q: Array, index: int) -> WalkLanes:
+    def at_start(cls, d: Array, senses: Array, q: Array, index: int) -> WalkLanes:
         """Return lanes at angle 0, on their way to the angle of an index."""
-        count = len(sense)
+        count = senses.shape[1]
         return cls(
             lane=np.arange(count),
             d=d.copy(),
-            sense=sense.copy(),
+            senses=senses.copy(),
             index=np.full(count, index),
             at=np.zeros(count),
             q=q.copy(),
@@ -122,7 +124,7 @@ MOST_ITERATIONS = 16
 CLOSED = 1e-13
 """A loop is closed where Newton's next step is below this share of the coordinates' size."""
 SINGULAR = 1e-9
-"""Below this share of its largest entries' product the Jacobian's determinant counts as zero."""
+"""The Jacobian counts as singular if a pivot is below this share of the largest entry of its column."""
 COMPACTED_SHARE = 0.9
 """Lanes of a walk are put together, in fewer vectors, where no more than this share of them is running."""
 KEPT_COURSES = 8
@@ -156,25 +158,28 @@ class KinematicLoops:
 
     @cached_property
     def steps_function(self) -> ca.Function:
-        """(phi, d, q) -> q after `UNROLLED` steps of Newton's method, the last one's relative size, determinants.
+        """(phi, d, q) -> q after `UNROLLED` steps of Newton's method, relative size of the last, senses, least pivot.
 
-        Determinants of the Jacobian, the last one and the least one, are in parts of its columns' largest entries.
+        The senses (l,) are those of the Jacobian at the last step, of each loop that can be closed alone, and the pivot
+        is the least of all steps (`planter.kernels.elimination`).
         """
         size = self.size
         phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", self.gaps.numel_in(1)), ca.SX.sym("q", size)
-        at, step, determinant, smallest = q, ca.SX(0), ca.SX(0), ca.SX(np.inf)
+        at, step, senses, pivot = q, ca.SX(0), ca.SX(0), ca.SX(1)
         for _ in range(UNROLLED):
             gaps, jacobian = split_gaps(self.gaps(phi, d, at), size)
-            change = -ca.solve(jacobian, gaps)
-            at = at + change
-            step = ca.mmax(ca.fabs(change) / (1 + ca.fabs(at)))
-            determinant = ca.det(jacobian)
-            for j in range(size):
-                determinant = determinant / ca.norm_inf(jacobian[:, j])
-            smallest = ca.fmin(smallest, ca.fabs(determinant))
-        outputs = ca.cse([ca.densify(output) for output in (at, step, determinant, smallest)])
-        names = ["next", "step", "determinant", "least"]
+            solved = solve_system(jacobian, -gaps)
+            at = at + solved.solution
+            step = ca.mmax(ca.fabs(solved.solution) / (1 + ca.fabs(at)))
+            senses, pivot = solved.senses, ca.fmin(pivot, solved.pivot)
+        outputs = ca.cse([ca.densify(output) for output in (at, step, senses, pivot)])
+        names = ["next", "step", "senses", "pivot"]
         return ca.Function("newton", [phi, d, q], outputs, ["phi", "d", "q"], names)
+
+    @property
+    def count(self) -> int:
+        """Number of loops that can be closed alone, l."""
+        return int(self.steps_function.numel_out("senses"))
 
     @cached_property
     def _steps(self) -> Kernel:
@@ -206,30 +211,30 @@ class KinematicLoops:
         self._steps.compile()
 
     def close(self, phi: Array, d: Array, q: Array) -> tuple[Array, Array, Flags]:
-        """Return coordinates (c, n) near others, scaled determinants (n,), and which lanes closed.
+        """Return coordinates (c, n) near others, the senses of the loops (l, n), and which lanes closed.
 
         A lane has not closed where its Jacobian was singular on the way.
         """
         closed = failed = np.zeros(q.shape[1], dtype=bool)
-        determinant = np.ones(q.shape[1])
+        senses = np.ones((self.count, q.shape[1]))
         for _ in range(MOST_ITERATIONS):
             out, finite = self._steps.masked(phi=phi, d=d, q=q)
-            good = finite & (out["least"][0] > SINGULAR)
+            good = finite & (out["pivot"][0] > SINGULAR)
             converged = good & (out["step"][0] <= CLOSED)
             if converged.all() and not (closed.any() or failed.any()):
-                return out["next"], out["determinant"][0], converged
+                return out["next"], out["senses"], converged
             active = ~(closed | failed)
             q = np.where(active & good, out["next"], q)
-            determinant = np.where(active & good, out["determinant"][0], determinant)
+            senses = np.where(active & good, out["senses"], senses)
             closed, failed = closed | (active & converged), failed | (active & ~good)
             if (closed | failed).all():
                 break
-        return q, determinant, closed
+        return q, senses, closed
 
     def find_near(self, phi: Array, d: Array, q: Array) -> Array | None:
         """Return coordinates (c, n) near others, or None where they lead to no common assembly."""
-        q, determinant, closed = self.close(phi, d, q)
-        return q if closed.all() and (determinant * determinant[0] > 0).all() else None
+        q, senses, closed = self.close(phi, d, q)
+        return q if closed.all() and (senses * senses[:, :1] > 0).all() else None
 
     def walk(self, d: Array, angles: Array) -> LoopWalk:
         """Return a walk of machines with values d (v, lanes) along increasing angles (n,) from 0 on [rad]."""
@@ -267,7 +272,7 @@ class LoopWalk:
         d = np.ascontiguousarray(d, dtype=float)
         count = d.shape[1]
         start, finite = loops._start.masked(d=d)
-        self.first, sense, closed = loops.close(np.zeros(count), d, np.nan_to_num(start["q"]))
+        self.first, senses, closed = loops.close(np.zeros(count), d, np.nan_to_num(start["q"]))
         self.assembled = closed & finite
         self.alive, self.last = self.assembled.copy(), self.first.copy()
         self.reached = np.where(self.alive, np.inf, 0.0)
@@ -276,7 +281,7 @@ class LoopWalk:
         self.places[:, :begun] = self.first[:, None]
         if begun == len(angles):
             return
-        lanes = WalkLanes.at_start(d, sense, self.first, begun)
+        lanes = WalkLanes.at_start(d, senses, self.first, begun)
         lanes.stop(~self.alive)
         while lanes.running.any():
             if np.count_nonzero(lanes.running) + VECTOR <= COMPACTED_SHARE * len(lanes.running):
@@ -287,9 +292,9 @@ class LoopWalk:
         """Let each lane take a few steps of Newton's method, and go on, or back, where these have ended."""
         lanes.aim(self.angles)
         out, finite = self.loops._steps.masked(phi=lanes.target, d=lanes.d, q=lanes.guess)
-        good = finite & (out["least"][0] > SINGULAR)
+        good = finite & (out["pivot"][0] > SINGULAR)
         closed = good & (out["step"][0] <= CLOSED)
-        accepted = closed & (out["determinant"][0] * lanes.sense > 0)
+        accepted = closed & (out["senses"] * lanes.senses > 0).all(axis=0)
         refused = ~accepted & (closed | ~good | (lanes.calls + 1 >= MOST_ITERATIONS))
         lanes.move(accepted, refused, out["next"])
         arrived = accepted & (lanes.at >= self.angles[lanes.index])
@@ -333,7 +338,8 @@ class LoopCoordinates:
 
     def __init__(self, loops: KinematicLoops, name: str, d: Array) -> None:
         self.loops, self.name, self.d = loops, name, np.asarray(d, dtype=float)
-        walk = loops.walk(self.d[:, None], np.linspace(0.0, TURN, 361))
+        with name_step(f"{name}: closing the loops over a turn"):
+            walk = loops.walk(self.d[:, None], np.linspace(0.0, TURN, 361))
         if not walk.assembled[0]:
             raise ComputationError(f"{name}: at 0 deg, from the start that is given, {self._obstacle(0.0, walk.first)}")
         if not walk.alive[0]:

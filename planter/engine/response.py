@@ -20,10 +20,12 @@ from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Integers
 from planter.numerics.roots import Crossings, find_crossings
+from planter.progress import name_step
 
 INPUTS = ("phi", "d", "h", "q")
 VALUES = "rows"
 """Name of the output that is no derivative."""
+DIFFERENTIATING = "differentiating the quantities of a cycle"
 
 
 @dataclass(frozen=True)
@@ -310,6 +312,7 @@ class MachineResponse:
         return Kernel(self.tangent)
 
     @cached_property
+    @name_step(DIFFERENTIATING)
     def prologue_hessian_kernel(self) -> Kernel:
         machine = self.machine
         sizes = {"d": len(machine.values), "x": len(machine.moved), "weights": machine.prologue.numel_out(0)}
@@ -328,6 +331,7 @@ class MachineResponse:
         return ca.Function("rows", list(self.machine.symbols), ca.cse([self._graph]), list(INPUTS), ["rows"])
 
     @cached_property
+    @name_step(DIFFERENTIATING)
     def slopes_function(self) -> ca.Function:
         """(phi, d, h, q, dh) -> rows (m,) and their Jacobian in (phi, x), (m (1 + p),), quantity by quantity."""
         phi, d, h, q = self.machine.symbols
@@ -361,6 +365,7 @@ class MachineResponse:
         return self._build(self.slopes_function)
 
     @cached_property
+    @name_step(DIFFERENTIATING)
     def derivatives_kernel(self) -> Kernel:
         phi, *rest = self.machine.symbols
         outputs = [self._graph, _differentiate(self._graph, phi)]
@@ -368,6 +373,7 @@ class MachineResponse:
         return self._build(function)
 
     @cached_property
+    @name_step(DIFFERENTIATING)
     def rates_kernel(self) -> Kernel:
         phi, *rest = self.machine.symbols
         first = _differentiate(self._graph, phi)
@@ -376,11 +382,13 @@ class MachineResponse:
         return self._build(function)
 
     @cached_property
+    @name_step(DIFFERENTIATING)
     def hessian_kernel(self) -> Kernel:
         """(phi, d, h, q, dh, weights) -> what `hessians_kernel` has, added up over the lanes."""
         return self._build(self._build_hessian("bending"), ["weights"], summed=True)
 
     @cached_property
+    @name_step(DIFFERENTIATING)
     def hessians_kernel(self) -> Kernel:
         """(phi, d, h, q, dh, weights) -> weighted Hessian in (phi, x), h along its tangent, and slope in h.
 

@@ -20,6 +20,7 @@ from planter.kernels import Array
 from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.numerics.piecewise import PiecewiseFunctions
+from planter.progress import name_step
 from planter.records import Record
 
 ROUNDING = 1e-9
@@ -217,6 +218,7 @@ def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, floa
     return first, second
 
 
+@name_step("finding true extremes, means and shocks of all quantities")
 def summarise(cycle: PiecewiseCycle, changing: Collection[str] = ()) -> CycleSummary:
     """Return the designer's summary of a cycle, in display units, of what has no pole.
 

@@ -71,7 +71,8 @@ def build_casadi_text(file: str, both: Iterable[ca.Function]) -> str:
 def build_loops_text(loops_: KinematicLoops, name: str) -> str:
     """Return what closes loops, in C, behind the kernels `newton` and `assemble`."""
     fields = {
-        "coordinates": loops_.size, "angular": ", ".join(str(int(unit == "rad")) for unit in loops_.units),
+        "coordinates": loops_.size, "loops": loops_.count,
+        "angular": ", ".join(str(int(unit == "rad")) for unit in loops_.units),
         "places": PLACES, "turn": repr(engine_loops.TURN), "largest_step": repr(engine_loops.LARGEST_STEP),
         "least_step": repr(engine_loops.LEAST_STEP), "most_iterations": engine_loops.MOST_ITERATIONS,
         "singular": repr(engine_loops.SINGULAR), "closed": repr(engine_loops.CLOSED),
@@ -79,6 +80,11 @@ def build_loops_text(loops_: KinematicLoops, name: str) -> str:
         "not_returned": f"{name}_NOT_RETURNED",
     }  # fmt: skip
     return read_template("loops.c").substitute(fields)
+
+
+def compute_course_size(loops_: KinematicLoops) -> int:
+    """Return the numbers of a course: senses, gains and places (`loops.c`)."""
+    return loops_.count + (1 + PLACES) * loops_.size
 
 
 class MachineText:
@@ -186,8 +192,8 @@ class MachineText:
                 "places": self.coordinates * CHUNK,
                 "guards": len(self.guards) * max(CHUNK, self.lanes * self.has_objective),
             }
-        if self.coordinates:
-            sizes["course"] = 1 + (1 + PLACES) * self.coordinates
+        if self.machine.loops:
+            sizes["course"] = compute_course_size(self.machine.loops)
         numbers = ", ".join(f"{name}[{max(size, 1)}]" for name, size in sizes.items())
         return [f"double {numbers}", *(["int followed"] if self.coordinates else [])]
 

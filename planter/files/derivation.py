@@ -8,6 +8,7 @@ from pathlib import Path
 from planter import workers
 from planter.errors import ComputationError, InputError
 from planter.files.text import check_regular
+from planter.progress import name_step
 
 GENERATED = "generated"
 BENCHMARK = "benchmark.json"
@@ -55,7 +56,8 @@ def score_corpus(corpus: Path, folder: Path, slips: int, seed: int, answers: Pat
 
 
 def _run_derive(source: Path, folder: Path, options: list[str]) -> None:
-    done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *options))
+    with name_step(f"deriving {source}"):
+        done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *options))
     messages = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
     if done.returncode == InputError.exit_code:
         raise InputError(messages[0])

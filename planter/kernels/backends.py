@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
+from types import FrameType
 from typing import Any, Protocol, TypeVar
 
 import casadi as ca
@@ -40,9 +41,9 @@ _defers = False
 
 
 def defer_interrupt(call: Callable[[], T]) -> T:
-    """Let a Ctrl-C wait for the end of a call: inside, CasADi's wrappers would turn it into other errors.
+    """Turn a Ctrl-C within a call into KeyboardInterrupt after it: inside, CasADi's wrappers make other errors of it.
 
-    Calls within such a call cost nothing more.
+    What asks between its steps, as CasADi's solvers do, ends the call then. Calls within such a call cost nothing more.
     """
     global _defers
     if _defers or threading.current_thread() is not threading.main_thread():
@@ -50,15 +51,24 @@ def defer_interrupt(call: Callable[[], T]) -> T:
     before = signal.getsignal(signal.SIGINT)
     if not callable(before):
         return call()
-    pending: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, frame: pending.append(number))
+    pending: list[tuple[int, FrameType | None]] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        pending.append((number, frame))
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, note)
     _defers = True
     try:
         result = call()
+    except BaseException:
+        if not pending:
+            raise
     finally:
         _defers = False
         signal.signal(signal.SIGINT, before)
     if pending:
+        before(*pending[0])
         raise KeyboardInterrupt
     return result
 

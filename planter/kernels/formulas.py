@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array, Kernel, generated
+from planter.progress import name_step
 
 HOISTED = "hoisted"
 """What a prologue gives and a lane takes."""
@@ -27,6 +28,7 @@ class Formulas:
 
     def __init__(self, name: str, folder: Path | None = None) -> None:
         self.name, self.folder = name, folder
+        self._functions: dict[str, ca.Function] = {}
         self._kernels: dict[str, Kernel] = {}
 
     @cached_property
@@ -35,17 +37,24 @@ class Formulas:
 
     def function(self, stage: str) -> ca.Function:
         """The CasADi function of a stage, to compose others from; numbers come from `__call__`."""
+        if stage not in self._functions:  # a lane with many unknowns takes seconds to build
+            with name_step(f"{self.name}: building the function {stage}"):
+                self._functions[stage] = self._build_function(stage)
+        return self._functions[stage]
+
+    def _build_function(self, stage: str) -> ca.Function:
         module = generated.module(self.name, self.folder)
         if self.folder is None:
             function: ca.Function = getattr(module, stage)()
             return function
+        path = self.folder / f"{self.name}.py"
         try:
             function = getattr(module, stage)()
         except Exception as error:  # of whatever kind: the file may have been edited
             problem = f"{stage} does not run: {type(error).__name__}: {error}"
-            raise generated.refuse_generated(self.folder / f"{self.name}.py", problem) from None
+            raise generated.refuse_generated(path, problem) from None
         if not isinstance(function, ca.Function):
-            raise generated.refuse_generated(self.folder / f"{self.name}.py", f"{stage} is no function")
+            raise generated.refuse_generated(path, f"{stage} is no function")
         return function
 
     def outputs(self, stage: str) -> list[str]:

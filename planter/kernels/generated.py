@@ -26,8 +26,8 @@ from planter.files.text import check_regular, parse_json, read_json, read_text
 DERIVE_AGAIN = "run `planter derive` again on the file that states the mechanism"
 MANIFEST = ".planter.json"
 """File beside derived ones with the hashes of what was written."""
-LARGEST_MODULE = 200_000_000
-"""Bytes of a generated module."""
+MOST_BYTES = 200_000_000
+"""Bytes of a generated file, and values of a sidecar: the limits of files are for what users write."""
 
 
 @cache
@@ -83,7 +83,8 @@ def sidecar(name: str, folder: Path | None = None) -> dict[str, Any]:
     """Return the JSON sidecar of a generated module. Raises InputError if it does not exist."""
     if folder is not None:
         return _read_user_sidecar(folder / f"{name}.json")
-    return parse_json(_places()[_holder(name)].joinpath(f"{name}.json").read_text(encoding="utf-8"), name)
+    text = _places()[_holder(name)].joinpath(f"{name}.json").read_text(encoding="utf-8")
+    return parse_json(text, name, MOST_BYTES, MOST_BYTES)
 
 
 def names(prefix: str = "") -> list[str]:
@@ -124,8 +125,8 @@ def _read_user_sidecar(path: Path) -> dict[str, Any]:
         return [wrap(value, place) for value in entry] if isinstance(entry, list) else entry
 
     try:
-        source = read_text(path)
-        content: dict[str, Any] = wrap(parse_json(source, str(path)), str(path))
+        source = read_text(path, MOST_BYTES)
+        content: dict[str, Any] = wrap(parse_json(source, str(path), MOST_BYTES, MOST_BYTES), str(path))
         written = read_json(path.parent / MANIFEST) if (path.parent / MANIFEST).is_file() else {}
     except InputError as error:
         raise InputError(f"{error.message}; {DERIVE_AGAIN}") from None
@@ -157,7 +158,7 @@ def check_user_model(name: str, folder: Path) -> None:
         if not path.is_file():
             raise refuse_generated(path, "there is no such file")
         try:
-            source = read_text(path, LARGEST_MODULE)
+            source = read_text(path, MOST_BYTES)
         except InputError as error:
             raise InputError(f"{error.message}; {DERIVE_AGAIN}") from None
         lacking = needed - set(re.findall(r"^def (\w+)\(", source, re.MULTILINE))

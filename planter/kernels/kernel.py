@@ -24,6 +24,7 @@ from planter.kernels import backends, toolchain
 from planter.kernels.backends import Array, LaneBackend, LaneTask, VirtualMachine
 from planter.kernels.compiler import CompilerError
 from planter.kernels.lane_source import print_prototype
+from planter.progress import name_step
 
 
 def build_finite_check(arrays: Sequence[Array]) -> Callable[[], int]:
@@ -132,7 +133,8 @@ class Kernel:
     def compile(self, wait: bool = True) -> None:
         """Run the fastest way that there is here from now on; without waiting, from when it has been compiled."""
         if wait or backends.is_compiled(self.work):
-            self._way = backends.select_fastest(self.work)
+            with name_step(f"compiling {self._name}"):
+                self._way = backends.select_fastest(self.work)
         else:
             self._compiling = threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True)
             self._compiling.start()

@@ -14,6 +14,7 @@ from planter.engine.piecewise import compose_pieces
 from planter.errors import InputError
 from planter.files import examples, units
 from planter.kernels import Array
+from planter.kernels.elimination import solve_system
 from planter.kernels.formulas import load as load_formulas
 from planter.mapping.curve import AngleCurve, close_curve
 from planter.mapping.dyads import CONDITIONS, Dyad, distinct
@@ -226,7 +227,7 @@ def _solve_dyad(poses: ca.SX, start: Dyad) -> ca.SX:
     if len(squares) > CONDITIONS:
         misses = ca.sqrt(gaps + v[4] ** 2) - v[4]
         gaps = ca.gradient(ca.sumsqr(misses), v)
-    step = -ca.solve(ca.jacobian(gaps, v), gaps)
+    step = solve_system(ca.jacobian(gaps, v), -gaps).solution
     function = ca.Function("step", [v, poses], [step])
     at, change = ca.SX(start.vector.tolist()), ca.SX.zeros(len(DYAD))
     for _ in range(STEPS):

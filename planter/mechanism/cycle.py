@@ -30,6 +30,7 @@ from planter.mechanism.results import (
 )
 from planter.numerics import extrema
 from planter.numerics.arrays import Flags, to_degrees
+from planter.progress import name_step
 
 ANGLE_TOLERANCE = 1e-10
 """Accuracy of the angle at which a contact force changes its sign [rad]."""
@@ -58,6 +59,7 @@ class MechanismCycle:
         return not self.result.not_repeating
 
 
+@name_step("computing the cycle")
 def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
     """Return a cycle of a machine in `samples` equal steps, as many as its file says unless they are given.
 

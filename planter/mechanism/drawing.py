@@ -16,6 +16,7 @@ from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.engine.wording import name_angle, name_quantity
 from planter.files import units
 from planter.kernels import Array
+from planter.kernels.elimination import solve_system
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.programs import Program, ProgramStep
 from planter.mechanism.file import MechanismFile
@@ -316,10 +317,10 @@ NOTES = (
 
 
 def build_loop_closure(model: Formulas, name: str, count: int) -> ca.Function:
-    """Return (angles (n,), data) -> loops (n, k), open (n,), sense (n,), with a fixed number of Newton steps.
+    """Return (angles (n,), data) -> loops (n, k), open (n,), senses (n, l), with a fixed number of Newton steps.
 
-    `loops` are the coordinates, `open` the largest change by another step, relative to their size, and `sense` the
-    determinant of the Jacobian: where its sign changes, the coordinates have passed to another assembly.
+    `loops` are the coordinates, `open` the largest change by another step, relative to their size, and `senses` those
+    of the Jacobian (`planter.kernels.elimination`): where one changes, a loop has passed to another assembly.
     """
     closure, assembly = model.function("closure"), model.function("assembly")
     solve = _build_newton_steps(closure, assembly.numel_out(0))
@@ -329,16 +330,16 @@ def build_loop_closure(model: Formulas, name: str, count: int) -> ca.Function:
         start = solve(start, phi[0], data)[0]
     walk = solve.mapaccum("walk", count, [0], [0])
     outputs = [output.T for output in walk(start, phi.T, ca.repmat(data, 1, count))]
-    return ca.Function(name, [phi, data], outputs, ["angles", "data"], ["loops", "open", "sense"])
+    return ca.Function(name, [phi, data], outputs, ["angles", "data"], ["loops", "open", "senses"])
 
 
 def _build_newton_steps(closure: ca.Function, size: int) -> ca.Function:
-    """Return (coordinates (k,), angle, data) -> coordinates, relative change by another step, determinant."""
+    """Return (coordinates (k,), angle, data) -> coordinates, relative change by another step, senses."""
     q, phi, data = ca.SX.sym("q", size), ca.SX.sym("phi"), ca.SX.sym("data", closure.numel_in(1))
     gaps, jacobian = split_gaps(closure(phi, data, q), size)
-    change = -ca.solve(jacobian, gaps)
-    relative = ca.mmax(ca.fabs(change) / (1 + ca.fabs(q)))
-    step = ca.Function("step", [q, phi, data], [q + change, relative, ca.det(jacobian)])
+    solved = solve_system(jacobian, -gaps)
+    relative = ca.mmax(ca.fabs(solved.solution) / (1 + ca.fabs(q)))
+    step = ca.Function("step", [q, phi, data], [q + solved.solution, relative, solved.senses])
     start, angle, values = ca.MX.sym("q", size), ca.MX.sym("phi"), ca.MX.sym("data", closure.numel_in(1))
     at = start
     for _ in range(NEWTON_STEPS):
@@ -433,7 +434,10 @@ class MechanismCycleProgram:
     @cached_property
     def _single_inputs(self) -> Mapping[str, ca.MX]:
         """The inputs of the single numbers: values, the matrix of all rows, the state of the loops."""
-        loops = {name: ca.MX.sym(name, self.samples) for name in ("open", "sense")} if self.has_loops else {}
+        loops = {}
+        if self.machine.loops is not None:
+            sizes = {"open": 1, "senses": self.machine.loops.count}
+            loops = {name: ca.MX.sym(name, self.samples, size) for name, size in sizes.items()}
         return {"data": ca.MX.sym("data", len(self.machine.data)), "all": self._matrix, **loops}
 
     @cached_property
@@ -453,8 +457,9 @@ class MechanismCycleProgram:
         thresholds = {"pivot": LEAST_PIVOT, "states": 0}
         checks = [ca.mmin(rows[q.name]) > thresholds[q.role] for q in self.machine.quantities if q.role in thresholds]
         if self.has_loops:
-            sense = self._single_inputs["sense"]
-            checks += [ca.mmax(self._single_inputs["open"]) < OPEN, ca.mmin(sense * sense[0]) > 0]
+            senses = self._single_inputs["senses"]
+            first = ca.repmat(senses[0, :], self.samples, 1)
+            checks += [ca.mmax(self._single_inputs["open"]) < OPEN, ca.mmin(ca.vec(senses * first)) > 0]
         product = ca.MX(1)
         for check in checks:
             product *= check

@@ -23,8 +23,10 @@ from threadpoolctl import threadpool_limits
 from planter.errors import ComputationError, InputError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.kernels.backends import defer_interrupt
+from planter.kernels.elimination import solve_inertia
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
+from planter.progress import name_step
 
 RANK = 1e-9
 """Rows of the slopes that add less than this share of the first are redundant."""
@@ -395,7 +397,7 @@ class Dynamics:
         time, state, sizes = self.function.sx_in()
         inertia, forces, *_ = self.function(time, state, sizes)
         names = ["time", "state"], ["accelerations"]
-        solved = ca.Function("free", [time, state], [ca.densify(ca.solve(inertia, forces))], *names)
+        solved = ca.Function("free", [time, state], [solve_inertia(inertia, forces)], *names)
         return Kernel(solved, ["time", "state"])
 
     def compile(self) -> None:
@@ -519,7 +521,8 @@ class Dynamics:
             at = self.project(times[0], self.start() if state is None else state)
             self.accelerations(times[0], at)  # refuses what neither inertia nor a constraint resists
             states, passages = self.integrate(times, tolerance, at, stiff)
-            return self._results(times, states, minimum_norm, self._find_share(times[0], at), passages)
+            with name_step(f"{self.file.name}: results at {len(times)} times"):
+                return self._results(times, states, minimum_norm, self._find_share(times[0], at), passages)
 
     def integrate(
         self, times: Array, tolerance: float, state: Array, stiff: bool = False
@@ -549,25 +552,26 @@ class Dynamics:
         solver, states, passages = begin(times[0], state, times[-1]), [state], []
         resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
         signs = np.zeros(len(self._event_names))
-        while solver.t < times[-1]:
-            at = solver.y
-            if (message := defer_interrupt(solver.step)) is not None:
-                raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
-            crossed, after = self._find_passages(solver, signs, resolution) if self._event_names else ([], signs)
-            inside = [passage.time for passage in crossed if passage.time > solver.t_old + 2 * resolution]
-            if inside and solver.t > inside[0] + 2 * resolution:  # another law holds in part of the step
-                solver = begin(solver.t_old, at, inside[0] + resolution)
-                continue
-            signs = after
-            passages += crossed
-            if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
-                dense = solver.dense_output()
-                states += [self.project(time, dense(time), share) for time in passed]
-            at = self.project(solver.t, solver.y, share)
-            if crossed or solver.status == "finished":
-                solver = begin(solver.t, at, times[-1])
-            else:
-                solver.y, solver.f = at, solver.fun(solver.t, at)
+        with name_step(lambda: f"{self.file.name}: integrated {solver.t:.4g} s of {times[-1]:.4g} s"):
+            while solver.t < times[-1]:
+                at = solver.y
+                if (message := defer_interrupt(solver.step)) is not None:
+                    raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
+                crossed, after = self._find_passages(solver, signs, resolution) if self._event_names else ([], signs)
+                inside = [passage.time for passage in crossed if passage.time > solver.t_old + 2 * resolution]
+                if inside and solver.t > inside[0] + 2 * resolution:  # another law holds in part of the step
+                    solver = begin(solver.t_old, at, inside[0] + resolution)
+                    continue
+                signs = after
+                passages += crossed
+                if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
+                    dense = solver.dense_output()
+                    states += [self.project(time, dense(time), share) for time in passed]
+                at = self.project(solver.t, solver.y, share)
+                if crossed or solver.status == "finished":
+                    solver = begin(solver.t, at, times[-1])
+                elif self.constraints:
+                    solver.y, solver.f = at, solver.fun(solver.t, at)
         return np.array(states).T, passages
 
     def _find_share(self, time: float, state: Array) -> float:

@@ -7,15 +7,24 @@ import json
 import os
 import shlex
 import signal
+import socket
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 
+from planter import safe_text
 from planter.errors import ComputationError, Interrupted
+from planter.progress import describe_slow_step
 
 _HEARD = (signal.SIGINT, signal.SIGTERM)
 _came: list[int] = []
+_heard = threading.Event()
+GRACE_S = 1.5
+"""Seconds after a signal in which the main thread must come back from compiled code."""
+WATCH_INTERVAL_S = 0.25
+"""Seconds between two looks at the step that is running."""
 
 
 _command: list[str] = []
@@ -53,12 +62,32 @@ def listen_signals() -> None:
     """Hear both signals from now on; a process that was started deaf to one stays so.
 
     A signal raises KeyboardInterrupt, so that a search can save what it has found. Within an import, which may swallow
-    that or make another error of it, it ends the process at once.
+    that or make another error of it, it ends the process at once. Python raises nothing within a call of compiled code:
+    one that goes on for more than `GRACE_S` is ended with the process. Slow steps are reported.
     """
     _came.clear()
+    _heard.clear()
+    incoming, outgoing = socket.socketpair()
+    outgoing.setblocking(False)
+    signal.set_wakeup_fd(outgoing.fileno(), warn_on_full_buffer=False)
+    threading.Thread(target=_watch, args=(incoming, outgoing), name="watch", daemon=True).start()
     for number in _HEARD:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _hear)
+
+
+def _watch(incoming: socket.socket, _outgoing: socket.socket) -> None:
+    """End the process if the main thread does not hear a signal, and report slow steps; the sockets stay open."""
+    incoming.settimeout(WATCH_INTERVAL_S)
+    while True:
+        try:
+            (number,) = incoming.recv(1)
+        except TimeoutError:
+            if (step := describe_slow_step()) is not None:
+                print_line(f"planter: {safe_text.sanitise_line(step)}")
+            continue
+        if number in _HEARD and signal.getsignal(number) is not signal.SIG_IGN and not _heard.wait(GRACE_S):
+            _leave(128 + number)
 
 
 def ignore_signals() -> None:
@@ -75,6 +104,7 @@ def exit_code() -> int | None:
 
 def _hear(number: int, frame: FrameType | None) -> None:
     _came.append(number)
+    _heard.set()
     if _importing(frame):
         _leave(128 + number)
     raise KeyboardInterrupt
@@ -89,7 +119,7 @@ def _importing(frame: FrameType | None) -> bool:
 
 
 def _leave(code: int) -> None:
-    """Ends the process past everything that is only half imported: nothing has been printed by then."""
+    """End the process past what is half imported or does not come back: no result has been printed by then."""
     error = Interrupted()
     os.write(2, f"planter: {error.message}\n".encode())
     if "--json" in sys.argv:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import io
 import os
+import threading
 
 import pytest
 
 from planter import progress
-from planter.progress import Progress, ProgressPhase
+from planter.progress import Progress, ProgressPhase, describe_slow_step, name_step
 from planter.terminal.console import Console
 
 
@@ -95,3 +96,43 @@ def test_console_rewrites_line_of_terminal_width(monkeypatch: pytest.MonkeyPatch
     first, last = terminal.getvalue().split("\r\x1b[2K")[1:]
     assert first == "compare: device 1 of 2, eccen"
     assert last == "compare: device 2 of 2\n"
+
+
+def test_slow_step_is_described_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    with name_step("around"), name_step("within"):
+        assert describe_slow_step() is None
+        now[0] = progress.SLOW_S
+        assert describe_slow_step() == "within"
+        now[0] += progress.REPORT_INTERVAL
+        assert describe_slow_step() is None
+    assert describe_slow_step() is None
+
+
+def test_step_that_changes_is_described_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    with name_step(lambda: f"{now[0]:g} s of 60 s"):
+        now[0] = 3.0
+        assert describe_slow_step() == "3 s of 60 s"
+        now[0] = 4.0
+        assert describe_slow_step() is None
+        now[0] += progress.REPORT_INTERVAL
+        assert describe_slow_step() == "14 s of 60 s"
+
+
+def test_steps_of_other_threads_are_not_described(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "SLOW_S", -1.0)
+    texts: list[str | None] = []
+
+    def work() -> None:
+        with name_step("in the background"):
+            texts.append(describe_slow_step())
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    with name_step("in the main thread"):
+        texts.append(describe_slow_step())
+    assert texts == [None, "in the main thread"]

@@ -13,7 +13,7 @@ from ..text import NOTICE, Emitted, describe_composed, fill_text, format_unpacki
 SOLVER = '''def solved(xp, matrix, right):
     """The unknowns of simultaneous equations, then the least pivot over the largest entry of its column.
 
-    Elimination; the row with the largest entry of a column is brought up by selection.
+    Elimination; the row with the largest entry of a column is brought up by selection. Zeros of the matrix stay zeros.
     """
     rows, least = [[*row, value] for row, value in zip(matrix, right)], 1.0
     n = len(rows)
@@ -21,23 +21,29 @@ SOLVER = '''def solved(xp, matrix, right):
     for k in range(n):
         for row in rows[1:]:
             sizes[k] = xp.maximum(sizes[k], xp.absolute(row[k]))
+
+    def is_zero(entry):
+        return isinstance(entry, int) and entry == 0
+
+    def select(condition, first, second):
+        return first if is_zero(first) and is_zero(second) else xp.where(condition, first, second)
+
     for k in range(n):
-        for i in range(k + 1, n):
-            if isinstance(rows[i][k], int) and rows[i][k] == 0:
-                continue
+        below_k = [i for i in range(k + 1, n) if not is_zero(rows[i][k])]
+        for i in below_k:
             larger = xp.absolute(rows[i][k]) > xp.absolute(rows[k][k])
             pairs = list(zip(rows[i], rows[k]))
-            rows[k] = [xp.where(larger, below, above) for below, above in pairs]
-            rows[i] = [xp.where(larger, above, below) for below, above in pairs]
+            rows[k] = [select(larger, below, above) for below, above in pairs]
+            rows[i] = [select(larger, above, below) for below, above in pairs]
         least = xp.minimum(least, xp.absolute(rows[k][k]) / sizes[k])
-        for i in range(k + 1, n):
-            if isinstance(rows[i][k], int) and rows[i][k] == 0:
-                continue
+        for i in below_k:
             share = rows[i][k] / rows[k][k]
-            rows[i] = [below - share * above for below, above in zip(rows[i], rows[k])]
+            rows[i] = [
+                below if is_zero(above) else below - share * above for below, above in zip(rows[i], rows[k])
+            ]
     found = [0] * n
     for k in reversed(range(n)):
-        known = sum(rows[k][i] * found[i] for i in range(k + 1, n))
+        known = sum(rows[k][i] * found[i] for i in range(k + 1, n) if not is_zero(rows[k][i]))
         found[k] = (rows[k][n] - known) / rows[k][k]
     return *found, least'''
 ARRAY = Dialect({f: f"xp.{f}" for f in PLAIN} | {

@@ -114,7 +114,8 @@ def test_interrupted_search_returns_best_design(number: signal.Signals, code: in
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts,
     )  # fmt: skip
     assert search.stderr is not None
-    assert "generation 20 of 200" in search.stderr.readline()
+    while "generation 20 of 200" not in search.stderr.readline():  # steps before it may be reported
+        assert search.poll() is None
     search.send_signal(number)
     out, err = search.communicate(timeout=30)
     assert search.returncode == code
@@ -153,3 +154,38 @@ def test_a_terminal_of_ascii_gets_every_table() -> None:
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.isascii()
+
+
+LONG_CALL = """
+import sys
+import casadi as ca
+from planter.kernels.backends import defer_interrupt
+from planter.progress import name_step
+from planter.terminal import process
+
+process.listen_signals()
+matrix = ca.SX.sym("A", 11, 11)  # minutes, within one call of compiled code
+with name_step("expanding minors"):
+    call = lambda: ca.det(matrix)
+    defer_interrupt(call) if sys.argv.pop() == "deferred" else call()
+"""
+GRACE_S = 2.0
+"""Largest time between a Ctrl-C and the end [s], on a machine that is not busy; it is given five times as much here."""
+
+
+@pytest.mark.parametrize("way", ["called", "deferred"])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_call_of_compiled_code_ends_soon_after_a_signal(number: signal.Signals, code: int, way: str) -> None:
+    """What takes long says what it does before."""
+    call = subprocess.Popen(
+        [sys.executable, "-c", LONG_CALL, "--json", way], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, preexec_fn=_hears_interrupts,
+    )  # fmt: skip
+    assert call.stderr is not None
+    assert "expanding minors" in call.stderr.readline()
+    begin = time.monotonic()
+    call.send_signal(number)
+    out, err = call.communicate(timeout=60)
+    assert time.monotonic() - begin < 5 * GRACE_S
+    assert (call.returncode, err) == (code, "planter: interrupted\n")
+    assert json.loads(out)["error"]["name"] == "Interrupted"
