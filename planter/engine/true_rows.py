@@ -263,10 +263,11 @@ class _Block:
         values = self.owner._values(phi=lanes, d=self.data.T, h=self.h.T, q=q)["rows"]
         size = len(owner.names)
         guards = values[:, size:]
-        is_finite: Flags = np.isfinite(values).reshape(len(values), -1).all(axis=1)
+        is_finite: Flags = np.asarray(np.isfinite(values).all(axis=(1, 2)))
         is_finite &= is_closed.reshape(len(phi), -1).all(axis=1)
         for row, guard in zip(guards.transpose(1, 0, 2), owner.guards, strict=True):
-            is_finite &= (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
+            is_determined = row >= LEAST_PIVOT if guard.role == "pivot" else row != 0
+            is_finite &= np.asarray(is_determined).all(axis=1)
         sides = values[:, :size].reshape(len(phi), size, len(offsets), -1)
         shared = np.array(owner.shared, dtype=bool)[None, :, None]
         folded = np.where(shared, sides.sum(axis=2), sides[:, :, 0])
