@@ -47,7 +47,7 @@ POSITIVE, NOT_NEGATIVE, UNKNOWN = 1, 0, -1
 
 
 class Signs:
-    """What is certain of the sign of an expression: POSITIVE, NOT_NEGATIVE or UNKNOWN.
+    """Certain signs of expressions: POSITIVE, NOT_NEGATIVE or UNKNOWN.
 
     Sums and products of what is certain are certain; even powers and absolute values are not negative, exponentials
     are positive, and so are the symbols ``positive``. Symbols have the sign of their definitions.
@@ -103,7 +103,7 @@ class _Kink:
     level: Expr = S.Zero
 
 
-class Kinks:
+class CornerSearch:
     """The places where expressions of symbols are not smooth.
 
     ``moving`` are the symbols that change along the angle, ``definitions`` the expressions of those that steps define;
@@ -124,10 +124,10 @@ class Kinks:
         Of expressions with one place the least order counts.
         """
         events = {self._find_key(event): event for event in stated}
-        known = set(events)
+        stated_keys = set(events)
         for event in self._list_all(expressions):
             key = self._find_key(event)
-            if key not in known and (key not in events or event.order < events[key].order):
+            if key not in stated_keys and (key not in events or event.order < events[key].order):
                 events[key] = event
         return tuple(events.values())
 
@@ -157,9 +157,9 @@ class Kinks:
         plain = argument.xreplace(self._wraps)
         turns = plain.atoms(Turns)
         if period is None and len(turns) == 1:
-            whole = sp.Dummy("whole")
-            share = sp.expand(plain.xreplace({next(iter(turns)): whole})).coeff(whole)
-            if share != 0 and not share.free_symbols & (self.moving | {whole}):
+            turn_count = sp.Dummy("turn_count")
+            share = sp.expand(plain.xreplace({next(iter(turns)): turn_count})).coeff(turn_count)
+            if share != 0 and not share.free_symbols & (self.moving | {turn_count}):
                 argument, period = sp.expand(sp.cancel(self._without_turns(argument) / share)), S.One
         return Event(label, argument, S.Zero, kink.order, period)
 

@@ -10,7 +10,8 @@ from typing import TypeVar
 import sympy as sp
 from sympy import Expr
 
-from .kinks import Event, Kinks
+from .kinks import CornerSearch
+from .kinks import Event as Event
 from .quantity import Datum, OpenVector, Quantity, Vector, refuse_name, word
 
 Input = Vector | OpenVector | Quantity
@@ -336,7 +337,7 @@ def list_kinks(
     definitions = {step.symbol: step.expr for step in steps if isinstance(step, Let)}
     positive = [symbol for step in steps if isinstance(step, Call) for symbol in step.positive]
     named = [(", ".join(symbol.name for symbol in step.defines), list_expressions(step)) for step in changing]
-    return Kinks(symbols, definitions, positive).list_events([*named, *further], stated)
+    return CornerSearch(symbols, definitions, positive).list_events([*named, *further], stated)
 
 
 def join_entries(packed: Input) -> tuple[Quantity, ...]:

@@ -1,4 +1,4 @@
-"""Outputs of a machine by name: measures of its quantities over the samples of a cycle, for rows of its values.
+"""Outputs of a machine by name: measures of its quantities over a cycle, for rows of its values.
 
 An output is called after its quantity, its measure and its unit, such as `M_in_rms_Nm`; `objective` is the sum that the
 machine's file minimises. Every other measure is an output by its own text and unit, such as `jump F_Ox [N]`.
@@ -20,6 +20,7 @@ from planter.engine.machine import Machine, Quantity
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows, SampleBlock
+from planter.engine.true_rows import KINDS, TrueRows
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array, CallError
@@ -52,7 +53,7 @@ COMPILED = 64
 
 @dataclass(frozen=True)
 class Output:
-    """A sum of measures over the samples of a cycle, each in the unit of its quantity's key."""
+    """A sum of measures over a cycle, each in the unit of its quantity's key."""
 
     name: str
     meaning: str
@@ -67,7 +68,7 @@ def list_outputs(machine: Machine) -> dict[str, Output]:
     outputs: list[Output] = []
     if machine.objective:
         terms = tuple(resolve_measure(machine, measure) for measure in machine.objective)
-        outputs.append(Output(OBJECTIVE, "objective of the machine's file, samples of a turn", terms))
+        outputs.append(Output(OBJECTIVE, "objective of the machine's file", terms))
         for name in dict.fromkeys(measure.name for measure in terms):
             quantity = machine.find_quantity(name)
             if units.unit_suffix(quantity.key) in SQUARES:
@@ -115,7 +116,8 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
 class SampledOutputs:
     """Outputs by name over rows of values by path, in the units that the names end in.
 
-    A row has no output where the machine has no cycle, and no average of what does not repeat after a turn.
+    They are true extremes and integrals, or, with `samples`, those of that many. A row has no output where the machine
+    has no cycle, and no average of what does not repeat after a turn.
     """
 
     def __init__(
@@ -129,6 +131,7 @@ class SampledOutputs:
         self.rows = MachineRows(self.machine, self.quantities, samples, compared)
         self._cycles: dict[int, Cycles | None] = {}
         self._terms = [self._build_term(k, term) for k, term in terms]
+        self._true = TrueRows(self.rows) if samples is None else None
 
     def _build_term(self, output: int, measure: Measure) -> CycleTerm:
         """Return a measure as a term; work is a mean times the length of a turn."""
@@ -149,7 +152,7 @@ class SampledOutputs:
         """Return whether samples of a quantity are all that a measure takes; what else there is, a goal has."""
         if measure.kind == "at":
             sample = self._find_sample(measure)
-            return bool(abs(sample - np.round(sample)) < SAME_SAMPLE)
+            return self._true is None and bool(abs(sample - np.round(sample)) < SAME_SAMPLE)
         if measure.kind == "work" and self.machine.find_quantity(measure.name).unit == "W":
             return not measure.is_moving and self.machine.speed not in self.machine.moved
         return not measure.is_moving
@@ -162,9 +165,23 @@ class SampledOutputs:
 
     def evaluated(self, points: Array, threads: int) -> Array:
         """Return outputs (m, k) at points (m, n), NaN without a cycle."""
-        values = self.sample(self.data(points), threads)
+        values = self._measure(self.data(points), threads)
         for k, goal in self._goals.items():
             values[:, k] += [_evaluate(goal, x)[0] for x in self._designs(points, values[:, k])]
+        return values
+
+    def _measure(self, d: Array, threads: int) -> Array:
+        """Return outputs (m, k) of rows of values d (m, v) in SI, but for those that goals have."""
+        if self._true is None:
+            return self.sample(d, threads)
+        if len(d) >= COMPILED:
+            self._true.compile()
+        measures, values = self._true.evaluate(d, threads), np.zeros((len(d), len(self.outputs)))
+        for term in self._terms:
+            if term.output not in self._goals:
+                values[:, term.output] += term.scale * _read_measure(measures[:, term.place], term)
+        has_cycle = ~np.isnan(measures[:, :, 0]).any(axis=1)
+        values[~has_cycle] = np.nan
         return values
 
     def gradients(self, points: Array, threads: int, count: int | None = None) -> tuple[Array, Array]:
@@ -172,6 +189,8 @@ class SampledOutputs:
 
         Slopes are those of the first `count` outputs, all if it is None.
         """
+        if self._true is not None:
+            return self._differentiate(points, threads, len(self.outputs) if count is None else count)
         count, compiled = len(self.outputs) if count is None else count, len(points) >= COMPILED
         values, slopes = self.sample_slopes(self.data(points), threads, count, compiled)
         for k, goal in self._goals.items():
@@ -181,6 +200,15 @@ class SampledOutputs:
                 if k < count:
                     slopes[row, k] = slope
         slopes[np.isnan(values[:, :count])] = np.nan
+        return values, slopes * self.machine.scale
+
+    def _differentiate(self, points: Array, threads: int, count: int) -> tuple[Array, Array]:
+        """Return true outputs (m, k) at points (m, n), and exact slopes (m, count, n) of the first."""
+        values = self.evaluated(points, threads)
+        slopes = np.full((len(points), count, len(self.machine.moved)), np.nan)
+        for k, goal in enumerate(self._true_goals[:count]):
+            for row, x in enumerate(self._designs(points, values[:, k])):
+                slopes[row, k] = _evaluate(goal, x, with_slope=True)[1]
         return values, slopes * self.machine.scale
 
     def sample(self, d: Array, threads: int) -> Array:
@@ -245,12 +273,19 @@ class SampledOutputs:
     @cached_property
     def _goals(self) -> dict[int, Goal]:
         """Goals of the outputs that samples alone do not decide."""
-        count = len(self.rows.angles)
         return {
-            k: Goal(self.machine, output.terms, (), count)
+            k: self._build_goal(output)
             for k, output in enumerate(self.outputs)
             if not all(map(self._is_sampled, output.terms))
         }
+
+    def _build_goal(self, output: Output) -> Goal:
+        return Goal(self.machine, output.terms, (), None if self._true else len(self.rows.angles))
+
+    @cached_property
+    def _true_goals(self) -> list[Goal]:
+        """Goals of all outputs, which have the slopes of true measures."""
+        return [self._goals[k] if k in self._goals else self._build_goal(o) for k, o in enumerate(self.outputs)]
 
     def _designs(self, points: Array, values: Array) -> list[Array | None]:
         """Return the moved values (n,) in SI of rows, None in those that have no value."""
@@ -301,6 +336,13 @@ def _evaluate(goal: Goal, x: Array | None, with_slope: bool = False) -> tuple[fl
         return goal.evaluate(x), goal.slope(x) if with_slope else np.nan
     except ComputationError:
         return np.nan, np.nan
+
+
+def _read_measure(measures: Array, term: CycleTerm) -> Array:
+    """Return the measure (m,) of a term, or of the size of its quantity, of the measures (m, k) of the quantity."""
+    if term.size and term.kind == "max":
+        return np.maximum(measures[:, KINDS.index("max")], -measures[:, KINDS.index("min")])
+    return np.asarray(measures[:, KINDS.index(term.kind)])
 
 
 CHUNK = 10_000

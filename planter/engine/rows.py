@@ -271,14 +271,15 @@ class MachineRows:
         return [int(index) for index in np.unique(np.linspace(0, len(self.steps) - 1, count).astype(int))]
 
     @cached_property
-    def _rows(self) -> ca.SX:
+    def graph(self) -> ca.SX:
+        """The graphs of the quantities, then of the guards."""
         guards, _ = self.machine.rows([quantity.name for quantity in self.guards])
         return ca.densify(ca.vertcat(self._graph, guards))
 
     @cached_property
     def values(self) -> StackedKernel:
         """(phi, d, h, q) -> quantities of a side, then guards."""
-        return self._stack("sampled", self._rows)
+        return self._stack("sampled", self.graph)
 
     @cached_property
     def _compare(self) -> tuple[StackedKernel, list[list[int] | None]]:
@@ -307,7 +308,7 @@ class MachineRows:
             dh = ca.SX.sym("dh", pattern.nnz())
             jacobian = ca.jacobian(self._graph[:count], ca.vertcat(d, h))
             slopes = jacobian[:, list(self.machine.moved)] + jacobian[:, d.numel() :] @ ca.SX(pattern, dh)
-            outputs = ca.cse([self._rows, ca.densify(ca.vec(slopes.T))])
+            outputs = ca.cse([self.graph, ca.densify(ca.vec(slopes.T))])
             names, results = [*INPUTS, "dh"], ["rows", "slopes"]
             function = ca.Function("sloped", [*self.machine.symbols, dh], outputs, names, results)
             self._slopes[count] = StackedKernel(function, ["phi", "q"], ["d", "h", "q", "dh"])

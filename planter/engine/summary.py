@@ -17,7 +17,7 @@ from planter.engine.machine import Machine, Quantity, Vector
 from planter.engine.response import MachineResponse, Switchings
 from planter.files import units
 from planter.kernels import Array
-from planter.numerics.arrays import to_degrees
+from planter.numerics.arrays import TURN, to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.numerics.piecewise import PiecewiseFunctions
 from planter.records import Record
@@ -194,11 +194,11 @@ class PiecewiseCycle:
             if switching is None:
                 continue
             for row, entry in enumerate(self.rows):
-                if (
-                    entry.has_jumps
-                    and row not in self.pieces.poles
-                    and abs(after[row, k] - before[row, k]) > ROUNDING * largest[row]
-                ):
+                change = after[row, k] - before[row, k]
+                if entry.quantity.unit == "rad":  # an angle that begins anew does not jump
+                    change -= TURN * np.round(change / TURN)
+                has_jump = entry.has_jumps and row not in self.pieces.poles
+                if has_jump and abs(change) > ROUNDING * largest[row]:
                     yield Shock(
                         event=switching.name,
                         side=switching.side,

@@ -29,7 +29,7 @@ SERIES_TOLERANCE = 1e-11
 """A panel is halved while its share of the cycle times a last coefficient exceeds this share of the mean size."""
 LIMIT_TOLERANCE = 1e-6
 """Largest last coefficient, as a share of the largest value, of a series that has a limit at its end."""
-MAX_DEPTH, MAX_PANELS = 30, 4000
+MAX_DEPTH, MAX_PANELS = 40, 4000
 """Halvings of a panel, and panels of a cycle, after which the remainder is rounding."""
 CHEBYSHEV_NODES = 20
 """Nodes of a panel, none of them at its ends, where a function may have another value on the other side."""
@@ -76,10 +76,10 @@ class PiecewiseFunctions:
         self.breaks = folded[np.diff(folded, prepend=-np.inf) > MERGED_DISTANCE]
         inner = self.breaks[(self.breaks > MERGED_DISTANCE) & (self.breaks < turn - MERGED_DISTANCE)]
         self._edges = np.concatenate([[0.0], inner, [turn]])
-        pending = self._begin(turn)
+        pending = _begin_panels(self._edges, MIN_PIECES, turn)
         accepted: list[_Panels] = []
         self.poles: dict[int, float] = {}
-        size: Array | float = 0.0
+        size = np.zeros(1)
         for depth in range(MAX_DEPTH + 1):
             panels = self._evaluate(pending)
             share = panels.weights / turn
@@ -102,29 +102,12 @@ class PiecewiseFunctions:
             node = int(np.argmin(np.isfinite(panels.values[row, panel])))
             self.poles.setdefault(int(row), float(panels.angles[panel, node]))
 
-    def _begin(self, turn: float) -> tuple[Integers, Array, Array]:
-        """Return owners and ends in v of the first panels."""
-        counts = np.ceil(np.diff(self._edges) * MIN_PIECES / turn).astype(int)
-        owner = np.repeat(np.arange(len(counts)), counts)
-        first = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return owner, first / counts[owner], (first + 1) / counts[owner]
-
     def _evaluate(self, pending: tuple[Integers, Array, Array]) -> _Panels:
         owner, low, high = pending
-        points, weights = _legendre(NODES)
-        v = (low[:, None] * (1 - points) + high[:, None] * (1 + points)) / 2
-        angles, rises = self._map(owner[:, None], v)
+        angles, weights = _place_nodes(self._edges, owner, low, high)
         values, slopes = self.functions(angles.ravel())
-        shape = (len(values), *v.shape)
-        weights = rises * weights * (high - low)[:, None] / 2
+        shape = (len(values), *angles.shape)
         return _Panels(owner, low, high, angles, weights, values.reshape(shape), slopes.reshape(shape))
-
-    def _map(self, owner: Integers, v: Array) -> tuple[Array, Array]:
-        """Return angles of places v of the pieces `owner`, and their slopes in v."""
-        begin, end = self._edges[owner], self._edges[owner + 1]
-        near = np.minimum(v, 1 - v)
-        offset = (end - begin) * near**2 * (3 - 2 * near)
-        return np.where(v < 0.5, begin + offset, end - offset), 6 * (end - begin) * v * (1 - v)
 
     def _collect(self, accepted: Sequence[_Panels], turn: float) -> None:
         """Set nodes (n,), weights of sum 1, values and slopes (k, n) in their order, and limits at ends of pieces."""
@@ -141,8 +124,8 @@ class PiecewiseFunctions:
         )
         begin, end = self._edges[:-1], self._edges[1:]
         offsets = np.minimum(ONE_SIDED_OFFSET, ONE_SIDED_OFFSET**0.5 * (end - begin))
-        beside = np.concatenate([begin + offsets, end - offsets])
-        side_values, side_slopes = self.functions(beside)
+        side_angles = np.concatenate([begin + offsets, end - offsets])
+        side_values, side_slopes = self.functions(side_angles)
         pieces = np.arange(len(begin))
         first, last = np.searchsorted(owner, pieces), np.searchsorted(owner, pieces, "right") - 1
         series = np.append(_extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1), axis=1)
@@ -151,10 +134,10 @@ class PiecewiseFunctions:
         rounding = np.finfo(float).eps * np.abs(series).max(axis=1, keepdims=True)
         self._after, self._before = np.split(np.where(np.abs(limits) > rounding, limits, 0.0), 2, axis=1)
         side_values = np.where(np.isfinite(side_values), side_values, limits)
-        every = np.concatenate([angles.ravel(), beside])
-        places = np.lexsort([every, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])])
-        self.nodes, self._owner = every[places], owners[places]
-        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(beside))]) / turn)[places]
+        all_angles = np.concatenate([angles.ravel(), side_angles])
+        places = np.lexsort([all_angles, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])])
+        self.nodes, self._owner = all_angles[places], owners[places]
+        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(side_angles))]) / turn)[places]
         self.values = np.append(values.reshape(len(values), -1), side_values, axis=1)[:, places]
         self.slopes = np.append(slopes.reshape(len(values), -1), side_slopes, axis=1)[:, places]
         self.slopes[~np.isfinite(self.slopes)] = 0.0
@@ -168,6 +151,11 @@ class PiecewiseFunctions:
     def rms(self) -> Array:
         """Root mean square of each function over the cycle, (k,)."""
         return np.asarray(np.sqrt(self.values**2 @ self.weights))
+
+    @cached_property
+    def variance(self) -> Array:
+        """Mean square deviation of each function from its mean, (k,)."""
+        return np.asarray((self.values - self.mean[:, None]) ** 2 @ self.weights)
 
     def extremes(self, rows: Integers, rates: Rates) -> list[tuple[ExtremePoint, ExtremePoint]]:
         """Return minimum and maximum over the cycle of the functions `rows`; one-sided at jumps.
@@ -208,6 +196,34 @@ class PiecewiseFunctions:
         return self._before[:, after - 1], self._after[:, after]
 
 
+def place_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Array, Array]:
+    """Return angles and weights (p, n) of the nodes of panels between ends (m,) of pieces.
+
+    A turn has `pieces` of them at least, and a piece `fewest`. The sum of the weights is the length of all pieces.
+    """
+    owner, low, high = _begin_panels(edges, pieces, turn, fewest)
+    return _place_nodes(edges, owner, low, high)
+
+
+def _begin_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Integers, Array, Array]:
+    """Return the pieces that panels (p,) belong to, and their ends in v."""
+    counts = np.maximum(np.ceil(np.diff(edges) * pieces / turn).astype(int), fewest)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    first = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return owner, first / counts[owner], (first + 1) / counts[owner]
+
+
+def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return angles and weights (p, n) of the nodes of panels between places low and high (p,) in v."""
+    points, weights = _legendre(NODES)
+    v = (low[:, None] * (1 - points) + high[:, None] * (1 + points)) / 2
+    begin, end = edges[owner][:, None], edges[owner + 1][:, None]
+    distance = np.minimum(v, 1 - v)  # angles at an end are right to the digits of their distance
+    offset = (end - begin) * distance**2 * (3 - 2 * distance)
+    angles = np.where(v < 0.5, begin + offset, end - offset)
+    return angles, 6 * (end - begin) * v * (1 - v) * weights * (high - low)[:, None] / 2
+
+
 @dataclass(frozen=True)
 class _Panels:
     """Panels (m,) of pieces: ends in v, angles and weights (m, n) of their nodes, values and slopes (k, m, n)."""
@@ -222,8 +238,10 @@ class _Panels:
 
     def select(self, index: Flags) -> _Panels:
         """Return some of the panels."""
-        parts = (getattr(self, name)[index] for name in ("owner", "low", "high", "angles", "weights"))
-        return _Panels(*parts, self.values[:, index], self.slopes[:, index])
+        return _Panels(
+            self.owner[index], self.low[index], self.high[index], self.angles[index], self.weights[index],
+            self.values[:, index], self.slopes[:, index],
+        )  # fmt: skip
 
     def halve(self) -> tuple[Integers, Array, Array]:
         """Return owners and ends of both halves of all panels."""
@@ -232,7 +250,7 @@ class _Panels:
 
 
 @cache
-def _to_series() -> Array:
+def to_series() -> Array:
     """Return the matrix (n, n) from values at the nodes of a panel to their Legendre series."""
     points, weights = _legendre(NODES)
     orders = np.arange(NODES)
@@ -242,7 +260,7 @@ def _to_series() -> Array:
 @cache
 def _to_tail() -> Array:
     """Return the matrix (n, TAIL_LENGTH) to the last coefficients of a series."""
-    return _to_series()[:, -TAIL_LENGTH:]
+    return to_series()[:, -TAIL_LENGTH:]
 
 
 def _extrapolate(values: Array, end: int) -> Array:
@@ -250,7 +268,7 @@ def _extrapolate(values: Array, end: int) -> Array:
 
     Where a series does not fall off, as beside a pole, the limit is the value at the last node.
     """
-    series = values @ _to_series()
+    series = values @ to_series()
     limit = series @ (float(end) ** np.arange(NODES))
     last = values[..., 0 if end < 0 else -1]
     spread = np.abs(values).max(axis=-1)

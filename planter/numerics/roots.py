@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 
@@ -100,7 +101,7 @@ def _solve_linear(matrices: Array, right: Array) -> Array:
 class Crossings:
     """Sorted angles (s,) in [0, cycle) at which functions cross a level, and the rows (s,) of the functions.
 
-    `touches` (t,) are angles at which a function, one of `touch_rows` (t,), comes close to a level and turns round.
+    `touches` (t,) are angles at which functions, `touch_rows` (t,), come close to a level and turn round.
     """
 
     angles: Array
@@ -144,36 +145,52 @@ def find_crossings(
     """
     # Offset by half a step: functions often cross at whole steps, where rounding would decide between two steps.
     grid = cycle * (np.arange(count + 2) - 0.5) / count
-    scanned, slopes = values(grid)
-    rows, index = np.indices((len(scanned), count + 1)).reshape(2, -1)
+    turning = None if rates is None else partial(OwnFunctions, rates)
+    return locate_crossings(grid, *values(grid), periods, cycle, partial(OwnFunctions, values), turning)
+
+
+def locate_crossings(
+    grid: Array, scanned: Array, slopes: Array, periods: Array, cycle: float,
+    values: Callable[[Integers], FunctionWithSlope], rates: Callable[[Integers], FunctionWithSlope] | None,
+) -> Crossings:  # fmt: skip
+    """Return the crossings of functions that were scanned, (m, n) with their slopes, at angles (n,) of a cycle.
+
+    Of some functions, by their indices (s,), `values` returns functions of their points (s,), `rates` their slopes.
+    """
+    multiples = _count_levels(scanned, periods[:, None])
+    crossed = multiples[:, 1:] != multiples[:, :-1]
+    turning = np.zeros_like(crossed)
+    if rates is not None:
+        gaps = (scanned - _round_to_level(scanned, periods[:, None])) * slopes
+        turning = (slopes[:, :-1] > 0) != (slopes[:, 1:] > 0)
+        turning &= (gaps[:, :-1] <= 0) & (gaps[:, 1:] >= 0)
+    rows, index = np.nonzero(crossed | turning)
     cells = _Cells(rows, grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1])
     touches, touch_rows = np.empty(0), np.empty(0, dtype=np.int64)
-    if rates is not None and len(periods):
-        gaps = scanned - _round_to_level(scanned, periods[:, None])
-        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[rows]
-        is_near = (gaps * slopes <= 0)[:, :-1] & (gaps * slopes >= 0)[:, 1:]
-        turning = ((slopes[:, :-1] > 0) != (slopes[:, 1:] > 0)) & is_near
-        turned = np.flatnonzero(turning.ravel())
-        near = cells.select(turned)
-        ends = slopes[:, :-1].ravel()[turned], slopes[:, 1:].ravel()[turned]
-        places = find_bracketed_roots(OwnFunctions(rates, near.rows), near.low, near.high, ends)
-        reached = OwnFunctions(values, near.rows)(places)[0]
-        distance = np.abs(reached - _round_to_level(reached, periods[near.rows]))
-        touching = distance <= TOUCHING * sizes[turned]
-        touches, touch_rows = places[touching], near.rows[touching]
-        passed = distance > ROUNDING * sizes[turned]  # else rounding would decide whether it crosses twice
-        kept = np.ones(len(rows), dtype=bool)
-        kept[turned[passed]] = False
-        cells = cells.select(kept).joined(near.select(passed).split(places[passed], reached[passed]))
+    if rates is not None and turning.any():
+        turned = np.flatnonzero(turning[rows, index])
+        turning_cells = cells.select(turned)
+        ends = slopes[turning_cells.rows, index[turned]], slopes[turning_cells.rows, index[turned] + 1]
+        places = find_bracketed_roots(rates(turning_cells.rows), turning_cells.low, turning_cells.high, ends)
+        reached = values(turning_cells.rows)(places)[0]
+        distance = np.abs(reached - _round_to_level(reached, periods[turning_cells.rows]))
+        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[turning_cells.rows]
+        is_touch = distance <= TOUCHING * sizes
+        touches, touch_rows = places[is_touch], turning_cells.rows[is_touch]
+        passed = distance > ROUNDING * sizes  # else rounding would decide whether it crosses twice
+        is_uncrossed = np.ones(len(rows), dtype=bool)
+        is_uncrossed[turned[passed]] = False
+        cells = cells.select(is_uncrossed).joined(turning_cells.select(passed).split(places[passed], reached[passed]))
     cells, levels = _list_brackets(cells, periods)
-    picked = OwnFunctions(values, cells.rows)
+    functions = values(cells.rows)
 
     def shifted(phi: Array) -> tuple[Array, Array]:
-        current, slope = picked(phi)
+        current, slope = functions(phi)
         return current - levels, slope
 
     ends = cells.first - levels, cells.last - levels
-    return _fold(find_bracketed_roots(shifted, cells.low, cells.high, ends), cells.rows, (touches, touch_rows), cycle)
+    roots = find_bracketed_roots(shifted, cells.low, cells.high, ends)
+    return Crossings(*_fold(roots, cells.rows, cycle), *_fold(touches, touch_rows, cycle))
 
 
 def _round_to_level(values: Array, periods: Array) -> Array:
@@ -182,24 +199,27 @@ def _round_to_level(values: Array, periods: Array) -> Array:
     return np.where(np.isinf(periods), 0.0, spacing * np.round(values / spacing))
 
 
+def _count_levels(values: Array, periods: Array) -> Array:
+    """Return the levels from zero up to values, negative below it; one more without a period, where there is one."""
+    spacing = np.where(np.isinf(periods), 1.0, periods)
+    return np.where(np.isinf(periods), np.where(values < 0, -1.0, 0.0), np.floor(values / spacing))
+
+
 def _list_brackets(cells: _Cells, periods: Array) -> tuple[_Cells, Array]:
     """Return the intervals in which a level is crossed, each as often as levels are, and these."""
     cells = cells.select(np.isfinite(cells.first) & np.isfinite(cells.last))
-    own = periods[cells.rows]
-    spacing = np.where(np.isinf(own), 1.0, own)
-    first, last = (
-        np.where(np.isinf(own), np.where(end < 0, -1.0, 0.0), np.floor(end / spacing))
-        for end in (cells.first, cells.last)
-    )
+    cell_periods = periods[cells.rows]
+    first, last = _count_levels(cells.first, cell_periods), _count_levels(cells.last, cell_periods)
     counts = np.minimum(np.abs(last - first), MAX_LEVELS).astype(np.int64)
     index = np.repeat(np.arange(len(counts)), counts)
     number = np.arange(len(index)) - np.repeat(np.cumsum(counts) - counts, counts)
     multiples = np.minimum(first, last)[index] + 1 + number
-    return cells.select(index), np.where(np.isinf(own[index]), 0.0, spacing[index] * multiples)
+    spacing = np.where(np.isinf(cell_periods[index]), 0.0, cell_periods[index])
+    return cells.select(index), spacing * multiples
 
 
 class OwnFunctions:
-    """Of functions (m, n) with their slopes the one of each point (s,), by its row; unmoved points are not repeated."""
+    """Functions (m, n) with slopes, of which each point (s,) takes one; results of unmoved points are reused."""
 
     def __init__(self, functions: FunctionWithSlope, rows: Integers) -> None:
         self._functions, self._rows = functions, rows
@@ -216,16 +236,14 @@ class OwnFunctions:
         return first.copy(), second.copy()
 
 
-def _fold(angles: Array, rows: Integers, touching: tuple[Array, Integers], cycle: float) -> Crossings:
-    """Return crossings in a cycle, those of one function at both of its ends once."""
-    outside, (touches, touch_rows) = SAME_ANGLE * cycle, touching
-    angles, touches = (np.where(np.abs(part - cycle) <= outside, 0.0, part) for part in (angles, touches))
-    within = (angles >= -outside) & (angles < cycle)
-    angles, rows = np.maximum(angles[within], 0.0), rows[within]
+def _fold(angles: Array, rows: Integers, cycle: float) -> tuple[Array, Integers]:
+    """Return angles in a cycle in their order, those of one function at both of its ends once, with their functions."""
+    outside = SAME_ANGLE * cycle
+    angles = np.where(np.abs(angles - cycle) <= outside, 0.0, angles)
+    is_inside = (angles >= -outside) & (angles < cycle)
+    angles, rows = np.maximum(angles[is_inside], 0.0), rows[is_inside]
     order = np.lexsort([angles, rows])
     angles, rows = angles[order], rows[order]
     new = (np.diff(angles, prepend=-np.inf) > outside) | (np.diff(rows, prepend=-1) != 0)
     order = np.argsort(angles[new], kind="stable")
-    within = (touches >= -outside) & (touches < cycle)
-    touches, first = np.unique(np.maximum(touches[within], 0.0), return_index=True)
-    return Crossings(angles[new][order], rows[new][order], touches, touch_rows[within][first])
+    return angles[new][order], rows[new][order]

@@ -25,10 +25,15 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Traced:
-    """A number with what is certain of its sign: even powers are not negative, sums of what is certain are."""
+    """A number with what is certain of its sign: even powers are not negative, sums of what is certain are.
+
+    `parts` are the numbers that the extremum `kind` was taken of: targets write one of many as one of two, and so on.
+    """
 
     value: float
     sign: int = UNKNOWN
+    kind: str = ""
+    parts: tuple[Traced, ...] = ()
 
     def __add__(self, other: Any) -> Traced:
         other = _trace(other)
@@ -118,7 +123,7 @@ class TracingNamespace:
     def sqrt(self, x: Any) -> Traced:
         x = _trace(x)
         self.note("sqrt", x)
-        return Traced(math.sqrt(x.value) if x.value >= 0 else math.nan, max(x.sign, NOT_NEGATIVE))
+        return Traced(math.sqrt(abs(x.value)), max(x.sign, NOT_NEGATIVE))  # of any number, as places count
 
     def absolute(self, x: Any) -> Traced:
         x = _trace(x)
@@ -154,14 +159,23 @@ class TracingNamespace:
         return Traced(math.atan2(y.value, x.value))
 
     def maximum(self, a: Any, b: Any) -> Traced:
-        a, b = _trace(a), _trace(b)
-        self.note("max", a - b)
-        return Traced(max(a.value, b.value), max(a.sign, b.sign))
+        return self._select(max, a, b)
 
     def minimum(self, a: Any, b: Any) -> Traced:
-        a, b = _trace(a), _trace(b)
-        self.note("min", a - b)
-        return Traced(min(a.value, b.value), min(a.sign, b.sign))
+        return self._select(min, a, b)
+
+    def _select(self, function: Callable[..., Any], a: Any, b: Any) -> Traced:
+        kind = function.__name__
+        first, second = ((n.parts if n.kind == kind else (n,)) for n in map(_trace, (a, b)))
+        for left in first:
+            for right in second:
+                gap = left - right
+                self._add(kind, math.nan if POSITIVE in (gap.sign, (right - left).sign) else gap.value)
+        both = _trace(a), _trace(b)
+        signs = [number.sign for number in both]
+        return Traced(
+            function(n.value for n in both), max(signs) if kind == "max" else min(signs), kind, first + second
+        )
 
     def where(self, condition: Any, then: Any, other: Any) -> Traced:
         condition = condition if isinstance(condition, Condition) else Condition(bool(condition), ())
@@ -206,13 +220,14 @@ def list_unmarked(
     """Return the corners of a lane that change along the angle and that no event marks, by function and number.
 
     An event marks a corner if both are proportional, but for whole periods, or if it happens where the corner vanishes.
+    What is constant but for jumps, which have corners of their own, needs none.
     """
 
     def evaluate(angle: float) -> tuple[TracingNamespace, Array]:
         xp = TracingNamespace()
-        given = inputs(angle)
-        lane(xp, *given)
-        passed = () if events is None else events(TracingNamespace(), *given)
+        arguments = inputs(angle)
+        lane(xp, *arguments)
+        passed = () if events is None else events(TracingNamespace(), *arguments)
         passed = passed if isinstance(passed, tuple | list) else (passed,)
         return xp, np.array([_trace(value).value for value in passed])
 
@@ -226,7 +241,7 @@ def list_unmarked(
         k
         for k, column in enumerate(corners.T)
         if not np.isnan(column).all()
-        and np.ptp(column) > TOLERANCE**2 * np.abs(column).max()
+        and np.abs(column[1::2] - column[::2]).max() > TOLERANCE**2 * np.abs(column).max()
         and not any(
             _matches(column, event, kinds[k], period) for event, period in zip(happened.T, spacing, strict=True)
         )
@@ -235,7 +250,7 @@ def list_unmarked(
 
 
 def _matches(corner: Array, event: Array, kind: str, period: float) -> bool:
-    """Return whether an event is proportional to a corner, but for whole periods; a floor has a corner at each 1."""
+    """Return whether an event is proportional to a corner, but for periods passed; a floor has a corner at each 1."""
     rise, event_rise = corner[1::2] - corner[::2], event[1::2] - event[::2]
     finite = np.isfinite(rise) & np.isfinite(event_rise) & (np.abs(rise) > 0)
     if not finite.any():
@@ -246,9 +261,9 @@ def _matches(corner: Array, event: Array, kind: str, period: float) -> bool:
         return False
     turns = event / period if math.isfinite(period) else event / np.abs(event).max()
     missed = turns - corner * scale / (period if math.isfinite(period) else np.abs(event).max())
-    whole = np.round(missed) if math.isfinite(period) else 0.0
+    periods_passed = np.round(missed) if math.isfinite(period) else 0.0
     is_as_dense = kind != "floor" or (math.isfinite(period) and abs(abs(scale) / period - 1) < TOLERANCE)
-    return bool(np.nanmax(np.abs(missed - whole)) < 1e-3) and is_as_dense
+    return bool(np.nanmax(np.abs(missed - periods_passed)) < 1e-3) and is_as_dense
 
 
 def _happens_at_zeros(
@@ -258,15 +273,17 @@ def _happens_at_zeros(
     grid = np.linspace(0, turn, SCANNED + 1) + 0.37 * turn / SCANNED
     values = np.array([evaluate(angle)[0].corners[k] for angle in grid])
     cells = np.flatnonzero((values[1:] > 0) != (values[:-1] > 0))
-    for cell in cells:
+    for cell in cells:  # by bisection, whatever happens there
         low, high, sign = grid[cell], grid[cell + 1], values[cell] > 0
         for _ in range(30):
             middle = (low + high) / 2
             low, high = (middle, high) if (evaluate(middle)[0].corners[k] > 0) == sign else (low, middle)
         before, after = evaluate(low - NEAR)[1], evaluate(high + NEAR)[1]
-        whole = np.where(np.isfinite(spacing), spacing, 1.0)
+        periods_passed = np.where(np.isfinite(spacing), spacing, 1.0)
         passed = np.where(
-            np.isfinite(spacing), np.floor(before / whole) != np.floor(after / whole), before * after <= 0
+            np.isfinite(spacing),
+            np.floor(before / periods_passed) != np.floor(after / periods_passed),
+            before * after <= 0,
         )
         if not passed.any():
             return False

@@ -115,7 +115,7 @@ def _steps(*shares: float) -> Callable[[Place, Place], list[Place]]:
 
 def _find_whole_numbers(r: Place, s: Place) -> list[Place]:
     """Return the places where 3 r cos(t) + s is whole."""
-    levels = [(k - s) / (3 * r) for k in range(-2, 4)]
+    levels = [(k - s) / (3 * r) for k in range(-5, 7)]
     return [place for level in levels if abs(level) < 1 for place in _cosine(lambda *_, at=level: at)(r, s)]
 
 

@@ -24,6 +24,8 @@ from ...quantity import Quantity, Vector
 from . import quantities as q
 from .flanks import FLANK
 
+CAM_TURN = "cam, begin of its turn"
+"""Name of the event at which the cam's angle within its turn is zero again."""
 ASSUMPTIONS = (
     "rigid bodies, no clearance, no backlash",
     "constant carrier speed",
@@ -116,7 +118,7 @@ def _add_train_and_cam(k: Mechanism) -> None:
     k.let(q.delta, wrap(-q.phi72, 2 * pi))
     k.motion.rates[q.delta] = -q.phi72_dot
     # A turn of the cam begins in a dwell, so that nothing jumps there, whatever the law.
-    k.events.append(Event("cam, begin of its turn", -q.phi72, S.Zero, order=2, period=2 * pi))
+    k.events.append(Event(CAM_TURN, -q.phi72, S.Zero, order=2, period=2 * pi))
     cam = q.delta, -q.phi72
     k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
     k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))

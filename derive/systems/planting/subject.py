@@ -128,9 +128,8 @@ class BuiltInMotion:
         """Return the carrier angles at which the motion is not smooth, over half a revolution, with both ends."""
         moving = frozenset(s for step in self.steps for s in step.defines)
         law = (None, *flanks.flank_breakpoints(self.flank))
-        kinematic = [
-            e for e in derivation.build_device().events if e.argument.free_symbols <= moving and e.position in law
-        ]
+        events = [event for event in derivation.build_device().events if event.name != derivation.CAM_TURN]
+        kinematic = [e for e in events if e.argument.free_symbols <= moving and e.position in law]
         angles = sorted(self._find_event(event) % mpmath.pi for event in kinematic)
         return [*angles, angles[0] + mpmath.pi]
 

@@ -193,10 +193,11 @@ def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
     sweep = Sweep(Plan.read(plan, "plan.toml"))
     same, other = sweep.recipe.job().chunk(0, 2, 1)[:, 0]
     changed = load_machine("wang2017", {"design.m31": 1.01 * m31})
-    phi = 2 * np.pi * np.arange(machine.samples) / machine.samples
+    phi = 2 * np.pi * np.arange(7200) / 7200
     tip = np.column_stack([evaluate(changed, name, phi) for name in ("x_tip", "y_tip")])
     expected, _ = find_nearest(tip, np.loadtxt(path, delimiter=",", skiprows=1))
-    assert other == pytest.approx(expected.max(), rel=1e-9)
+    assert other >= expected.max() * (1 - 1e-9)
+    assert other == pytest.approx(expected.max(), rel=1e-4)
     assert same < 0.1 * other
     content, question = Path(path).read_text(encoding="utf-8"), sweep.recipe.question
     Path(path).write_text(content.replace("\n", " \n", 1), encoding="utf-8")

@@ -23,6 +23,8 @@ OUTPUTS = (
     "objective", "support_range_N", "support_max_N", "support_variance_N2", "support_mean_N", "M_L_rms_Nm",
     "M_L_std_Nm", "M_L_min_Nm", "tip_y_min_mm", "F_E_max_N", "alpha_range_deg",
 )  # fmt: skip
+MANY = 20_000
+"""Samples whose extremes and means miss true ones by the square of a step."""
 MEASURED: dict[str, Callable[[np.ndarray], float]] = {
     "max": np.max, "min": np.min, "range": np.ptp, "mean": np.mean, "std": np.std, "variance": np.var,
     "rms": lambda values: np.sqrt(np.mean(values**2)),
@@ -35,8 +37,9 @@ def machine(kernel_cache: None) -> PlantingMachine:
 
 
 def by_simulation(machine: PlantingMachine, model: str, point: np.ndarray, outputs: tuple[str, ...]) -> list[float]:
-    """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities."""
-    changed = machine.with_numbers(dict(zip(INPUTS, map(float, point), strict=True)))
+    """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities, in many samples."""
+    numbers = dict(zip(INPUTS, map(float, point), strict=True)) | {"objective.samples": MANY}
+    changed = machine.with_numbers(numbers)
     simulated = simulation.simulate(Device(changed, "printed" if model == "printed" else "exact"))
     columns = simulated.cycle.columns()
     values = {"objective": simulated.result.objective}
@@ -54,7 +57,7 @@ def test_rows_equal_simulate(machine: PlantingMachine, model: str) -> None:
     low, high = np.array(list(INPUTS.values())).T
     points = low + shares * (high - low)
     expected = [by_simulation(machine, model, point, OUTPUTS) for point in points]
-    np.testing.assert_allclose(subject.evaluated(points, 1), expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(subject.evaluated(points, 1), expected, rtol=2e-6, atol=1e-7)
 
 
 def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
@@ -80,13 +83,12 @@ def test_without_a_compiler_it_is_the_same(machine: PlantingMachine, monkeypatch
 
 def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachine) -> None:
     inputs = {"mass.planet_kg": (1.0, 1.4), "mass.sun_kg": (0.3, 0.5), "operation.speed_rpm": (10.0, 80.0)}
-    fine = machine.with_numbers({"objective.samples": 2000})
-    subject = ROOM.subject(ROOM.frozen(fine), {}, inputs, ["support_mean_N"])
+    subject = ROOM.subject(ROOM.frozen(machine), {}, inputs, ["support_mean_N"])
     points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
     weight = cycle.compute_weight(Device(machine))
     gravity, mass = machine.operation.gravity_m_s2, machine.mass
     weights = weight + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
-    np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-7)
+    np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-10)
 
 
 def test_row_without_finite_cycle_is_empty(machine: PlantingMachine) -> None:
@@ -114,11 +116,11 @@ def test_deviation_changes_only_centre_distance(name: str, kernel_cache: None) -
 
 def test_path_over_ground_equals_simulate() -> None:
     """A machine that travels does not come back: the turn is the one from 0 to 360 deg."""
-    machine = file.load("compact", {"objective.samples": 24})
+    machine = file.load("compact", {"objective.samples": MANY})
     changed = machine.with_numbers({"operation.speed_rpm": 36.0})
     path = simulation.simulate(Device(changed)).cycle.columns()["tip_x_mm"]
     subject = ROOM.subject(ROOM.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"])
-    np.testing.assert_allclose(subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=1e-12)
+    np.testing.assert_allclose(subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=2e-4)
 
 
 PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}
