@@ -38,7 +38,7 @@ def summary_tables(summary: CycleSummary) -> Iterator[Table]:
 
 def sensitivity_tables(result: SensitivityResult) -> Iterator[Table]:
     """Yield the gradient, then the combinations that matter and the directions that do not."""
-    over = "true extremes" if result.kind == "true" else f"{result.samples} samples"
+    over = "true extremes and integrals" if result.kind == "true" else f"{result.samples} samples"
     rounding = ROUNDING * max(map(abs, result.scaled.values()))
     rows: list[Cells] = [
         (name, *((value, result.scaled[name]) if abs(result.scaled[name]) > rounding else (0.0, 0.0)), _per(name))

@@ -212,6 +212,7 @@ class JoinedConstraints(Constraints):
         return any(part.windows for part in self.parts)
 
     def at(self, x: Array) -> JoinedConstraints:
+        """Return the components of all parts near a design x (p,)."""
         return JoinedConstraints([part.at(x) for part in self.parts])
 
     @property

@@ -43,6 +43,7 @@ class Epigraph:
         return self.levels + self.units * (z[self.n :] + more)
 
     def design(self, z: Array) -> Array:
+        """Return the design x (p,) of variables z (n,)."""
         return self.problem.design(self.point(z))
 
     def f(self, z: Array) -> float:

@@ -26,7 +26,7 @@ DISTANCE_WEIGHT = 1e-5
 """Weight of the distance from the start, which only makes the point unique."""
 VIOLATION_ROUNDING = 1e-6
 """Violations below this many steps are attributed to rounding."""
-MAX_ELASTIC_ITERATIONS = 80
+MAX_ELASTIC_ITERATIONS, MAX_ROW_ROUNDS = 80, 10
 
 
 class ElasticProgram:
@@ -115,6 +115,13 @@ def minimise_violation(problem: Problem, constraints: Constraints, start: Array)
     """Return the smallest violation reached from a point u (p,), of a single kind if possible."""
     kinds = np.arange(len(constraints.kinds))
     minimum = _solve_elastic(problem, constraints, start, constraints.giving)
+    for _ in range(MAX_ROW_ROUNDS if constraints.windows else 0):  # rows near a start are not those near the end
+        if minimum.is_feasible:
+            break
+        following = _solve_elastic(problem, constraints, minimum.u, constraints.giving)
+        if following.total >= minimum.total * (1 - VIOLATION_ROUNDING):
+            break
+        minimum = following
     broken = np.flatnonzero((minimum.excess > VIOLATION_ROUNDING) & constraints.giving)
     if len(broken) < 2:
         return minimum

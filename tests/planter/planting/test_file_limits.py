@@ -66,7 +66,7 @@ def test_optimum_satisfies_the_limit_at_its_price(tmp_path: Path) -> None:
         return result
 
     step = 0.004
-    low, middle, high = (search(2.66 + k * step) for k in (-1, 0, 1))
+    low, middle, high = (search(2.84 + k * step) for k in (-1, 0, 1))
     assert middle["met"]
     (price,) = middle["certificate"]["active_limits"]
     assert price["unit"] == "N m"
