@@ -17,11 +17,11 @@ def stop_in(monkeypatch: pytest.MonkeyPatch, after: int, error: BaseException) -
     """Let all motions but the first be quick, and stop after some of them."""
     calls: list[Any] = []
 
-    def quick(*_: Any) -> tuple[float, float, float]:
+    def quick(*_: Any) -> tuple[float, float, str, float, str]:
         calls.append(None)
         if len(calls) > after:
             raise error
-        return 2.0, 4.0 * len(calls), 2.0 * len(calls)
+        return 2.0, 4.0 * len(calls), "impact", 2.0 * len(calls), "impact"
 
     class Run:
         def to_result(self) -> Any:
