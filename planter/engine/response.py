@@ -7,7 +7,7 @@ their derivatives itself, by Newton steps in its graph.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Integers
+from planter.numerics.piecewise import ONE_SIDED_OFFSET
 from planter.numerics.roots import Crossings, find_crossings
 from planter.progress import name_step
 
@@ -228,10 +229,31 @@ class MachineResponse:
         try:
             return kernel(**inputs, **more)
         except NotFiniteError as error:
+            sides = self._take_sides(kernel, inputs, more)
+            if sides is not None:
+                return sides
             settled = self._settle(kernel.masked(**inputs, **more)[0]) if self.settles else None
             if settled is not None:
                 return settled
             raise ComputationError(f"{self.machine.name}: {self._locate(error, kernel, lanes)}") from None
+
+    def _take_sides(
+        self, kernel: Kernel, inputs: Mapping[str, Array], more: Mapping[str, Array]
+    ) -> dict[str, Array] | None:
+        """Return outputs whose derivatives are those of one side of an angle that has none, None if no side has.
+
+        A norm that vanishes at an angle has such derivatives, 0/0 in its graph; each side has its own.
+        """
+        outputs, finite = kernel.masked(**inputs, **more)
+        if kernel.work.summed or not np.isfinite(outputs.get(VALUES, 0.0)).all():
+            return None
+        shifted = {**inputs, "phi": np.where(finite, inputs["phi"], inputs["phi"] + ONE_SIDED_OFFSET)}
+        if self.machine.loops is not None:
+            shifted["q"] = self._follow(inputs["d"]).evaluate(shifted["phi"])
+        sides, has_sides = kernel.masked(**shifted, **more)
+        if not has_sides.all():
+            return None
+        return {name: rows if name == VALUES else np.where(finite, rows, sides[name]) for name, rows in outputs.items()}
 
     def _locate(self, error: NotFiniteError, kernel: Kernel, lanes: Array) -> str:
         """Return which quantity, or which one's derivative, is not finite at which angle."""

@@ -17,7 +17,7 @@ from planter.engine.outputs import SampledOutputs
 from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows
 from planter.engine.sensitivity import compute_sensitivity
-from planter.engine.summary import summarise
+from planter.engine.summary import PiecewiseCycle, build_rows, summarise
 from planter.exports.quantities import SampledGoal, build_motion, build_prologues
 from planter.kernels import Array, CallError, Kernel
 from planter.tolerance.robust import RobustGoal, Settings
@@ -143,7 +143,8 @@ def test_all_computations_take_every_shape(shape: tuple[int, int, int, bool]) ->
     rows = MachineRows(machine, [q.name for q in machine.quantities], 1)
     samples = rows.evaluate(DATA[None], lambda block: block.samples[:, 0])
     np.testing.assert_allclose(samples[0], expected_values(shape, np.zeros(1))[:, 0], rtol=1e-13)
-    assert {peak.name for peak in summarise(machine).peaks} == {q.name for q in machine.quantities}
+    summary = summarise(PiecewiseCycle(machine, build_rows(machine)))
+    assert {peak.name for peak in summary.peaks} == {q.name for q in machine.quantities}
     assert build_motion(machine).columns[0].values.shape == (6,)
     sampled = SampledGoal(machine)
     assert sampled.function.numel_out(0) == 1
@@ -151,8 +152,7 @@ def test_all_computations_take_every_shape(shape: tuple[int, int, int, bool]) ->
     for function in build_prologues(machine, tangent):
         assert Kernel(function)(d=DATA)["h"].size == shape[0]
     terms = [Measure("mean", q.name) for q in machine.quantities]
-    goal = Goal(machine, terms, [], with_events=False)
-    assert goal.slope(machine.design).shape == (shape[1],)
+    assert Goal(machine, terms).slope(machine.design).shape == (shape[1],)
     if shape[1]:
         assert len(compute_sensitivity(machine, terms).gradient) == shape[1]
         robust = RobustGoal(machine, {}, Settings(machines=3), 4)
