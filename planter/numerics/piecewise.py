@@ -31,6 +31,8 @@ LIMIT_TOLERANCE = 1e-6
 """Largest last coefficient, as a share of the largest value, of a series that has a limit at its end."""
 MAX_DEPTH, MAX_PANELS = 40, 4000
 """Halvings of a panel, and panels of a cycle, after which the remainder is rounding."""
+NOISE_DEPTH, NOISE_SHARE = 3, 0.25
+"""A function whose series do not fall off on this share of a cycle, after so many halvings, is rounding."""
 CHEBYSHEV_NODES = 20
 """Nodes of a panel, none of them at its ends, where a function may have another value on the other side."""
 TAIL_TOLERANCE, TAIL_LENGTH = 2e-14, 3
@@ -84,13 +86,18 @@ class PiecewiseFunctions:
             panels = self._evaluate(pending)
             share = panels.weights / turn
             size = np.maximum(size, (np.abs(panels.values) * share).sum(axis=(1, 2)))
+            self._is_noise = np.zeros(len(size), dtype=bool) if depth == 0 else self._is_noise
             tails = np.abs(panels.values @ _to_tail()).max(axis=2) * share.sum(axis=1)
             is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
             self._name_poles(panels, is_rough if depth == MAX_DEPTH else np.isnan(tails))
             is_rough[list(self.poles)] = False
+            if depth >= NOISE_DEPTH:  # a corner is in one panel, rounding in all of them
+                self._is_noise |= (is_rough * share.sum(axis=1)).sum(axis=1) > NOISE_SHARE
+                is_rough[self._is_noise] = False
             rough = is_rough.any(axis=0)
             accepted.append(panels.select(~rough))
-            if not rough.any() or sum(len(panels.owner) for panels in accepted) > MAX_PANELS:
+            # halved panels count too: what is rounding everywhere would double them up to the last depth
+            if not rough.any() or sum(len(part.owner) for part in accepted) + 2 * rough.sum() > MAX_PANELS:
                 accepted.append(panels.select(rough))
                 break
             pending = panels.select(rough).halve()
@@ -176,7 +183,12 @@ class PiecewiseFunctions:
     def _stationary(self, rows: Integers, rates: Rates) -> tuple[Integers, Array, Array]:
         """Return owners, angles and values of the stationary points."""
         slopes, joined = self.slopes[rows], np.diff(self._owner) == 0
-        owners, cells = np.nonzero(((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & joined)
+        turns = ((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & joined
+        # Between two nodes a function that is constant, or zero, but for rounding has no extremum worth the search.
+        steepest = np.maximum(np.abs(slopes[:, 1:]), np.abs(slopes[:, :-1]))
+        rounding = 4 * np.finfo(float).eps * np.abs(self.values[rows]).max(axis=1, keepdims=True)
+        turns &= (steepest * np.diff(self.nodes) > rounding) & ~self._is_noise[rows, None]
+        owners, cells = np.nonzero(turns)
         if not len(owners):
             return owners, np.empty(0), np.empty(0)
         ends = slopes[owners, cells], slopes[owners, cells + 1]

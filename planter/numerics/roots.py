@@ -28,6 +28,10 @@ MAX_LEVELS = 1000
 """Levels that a function crosses within a step of a scan."""
 
 
+MOST_CROSSED = 0.25
+"""Largest share of the steps of a scan in which a function crosses zero; noise does in half of them."""
+
+
 class UnsolvedSystemError(ComputationError):
     """Failure to solve one of many systems; `index` is the first such system."""
 
@@ -161,10 +165,19 @@ def locate_crossings(
     crossed = multiples[:, 1:] != multiples[:, :-1]
     turning = np.zeros_like(crossed)
     if rates is not None:
-        gaps = (scanned - _round_to_level(scanned, periods[:, None])) * slopes
+        gaps = scanned - _round_to_level(scanned, periods[:, None])
+        falls = gaps * slopes
         turning = (slopes[:, :-1] > 0) != (slopes[:, 1:] > 0)
-        turning &= (gaps[:, :-1] <= 0) & (gaps[:, 1:] >= 0)
-    rows, index = np.nonzero(crossed | turning)
+        turning &= (falls[:, :-1] <= 0) & (falls[:, 1:] >= 0)
+        # A power of the distance from where it touches a level is less than its slope times a step, near there.
+        sizes, reach = np.abs(gaps), np.abs(slopes)
+        steps = np.diff(grid)
+        turning &= np.minimum(sizes[:, :-1], sizes[:, 1:]) <= steps * np.maximum(reach[:, :-1], reach[:, 1:])
+    is_met = crossed | turning
+    # A function that is zero but for rounding has either sign, step by step, and no crossings.
+    is_met[np.isinf(periods) & (is_met.sum(axis=1) > MOST_CROSSED * is_met.shape[1])] = False
+    turning &= is_met
+    rows, index = np.nonzero(is_met)
     cells = _Cells(rows, grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1])
     touches, touch_rows = np.empty(0), np.empty(0, dtype=np.int64)
     if rates is not None and turning.any():
