@@ -31,8 +31,9 @@ LIMIT_TOLERANCE = 1e-6
 """Largest last coefficient, as a share of the largest value, of a series that has a limit at its end."""
 MAX_DEPTH, MAX_PANELS = 40, 4000
 """Halvings of a panel, and panels of a cycle, after which the remainder is rounding."""
-NOISE_DEPTH, NOISE_SHARE = 3, 0.25
-"""A function whose series do not fall off on this share of a cycle, after so many halvings, is rounding."""
+NOISE_DEPTH, NOISE_SHARE, FLATNESS = 16, 0.25, 0.02
+"""A function is rounding if so many panels do not suffice, and on this share of a cycle the last coefficients are as
+large as this share of its values: its extremes are those of the nodes."""
 CHEBYSHEV_NODES = 20
 """Nodes of a panel, none of them at its ends, where a function may have another value on the other side."""
 TAIL_TOLERANCE, TAIL_LENGTH = 2e-14, 3
@@ -82,22 +83,25 @@ class PiecewiseFunctions:
         accepted: list[_Panels] = []
         self.poles: dict[int, float] = {}
         size = np.zeros(1)
+        self._is_noise = np.zeros(1, dtype=bool)
         for depth in range(MAX_DEPTH + 1):
             panels = self._evaluate(pending)
             share = panels.weights / turn
             size = np.maximum(size, (np.abs(panels.values) * share).sum(axis=(1, 2)))
-            self._is_noise = np.zeros(len(size), dtype=bool) if depth == 0 else self._is_noise
-            tails = np.abs(panels.values @ _to_tail()).max(axis=2) * share.sum(axis=1)
+            coefficients = np.abs(panels.values @ _to_tail()).max(axis=2)
+            tails = coefficients * share.sum(axis=1)
             is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
             self._name_poles(panels, is_rough if depth == MAX_DEPTH else np.isnan(tails))
             is_rough[list(self.poles)] = False
-            if depth >= NOISE_DEPTH:  # a corner is in one panel, rounding in all of them
-                self._is_noise |= (is_rough * share.sum(axis=1)).sum(axis=1) > NOISE_SHARE
-                is_rough[self._is_noise] = False
             rough = is_rough.any(axis=0)
             accepted.append(panels.select(~rough))
-            # halved panels count too: what is rounding everywhere would double them up to the last depth
-            if not rough.any() or sum(len(part.owner) for part in accepted) + 2 * rough.sum() > MAX_PANELS:
+            if not rough.any():
+                break
+            # Rounding everywhere doubles its panels at each of the first halvings, a pole at the last ones.
+            is_endless = depth < NOISE_DEPTH and 2 * rough.sum() > MAX_PANELS
+            if is_endless or sum(len(part.owner) for part in accepted) > MAX_PANELS:
+                is_flat = is_rough & (coefficients > FLATNESS * np.abs(panels.values).max(axis=2))
+                self._is_noise = (is_flat * share.sum(axis=1)).sum(axis=1) > NOISE_SHARE
                 accepted.append(panels.select(rough))
                 break
             pending = panels.select(rough).halve()
@@ -187,7 +191,9 @@ class PiecewiseFunctions:
         # Between two nodes a function that is constant, or zero, but for rounding has no extremum worth the search.
         steepest = np.maximum(np.abs(slopes[:, 1:]), np.abs(slopes[:, :-1]))
         rounding = 4 * np.finfo(float).eps * np.abs(self.values[rows]).max(axis=1, keepdims=True)
-        turns &= (steepest * np.diff(self.nodes) > rounding) & ~self._is_noise[rows, None]
+        turns &= (steepest * np.diff(self.nodes) > rounding) & ~np.broadcast_to(self._is_noise, len(self.values))[
+            rows, None
+        ]
         owners, cells = np.nonzero(turns)
         if not len(owners):
             return owners, np.empty(0), np.empty(0)

@@ -127,6 +127,7 @@ def list_silent(folder: Path, call: str) -> list[str]:
     return [option for option in options if not is_told(folder, call, option, changed.get(option))]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("call", CALLS)
 def test_options_without_effect_are_refused_or_said(call: str, folder: Path) -> None:
     assert first_result(folder, call)[0] == 0, first_result(folder, call)

@@ -212,10 +212,10 @@ def check_document(document: Mapping[str, Any]) -> ProofCheck:
     try:
         if compute_digest(document) != document["sha256"]:
             raise RefusedError("sha256 does not match the content of the file")
+        check_size(document)  # first: the other checks take as long as what is asked for
         check_claims(document)
         if changed := generated.find_changed(document["generated"]):
             raise RefusedError(f"generated: {', '.join(changed)} of this installation differs from what was proved")
-        check_size(document)
         return _check(document)
     except RefusedError as error:
         return ProofCheck.refuse(str(error))

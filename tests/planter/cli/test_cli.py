@@ -42,7 +42,7 @@ def test_simulate_has_the_keys_of_the_contract() -> None:
     result = answer("simulate", "wang2017", "--at", "0", "--at", "100")
     assert result.keys() == SIMULATION
     assert result["support_force"].keys() == SUPPORT
-    assert result["refined"].keys() == {"max_N", "min_N", "range_N", "variance_N2", "objective"}
+    assert result["refined"].keys() == {"max_N", "min_N", "mean_N", "range_N", "variance_N2", "objective"}
     assert [row["phi_deg"] for row in result["at"]] == [0, 100]
     assert all(row.keys() == AT for row in result["at"])
     assert result["design"] == file.load("wang2017").design

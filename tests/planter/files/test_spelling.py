@@ -11,7 +11,7 @@ from planter.engine.goal import resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import find_output
-from planter.engine.summary import summarise
+from planter.engine.summary import PiecewiseCycle, build_rows, summarise
 from planter.errors import InputError
 from planter.explain import dictionary
 from planter.explain.mechanism import explain_mechanism, find_meanings
@@ -62,7 +62,7 @@ def test_every_name_of_a_result_is_accepted(device: Machine) -> None:
                 assert machine.find_quantity(parse_limit(f"max {name} <= 1").measure.name).name == quantity.name
         for vector in machine.vectors:
             assert machine.find_quantity(format_name(vector.name)).name == vector.name
-        for peak in summarise(machine).peaks:
+        for peak in summarise(PiecewiseCycle(machine, build_rows(machine))).peaks:
             assert machine.find_quantity(format_name(peak.name)).name == peak.name
 
 

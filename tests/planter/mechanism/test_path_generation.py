@@ -50,7 +50,7 @@ def test_optimum_recovers_the_four_bar_of_dense_points(points: int, tmp_path: Pa
     write_points(tmp_path / "path.csv", points + 1)
     machine = build_machine(own.file("coupler_path"))
     objective = f"rms distance x_P y_P to {tmp_path / 'path.csv'}"
-    optimum = optimise_machine(machine, objective, spec=SearchSpec(machine.sampling, starts=2))
+    optimum = optimise_machine(machine, objective, spec=SearchSpec(360, starts=2))
     lengths = {path.rpartition(".")[2]: value for path, value in optimum.result.design.items()}
     expected = {"a_mm": 40, "b_mm": 115, "c_mm": 105, "x_D_mm": 128, "y_D_mm": 0, "u_mm": 65, "v_mm": 50}
     assert lengths == pytest.approx(expected, abs=2e-3 * (900 / points) ** 2)

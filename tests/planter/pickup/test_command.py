@@ -169,7 +169,7 @@ def test_missing_files_and_angles(tmp_path: Path) -> None:
     config = by_path(tmp_path)
     (tmp_path / "points.csv").unlink()
     assert "points.csv: there is no such file" in refusal(config)
-    assert "--at nan" in refusal("yu2023", "--at", "nan")
+    assert "--at = nan" in refusal("yu2023", "--at", "nan")
 
 
 @pytest.mark.parametrize(("decimals", "allowed"), [(4, 1e-3), (3, 1e-3), (2, 0.1), (1, 0.7)])

@@ -196,7 +196,8 @@ def test_unwritable_folder_is_reported_before_search(tmp_path: Path, monkeypatch
 
 def test_the_partial_of_a_stopped_command_is_marked(tmp_path: Path) -> None:
     device = build_device("wang2017", "exact", None, None)
-    design_presentation.write_partial(tmp_path, device, {"objective": 2.0})
+    partial = {"objective": 2.0, "design": device.machine.table()["design"]}
+    design_presentation.write_partial(tmp_path, device, partial)
     assert json.loads((tmp_path / "summary.json").read_text())["finished"] is False
-    design_presentation.write_partial(tmp_path, device, {"objective": 2.0}, interrupted=True)
+    design_presentation.write_partial(tmp_path, device, partial, interrupted=True)
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True
