@@ -128,9 +128,10 @@ def test_optimum_equals_closed_form(file: Path) -> None:
         build_machine(load(file)), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=4), means=Means(1)
     ).result
     assert optimum.design["r_mm"] == pytest.approx(30, abs=1e-9)
-    assert optimum.design["e_mm"] == pytest.approx(0, abs=0.3), "flat there, and the ends fall between samples"
-    assert optimum.objective == pytest.approx(60, rel=1e-5)
-    assert optimum.certificate.kkt_residual < 1e-6
+    assert optimum.design["e_mm"] == pytest.approx(0, abs=0.01), "flat there: 0.0014 mm for each mm2"
+    assert optimum.objective == pytest.approx(60, rel=1e-10)
+    # a step to e = 0 would gain 4e-11 of the objective, less than what closed loops leave open
+    assert optimum.certificate.kkt_residual < 2e-6
     assert optimum.holds[0].value >= 170 - 1e-4
 
 

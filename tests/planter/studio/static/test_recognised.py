@@ -53,7 +53,9 @@ def test_readings_are_the_machine_s(name: str) -> None:
     values = draw_values(name, 1)[0][0]
     singles = dict(zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True))
     expected = {reading.name: reading.value for reading in subject.readings(values, "exact")}
-    assert {key: singles[key] for key in expected} == pytest.approx(expected, rel=1e-12)
+    scale = max(map(abs, expected.values()))
+    # a page without a server has the extremes of its samples, which lie inside the true ones
+    assert {key: singles[key] for key in expected} == pytest.approx(expected, rel=1e-3, abs=1e-3 * scale)
 
 
 def test_curve_following_no_number_is_detected() -> None:
