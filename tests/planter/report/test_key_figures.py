@@ -69,13 +69,13 @@ def find_fault(figure: KeyFigure, numbers: list[tuple[float, set[str]]]) -> str 
     text = figure.value.replace("\N{MINUS SIGN}", "-")
     if not NUMBER.fullmatch(text):
         return None
-    value = float(text)
+    printed = float(text)
     digits = len(re.sub(r"e.*|\D", "", text).lstrip("0")) or 1
-    units_found = [unit for value, unit in numbers if float(f"{value:.{digits}g}") == value]
+    units_found = [unit for value, unit in numbers if float(f"{value:.{digits}g}") == printed]
     if not units_found:
         return (
             None
-            if value == 0 or figure.unit in ("", "%")
+            if printed == 0 or figure.unit in ("", "%")
             else f"{figure.value} {figure.unit} is no number of the result"
         )
     allowed = set().union(*units_found)
