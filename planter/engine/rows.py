@@ -21,7 +21,7 @@ from planter.numerics.piecewise import ONE_SIDED_OFFSET
 
 MEMORY = 1 << 22
 """Numbers that the coordinates of a walk, or the samples of a block, may take."""
-MOST_WALKING, LEAST_WALKING = 2048, 64
+MOST_WALKING, LEAST_WALKING = 1024, 64
 """Machines that walk along their loops together."""
 MOST_ROWS = 64
 """Machines of a block."""
@@ -140,11 +140,13 @@ class MachineRows:
         return self.split(d, run, threads)
 
     def split(self, d: Array, run: Callable[[Array], Array], threads: int) -> Array:
-        """Return what a function makes of parts of rows d (r, v), one below the other."""
+        """Return what a function makes of parts of rows d (r, v), one below the other.
+
+        The parts do not depend on the threads, since the last digit of a row may depend on its neighbours.
+        """
         coordinates = self.machine.loops.size if self.machine.loops else 1
         size = int(np.clip(MEMORY // (coordinates * len(self.steps)), LEAST_WALKING, MOST_WALKING))
-        count = -(-len(d) // size)
-        parts = np.array_split(d, min(count + -count % threads, -(-len(d) // LEAST_WALKING)))
+        parts = [d[start : start + size] for start in range(0, len(d), size)]
         if threads == 1:
             return np.vstack([run(part) for part in parts])
         with ThreadPoolExecutor(threads) as pool:

@@ -60,9 +60,16 @@ Rows = tuple[list[list[Expr]], list[Expr]]
 class DrivenSubject(MechanismSubject):
     """A mechanism that an angle drives: at random values, and over its revolution."""
 
-    def __init__(self, mechanism: Mechanism, angle: Quantity, speed: Quantity, lane: Lane) -> None:
+    def __init__(self, mechanism: Mechanism, angle: Quantity, speed: Quantity) -> None:
         super().__init__(mechanism)
-        self.angle, self.speed, self.lane = angle, speed, lane
+        self.angle, self.speed = angle, speed
+
+    @cached_property
+    def lane(self) -> Lane:
+        """The model's results along the angle."""
+        lane = self.system.lane
+        assert lane is not None
+        return lane
 
     @property
     def quantities(self) -> frozenset[Quantity]:

@@ -237,7 +237,7 @@ class MechanismSubject(Subject):
     """A mechanism as derived; ``printed`` are equations of a paper in the order in which they determine something."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.system = mechanism, mechanism.system()
+        self.mechanism = mechanism
         self.printed = Chain({}, [])
 
     @property
@@ -299,8 +299,13 @@ class MechanismSubject(Subject):
         """Return the forces and moments between bodies, with their meanings."""
         return {unknown: unknown.meaning for unknown in self.mechanism.assembly.unknowns}
 
+    @cached_property
+    def system(self) -> System:
+        """Model of the mechanism; a motion of bodies that nothing states the guides of has none."""
+        return self.mechanism.system()
+
     def model(self) -> System:
-        """Return the model of the mechanism."""
+        """Return the model of the mechanism. Raises MechanismError if nothing guides a body."""
         return self.system
 
     def dynamics(self) -> Dynamics | None:

@@ -163,7 +163,6 @@ def build_subject(
         return FormulasSubject(stated)
     if is_free_of_bodies(stated):
         return ConfigurationSubject(stated)
-    lane = stated.system().lane
-    if lane is None or stated.angle is None or stated.speed is None:
+    if stated.angle is None or stated.speed is None:
         return FreeSubject(stated, until)
-    return DrivenSubject(stated, stated.angle, stated.speed, lane)
+    return DrivenSubject(stated, stated.angle, stated.speed)
