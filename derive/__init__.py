@@ -1,7 +1,8 @@
-"""From the drawing of a mechanism to code: derive equations symbolically, and write them for every target.
+"""From the drawing of a mechanism to code: derive equations symbolically, and write them for every
+target.
 
-The toolkit's names are those of `derive.toolkit`; it is loaded when the first of them is used, so that `import derive`
-and the help of `python -m derive` need no SymPy.
+The toolkit's names are those of `derive.toolkit`; it is loaded when the first of them is used, so
+that `import derive` and the help of `python -m derive` need no SymPy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Chains of equations: an order in which each gives an unknown, or a block of them simultaneously."""
+"""Chains of equations: an order in which each gives an unknown, or a block of them
+simultaneously.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ from .model import Let, LinearSolve, Step
 from .quantity import Quantity
 
 MOST_CASES = 4
-"""Unknowns of a set whose signs may decide; each doubles the number of times that the set is solved."""
+"""Unknowns of a set whose signs may decide; each doubles the number of times that the set is
+solved.
+"""
 
 STATES = "states_"
 """Beginning of the names of how many states of friction are possible."""
@@ -26,14 +30,22 @@ class BlockError(ValueError):
     """A set of equations is not linear in its unknowns, or has too many cases."""
 
 
-def match_equations(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> dict[Quantity, Equation]:
-    """Match as many unknowns as possible to an equation each that contains them (augmenting paths)."""
+def match_equations(
+    equations: Sequence[Equation], unknowns: Sequence[Quantity]
+) -> dict[Quantity, Equation]:
+    """Match as many unknowns as possible to an equation each that contains them (augmenting
+    paths).
+    """
     pairs = match_rows([e.residual.free_symbols for e in equations], unknowns)
     return {unknown: equations[row] for unknown, row in pairs.items()}
 
 
-def closed_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[list[Equation], list[Quantity]]:
-    """A smallest closed set of the equations, in their order; both lists are empty where there is none."""
+def closed_set(
+    equations: Sequence[Equation], unknowns: Sequence[Quantity]
+) -> tuple[list[Equation], list[Quantity]]:
+    """A smallest closed set of the equations, in their order; both lists are empty where there is
+    none.
+    """
     pairs = match_equations(equations, unknowns)
     needs = {u: [v for v in unknowns if v in e.residual.free_symbols] for u, e in pairs.items()}
     closures = [closure for u in pairs if (closure := find_closure(u, needs)) is not None]
@@ -47,11 +59,14 @@ def closed_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> t
 def solve_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[Step, ...]:
     """The steps that give the unknowns of a closed set.
 
-    The set must be linear in them but for sizes ``Abs(N)`` of unknowns, as friction has them, and for cases by the sign
-    of an unknown, as the flanks of teeth are: it is solved for each choice of the signs, and that solution stands whose
-    signs are those chosen. Raises BlockError for any other set.
+    The set must be linear in them but for sizes ``Abs(N)`` of unknowns, as friction has them, and
+    for cases by the sign of an unknown, as the flanks of teeth are: it is solved for each choice of
+    the signs, and that solution stands whose signs are those chosen. Raises BlockError for any
+    other set.
     """
-    deciding = sorted({u for e in equations for u in _deciding_unknowns(e.residual) if u in unknowns}, key=str)
+    deciding = sorted(
+        {u for e in equations for u in _deciding_unknowns(e.residual) if u in unknowns}, key=str
+    )
     if len(deciding) > MOST_CASES:
         names = ", ".join(map(str, deciding))
         raise BlockError(f"the signs of {names} decide; at most {MOST_CASES} are supported")
@@ -67,8 +82,12 @@ def _deciding_unknowns(residual: Expr) -> Iterator[Expr]:
     yield from (test.lhs for test in residual.atoms(sp.Ge) if test.rhs == 0)
 
 
-def solve_linear_set(residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: str) -> tuple[Step, ...]:
-    """Return steps that make residuals vanish which are linear in the unknowns; raises BlockError where one is not."""
+def solve_linear_set(
+    residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: str
+) -> tuple[Step, ...]:
+    """Return steps that make residuals vanish which are linear in the unknowns; raises BlockError
+    where one is not.
+    """
     nothing = dict.fromkeys(unknowns, sp.S.Zero)
     rows, right = [], []
     for residual in residuals:
@@ -81,7 +100,9 @@ def solve_linear_set(residuals: Sequence[Expr], unknowns: Sequence[Quantity], so
     if len(unknowns) == 1:
         (unknown,), ((entry,),), (value,) = unknowns, rows, right
         return (Let(unknown, value / entry, source),)
-    row_order, column_order = order_elimination([{j for j, entry in enumerate(row) if entry != 0} for row in rows])
+    row_order, column_order = order_elimination(
+        [{j for j, entry in enumerate(row) if entry != 0} for row in rows]
+    )
     return (
         LinearSolve(
             tuple(unknowns[j] for j in column_order),
@@ -95,26 +116,44 @@ def solve_linear_set(residuals: Sequence[Expr], unknowns: Sequence[Quantity], so
 
 def pivot(first: Quantity) -> Quantity:
     """The pivot of simultaneous equations, by the first of their unknowns."""
-    meaning = f"least pivot over its column where {first} is found with others: zero where nothing determines them"
+    meaning = (
+        f"least pivot over its column where {first} is found with others: zero where "
+        f"nothing determines them"
+    )
     return Quantity(f"pivot_{first}", "1", meaning, "derived: elimination")
 
 
 def _by_cases(
-    equations: Sequence[Equation], unknowns: Sequence[Quantity], deciding: Sequence[Expr], source: str
+    equations: Sequence[Equation],
+    unknowns: Sequence[Quantity],
+    deciding: Sequence[Expr],
+    source: str,
 ) -> tuple[Step, ...]:
     """One solution for each choice of signs, and the one that is true to its own."""
     defined = [e.defines if e.defines in unknowns else None for e in equations]
     steps: list[Step] = []
     cases: list[tuple[dict[Quantity, Quantity], Expr]] = []
     for number, signs in enumerate(product((1, -1), repeat=len(deciding)), 1):
-        named = {u: Quantity(f"{u}_case{number}", u.unit, f"{u.meaning}, case {number}", source) for u in unknowns}
+        named = {
+            u: Quantity(f"{u}_case{number}", u.unit, f"{u.meaning}, case {number}", source)
+            for u in unknowns
+        }
         signed: dict[sp.Basic, sp.Basic] = {}
         for unknown, sign in zip(deciding, signs, strict=True):
             signed |= {sp.Abs(unknown): sign * unknown, sp.Ge(unknown, 0): sp.sympify(sign > 0)}
-        core, definitions = _eliminate_definitions([e.residual.xreplace(signed) for e in equations], defined)
-        choice = ", ".join(f"{sp.Abs(u)} = {sign * u}" for u, sign in zip(deciding, signs, strict=True))
-        label, open_unknowns = f"{source}; {choice}", [named[u] for u in unknowns if u not in definitions]
-        steps += solve_linear_set([residual.xreplace(named) for residual in core], open_unknowns, label)
+        core, definitions = _eliminate_definitions(
+            [e.residual.xreplace(signed) for e in equations], defined
+        )
+        choice = ", ".join(
+            f"{sp.Abs(u)} = {sign * u}" for u, sign in zip(deciding, signs, strict=True)
+        )
+        label, open_unknowns = (
+            f"{source}; {choice}",
+            [named[u] for u in unknowns if u not in definitions],
+        )
+        steps += solve_linear_set(
+            [residual.xreplace(named) for residual in core], open_unknowns, label
+        )
         steps += [Let(named[u], value.xreplace(named), label) for u, value in definitions.items()]
         cases.append((named, sp.Min(*(s * named[u] for u, s in zip(deciding, signs, strict=True)))))
     for unknown in unknowns:
@@ -126,7 +165,11 @@ def _by_cases(
     strictly = sp.Add(*(switch(-true, sp.S.Zero, sp.S.One) for true in trues))
     any_ = switch(sp.Max(*trues), sp.S.One, sp.S.Zero)
     steps.append(
-        Let(friction_states(unknowns[0]), sp.Max(strictly, any_), f"{source}; cases that are true to their signs")
+        Let(
+            friction_states(unknowns[0]),
+            sp.Max(strictly, any_),
+            f"{source}; cases that are true to their signs",
+        )
     )
     return tuple(steps)
 
@@ -134,8 +177,12 @@ def _by_cases(
 def _eliminate_definitions(
     residuals: Sequence[Expr], defined: Sequence[Quantity | None]
 ) -> tuple[list[Expr], dict[Quantity, Expr]]:
-    """Return residuals without what some of them define, and those definitions in an order of evaluation."""
-    pending = {u: u - residual for u, residual in zip(defined, residuals, strict=True) if u is not None}
+    """Return residuals without what some of them define, and those definitions in an order of
+    evaluation.
+    """
+    pending = {
+        u: u - residual for u, residual in zip(defined, residuals, strict=True) if u is not None
+    }
     core = [residual for u, residual in zip(defined, residuals, strict=True) if u is None]
     ordered_definitions: dict[Quantity, Expr] = {}
     while ready := [u for u, value in pending.items() if not value.free_symbols & pending.keys()]:
@@ -146,8 +193,15 @@ def _eliminate_definitions(
 
 
 def friction_states(first: Quantity) -> Quantity:
-    """Return the count of friction states that the balances allow, named after the first unknown solved with it."""
-    return Quantity(f"{STATES}{first}", "1", f"states of friction in which {first} can be", "derived: elimination")
+    """Return the count of friction states that the balances allow, named after the first unknown
+    solved with it.
+    """
+    return Quantity(
+        f"{STATES}{first}",
+        "1",
+        f"states of friction in which {first} can be",
+        "derived: elimination",
+    )
 
 
 class ChainError(ValueError):
@@ -156,7 +210,9 @@ class ChainError(ValueError):
 
 @dataclass(frozen=True)
 class Solve:
-    """Solve one equation for one unknown; others may first be used to eliminate what they define in terms of it."""
+    """Solve one equation for one unknown; others may first be used to eliminate what they define in
+    terms of it.
+    """
 
     equation: str
     unknown: Quantity
@@ -204,9 +260,15 @@ class Chain:
         order: Iterable[tuple[Claimed, Quantity]],
         bind: Mapping[sp.Symbol, Expr] | None = None,
     ) -> Chain:
-        """A chain whose order says what each equation claims to be; raises ClaimError for what none of them does."""
+        """A chain whose order says what each equation claims to be; raises ClaimError for what none
+        of them does.
+        """
         solutions = [(find_claim(equations, claim), unknown) for claim, unknown in order]
-        return cls({e.number: e for e, _ in solutions}, [Solve(e.number, u) for e, u in solutions], bind or {})
+        return cls(
+            {e.number: e for e, _ in solutions},
+            [Solve(e.number, u) for e, u in solutions],
+            bind or {},
+        )
 
     def replace(self, number: str, equation: Equation) -> Chain:
         """Return a copy of the chain with one equation exchanged."""
@@ -221,14 +283,20 @@ class Chain:
 
     @property
     def singles(self) -> tuple[Solve, ...]:
-        """The order of a chain that solves one equation at a time; raises ChainError for any other."""
+        """The order of a chain that solves one equation at a time; raises ChainError for any
+        other.
+        """
         together = [s for s in self.order if isinstance(s, Together)]
         if together:
-            raise ChainError(f"equations {', '.join(together[0].equations)} have to be solved together")
+            raise ChainError(
+                f"equations {', '.join(together[0].equations)} have to be solved together"
+            )
         return tuple(s for s in self.order if isinstance(s, Solve))
 
     def lets(self) -> tuple[Let, ...]:
-        """The steps of a chain that solves one equation at a time; each is linear in its one unknown."""
+        """The steps of a chain that solves one equation at a time; each is linear in its one
+        unknown.
+        """
         return tuple(self._let(solve) for solve in self.singles)
 
     def steps(self) -> tuple[Step, ...]:
@@ -238,7 +306,9 @@ class Chain:
     def _steps(self, solve: Solve | Together) -> tuple[Step, ...]:
         if isinstance(solve, Solve):
             return (self._let(solve),)
-        return solve_set([self._bound(self.equations[number]) for number in solve.equations], solve.unknowns)
+        return solve_set(
+            [self._bound(self.equations[number]) for number in solve.equations], solve.unknowns
+        )
 
     def _bound(self, equation: Equation) -> Equation:
         return replace(equation, residual=close_cases(equation.residual.xreplace(dict(self.bind))))
@@ -261,7 +331,9 @@ def solve_linear(equation: Equation, unknown: sp.Symbol) -> Expr:
 
 
 def close_cases(expr: Expr) -> Expr:
-    """Let the last of a list of cases hold where no other does (the papers leave out borderlines)."""
+    """Let the last of a list of cases hold where no other does (the papers leave out
+    borderlines).
+    """
 
     def closed(cases: sp.Piecewise) -> Expr:
         *head, (last, _) = cases.args
@@ -270,18 +342,25 @@ def close_cases(expr: Expr) -> Expr:
     return expr.replace(lambda e: isinstance(e, sp.Piecewise), closed)
 
 
-def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], targets: Sequence[Quantity]) -> Chain:
+def ordered(
+    equations: Sequence[Equation], unknowns: Sequence[Quantity], targets: Sequence[Quantity]
+) -> Chain:
     """A chain whose order is found by matching.
 
-    Again and again the first equation with a single open unknown gives it. Where there is none, the first balance
-    whose open unknowns are all defined in terms of a single one gives that one. Where there is none either, the
-    smallest closed set of equations is solved together. Raises ChainError that names what is left undetermined.
+    Again and again the first equation with a single open unknown gives it. Where there is none, the
+    first balance whose open unknowns are all defined in terms of a single one gives that one. Where
+    there is none either, the smallest closed set of equations is solved together. Raises ChainError
+    that names what is left undetermined.
     """
     still_open = set(unknowns)
     left = list(equations)
     order: list[Solve | Together] = []
     while still_open & set(targets):
-        solve = _single(left, still_open) or _common(left, still_open) or _together(left, unknowns, still_open)
+        solve = (
+            _single(left, still_open)
+            or _common(left, still_open)
+            or _together(left, unknowns, still_open)
+        )
         taken, unknowns_solved = _taken(solve)
         left = [e for e in left if e.number not in taken]
         still_open -= unknowns_solved
@@ -290,7 +369,8 @@ def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], targets
 
 
 def select_solvable(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
-    """The order in which equations give as many of the unknowns as they can; the rest is taken as given.
+    """The order in which equations give as many of the unknowns as they can; the rest is taken as
+    given.
 
     So is what they give only by an equation that is not linear in it.
     """
@@ -317,7 +397,9 @@ def _next(
     if solve is not None:
         return solve
     block, block_unknowns = closed_set(equations, [u for u in unknowns if u in still_open])
-    return Together(tuple(e.number for e in block), tuple(block_unknowns)) if block_unknowns else None
+    return (
+        Together(tuple(e.number for e in block), tuple(block_unknowns)) if block_unknowns else None
+    )
 
 
 def _taken(solve: Solve | Together) -> tuple[set[str], set[Quantity]]:
@@ -325,7 +407,9 @@ def _taken(solve: Solve | Together) -> tuple[set[str], set[Quantity]]:
     return set(solve.equations), set(solve.unknowns)
 
 
-def _together(equations: Sequence[Equation], unknowns: Sequence[Quantity], still_open: set[Quantity]) -> Together:
+def _together(
+    equations: Sequence[Equation], unknowns: Sequence[Quantity], still_open: set[Quantity]
+) -> Together:
     open_unknowns = [u for u in unknowns if u in still_open]
     block, block_unknowns = closed_set(equations, open_unknowns)
     if not block_unknowns:
@@ -335,8 +419,12 @@ def _together(equations: Sequence[Equation], unknowns: Sequence[Quantity], still
 
 def describe_undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> str:
     """Describe the unknowns that too few equations contain, with those equations."""
-    occurrences = {u: [e.number for e in equations if u in e.residual.free_symbols] for u in unknowns}
-    lines = "; ".join(f"{u} stands in {', '.join(numbers) or 'none'}" for u, numbers in occurrences.items())
+    occurrences = {
+        u: [e.number for e in equations if u in e.residual.free_symbols] for u in unknowns
+    }
+    lines = "; ".join(
+        f"{u} stands in {', '.join(numbers) or 'none'}" for u, numbers in occurrences.items()
+    )
     left = f"{len(equations)} equation{' is' if len(equations) == 1 else 's are'} left"
     names = ", ".join(map(str, unknowns))
     return f"{left} for {len(unknowns)} unknowns ({names}), and no set of them is closed: {lines}"
@@ -353,21 +441,29 @@ def _single(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve |
 
 
 def _common(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve | None:
-    """A balance in several unknowns that all depend on one: those others are eliminated through their definitions."""
+    """A balance in several unknowns that all depend on one: those others are eliminated through
+    their definitions.
+    """
     definitions = {e.defines: e for e in equations if e.defines in still_open}
     for equation in equations:
         open_unknowns = equation.residual.free_symbols & still_open
         defined = sorted(open_unknowns & definitions.keys(), key=str)
-        roots = (open_unknowns - definitions.keys()).union(*(_open_in(definitions[s], still_open) for s in defined))
+        roots = (open_unknowns - definitions.keys()).union(
+            *(_open_in(definitions[s], still_open) for s in defined)
+        )
         if equation.defines is not None or len(roots) != 1:
             continue
         if not _has_sizes(open_unknowns | roots, equation, *(definitions[s] for s in defined)):
-            return Solve(equation.number, roots.pop(), tuple((definitions[s].number, s) for s in defined))
+            return Solve(
+                equation.number, roots.pop(), tuple((definitions[s].number, s) for s in defined)
+            )
     return None
 
 
 def _has_sizes(unknowns: set[Quantity], *equations: Equation) -> bool:
-    """Whether sizes of unknowns stand in equations, so that they are linear in them only case by case."""
+    """Whether sizes of unknowns stand in equations, so that they are linear in them only case by
+    case.
+    """
     return any(e.residual.has(*(sp.Abs(u) for u in unknowns)) for e in equations)
 
 

@@ -1,8 +1,9 @@
-"""Finds modules that offer something: in a package's own folder, in installed packages, in a user's files.
+"""Finds modules that offer something: in a package's own folder, in installed packages, in a user's
+files.
 
-A module offers ``SYSTEMS`` (a tuple of functions that derive a model each) or ``SYSTEM`` (a model), ``CASE`` (a paper
-and what it is tried against), ``TARGET`` (a language to write in), and families of pitch curves by ``@register``.
-Nothing heavy is imported here.
+A module offers ``SYSTEMS`` (a tuple of functions that derive a model each) or ``SYSTEM`` (a model),
+``CASE`` (a paper and what it is tried against), ``TARGET`` (a language to write in), and families
+of pitch curves by ``@register``. Nothing heavy is imported here.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from types import ModuleType
 from typing import Any
 
 GROUPS = ("derive.systems", "derive.papers", "derive.families")
-"""Entry points by which an installed package adds what can be derived: a name, and the module that offers it."""
+"""Entry points by which an installed package adds what can be derived: a name, and the module that
+offers it.
+"""
 TARGETS = "derive.targets"
 """Entry points by which an installed package adds a language."""
 
@@ -42,12 +45,18 @@ def list_offers(some: Iterable[ModuleType], name: str) -> list[Any]:
 
 def find_files(path: Path) -> list[Path]:
     """The file itself, or those of a folder whose names do not begin with an underscore."""
-    return [path] if path.is_file() else sorted(p for p in path.glob("*.py") if not p.name.startswith("_"))
+    return (
+        [path]
+        if path.is_file()
+        else sorted(p for p in path.glob("*.py") if not p.name.startswith("_"))
+    )
 
 
 @contextmanager
 def load_user_modules(path: Path) -> Iterator[list[ModuleType]]:
-    """The modules of a file or folder, run by path; while they are used, they may import from their folder."""
+    """The modules of a file or folder, run by path; while they are used, they may import from their
+    folder.
+    """
     folder = str(path.parent if path.is_file() else path)
     sys.path.append(folder)
     try:

@@ -1,9 +1,10 @@
 """The order in which simultaneous equations are eliminated, from which of them hold which unknowns.
 
-The targets eliminate columns from the first to the last, and bring up the row with the largest entry where the code
-runs. The order keeps zeros zero, whichever rows that are: the matrix is upper block triangular (Dulmage and Mendelsohn,
-Canadian Journal of Mathematics 10, 1958), and in a block the column comes first whose elimination fills in the least
-(George and Ng, SIAM Journal on Scientific and Statistical Computing 8, 1987).
+The targets eliminate columns from the first to the last, and bring up the row with the largest
+entry where the code runs. The order keeps zeros zero, whichever rows that are: the matrix is upper
+block triangular (Dulmage and Mendelsohn, Canadian Journal of Mathematics 10, 1958), and in a block
+the column comes first whose elimination fills in the least (George and Ng, SIAM Journal on
+Scientific and Statistical Computing 8, 1987).
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from typing import TypeVar
 Unknown = TypeVar("Unknown", bound=Hashable)
 
 
-def match_rows(rows: Sequence[Collection[Unknown]], unknowns: Sequence[Unknown]) -> dict[Unknown, int]:
+def match_rows(
+    rows: Sequence[Collection[Unknown]], unknowns: Sequence[Unknown]
+) -> dict[Unknown, int]:
     """Match as many unknowns as possible to a row each that holds them (augmenting paths)."""
     pairs: dict[Unknown, int] = {}
 
@@ -32,7 +35,9 @@ def match_rows(rows: Sequence[Collection[Unknown]], unknowns: Sequence[Unknown])
 
 
 def find_closure(first: Unknown, needs: Mapping[Unknown, Iterable[Unknown]]) -> set[Unknown] | None:
-    """Return every unknown that must be known with the first; None where one of them has no equation."""
+    """Return every unknown that must be known with the first; None where one of them has no
+    equation.
+    """
     closure, pending = {first}, [first]
     while pending:
         needed_unknowns = needs.get(pending.pop())
@@ -44,7 +49,8 @@ def find_closure(first: Unknown, needs: Mapping[Unknown, Iterable[Unknown]]) -> 
 
 
 def order_elimination(rows: Sequence[Collection[int]]) -> tuple[list[int], list[int]]:
-    """Return the order of the rows and of the columns of a square matrix, from the columns that each row holds.
+    """Return the order of the rows and of the columns of a square matrix, from the columns that
+    each row holds.
 
     A matrix that is singular whatever its entries keeps its order.
     """
@@ -59,16 +65,21 @@ def order_elimination(rows: Sequence[Collection[int]]) -> tuple[list[int], list[
         blocks.setdefault(frozenset(find_closure(column, needs) or ()), []).append(column)
     row_order: list[int] = []
     column_order: list[int] = []
-    for block in sorted(blocks, key=len, reverse=True):  # what needs most is found last, from behind
+    for block in sorted(
+        blocks, key=len, reverse=True
+    ):  # what needs most is found last, from behind
         columns = blocks[block]
-        for row, column in _order_block({row_of[column]: set(rows[row_of[column]]) for column in columns}, columns):
+        for row, column in _order_block(
+            {row_of[column]: set(rows[row_of[column]]) for column in columns}, columns
+        ):
             row_order.append(row)
             column_order.append(column)
     return row_order, column_order
 
 
 def _order_block(rows: dict[int, set[int]], columns: Iterable[int]) -> Iterator[tuple[int, int]]:
-    """Yield rows and columns of a block in the order of the least fill-in, whichever rows become the pivots.
+    """Yield rows and columns of a block in the order of the least fill-in, whichever rows become
+    the pivots.
 
     Each row holds its column, so that it takes part where the column is eliminated anyway.
     """

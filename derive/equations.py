@@ -24,7 +24,8 @@ class ClaimError(ValueError):
 
 @dataclass(frozen=True)
 class Balance:
-    """The balance of forces [N] or moments [N m] of a body along an axis of a frame, moments about a point.
+    """The balance of forces [N] or moments [N m] of a body along an axis of a frame, moments about
+    a point.
 
     >>> str(Balance("rod", "moment", "z", "world", "A"))
     'rod: moment along z of world about A'
@@ -42,7 +43,8 @@ class Balance:
 
 
 class Claim(Enum):
-    """Vocabulary of what an equation may say beyond a balance: a machine has a subclass, each member a sentence.
+    """Vocabulary of what an equation may say beyond a balance: a machine has a subclass, each
+    member a sentence.
 
     A sentence with gaps, ``{}``, stands for a family of claims; ``of`` makes one of them.
     """
@@ -51,7 +53,9 @@ class Claim(Enum):
         return str(self.value)
 
     def of(self, *things: object) -> ClaimOf:
-        """The claim of the family about these things; raises ClaimError unless there is one for each gap."""
+        """The claim of the family about these things; raises ClaimError unless there is one for
+        each gap.
+        """
         return ClaimOf(self, tuple(map(str, things)))
 
 
@@ -66,7 +70,9 @@ class ClaimOf:
         sentence = str(self.family)
         gaps = sentence.count("{}")
         if gaps != len(self.things):
-            raise ClaimError(f"{sentence!r} has gaps for {gaps}, not for {len(self.things)}: {self.things}")
+            raise ClaimError(
+                f"{sentence!r} has gaps for {gaps}, not for {len(self.things)}: {self.things}"
+            )
 
     def __str__(self) -> str:
         return str(self.family).format(*self.things)
@@ -93,9 +99,11 @@ Claimed = Balance | Claim | ClaimOf | Definition
 
 @dataclass(frozen=True)
 class Witness:
-    """Values that a source prints of an equation's symbols: digits, in units that the equation allows.
+    """Values that a source prints of an equation's symbols: digits, in units that the equation
+    allows.
 
-    ``between`` bounds symbols that it prints nothing of by what follows from the values of others, lower bound first.
+    ``between`` bounds symbols that it prints nothing of by what follows from the values of others,
+    lower bound first.
     """
 
     where: str
@@ -105,12 +113,13 @@ class Witness:
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation ``residual = 0``, or another relation to 0, in any one unit, with its number and its claim.
+    """An equation ``residual = 0``, or another relation to 0, in any one unit, with its number and
+    its claim.
 
-    ``defines`` names the only symbol that a definition may be solved for; a balance may be solved for any. ``stated``
-    says that a derived equation holds by the meaning of its symbols. Of a transcription, ``rebuilt`` lists illegible
-    pieces that were completed, ``witnesses`` are printed values that it must give. ``where`` is the condition under
-    which a derived equation holds.
+    ``defines`` names the only symbol that a definition may be solved for; a balance may be solved
+    for any. ``stated`` says that a derived equation holds by the meaning of its symbols. Of a
+    transcription, ``rebuilt`` lists illegible pieces that were completed, ``witnesses`` are printed
+    values that it must give. ``where`` is the condition under which a derived equation holds.
     """
 
     number: str
@@ -140,7 +149,9 @@ def derived_equation(
     claim: Claimed, residual: Expr, defines: Quantity | None = None, relation: Relation = "="
 ) -> Equation:
     """Build a derived equation; its number is the claim's sentence."""
-    return Equation(str(claim), residual, f"derived: {claim}", claim, defines=defines, relation=relation)
+    return Equation(
+        str(claim), residual, f"derived: {claim}", claim, defines=defines, relation=relation
+    )
 
 
 def defining_equation(claim: Claimed, symbol: Quantity, expr: Expr) -> Equation:
@@ -154,12 +165,17 @@ def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
     for equation in equations:
         other = equations_by_claim.setdefault(equation.claims, equation)
         if other is not equation:
-            raise ClaimError(f"{other.source} and {equation.source} claim the same: {equation.claims}")
+            raise ClaimError(
+                f"{other.source} and {equation.source} claim the same: {equation.claims}"
+            )
     return equations_by_claim
 
 
 def find_claim(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
-    """Return the value of a claim. Raises ClaimError that names the nearest claims if there is none."""
+    """Return the value of a claim.
+
+    Raises ClaimError that names the nearest claims if there is none.
+    """
     if claim in by_claim:
         return by_claim[claim]
     claims = {f"{type(c).__name__} {str(c)!r}" for c in by_claim}
@@ -177,7 +193,9 @@ class Stated(Claim):
 
 
 def what(quantity: Quantity | str) -> ClaimOf:
-    """Return the claim that an equation says what a quantity is; the name of the quantity will do. Claims have no unit.
+    """Return the claim that an equation says what a quantity is; the name of the quantity will do.
+
+    Claims have no unit.
 
     >>> str(what("F_spring"))
     'what F_spring is'
@@ -186,7 +204,8 @@ def what(quantity: Quantity | str) -> ClaimOf:
 
 
 def loop(name: str) -> ClaimOf:
-    """Return the claim that an equation closes a loop, by the name of its gap: point and axis, as in "Bx" (no unit).
+    """Return the claim that an equation closes a loop, by the name of its gap: point and axis, as
+    in "Bx" (no unit).
 
     >>> str(loop("Bx"))
     'the loop Bx closes'

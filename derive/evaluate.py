@@ -25,8 +25,14 @@ TOLERANCE = mpf(10) ** -(DIGITS - 8)
 """Equality to this share of the largest term."""
 
 _FUNCTIONS = {
-    **{getattr(sp, name): getattr(mpmath, name) for name in ("cos", "sin", "tan", "acos", "asin", "atan", "atan2")},
-    **{getattr(sp, name): getattr(mpmath, name) for name in ("exp", "log", "sign", "floor", "cosh", "sinh", "tanh")},
+    **{
+        getattr(sp, name): getattr(mpmath, name)
+        for name in ("cos", "sin", "tan", "acos", "asin", "atan", "atan2")
+    },
+    **{
+        getattr(sp, name): getattr(mpmath, name)
+        for name in ("exp", "log", "sign", "floor", "cosh", "sinh", "tanh")
+    },
     **{getattr(sp, name): getattr(mpmath, name) for name in ("cot", "sec", "csc")},
     sp.Abs: abs,
     sp.Min: min,
@@ -34,9 +40,13 @@ _FUNCTIONS = {
     Turns: mpmath.floor,
 }
 _RELATIONS = {
-    sp.Ge: lambda a, b: a >= b, sp.Gt: lambda a, b: a > b, sp.Le: lambda a, b: a <= b, sp.Lt: lambda a, b: a < b,
-    sp.Eq: lambda a, b: a == b, sp.Ne: lambda a, b: a != b,
-}  # fmt: skip
+    sp.Ge: lambda a, b: a >= b,
+    sp.Gt: lambda a, b: a > b,
+    sp.Le: lambda a, b: a <= b,
+    sp.Lt: lambda a, b: a < b,
+    sp.Eq: lambda a, b: a == b,
+    sp.Ne: lambda a, b: a != b,
+}
 
 
 class NotEvaluated(ValueError):
@@ -52,7 +62,9 @@ class Point:
 
     def __init__(self, values: Mapping[sp.Symbol, object]) -> None:
         with mpmath.workdps(DIGITS + GUARD):
-            self._symbols: dict[sp.Symbol, mpf] = {symbol: _number(value) for symbol, value in values.items()}
+            self._symbols: dict[sp.Symbol, mpf] = {
+                symbol: _number(value) for symbol, value in values.items()
+            }
         self._values: dict[Basic, mpf] = dict(self._symbols)
         self._digits: dict[Expr, str] = {}
 
@@ -156,7 +168,9 @@ _IN_SI: dict[str, Callable[[], mpf]] = {
     "_rpm": lambda: mpmath.pi / 30,
     "_GPa": lambda: mpf("1e9"),
 }
-"""Endings of keys with what their unit is in SI, to the precision of the moment; any other ending is an SI unit."""
+"""Endings of keys with what their unit is in SI, to the precision of the moment; any other ending
+is an SI unit.
+"""
 
 
 @dataclass(frozen=True)
@@ -171,7 +185,9 @@ class MachineFile:
         return cls(tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal))
 
     def si(self, place: str) -> mpf:
-        """The number at ``section.key``, ``section.key[index]`` or ``section[index].key``, to the working precision."""
+        """The number at ``section.key``, ``section.key[index]`` or ``section[index].key``, to the
+        working precision.
+        """
         value, key = self._at(place)
         return mpf(str(value)) * si_factor(key)
 
@@ -196,4 +212,7 @@ def si_factor(key: str) -> mpf:
 
 def table_values(table: Quantities) -> dict[Quantity, mpf]:
     """Return the values of a table, in SI."""
-    return {table[name]: mpf(str(datum.value)) * si_factor(table[name].shown) for name, datum in table.data.items()}
+    return {
+        table[name]: mpf(str(datum.value)) * si_factor(table[name].shown)
+        for name, datum in table.data.items()
+    }

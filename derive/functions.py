@@ -1,4 +1,6 @@
-"""SymPy functions of this package (branches, polynomials), and derivatives of expressions of many symbols."""
+"""SymPy functions of this package (branches, polynomials), and derivatives of expressions of many
+symbols.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ def clip_slope(x: Expr, slope: Expr) -> Expr:
 
 
 class Turns(sp.Function):
-    """Number of whole periods in an angle: ``floor``, with the derivative that it has between its steps."""
+    """Number of whole periods in an angle: ``floor``, with the derivative that it has between its
+    steps.
+    """
 
     nargs = 1
 
@@ -72,8 +76,9 @@ class Polynomial(sp.Function):
 class TabulatedFunction(sp.Function):
     """A piecewise polynomial of one argument; `derive.read_table` creates a class for every table.
 
-    ``pieces`` holds where each polynomial begins and its coefficients, of the highest power first, in the distance from
-    there; ``exponents`` are those of kg, m and s in the unit. Outside of ``limits``, if there are any, it has no value.
+    ``pieces`` holds where each polynomial begins and its coefficients, of the highest power first,
+    in the distance from there; ``exponents`` are those of kg, m and s in the unit. Outside of
+    ``limits``, if there are any, it has no value.
     """
 
     nargs = 1
@@ -96,7 +101,9 @@ class TabulatedFunction(sp.Function):
 
     def evaluate_at(self, at: Any) -> Any:
         """Return the value at a number of any precision."""
-        start, coefficients = next((piece for piece in reversed(self.pieces) if piece[0] <= at), self.pieces[0])
+        start, coefficients = next(
+            (piece for piece in reversed(self.pieces) if piece[0] <= at), self.pieces[0]
+        )
         value = 0 * at
         for coefficient in coefficients:
             value = value * (at - start) + coefficient
@@ -134,11 +141,21 @@ class _Pass:
         if isinstance(expr, sp.Add):
             return sp.Add(*rates)
         if isinstance(expr, sp.Mul):
-            return sp.Add(*(sp.Mul(*expr.args[:i], r, *expr.args[i + 1 :]) for i, r in enumerate(rates) if r != 0))
+            return sp.Add(
+                *(
+                    sp.Mul(*expr.args[:i], r, *expr.args[i + 1 :])
+                    for i, r in enumerate(rates)
+                    if r != 0
+                )
+            )
         if isinstance(expr, sp.Pow) and rates[1] == 0:
             base, exponent = expr.args
             return exponent * base ** (exponent - 1) * rates[0]
-        if isinstance(expr, sp.Function) and not isinstance(expr, sp.Piecewise) and None not in rates:
+        if (
+            isinstance(expr, sp.Function)
+            and not isinstance(expr, sp.Piecewise)
+            and None not in rates
+        ):
             return sp.Add(*(expr.fdiff(i) * r for i, r in enumerate(rates, 1) if r != 0))
         moving = sorted((s for s in expr.free_symbols if self.rate(s) != 0), key=str)
         return sp.Add(*(expr.diff(s) * self._rates[s] for s in moving))

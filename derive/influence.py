@@ -1,8 +1,9 @@
 """What a result depends on: the steps and inputs that cannot change it, proved symbolically.
 
-The result is differentiated backwards through the steps, side by side where a machine has equal sides. A quantity whose
-derivative is identically zero, whatever the values of all that comes before it, cannot change the result and is put to
-zero: what internal forces cancel is then never computed, and an input that goes this way has no effect.
+The result is differentiated backwards through the steps, side by side where a machine has equal
+sides. A quantity whose derivative is identically zero, whatever the values of all that comes before
+it, cannot change the result and is put to zero: what internal forces cancel is then never computed,
+and an input that goes this way has no effect.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ class NotAdditive(ValueError):
 
 
 def side_share(lane: Lane, total: Quantity, name: Quantity) -> Let:
-    """``name``, the share of one side in a total of equal sides: the total is that of side 1 plus that of side 2.
+    """``name``, the share of one side in a total of equal sides: the total is that of side 1 plus
+    that of side 2.
 
     Raises NotAdditive where it is not.
     """
@@ -42,8 +44,15 @@ def side_share(lane: Lane, total: Quantity, name: Quantity) -> Let:
     total_expr = _substituted(shared.steps, total)
     zero_ours = dict.fromkeys(lane.outputs, S.Zero)
     zero_theirs = {shared.twin(s): S.Zero for s in lane.outputs}
-    side_expr = sp.expand(total_expr.xreplace(zero_theirs) - total_expr.xreplace(zero_ours | zero_theirs) / 2)
-    if sp.expand(total_expr - side_expr - side_expr.xreplace({s: shared.twin(s) for s in lane.outputs})) != 0:
+    side_expr = sp.expand(
+        total_expr.xreplace(zero_theirs) - total_expr.xreplace(zero_ours | zero_theirs) / 2
+    )
+    if (
+        sp.expand(
+            total_expr - side_expr - side_expr.xreplace({s: shared.twin(s) for s in lane.outputs})
+        )
+        != 0
+    ):
         raise NotAdditive(f"{total} is not a sum of what each side does")
     return Let(name, side_expr, f"derived: share of a side in {total}")
 
@@ -57,7 +66,9 @@ def _substituted(steps: Sequence[Let], result: Quantity) -> Expr:
 
 @dataclass(frozen=True)
 class Influence:
-    """Derivatives of the sum of ``result`` over a lane's sides in all that goes before, the steps of both sides."""
+    """Derivatives of the sum of ``result`` over a lane's sides in all that goes before, the steps
+    of both sides.
+    """
 
     lane: Lane
     result: Let
@@ -72,16 +83,24 @@ class Influence:
         seen = frozenset().union(*(step.needs for step in self.steps)) | {
             s for step in self.steps for s in step.defines
         }
-        return frozenset(s for s in seen if s != self.lane.angle and s not in self._opaque and self._vanishes(s))
+        return frozenset(
+            s for s in seen if s != self.lane.angle and s not in self._opaque and self._vanishes(s)
+        )
 
     @cached_property
     def felt(self) -> dict[str, tuple[str, ...]]:
-        """Return, for each function composed at run time, the outputs that can change the result."""
+        """Return, for each function composed at run time, the outputs that can change the
+        result.
+        """
         outputs: dict[str, tuple[str, ...]] = {}
         for call in (step for step in self.steps if isinstance(step, Call)):
             pairs = zip(call.function.gives, call.outputs, strict=True)
-            names = (name for name, symbol in pairs if symbol is not None and symbol not in self.without)
-            outputs[call.function.name] = tuple(dict.fromkeys((*outputs.get(call.function.name, ()), *names)))
+            names = (
+                name for name, symbol in pairs if symbol is not None and symbol not in self.without
+            )
+            outputs[call.function.name] = tuple(
+                dict.fromkeys((*outputs.get(call.function.name, ()), *names))
+            )
         return outputs
 
     def reduced(self) -> tuple[Step, ...]:
@@ -100,7 +119,9 @@ class Influence:
 
     @cached_property
     def _opaque(self) -> frozenset[sp.Symbol]:
-        """Return the inputs of the functions composed at run time on whose outputs the result depends."""
+        """Return the inputs of the functions composed at run time on whose outputs the result
+        depends.
+        """
         symbols: set[sp.Symbol] = set()
         for step in self.steps:
             if isinstance(step, Call) and not all(self._vanishes(s) for s in step.defines):
@@ -122,7 +143,9 @@ class Influence:
 
     @staticmethod
     def _shorten(symbol: sp.Symbol, slope: Expr) -> Expr:
-        """A long slope as a new symbol, of which nothing is known: what vanishes with it vanishes without."""
+        """A long slope as a new symbol, of which nothing is known: what vanishes with it vanishes
+        without.
+        """
         if sp.count_ops(slope) <= LONG:
             return slope
         return Quantity(f"slope_{symbol}", "1", f"slope in {symbol}", "derived: influence")
@@ -152,8 +175,12 @@ class Influence:
         return frozenset(s for step in self.steps for s in step.defines if isinstance(s, Quantity))
 
 
-def flatten_products(steps: Sequence[Step], result: Quantity, variables: frozenset[sp.Symbol]) -> tuple[Step, ...]:
-    """The steps of a result, which is written out as a sum of products in the ``variables`` quantities."""
+def flatten_products(
+    steps: Sequence[Step], result: Quantity, variables: frozenset[sp.Symbol]
+) -> tuple[Step, ...]:
+    """The steps of a result, which is written out as a sum of products in the ``variables``
+    quantities.
+    """
     lets = [step for step in steps if isinstance(step, Let)]
     source = next(step.source for step in lets if step.symbol == result)
     expr: Expr = result
@@ -175,7 +202,8 @@ def _expanded(expr: Expr) -> Expr:
 def _simple(expr: Expr) -> Expr:
     """Zero if the expression is found to be identically zero; else as it is, or another form of it.
 
-    Nothing is sought among branches and polynomials: what vanishes on each of them counts as an influence.
+    Nothing is sought among branches and polynomials: what vanishes on each of them counts as an
+    influence.
     """
     if expr == 0 or expr.has(sp.Piecewise, Polynomial, TabulatedFunction) or _differs(expr):
         return expr
@@ -186,7 +214,9 @@ def _differs(expr: Expr) -> bool:
     """Whether an expression is not zero at some point."""
     symbols = sorted(expr.free_symbols, key=str)
     for k in range(TESTED):
-        values = {s: sp.Rational(100 + 37 * ((i + 3) * (k + 2) % 29), 1000) for i, s in enumerate(symbols)}
+        values = {
+            s: sp.Rational(100 + 37 * ((i + 3) * (k + 2) % 29), 1000) for i, s in enumerate(symbols)
+        }
         if abs(Point(values)(expr)) > SMALL:
             return True
     return False

@@ -1,8 +1,9 @@
-"""Where steps along an angle have corners, roots and jumps: every one of them is an event of their function.
+"""Where steps along an angle have corners, roots and jumps: every one of them is an event of their
+function.
 
-Extremes and integrals are computed piece by piece between events, so that a corner which no event marks falsifies them.
-A function has no event where the sign of its argument is certain by `Signs`, the one rule that decides it, or where the
-argument does not change along the angle.
+Extremes and integrals are computed piece by piece between events, so that a corner which no event
+marks falsifies them. A function has no event where the sign of its argument is certain by `Signs`,
+the one rule that decides it, or where the argument does not change along the angle.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ from .quantity import NONE
 
 @dataclass(frozen=True)
 class Event:
-    """A joint in a lane: where ``argument - target`` is a whole multiple of ``period`` (or zero, without one).
+    """A joint in a lane: where ``argument - target`` is a whole multiple of ``period`` (or zero,
+    without one).
 
-    ``order`` is the order of the first derivative in the lane's angle that jumps there in the forces. Where a law is
-    chosen at run time, its choice decides that: ``position`` is the place in the law.
+    ``order`` is the order of the first derivative in the lane's angle that jumps there in the
+    forces. Where a law is chosen at run time, its choice decides that: ``position`` is the place in
+    the law.
     """
 
     name: str
@@ -39,9 +42,21 @@ class Event:
 READABLE = 40
 """Characters of a condition that an event is still named by."""
 CORNERS = (
-    sp.Abs, sp.Max, sp.Min, sp.sign, sp.floor, sp.ceiling, sp.acos, sp.asin, sp.atan2, sp.log, sp.Pow, sp.Piecewise,
-    Turns, TabulatedFunction,
-)  # fmt: skip
+    sp.Abs,
+    sp.Max,
+    sp.Min,
+    sp.sign,
+    sp.floor,
+    sp.ceiling,
+    sp.acos,
+    sp.asin,
+    sp.atan2,
+    sp.log,
+    sp.Pow,
+    sp.Piecewise,
+    Turns,
+    TabulatedFunction,
+)
 """Functions that are not smooth everywhere."""
 POSITIVE, NOT_NEGATIVE, UNKNOWN = 1, 0, -1
 
@@ -49,11 +64,14 @@ POSITIVE, NOT_NEGATIVE, UNKNOWN = 1, 0, -1
 class Signs:
     """Certain signs of expressions: POSITIVE, NOT_NEGATIVE or UNKNOWN.
 
-    Sums and products of what is certain are certain; even powers and absolute values are not negative, exponentials
-    are positive, and so are the symbols ``positive``. Symbols have the sign of their definitions.
+    Sums and products of what is certain are certain; even powers and absolute values are not
+    negative, exponentials are positive, and so are the symbols ``positive``. Symbols have the sign
+    of their definitions.
     """
 
-    def __init__(self, definitions: Mapping[sp.Symbol, Expr], positive: Iterable[sp.Symbol] = ()) -> None:
+    def __init__(
+        self, definitions: Mapping[sp.Symbol, Expr], positive: Iterable[sp.Symbol] = ()
+    ) -> None:
         self._definitions = definitions
         self._signs: dict[Expr, int] = dict.fromkeys(positive, POSITIVE)
 
@@ -79,7 +97,9 @@ class Signs:
         if not isinstance(expr, sp.Add | sp.Mul | sp.Max | sp.Min):
             return UNKNOWN
         signs = [self.find(part) for part in expr.args]
-        is_greatest = isinstance(expr, sp.Max) or (isinstance(expr, sp.Add) and min(signs) >= NOT_NEGATIVE)
+        is_greatest = isinstance(expr, sp.Max) or (
+            isinstance(expr, sp.Add) and min(signs) >= NOT_NEGATIVE
+        )
         return max(signs) if is_greatest else min(signs)
 
     def _find_power(self, base: Expr, exponent: Expr) -> int:
@@ -94,7 +114,9 @@ class Signs:
 
 @dataclass(frozen=True)
 class _Kink:
-    """Where ``argument`` passes ``level``, or a multiple of ``period``, a function is not smooth."""
+    """Where ``argument`` passes ``level``, or a multiple of ``period``, a function is not
+    smooth.
+    """
 
     argument: Expr
     order: int
@@ -106,12 +128,15 @@ class _Kink:
 class CornerSearch:
     """The places where expressions of symbols are not smooth.
 
-    ``moving`` are the symbols that change along the angle, ``definitions`` the expressions of those that steps define;
-    the symbols ``positive`` are so by their meaning.
+    ``moving`` are the symbols that change along the angle, ``definitions`` the expressions of those
+    that steps define; the symbols ``positive`` are so by their meaning.
     """
 
     def __init__(
-        self, moving: frozenset[sp.Symbol], definitions: Mapping[sp.Symbol, Expr], positive: Iterable[sp.Symbol] = ()
+        self,
+        moving: frozenset[sp.Symbol],
+        definitions: Mapping[sp.Symbol, Expr],
+        positive: Iterable[sp.Symbol] = (),
     ) -> None:
         self.moving, self._signs = moving, Signs(definitions, positive)
         self._wraps = {symbol: expr for symbol, expr in definitions.items() if expr.has(Turns)}
@@ -119,7 +144,8 @@ class CornerSearch:
     def list_events(
         self, expressions: Iterable[tuple[str, Iterable[Expr]]], stated: Iterable[Event] = ()
     ) -> tuple[Event, ...]:
-        """Return the events that were stated, then those of expressions under a name, each place once.
+        """Return the events that were stated, then those of expressions under a name, each place
+        once.
 
         Of expressions with one place the least order counts.
         """
@@ -134,7 +160,9 @@ class CornerSearch:
     def _list_all(self, expressions: Iterable[tuple[str, Iterable[Expr]]]) -> Iterator[Event]:
         """Yield the events of all expressions in their order, some repeatedly."""
         for name, parts in expressions:
-            functions = {function for part in parts for function in sp.sympify(part).atoms(*CORNERS)}
+            functions = {
+                function for part in parts for function in sp.sympify(part).atoms(*CORNERS)
+            }
             for function in sp.ordered(functions):
                 for kink in self._list_places(function):
                     if (kink.argument - kink.level).free_symbols & self.moving:
@@ -142,7 +170,9 @@ class CornerSearch:
 
     def _find_key(self, event: Event) -> Expr:
         """Return what two events of one place have in common."""
-        gap = sp.expand(self._without_turns((event.argument - event.target) / (event.period or S.One)))
+        gap = sp.expand(
+            self._without_turns((event.argument - event.target) / (event.period or S.One))
+        )
         return sp.Tuple(-gap if gap.could_extract_minus_sign() else gap, event.period is not None)
 
     def _without_turns(self, expr: Expr) -> Expr:
@@ -160,22 +190,38 @@ class CornerSearch:
             turn_count = sp.Dummy("turn_count")
             share = sp.expand(plain.xreplace({next(iter(turns)): turn_count})).coeff(turn_count)
             if share != 0 and not share.free_symbols & (self.moving | {turn_count}):
-                argument, period = sp.expand(sp.cancel(self._without_turns(argument) / share)), S.One
+                argument, period = (
+                    sp.expand(sp.cancel(self._without_turns(argument) / share)),
+                    S.One,
+                )
         return Event(label, argument, S.Zero, kink.order, period)
 
     def _list_places(self, function: Expr) -> Iterator[_Kink]:
-        """Yield where a function is not smooth, with the order of the derivative that jumps there."""
+        """Yield where a function is not smooth, with the order of the derivative that jumps
+        there.
+        """
         first = function.args[0]
         if isinstance(function, sp.Piecewise):
-            relations = {relation for _, condition in function.args for relation in condition.atoms(Relational)}
+            relations = {
+                relation
+                for _, condition in function.args
+                for relation in condition.atoms(Relational)
+            }
             yield from (_Kink(r.lhs, 0, "another case", level=r.rhs) for r in sp.ordered(relations))
         elif isinstance(function, sp.Max | sp.Min):
             pairs = itertools.combinations(sp.ordered(function.args), 2)
-            yield from (_Kink(a, 1, "corner", level=b) for a, b in pairs if not self._is_certain(a - b))
+            yield from (
+                _Kink(a, 1, "corner", level=b) for a, b in pairs if not self._is_certain(a - b)
+            )
         elif isinstance(function, Turns | sp.floor):
             yield _Kink(first, 0, "jump", S.One)
         elif isinstance(function, TabulatedFunction):
-            yield _Kink(_build_index(function)(first), len(function.pieces[0][1]) - 1, "another piece", S.One)
+            yield _Kink(
+                _build_index(function)(first),
+                len(function.pieces[0][1]) - 1,
+                "another piece",
+                S.One,
+            )
         elif isinstance(function, sp.acos | sp.asin):
             yield _Kink(1 - first**2, 1, "end")
         elif isinstance(function, sp.atan2):
@@ -184,7 +230,9 @@ class CornerSearch:
         elif isinstance(function, sp.Pow):
             exponent = function.args[1]
             if not (exponent.is_integer or self._is_certain(first)):
-                yield _Kink(first, max(0, int(sp.ceiling(exponent))) if exponent.is_number else 0, "root")
+                yield _Kink(
+                    first, max(0, int(sp.ceiling(exponent))) if exponent.is_number else 0, "root"
+                )
         elif not self._is_certain(first):
             yield _Kink(first, *((1, "corner") if isinstance(function, sp.Abs) else (0, "jump")))
 
@@ -194,14 +242,21 @@ class CornerSearch:
 
 
 def _build_index(table: TabulatedFunction) -> type[TabulatedFunction]:
-    """Return a function that is whole where another piece of a table begins, and rises in between."""
+    """Return a function that is whole where another piece of a table begins, and rises in
+    between.
+    """
     begins = tuple(begin for begin, _ in table.pieces)
     return _build_rising(begins, table.limits[1] if table.limits else 2 * begins[-1] - begins[-2])
 
 
 @cache
 def _build_rising(begins: tuple[float, ...], last: float) -> type[TabulatedFunction]:
-    """Return the piecewise linear function that is k at the k-th of ``begins``; it is one for all tables of these."""
+    """Return the piecewise linear function that is k at the k-th of ``begins``; it is one for all
+    tables of these.
+    """
     widths = [following - begin for begin, following in itertools.pairwise((*begins, last))]
-    pieces = tuple((begin, (1 / width, float(k))) for k, (begin, width) in enumerate(zip(begins, widths, strict=True)))
+    pieces = tuple(
+        (begin, (1 / width, float(k)))
+        for k, (begin, width) in enumerate(zip(begins, widths, strict=True))
+    )
     return type("piece", (TabulatedFunction,), {"exponents": NONE, "pieces": pieces})

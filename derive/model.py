@@ -1,4 +1,6 @@
-"""Models that derivation passes to the emitters: named steps, systems of them, and gears that mesh."""
+"""Models that derivation passes to the emitters: named steps, systems of them, and gears that
+mesh.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +23,8 @@ Input = Vector | OpenVector | Quantity
 class RuntimeFunction:
     """A function that is composed at run time: the names of what it takes and gives.
 
-    ``kind`` says in the plural what it is one of: "contact functions of pitch curves". What it gives is by its meaning
-    ``positive`` or may have any sign.
+    ``kind`` says in the plural what it is one of: "contact functions of pitch curves". What it
+    gives is by its meaning ``positive`` or may have any sign.
     """
 
     name: str
@@ -56,7 +58,9 @@ def let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
 
 @dataclass(frozen=True)
 class Call:
-    """``outputs = function(argument, *vectors)``: a function composed at run time; None for an output nobody needs."""
+    """``outputs = function(argument, *vectors)``: a function composed at run time; None for an
+    output nobody needs.
+    """
 
     outputs: tuple[Quantity | None, ...]
     function: RuntimeFunction
@@ -101,7 +105,8 @@ class SineSeries:
 class LinearSolve:
     """``matrix symbols = right``: simultaneous equations, solved where the function runs.
 
-    ``pivot`` is the least pivot over the largest entry of its column: zero where the equations determine nothing.
+    ``pivot`` is the least pivot over the largest entry of its column: zero where the equations
+    determine nothing.
     """
 
     symbols: tuple[Quantity, ...]
@@ -145,7 +150,9 @@ Twin = Callable[[Quantity], Quantity]
 
 @dataclass(frozen=True)
 class Shared:
-    """Part that equal sides share: ``totals`` from the outputs of both, where ``twin`` names a quantity on side 2."""
+    """Part that equal sides share: ``totals`` from the outputs of both, where ``twin`` names a
+    quantity on side 2.
+    """
 
     twin: Twin
     steps: tuple[Let, ...]
@@ -154,11 +161,12 @@ class Shared:
 
 @dataclass(frozen=True)
 class Lane:
-    """``outputs`` along ``angle`` from packed inputs by named steps; those of one side, if the machine has equal ones.
+    """``outputs`` along ``angle`` from packed inputs by named steps; those of one side, if the
+    machine has equal ones.
 
-    ``along`` are packed inputs that change with the angle, ``speed`` is that of the angle if it is constant. After the
-    ``events`` that are stated stand those of all steps (`kinks`). Raises ValueError where a step needs what nothing
-    gives, or what both sides add up to is not smooth.
+    ``along`` are packed inputs that change with the angle, ``speed`` is that of the angle if it is
+    constant. After the ``events`` that are stated stand those of all steps (`kinks`). Raises
+    ValueError where a step needs what nothing gives, or what both sides add up to is not smooth.
     """
 
     angle: Quantity
@@ -181,8 +189,13 @@ class Lane:
         if self.shared:
             twins = frozenset(map(self.shared.twin, self.outputs))
             if kinks := list_kinks(self.shared.steps, frozenset(self.outputs) | twins):
-                raise ValueError(f"frame: {kinks[0].name}, of both sides together, has no event; name it on a side")
-            available = _followed("frame", self.shared.steps, given_symbols.union(self.outputs, twins))
+                raise ValueError(
+                    f"frame: {kinks[0].name}, of both sides together, has no event; name it on a "
+                    f"side"
+                )
+            available = _followed(
+                "frame", self.shared.steps, given_symbols.union(self.outputs, twins)
+            )
             _refuse_missing("frame: its totals need", frozenset(self.shared.totals) - available)
 
     @property
@@ -193,7 +206,12 @@ class Lane:
     @property
     def vectors(self) -> tuple[Vector | OpenVector, ...]:
         """Return the packed inputs and outputs."""
-        return (*self.inputs, *self.along, self.outputs, *((self.shared.totals,) if self.shared else ()))
+        return (
+            *self.inputs,
+            *self.along,
+            self.outputs,
+            *((self.shared.totals,) if self.shared else ()),
+        )
 
 
 @dataclass(frozen=True)
@@ -216,7 +234,9 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class Effects:
-    """Proven lack of effect on a lane's output: inputs ``without`` any; of composed functions, outputs ``felt``."""
+    """Proven lack of effect on a lane's output: inputs ``without`` any; of composed functions,
+    outputs ``felt``.
+    """
 
     without: tuple[str, ...]
     felt: Mapping[str, tuple[str, ...]]
@@ -226,11 +246,12 @@ class Effects:
 class System:
     """A model of a machine: a lane along its angle, functions in closed form, or both.
 
-    ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names of forces of contacts
-    that cannot pull; ``axes`` name the frames by which components of joints' actions are given, if not the world's;
-    ``meshes`` are names of gears that mesh, by the tag of their mesh; ``supports`` those of the forces of the ground on
-    bodies, by body and axis. ``begun`` are coordinates and rates that the statement starts free motion with,
-    ``held_entries`` those of them that hold, None if it does not say so.
+    ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names
+    of forces of contacts that cannot pull; ``axes`` name the frames by which components of joints'
+    actions are given, if not the world's; ``meshes`` are names of gears that mesh, by the tag of
+    their mesh; ``supports`` those of the forces of the ground on bodies, by body and axis.
+    ``begun`` are coordinates and rates that the statement starts free motion with, ``held_entries``
+    those of them that hold, None if it does not say so.
     """
 
     name: str
@@ -254,8 +275,14 @@ class System:
     @property
     def inputs(self) -> tuple[Input, ...]:
         """List the inputs of the functions, each once, in the order of first use."""
-        lane: tuple[Input, ...] = (self.lane.angle, *self.lane.inputs, *self.lane.along) if self.lane else ()
-        return tuple(dict.fromkeys((*lane, *(input_ for form in self.closed_forms for input_ in form.inputs))))
+        lane: tuple[Input, ...] = (
+            (self.lane.angle, *self.lane.inputs, *self.lane.along) if self.lane else ()
+        )
+        return tuple(
+            dict.fromkeys(
+                (*lane, *(input_ for form in self.closed_forms for input_ in form.inputs))
+            )
+        )
 
     @property
     def functions(self) -> tuple[RuntimeFunction, ...]:
@@ -265,7 +292,12 @@ class System:
     @property
     def vectors(self) -> tuple[Vector | OpenVector, ...]:
         """Packed inputs and outputs."""
-        packed = (v for form in self.closed_forms for v in (*form.inputs, form.outputs) if isinstance(v, Vector))
+        packed = (
+            v
+            for form in self.closed_forms
+            for v in (*form.inputs, form.outputs)
+            if isinstance(v, Vector)
+        )
         return (*(self.lane.vectors if self.lane else ()), *packed)
 
     @property
@@ -277,7 +309,8 @@ class System:
 
 
 def sorted_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
-    """Steps in an order in which each needs only what stands before it; they keep theirs where they can.
+    """Steps in an order in which each needs only what stands before it; they keep theirs where they
+    can.
 
     Raises ValueError where steps need each other in a circle.
     """
@@ -308,7 +341,9 @@ def needed(steps: Sequence[S], symbols: frozenset[sp.Symbol]) -> tuple[S, ...]:
     return tuple(reversed(needed_steps))
 
 
-def split_steps(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
+def split_steps(
+    steps: Sequence[Step], moving: frozenset[sp.Symbol]
+) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
     """Steps that do not depend on ``moving``, and those that do."""
     still: list[Step] = []
     lane: list[Step] = []
@@ -333,15 +368,22 @@ def list_passing_events(
 
 
 def list_kinks(
-    steps: Sequence[Step], moving: frozenset[sp.Symbol], stated: Iterable[Event] = (),
+    steps: Sequence[Step],
+    moving: frozenset[sp.Symbol],
+    stated: Iterable[Event] = (),
     further: Iterable[tuple[str, Iterable[Expr]]] = (),
-) -> tuple[Event, ...]:  # fmt: skip
-    """Return the events that are stated, then all others of the steps, and of ``further`` expressions under a name."""
+) -> tuple[Event, ...]:
+    """Return the events that are stated, then all others of the steps, and of ``further``
+    expressions under a name.
+    """
     changing = split_steps(steps, moving)[1]
     symbols = moving.union(*(step.defines for step in changing))
     definitions = {step.symbol: step.expr for step in steps if isinstance(step, Let)}
     positive = [symbol for step in steps if isinstance(step, Call) for symbol in step.positive]
-    named = [(", ".join(symbol.name for symbol in step.defines), list_expressions(step)) for step in changing]
+    named = [
+        (", ".join(symbol.name for symbol in step.defines), list_expressions(step))
+        for step in changing
+    ]
     return CornerSearch(symbols, definitions, positive).list_events([*named, *further], stated)
 
 
@@ -356,10 +398,14 @@ def _entries(inputs: Iterable[Input]) -> frozenset[sp.Symbol]:
     return frozenset(quantity for input_ in inputs for quantity in join_entries(input_))
 
 
-def _followed(name: str, steps: Iterable[Step], available: frozenset[sp.Symbol]) -> frozenset[sp.Symbol]:
+def _followed(
+    name: str, steps: Iterable[Step], available: frozenset[sp.Symbol]
+) -> frozenset[sp.Symbol]:
     """Return the symbols that are known after the steps of a function."""
     for step in steps:
-        _refuse_missing(f"{name}: {', '.join(map(str, step.defines))} needs", step.needs - available)
+        _refuse_missing(
+            f"{name}: {', '.join(map(str, step.defines))} needs", step.needs - available
+        )
         available = available.union(step.defines)
     return available
 
@@ -378,9 +424,9 @@ Packed = Vector | Quantity
 class Mesh:
     """Two gears that touch on their line of centres.
 
-    ``line`` [rad] is the direction from the inner gear's centre to the outer's, which is at ``centre`` [m]. ``polar``
-    [rad] are the directions of the pitch point in the frames of both gears, ``radii`` [m] its distances from their
-    centres, inner gear first.
+    ``line`` [rad] is the direction from the inner gear's centre to the outer's, which is at
+    ``centre`` [m]. ``polar`` [rad] are the directions of the pitch point in the frames of both
+    gears, ``radii`` [m] its distances from their centres, inner gear first.
     """
 
     tag: str
@@ -396,10 +442,20 @@ class Mesh:
         entries_by_name = {
             "x": (self.centre[0], "m", f"centre of {outer}, x"),
             "y": (self.centre[1], "m", f"centre of {outer}, y"),
-            "line": (self.line, "rad", f"direction from the centre of {self.gears[0]} to that of {outer}"),
+            "line": (
+                self.line,
+                "rad",
+                f"direction from the centre of {self.gears[0]} to that of {outer}",
+            ),
         }
-        for number, gear, polar, radius in zip((1, 2), self.gears, self.polar, self.radii, strict=True):
-            entries_by_name[f"polar_{number}"] = polar, "rad", f"direction of the pitch point in the frame of {gear}"
+        for number, gear, polar, radius in zip(
+            (1, 2), self.gears, self.polar, self.radii, strict=True
+        ):
+            entries_by_name[f"polar_{number}"] = (
+                polar,
+                "rad",
+                f"direction of the pitch point in the frame of {gear}",
+            )
             entries_by_name[f"r_{number}"] = radius, "m", f"pitch radius of {gear}"
         return [
             let(Quantity(f"mesh_{self.tag}_{name}", unit, meaning, "own"), sp.sympify(expr))
@@ -407,20 +463,27 @@ class Mesh:
         ]
 
     def places(self) -> list[Let]:
-        """Return ``x_GEAR__POINT`` and its like [m] of both centres, of the pitch point, and of a mark on each gear."""
+        """Return ``x_GEAR__POINT`` and its like [m] of both centres, of the pitch point, and of a
+        mark on each gear.
+        """
         direction = sp.cos(self.line), sp.sin(self.line)
         distance = self.radii[0] + self.radii[1]
         inner = tuple(c - distance * a for c, a in zip(self.centre, direction, strict=True))
         pitch = tuple(c + self.radii[0] * a for c, a in zip(inner, direction, strict=True))
         lets = []
         turns = self.line - self.polar[0], self.line + sp.pi - self.polar[1]
-        for gear, centre, turn, radius in zip(self.gears, (inner, self.centre), turns, self.radii, strict=True):
+        for gear, centre, turn, radius in zip(
+            self.gears, (inner, self.centre), turns, self.radii, strict=True
+        ):
             mark = centre[0] + radius * sp.cos(turn), centre[1] + radius * sp.sin(turn)
             for point, position in (("centre", centre), ("pitch_point", pitch), ("mark", mark)):
                 for axis, coordinate in zip("xy", position, strict=True):
                     meaning = f"{point.replace('_', ' ')} of {gear}, {axis}"
                     lets.append(
-                        let(Quantity(f"{axis}_{word(gear)}__{point}", "m", meaning, "own"), sp.sympify(coordinate))
+                        let(
+                            Quantity(f"{axis}_{word(gear)}__{point}", "m", meaning, "own"),
+                            sp.sympify(coordinate),
+                        )
                     )
         return lets
 
@@ -436,4 +499,11 @@ def build_function(
     if not steps:
         return ()
     outputs = Vector(name, tuple(step.symbol for step in steps))
-    return (ClosedForm(name, tuple(inputs), sorted_steps(needed((*before, *steps), frozenset(outputs))), outputs),)
+    return (
+        ClosedForm(
+            name,
+            tuple(inputs),
+            sorted_steps(needed((*before, *steps), frozenset(outputs))),
+            outputs,
+        ),
+    )

@@ -1,4 +1,6 @@
-"""Quantities: symbols that have a unit, meaning and source; dimensions of expressions of them; tables of them."""
+"""Quantities: symbols that have a unit, meaning and source; dimensions of expressions of them;
+tables of them.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,10 @@ def refuse_name(kind: str, name: str) -> None:
     if iskeyword(name):
         raise ValueError(f"{kind} {name}: the name is a word of Python; write {name}_, or another")
     if name in _RESERVED:
-        raise ValueError(f"{kind} {name}: generated {_RESERVED[name]} code needs that name; write {name}_, or another")
+        raise ValueError(
+            f"{kind} {name}: generated {_RESERVED[name]} code needs that name; write {name}_, or "
+            f"another"
+        )
 
 
 def word(name: str) -> str:
@@ -40,11 +45,12 @@ def word(name: str) -> str:
 
 
 class Quantity(sp.Symbol):
-    """A real symbol with ``unit``, ``meaning`` and ``source``; two quantities are equal if their names and units are.
+    """A real symbol with ``unit``, ``meaning`` and ``source``; two quantities are equal if their
+    names and units are.
 
-    ``unit`` is an SI unit such as "kg m2", "rad/s" or "1"; ``shown`` is the key of a machine file under which users see
-    the value, such as "mass.sun_kg". Raises ValueError if a part is empty, or for a name that is a word of Python or
-    that the generated code of some target needs for itself.
+    ``unit`` is an SI unit such as "kg m2", "rad/s" or "1"; ``shown`` is the key of a machine file
+    under which users see the value, such as "mass.sun_kg". Raises ValueError if a part is empty, or
+    for a name that is a word of Python or that the generated code of some target needs for itself.
 
     >>> Quantity("r", "m", "crank", "own").unit
     'm'
@@ -89,10 +95,12 @@ class Vector:
 
 @dataclass(frozen=True)
 class OpenVector:
-    """A packed input whose length is not known here; ``known`` names the entries that are, by index.
+    """A packed input whose length is not known here; ``known`` names the entries that are, by
+    index.
 
-    ``suffix`` is what tells the entries from those of other vectors of the kind: the number of the gear.
-    ``sized_by`` is what it is as long as: a function that is composed at run time, and the argument of it.
+    ``suffix`` is what tells the entries from those of other vectors of the kind: the number of the
+    gear. ``sized_by`` is what it is as long as: a function that is composed at run time, and the
+    argument of it.
     """
 
     name: str
@@ -106,13 +114,21 @@ class OpenVector:
 
 
 Exponent = int | Fraction
-"""The exponent of a unit: an int where it is whole, which adds up twenty times as fast as a fraction."""
+"""The exponent of a unit: an int where it is whole, which adds up twenty times as fast as a
+fraction.
+"""
 Dimension = tuple[Exponent, Exponent, Exponent]
 NONE: Dimension = (0, 0, 0)
 _BASE: dict[str, Dimension] = {
-    "kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "W": (1, 2, -3), "J": (1, 2, -2),
-    "rad": (0, 0, 0), "1": (0, 0, 0),
-}  # fmt: skip
+    "kg": (1, 0, 0),
+    "m": (0, 1, 0),
+    "s": (0, 0, 1),
+    "N": (1, 1, -2),
+    "W": (1, 2, -3),
+    "J": (1, 2, -2),
+    "rad": (0, 0, 0),
+    "1": (0, 0, 0),
+}
 
 
 class DimensionError(ValueError):
@@ -121,7 +137,9 @@ class DimensionError(ValueError):
 
 @cache
 def of_unit(unit: str) -> Dimension:
-    """Exponents of kg, m, s in a unit such as ``kg m2``, ``m/s2`` or ``N/m1.5``; angles are pure numbers."""
+    """Exponents of kg, m, s in a unit such as ``kg m2``, ``m/s2`` or ``N/m1.5``; angles are pure
+    numbers.
+    """
     total = NONE
     for sign, part in zip((1, -1), unit.split("/"), strict=False):
         for name, power in re.findall(r"([A-Za-z]+|1)(\d*(?:\.\d+)?)", part):
@@ -130,7 +148,10 @@ def of_unit(unit: str) -> Dimension:
 
 
 def dimension(expr: Expr) -> Dimension | None:
-    """Dimension of an expression; None for a zero, which fits everywhere. Raises DimensionError where it has none."""
+    """Dimension of an expression; None for a zero, which fits everywhere.
+
+    Raises DimensionError where it has none.
+    """
     if expr.is_Symbol:
         return of_unit(expr.unit) if isinstance(expr, Quantity) else NONE
     if isinstance(expr, TabulatedFunction):  # which has checked its argument
@@ -218,7 +239,10 @@ def _plus(a: Dimension, b: Dimension) -> Dimension:
 
 def raise_dimension(base: Dimension, power: Exponent) -> Dimension:
     """Return the dimension of a power."""
-    kg, m, s = (product.numerator if product.denominator == 1 else product for product in (e * power for e in base))
+    kg, m, s = (
+        product.numerator if product.denominator == 1 else product
+        for product in (e * power for e in base)
+    )
     return kg, m, s
 
 
@@ -250,7 +274,8 @@ class TableError(ValueError):
 class Quantities(Mapping[str, Quantity]):
     """Quantities by name, as attributes or by key, in the order of their table.
 
-    ``data`` holds the values and bounds of those that have any, as they were written, in the units of the table.
+    ``data`` holds the values and bounds of those that have any, as they were written, in the units
+    of the table.
 
     >>> q = quantities("r | mm | crank | 50 | 30 80")
     >>> q.r.unit, q["r"].meaning, q.data["r"].value, q.data["r"].bounds
@@ -281,11 +306,13 @@ NOTHING = Quantities({}, {})
 
 
 def quantities(text: str, source: str = "own", section: str = SECTION) -> Quantities:
-    """Return the quantities of a table of lines ``name | unit | meaning | value | lower upper``; # begins a comment.
+    """Return the quantities of a table of lines ``name | unit | meaning | value | lower upper``; #
+    begins a comment.
 
-    Value and bounds, for data only, are in the unit of their line: an SI unit (``kg m2``, ``N/m``, ``1``) or mm, mm/s,
-    deg, deg/s, r/min, GPa, which are converted; quantities themselves are in SI. ``section`` is that of the machine
-    file which holds the values; without one no file does. Raises TableError, which names the line.
+    Value and bounds, for data only, are in the unit of their line: an SI unit (``kg m2``, ``N/m``,
+    ``1``) or mm, mm/s, deg, deg/s, r/min, GPa, which are converted; quantities themselves are in
+    SI. ``section`` is that of the machine file which holds the values; without one no file does.
+    Raises TableError, which names the line.
 
     >>> q = quantities('''
     ...     phi   | rad   | crank angle
@@ -315,16 +342,21 @@ def quantities(text: str, source: str = "own", section: str = SECTION) -> Quanti
 
 def _quantity(cells: list[str], source: str, section: str) -> Quantity:
     if not 3 <= len(cells) <= 5 or not all(cells[:3]):
-        raise TableError("a line says name | unit | meaning, and for data also | value | lower upper")
+        raise TableError(
+            "a line says name | unit | meaning, and for data also | value | lower upper"
+        )
     name, written_unit, meaning = cells[:3]
     unit = SHOWN.get(written_unit, written_unit)
     try:
         of_unit(unit)
     except KeyError as error:
         raise TableError(
-            f"{written_unit} is no unit: {error.args[0]} is not known; SI units and {', '.join(SHOWN)} are"
+            f"{written_unit} is no unit: {error.args[0]} is not known; SI units and "
+            f"{', '.join(SHOWN)} are"
         ) from None
-    ending = _ENDINGS.get(written_unit, written_unit.replace("/", "_").replace(" ", "_").replace(".", ""))
+    ending = _ENDINGS.get(
+        written_unit, written_unit.replace("/", "_").replace(" ", "_").replace(".", "")
+    )
     key = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
     return Quantity(name, unit, meaning, source, key if section else "")
 

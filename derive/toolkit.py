@@ -18,11 +18,31 @@ from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Body, Part, about_pin
 from .mechanics.contacts import GearContact, SharedContact, SlidingContact, tangent_angle
 from .mechanics.driven_motion import Sides
-from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, unit, zero
+from .mechanics.frames import (
+    Axis,
+    Frame,
+    FrameError,
+    Motion,
+    Point,
+    Vec,
+    X,
+    Y,
+    Z,
+    displacement,
+    unit,
+    zero,
+)
 from .mechanics.impact import Impact, ImpactLaw, creeping, dahl
 from .mechanics.kinematics import Followed, FollowerLaw, GearStage
 from .mechanics.mechanism import Mechanism
-from .mechanics.release import ElasticTeeth, FrameMount, LiftingFollower, LoosePin, Release, ReleasedMechanism
+from .mechanics.release import (
+    ElasticTeeth,
+    FrameMount,
+    LiftingFollower,
+    LoosePin,
+    Release,
+    ReleasedMechanism,
+)
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantities, Quantity, Vector, quantities
 from .systems.user_mechanism.trial import trial
@@ -106,4 +126,4 @@ __all__ = [
     "what",
     "wrap",
     "zero",
-]  # fmt: skip
+]

@@ -19,7 +19,9 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "header_links_before_dropdown": 7,
 }
-html_sidebars = {"**": []}  # only the gallery has pages below it, and its index lists them; code needs the width
+html_sidebars = {
+    "**": []
+}  # only the gallery has pages below it, and its index lists them; code needs the width
 html_show_sourcelink = False
 html_static_path = ["static"]
 html_css_files = ["book.css"]

@@ -1,8 +1,8 @@
 """Simulate, check and optimise the mechanisms of planting machines: forces, gears, cams and motion.
 
-The numeric part: it reads machine files, evaluates the generated equations of motion and optimises designs. SI units
-and radians throughout, but in results: their attributes are the keys of the commands' JSON and end in their units.
-Nothing heavy is imported before a name is used.
+The numeric part: it reads machine files, evaluates the generated equations of motion and optimises
+designs. SI units and radians throughout, but in results: their attributes are the keys of the
+commands' JSON and end in their units. Nothing heavy is imported before a name is used.
 """
 
 from __future__ import annotations
@@ -22,7 +22,13 @@ if TYPE_CHECKING:
     from planter.clutch.sizing import optimise_clutch, size_clutch
     from planter.engine.machine import load_machine as load_mechanism
     from planter.engine.outputs import OutputBatch
-    from planter.errors import ComputationError, GeometryError, InputError, Interrupted, PlanterError
+    from planter.errors import (
+        ComputationError,
+        GeometryError,
+        InputError,
+        Interrupted,
+        PlanterError,
+    )
     from planter.kernels import CallError, Kernel
     from planter.mapping.curve import load_curve
     from planter.mapping.file import load_poses

@@ -13,7 +13,9 @@ class PlanterError(Exception):
     """What was computed before the failure, as `--json` prints it."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickling with all attributes and any constructor, because worker processes send their errors."""
+        """Support pickling with all attributes and any constructor, because worker processes send
+        their errors.
+        """
         return _restore_error, (type(self), self.args, vars(self))
 
     @property
@@ -31,7 +33,9 @@ class PlanterError(Exception):
         return {"error": {"name": self.name, "message": self.message}, "partial": self.partial}
 
 
-def _restore_error(kind: type[PlanterError], args: tuple[Any, ...], attributes: dict[str, Any]) -> PlanterError:
+def _restore_error(
+    kind: type[PlanterError], args: tuple[Any, ...], attributes: dict[str, Any]
+) -> PlanterError:
     error = kind.__new__(kind, *args)
     vars(error).update(attributes)
     return error
@@ -44,7 +48,8 @@ class InputError(PlanterError):
 
     @classmethod
     def for_value(cls, key: str, value: object, rule: str, source: str = "") -> Self:
-        """Return the error of an invalid value, with the rule that it violates or what to do, and the file if any.
+        """Return the error of an invalid value, with the rule that it violates or what to do, and
+        the file if any.
 
         >>> str(InputError.for_value("mass.sun_kg", -0.4, "it must be greater than 0", "my.toml"))
         'my.toml: mass.sun_kg = -0.4: it must be greater than 0'
@@ -62,7 +67,9 @@ class ComputationError(PlanterError):
 
 
 class NotFiniteError(ComputationError):
-    """Output of a function which is NaN or infinite: name of the `output`, `row` and `lane` of the first such entry."""
+    """Output of a function which is NaN or infinite: name of the `output`, `row` and `lane` of the
+    first such entry.
+    """
 
     def __init__(self, function: str, output: str, row: int, lane: int) -> None:
         super().__init__(f"{function}: output {output}[{row}] is not finite in lane {lane}")

@@ -1,7 +1,7 @@
 """Discovery of the packages of this project, and of installed packages which add machines.
 
-A package may contain a module `commands` (a typer `app`), a folder `examples` of machine files, and a package `printed`
-(numbers which papers print, and the formulas that recompute them).
+A package may contain a module `commands` (a typer `app`), a folder `examples` of machine files, and
+a package `printed` (numbers which papers print, and the formulas that recompute them).
 """
 
 from __future__ import annotations
@@ -18,12 +18,16 @@ from pathlib import Path
 from types import ModuleType
 
 GROUP = "planter.machines"
-"""Group of entry points by which an installed package adds a machine: the machine's name, and the package."""
+"""Group of entry points by which an installed package adds a machine: the machine's name, and the
+package.
+"""
 
 
 @cache
 def find_packages() -> dict[str, str]:
-    """Return full package names by short name: the packages of this project, then the installed ones."""
+    """Return full package names by short name: the packages of this project, then the installed
+    ones.
+    """
     modules = pkgutil.iter_modules([str(Path(__file__).parent)])
     internal = {module.name: f"planter.{module.name}" for module in modules if module.ispkg}
     return internal | {entry.name: entry.value for entry in sorted(entry_points(group=GROUP))}
@@ -41,7 +45,9 @@ def load_modules(name: str) -> Iterator[ModuleType]:
         except Exception as error:
             if package.startswith(f"{__package__}."):
                 raise
-            logging.getLogger(__package__).warning("%s is skipped: %s: %s", package, type(error).__name__, error)
+            logging.getLogger(__package__).warning(
+                "%s is skipped: %s: %s", package, type(error).__name__, error
+            )
 
 
 def name_package(module: ModuleType) -> str:
@@ -52,13 +58,19 @@ def name_package(module: ModuleType) -> str:
 def _has_module(package: str, name: str) -> bool:
     spec = find_spec(package)
     locations = spec.submodule_search_locations if spec else None
-    return bool(locations) and any(module.name == name for module in pkgutil.iter_modules(locations))
+    return bool(locations) and any(
+        module.name == name for module in pkgutil.iter_modules(locations)
+    )
 
 
 def list_commands(name: str) -> list[str]:
     """Return the names of the commands and command groups of a package, given by its short name."""
     package = find_packages()[name]
-    app = next(module.app for module in load_modules("commands") if module.__name__ == f"{package}.commands")
+    app = next(
+        module.app
+        for module in load_modules("commands")
+        if module.__name__ == f"{package}.commands"
+    )
     commands = [command.name or command.callback.__name__ for command in app.registered_commands]
     return [*commands, *(group.name for group in app.registered_groups)]
 
@@ -66,5 +78,7 @@ def list_commands(name: str) -> list[str]:
 @cache
 def find_folders(name: str) -> dict[str, Traversable]:
     """Return the folders of the given name by the short name of the package that contains them."""
-    folders = {short: resources.files(package).joinpath(name) for short, package in find_packages().items()}
+    folders = {
+        short: resources.files(package).joinpath(name) for short, package in find_packages().items()
+    }
     return {short: folder for short, folder in folders.items() if folder.is_dir()}

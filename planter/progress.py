@@ -1,4 +1,6 @@
-"""Progress of long tasks, reported to a listener step by step with an estimate of the remaining time."""
+"""Progress of long tasks, reported to a listener step by step with an estimate of the remaining
+time.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ SLOW_S = 2.0
 
 @dataclass
 class RunningStep:
-    """A step of the main thread: what it does, when it is due to be reported [s], and what was said of it last."""
+    """A step of the main thread: what it does, when it is due to be reported [s], and what was said
+    of it last.
+    """
 
     describe: Callable[[], str]
     due: float = field(default_factory=lambda: time.monotonic() + SLOW_S)
@@ -29,10 +33,11 @@ _running: list[RunningStep] = []
 
 @contextmanager
 def name_step(text: str | Callable[[], str]) -> Iterator[None]:
-    """Name what the main thread does meanwhile; a command says it on standard error if it takes more than `SLOW_S`.
+    """Name what the main thread does meanwhile; a command says it on standard error if it takes
+    more than `SLOW_S`.
 
-    A function gives a text that changes, such as one with the time that a motion has reached. It is called in another
-    thread. Steps within steps are named in place of those around them.
+    A function gives a text that changes, such as one with the time that a motion has reached. It is
+    called in another thread. Steps within steps are named in place of those around them.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -46,7 +51,9 @@ def name_step(text: str | Callable[[], str]) -> Iterator[None]:
 
 
 def describe_slow_step() -> str | None:
-    """Return what the innermost running step does if it is slow and this was not said before, else None."""
+    """Return what the innermost running step does if it is slow and this was not said before, else
+    None.
+    """
     for step in _running[-1:]:  # a copy: the main thread may end the step meanwhile
         if time.monotonic() < step.due:
             continue
@@ -58,10 +65,11 @@ def describe_slow_step() -> str | None:
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a task: `done` of `total` steps, such as generations, starts or figures, are complete.
+    """Progress of a task: `done` of `total` steps, such as generations, starts or figures, are
+    complete.
 
-    `best` is the smallest objective so far if the task is a search; `remaining` [s] is extrapolated from the steps so
-    far, None before the first step.
+    `best` is the smallest objective so far if the task is a search; `remaining` [s] is extrapolated
+    from the steps so far, None before the first step.
 
     >>> print(Progress("ga", "generation", 20, 200, best=1.9, remaining=27.0))
     ga: generation 20 of 200, best objective 1.9, about 27 s left
@@ -95,7 +103,9 @@ class ProgressPhase:
     `done` steps were restored from an earlier run; they do not count for the remaining time.
     """
 
-    def __init__(self, task: str, step: str, total: int, listener: Listener | None, done: int = 0) -> None:
+    def __init__(
+        self, task: str, step: str, total: int, listener: Listener | None, done: int = 0
+    ) -> None:
         self.task, self.step, self.total, self.listener = task, step, total, listener
         self.done, self._restored, self._start = done, done, time.perf_counter()
         self._last = self._start

@@ -1,4 +1,6 @@
-"""Untrusted text made safe to print: without control characters, on one line, and of limited length."""
+"""Untrusted text made safe to print: without control characters, on one line, and of limited
+length.
+"""
 
 import json
 import math
@@ -26,7 +28,8 @@ def sanitise_text(raw: str) -> str:
 
 
 def sanitise_line(raw: str, max_length: int = MAX_LENGTH) -> str:
-    """Return a text on one line, with all spaces but the plain one escaped, and without its middle if it is too long.
+    """Return a text on one line, with all spaces but the plain one escaped, and without its middle
+    if it is too long.
 
     >>> sanitise_line("two\\nlines"), sanitise_line("abcdefghijkl", 9)
     ('two\\\\nlines', 'abc...jkl')
@@ -61,7 +64,9 @@ def replace_decimal_comma(raw: str) -> str | None:
 
 
 def is_invisible(character: str) -> bool:
-    """Return whether a character is invisible: control and format characters, surrogates, line separators."""
+    """Return whether a character is invisible: control and format characters, surrogates, line
+    separators.
+    """
     return unicodedata.category(character) in _INVISIBLE
 
 
@@ -87,15 +92,23 @@ _RESERVED = re.compile(r"(CON|PRN|AUX|NUL|COM\d|LPT\d)(\..*)?", re.IGNORECASE)
 
 
 def file_name(name: str) -> str:
-    """Return a name as the name of a file without its ending, on every system, in the folder that it is put in.
+    """Return a name as the name of a file without its ending, on every system, in the folder that
+    it is put in.
 
     Letters and digits of any script stay, what separates folders or cannot be seen becomes `_`.
 
     >>> file_name("wang2017"), file_name("/etc/passwd"), file_name("../a b"), file_name("nul"), file_name("..")
     ('wang2017', '_etc_passwd', '_a b', '_nul', '_')
     """
-    plain = "".join(sign if _is_allowed(sign) else "_" for sign in unicodedata.normalize("NFC", name))
-    short = plain.lstrip(". -")[:_LONGEST_FILE_NAME].encode()[:_LONGEST_BYTES].decode(errors="ignore").rstrip(". ")
+    plain = "".join(
+        sign if _is_allowed(sign) else "_" for sign in unicodedata.normalize("NFC", name)
+    )
+    short = (
+        plain.lstrip(". -")[:_LONGEST_FILE_NAME]
+        .encode()[:_LONGEST_BYTES]
+        .decode(errors="ignore")
+        .rstrip(". ")
+    )
     return f"_{short}" if not short or _RESERVED.fullmatch(short) else short
 
 

@@ -1,8 +1,9 @@
 """The one place where this project starts Python: worker processes, and commands of planter.
 
-Such a process is isolated: the standard library comes first, then the paths of this process, so that no file of the
-current folder, and none that PYTHONPATH names, is taken for a module of the library. Foreign programs, such as
-compilers, are run by `planter.kernels.builds`; `tests/test_structure.py` forbids all other starts.
+Such a process is isolated: the standard library comes first, then the paths of this process, so
+that no file of the current folder, and none that PYTHONPATH names, is taken for a module of the
+library. Foreign programs, such as compilers, are run by `planter.kernels.builds`;
+`tests/test_structure.py` forbids all other starts.
 """
 
 from __future__ import annotations
@@ -37,7 +38,10 @@ sys.modules["planter"] = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(sys.modules["planter"])
 """
 _WORKER = "import importlib; importlib.import_module(sys.argv[1]).main()"
-_PROGRAM = "import runpy; del sys.argv[0]; runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)"
+_PROGRAM = (
+    "import runpy; del sys.argv[0]; runpy.run_module(sys.argv[0], run_name='__main__', "
+    "alter_sys=True)"
+)
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 """Environment of a worker, which shares the processor with others like it."""
 _LENGTH = struct.Struct("<Q")
@@ -53,7 +57,13 @@ def python_command(code: str, *words: str, checkout: Path | None = None) -> list
     if checkout is not None:
         first, package = [str(checkout)], ""
     last = [os.path.abspath(path) for path in sys.path]
-    return [sys.executable, "-I", "-c", _PATHS.format(first=first, last=last) + package + code, *words]
+    return [
+        sys.executable,
+        "-I",
+        "-c",
+        _PATHS.format(first=first, last=last) + package + code,
+        *words,
+    ]
 
 
 def program_command(module: str, *words: str, checkout: Path | None = None) -> list[str]:
@@ -66,18 +76,23 @@ class WorkerEndedError(ComputationError):
 
 
 class Worker:
-    """A process that answers messages, bytes each, one after another: `main` of an importable module calls `serve`.
+    """A process that answers messages, bytes each, one after another: `main` of an importable
+    module calls `serve`.
 
-    It works on one thread, is not reached by Ctrl-C, and ends with this process. `first` is a message without
-    a separate answer; it is sent before the others.
+    It works on one thread, is not reached by Ctrl-C, and ends with this process. `first` is a
+    message without a separate answer; it is sent before the others.
     """
 
     def __init__(self, module: str, first: bytes, longest_answer: int | None = None) -> None:
         self._messages, self._longest_answer = [first], longest_answer
         self._process = subprocess.Popen(
-            python_command(_WORKER, module), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env={**os.environ, **ONE_THREAD}, **detached_process_options(),
-        )  # fmt: skip
+            python_command(_WORKER, module),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, **ONE_THREAD},
+            **detached_process_options(),
+        )
 
     @property
     def pid(self) -> int:
@@ -90,8 +105,8 @@ class Worker:
     def ask(self, message: bytes, limit_s: float | None = None) -> bytes:
         """Return the answer to a message.
 
-        Raises WorkerEndedError if the process ends or its answer is too long, TimeoutError after `limit_s` seconds; in
-        all these cases nothing of it goes on running.
+        Raises WorkerEndedError if the process ends or its answer is too long, TimeoutError after
+        `limit_s` seconds; in all these cases nothing of it goes on running.
         """
         is_late = threading.Event()
 
@@ -113,7 +128,10 @@ class Worker:
             timer.cancel()
 
     def kill(self) -> None:
-        """Kill the process; a caller that waits for its answer gets an error. Any thread may call this."""
+        """Kill the process; a caller that waits for its answer gets an error.
+
+        Any thread may call this.
+        """
         self._process.kill()
 
     def end(self) -> None:
@@ -140,11 +158,14 @@ class Worker:
         return answer
 
 
-def serve(prepare: Callable[[bytes], Callable[[bytes], bytes]], memory_bytes: int | None = None) -> None:
+def serve(
+    prepare: Callable[[bytes], Callable[[bytes], bytes]], memory_bytes: int | None = None
+) -> None:
     """Answer, in a worker, every message after the first by what `prepare` makes of that.
 
-    When no more messages can come the process ends at once, at work or not. What is printed goes nowhere. Beyond
-    `memory_bytes` of address space an allocation fails, where the system can limit it.
+    When no more messages can come the process ends at once, at work or not. What is printed goes
+    nowhere. Beyond `memory_bytes` of address space an allocation fails, where the system can limit
+    it.
     """
     if memory_bytes is not None:
         _limit_memory(memory_bytes)
@@ -158,26 +179,41 @@ def serve(prepare: Callable[[bytes], Callable[[bytes], bytes]], memory_bytes: in
 
 
 async def start_async_program(module: str, *words: str) -> Process:
-    """Start `python -m MODULE WORDS` for an event loop, which reads what it prints and what it reports."""
+    """Start `python -m MODULE WORDS` for an event loop, which reads what it prints and what it
+    reports.
+    """
     import asyncio
 
     return await asyncio.create_subprocess_exec(
-        *program_command(module, *words), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        *program_command(module, *words),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
     )
 
 
 def run_command(
     command: Sequence[str], cwd: Path | None = None, variables: Mapping[str, str] | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run one of the commands above to its end, and return what it prints; `variables` are added to its environment."""
+    """Run one of the commands above to its end, and return what it prints; `variables` are added to
+    its environment.
+    """
     return subprocess.run(
-        command, cwd=cwd, env={**os.environ, **(variables or {})}, stdin=subprocess.DEVNULL, capture_output=True,
-        text=True, errors="replace", check=False,
-    )  # fmt: skip
+        command,
+        cwd=cwd,
+        env={**os.environ, **(variables or {})},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
 
 
 def detached_process_options() -> dict[str, Any]:
-    """Return what `subprocess.Popen` takes for a process that Ctrl-C in this one's terminal does not reach."""
+    """Return what `subprocess.Popen` takes for a process that Ctrl-C in this one's terminal does
+    not reach.
+    """
     if sys.platform == "win32":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
     return {"start_new_session": True}

@@ -1,4 +1,5 @@
-"""How the tests evaluate: by CasADi's virtual machine, alike on every machine, unless they ask for compiled functions.
+"""How the tests evaluate: by CasADi's virtual machine, alike on every machine, unless they ask for
+compiled functions.
 
 That all ways give the same is tested by itself, in `planter/kernels` and `planter/planting`.
 """
@@ -12,15 +13,18 @@ import pytest
 
 from planter.report import style
 
-# Without bytecode every process that a test starts would compile all sources anew: more than a second each.
+# Without bytecode every process that a test starts would compile all sources anew: more than a
+# second each.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 
 def pytest_collection_finish() -> None:
-    """Exempt imported objects, which last as long as the process, from garbage collection, and collect less often.
+    """Exempt imported objects, which last as long as the process, from garbage collection, and
+    collect less often.
 
-    SymPy allocates so many small objects that the default threshold costs 8 % of the derivations' time.
+    SymPy allocates so many small objects that the default threshold costs 8 % of the derivations'
+    time.
     """
     gc.collect()
     gc.freeze()
@@ -45,6 +49,8 @@ def kernel_cache(request: pytest.FixtureRequest) -> Iterator[None]:
 
 @pytest.fixture
 def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are built, but empty sheets are written: drawing them takes most of the time, and is tested elsewhere."""
+    """Figures are built, but empty sheets are written: drawing them takes most of the time, and is
+    tested elsewhere.
+    """
     sheets = {"svg": b"<svg></svg>", "png": b"", "pdf": b""}
     monkeypatch.setattr(style, "_rendered", lambda figure, kind, metadata: sheets[kind])

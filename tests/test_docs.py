@@ -1,4 +1,6 @@
-"""The documentation: every public name on its page, examples that run, findings that say what the records say."""
+"""The documentation: every public name on its page, examples that run, findings that say what the
+records say.
+"""
 
 from __future__ import annotations
 
@@ -22,24 +24,47 @@ from tests.support.structure import ROOT
 DOCS = ROOT / "docs"
 GALLERY = sorted(path for path in (DOCS / "gallery").glob("*.md") if path.stem != "index")
 WITH_PROCESSES = {
-    "embedding", "free_motion", "gears_to_cut", "library", "measured", "own_mechanism", "own_paper", "tolerance",
-}  # fmt: skip
+    "embedding",
+    "free_motion",
+    "gears_to_cut",
+    "library",
+    "measured",
+    "own_mechanism",
+    "own_paper",
+    "tolerance",
+}
 """Pages that start commands, for some seconds."""
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS.glob("*.md")])
 
 sys.path.insert(0, str(DOCS))
 
-from book import commands, drawings, figures, findings, formats, keys, models, names, reference, thumbnails, works  # noqa: E402
+from book import (  # noqa: E402
+    commands,
+    drawings,
+    figures,
+    findings,
+    formats,
+    keys,
+    models,
+    names,
+    reference,
+    thumbnails,
+    works,
+)
 
 
 def cells(page: Path) -> list[str]:
     """Code cells of a page of the gallery."""
-    return re.findall(r"^```\{code-cell\}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    return re.findall(
+        r"^```\{code-cell\}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
 
 
 def called(text: str) -> list[list[str]]:
     """Commands of `planter` in the indented blocks of a page, each as its words."""
-    lines = (line.partition("#")[0] for line in text.splitlines() if re.match(r" {4}planter [a-z]", line))
+    lines = (
+        line.partition("#")[0] for line in text.splitlines() if re.match(r" {4}planter [a-z]", line)
+    )
     return [line.split()[1:] for line in lines]
 
 
@@ -53,15 +78,24 @@ def unknown(words: list[str], helps: dict[str, str]) -> list[str]:
     name = next((index for index in (" ".join(words[:2]), words[0]) if index in helps), None)
     if name is None:
         return words[:1]
-    return [word for word in words if word.startswith("--") and not re.search(rf"{word}\b", helps[name] + "--version")]
+    return [
+        word
+        for word in words
+        if word.startswith("--") and not re.search(rf"{word}\b", helps[name] + "--version")
+    ]
 
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=pytest.mark.long if page.stem in WITH_PROCESSES else ()) for page in GALLERY],
+    [
+        pytest.param(page, marks=pytest.mark.long if page.stem in WITH_PROCESSES else ())
+        for page in GALLERY
+    ],
     ids=[page.stem for page in GALLERY],
 )
-def test_the_gallery_runs(page: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_gallery_runs(
+    page: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setenv("MPLBACKEND", "Agg")
     monkeypatch.chdir(page.parent)
     space: dict[str, object] = {}
@@ -83,7 +117,9 @@ def test_unknown_command_or_option_is_detected(helps: dict[str, str]) -> None:
 
 
 def test_every_command_has_a_page(helps: dict[str, str]) -> None:
-    listed = {line.split()[0] for line in run("--help")[1].splitlines() if re.match(r"  [a-z]+ ", line)}
+    listed = {
+        line.split()[0] for line in run("--help")[1].splitlines() if re.match(r"  [a-z]+ ", line)
+    }
     assert {name.split()[0] for name in helps} == listed
 
 
@@ -129,7 +165,9 @@ def test_every_file_key_is_documented() -> None:
     assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 | 0.4 | assumed |" in page
     assert "| `cam.rise_delta_deg` | deg |" in page
     assert "| 130, 180 | assumed |" in page
-    file_keys = {meaning.key for meaning in dictionary.collect_meanings() if meaning.kind == "file key"}
+    file_keys = {
+        meaning.key for meaning in dictionary.collect_meanings() if meaning.kind == "file key"
+    }
     assert not [key for key in file_keys if f"| `{key}` |" not in page]
 
 
@@ -138,7 +176,9 @@ def test_drawings_have_a_row_for_every_symbol_of_every_machine() -> None:
     for machine in drawings.machines().values():
         for sheet in machine.labelled.sheets:
             assert f"{{figure}} {machine.package}-{sheet.name}.svg\n" in page
-        missing = [symbol.name for symbol in machine.symbols() if f"| `{symbol.name}` |" not in page]
+        missing = [
+            symbol.name for symbol in machine.symbols() if f"| `{symbol.name}` |" not in page
+        ]
         assert not missing
     assert "| `a1` | centre distance of stage 1 | m |  | `a1_mm` |" in page
 
@@ -148,7 +188,10 @@ def test_every_model_is_documented_with_assumptions() -> None:
     assert set(generated.names()) - set(models.names()) == {"audit", "audit_mathml"}
     for name in models.names():
         assert f"## `{name}`\n" in page
-        assert all(f"* {assumption}" in page for assumption in generated.sidecar(name).get("assumptions", ()))
+        assert all(
+            f"* {assumption}" in page
+            for assumption in generated.sidecar(name).get("assumptions", ())
+        )
 
 
 def test_figures_on_pages_are_generated() -> None:
@@ -166,12 +209,18 @@ def test_every_work_is_documented_with_doi() -> None:
 def test_findings_name_every_equation_at_fault_and_no_other() -> None:
     record, page = verdicts.load_verdicts(), findings.page()
     listed = set(re.findall(r"^\* \*\*\((.+?)\)\*\*, ", page, re.MULTILINE))
-    assert listed == {entry["equation"] for entry in record["equations"] if entry["verdict"] in findings.FAULT}
+    assert listed == {
+        entry["equation"] for entry in record["equations"] if entry["verdict"] in findings.FAULT
+    }
 
 
 def test_findings_name_their_conditions() -> None:
     record: dict[str, Any] = copy.deepcopy(dict(verdicts.load_verdicts()))
-    at_fault = next(entry for entry in record["equations"] if entry["verdict"] == "misprint" and not entry["fragile"])
+    at_fault = next(
+        entry
+        for entry in record["equations"]
+        if entry["verdict"] == "misprint" and not entry["fragile"]
+    )
     before = findings.page(record).count("one character of the text as read")
     assert before == sum(
         findings.page(record).count(f"**({entry['equation']})**, {entry['claims']}")
@@ -180,7 +229,11 @@ def test_findings_name_their_conditions() -> None:
     )
     at_fault["fragile"] = True
     assert findings.page(record).count("one character of the text as read") > before
-    lacking = next(entry for entry in record["equations"] if entry["verdict"] == "incomplete" and entry["terms"])
+    lacking = next(
+        entry
+        for entry in record["equations"]
+        if entry["verdict"] == "incomplete" and entry["terms"]
+    )
     lacking["terms"] = [dict(term, share_of_largest=0.5) for term in lacking["terms"]]
     assert not findings.negligible(lacking)
     lacking["terms"][0]["share_of_largest"] = 0.001

@@ -1,4 +1,6 @@
-"""Files and texts of users come in by `planter.files.text`, results go out by `planter.report.folder`; nothing else."""
+"""Files and texts of users come in by `planter.files.text`, results go out by
+`planter.report.folder`; nothing else.
+"""
 
 import ast
 import re
@@ -10,12 +12,30 @@ from tests.support.structure import ROOT
 
 DOOR = "files/text.py"
 READERS = {
-    "read_text", "read_bytes", "load", "loads", "open", "fdopen", "receive_json", "loadtxt", "genfromtxt", "fromfile",
-    "memmap", "read_csv", "read_parquet", "readfile", "file_digest", "copytree", "copyfile", "copy2",
-}  # fmt: skip
+    "read_text",
+    "read_bytes",
+    "load",
+    "loads",
+    "open",
+    "fdopen",
+    "receive_json",
+    "loadtxt",
+    "genfromtxt",
+    "fromfile",
+    "memmap",
+    "read_csv",
+    "read_parquet",
+    "readfile",
+    "file_digest",
+    "copytree",
+    "copyfile",
+    "copy2",
+}
 """Functions and methods that read a file or parse a text."""
 PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "os", "shutil"}
-"""Modules whose `load`, `loads` and `open` read: a method of that name of something else does not."""
+"""Modules whose `load`, `loads` and `open` read: a method of that name of something else does
+not.
+"""
 ALLOWED = {
     "audit/numbers.py": "printed numbers of installed rooms",
     "bench/tasks.py": "a drawing that the measured program wrote a moment before",
@@ -25,7 +45,9 @@ ALLOWED = {
     "clutch/report/shape.py": "an animation that was written a moment before",
     "report/folder.py": "the lock of a folder, opened without following links",
     "files/examples.py": "files that installed rooms bring",
-    "interchange/co_simulation.py": "files of this program, a library that was compiled a moment before",
+    "interchange/co_simulation.py": (
+        "files of this program, a library that was compiled a moment before"
+    ),
     "kernels/builds.py": "/proc of processes that compile",
     "kernels/generated.py": "functions of installed rooms",
     "kernels/programs.py": "a program that was compiled a moment before",
@@ -39,7 +61,9 @@ ALLOWED = {
     "planting/attainable_force.py": "a front of this program",
     "terminal/process.py": "the null device",
     "view/animation.py": "an animation that was written a moment before",
-    "studio/live.py": "answers of a process that this one started, and what commands of this program printed",
+    "studio/live.py": (
+        "answers of a process that this one started, and what commands of this program printed"
+    ),
     "studio/session.py": "requests of the process that started this one",
     "workers.py": "messages between a process and one that it started",
 }
@@ -47,7 +71,9 @@ ALLOWED = {
 
 
 def readings(source: str) -> Iterator[tuple[int, str]]:
-    """Lines of a source with a call that reads, or a name of one, but for files of this program by `resources`."""
+    """Lines of a source with a call that reads, or a name of one, but for files of this program by
+    `resources`.
+    """
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import | ast.ImportFrom):
             names = [alias.name for alias in node.names]
@@ -57,20 +83,30 @@ def readings(source: str) -> Iterator[tuple[int, str]]:
         elif isinstance(node, ast.Attribute) and node.attr in READERS:
             if _is_a_reader(node) and not _is_packaged(node.value):
                 yield node.lineno, node.attr
-        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "open":
+        elif (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id == "open"
+        ):
             yield node.lineno, "open"
 
 
 def _is_a_reader(node: ast.Attribute) -> bool:
-    if node.attr == "open":  # of a module, or of a path: a machine that is opened is a Shown, a session or a kind
-        return isinstance(node.value, ast.Name) and (node.value.id in PARSERS or "path" in node.value.id)
+    if (
+        node.attr == "open"
+    ):  # of a module, or of a path: a machine that is opened is a Shown, a session or a kind
+        return isinstance(node.value, ast.Name) and (
+            node.value.id in PARSERS or "path" in node.value.id
+        )
     if node.attr in ("load", "loads"):
         return isinstance(node.value, ast.Name) and node.value.id in PARSERS
     return not (isinstance(node.value, ast.Name) and node.value.id == "text")
 
 
 def _is_packaged(node: ast.expr) -> bool:
-    """Whether an expression is a chain of calls that starts with `files(...)` of importlib.resources."""
+    """Whether an expression is a chain of calls that starts with `files(...)` of
+    importlib.resources.
+    """
     while isinstance(node, ast.Call | ast.Attribute):
         if isinstance(node, ast.Call):
             callee = node.func
@@ -80,11 +116,20 @@ def _is_packaged(node: ast.expr) -> bool:
     return False
 
 
-def scan(find: Callable[[str], Iterator[tuple[int, str]]], words: Iterable[str]) -> dict[str, list[tuple[int, str]]]:
-    """Modules of `planter` in which something is found, with the places; those without the words are not parsed."""
+def scan(
+    find: Callable[[str], Iterator[tuple[int, str]]], words: Iterable[str]
+) -> dict[str, list[tuple[int, str]]]:
+    """Modules of `planter` in which something is found, with the places; those without the words
+    are not parsed.
+    """
     folder, word = ROOT / "planter", re.compile(rf"\b({'|'.join(sorted(words))})\b")
-    sources = {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in sorted(folder.rglob("*.py"))}
-    places_by_module = {name: list(find(source)) for name, source in sources.items() if word.search(source)}
+    sources = {
+        path.relative_to(folder).as_posix(): path.read_text("utf-8")
+        for path in sorted(folder.rglob("*.py"))
+    }
+    places_by_module = {
+        name: list(find(source)) for name, source in sources.items() if word.search(source)
+    }
     return {name: places for name, places in places_by_module.items() if places}
 
 
@@ -95,7 +140,18 @@ def test_only_the_door_reads_files_of_users() -> None:
 
 
 WAY_OUT = "report/folder.py"
-WRITERS = {"write_text", "write_bytes", "unlink", "rmtree", "replace", "rename", "remove", "rmdir", "savez", "savetxt"}
+WRITERS = {
+    "write_text",
+    "write_bytes",
+    "unlink",
+    "rmtree",
+    "replace",
+    "rename",
+    "remove",
+    "rmdir",
+    "savez",
+    "savetxt",
+}
 """Functions and methods that write or delete a file."""
 WRITING = {
     "kernels/builds.py": "folders of the cache",
@@ -110,7 +166,9 @@ WRITING = {
 
 
 def writings(source: str) -> Iterator[tuple[int, str]]:
-    """Lines of a source that write or delete a file, but for those that do it by the functions of `planter.report`."""
+    """Lines of a source that write or delete a file, but for those that do it by the functions of
+    `planter.report`.
+    """
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Attribute) and node.attr in WRITERS:
             holder = node.value.id if isinstance(node.value, ast.Name) else ""
@@ -128,27 +186,47 @@ def test_results_are_written_by_a_single_module() -> None:
 
 
 @pytest.mark.parametrize(
-    "source", ["path.write_text(x)", "Path(out).write_bytes(x)", "shutil.rmtree(x)", "os.replace(a, b)"]
+    "source",
+    ["path.write_text(x)", "Path(out).write_bytes(x)", "shutil.rmtree(x)", "os.replace(a, b)"],
 )
 def test_other_writer_is_detected(source: str) -> None:
     assert list(writings(source))
     assert not list(writings("files.write_text(path, x)\ntext.replace(a, b)"))
 
 
-@pytest.mark.parametrize("source", [
-    "import tomllib", "from tomllib import loads", "from json import loads", "json.loads(text)", "json.load(file)",
-    "path.read_text()", "Path(source).read_bytes()", "open(path)", "path.open()", "np.loadtxt(path)",
-    "os.open(path, 0)",
-    "await socket.receive_json()", "Path(files(source)).with_name(name); there.read_text()", "read = Path.read_text",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "source",
+    [
+        "import tomllib",
+        "from tomllib import loads",
+        "from json import loads",
+        "json.loads(text)",
+        "json.load(file)",
+        "path.read_text()",
+        "Path(source).read_bytes()",
+        "open(path)",
+        "path.open()",
+        "np.loadtxt(path)",
+        "os.open(path, 0)",
+        "await socket.receive_json()",
+        "Path(files(source)).with_name(name); there.read_text()",
+        "read = Path.read_text",
+    ],
+)
 def test_other_reader_is_detected(source: str) -> None:
     assert list(readings(source))
 
 
-@pytest.mark.parametrize("source", [
-    "resources.files(__package__).joinpath('x').read_text()", "text.read_text(path)", "read_text(path)",
-    "json.dumps(x)",
-    "kind.open(source)", "load(path)",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "source",
+    [
+        "resources.files(__package__).joinpath('x').read_text()",
+        "text.read_text(path)",
+        "read_text(path)",
+        "json.dumps(x)",
+        "kind.open(source)",
+        "load(path)",
+    ],
+)
 def test_allowed_readers_read_no_user_files(source: str) -> None:
     assert not list(readings(source))

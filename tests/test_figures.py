@@ -25,7 +25,11 @@ def test_every_figure_of_a_page_has_a_record(page: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in figures.listed()["commands"]]
+    "command",
+    [
+        pytest.param(name, marks=[pytest.mark.long] * (name in SLOW))
+        for name in figures.listed()["commands"]
+    ],
 )
 def test_records_equal_command_output(command: str) -> None:
     values = figures.read_saved()
@@ -35,7 +39,9 @@ def test_records_equal_command_output(command: str) -> None:
 
 
 def test_changed_figures_are_noticed() -> None:
-    sentence = figures.Sentence.parse("page", "a range of {exact.range_N:.1f} N and {exact.force:.0f} N")
+    sentence = figures.Sentence.parse(
+        "page", "a range of {exact.range_N:.1f} N and {exact.force:.0f} N"
+    )
     text = "It has a range of\n3.1 N and 98 N."
     values = {"exact.range_N": 3.12, "exact.force": 97.9}
     assert sentence.renewed(text, values) == text

@@ -1,4 +1,6 @@
-"""No determinant or solution of a linear system by expansion or without pivots, held over the syntax."""
+"""No determinant or solution of a linear system by expansion or without pivots, held over the
+syntax.
+"""
 
 import ast
 from collections.abc import Iterator
@@ -8,7 +10,19 @@ import pytest
 from derive.emit.targets import array, casadi
 from tests.support.structure import ROOT
 
-GRAPHS = {"det", "solve", "inv", "inv_minor", "adj", "minor", "cofactor", "pinv", "mldivide", "mrdivide", "qr"}
+GRAPHS = {
+    "det",
+    "solve",
+    "inv",
+    "inv_minor",
+    "adj",
+    "minor",
+    "cofactor",
+    "pinv",
+    "mldivide",
+    "mrdivide",
+    "qr",
+}
 """Functions of CasADi that expand minors of a graph, or solve by Gram-Schmidt without pivots."""
 SYMBOLS = {"det", "inv", "LUsolve", "cramer_solve", "adjugate", "cofactor", "minor"}
 """Methods of SymPy's matrices whose results grow without bounds."""
@@ -51,12 +65,21 @@ def test_generated_elimination_expands_nothing(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["ca.det(jacobian)", "-ca.solve(a, b)", "from casadi import det", "casadi.inv(m)", "matrix.det()"]
+    "text",
+    [
+        "ca.det(jacobian)",
+        "-ca.solve(a, b)",
+        "from casadi import det",
+        "casadi.inv(m)",
+        "matrix.det()",
+    ],
 )
 def test_an_expansion_is_noticed(text: str) -> None:
     assert list(list_expansions(text))
 
 
-@pytest.mark.parametrize("text", ["np.linalg.solve(a, b)", "recorder.solve(x)", "solve_system(a, b).solution"])
+@pytest.mark.parametrize(
+    "text", ["np.linalg.solve(a, b)", "recorder.solve(x)", "solve_system(a, b).solution"]
+)
 def test_numbers_may_be_solved(text: str) -> None:
     assert not list(list_expansions(text))

@@ -4,7 +4,14 @@ import ast
 
 import pytest
 
-from tests.support.names import Source, count_findings, find_names, find_repository_names, find_rises, read_totals
+from tests.support.names import (
+    Source,
+    count_findings,
+    find_names,
+    find_repository_names,
+    find_rises,
+    read_totals,
+)
 
 CLEAN = '''
 """A module."""
@@ -23,7 +30,9 @@ def compute_deflection(load):
 
 def count(*texts: str, path: str = "planter/engine/module_{}.py") -> dict[str, dict[str, int]]:
     """Totals of modules given as texts."""
-    return count_findings(find_names(Source(path.format(i), ast.parse(text)) for i, text in enumerate(texts)))
+    return count_findings(
+        find_names(Source(path.format(i), ast.parse(text)) for i, text in enumerate(texts))
+    )
 
 
 def test_totals_do_not_rise() -> None:

@@ -1,4 +1,6 @@
-"""What pages tell to type can be typed: commands run in turn in an empty folder, tables of files are read."""
+"""What pages tell to type can be typed: commands run in turn in an empty folder, tables of files
+are read.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +18,26 @@ from tests.support.structure import ROOT
 DOCS = ROOT / "docs"
 PAGES = sorted([ROOT / "README.md", *DOCS.glob("*.md")])
 LONGER = (
-    "--prove", "--front", "--lift", "--step", "--cluster", "hybrid", "optimise wang2017-wide", "contact", "animate",
-    "bench", "calibrate", "compare", "drive", "export", "gears", "optimise own", "studio", "sweep", "tolerance",
-)  # fmt: skip
+    "--prove",
+    "--front",
+    "--lift",
+    "--step",
+    "--cluster",
+    "hybrid",
+    "optimise wang2017-wide",
+    "contact",
+    "animate",
+    "bench",
+    "calibrate",
+    "compare",
+    "drive",
+    "export",
+    "gears",
+    "optimise own",
+    "studio",
+    "sweep",
+    "tolerance",
+)
 """What takes minutes, or never ends, and what goes on from there; tests of their own run these."""
 
 
@@ -62,7 +81,11 @@ def test_tables_on_pages_are_read() -> None:
 
 def test_calls_and_tables_are_recognised() -> None:
     text = (
-        'Take\n\n    planter example a > b.toml   # one\n    planter turn b --least "range F"\n\n    [law]\n    p = 1\n'
+        'Take\n\n    planter example a > b.toml   # one\n    planter turn b --least "range '
+        'F"\n\n    [law]\n    p = 1\n'
     )
-    assert list(typed(text)) == [(["example", "a"], "b.toml"), (["turn", "b", "--least", '"range F"'], None)]
+    assert list(typed(text)) == [
+        (["example", "a"], "b.toml"),
+        (["turn", "b", "--least", '"range F"'], None),
+    ]
     assert list(tables(text)) == ["[law]\np = 1"]

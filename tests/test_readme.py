@@ -1,4 +1,6 @@
-"""README.md and its Chinese version: pictures are those that commands draw, the first lines print what they say."""
+"""README.md and its Chinese version: pictures are those that commands draw, the first lines print
+what they say.
+"""
 
 import doctest
 import re
@@ -11,7 +13,9 @@ from PIL import Image
 from tests.support.pictures import FOLDER, PICTURES, SMALL, draw_picture
 from tests.support.structure import ROOT
 
-TEXT, CHINESE = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "README.zh-CN.md"))
+TEXT, CHINESE = (
+    (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "README.zh-CN.md")
+)
 NOTEBOOK = "notebook.png"
 """A picture of a notebook in a browser, which no command draws."""
 QUICK = ("pictures/symbols.png", "support_force.png", "experiment.png")
@@ -44,7 +48,8 @@ def test_pictures_equal_drawn_ones(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.long] * (name not in QUICK)) for name in PICTURES]
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] * (name not in QUICK)) for name in PICTURES],
 )
 def test_picture_equals_command_output(name: str, tmp_path: Path) -> None:
     assert difference(draw_picture(name, tmp_path), FOLDER / name) < 2
@@ -58,8 +63,12 @@ def test_first_lines_print_shown_output() -> None:
 
 
 def test_chinese_version_has_the_same_code_and_commands() -> None:
-    """Its lines of code, and commands, are those of the English one, which runs; its links lead somewhere."""
-    lines = [line.partition("#")[0].rstrip() for line in CHINESE.splitlines() if line.startswith("    ")]
+    """Its lines of code, and commands, are those of the English one, which runs; its links lead
+    somewhere.
+    """
+    lines = [
+        line.partition("#")[0].rstrip() for line in CHINESE.splitlines() if line.startswith("    ")
+    ]
     assert set(lines) <= {line.partition("#")[0].rstrip() for line in TEXT.splitlines()}
     commands = set(re.findall(r"`(planter [^`]+)`", CHINESE))
     assert commands

@@ -1,4 +1,6 @@
-"""The reference of statements: every public member on its page, with its units, and examples that run."""
+"""The reference of statements: every public member on its page, with its units, and examples that
+run.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +32,14 @@ CLASSES = (derive.Mechanism, derive.Formulas, derive.Paper, derive.Motion, Model
 
 def members(cls: type) -> dict[str, object]:
     """Return the public methods and properties of a class, inherited ones included."""
-    attributes = {name: inspect.getattr_static(cls, name) for name in dir(cls) if not name.startswith("_")}
-    return {name: item for name, item in attributes.items() if callable(item) or (hasattr(item, "__doc__") and item)}
+    attributes = {
+        name: inspect.getattr_static(cls, name) for name in dir(cls) if not name.startswith("_")
+    }
+    return {
+        name: item
+        for name, item in attributes.items()
+        if callable(item) or (hasattr(item, "__doc__") and item)
+    }
 
 
 def code(member: object) -> object:
@@ -54,10 +62,16 @@ def listed_members() -> Iterator[tuple[str, object]]:
                 yield f"{cls.__name__}.{name}", member
     for page in reference.PAGES:
         entries = ((name, resolve_name(name)) for name in reference.names(page))
-        yield from ((name, item) for name, item in entries if inspect.isclass(item) or inspect.isfunction(item))
+        yield from (
+            (name, item)
+            for name, item in entries
+            if inspect.isclass(item) or inspect.isfunction(item)
+        )
 
 
-@pytest.mark.parametrize("member", [pytest.param(member, id=name) for name, member in listed_members()])
+@pytest.mark.parametrize(
+    "member", [pytest.param(member, id=name) for name, member in listed_members()]
+)
 def test_members_have_docstrings_with_units(member: object) -> None:
     assert not complaint(member)
 
@@ -86,18 +100,30 @@ def test_every_member_has_a_single_entry(cls: type) -> None:
 
 
 def test_examples_use_no_unlisted_member() -> None:
-    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "examples").glob("*.py"))
+    text = "".join(
+        path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "examples").glob("*.py")
+    )
     assert {name for name in reference.UNLISTED if re.search(rf"\bm\.{name}\b", text)} == set()
 
 
 def test_reference_lines_name_each_kind() -> None:
-    assert list(reference.directive("derive.Mechanism.pin")) == [".. automethod:: derive.Mechanism.pin", ""]
+    assert list(reference.directive("derive.Mechanism.pin")) == [
+        ".. automethod:: derive.Mechanism.pin",
+        "",
+    ]
     assert next(reference.directive("derive.Mechanism.bodies")).startswith(".. autoproperty::")
     assert "   :members:" in reference.directive("planter.mechanism.model.Model")
 
 
 def test_docstring_output_stays_as_printed() -> None:
-    lines = [">>> for x in (1, 2):", "...     print(x * '_a_')", "_a_", "_a__a_", "", "Then a_ follows."]
+    lines = [
+        ">>> for x in (1, 2):",
+        "...     print(x * '_a_')",
+        "_a_",
+        "_a__a_",
+        "",
+        "Then a_ follows.",
+    ]
     docstrings.as_restructured_text(None, "", "", None, None, lines)  # type: ignore[arg-type]
     assert lines[2:4] == ["_a_", "_a__a_"]
     assert lines[5] == "Then a\\_ follows."
@@ -114,7 +140,11 @@ def test_example_of_dynamics_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     statement = "".join(re.findall(r"^    (.*\n)", text, re.MULTILINE))
     monkeypatch.chdir(own.generated(statement))
     example = doctest.DocTestParser().get_doctest(
-        text.replace("# doctest: +SKIP", ""), {"np": np, "Dynamics": Dynamics}, "Dynamics", None, None
+        text.replace("# doctest: +SKIP", ""),
+        {"np": np, "Dynamics": Dynamics},
+        "Dynamics",
+        None,
+        None,
     )
     assert len(example.examples) > 4
     assert doctest.DocTestRunner().run(example).failed == 0
@@ -122,7 +152,11 @@ def test_example_of_dynamics_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_pin_force_carries_hanging_weight() -> None:
     text = inspect.getdoc(Dynamics) or ""
-    pendulum = Dynamics(load(own.generated("".join(re.findall(r"^    (.*\n)", text, re.MULTILINE))) / "pendulum.toml"))
+    pendulum = Dynamics(
+        load(
+            own.generated("".join(re.findall(r"^    (.*\n)", text, re.MULTILINE))) / "pendulum.toml"
+        )
+    )
     hanging = pendulum.run(np.array([0.0, 0.01]), state=np.array([-np.pi / 2, 0.0]))
     assert hanging.results["F_Ay"][0] == pytest.approx(9.81)
     level = pendulum.run(np.array([0.0, 0.01]), state=np.zeros(2))

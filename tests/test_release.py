@@ -1,4 +1,6 @@
-"""What a release says of itself: versions agree, the sdist is whole, licences are listed, workflows name targets."""
+"""What a release says of itself: versions agree, the sdist is whole, licences are listed, workflows
+name targets.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +83,9 @@ def too_high(pinned: dict[str, str]) -> list[str]:
 def test_the_version_is_the_same_everywhere() -> None:
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    assert re.findall(r"^## \[([^]]+)\]", changes, re.MULTILINE)[0] == __version__ == cited["version"]
+    assert (
+        re.findall(r"^## \[([^]]+)\]", changes, re.MULTILINE)[0] == __version__ == cited["version"]
+    )
     assert cited["license"] == PROJECT["license"]
     assert {"cff-version", "message", "title", "authors", "type"} <= cited.keys()
 
@@ -98,11 +102,18 @@ def test_every_file_has_a_licence_by_the_rules_of_reuse() -> None:
 
 
 def test_licences_of_all_dependencies_are_listed() -> None:
-    rows = [line.split(" | ") for line in licences.PAGE.read_text(encoding="utf-8").splitlines() if " | " in line]
+    rows = [
+        line.split(" | ")
+        for line in licences.PAGE.read_text(encoding="utf-8").splitlines()
+        if " | " in line
+    ]
     listed = {
-        canonicalize_name(name.strip("| ")): (licence_text, licence) for name, licence_text, licence, *_ in rows[1:]
+        canonicalize_name(name.strip("| ")): (licence_text, licence)
+        for name, licence_text, licence, *_ in rows[1:]
     }
-    assert {canonicalize_name(requirement.name) for requirement in list_requirements(licences.EXTRAS)} <= listed.keys()
+    assert {
+        canonicalize_name(requirement.name) for requirement in list_requirements(licences.EXTRAS)
+    } <= listed.keys()
     assert not [name for name, (_, licence) in listed.items() if licence in ("", "not named")]
     for name in listed:
         try:
@@ -120,10 +131,19 @@ def test_sdist_contains_all_wheel_sources(tmp_path: Path) -> None:
         archive.extractall(tmp_path / "source", filter="data")
     (source,) = (tmp_path / "source").iterdir()
     assert source.name == f"planter-{__version__}"
-    assert {"README.md", "LICENSE", "Makefile", "tests", "docs", "CONTRIBUTING.md", "SECURITY.md"} <= {
-        path.name for path in source.iterdir()
-    }
-    again, direct = build(source, "wheel", tmp_path / "again"), build(ROOT, "wheel", tmp_path / "direct")
+    assert {
+        "README.md",
+        "LICENSE",
+        "Makefile",
+        "tests",
+        "docs",
+        "CONTRIBUTING.md",
+        "SECURITY.md",
+    } <= {path.name for path in source.iterdir()}
+    again, direct = (
+        build(source, "wheel", tmp_path / "again"),
+        build(ROOT, "wheel", tmp_path / "direct"),
+    )
     assert content(again) == content(direct)
 
 
@@ -146,7 +166,9 @@ def test_workflows_cover_three_systems_and_existing_targets() -> None:
 
 
 def test_missing_target_is_detected() -> None:
-    assert set(list_actions("jobs: {one: {steps: [{run: make tset PYTHON=python}]}}")) - targets() == {"tset"}
+    assert set(
+        list_actions("jobs: {one: {steps: [{run: make tset PYTHON=python}]}}")
+    ) - targets() == {"tset"}
 
 
 def test_oldest_versions_are_allowed_minimum() -> None:
@@ -159,4 +181,6 @@ def test_oldest_versions_are_allowed_minimum() -> None:
 def test_pinned_versions_are_allowed(name: str) -> None:
     pinned = pins(name)
     for requirement in list_requirements(("derive", "notebook", "studio", "parquet")):
-        assert requirement.specifier.contains(pinned[canonicalize_name(requirement.name)]), requirement
+        assert requirement.specifier.contains(pinned[canonicalize_name(requirement.name)]), (
+            requirement
+        )

@@ -1,7 +1,9 @@
-"""Every capability on every machine: each cell compares a number of a command with another route to it.
+"""Every capability on every machine: each cell compares a number of a command with another route to
+it.
 
-The rows are what the commands do with a machine, the columns the built-in machines and the statements of
-docs/examples. What a machine cannot have is refused, for a reason that stands in REFUSED.
+The rows are what the commands do with a machine, the columns the built-in machines and the
+statements of docs/examples. What a machine cannot have is refused, for a reason that stands in
+REFUSED.
 """
 
 from __future__ import annotations
@@ -45,7 +47,9 @@ ANGLE = 50.0
 
 @dataclass(frozen=True)
 class Column:
-    """A machine, a quantity of it, a value of its file that moves the quantity, and by how much of itself."""
+    """A machine, a quantity of it, a value of its file that moves the quantity, and by how much of
+    itself.
+    """
 
     name: str
     quantity: str
@@ -111,10 +115,14 @@ COLUMNS = {
 FREE = ("manipulator", "andrews", "whipple")
 """Statements that no angle drives: where a turn is not needed, they have the capability too."""
 NOT_COLUMNS = {
-    "wang2017-wide": "wang2017 in wider bounds", "sun2019": "a second pose of sun2019-corrected, as printed",
+    "wang2017-wide": "wang2017 in wider bounds",
+    "sun2019": "a second pose of sun2019-corrected, as printed",
     "slider_crank_paper": "a paper on slider_crank",
-    **dict.fromkeys(own.LIBRARY, "a machine of the library: another statement of the same kinds, tested by itself"),
-}  # fmt: skip
+    **dict.fromkeys(
+        own.LIBRARY,
+        "a machine of the library: another statement of the same kinds, tested by itself",
+    ),
+}
 Check = Callable[[Column, Path], None]
 CELLS: dict[str, Check] = {}
 COMMANDS: dict[str, set[str]] = {}
@@ -140,7 +148,10 @@ def close(actual: object, expected: object, rtol: float = 1e-9) -> None:
     """Compare, to a share of the largest number."""
     expected = np.asarray(expected, dtype=float)
     np.testing.assert_allclose(
-        np.asarray(actual, dtype=float), expected, rtol=0, atol=rtol * max(np.abs(expected).max(), 1e-9)
+        np.asarray(actual, dtype=float),
+        expected,
+        rtol=0,
+        atol=rtol * max(np.abs(expected).max(), 1e-9),
     )
 
 
@@ -152,8 +163,12 @@ def check_simulate(column: Column, folder: Path) -> None:
 
 @row("simulate")
 def check_summary(column: Column, folder: Path) -> None:
-    designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["designer"]
-    peaks = {entry["name"]: entry for entry in (*designer.get("peaks", ()), *designer.get("forces", ()))}
+    designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))[
+        "designer"
+    ]
+    peaks = {
+        entry["name"]: entry for entry in (*designer.get("peaks", ()), *designer.get("forces", ()))
+    }
     if designer["motor"] is not None and column.quantity in ("M_L", "M_in"):
         peak, place = designer["motor"]["max_Nm"], designer["motor"]["max_phi_deg"]
     else:
@@ -176,7 +191,13 @@ def check_difference(column: Column, folder: Path) -> None:
 @row("sensitivity")
 def check_sensitivity(column: Column, folder: Path) -> None:
     result = command(
-        "sensitivity", column.source, "--all", "--samples", str(SAMPLES), "--least", f"rms {column.quantity}"
+        "sensitivity",
+        column.source,
+        "--all",
+        "--samples",
+        str(SAMPLES),
+        "--least",
+        f"rms {column.quantity}",
     )
     names = [name for name in result["gradient"] if column.value.endswith(name)]
     step = 1e-4 * column.number
@@ -187,15 +208,28 @@ def check_sensitivity(column: Column, folder: Path) -> None:
 
 def optimum(column: Column, *more: str) -> Any:
     low, high = column.ends
-    words = ("--samples", str(SAMPLES), "--method", "ipopt", "--starts", "2", "--least", f"rms {column.quantity}")
-    return command("optimise", column.source, *words, "--vary", f"{column.value}={low!r}:{high!r}", *more)
+    words = (
+        "--samples",
+        str(SAMPLES),
+        "--method",
+        "ipopt",
+        "--starts",
+        "2",
+        "--least",
+        f"rms {column.quantity}",
+    )
+    return command(
+        "optimise", column.source, *words, "--vary", f"{column.value}={low!r}:{high!r}", *more
+    )
 
 
 @row("optimise")
 def check_optimise(column: Column, folder: Path) -> None:
     result = optimum(column)
     (x,) = result["design"].values()
-    minimum = minimize_scalar(column.rms, bounds=column.ends, method="bounded", options={"maxiter": 25})
+    minimum = minimize_scalar(
+        column.rms, bounds=column.ends, method="bounded", options={"maxiter": 25}
+    )
     best = min(minimum.fun, *map(column.rms, column.ends))
     close(result["objective"], column.rms(x))
     assert result["objective"] <= best * (1 + 1e-6)
@@ -229,7 +263,9 @@ def check_certificate(column: Column, folder: Path) -> None:
 def check_prove(column: Column, folder: Path) -> None:
     if column.name in OF_A_DEVICE:
         words = ("--samples", str(SAMPLES), "--method", "ipopt", "--starts", "1")
-        proof = answer("optimise", column.source, *words, "--prove", "--prove-seconds", "4")["proof"]
+        proof = answer("optimise", column.source, *words, "--prove", "--prove-seconds", "4")[
+            "proof"
+        ]
         bounds = [_objective(column, x) for x in np.linspace(*column.ends, 5).tolist()]
     else:
         proof = optimum(column, "--prove", "--prove-seconds", "4")["proof"]
@@ -252,13 +288,26 @@ def check_whole_teeth(column: Column, folder: Path) -> None:
     """The pitch curves of the optimum are so many pitches long: its gears need no other size."""
     if column.name in OF_A_DEVICE:
         out = folder / "optimum"
-        words = ("--module", "1", "--method", "ipopt", "--starts", "1", "--samples", "90", "--out", str(out))
+        words = (
+            "--module",
+            "1",
+            "--method",
+            "ipopt",
+            "--starts",
+            "1",
+            "--samples",
+            "90",
+            "--out",
+            str(out),
+        )
         teeth = answer("optimise", column.source, *words)["teeth"]["stages"]
         stages = answer("gears", str(out / "optimum.toml"), "--module", "1")["stages"]
         assert [stage["z"][0] for stage in stages] == [stage["z"] for stage in teeth]
         close([stage["scale"] for stage in stages], [1.0, 1.0], 1e-7)
     else:
-        result = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
+        result = command(
+            "gears", column.source, *(() if column.name == "yu2023" else ("--module", "1"))
+        )
         pair = result["intermittent"] or result["stages"][0]
         assert np.all(np.asarray(pair["z"]) == np.round(pair["z"]))
 
@@ -271,7 +320,9 @@ def check_calibrate(column: Column, folder: Path) -> None:
     unit = units.display_unit(column.key)
     lines = [f"{a!r},{v!r}" for a, v in zip(degrees.tolist(), curve.tolist(), strict=True)]
     path = folder / "measured.csv"
-    path.write_text("\n".join([f"angle [deg],curve [{unit or '1'}]", *lines]) + "\n", encoding="utf-8")
+    path.write_text(
+        "\n".join([f"angle [deg],curve [{unit or '1'}]", *lines]) + "\n", encoding="utf-8"
+    )
     low, high = column.ends
     words = ("--data", str(path), "--column", "curve", "--angle", "angle", "--quantity", column.key)
     words += ("--model", "exact") if column.name in OF_A_DEVICE else ()
@@ -288,21 +339,40 @@ def output(column: Column) -> str:
 @row("sweep")
 def check_sweep(column: Column, folder: Path) -> None:
     plan, values = folder / "plan.toml", [column.ends[0], column.number, column.ends[1]]
-    lines = [f"machine = {json.dumps(column.source)}", f'outputs = ["{output(column)}"]', "[inputs]"]
+    lines = [
+        f"machine = {json.dumps(column.source)}",
+        f'outputs = ["{output(column)}"]',
+        "[inputs]",
+    ]
     plan.write_text("\n".join([*lines, f'"{column.value}" = {values!r}']) + "\n", encoding="utf-8")
     answer("sweep", str(plan), "--workers", "1", "--out", str(folder / "run"))
     with (folder / "run" / "rows.csv").open(encoding="utf-8") as file:
         rows = [line for line in csv.reader(file) if line and line[0][:1] in "-0123456789"]
     phi = column.angles(20_000)  # rows have true extremes
-    close([float(line[-1]) for line in rows], [column.rows(phi, to=x).max() for x in values], rtol=1e-6)
+    close(
+        [float(line[-1]) for line in rows],
+        [column.rows(phi, to=x).max() for x in values],
+        rtol=1e-6,
+    )
 
 
 def tolerances(column: Column, folder: Path) -> Any:
     path = folder / "tolerances.toml"
     path.write_text(
-        f'[tolerances]\n"{column.value}" = {{ plus_minus = {0.001 * column.number!r} }}\n', encoding="utf-8"
+        f'[tolerances]\n"{column.value}" = {{ plus_minus = {0.001 * column.number!r} }}\n',
+        encoding="utf-8",
     )
-    words = ("--samples", "200", "--indices", "32", "--no-robust", "--workers", "1", "--tolerances", str(path))
+    words = (
+        "--samples",
+        "200",
+        "--indices",
+        "32",
+        "--no-robust",
+        "--workers",
+        "1",
+        "--tolerances",
+        str(path),
+    )
     return answer("tolerance", column.source, *words, "--output", output(column))
 
 
@@ -310,12 +380,16 @@ def tolerances(column: Column, folder: Path) -> Any:
 def check_tolerance(column: Column, folder: Path) -> None:
     """To first order by differences, as drawn, and the indices of a single input: one."""
     result = tolerances(column, folder)
-    (band,), ((indices,),) = result["outputs"].values(), (parameter.values() for parameter in result["sobol"].values())
+    (band,), ((indices,),) = (
+        result["outputs"].values(),
+        (parameter.values() for parameter in result["sobol"].values()),
+    )
     phi = column.angles(column.machine().samples)
     step = 1e-4 * column.number
-    slope = (column.rows(phi, to=column.number + step).max() - column.rows(phi, to=column.number - step).max()) / (
-        2 * step
-    )
+    slope = (
+        column.rows(phi, to=column.number + step).max()
+        - column.rows(phi, to=column.number - step).max()
+    ) / (2 * step)
     first_order = abs(slope) * result["inputs"][0]["std"]
     assert band["first_order_std"] == pytest.approx(first_order, rel=1e-4)
     assert band["std"] == pytest.approx(first_order, rel=0.2)
@@ -324,15 +398,36 @@ def check_tolerance(column: Column, folder: Path) -> None:
 
 @row("tolerance")
 def check_robust(column: Column, folder: Path) -> None:
-    """With less deviation than the best design without tolerances; what that has, by the other route."""
+    """With less deviation than the best design without tolerances; what that has, by the other
+    route.
+    """
     plan = folder / "tolerances.toml"
     plan.write_text(
-        f'[tolerances]\n"{column.value}" = {{ plus_minus = {0.001 * column.number!r} }}\n', encoding="utf-8"
+        f'[tolerances]\n"{column.value}" = {{ plus_minus = {0.001 * column.number!r} }}\n',
+        encoding="utf-8",
     )
     (low, high), sum_ = column.ends, f"rms {column.quantity}"
-    words = ("--samples", "100", "--indices", "0", "--workers", "1", "--sigmas", "1", "--tolerances", str(plan))
+    words = (
+        "--samples",
+        "100",
+        "--indices",
+        "0",
+        "--workers",
+        "1",
+        "--sigmas",
+        "1",
+        "--tolerances",
+        str(plan),
+    )
     if column.name not in OF_A_DEVICE:
-        words += ("--output", output(column), "--least", sum_, "--vary", f"{column.value}={low!r}:{high!r}")
+        words += (
+            "--output",
+            output(column),
+            "--least",
+            sum_,
+            "--vary",
+            f"{column.value}={low!r}:{high!r}",
+        )
     result = answer("tolerance", column.source, *words)["robust"]
     best = result["best_robust"]
     assert best["robust"] == pytest.approx(best["mean"] + best["std"], rel=1e-12)
@@ -348,7 +443,16 @@ def check_drive(column: Column, folder: Path) -> None:
     """With a heavy flywheel the motor's line at the mean torque gives the speed."""
     speed = float(60 / (2 * np.pi) * column.machine().data[column.machine().speed])
     stall, idle = 500.0, 1.1 * speed
-    words = ("--stall-Nm", str(stall), "--idle-rpm", repr(idle), "--flywheel-kgm2", "1e3", "--samples", "360")
+    words = (
+        "--stall-Nm",
+        str(stall),
+        "--idle-rpm",
+        repr(idle),
+        "--flywheel-kgm2",
+        "1e3",
+        "--samples",
+        "360",
+    )
     result = answer("drive", column.source, *words)
     mean = result["motor_work_J"] / (2 * np.pi)
     assert result["speed"]["mean_rpm"] == pytest.approx(idle * (1 - mean / stall), rel=1e-5)
@@ -359,11 +463,21 @@ def check_drive(column: Column, folder: Path) -> None:
 
 @row("compare")
 def check_families(column: Column, folder: Path) -> None:
-    """The device in the paper's narrow box, which is compared with, is one that `simulate` knows."""
+    """The device in the paper's narrow box, which is compared with, is one that `simulate`
+    knows.
+    """
     result = answer("compare", column.source, "--starts", "1", "--pair", "limacon+limacon")
     narrow, (device,) = result["narrow"], result["devices"]
-    design = [word for key, value in narrow["design"].items() for word in ("--set", f"design.{key}={value!r}")]
-    close(answer("simulate", column.source, *design)["refined"]["objective"], narrow["objective"], 1e-8)
+    design = [
+        word
+        for key, value in narrow["design"].items()
+        for word in ("--set", f"design.{key}={value!r}")
+    ]
+    close(
+        answer("simulate", column.source, *design)["refined"]["objective"],
+        narrow["objective"],
+        1e-8,
+    )
     assert device["objective"] < narrow["objective"]
 
 
@@ -371,7 +485,8 @@ def check_families(column: Column, folder: Path) -> None:
 def check_explain(column: Column, folder: Path) -> None:
     result, machine = command("explain", column.source), column.machine()
     entries = {
-        entry.get("key", entry["name"]): entry for entry in (*result.get("values", ()), *result.get("symbols", ()))
+        entry.get("key", entry["name"]): entry
+        for entry in (*result.get("values", ()), *result.get("symbols", ()))
     }
     values = [value for value in machine.values if value.path in entries]
     assert entries
@@ -379,7 +494,10 @@ def check_explain(column: Column, folder: Path) -> None:
     for value in values:
         assert entries[value.path]["unit"] in (value.unit, units.display_unit(value.path))
         if "value" in entries[value.path]:
-            close(entries[value.path]["value"] * value.factor, machine.data[machine.find_index(value.path)])
+            close(
+                entries[value.path]["value"] * value.factor,
+                machine.data[machine.find_index(value.path)],
+            )
 
 
 @row("explain")
@@ -398,12 +516,15 @@ def check_drawing(column: Column, folder: Path) -> None:
 
 @row("export")
 def check_c(column: Column, folder: Path) -> None:
-    files = tuple(map(Path, answer("export", "c", column.source, "--out", str(folder / "c"))["files"]))
+    files = tuple(
+        map(Path, answer("export", "c", column.source, "--out", str(folder / "c"))["files"])
+    )
     library = Library(files)
     status, values = library.quantities(column.angles())
     assert status == 0
     close(
-        values[library.names.index(column.quantity)] / column.machine().find_quantity(column.quantity).factor,
+        values[library.names.index(column.quantity)]
+        / column.machine().find_quantity(column.quantity).factor,
         column.rows(),
     )
 
@@ -415,7 +536,9 @@ def _unit(column: Column, folder: Path, version: str) -> None:
     speed = float(column.machine().data[column.machine().speed])
     period = 2 * np.pi / abs(speed)
     name = column.quantity if column.name != "compact" else f"side1.{column.quantity}"
-    output = fmpy.simulate_fmu(str(unit), output=["phi", name], stop_time=period, output_interval=period / 12)
+    output = fmpy.simulate_fmu(
+        str(unit), output=["phi", name], stop_time=period, output_interval=period / 12
+    )
     machine = column.machine()
     close(output[name] / machine.find_quantity(column.quantity).factor, column.rows(output["phi"]))
 
@@ -451,8 +574,17 @@ SYSTEMS = {
 
 def _written(column: Column, folder: Path, language: str) -> str:
     if column.is_own:
-        answer("derive", str(own.EXAMPLES / f"{column.name}.py"), "--target", language, "--out", str(folder))
-        return "\n".join(file.read_text(encoding="utf-8") for file in (folder / language).rglob("*.*"))
+        answer(
+            "derive",
+            str(own.EXAMPLES / f"{column.name}.py"),
+            "--target",
+            language,
+            "--out",
+            str(folder),
+        )
+        return "\n".join(
+            file.read_text(encoding="utf-8") for file in (folder / language).rglob("*.*")
+        )
     target = next(target for target in built_in() if target.name == language)
     return "\n".join(render_texts([SYSTEMS[column.name]()], [], [target]).values())
 
@@ -476,7 +608,9 @@ def check_latex(column: Column, folder: Path) -> None:
 def _names(column: Column) -> list[str]:
     """Names of what the statement's functions give."""
     if column.is_own:
-        sidecar = json.loads((own.generated(column.name) / f"{column.name}.json").read_text(encoding="utf-8"))
+        sidecar = json.loads(
+            (own.generated(column.name) / f"{column.name}.json").read_text(encoding="utf-8")
+        )
         vectors = sidecar["vectors"]
         return [entry["name"] for entry in vectors.get("outputs", vectors.get("states", ()))]
     system = SYSTEMS[column.name]()
@@ -498,14 +632,25 @@ def check_studio(column: Column, folder: Path) -> None:
     """A hand on a value moves the drawing, which lasts as long as a turn of the drive."""
     subject, machine = open_machine(column.source), column.machine()
     values = {control.path: control.value for control in subject.controls}
-    path = subject.controls[0].path if column.name == "shi2021" else column.value  # a force moves nothing
+    path = (
+        subject.controls[0].path if column.name == "shi2021" else column.value
+    )  # a force moves nothing
     share = column.ends[1] / column.number
     scene, moved = (
-        subject.scenes(values | {path: values[path] * factor}, subject.models[0])[0] for factor in (1.0, share)
+        subject.scenes(values | {path: values[path] * factor}, subject.models[0])[0]
+        for factor in (1.0, share)
     )
-    if column.name not in ("sun2019-corrected", "shi2021"):  # poses and a shift are shown in a time of their own
-        assert scene.seconds == pytest.approx(2 * np.pi / abs(machine.data[machine.speed]), rel=1e-9)
-    pairs = [*zip(scene.curves, moved.curves, strict=True), *zip(scene.points, moved.points, strict=True)]
+    if column.name not in (
+        "sun2019-corrected",
+        "shi2021",
+    ):  # poses and a shift are shown in a time of their own
+        assert scene.seconds == pytest.approx(
+            2 * np.pi / abs(machine.data[machine.speed]), rel=1e-9
+        )
+    pairs = [
+        *zip(scene.curves, moved.curves, strict=True),
+        *zip(scene.points, moved.points, strict=True),
+    ]
     assert any(repr(before) != repr(after) for before, after in pairs)
 
 
@@ -531,7 +676,9 @@ def check_page(column: Column, folder: Path) -> None:
 @row("gears")
 def check_gears(column: Column, folder: Path) -> None:
     """Pitch curves are whole pitches long; a pair's radii add up to the distance of its axes."""
-    result = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
+    result = command(
+        "gears", column.source, *(() if column.name == "yu2023" else ("--module", "1"))
+    )
     if result["intermittent"]:
         cut = result["intermittent"]
         close(cut["pitches"] * np.pi * cut["module_mm"], cut["toothed_arc_mm"])
@@ -548,25 +695,41 @@ def check_cam(column: Column, folder: Path) -> None:
         lift = evaluate(column.machine(), "s", np.array([phi - step, phi, phi + step])) * 1e-3
         base = column.machine().data[column.machine().find_index("values.y_0_mm")]
         slope = (lift[2] - lift[0]) / (2 * step)
-        close(result["pressure_angle_deg"]["max"], np.degrees(np.arctan(abs(slope) / (base + lift[1]))), 1e-6)
+        close(
+            result["pressure_angle_deg"]["max"],
+            np.degrees(np.arctan(abs(slope) / (base + lift[1]))),
+            1e-6,
+        )
     else:
-        designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["designer"]
+        designer = command(
+            "simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE)
+        )["designer"]
         close(result["pressure_angle_deg"]["max"], designer["cam_pressure_angle_max_deg"])
 
 
 @row("simulate")
 def check_report(column: Column, folder: Path) -> None:
     out = folder / "report"
-    result = answer("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE), "--out", str(out))
+    result = answer(
+        "simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE), "--out", str(out)
+    )
     written = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert written["at"] == result["at"] == command("simulate", column.source, "--samples", "24", "--at", "50.0")["at"]
+    assert (
+        written["at"]
+        == result["at"]
+        == command("simulate", column.source, "--samples", "24", "--at", "50.0")["at"]
+    )
     assert "<svg" in (out / "report.html").read_text(encoding="utf-8")
 
 
 OF_PAPERS = ("yu2023", "sun2019-corrected", "shi2021")
 LINKAGES = ("slider_crank", "transplanting_arm", "sun2019-corrected", "shi2021")
 REASONS = (
-    ("families", "its gears are of no family, or it has none", [name for name in COLUMNS if name not in OF_A_DEVICE]),
+    (
+        "families",
+        "its gears are of no family, or it has none",
+        [name for name in COLUMNS if name not in OF_A_DEVICE],
+    ),
     ("gears", "no two bodies of it mesh", [*LINKAGES, "cam_follower"]),
     ("whole_teeth", "no stages of gears", [*LINKAGES, "cam_follower"]),
     ("cam", "no cam moves a roller", [*LINKAGES, "planetary_train", "elliptic_gears", "yu2023"]),
@@ -575,7 +738,11 @@ REASONS = (
         "motion alone is stated: without masses no motor has work",
         ["elliptic_gears", "yu2023", "sun2019-corrected"],
     ),
-    ("drive", "no inertia of its linkage is given, so that its torque is that of a constant speed", ["shi2021"]),
+    (
+        "drive",
+        "no inertia of its linkage is given, so that its torque is that of a constant speed",
+        ["shi2021"],
+    ),
     ("page", "its law or its dyads are fitted in Python, which a page does not run", OF_PAPERS),
     ("prove", "its functions are composed of fits that have no enclosure yet", OF_PAPERS),
 )
@@ -589,21 +756,29 @@ def _cells() -> list[Any]:
     """All cells; those of a diagonal, one for each row, are tried by every run of the tests."""
     cells = [(name, column) for name in CELLS for column in COLUMNS]
     excluded = {(name, list(COLUMNS)[(k + 1) % len(COLUMNS)]) for k, name in enumerate(CELLS)}
-    return [pytest.param(*cell, marks=() if cell in excluded else pytest.mark.long) for cell in cells]
+    return [
+        pytest.param(*cell, marks=() if cell in excluded else pytest.mark.long) for cell in cells
+    ]
 
 
 @pytest.fixture(autouse=True)
 def _quick() -> Any:
     """Libraries of units for this system alone, compiled without passes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(co_simulation, "PLATFORMS", {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(
+            co_simulation,
+            "PLATFORMS",
+            {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"},
+        )
         patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
         yield
 
 
 @pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize(("capability", "machine"), _cells())
-def test_cell_numbers_equal_independent_route(capability: str, machine: str, tmp_path: Path) -> None:
+def test_cell_numbers_equal_independent_route(
+    capability: str, machine: str, tmp_path: Path
+) -> None:
     check, column = CELLS[capability], COLUMNS[machine]
     if (capability, machine) in REFUSED:
         with pytest.raises(AssertionError, match="planter: ") as caught:
@@ -617,7 +792,9 @@ def test_cell_numbers_equal_independent_route(capability: str, machine: str, tmp
 @pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize("machine", FREE)
 @pytest.mark.parametrize("capability", WITHOUT_A_TURN)
-def test_free_motion_supports_commands_without_cycle(capability: str, machine: str, tmp_path: Path) -> None:
+def test_free_motion_supports_commands_without_cycle(
+    capability: str, machine: str, tmp_path: Path
+) -> None:
     column = Column(machine, "", "")
     if capability == "explain":
         entries = answer("explain", column.source)["values"]
@@ -639,9 +816,21 @@ def test_every_statement_and_built_in_machine_is_a_column() -> None:
 
 
 WITHOUT_A_MACHINE = {
-    "audit", "bench", "cite", "doctor", "example", "help", "schema", "move", "pickup", "clutch", "prove", "synthesise",
-    "train", "validate",
-}  # fmt: skip
+    "audit",
+    "bench",
+    "cite",
+    "doctor",
+    "example",
+    "help",
+    "schema",
+    "move",
+    "pickup",
+    "clutch",
+    "prove",
+    "synthesise",
+    "train",
+    "validate",
+}
 """Commands about papers, installations and files, or about one kind of machine."""
 
 

@@ -1,4 +1,6 @@
-"""A paper and its subject: readings, pairs of equations to compare, points, directions, cross-references."""
+"""A paper and its subject: readings, pairs of equations to compare, points, directions,
+cross-references.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,8 @@ _PERIODIC = (sp.sin, sp.cos, sp.tan)
 
 
 def directions(equations: Sequence[Equation]) -> frozenset[Quantity]:
-    """Angles that come in by sines, cosines and tangents alone, or in what another direction is defined as.
+    """Angles that come in by sines, cosines and tangents alone, or in what another direction is
+    defined as.
 
     Whole multiples of them only: half a turn of half an angle is not a turn.
     """
@@ -43,7 +46,7 @@ Outside = dict[Basic, set[Basic]]
 
 def _turns_freely(
     symbol: Quantity, outsides: Iterable[tuple[sp.Symbol | None, Outside]], angles: set[Quantity]
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether no equation but those of other directions tells it from itself a turn later."""
     for defines, outside in outsides:
         terms = outside.get(symbol, set())
@@ -53,7 +56,9 @@ def _turns_freely(
 
 
 def _find_outside(expr: Basic, angles: frozenset[Quantity]) -> Outside:
-    """The terms of an expression, or of its cases, in which angles stand elsewhere than in a periodic function."""
+    """The terms of an expression, or of its cases, in which angles stand elsewhere than in a
+    periodic function.
+    """
     if isinstance(expr, sp.Symbol):
         return {expr: {expr}} if expr in angles else {}
     if isinstance(expr, _PERIODIC):
@@ -87,9 +92,13 @@ MOST_POINTS = 55
 CYCLE = 24
 """Points along the machine's own cycle."""
 DENSE = 120
-"""Points along it at which terms are compared in size: the largest of a smooth one is then right to about 1 %."""
+"""Points along it at which terms are compared in size: the largest of a smooth one is then right to
+about 1 %.
+"""
 NEAR = mpf("1e-6")
-"""Share by which what is near differs: far above the last of 50 digits, far below the distance to another branch."""
+"""Share by which what is near differs: far above the last of 50 digits, far below the distance to
+another branch.
+"""
 
 
 @dataclass(frozen=True)
@@ -109,12 +118,19 @@ class Choice:
 
     @property
     def printed(self) -> dict[sp.Symbol, Expr]:
-        return {symbol: meant for answer in self.answers for symbol, meant in answer.printed.items()}
+        return {
+            symbol: meant for answer in self.answers for symbol, meant in answer.printed.items()
+        }
 
     @property
     def derived(self) -> dict[sp.Symbol, Expr]:
-        """Return the derived equation of a printed one. Raises ClaimError if the subject derives none."""
-        return {symbol: meant for answer in self.answers for symbol, meant in answer.derived.items()}
+        """Return the derived equation of a printed one.
+
+        Raises ClaimError if the subject derives none.
+        """
+        return {
+            symbol: meant for answer in self.answers for symbol, meant in answer.derived.items()
+        }
 
     @property
     def text(self) -> Expr | None:
@@ -133,8 +149,8 @@ def change_slightly(value: mpf, rng: random.Random) -> mpf:
 class Case:
     """A paper with the subject that it is tried against.
 
-    ``chains`` are its executable chains, if it has any: that of one side, then that of what both sides share.
-    ``source`` is the text that its equations were read from, if one was.
+    ``chains`` are its executable chains, if it has any: that of one side, then that of what both
+    sides share. ``source`` is the text that its equations were read from, if one was.
     """
 
     paper: Paper
@@ -161,11 +177,15 @@ class Case:
         return self._random_points[:count]
 
     def points_where(self, condition: sp.Basic) -> list[Point]:
-        """Random admissible points at which a condition holds; all of them where none is tried at which it does."""
+        """Random admissible points at which a condition holds; all of them where none is tried at
+        which it does.
+        """
         if condition not in self._chosen:
             points = (self.draw(place + 1)[place] for place in range(MOST_POINTS))
             fitting = (point for point in points if point.holds(condition))
-            self._chosen[condition] = self.points if condition == sp.true else list(islice(fitting, len(SEEDS)))
+            self._chosen[condition] = (
+                self.points if condition == sp.true else list(islice(fitting, len(SEEDS)))
+            )
         return self._chosen[condition] or self.points
 
     @cached_property
@@ -174,7 +194,9 @@ class Case:
 
     @cached_property
     def dense_cycle(self) -> list[Point]:
-        """Points along the machine's own cycle that are close enough to find the largest values of terms."""
+        """Points along the machine's own cycle that are close enough to find the largest values of
+        terms.
+        """
         return [Point(values) for values in self.subject.reference(DENSE)]
 
     @cached_property
@@ -189,7 +211,10 @@ class Case:
         values = self.subject.nearby(rng)
         if values is not None:
             return [Point(cycle_values) for cycle_values in values]
-        return [Point({s: v + change_slightly(v, rng) for s, v in point.values().items()}) for point in self.cycle]
+        return [
+            Point({s: v + change_slightly(v, rng) for s, v in point.values().items()})
+            for point in self.cycle
+        ]
 
     @cached_property
     def words(self) -> list[Quantity]:
@@ -198,19 +223,26 @@ class Case:
         return sorted((s for s in symbols if isinstance(s, Quantity)), key=str)
 
     def pair(self, number: str, choice: Choice = AS_READ) -> tuple[Equation, Equation | None]:
-        """A printed equation as it is read, and its derivation in the same quantities, None for one that stands alone.
+        """A printed equation as it is read, and its derivation in the same quantities, None for one
+        that stands alone.
 
         Raises ClaimError where the subject derives nothing of what the equation claims to be.
         """
         return self.footings(number, choice)[-1]
 
-    def footings(self, number: str, choice: Choice = AS_READ) -> list[tuple[Equation, Equation | None]]:
-        """The pairs that an equation may be judged by: a balance's own quantities first, the fewest last.
+    def footings(
+        self, number: str, choice: Choice = AS_READ
+    ) -> list[tuple[Equation, Equation | None]]:
+        """The pairs that an equation may be judged by: a balance's own quantities first, the fewest
+        last.
 
-        All say the same; they differ in how many of the quantities that the print does not name are eliminated.
+        All say the same; they differ in how many of the quantities that the print does not name are
+        eliminated.
         """
         printed = self.paper.equations[number]
-        read = replace(printed, residual=self._read(number, choice), defines=self._defined(number, choice))
+        read = replace(
+            printed, residual=self._read(number, choice), defines=self._defined(number, choice)
+        )
         if printed.stands_alone:
             return [(read, None)]
         derived = self.derived(number)
@@ -224,36 +256,62 @@ class Case:
         ]
 
     def choices(self, number: str) -> list[Choice]:
-        """Every way to read an equation of which the paper leaves something open, as it is read first; else none."""
+        """Every way to read an equation of which the paper leaves something open, as it is read
+        first; else none.
+        """
         open_to = [q.readings for q in self.paper.questions if number in q.numbers]
         return [Choice(answers) for answers in product(*open_to)] if open_to else []
 
     def linked(self, number: str) -> tuple[str, ...]:
-        """The equations that share a question with this one, directly or through others, in the order of the paper."""
+        """The equations that share a question with this one, directly or through others, in the
+        order of the paper.
+        """
         numbers = {number}
-        while more := {n for q in self.paper.questions if numbers & {*q.numbers} for n in q.numbers} - numbers:
+        while (
+            more := {n for q in self.paper.questions if numbers & {*q.numbers} for n in q.numbers}
+            - numbers
+        ):
             numbers |= more
         return tuple(n for n in self.paper.equations if n in numbers)
 
     def joint_choices(self, numbers: Collection[str]) -> list[dict[str, Choice]]:
-        """Every way to read linked equations together: each question has one answer in all of them."""
+        """Every way to read linked equations together: each question has one answer in all of
+        them.
+        """
         questions = [q for q in self.paper.questions if not {*numbers}.isdisjoint(q.numbers)]
         return [
-            {n: Choice(tuple(a for q, a in zip(questions, answers, strict=True) if n in q.numbers)) for n in numbers}
+            {
+                n: Choice(
+                    tuple(a for q, a in zip(questions, answers, strict=True) if n in q.numbers)
+                )
+                for n in numbers
+            }
             for answers in product(*(q.readings for q in questions))
         ]
 
     def select_choices(self, answers: Mapping[str, str]) -> dict[str, Choice]:
-        """Return the reading of each equation by its meaning in ``answers``, or its first one if none has it."""
+        """Return the reading of each equation by its meaning in ``answers``, or its first one if
+        none has it.
+        """
         ways = {n: self.choices(n) for n in answers}
-        return {n: next((c for c in ways[n] if c.meaning == meaning), ways[n][0]) for n, meaning in answers.items()}
+        return {
+            n: next((c for c in ways[n] if c.meaning == meaning), ways[n][0])
+            for n, meaning in answers.items()
+        }
 
     def read_chains(self, chosen: Mapping[str, Choice]) -> tuple[Chain, Chain]:
-        """The executable chains with their equations as they are read; raises ValueError where the paper has none."""
+        """The executable chains with their equations as they are read; raises ValueError where the
+        paper has none.
+        """
         if self.chains is None:
             raise ValueError(f"{self.paper.name} has no executable chains")
         side, frame = (
-            replace(chain, equations={n: _chosen(e, chosen.get(n, AS_READ)) for n, e in chain.equations.items()})
+            replace(
+                chain,
+                equations={
+                    n: _chosen(e, chosen.get(n, AS_READ)) for n, e in chain.equations.items()
+                },
+            )
             for chain in self.chains
         )
         return side, frame
@@ -270,7 +328,10 @@ class Case:
         return directions([*self.paper.equations.values(), *self.claims.values()])
 
     def derived(self, number: str) -> Equation:
-        """Return the derived equation of a printed one. Raises ClaimError if the subject derives none."""
+        """Return the derived equation of a printed one.
+
+        Raises ClaimError if the subject derives none.
+        """
         printed = self.paper.equations[number]
         try:
             return find_claim(self.claims, printed.claims)
@@ -286,7 +347,9 @@ class Case:
         return residual.xreplace(dict.fromkeys(zero, sp.S.Zero))
 
     def _defined(self, number: str, choice: Choice) -> Quantity | None:
-        """The quantity that a definition defines as its symbols are read; None if that is no multiple of a quantity."""
+        """The quantity that a definition defines as its symbols are read; None if that is no
+        multiple of a quantity.
+        """
         symbol = self.paper.equations[number].defines
         if symbol is None:
             return None
@@ -295,15 +358,23 @@ class Case:
         return quantity if isinstance(quantity, Quantity) else None
 
     def lifted(self, number: str) -> Equation | None:
-        """The derivation of an equation while assumptions are lifted; None where none bears on it."""
+        """The derivation of an equation while assumptions are lifted; None where none bears on
+        it.
+        """
         if number not in self._lifted:
             printed = self.paper.equations[number]
-            residual = self.subject.lift(printed.claims, printed.residual.xreplace(self.symbol_meanings(number)))
-            self._lifted[number] = None if residual is None else replace(self.derived(number), residual=residual)
+            residual = self.subject.lift(
+                printed.claims, printed.residual.xreplace(self.symbol_meanings(number))
+            )
+            self._lifted[number] = (
+                None if residual is None else replace(self.derived(number), residual=residual)
+            )
         return self._lifted[number]
 
     def assumed(self, number: str) -> dict[sp.Symbol, str]:
-        """Quantities of an equation, printed or derived, that an assumption makes zero, each with the reason."""
+        """Quantities of an equation, printed or derived, that an assumption makes zero, each with
+        the reason.
+        """
         lifted = self.lifted(number)
         if lifted is None:
             return {}
@@ -331,12 +402,18 @@ def _states_a_sum(printed: Equation, derived: Equation) -> bool:
 
 
 def references(case: Case) -> list[dict[str, Any]]:
-    """Every reference of a paper: whether its equations give the quantities, and which of the paper's do."""
+    """Every reference of a paper: whether its equations give the quantities, and which of the
+    paper's do.
+    """
     return [_judged(case, reference) for reference in case.paper.references]
 
 
 def _judged(case: Case, reference: Reference) -> dict[str, Any]:
-    lacking = [s for s in reference.symbols if not any(_gives(_meant(case, n), s) for n in reference.numbers)]
+    lacking = [
+        s
+        for s in reference.symbols
+        if not any(_gives(_meant(case, n), s) for n in reference.numbers)
+    ]
     instead = [n for n in case.paper.equations if any(_gives(_meant(case, n), s) for s in lacking)]
     return {
         "paper": case.paper.name,
@@ -349,13 +426,17 @@ def _judged(case: Case, reference: Reference) -> dict[str, Any]:
 
 
 def _meant(case: Case, number: str) -> Equation:
-    """An equation as it is derived, for of many the print is lost; one that stands alone as it is printed."""
+    """An equation as it is derived, for of many the print is lost; one that stands alone as it is
+    printed.
+    """
     printed = case.paper.equations[number]
     return printed if printed.stands_alone else case.derived(number)
 
 
 def _gives(equation: Equation, symbol: Quantity) -> bool:
-    """Whether an equation says what a quantity is: it defines it, or defines nothing and speaks of it."""
+    """Whether an equation says what a quantity is: it defines it, or defines nothing and speaks of
+    it.
+    """
     if equation.defines is not None:
         return equation.defines == symbol
     return symbol in equation.residual.free_symbols

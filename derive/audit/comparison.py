@@ -1,4 +1,6 @@
-"""A printed and a derived equation in the same form: their edits, their missing terms, independent errors."""
+"""A printed and a derived equation in the same form: their edits, their missing terms, independent
+errors.
+"""
 
 from __future__ import annotations
 
@@ -39,12 +41,14 @@ FLIPPED: dict[Relation, Relation] = {"=": "=", "<": ">", ">": "<", "<=": ">=", "
 
 @dataclass(frozen=True)
 class Comparison:
-    """A printed and a derived residual on the same footing: same sign of what both solve for, same points.
+    """A printed and a derived residual on the same footing: same sign of what both solve for, same
+    points.
 
-    ``scales`` says whether a constant factor on the whole says nothing: it does where ``residual = 0`` defines no
-    symbol, for that has the same solutions as any multiple of it, and where it does, the factor is what is printed.
-    ``turns`` says whether a whole turn says nothing: it does where the symbol is a direction. ``bounds`` says whether
-    the residuals are those of a condition, of which the signs are all that is said.
+    ``scales`` says whether a constant factor on the whole says nothing: it does where
+    ``residual = 0`` defines no symbol, for that has the same solutions as any multiple of it, and
+    where it does, the factor is what is printed. ``turns`` says whether a whole turn says nothing:
+    it does where the symbol is a direction. ``bounds`` says whether the residuals are those of a
+    condition, of which the signs are all that is said.
     """
 
     printed: Expr
@@ -60,7 +64,9 @@ class Comparison:
         return all(self.is_equal_at(point) for point in self.points)
 
     def is_equal_at(self, point: Point) -> bool:
-        """Return whether both sides have equal values at a point; a printed side without a value is unequal."""
+        """Return whether both sides have equal values at a point; a printed side without a value is
+        unequal.
+        """
         printed_value, derived_value = evaluate_at(self.printed, point), point(self.derived)
         if printed_value is None:
             return False
@@ -68,11 +74,15 @@ class Comparison:
             gap = printed_value - derived_value
             if self.turns:
                 gap -= 2 * mpmath.pi * mpmath.nint(gap / (2 * mpmath.pi))
-            return bool(abs(gap) <= TOLERANCE * max(largest_term(self.derived, point), abs(printed_value)))
+            return bool(
+                abs(gap) <= TOLERANCE * max(largest_term(self.derived, point), abs(printed_value))
+            )
 
     @property
     def proportional(self) -> bool:
-        """Whether one is a constant multiple of the other, of the same sign, though neither is zero at any point."""
+        """Whether one is a constant multiple of the other, of the same sign, though neither is zero
+        at any point.
+        """
         first: mpf | None = None
         with mpmath.workdps(DIGITS + GUARD):
             for point in self.points:
@@ -97,7 +107,9 @@ class Comparison:
 
     @property
     def distance(self) -> tuple[int, int]:
-        """Return the number of printed terms that are not derived, and of derived terms that are not printed."""
+        """Return the number of printed terms that are not derived, and of derived terms that are
+        not printed.
+        """
         if self.same:
             return 0, 0
         left = self.match()
@@ -105,12 +117,16 @@ class Comparison:
 
     def struck(self) -> Match:
         """Return the terms left on both sides once equal terms are removed."""
-        return match_sums(to_monomials(self.printed, self.points), to_monomials(self.derived, self.points))
+        return match_sums(
+            to_monomials(self.printed, self.points), to_monomials(self.derived, self.points)
+        )
 
     @property
     def gap(self) -> Gap:
         """Return the numbers of terms on both sides without a like on the other."""
-        return measure_gap(to_monomials(self.printed, self.points), to_monomials(self.derived, self.points))
+        return measure_gap(
+            to_monomials(self.printed, self.points), to_monomials(self.derived, self.points)
+        )
 
     def match(self) -> Match:
         """Return the terms left on both sides, or none if they vanish in total."""
@@ -130,7 +146,9 @@ class Comparison:
         return [proposal.apply(self.printed) for proposal in self._propose(words)]
 
     def repairs(self, words: list[Quantity]) -> list[Edit]:
-        """Return the edits of the printed side, with symbols among ``words``, after which both sides say the same."""
+        """Return the edits of the printed side, with symbols among ``words``, after which both
+        sides say the same.
+        """
         edits = (proposal.apply(self.printed) for proposal in self._screen(self._propose(words)))
         return [edit for edit in edits if self._is_repair(edit)]
 
@@ -145,7 +163,9 @@ class Comparison:
             return False
 
     def _screen(self, proposals: Iterator[EditProposal]) -> Iterator[EditProposal]:
-        """Yield the edits after which both sides may say the same, as floating point tells; all of a condition."""
+        """Yield the edits after which both sides may say the same, as floating point tells; all of
+        a condition.
+        """
         if self.bounds or not is_computable(self.printed):
             yield from proposals
             return
@@ -167,11 +187,18 @@ def list_orientations(printed: Equation) -> list[Equation]:
     """A printed equation; of a condition also the same with its sides exchanged."""
     if printed.relation == "=":
         return [printed]
-    return [printed, replace(printed, residual=-printed.residual, relation=FLIPPED[printed.relation])]
+    return [
+        printed,
+        replace(printed, residual=-printed.residual, relation=FLIPPED[printed.relation]),
+    ]
 
 
-def align_sides(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> Comparison:
-    """Both sides on one footing: what they define a symbol as, else residuals with the factor that leaves less."""
+def align_sides(
+    printed: Equation, derived: Equation, points: Points, is_direction: bool = False
+) -> Comparison:
+    """Both sides on one footing: what they define a symbol as, else residuals with the factor that
+    leaves less.
+    """
     best = min(_footings(printed, derived, points, is_direction), key=lambda c: c.distance)
     if best.same or not best.scales:
         return best
@@ -179,8 +206,12 @@ def align_sides(printed: Equation, derived: Equation, points: Points, is_directi
     return min(best, best.scaled(abs(factor)), key=lambda c: c.distance)
 
 
-def are_equivalent(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> bool:
-    """Whether both say the same at all points: equations, or conditions of which either side may stand first."""
+def are_equivalent(
+    printed: Equation, derived: Equation, points: Points, is_direction: bool = False
+) -> bool:
+    """Whether both say the same at all points: equations, or conditions of which either side may
+    stand first.
+    """
     return any(
         comparison.same
         for side in list_orientations(printed)
@@ -189,34 +220,47 @@ def are_equivalent(printed: Equation, derived: Equation, points: Points, is_dire
     )
 
 
-def _footings(printed: Equation, derived: Equation, points: Points, is_direction: bool) -> list[Comparison]:
-    """Both sides by what they define a symbol as, else as residuals with either sign and a lost factor put back."""
+def _footings(
+    printed: Equation, derived: Equation, points: Points, is_direction: bool
+) -> list[Comparison]:
+    """Both sides by what they define a symbol as, else as residuals with either sign and a lost
+    factor put back.
+    """
     symbol = printed.defines
     if symbol is not None and derived.defines == symbol:
-        printed_side, derived_side = (solve_for(side.residual, symbol) for side in (printed, derived))
+        printed_side, derived_side = (
+            solve_for(side.residual, symbol) for side in (printed, derived)
+        )
         return [Comparison(printed_side, derived_side, points, turns=is_direction)]
     residuals = [printed.residual, *(_undivided(printed, derived) if symbol is None else ())]
     bounds = printed.relation != "="
     starts = [
-        Comparison(residual, derived.residual, points, scales=symbol is None, bounds=bounds) for residual in residuals
+        Comparison(residual, derived.residual, points, scales=symbol is None, bounds=bounds)
+        for residual in residuals
     ]
     return [start.scaled(sign) for start in starts for sign in ((1,) if bounds else (1, -1))]
 
 
 def solve_for(residual: Expr, symbol: Quantity) -> Expr:
-    """Return the expression that an equation gives for a symbol, whether or not both sides have a common factor."""
+    """Return the expression that an equation gives for a symbol, whether or not both sides have a
+    common factor.
+    """
     slope = residual.diff(symbol)
     plain = not slope.is_number or slope in (0, 1)
     return symbol - (residual if plain else sp.expand_mul(residual / slope))
 
 
 def _undivided(printed: Equation, derived: Equation) -> tuple[Expr, ...]:
-    """A homogeneous equation with the factor put back by which the print may have divided it, if any."""
+    """A homogeneous equation with the factor put back by which the print may have divided it, if
+    any.
+    """
     if printed.relation != "=" or printed.residual == 0:
         return ()
     factor = common_factor(derived.residual) / common_factor(printed.residual)
     powers = factor.as_powers_dict()
-    if factor.is_number or not all(power.is_number and power > 0 for base, power in powers.items() if base != 1):
+    if factor.is_number or not all(
+        power.is_number and power > 0 for base, power in powers.items() if base != 1
+    ):
         return ()
     return (sp.expand(factor * printed.residual, trig=False),)
 
@@ -233,10 +277,14 @@ MOST_TERMS = 150
 
 
 def find_missing_terms(at: Comparison, words: Iterable[Quantity]) -> tuple[Expr, ...]:
-    """One summand or two terms of the derivation, or a quantity, that the print lacks and nothing else; else none."""
+    """One summand or two terms of the derivation, or a quantity, that the print lacks and nothing
+    else; else none.
+    """
     if any(evaluate_at(at.printed, point) is None for point in at.points):
         return ()
-    sides = (at, at.scaled(-1)) if at.scales else (at,)  # of either sign: the terms have the sign of the print
+    sides = (
+        (at, at.scaled(-1)) if at.scales else (at,)
+    )  # of either sign: the terms have the sign of the print
     return next((terms for side in sides if (terms := _terms(side, [*words]))), ())
 
 
@@ -248,8 +296,13 @@ def _terms(at: Comparison, words: list[Quantity]) -> tuple[Expr, ...]:
 
 
 def _candidates(at: Comparison, words: list[Quantity]) -> Iterator[tuple[Expr, ...]]:
-    """Terms of the derivation one by one, as its summands, and in pairs, then quantities of what the print defines."""
-    terms = [coefficient * monomial for monomial, coefficient in to_monomials(at.derived, at.points).values()]
+    """Terms of the derivation one by one, as its summands, and in pairs, then quantities of what
+    the print defines.
+    """
+    terms = [
+        coefficient * monomial
+        for monomial, coefficient in to_monomials(at.derived, at.points).values()
+    ]
     yield from ((term,) for term in dict.fromkeys((*terms, *sp.Add.make_args(at.derived))))
     if len(terms) <= MOST_TERMS:
         yield from combinations(terms, 2)
@@ -285,8 +338,8 @@ class Explained:
 def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]) -> Explained:
     """The print after all edits that explain terms.
 
-    What is taken away explains nothing of a print that lacks something besides: such edits count only where the two
-    sides then say the same.
+    What is taken away explains nothing of a print that lacks something besides: such edits count
+    only where the two sides then say the same.
     """
     changed = _followed(start, [edit for edit in first if not edit.removes], words, removing=False)
     if changed.comparison.same or not changed.comparison.struck().printed:
@@ -297,26 +350,42 @@ def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]
     return changed
 
 
-def _followed(start: Comparison, first: list[Edit], words: list[Quantity], removing: bool) -> Explained:
-    """Again and again the edit that leaves least, while there is one that leaves less than nothing done."""
+def _followed(
+    start: Comparison, first: list[Edit], words: list[Quantity], removing: bool
+) -> Explained:
+    """Again and again the edit that leaves least, while there is one that leaves less than nothing
+    done.
+    """
     explained, candidates = Explained(start), first
     while len(explained.edits) < MOST_EDITS:
         scaled = _scaled(explained.comparison, explained.comparison.struck())
-        better = _best(explained.comparison, [*candidates, *_grouped(explained.comparison), *scaled], removing)
+        better = _best(
+            explained.comparison, [*candidates, *_grouped(explained.comparison), *scaled], removing
+        )
         if better is None:
             break
-        explained = Explained(explained.comparison.edited(better.result), (*explained.edits, better))
+        explained = Explained(
+            explained.comparison.edited(better.result), (*explained.edits, better)
+        )
         if explained.comparison.same:
             break
-        candidates = [edit for edit in explained.comparison.edits(words) if removing or not edit.removes]
+        candidates = [
+            edit for edit in explained.comparison.edits(words) if removing or not edit.removes
+        ]
     return explained
 
 
 def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None:
-    """The edit that leaves fewest terms without their like, fewer than before, and finds more of what is derived."""
+    """The edit that leaves fewest terms without their like, fewer than before, and finds more of
+    what is derived.
+    """
     real = [point for point in at.points if evaluate_at(at.printed, point) is not None]
     before = at.gap
-    better = [(after, edit) for edit in candidates if _helps(after := at.edited(edit.result).gap, before, removing)]
+    better = [
+        (after, edit)
+        for edit in candidates
+        if _helps(after := at.edited(edit.result).gap, before, removing)
+    ]
     for _, edit in sorted(better, key=_rank):
         if all(evaluate_at(edit.result, point) is not None for point in real):
             return edit
@@ -324,7 +393,9 @@ def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None
 
 
 def _rank(entry: tuple[Gap, Edit]) -> tuple[int, int, int, str]:
-    """Return the key that orders edits: terms left over, terms without a like, symbols exchanged, text."""
+    """Return the key that orders edits: terms left over, terms without a like, symbols exchanged,
+    text.
+    """
     after, edit = entry
     return after.size, after.unmatched, len(edit.swaps), edit.text
 
@@ -332,11 +403,15 @@ def _rank(entry: tuple[Gap, Edit]) -> tuple[int, int, int, str]:
 def _helps(after: Gap, before: Gap, removing: bool) -> bool:
     if after.size >= before.size and after.unmatched >= before.unmatched:
         return False
-    return after.unexplained <= before.unexplained and (removing or after.unmatched < before.unmatched)
+    return after.unexplained <= before.unexplained and (
+        removing or after.unmatched < before.unmatched
+    )
 
 
 def _grouped(at: Comparison) -> Iterator[Edit]:
-    """Summands that all differ by one sign or factor from what is derived: that of a bracket around them."""
+    """Summands that all differ by one sign or factor from what is derived: that of a bracket around
+    them.
+    """
     if not isinstance(at.printed, sp.Add):
         return
     derived_sum = to_monomials(at.derived, at.points)
@@ -362,7 +437,9 @@ def _scaled(at: Comparison, left: Match) -> Iterator[Edit]:
         for derived in left.derived:
             factor = _simple_ratio(at, derived, printed)
             if factor is not None and factor != 1:
-                words = ("sign of ", printed) if factor == -1 else ("factor ", factor, " on ", printed)
+                words = (
+                    ("sign of ", printed) if factor == -1 else ("factor ", factor, " on ", printed)
+                )
                 yield Edit(words, at.printed + (factor - 1) * printed)
 
 

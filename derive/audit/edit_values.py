@@ -1,4 +1,6 @@
-"""Values of edits in floating point: which of many may be corrections is seen before any of them is carried out."""
+"""Values of edits in floating point: which of many may be corrections is seen before any of them is
+carried out.
+"""
 
 from __future__ import annotations
 
@@ -15,17 +17,32 @@ from ..evaluate import Point
 from .edits import EditProposal
 
 SCREEN = 1e-7
-"""Share of the largest summand that is no more than rounding of 16 digits, some cancellation included."""
+"""Share of the largest summand that is no more than rounding of 16 digits, some cancellation
+included.
+"""
 MOST_AT_ONCE = 256
 """Symbols replaced throughout that are evaluated at once."""
 _FUNCTIONS: dict[type[Basic], Callable[..., Any]] = {
-    **{getattr(sp, name): getattr(np, name) for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log")},
-    sp.asin: np.arcsin, sp.acos: np.arccos, sp.atan: np.arctan, sp.atan2: np.arctan2,
-    sp.cot: lambda x: 1 / np.tan(x), sp.sec: lambda x: 1 / np.cos(x), sp.csc: lambda x: 1 / np.sin(x),
-    sp.sign: np.sign, sp.floor: np.floor, sp.Abs: np.abs, sp.Pow: np.power,
-    sp.Min: lambda *some: reduce(np.minimum, some), sp.Max: lambda *some: reduce(np.maximum, some),
-    sp.Add: lambda *some: sum(some), sp.Mul: lambda *some: reduce(np.multiply, some),
-}  # fmt: skip
+    **{
+        getattr(sp, name): getattr(np, name)
+        for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log")
+    },
+    sp.asin: np.arcsin,
+    sp.acos: np.arccos,
+    sp.atan: np.arctan,
+    sp.atan2: np.arctan2,
+    sp.cot: lambda x: 1 / np.tan(x),
+    sp.sec: lambda x: 1 / np.cos(x),
+    sp.csc: lambda x: 1 / np.sin(x),
+    sp.sign: np.sign,
+    sp.floor: np.floor,
+    sp.Abs: np.abs,
+    sp.Pow: np.power,
+    sp.Min: lambda *some: reduce(np.minimum, some),
+    sp.Max: lambda *some: reduce(np.maximum, some),
+    sp.Add: lambda *some: sum(some),
+    sp.Mul: lambda *some: reduce(np.multiply, some),
+}
 
 
 def is_computable(expr: Basic) -> bool:
@@ -36,8 +53,8 @@ def is_computable(expr: Basic) -> bool:
 class EditValues:
     """Values of what edits make of an expression, at points: NaN where there is none that is real.
 
-    A value is carried from the edited place up to the whole, past what stands beside it, which is evaluated once.
-    Raises KeyError for an expression that is not computable.
+    A value is carried from the edited place up to the whole, past what stands beside it, which is
+    evaluated once. Raises KeyError for an expression that is not computable.
     """
 
     def __init__(self, expr: Expr, points: Sequence[Point]) -> None:
@@ -46,9 +63,15 @@ class EditValues:
         self._complements: dict[tuple[Basic, int], Any] = {}
         self._largest_complement: dict[int, Any] = {}
 
-    def list_values(self, proposals: Iterable[EditProposal]) -> Iterator[tuple[EditProposal, Any, Any]]:
-        """Yield each edit with the values (points,) after it, and the sizes of their largest summands."""
-        for path, group in groupby(proposals, lambda proposal: None if proposal.part is None else proposal.path):
+    def list_values(
+        self, proposals: Iterable[EditProposal]
+    ) -> Iterator[tuple[EditProposal, Any, Any]]:
+        """Yield each edit with the values (points,) after it, and the sizes of their largest
+        summands.
+        """
+        for path, group in groupby(
+            proposals, lambda proposal: None if proposal.part is None else proposal.path
+        ):
             some = list(group)
             with np.errstate(all="ignore"):
                 if path is None:
@@ -65,7 +88,9 @@ class EditValues:
     def _evaluate(self, expr: Basic, values: dict[Basic, Any]) -> Any:
         if expr not in values:
             if expr.args:
-                values[expr] = _FUNCTIONS[expr.func](*(self._evaluate(part, values) for part in expr.args))
+                values[expr] = _FUNCTIONS[expr.func](
+                    *(self._evaluate(part, values) for part in expr.args)
+                )
             elif values is self._values:
                 values[expr] = np.array([_to_float(expr, point) for point in self.points])
             else:
@@ -80,11 +105,16 @@ class EditValues:
                     values[symbol] = np.tile(self.value(symbol), (len(proposals), 1))
                 values[symbol][row] = self.value(other)
         result = self._evaluate(self.expr, values)
-        parts = [np.broadcast_to(self._evaluate(part, values), result.shape) for part in sp.Add.make_args(self.expr)]
+        parts = [
+            np.broadcast_to(self._evaluate(part, values), result.shape)
+            for part in sp.Add.make_args(self.expr)
+        ]
         return result, np.max(np.abs(parts), axis=0)
 
     def _at_place(self, proposals: list[EditProposal], path: tuple[int, ...]) -> tuple[Any, Any]:
-        values = np.array([self.value(proposal.part) for proposal in proposals if proposal.part is not None])
+        values = np.array(
+            [self.value(proposal.part) for proposal in proposals if proposal.part is not None]
+        )
         above = [self.expr]
         for index in path[:-1]:
             above.append(above[-1].args[index])
@@ -107,10 +137,14 @@ class EditValues:
     def _put(self, expr: Basic, index: int, values: Any) -> Any:
         """Return the values of an expression with an argument of other values."""
         if not isinstance(expr, sp.Add | sp.Mul):
-            return _FUNCTIONS[expr.func](*(values if i == index else self.value(p) for i, p in enumerate(expr.args)))
+            return _FUNCTIONS[expr.func](
+                *(values if i == index else self.value(p) for i, p in enumerate(expr.args))
+            )
         function = _FUNCTIONS[expr.func]
         if (expr, index) not in self._complements:
-            self._complements[expr, index] = function(*(self.value(p) for i, p in enumerate(expr.args) if i != index))
+            self._complements[expr, index] = function(
+                *(self.value(p) for i, p in enumerate(expr.args) if i != index)
+            )
         return function(values, self._complements[expr, index])
 
 

@@ -1,4 +1,6 @@
-"""Small edits of an expression: what a slip of the pen, the typesetter or the scanner does to a formula."""
+"""Small edits of an expression: what a slip of the pen, the typesetter or the scanner does to a
+formula.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +27,8 @@ _DOTS = re.compile(r"_(d*)dot$")
 class Edit:
     """One replacement: at one place, or of one symbol throughout.
 
-    ``swaps`` are symbols for others, where that is the edit: what stands in print, and what should. ``removes`` says
-    whether it takes something away and puts nothing in its place.
+    ``swaps`` are symbols for others, where that is the edit: what stands in print, and what should.
+    ``removes`` says whether it takes something away and puts nothing in its place.
     """
 
     words: tuple[Piece, ...]
@@ -44,8 +46,8 @@ class Edit:
 class EditProposal:
     """An edit that is not carried out yet: what the part at a place becomes.
 
-    ``path`` are the indices of arguments from the whole down to the part. Where ``part`` is None, ``swaps`` are made
-    throughout.
+    ``path`` are the indices of arguments from the whole down to the part. Where ``part`` is None,
+    ``swaps`` are made throughout.
     """
 
     words: tuple[Piece, ...]
@@ -56,7 +58,11 @@ class EditProposal:
 
     def apply(self, expr: Expr) -> Edit:
         """Return the edit of a whole expression."""
-        result = expr.xreplace(dict(self.swaps)) if self.part is None else _replace_part(expr, self.path, self.part)
+        result = (
+            expr.xreplace(dict(self.swaps))
+            if self.part is None
+            else _replace_part(expr, self.path, self.part)
+        )
         return Edit(self.words, result, self.swaps, self.removes)
 
 
@@ -69,19 +75,26 @@ def _replace_part(expr: Basic, path: tuple[int, ...], part: Basic) -> Expr:
 
 
 def list_edits(
-    expr: Expr, vocabulary: Iterable[Quantity], overall: bool = True, present: Iterable[sp.Symbol] = ()
+    expr: Expr,
+    vocabulary: Iterable[Quantity],
+    overall: bool = True,
+    present: Iterable[sp.Symbol] = (),
 ) -> Iterator[Edit]:
     """Every single edit of an expression: see `propose_edits`."""
     return (proposal.apply(expr) for proposal in propose_edits(expr, vocabulary, overall, present))
 
 
 def propose_edits(
-    expr: Expr, vocabulary: Iterable[Quantity], overall: bool = True, present: Iterable[sp.Symbol] = ()
+    expr: Expr,
+    vocabulary: Iterable[Quantity],
+    overall: bool = True,
+    present: Iterable[sp.Symbol] = (),
 ) -> Iterator[EditProposal]:
-    """Propose every single edit of an expression, but for a factor on the whole (``overall``) where that is no error.
+    """Propose every single edit of an expression, but for a factor on the whole (``overall``) where
+    that is no error.
 
-    Where the expression mixes dimensions a symbol may stand for one of any dimension. ``present`` are symbols that a
-    bracket may lack as a summand.
+    Where the expression mixes dimensions a symbol may stand for one of any dimension. ``present``
+    are symbols that a bracket may lack as a summand.
     """
     consistent = is_consistent(expr)
     lacking = [s for s in present if isinstance(s, Quantity)]
@@ -100,10 +113,14 @@ class Words:
     vocabulary: tuple[Quantity, ...]
     lacking: tuple[Quantity, ...]
     any_dimension: bool
-    _alternatives: dict[Quantity, list[Quantity]] = field(init=False, default_factory=dict, compare=False)
+    _alternatives: dict[Quantity, list[Quantity]] = field(
+        init=False, default_factory=dict, compare=False
+    )
 
     def list_replacements(self, symbol: Basic) -> list[Quantity]:
-        """Return the words that may replace a symbol: equal dimension, or the same name with other dots."""
+        """Return the words that may replace a symbol: equal dimension, or the same name with other
+        dots.
+        """
         if not isinstance(symbol, Quantity):
             return []
         if symbol not in self._alternatives:
@@ -115,7 +132,9 @@ class Words:
         fitting = (w for w in self.vocabulary if w != symbol)
         if self.any_dimension:
             return list(fitting)
-        return [w for w in fitting if of_unit(w.unit) == dimensions or _DOTS.sub("", w.name) == stem]
+        return [
+            w for w in fitting if of_unit(w.unit) == dimensions or _DOTS.sub("", w.name) == stem
+        ]
 
     def list_sums_with(self, symbol: Basic) -> Iterator[tuple[Quantity, Expr]]:
         """A quantity that a symbol is or may be part of a sum with, and the sum."""
@@ -130,16 +149,22 @@ def _throughout(expr: Expr, words: Words) -> Iterator[EditProposal]:
     for symbol in symbols:
         if expr.count(symbol) > 1:
             for other in words.list_replacements(symbol):
-                yield EditProposal((other, " for ", symbol, " throughout"), None, ((symbol, other),))
+                yield EditProposal(
+                    (other, " for ", symbol, " throughout"), None, ((symbol, other),)
+                )
             for _, both in words.list_sums_with(symbol) if _is_bent(expr, symbol) else ():
                 yield EditProposal((both, " for ", symbol, " throughout"), None, ((symbol, both),))
     for first, second in combinations(symbols, 2):
         if second in words.list_replacements(first):
-            yield EditProposal((first, " and ", second, " exchanged"), None, ((first, second), (second, first)))
+            yield EditProposal(
+                (first, " and ", second, " exchanged"), None, ((first, second), (second, first))
+            )
 
 
 def _is_bent(expr: Basic, symbol: sp.Symbol) -> bool:
-    """Whether a symbol stands in a power or a function, where a missing summand is no missing term."""
+    """Whether a symbol stands in a power or a function, where a missing summand is no missing
+    term.
+    """
     nodes = (n for n in sp.preorder_traversal(expr) if _bends(n))
     return any(symbol in node.free_symbols for node in nodes)
 
@@ -148,7 +173,9 @@ def _bends(node: Basic) -> bool:
     return isinstance(node, sp.Pow | sp.Function | sp.Rel)
 
 
-def _at_places(expr: Basic, words: Words, path: tuple[int, ...], linear: bool) -> Iterator[EditProposal]:
+def _at_places(
+    expr: Basic, words: Words, path: tuple[int, ...], linear: bool
+) -> Iterator[EditProposal]:
     """Edits at this node, then at every place below it."""
     for proposal in _node_edits(expr, words, linear):
         yield replace(proposal, path=(*path, *proposal.path))
@@ -162,13 +189,16 @@ def _node_edits(expr: Basic, words: Words, linear: bool) -> Iterator[EditProposa
         yield EditProposal((other, " for ", expr), other, ((expr, other),))
     if not linear:
         yield from (
-            EditProposal((both, " for ", expr), both, ((expr, both),)) for _, both in words.list_sums_with(expr)
+            EditProposal((both, " for ", expr), both, ((expr, both),))
+            for _, both in words.list_sums_with(expr)
         )
     if isinstance(expr, sp.Add):
         yield from _summands(expr, linear)
     if expr.func in SWAPS:
         other = SWAPS[expr.func]
-        yield EditProposal((f"{other.__name__} for {expr.func.__name__} of ", expr.args[0]), other(*expr.args))
+        yield EditProposal(
+            (f"{other.__name__} for {expr.func.__name__} of ", expr.args[0]), other(*expr.args)
+        )
     if isinstance(expr, sp.Piecewise) and len(expr.args) == 2:
         (first, condition), (second, other) = expr.args
         exchanged = ("cases ", condition, " and ", other, " exchanged")
@@ -178,7 +208,9 @@ def _node_edits(expr: Basic, words: Words, linear: bool) -> Iterator[EditProposa
 
 
 def _summands(expr: sp.Add, linear: bool) -> Iterator[EditProposal]:
-    """A term with another sign or factor, or too many; in a bracket of few terms, a group with another sign."""
+    """A term with another sign or factor, or too many; in a bracket of few terms, a group with
+    another sign.
+    """
     for index, term in enumerate(expr.args):
         yield EditProposal(("sign of ", term), -term, path=(index,))
         for factor in FACTORS:
@@ -196,10 +228,15 @@ def _functions(expr: Expr) -> Iterator[EditProposal]:
     if isinstance(expr, sp.Function):
         for factor in FACTORS:
             if len(expr.args) == 1:
-                yield EditProposal(("factor ", factor, " on the argument of ", expr), expr.func(factor * expr.args[0]))
+                yield EditProposal(
+                    ("factor ", factor, " on the argument of ", expr),
+                    expr.func(factor * expr.args[0]),
+                )
     if isinstance(expr, sp.Pow) and not expr.exp.is_Integer:
         for factor in FACTORS:
-            yield EditProposal(("factor ", factor, " on ", expr.base), (factor * expr.base) ** expr.exp)
+            yield EditProposal(
+                ("factor ", factor, " on ", expr.base), (factor * expr.base) ** expr.exp
+            )
     if isinstance(expr, INVERSES):
         yield EditProposal((f"without {expr.func.__name__} of ", expr.args[0]), expr.args[0])
     elif isinstance(expr, sp.Add | sp.Mul | sp.Pow | Quantity) and _is_number(expr):

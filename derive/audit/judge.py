@@ -35,9 +35,16 @@ from .terms import Points, evaluate_at, largest_term
 from .typesetting import Said, join_parts
 
 Word = Literal[
-    "confirmed", "confirmed as rebuilt", "untested", "misprint", "incomplete", "contradicted", "reconstructed",
-    "definition", "not judged",
-]  # fmt: skip
+    "confirmed",
+    "confirmed as rebuilt",
+    "untested",
+    "misprint",
+    "incomplete",
+    "contradicted",
+    "reconstructed",
+    "definition",
+    "not judged",
+]
 FAULTS: tuple[Word, ...] = ("misprint", "incomplete", "contradicted")
 """Verdicts that find fault with a print, the slightest first."""
 UNJUDGED: Word = "not judged"
@@ -46,12 +53,15 @@ UNJUDGED: Word = "not judged"
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict with its evidence. ``missing`` are terms that the print lacks, of the derivation if there is one.
+    """A verdict with its evidence.
 
-    ``domain`` says where an equation does not hold that holds at all angles that the machine uses, and is empty
-    elsewhere. ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first
-    correction, with what they replace. ``edited`` is the residual that they leave, and ``corrected`` the print with it
-    and with the terms that it lacks. ``edited`` and ``missing`` without ``unexplained`` are the derivation.
+    ``missing`` are terms that the print lacks, of the derivation if there is one.
+
+    ``domain`` says where an equation does not hold that holds at all angles that the machine uses,
+    and is empty elsewhere. ``loose`` names what must vanish where a thing is held and does not;
+    ``edits`` are those of the first correction, with what they replace. ``edited`` is the residual
+    that they leave, and ``corrected`` the print with it and with the terms that it lacks.
+    ``edited`` and ``missing`` without ``unexplained`` are the derivation.
     """
 
     verdict: Word
@@ -67,46 +77,73 @@ class Judgement:
 
     @property
     def severity(self) -> tuple[int, int, int]:
-        """Return the key by which a judgement is milder: its verdict, the terms left over, the edits needed."""
+        """Return the key by which a judgement is milder: its verdict, the terms left over, the
+        edits needed.
+        """
         left = len(self.missing) + len(self.unexplained)
         needed = min((len(c) for c in self.corrections), default=0)
-        grade = (*FAULTS, UNJUDGED).index(self.verdict) + 1 if self.verdict in (*FAULTS, UNJUDGED) else 0
+        grade = (
+            (*FAULTS, UNJUDGED).index(self.verdict) + 1
+            if self.verdict in (*FAULTS, UNJUDGED)
+            else 0
+        )
         return grade, left, needed
 
 
 def explain_unjudged(error: Exception) -> Judgement:
-    """Return the judgement on an equation of which judging raised an error, with the reason in words."""
+    """Return the judgement on an equation of which judging raised an error, with the reason in
+    words.
+    """
     text = " ".join(str(error).split())
     plain = isinstance(error, NotEvaluated | UnknownNodeError)
     return Judgement(UNJUDGED, text if plain else f"{type(error).__name__}: {text}")
 
 
 def judge_definition(printed: Equation) -> Judgement:
-    """The verdict on a definition: whether it gives what else the paper says of its symbols, and untested without."""
+    """The verdict on a definition: whether it gives what else the paper says of its symbols, and
+    untested without.
+    """
     mixed = "" if is_consistent(printed.residual) else "; not dimensionally consistent"
-    against = [witness for witness in printed.witnesses if not agrees_with_witness(printed, witness)]
+    against = [
+        witness for witness in printed.witnesses if not agrees_with_witness(printed, witness)
+    ]
     if against:
         return Judgement("contradicted", "; ".join(map(_describe_witness, against)) + mixed)
     if printed.witnesses:
-        return Judgement("definition", f"agrees with {', '.join(w.where for w in printed.witnesses)}{mixed}")
-    return Judgement("untested", f"nothing to derive, and nothing else in the paper tests it{mixed}")
+        return Judgement(
+            "definition", f"agrees with {', '.join(w.where for w in printed.witnesses)}{mixed}"
+        )
+    return Judgement(
+        "untested", f"nothing to derive, and nothing else in the paper tests it{mixed}"
+    )
 
 
 def agrees_with_witness(printed: Equation, witness: Witness) -> bool:
-    """Whether a definition gives the printed value, to the last digit that is printed, of what it defines."""
+    """Whether a definition gives the printed value, to the last digit that is printed, of what it
+    defines.
+    """
     values = {symbol: mpf(digits) for symbol, digits in witness.values}
     missing = printed.residual.free_symbols - values.keys()
     if bounded := [bounds for bounds in witness.between if missing == {bounds[0]}]:
         return _agrees_within(printed, witness, *bounded[0])
     if missing:
-        raise ValueError(f"{printed.source}: {witness.where} prints nothing of {', '.join(sorted(map(str, missing)))}")
-    judged = next((digits for symbol, digits in witness.values if symbol == _judged(printed, witness)), "0")
+        raise ValueError(
+            f"{printed.source}: {witness.where} prints nothing of "
+            f"{', '.join(sorted(map(str, missing)))}"
+        )
+    judged = next(
+        (digits for symbol, digits in witness.values if symbol == _judged(printed, witness)), "0"
+    )
     last = mpf(10) ** int(Decimal(judged).as_tuple().exponent)
     return bool(abs(Point(values)(printed.residual)) <= last / 2)
 
 
-def _agrees_within(printed: Equation, witness: Witness, symbol: Quantity, low: Expr, high: Expr) -> bool:
-    """Whether a definition holds for some value between the bounds of the one symbol without a printed value."""
+def _agrees_within(
+    printed: Equation, witness: Witness, symbol: Quantity, low: Expr, high: Expr
+) -> bool:
+    """Whether a definition holds for some value between the bounds of the one symbol without a
+    printed value.
+    """
     values = {other: sp.Rational(digits) for other, digits in witness.values}
     roots = sp.solve(printed.residual.xreplace(values), symbol)
     smallest, largest = (bound.xreplace(values) for bound in (low, high))
@@ -124,17 +161,27 @@ def _describe_witness(witness: Witness) -> str:
 
 
 MOST_OPERATIONS = 1000
-"""Operations of an equation of which several edits are tried together: what vector algebra expanded was not printed."""
+"""Operations of an equation of which several edits are tried together: what vector algebra expanded
+was not printed.
+"""
 MOST_SEARCHED = 10_000
 """Operations of an equation of which single edits and missing terms are tried."""
-UNSEARCHED = f"; its terms were not searched for an error, as they have more than {MOST_SEARCHED} operations"
+UNSEARCHED = (
+    f"; its terms were not searched for an error, as they have more than {MOST_SEARCHED} operations"
+)
 
 
 def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgement:
-    """The verdict on an equation by values alone: whether it holds at every point, or which single edits make it."""
-    lacking = sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in points))
+    """The verdict on an equation by values alone: whether it holds at every point, or which single
+    edits make it.
+    """
+    lacking = sorted(
+        str(s) for s in printed.residual.free_symbols if any(s not in point for point in points)
+    )
     if lacking or printed.relation != "=":
-        reason = f"{', '.join(lacking)} has no value here" if lacking else "a condition without a claim"
+        reason = (
+            f"{', '.join(lacking)} has no value here" if lacking else "a condition without a claim"
+        )
         return Judgement("untested", f"{reason}, so that nothing tests it")
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
@@ -145,36 +192,56 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     if repairs:
         edit, residual = repairs[0]
         corrected = replace(printed, residual=residual)
-        return replace(_misprint([(edit.text,) for edit, _ in repairs], remark, [edit]), corrected=corrected)
+        return replace(
+            _misprint([(edit.text,) for edit, _ in repairs], remark, [edit]), corrected=corrected
+        )
     for term, residual in () if is_large else _list_lacking_terms(printed, words, points):
         corrected = replace(printed, residual=residual)
         finding = Said(f"{remark}it holds with a term more: ", term)
         return Judgement("incomplete", finding, missing=(term,), corrected=corrected)
     unsearched = UNSEARCHED if is_large else ""
-    return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}{unsearched}"))
+    return Judgement(
+        "contradicted", Said(f"{remark}{_failing(printed.residual, points)}{unsearched}")
+    )
 
 
 def judge_condition(printed: Equation, cycle: Sequence[Point]) -> Judgement:
-    """The verdict on a condition by values alone: whether it holds all along the machine's own cycle."""
+    """The verdict on a condition by values alone: whether it holds all along the machine's own
+    cycle.
+    """
     symbols = printed.residual.free_symbols
-    values = [evaluate_at(printed.residual, point) for point in cycle if all(s in point for s in symbols)]
+    values = [
+        evaluate_at(printed.residual, point) for point in cycle if all(s in point for s in symbols)
+    ]
     if len(values) < len(cycle) or None in values:
         return Judgement("untested", "it has no value along the cycle, so that nothing tests it")
     order = {"<": mpf.__lt__, "<=": mpf.__le__, ">": mpf.__gt__, ">=": mpf.__ge__}[printed.relation]
     worst = (max if printed.relation in ("<", "<=") else min)(v for v in values if v is not None)
     share = mpmath.nstr(worst, 4)
     if all(order(value, mpf(0)) for value in values if value is not None):
-        return Judgement("confirmed", f"it holds all along the cycle: left less right is {share} at the most critical")
+        return Judgement(
+            "confirmed",
+            f"it holds all along the cycle: left less right is {share} at the most critical",
+        )
     broken = sum(not order(value, mpf(0)) for value in values if value is not None)
-    finding = f"it fails at {broken} of {len(values)} places of the cycle: left less right reaches {share}"
+    finding = (
+        f"it fails at {broken} of {len(values)} places of the cycle: left less right "
+        f"reaches {share}"
+    )
     return Judgement("contradicted", finding, unexplained=(printed.residual,))
 
 
-def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Edit, Expr]]:
-    """Edits that may be corrections, with the residuals that they leave, but for those that leave nothing to say."""
+def _edited(
+    printed: Equation, words: Iterable[Quantity], points: Points
+) -> Iterator[tuple[Edit, Expr]]:
+    """Edits that may be corrections, with the residuals that they leave, but for those that leave
+    nothing to say.
+    """
     candidates = [word for word in words if all(word in point for point in points)]
     symbol, side = printed.defines, _find_side(printed)
-    for proposal in _screen(side, propose_edits(side, candidates, overall=symbol is not None), symbol, points):
+    for proposal in _screen(
+        side, propose_edits(side, candidates, overall=symbol is not None), symbol, points
+    ):
         edit = proposal.apply(side)
         residual = _restore_residual(printed, edit.result)
         if len(sp.Add.make_args(residual)) > 1:
@@ -182,8 +249,14 @@ def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Ite
 
 
 def _find_side(printed: Equation) -> Expr:
-    """Return what an equation gives for the symbol that it defines, its residual if it defines none."""
-    return printed.residual if printed.defines is None else solve_for(printed.residual, printed.defines)
+    """Return what an equation gives for the symbol that it defines, its residual if it defines
+    none.
+    """
+    return (
+        printed.residual
+        if printed.defines is None
+        else solve_for(printed.residual, printed.defines)
+    )
 
 
 def _restore_residual(printed: Equation, side: Expr) -> Expr:
@@ -194,7 +267,9 @@ def _restore_residual(printed: Equation, side: Expr) -> Expr:
 def _screen(
     side: Expr, proposals: Iterator[EditProposal], symbol: Quantity | None, points: Points
 ) -> Iterator[EditProposal]:
-    """Yield the edits of a side after which it may be zero, or a symbol's value, as floating point tells."""
+    """Yield the edits of a side after which it may be zero, or a symbol's value, as floating point
+    tells.
+    """
     if not is_computable(side):
         yield from proposals
         return
@@ -206,17 +281,25 @@ def _screen(
 
 
 MOST_FACTORS = 120
-"""Factors of an equation of which products are tried as the term that it lacks, those of its own terms first."""
+"""Factors of an equation of which products are tried as the term that it lacks, those of its own
+terms first.
+"""
 
 
-def _list_lacking_terms(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Expr, Expr]]:
-    """Terms with which an equation holds, products of up to five of its factors, with the residuals that they leave."""
+def _list_lacking_terms(
+    printed: Equation, words: Iterable[Quantity], points: Points
+) -> Iterator[tuple[Expr, Expr]]:
+    """Terms with which an equation holds, products of up to five of its factors, with the residuals
+    that they leave.
+    """
     symbol, side = printed.defines, _find_side(printed)
     gaps = [evaluate_at((symbol or sp.S.Zero) - side, point) for point in points]
     if not is_computable(side) or None in gaps:
         return
     edits = EditValues(side, points)
-    evaluable_words = [word for word in words if word != symbol and all(word in point for point in points)]
+    evaluable_words = [
+        word for word in words if word != symbol and all(word in point for point in points)
+    ]
     factors = [
         ProductFactor(factor, edits.value(factor), None, str(factor.as_base_exp()[0]))
         for factor in islice(dict.fromkeys((*_list_factors(side), *evaluable_words)), MOST_FACTORS)
@@ -225,7 +308,9 @@ def _list_lacking_terms(printed: Equation, words: Iterable[Quantity], points: Po
     for number, some in ProductSearch(factors, max_factors=5).find(
         [float(gap) for gap in gaps if gap is not None], None
     ):
-        term = sp.Mul(sp.Rational(number.numerator, number.denominator), *(factor.label for factor in some))
+        term = sp.Mul(
+            sp.Rational(number.numerator, number.denominator), *(factor.label for factor in some)
+        )
         residual = _restore_residual(printed, side + term)
         if len(sp.Add.make_args(residual)) > 1 and holds(residual, points):
             yield term, residual
@@ -234,7 +319,13 @@ def _list_lacking_terms(printed: Equation, words: Iterable[Quantity], points: Po
 def _list_factors(expr: Expr) -> Iterator[Expr]:
     """Yield the symbols, functions and powers of an expression, and the sums in its products."""
     for node in sp.preorder_traversal(expr):
-        parts = node.args if isinstance(node, sp.Mul) else (node,) if not isinstance(node, sp.Add) else ()
+        parts = (
+            node.args
+            if isinstance(node, sp.Mul)
+            else (node,)
+            if not isinstance(node, sp.Add)
+            else ()
+        )
         yield from (part for part in parts if not part.is_number and not isinstance(part, sp.Mul))
 
 
@@ -244,9 +335,11 @@ def holds(residual: Expr, points: Points) -> bool:
 
 
 MOST_TERMS = 10**6
-"""Terms of a summand multiplied out, at most: the largest of them is at least this share of the summand.
+"""Terms of a summand multiplied out, at most: the largest of them is at least this share of the
+summand.
 
-What is small beside the summands is so beside the largest term too, so that nothing needs to be multiplied out.
+What is small beside the summands is so beside the largest term too, so that nothing needs to be
+multiplied out.
 """
 
 
@@ -264,7 +357,9 @@ def _vanishes(residual: Expr, point: Point) -> bool:
 
 @cache
 def _bound_terms(expr: Expr, point: Point) -> mpf:
-    """Return what no term of an expression multiplied out exceeds, found without multiplying it out."""
+    """Return what no term of an expression multiplied out exceeds, found without multiplying it
+    out.
+    """
     if isinstance(expr, sp.Add):
         return sum((_bound_terms(summand, point) for summand in expr.args), mpf(0))
     if isinstance(expr, sp.Mul):
@@ -275,11 +370,16 @@ def _bound_terms(expr: Expr, point: Point) -> mpf:
 
 
 def _failing(residual: Expr, points: Points) -> str:
-    """Describe the residual at the first point where the equation fails, compared with its largest term."""
+    """Describe the residual at the first point where the equation fails, compared with its largest
+    term.
+    """
     where = next(point for point in points if not _vanishes(residual, point))
     left = evaluate_at(residual, where)
     remainder = "no real value" if left is None else mpmath.nstr(left, 6)
-    return f"it does not hold: {remainder} is left of terms of up to {mpmath.nstr(largest_term(residual, where), 6)}"
+    return (
+        f"it does not hold: {remainder} is left of terms of up to "
+        f"{mpmath.nstr(largest_term(residual, where), 6)}"
+    )
 
 
 PROMISING = 12
@@ -295,7 +395,9 @@ def judge_equation(
     words: Iterable[Quantity],
     directions: frozenset[Quantity] = frozenset(),
 ) -> Judgement:
-    """The verdict on one equation, both sides in the same symbols; a direction is the same a whole turn on."""
+    """The verdict on one equation, both sides in the same symbols; a direction is the same a whole
+    turn on.
+    """
     if derived is None:
         return (
             judge_by_values(printed, tuple(points), words)
@@ -305,10 +407,19 @@ def judge_equation(
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent, at = is_consistent(printed.residual), tuple(points)
-    if unknown := sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in at)):
-        return Judgement(UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for")
-    is_direction, remark = printed.defines in directions, "" if consistent else "not dimensionally consistent; "
-    compared = [(side, align_sides(side, derived, at, is_direction)) for side in list_orientations(printed)]
+    if unknown := sorted(
+        str(s) for s in printed.residual.free_symbols if any(s not in point for point in at)
+    ):
+        return Judgement(
+            UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for"
+        )
+    is_direction, remark = (
+        printed.defines in directions,
+        "" if consistent else "not dimensionally consistent; ",
+    )
+    compared = [
+        (side, align_sides(side, derived, at, is_direction)) for side in list_orientations(printed)
+    ]
     edits = [_relation(side, printed, derived) for side, comparison in compared if comparison.same]
     if () in edits and consistent:
         return _agreement(printed, derived)
@@ -317,7 +428,9 @@ def judge_equation(
     size = sp.count_ops(printed.residual) + sp.count_ops(derived.residual)
     is_large = size > MOST_OPERATIONS and not holds(printed.residual, at)
     if is_large and size > MOST_SEARCHED:
-        return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}{UNSEARCHED}"))
+        return Judgement(
+            "contradicted", Said(f"{remark}{_failing(printed.residual, at)}{UNSEARCHED}")
+        )
     vocabulary = _vocabulary(printed, derived, at, words)
     judgements = []
     for side, comparison in compared:
@@ -328,7 +441,9 @@ def judge_equation(
         elif judgement is None:
             judgement = _corrected(comparison, vocabulary, done, remark)
         judgement = replace(judgement, edited=_find_edited(side, comparison, judgement))
-        judgements.append(replace(judgement, corrected=complete_print(side, derived, judgement, at, is_direction)))
+        judgements.append(
+            replace(judgement, corrected=complete_print(side, derived, judgement, at, is_direction))
+        )
     return min(judgements, key=lambda judgement: judgement.severity)
 
 
@@ -341,18 +456,29 @@ def _find_edited(side: Equation, comparison: Comparison, judgement: Judgement) -
 
 
 def complete_print(
-    printed: Equation, derived: Equation, judgement: Judgement, points: Points, is_direction: bool = False
+    printed: Equation,
+    derived: Equation,
+    judgement: Judgement,
+    points: Points,
+    is_direction: bool = False,
 ) -> Equation | None:
-    """Return a printed equation after the edits of a judgement, with the terms that it lacks, if that is all there is.
+    """Return a printed equation after the edits of a judgement, with the terms that it lacks, if
+    that is all there is.
 
     A factor by which it was divided is put back.
     """
-    if judgement.edited is None or judgement.unexplained or not (judgement.edits or judgement.missing):
+    if (
+        judgement.edited is None
+        or judgement.unexplained
+        or not (judgement.edits or judgement.missing)
+    ):
         return None
     total = sp.Add(*judgement.missing)
     residuals = (judgement.edited + sign * total for sign in (1, -1))
     completed = (replace(printed, residual=residual) for residual in residuals)
-    return next((some for some in completed if are_equivalent(some, derived, points, is_direction)), None)
+    return next(
+        (some for some in completed if are_equivalent(some, derived, points, is_direction)), None
+    )
 
 
 def _relation(side: Equation, printed: Equation, derived: Equation) -> tuple[Said, ...]:
@@ -363,9 +489,16 @@ def _relation(side: Equation, printed: Equation, derived: Equation) -> tuple[Sai
     return (Said(f"{meant} for {printed.relation}"),)
 
 
-def _vocabulary(printed: Equation, derived: Equation, points: Points, words: Iterable[Quantity]) -> list[Quantity]:
-    """Quantities that may have been meant: those of both papers and derivation that have a value."""
-    quantities = {*words, *(s for s in derived.residual.free_symbols if isinstance(s, Quantity))} - {printed.defines}
+def _vocabulary(
+    printed: Equation, derived: Equation, points: Points, words: Iterable[Quantity]
+) -> list[Quantity]:
+    """Quantities that may have been meant: those of both papers and derivation that have a
+    value.
+    """
+    quantities = {
+        *words,
+        *(s for s in derived.residual.free_symbols if isinstance(s, Quantity)),
+    } - {printed.defines}
     return sorted((s for s in quantities if all(s in point for point in points)), key=str)
 
 
@@ -380,34 +513,53 @@ def _agreement(printed: Equation, derived: Equation) -> Judgement:
 def _find_simple_correction(
     start: Comparison, words: list[Quantity], done: tuple[Said, ...], remark: str
 ) -> Judgement | None:
-    """The verdict on a difference that one edit or a missing term makes, None for any other; see `_corrected`."""
+    """The verdict on a difference that one edit or a missing term makes, None for any other; see
+    `_corrected`.
+    """
     repairs = start.repairs(words)
     if repairs:
         return _misprint([(*done, edit.text) for edit in repairs], remark, repairs[:1])
     missing = find_missing_terms(start, words) if not done else ()
     if missing:
-        return Judgement("incomplete", f"{remark}terms of the derivation are missing", missing=missing)
+        return Judgement(
+            "incomplete", f"{remark}terms of the derivation are missing", missing=missing
+        )
     return None
 
 
-def _corrected(start: Comparison, words: list[Quantity], done: tuple[Said, ...], remark: str) -> Judgement:
-    """The verdict on a difference; ``done`` are edits that are needed in addition to those of the residual."""
+def _corrected(
+    start: Comparison, words: list[Quantity], done: tuple[Said, ...], remark: str
+) -> Judgement:
+    """The verdict on a difference; ``done`` are edits that are needed in addition to those of the
+    residual.
+    """
     first = start.edits(words)
     explanation = explain_by_edits(start, first, words)
-    if explanation.comparison.same and not (start.bounds and len(explanation.edits) > MOST_OF_A_CONDITION):
-        return _misprint([(*done, *(edit.text for edit in explanation.edits))], remark, explanation.edits)
-    pairs = _pairs(start, first, words) if explanation.comparison.gap.unexplained and not done else []
+    if explanation.comparison.same and not (
+        start.bounds and len(explanation.edits) > MOST_OF_A_CONDITION
+    ):
+        return _misprint(
+            [(*done, *(edit.text for edit in explanation.edits))], remark, explanation.edits
+        )
+    pairs = (
+        _pairs(start, first, words) if explanation.comparison.gap.unexplained and not done else []
+    )
     if pairs:
         return _misprint([(first.text, second.text) for first, second in pairs], remark, pairs[0])
     if start.bounds:
         return _another_condition(start, remark)
     return _left_over(
-        explanation.comparison, (*done, *(edit.text for edit in explanation.edits)), explanation.edits, remark
+        explanation.comparison,
+        (*done, *(edit.text for edit in explanation.edits)),
+        explanation.edits,
+        remark,
     )
 
 
 def _another_condition(start: Comparison, remark: str) -> Judgement:
-    """A condition that no edit makes the derived one; terms that are left over say nothing of when it holds."""
+    """A condition that no edit makes the derived one; terms that are left over say nothing of when
+    it holds.
+    """
     where = next((point for point in start.points if not start.is_equal_at(point)), start.points[0])
     printed, derived = (_format_value(side, where) for side in (start.printed, start.derived))
     differ = f"at a random point its sides differ by {printed}, not {derived}"
@@ -416,28 +568,47 @@ def _another_condition(start: Comparison, remark: str) -> Judgement:
 
 
 def _pairs(start: Comparison, first: list[Edit], words: list[Quantity]) -> list[tuple[Edit, Edit]]:
-    """Two edits that remove the difference together, the first of them one of those that leave least."""
+    """Two edits that remove the difference together, the first of them one of those that leave
+    least.
+    """
     candidates = [edit for edit, _ in _ranked(start, first)[:PROMISING]]
-    return [(first, second) for first in candidates for second in start.edited(first.result).repairs(words)]
+    return [
+        (first, second)
+        for first in candidates
+        for second in start.edited(first.result).repairs(words)
+    ]
 
 
-def _misprint(corrections: Sequence[tuple[Said, ...]], remark: str, edits: Sequence[Edit]) -> Judgement:
+def _misprint(
+    corrections: Sequence[tuple[Said, ...]], remark: str, edits: Sequence[Edit]
+) -> Judgement:
     distinct = tuple(dict.fromkeys(tuple(sorted(c)) for c in corrections))
-    return Judgement("misprint", f"{remark}removed by {_count_edits(distinct[0])}", distinct, edits=tuple(edits))
+    return Judgement(
+        "misprint", f"{remark}removed by {_count_edits(distinct[0])}", distinct, edits=tuple(edits)
+    )
 
 
 def _count_edits(correction: Sequence[Said]) -> str:
     return "1 edit" if len(correction) == 1 else f"{len(correction)} edits"
 
 
-def _left_over(comparison: Comparison, done: tuple[Said, ...], edits: tuple[Edit, ...], remark: str) -> Judgement:
-    """Build the judgement on terms that edits leave: missing from the print, or without an explanation."""
+def _left_over(
+    comparison: Comparison, done: tuple[Said, ...], edits: tuple[Edit, ...], remark: str
+) -> Judgement:
+    """Build the judgement on terms that edits leave: missing from the print, or without an
+    explanation.
+    """
     corrections, left = (tuple(sorted(done)),) if done else (), comparison.match()
     if not left.printed:
         finding = f"{remark}terms of the derivation are missing"
         return Judgement("incomplete", finding, corrections, left.derived, edits=edits)
-    where = next((point for point in comparison.points if not comparison.is_equal_at(point)), comparison.points[0])
-    printed_value, derived_value = (_format_value(side, where) for side in (comparison.printed, comparison.derived))
+    where = next(
+        (point for point in comparison.points if not comparison.is_equal_at(point)),
+        comparison.points[0],
+    )
+    printed_value, derived_value = (
+        _format_value(side, where) for side in (comparison.printed, comparison.derived)
+    )
     fails = f"; it fails at a random point: {printed_value} against {derived_value}"
     finding = Said(f"{remark}printed, but not derived: ", join_parts(", ", left.printed), fails)
     return Judgement("contradicted", finding, corrections, left.derived, left.printed, edits=edits)
@@ -449,8 +620,13 @@ def _format_value(expr: Expr, point: Point) -> str:
 
 
 def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, int]]:
-    """Edits that leave fewer terms without their like, best first. None may take a real value away."""
-    real: Points = tuple(point for point in start.points if evaluate_at(start.printed, point) is not None)
+    """Edits that leave fewer terms without their like, best first.
+
+    None may take a real value away.
+    """
+    real: Points = tuple(
+        point for point in start.points if evaluate_at(start.printed, point) is not None
+    )
     before, better = start.gap.size, []
     for edit in candidates:
         left = start.edited(edit.result).gap.size

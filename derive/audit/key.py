@@ -1,6 +1,8 @@
-"""Keys of findings: what a finding depends on, hashed, so that what has not changed need not be judged again.
+"""Keys of findings: what a finding depends on, hashed, so that what has not changed need not be
+judged again.
 
-The same on every machine and under every hash seed: expressions in their canonical order, values rounded.
+The same on every machine and under every hash seed: expressions in their canonical order, values
+rounded.
 """
 
 from __future__ import annotations
@@ -23,12 +25,16 @@ from .case import AS_READ, Case, Choice
 
 ROOT = Path(__file__).parents[2]
 CYCLE_DIGITS = 6
-"""Digits of a value along the cycle, of the largest there: some systems interpolate in floating point."""
+"""Digits of a value along the cycle, of the largest there: some systems interpolate in floating
+point.
+"""
 
 
 @cache
 def engine_key(*modules: str) -> str:
-    """Hash of the code of modules and of all that they import from this package, and of SymPy's version."""
+    """Hash of the code of modules and of all that they import from this package, and of SymPy's
+    version.
+    """
     return _hashed([sp.__version__, *(_content(path) for path in sorted(sources(modules)))])
 
 
@@ -41,13 +47,15 @@ def _content(path: Path) -> str:
 def code_without_docstrings(source: str) -> str:
     """Return the syntax tree of a source as text, without comments, layout and docstrings.
 
-    Every string that is a statement counts as a docstring. Raises SyntaxError for what is not Python.
+    Every string that is a statement counts as a docstring. Raises SyntaxError for what is not
+    Python.
     """
     return _dumped(ast.parse(source))
 
 
 def _dumped(node: object) -> str:
-    """A node with its fields; empty ones are left out, since Python versions differ in which of them exist.
+    """A node with its fields; empty ones are left out, since Python versions differ in which of
+    them exist.
 
     `ast.dump` differs between versions for the same code.
     """
@@ -55,12 +63,20 @@ def _dumped(node: object) -> str:
         return f"[{', '.join(_dumped(part) for part in node if not _is_docstring(part))}]"
     if not isinstance(node, ast.AST):
         return repr(node)
-    fields = (f"{name}={_dumped(part)}" for name, part in ast.iter_fields(node) if part is not None and part != [])
+    fields = (
+        f"{name}={_dumped(part)}"
+        for name, part in ast.iter_fields(node)
+        if part is not None and part != []
+    )
     return f"{type(node).__name__}({', '.join(fields)})"
 
 
 def _is_docstring(node: object) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
 
 
 def sources(modules: Iterable[str]) -> set[Path]:
@@ -75,12 +91,16 @@ def sources(modules: Iterable[str]) -> set[Path]:
         paths.add(path)
         package = module if path.name == "__init__.py" else module.rpartition(".")[0]
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            waiting |= {name for name in _imported(node, package) if name.partition(".")[0] in packages}
+            waiting |= {
+                name for name in _imported(node, package) if name.partition(".")[0] in packages
+            }
     return paths
 
 
 def _imported(node: ast.AST, package: str) -> set[str]:
-    """Return the modules that a node of a syntax tree may import, and names in them that may be modules."""
+    """Return the modules that a node of a syntax tree may import, and names in them that may be
+    modules.
+    """
     if isinstance(node, ast.Import):
         return {name.name for name in node.names}
     if isinstance(node, ast.ImportFrom):
@@ -95,24 +115,40 @@ def _file(module: str) -> Path | None:
     if loaded is not None:
         return Path(loaded)
     place = ROOT.joinpath(*module.split("."))
-    return next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)
+    return next(
+        (path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None
+    )
 
 
 def equation_key(case: Case, number: str) -> str:
-    """Key of the finding on one equation, which is judged with those that it shares questions with."""
+    """Key of the finding on one equation, which is judged with those that it shares questions
+    with.
+    """
     return linked_key(number, [sides_key(case, other) for other in case.linked(number)])
 
 
 def linked_key(number: str, keys: Sequence[str]) -> str:
-    """Key of the finding on one equation by what each depends on that is judged with it, this one among them."""
+    """Key of the finding on one equation by what each depends on that is judged with it, this one
+    among them.
+    """
     return keys[0] if len(keys) == 1 else _hashed([number, *keys])
 
 
 def sides_key(case: Case, number: str) -> str:
-    """Return the key of the finding on an equation: judging code, both sides, vocabulary, every value used."""
-    pairs = [pair for choice in case.choices(number) or [AS_READ] for pair in case.footings(number, choice)]
+    """Return the key of the finding on an equation: judging code, both sides, vocabulary, every
+    value used.
+    """
+    pairs = [
+        pair
+        for choice in case.choices(number) or [AS_READ]
+        for pair in case.footings(number, choice)
+    ]
     lifted, printed = case.lifted(number), case.paper.equations[number]
-    sides = [printed, *(side for pair in pairs for side in pair if side), *([lifted] if lifted else [])]
+    sides = [
+        printed,
+        *(side for pair in pairs for side in pair if side),
+        *([lifted] if lifted else []),
+    ]
     symbols = _sorted(set().union(*(side.residual.free_symbols for side in sides)))
     words = _sorted({*symbols, *case.words})
     return _hashed(
@@ -124,9 +160,15 @@ def sides_key(case: Case, number: str) -> str:
             *(_choice(choice) for choice in case.choices(number)),
             *(f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items()),
             str(pairs[-1][0].defines in case.directions),
-            str(case.subject.constraint_residuals(printed.claims, printed.defines)) if printed.defines else "",
+            str(case.subject.constraint_residuals(printed.claims, printed.defines))
+            if printed.defines
+            else "",
             *sorted(f"{s} {why}" for s, why in case.assumed(number).items()),
-            *(f"{s} {called}" for s, called in sorted(case.subject.actions().items(), key=str) if s in symbols),
+            *(
+                f"{s} {called}"
+                for s, called in sorted(case.subject.actions().items(), key=str)
+                if s in symbols
+            ),
             *(f"{_name(s)} {_at(s, point)}" for s in words for point in case.points),
             *(f"{_name(s)} {_cycle_values(s, case.cycle)}" for s in symbols),
         ]
@@ -134,7 +176,8 @@ def sides_key(case: Case, number: str) -> str:
 
 
 def laws_key(case: Case, chosen: Mapping[str, Choice]) -> str:
-    """Key of the findings on chains as a whole: the code of trial and subject, the subject's files, the equations.
+    """Key of the findings on chains as a whole: the code of trial and subject, the subject's files,
+    the equations.
 
     ``chosen`` says how equations are read that can be read in several ways.
     """
@@ -144,14 +187,22 @@ def laws_key(case: Case, chosen: Mapping[str, Choice]) -> str:
     for chain in case.chains or ():
         parts += [equation_text(e) for e in chain.equations.values()]
         parts += map(str, chain.order)
-        parts += [f"{symbol} {sp.srepr(meant)}" for symbol, meant in sorted(chain.bind.items(), key=str)]
+        parts += [
+            f"{symbol} {sp.srepr(meant)}" for symbol, meant in sorted(chain.bind.items(), key=str)
+        ]
     return _hashed(parts)
 
 
 def equation_text(equation_: Equation) -> str:
     """An equation as text that says all of it, in canonical order."""
     names = [_name(s) for s in _sorted(equation_.residual.free_symbols)]
-    fields = [equation_.number, equation_.legibility, str(equation_.claims), str(equation_.defines), equation_.relation]
+    fields = [
+        equation_.number,
+        equation_.legibility,
+        str(equation_.claims),
+        str(equation_.defines),
+        equation_.relation,
+    ]
     fields += [str(equation_.stated), sp.srepr(equation_.where), *equation_.rebuilt]
     fields += [f"{w.where} {w.values} {w.between}" for w in equation_.witnesses]
     return "\n".join([*fields, *names, sp.srepr(equation_.residual)])

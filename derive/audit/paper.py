@@ -1,4 +1,6 @@
-"""Papers as data, their equations as printed; and the subject that they are compared with, and its laws of motion."""
+"""Papers as data, their equations as printed; and the subject that they are compared with, and its
+laws of motion.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ Values = dict[sp.Symbol, Array]
 class Law:
     """``gaps`` vanish: at every angle (``largest``), on average, or in their integral over a turn.
 
-    ``cycle`` names the motion in which it is tested. What is asked of the violation is asked of its share of ``scale``.
+    ``cycle`` names the motion in which it is tested. What is asked of the violation is asked of its
+    share of ``scale``.
     """
 
     name: str
@@ -47,7 +50,8 @@ class Law:
 
 @dataclass(frozen=True)
 class Cycle:
-    """A motion at some angles: what is known of each equal side, and the weights that integrate over a turn.
+    """A motion at some angles: what is known of each equal side, and the weights that integrate
+    over a turn.
 
     ``between`` are more angles, interpolated, close enough to find the largest value of anything.
     """
@@ -61,9 +65,9 @@ class Cycle:
 class Dynamics:
     """Laws, motions and derivation of a system, for the audit of a chain.
 
-    ``claims`` are derived equations by what they claim to be; ``supplements`` the derivation's steps for unknowns of
-    one side that a chain may lack but a derived equation may name; ``twins`` name a quantity on the second side, and on
-    those after it.
+    ``claims`` are derived equations by what they claim to be; ``supplements`` the derivation's
+    steps for unknowns of one side that a chain may lack but a derived equation may name; ``twins``
+    name a quantity on the second side, and on those after it.
     """
 
     laws: tuple[Law, ...]
@@ -76,7 +80,8 @@ class Dynamics:
 class Subject(Protocol):
     """A system that papers are tried against.
 
-    Asked for are the derived equations and values of their quantities; the rest has a default for who inherits.
+    Asked for are the derived equations and values of their quantities; the rest has a default for
+    who inherits.
     """
 
     def claims(self) -> Mapping[Claimed, Equation]:
@@ -84,17 +89,23 @@ class Subject(Protocol):
         ...
 
     def admissible(self, rng: random.Random) -> Mapping[Any, Any]:
-        """Random values of all quantities, consistent with each other; by the seed, both cases of every branch."""
+        """Random values of all quantities, consistent with each other; by the seed, both cases of
+        every branch.
+        """
         ...
 
     def reference(self, points: int) -> Sequence[Mapping[Any, Any]]:
-        """Values of all quantities along the machine's own cycle, to estimate how large a term becomes."""
+        """Values of all quantities along the machine's own cycle, to estimate how large a term
+        becomes.
+        """
         ...
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Any, Any]] | None:
-        """Values of all quantities, consistent with each other, near those of ``reference``: data changed a little.
+        """Values of all quantities, consistent with each other, near those of ``reference``: data
+        changed a little.
 
-        None where the subject finds none; every quantity of the reference is then moved a little by itself.
+        None where the subject finds none; every quantity of the reference is then moved a little by
+        itself.
         """
         return None
 
@@ -103,11 +114,15 @@ class Subject(Protocol):
         return printed, derived
 
     def footings(self, printed: Expr, derived: Expr) -> Sequence[tuple[Expr, Expr]]:
-        """Both sums in more and more of the same quantities: from the balance's own to those of ``common``."""
+        """Both sums in more and more of the same quantities: from the balance's own to those of
+        ``common``.
+        """
         return [self.common(printed, derived)]
 
     def equilibria(self) -> Sequence[Equilibrium]:
-        """Return equilibria with points near them, about which equations may be linearised; none by default."""
+        """Return equilibria with points near them, about which equations may be linearised; none by
+        default.
+        """
         return []
 
     def folds(self) -> Mapping[sp.Symbol, Expr]:
@@ -119,7 +134,9 @@ class Subject(Protocol):
         return {}
 
     def constraint_residuals(self, claim: Claimed, formula: Expr) -> Mapping[str, Expr]:
-        """Return the residuals that must vanish at the supports, by the ``formula`` for the subject of a claim."""
+        """Return the residuals that must vanish at the supports, by the ``formula`` for the subject
+        of a claim.
+        """
         return {}
 
     def zero(self) -> Mapping[sp.Symbol, str]:
@@ -127,27 +144,36 @@ class Subject(Protocol):
         return {}
 
     def lift(self, claim: Claimed, printed: Expr) -> Expr | None:
-        """The derived residual of a claim while the quantities of ``zero`` are not, in those of the printed one.
+        """The derived residual of a claim while the quantities of ``zero`` are not, in those of the
+        printed one.
 
         None for a claim that no assumption bears on.
         """
         return None
 
     def dynamics(self) -> Dynamics | None:
-        """Laws that a chain of equations must obey as a whole, and the motion to test it in; None without any."""
+        """Laws that a chain of equations must obey as a whole, and the motion to test it in; None
+        without any.
+        """
         return None
 
     def model(self) -> System | None:
-        """Return the model that computes the numbers of a paper, or None if nothing derived here does."""
+        """Return the model that computes the numbers of a paper, or None if nothing derived here
+        does.
+        """
         return None
 
     def files(self) -> Iterable[Path]:
-        """Files that the dynamics depend on in addition to the modules that the subject's own one imports."""
+        """Files that the dynamics depend on in addition to the modules that the subject's own one
+        imports.
+        """
         return ()
 
 
 class SourceChange(Protocol):
-    """A change of a printed row that makes it hold: its LaTeX after it, in words, and other changes in words."""
+    """A change of a printed row that makes it hold: its LaTeX after it, in words, and other changes
+    in words.
+    """
 
     @property
     def latex(self) -> str: ...
@@ -162,15 +188,20 @@ class SourceChange(Protocol):
 class Source(Protocol):
     """The text that a paper's equations were read from, which can be changed and read again."""
 
-    def repair(self, number: str, points: list[Point], draw: Callable[[int], list[Point]]) -> SourceChange | None:
-        """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one.
+    def repair(
+        self, number: str, points: list[Point], draw: Callable[[int], list[Point]]
+    ) -> SourceChange | None:
+        """Return the smallest change of an equation's own LaTeX after which it holds at points,
+        None without one.
 
         ``draw`` returns a number of random admissible points.
         """
         ...
 
     def describe(self, number: str) -> dict[str, Any]:
-        """Return file, line and LaTeX of an equation, and its LaTeX corrected, empty if no change corrects it."""
+        """Return file, line and LaTeX of an equation, and its LaTeX corrected, empty if no change
+        corrects it.
+        """
         ...
 
     def explain_unjudged(self, number: str) -> str:
@@ -178,7 +209,9 @@ class Source(Protocol):
         ...
 
     def announces_small_motion(self, number: str) -> bool:
-        """Return whether the text says before an equation that motions are small, or that it linearises."""
+        """Return whether the text says before an equation that motions are small, or that it
+        linearises.
+        """
         ...
 
     def list_rows(self) -> list[dict[str, Any]]:
@@ -190,8 +223,9 @@ class Source(Protocol):
 class Reading:
     """One admissible meaning of a printed equation.
 
-    ``printed`` and ``derived`` replace symbols of the print and of its derivation; ``text`` is another transcription of
-    the characters, as a residual; ``because`` names the place in the paper that admits it.
+    ``printed`` and ``derived`` replace symbols of the print and of its derivation; ``text`` is
+    another transcription of the characters, as a residual; ``because`` names the place in the paper
+    that admits it.
     """
 
     meaning: str
@@ -208,7 +242,9 @@ class Reading:
 
 @dataclass(frozen=True)
 class Question:
-    """A question that a paper leaves open, its equations, and every admissible answer: one holds for all of them."""
+    """A question that a paper leaves open, its equations, and every admissible answer: one holds
+    for all of them.
+    """
 
     numbers: tuple[str, ...]
     readings: tuple[Reading, ...]
@@ -224,11 +260,13 @@ class Reference:
 
 @dataclass
 class Paper:
-    r"""The transcription of a paper: its equations by number; a short name stands for a number where print gives none.
+    r"""The transcription of a paper: its equations by number; a short name stands for a number
+    where print gives none.
 
-    ``reading`` says what printed symbols stand for in all equations, ``readings`` in single ones, ``questions`` what
-    the paper leaves open. Quantities are in SI; digits that a paper prints may be in other units. Papers are listed in
-    the order of their ``place``, those without one last. `derive.trial` compares them with a mechanism or formulas.
+    ``reading`` says what printed symbols stand for in all equations, ``readings`` in single ones,
+    ``questions`` what the paper leaves open. Quantities are in SI; digits that a paper prints may
+    be in other units. Papers are listed in the order of their ``place``, those without one last.
+    `derive.trial` compares them with a mechanism or formulas.
 
     >>> from derive import Paper, quantities, what
     >>> q = quantities("r | m | radius\nd | m | diameter")
@@ -255,23 +293,38 @@ class Paper:
         return self.place is None, self.place or 0, self.name
 
     def equation(
-        self, number: str, residual: Expr, claims: Claimed = Unclaimed.HOLDS, legibility: Legibility = "printed"
+        self,
+        number: str,
+        residual: Expr,
+        claims: Claimed = Unclaimed.HOLDS,
+        legibility: Legibility = "printed",
     ) -> None:
-        """Add an equation printed as ``residual = 0``, in any one unit, with what the paper claims it to be.
+        """Add an equation printed as ``residual = 0``, in any one unit, with what the paper claims
+        it to be.
 
-        The claim is a balance (`Mechanism.balance`), a closed loop (`derive.loop`), what a quantity is (`derive.what`)
-        or a sentence of the machine's vocabulary; without one the equation is only compared with values in motion.
-        ``legibility`` is "printed", "partly legible" or "lost". Raises ValueError if the number exists. Example:
-        `Paper`.
+        The claim is a balance (`Mechanism.balance`), a closed loop (`derive.loop`), what a quantity
+        is (`derive.what`) or a sentence of the machine's vocabulary; without one the equation is
+        only compared with values in motion. ``legibility`` is "printed", "partly legible" or
+        "lost". Raises ValueError if the number exists. Example: `Paper`.
         """
         self._add(Equation(number, residual, f"{self.name} ({number})", claims, legibility))
 
     def defines(
-        self, number: str, symbol: Quantity, expr: Expr, claims: Claimed = Unclaimed.HOLDS,
+        self,
+        number: str,
+        symbol: Quantity,
+        expr: Expr,
+        claims: Claimed = Unclaimed.HOLDS,
         legibility: Legibility = "printed",
-    ) -> None:  # fmt: skip
-        """Add a formula printed as ``symbol = expr``, in the unit of the symbol; else as `equation`."""
-        self._add(Equation(number, symbol - expr, f"{self.name} ({number})", claims, legibility, defines=symbol))
+    ) -> None:
+        """Add a formula printed as ``symbol = expr``, in the unit of the symbol; else as
+        `equation`.
+        """
+        self._add(
+            Equation(
+                number, symbol - expr, f"{self.name} ({number})", claims, legibility, defines=symbol
+            )
+        )
 
     def inequality(
         self,
@@ -282,12 +335,16 @@ class Paper:
         claims: Claimed,
         legibility: Legibility = "printed",
     ) -> None:
-        """Add a condition printed as ``left < right`` or with another ``relation``, in one unit; else as `equation`."""
+        """Add a condition printed as ``left < right`` or with another ``relation``, in one unit;
+        else as `equation`.
+        """
         source = f"{self.name} ({number})"
         self._add(Equation(number, left - right, source, claims, legibility, relation=relation))
 
     def symbol(self, name: str, unit: str, meaning: str) -> Quantity:
-        """Return a quantity that only the paper uses, in ``unit`` of SI. Raises ValueError for a name that code needs.
+        """Return a quantity that only the paper uses, in ``unit`` of SI.
+
+        Raises ValueError for a name that code needs.
 
         >>> from derive import Paper
         >>> Paper("invented2026", "An invented paper").symbol("F_E", "N", "support force").source
@@ -298,8 +355,8 @@ class Paper:
     def reads(self, meaning: Mapping[sp.Symbol, Expr], *numbers: str) -> None:
         r"""State what printed symbols stand for, each in the unit of its symbol.
 
-        It applies to the numbered equations, or to all if no number is passed. Raises ValueError for a number that the
-        paper does not have.
+        It applies to the numbered equations, or to all if no number is passed. Raises ValueError
+        for a number that the paper does not have.
 
         >>> from derive import Paper, quantities
         >>> q = quantities("r | m | radius\nd | m | diameter")
@@ -317,38 +374,49 @@ class Paper:
     def admits(self, numbers: Sequence[str], *readings: Reading) -> None:
         """State every reading that the paper admits of some equations, the literal one first.
 
-        One reading holds for all of the equations. Each is tried, and a verdict given for each. A symbol that may mean
-        something else elsewhere has another call there. Readings have no unit. Raises ValueError for a number that the
-        paper does not have.
+        One reading holds for all of the equations. Each is tried, and a verdict given for each. A
+        symbol that may mean something else elsewhere has another call there. Readings have no unit.
+        Raises ValueError for a number that the paper does not have.
         """
         for number in numbers:
             self._equation(number)
         self.questions.append(Question(tuple(numbers), readings))
 
     def rebuilds(self, number: str, *pieces: str) -> None:
-        """State which pieces of a transcription were illegible and completed, in words, without unit.
+        """State which pieces of a transcription were illegible and completed, in words, without
+        unit.
 
         Raises ValueError for a number that the paper does not have.
         """
         self.equations[number] = replace(self._equation(number), rebuilt=pieces)
 
     def shows(
-        self, number: str, where: str, between: Mapping[Quantity, tuple[Expr, Expr]] | None = None, **values: str
+        self,
+        number: str,
+        where: str,
+        between: Mapping[Quantity, tuple[Expr, Expr]] | None = None,
+        **values: str,
     ) -> None:
         """Add values that the paper prints for an equation: digits by the symbol's name.
 
-        They are in the units of the print, which the equation must allow. ``where`` is their place in the paper.
-        ``between`` holds, for symbols without printed values, the smallest and the largest value that other symbols
-        allow [the unit of the symbol]. Raises ValueError for a number that the paper does not have, KeyError for a
-        symbol that its equation does not have. Example: `Paper`.
+        They are in the units of the print, which the equation must allow. ``where`` is their place
+        in the paper. ``between`` holds, for symbols without printed values, the smallest and the
+        largest value that other symbols allow [the unit of the symbol]. Raises ValueError for a
+        number that the paper does not have, KeyError for a symbol that its equation does not have.
+        Example: `Paper`.
         """
         equation = self._equation(number)
-        bounds = tuple((symbol, sp.sympify(low), sp.sympify(high)) for symbol, (low, high) in (between or {}).items())
+        bounds = tuple(
+            (symbol, sp.sympify(low), sp.sympify(high))
+            for symbol, (low, high) in (between or {}).items()
+        )
         symbols_shown = equation.residual.free_symbols.union(
             *(low.free_symbols | high.free_symbols for _, low, high in bounds)
         )
         named = {str(s): s for s in symbols_shown if isinstance(s, Quantity)}
-        witness = Witness(where, tuple((named[name], digits) for name, digits in values.items()), bounds)
+        witness = Witness(
+            where, tuple((named[name], digits) for name, digits in values.items()), bounds
+        )
         self.equations[number] = replace(equation, witnesses=(*equation.witnesses, witness))
 
     def refers(self, symbols: Sequence[Quantity], *numbers: str) -> None:

@@ -1,4 +1,6 @@
-"""Judgement of an equation under every reading, and along the machine's own cycle: the mildest one."""
+"""Judgement of an equation under every reading, and along the machine's own cycle: the mildest
+one.
+"""
 
 from __future__ import annotations
 
@@ -32,23 +34,36 @@ SHOWN = 3
 """Symbols of which a remark gives the values."""
 
 
-def confirm_in_use(case: Case, printed: Equation, derived: Equation | None, judgement: Judgement) -> Judgement:
-    """Return the judgement, or that the equation holds where the machine uses it, with a place where it does not."""
+def confirm_in_use(
+    case: Case, printed: Equation, derived: Equation | None, judgement: Judgement
+) -> Judgement:
+    """Return the judgement, or that the equation holds where the machine uses it, with a place
+    where it does not.
+    """
     if judgement.verdict not in FAULTS or not is_consistent(printed.residual):
         return judgement
     where = sp.true if derived is None else derived.where
     for points in (case.cycle, case.nearby):
-        if not _says_the_same(case, printed, derived, [point for point in points if point.holds(where)]):
+        if not _says_the_same(
+            case, printed, derived, [point for point in points if point.holds(where)]
+        ):
             return judgement
-    outside = next((p for p in case.points_where(where) if not _says_the_same(case, printed, derived, [p])), None)
+    outside = next(
+        (p for p in case.points_where(where) if not _says_the_same(case, printed, derived, [p])),
+        None,
+    )
     if outside is None:
         return judgement
     domain = _describe_failure(printed, derived, outside)
     finding = Said("it holds where the machine uses it, and not everywhere: ", domain)
-    return Judgement("confirmed as rebuilt" if printed.rebuilt else "confirmed", finding, domain=domain)
+    return Judgement(
+        "confirmed as rebuilt" if printed.rebuilt else "confirmed", finding, domain=domain
+    )
 
 
-def _says_the_same(case: Case, printed: Equation, derived: Equation | None, points: list[Point]) -> bool:
+def _says_the_same(
+    case: Case, printed: Equation, derived: Equation | None, points: list[Point]
+) -> bool:
     needed = printed.residual.free_symbols | (derived.residual.free_symbols if derived else set())
     if not points or not all(symbol in point for point in points for symbol in needed):
         return False
@@ -59,23 +74,35 @@ def _says_the_same(case: Case, printed: Equation, derived: Equation | None, poin
 
 
 def _describe_failure(printed: Equation, derived: Equation | None, point: Point) -> Said:
-    """Return where an equation does not hold: values of its symbols if they are few, and of both sides."""
+    """Return where an equation does not hold: values of its symbols if they are few, and of both
+    sides.
+    """
     symbols = sorted(printed.residual.free_symbols - {printed.defines}, key=str)
     places: list[Piece] = [Said(s, f" = {mpmath.nstr(point(s), 4)}") for s in symbols[:SHOWN]]
-    where = Said("at ", join_parts(", ", places)) if len(symbols) <= SHOWN else Said("at a random point")
+    where = (
+        Said("at ", join_parts(", ", places))
+        if len(symbols) <= SHOWN
+        else Said("at a random point")
+    )
     if derived is None:
         return Said(where, f" {_format_side(printed, point)} is left")
-    return Said(where, f" it gives {_format_side(printed, point)} for {_format_side(derived, point)}")
+    return Said(
+        where, f" it gives {_format_side(printed, point)} for {_format_side(derived, point)}"
+    )
 
 
 def _format_side(side: Equation, point: Point) -> str:
     """The value of what an equation defines its symbol as, or of its residual."""
-    number = evaluate_at(side.residual if side.defines is None else solve_for(side.residual, side.defines), point)
+    number = evaluate_at(
+        side.residual if side.defines is None else solve_for(side.residual, side.defines), point
+    )
     return "no real value" if number is None else mpmath.nstr(number, 6)
 
 
 def fold_terms(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[Expr, ...]:
-    """Return the same sum in fewer terms, if ``folds`` replace a difference of symbols by one symbol."""
+    """Return the same sum in fewer terms, if ``folds`` replace a difference of symbols by one
+    symbol.
+    """
     total, back = sp.Add(*terms), dict[sp.Symbol, Expr]()
     for symbol, base in folds.items():
         if symbol in total.free_symbols:
@@ -110,27 +137,36 @@ class Outcome:
     @property
     def robust(self) -> bool:
         """Whether every reading gives the same verdict."""
-        return len({hearing.judgement.verdict for hearing in (self.kindest, *self.alternatives)}) == 1
+        return (
+            len({hearing.judgement.verdict for hearing in (self.kindest, *self.alternatives)}) == 1
+        )
 
 
 def judge_readings(case: Case, number: str) -> Outcome:
-    """An equation's outcome under the kindest joint reading of all equations that are linked with it."""
+    """An equation's outcome under the kindest joint reading of all equations that are linked with
+    it.
+    """
     return judge_linked_readings(case, number)[number]
 
 
 def judge_linked_readings(case: Case, number: str) -> dict[str, Outcome]:
-    """Outcomes of an equation and of those that share questions with it, under one answer to each question.
+    """Outcomes of an equation and of those that share questions with it, under one answer to each
+    question.
 
-    Taken is the joint answer with the least sum of severities; of equally kind ones that which stands first. A reading
-    under which judging raises an error is `not judged`, and the least kind.
+    Taken is the joint answer with the least sum of severities; of equally kind ones that which
+    stands first. A reading under which judging raises an error is `not judged`, and the least kind.
     """
     if not case.choices(number):
         return {number: Outcome(_attempted(case, number, AS_READ))}
     numbers = case.linked(number)
-    all_hearings = {n: tuple(_attempted(case, n, choice) for choice in case.choices(n)) for n in numbers}
+    all_hearings = {
+        n: tuple(_attempted(case, n, choice) for choice in case.choices(n)) for n in numbers
+    }
 
     def select_joint(joint: Mapping[str, Choice]) -> dict[str, Hearing]:
-        return {n: next(h for h in all_hearings[n] if h.choice == choice) for n, choice in joint.items()}
+        return {
+            n: next(h for h in all_hearings[n] if h.choice == choice) for n, choice in joint.items()
+        }
 
     def severity(hearings: Mapping[str, Hearing]) -> tuple[int, ...]:
         return tuple(map(sum, zip(*(h.judgement.severity for h in hearings.values()), strict=True)))
@@ -149,8 +185,8 @@ def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
 def _heard(case: Case, number: str, choice: Choice) -> Hearing:
     """The mildest judgement among the footings, reported on the one that leaves fewest terms.
 
-    A footing that leaves printed terms unexplained counts if the mildest one explains them: they are then parts of
-    what the print lacks there.
+    A footing that leaves printed terms unexplained counts if the mildest one explains them: they
+    are then parts of what the print lacks there.
     """
     hearings = [
         Hearing(_judged(case, printed, derived), printed, derived, choice)
@@ -167,19 +203,26 @@ def _heard(case: Case, number: str, choice: Choice) -> Hearing:
         folded = [_absorb_printed_terms(hearing, case.cycle) for hearing in folded]
     shortest = min((hearing for hearing in folded if _is_alike(hearing, mildest)), key=_length)
     verdict, finding = mildest.judgement.verdict, mildest.judgement.finding
-    return replace(shortest, judgement=replace(shortest.judgement, verdict=verdict, finding=finding))
+    return replace(
+        shortest, judgement=replace(shortest.judgement, verdict=verdict, finding=finding)
+    )
 
 
 def _is_alike(hearing: Hearing, mildest: Hearing) -> bool:
-    """Whether a hearing leaves what the mildest one does: only then it says the same in other terms."""
+    """Whether a hearing leaves what the mildest one does: only then it says the same in other
+    terms.
+    """
     judgement, kindest = hearing.judgement, mildest.judgement
-    return judgement.unexplained == kindest.unexplained and bool(judgement.missing) == bool(kindest.missing)
+    return judgement.unexplained == kindest.unexplained and bool(judgement.missing) == bool(
+        kindest.missing
+    )
 
 
 def _absorb_printed_terms(hearing: Hearing, cycle: Sequence[Point]) -> Hearing:
     """Return a hearing whose unexplained printed terms are taken from what is missing.
 
-    Each is taken from the missing action that it is the largest part of: of which it leaves least over the cycle.
+    Each is taken from the missing action that it is the largest part of: of which it leaves least
+    over the cycle.
     """
     judgement, derived = hearing.judgement, hearing.derived
     missing = list(judgement.missing)
@@ -205,8 +248,11 @@ def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgemen
     return confirm_in_use(case, printed, derived, judgement)
 
 
-def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, points: list[Point]) -> Judgement | None:
-    """Return the judgement on an equation of a text: it holds in the motion, or does after a change of its LaTeX.
+def _judged_by_source(
+    case: Case, printed: Equation, derived: Equation | None, points: list[Point]
+) -> Judgement | None:
+    """Return the judgement on an equation of a text: it holds in the motion, or does after a change
+    of its LaTeX.
 
     None if neither is so, or if it has to be compared with its derivation.
     """
@@ -214,7 +260,9 @@ def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, p
     if reason := case.source.explain_unjudged(printed.number):
         return Judgement(UNJUDGED, reason)
     symbols = printed.residual.free_symbols
-    if isinstance(printed.claims, Definition) or any(s not in point for s in symbols for point in points):
+    if isinstance(printed.claims, Definition) or any(
+        s not in point for s in symbols for point in points
+    ):
         return None
     if printed.relation != "=":
         return judge_condition(printed, case.cycle)
@@ -234,12 +282,16 @@ def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, p
 
 
 def _judge_linearised(case: Case, printed: Equation) -> Judgement | None:
-    """Return the judgement on a linearised equation that holds to first order about an equilibrium, else None."""
+    """Return the judgement on a linearised equation that holds to first order about an equilibrium,
+    else None.
+    """
     assert case.source is not None
     if not is_consistent(printed.residual):
         return None
     is_announced = case.source.announces_small_motion(printed.number)
-    about = [some.name for some in case.equilibria if some.describes(printed.residual, is_announced)]
+    about = [
+        some.name for some in case.equilibria if some.describes(printed.residual, is_announced)
+    ]
     if not about:
         return None
     outside = _describe_failure(printed, None, case.points[0])
@@ -248,15 +300,25 @@ def _judge_linearised(case: Case, printed: Equation) -> Judgement | None:
 
 
 def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
-    """Return the residuals at supports that do not vanish by the printed formula at its correction."""
+    """Return the residuals at supports that do not vanish by the printed formula at its
+    correction.
+    """
     symbol, judgement = hearing.printed.defines, hearing.judgement
     if symbol is None or hearing.printed.legibility == "lost":
         return {}
-    formula = judgement.edits[-1].result if judgement.edits else solve_for(hearing.printed.residual, symbol)
+    formula = (
+        judgement.edits[-1].result
+        if judgement.edits
+        else solve_for(hearing.printed.residual, symbol)
+    )
     constraints = case.subject.constraint_residuals(hearing.printed.claims, formula)
-    constraints = {name: left.xreplace(hearing.choice.derived) for name, left in constraints.items()}
+    constraints = {
+        name: left.xreplace(hearing.choice.derived) for name, left in constraints.items()
+    }
     return {
-        name: left for name, left in constraints.items() if any(abs(point(left)) > TOLERANCE for point in case.points)
+        name: left
+        for name, left in constraints.items()
+        if any(abs(point(left)) > TOLERANCE for point in case.points)
     }
 
 
@@ -264,7 +326,9 @@ def _unheld(judgement: Judgement, loose: Mapping[str, Expr]) -> Judgement:
     pieces = [Said(f"{name} is ", left, ", and must be 0") for name, left in loose.items()]
     if judgement.verdict in FAULTS:
         pieces.insert(0, Said(judgement.finding))
-    return replace(judgement, verdict="contradicted", finding=join_parts("; ", pieces), loose=tuple(loose))
+    return replace(
+        judgement, verdict="contradicted", finding=join_parts("; ", pieces), loose=tuple(loose)
+    )
 
 
 def _folded(hearing: Hearing, folds: Mapping[sp.Symbol, Expr]) -> Hearing:
@@ -279,14 +343,17 @@ def _length(hearing: Hearing) -> int:
 
 
 def derived_side(case: Case, hearing: Hearing) -> Equation | None:
-    """The derived side of a hearing with the sign of the printed one; None where there is nothing to compare."""
+    """The derived side of a hearing with the sign of the printed one; None where there is nothing
+    to compare.
+    """
     if hearing.derived is None or hearing.judgement.verdict == UNJUDGED:
         return None
     return align_derived(hearing.printed, hearing.derived, tuple(case.points))
 
 
 def is_fragile(judgement: Judgement) -> bool:
-    """Whether a correction puts one symbol for another whose name differs in a single character, a dot among them.
+    """Whether a correction puts one symbol for another whose name differs in a single character, a
+    dot among them.
 
     So little a machine that reads a print may have taken for something else.
     """
@@ -299,11 +366,16 @@ def _one_apart(first: str, second: str) -> bool:
     short, long = sorted((first, second), key=len)
     if len(short) == len(long):
         return sum(a != b for a, b in zip(first, second, strict=True)) == 1
-    return len(long) - len(short) == 1 and any(long[:i] + long[i + 1 :] == short for i in range(len(long)))
+    return len(long) - len(short) == 1 and any(
+        long[:i] + long[i + 1 :] == short for i in range(len(long))
+    )
 
 
-def list_reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol, str]) -> tuple[str, ...]:
-    """List faults, in words that are equal for equal faults of two equations: edits, and terms left out.
+def list_reasons(
+    judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol, str]
+) -> tuple[str, ...]:
+    """List faults, in words that are equal for equal faults of two equations: edits, and terms left
+    out.
 
     ``actions`` says what forces and moments are called.
     """
@@ -311,10 +383,20 @@ def list_reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Sy
         return ()
     edits = [_same_wherever(edit) for edit in judgement.edits]
     edits += [f"{name} does not vanish" for name in judgement.loose]
-    unlike = [f"{', '.join(map(str, judgement.unexplained))} is not derived"] if judgement.unexplained else []
-    lacking = [] if judgement.unexplained else _left_out(judgement.missing, printed.residual, actions)
+    unlike = (
+        [f"{', '.join(map(str, judgement.unexplained))} is not derived"]
+        if judgement.unexplained
+        else []
+    )
+    lacking = (
+        [] if judgement.unexplained else _left_out(judgement.missing, printed.residual, actions)
+    )
     corrected = [str(text) for text in next(iter(judgement.corrections), ())]
-    return tuple(dict.fromkeys([*edits, *unlike, *lacking] or corrected or [f"({printed.number}) does not hold"]))
+    return tuple(
+        dict.fromkeys(
+            [*edits, *unlike, *lacking] or corrected or [f"({printed.number}) does not hold"]
+        )
+    )
 
 
 def _same_wherever(edit: Edit) -> str:
@@ -325,24 +407,33 @@ def _same_wherever(edit: Edit) -> str:
     return f"{new} for {old}"
 
 
-def _left_out(missing: Iterable[Expr], printed: Expr, actions: Mapping[sp.Symbol, str]) -> list[str]:
-    """Actions that missing terms speak of, those that the print does not name before others; else the first term.
+def _left_out(
+    missing: Iterable[Expr], printed: Expr, actions: Mapping[sp.Symbol, str]
+) -> list[str]:
+    """Actions that missing terms speak of, those that the print does not name before others; else
+    the first term.
 
     Of an action of which a part is printed, the part is named.
     """
     terms = list(missing)
-    acting = {s for t in terms for s in t.free_symbols if isinstance(s, Quantity) and s.unit in ACTIONS}
+    acting = {
+        s for t in terms for s in t.free_symbols if isinstance(s, Quantity) and s.unit in ACTIONS
+    }
     acting = acting - printed.free_symbols or acting
     named = []
     for symbol in sorted(acting, key=str):
         meaning = actions.get(symbol, str(symbol)).partition("; ")[0]
-        named.append((meaning.rpartition(", ")[0] or meaning) + _describe_printed_part(symbol, terms))
+        named.append(
+            (meaning.rpartition(", ")[0] or meaning) + _describe_printed_part(symbol, terms)
+        )
     reasons_ = [f"lacks {name}" for name in dict.fromkeys(named)]
     return reasons_ or [f"lacks {term}" for term in terms[:1]]
 
 
 def _describe_printed_part(action: sp.Symbol, missing: Iterable[Expr]) -> str:
-    """Return the part of an action that is taken from it in a missing sum, in words; empty if there is none."""
+    """Return the part of an action that is taken from it in a missing sum, in words; empty if there
+    is none.
+    """
     sums = [term for term in missing if isinstance(term, sp.Add) and term.coeff(action) in (1, -1)]
     if not sums:
         return ""

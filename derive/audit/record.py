@@ -1,4 +1,6 @@
-"""Records of the audit: an entry for every equation, terms that vanish, and causes that entries share."""
+"""Records of the audit: an entry for every equation, terms that vanish, and causes that entries
+share.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +28,11 @@ LACKS = "lacks "
 
 
 def group_causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Every reason of a finding, once, with the equations of its paper that have it; the most shared first.
+    """Every reason of a finding, once, with the equations of its paper that have it; the most
+    shared first.
 
-    An equation that lacks several things for one reason has the one that it shares with most others; if it shares none
-    of them, all are one cause.
+    An equation that lacks several things for one reason has the one that it shares with most
+    others; if it shares none of them, all are one cause.
     """
     shared = Counter((r["paper"], reason) for r in records for reason in r["reasons"])
     records_by_cause: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
@@ -55,7 +58,9 @@ def _cause(paper: str, reason: str, records: Sequence[Mapping[str, Any]]) -> dic
     omitted = reason.startswith(LACKS)
     return {
         "paper": paper,
-        "cause": f"{reason.removeprefix(LACKS)} is left out{_describe_share(records)}" if omitted else reason,
+        "cause": f"{reason.removeprefix(LACKS)} is left out{_describe_share(records)}"
+        if omitted
+        else reason,
         "repair": f"add {_describe_terms(records[0])}" if omitted else reason,
         "equations": [f"{paper}: {record['equation']}" for record in records],
         "numbers": [],
@@ -63,7 +68,9 @@ def _cause(paper: str, reason: str, records: Sequence[Mapping[str, Any]]) -> dic
 
 
 def _describe_share(records: Sequence[Mapping[str, Any]]) -> str:
-    """Return in words how much a single equation lacks, empty if it is unknown or several equations lack it."""
+    """Return in words how much a single equation lacks, empty if it is unknown or several equations
+    lack it.
+    """
     left = records[0].get("difference")
     if len(records) > 1 or not left or not left["share_of_largest"]:
         return ""
@@ -81,10 +88,11 @@ def _describe_terms(record: Mapping[str, Any]) -> str:
 
 
 def describe_law_cause(law: Mapping[str, Any], equations: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return what is missing where, and by how much its repair alone reduces the violation of a broken law.
+    """Return what is missing where, and by how much its repair alone reduces the violation of a
+    broken law.
 
-    The equation is that of the largest Shapley value. These values may be negative or exceed the violation, so none of
-    them is reported as a part of it.
+    The equation is that of the largest Shapley value. These values may be negative or exceed the
+    violation, so none of them is reported as a part of it.
     """
     if not law["shares"]:
         return ""
@@ -93,11 +101,18 @@ def describe_law_cause(law: Mapping[str, Any], equations: Mapping[str, Mapping[s
     defect = f"it lacks {_describe_terms(record)}" if record["terms"] else _repair(record)
     left = max(law["violation"] - first["alone"], 0.0)
     sizes = f"from {law['violation']:.3g} to {left:.3g} {law['unit']}"
-    return f"Repairing ({record['equation']}) alone reduces the violation {sizes}: {record['claims']}; {defect}."
+    return (
+        f"Repairing ({record['equation']}) alone reduces the violation {sizes}: "
+        f"{record['claims']}; {defect}."
+    )
 
 
 def _repair(record: Mapping[str, Any]) -> str:
-    return f"correct: {'; or '.join(record['correction'])}" if record["correction"] else str(record["finding"])
+    return (
+        f"correct: {'; or '.join(record['correction'])}"
+        if record["correction"]
+        else str(record["finding"])
+    )
 
 
 @dataclass(frozen=True)
@@ -110,18 +125,30 @@ class Vanished:
 
 
 def find_vanishing_terms(case: Case, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
-    """List the terms that vanish: those of the derivation (times ``sign``), then those of the print."""
+    """List the terms that vanish: those of the derivation (times ``sign``), then those of the
+    print.
+    """
     return [*_derived(case, number, sign), *_read(case, number)]
 
 
 def _derived(case: Case, number: str, sign: Expr) -> list[Vanished]:
-    """Terms that the derivation has while the assumptions are lifted, and those that the print has."""
+    """Terms that the derivation has while the assumptions are lifted, and those that the print
+    has.
+    """
     reasons = case.assumed(number)
     if not reasons:  # nothing is multiplied out for nothing
         return []
     lifted = case.lifted(number)
-    derived_terms = [sign * t for t in _lost(expand_sum(lifted.residual), reasons, case.points)] if lifted else []
-    printed_terms = [t for t in expand_sum(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
+    derived_terms = (
+        [sign * t for t in _lost(expand_sum(lifted.residual), reasons, case.points)]
+        if lifted
+        else []
+    )
+    printed_terms = [
+        t
+        for t in expand_sum(case.paper.equations[number].residual)
+        if t.free_symbols & reasons.keys()
+    ]
     only_printed = [t for t in printed_terms if t not in derived_terms and -t not in derived_terms]
     terms = [(t, t in printed_terms or -t in printed_terms) for t in _sorted(derived_terms)] + [
         (t, True) for t in _sorted(only_printed)
@@ -129,8 +156,12 @@ def _derived(case: Case, number: str, sign: Expr) -> list[Vanished]:
     return [Vanished(term, _why(term, reasons), printed) for term, printed in terms]
 
 
-def _lost(terms: Iterable[Expr], reasons: Mapping[sp.Symbol, str], points: list[Point]) -> list[Expr]:
-    """Terms with a quantity that is assumed to be zero, without those with another in common that cancel anyway."""
+def _lost(
+    terms: Iterable[Expr], reasons: Mapping[sp.Symbol, str], points: list[Point]
+) -> list[Expr]:
+    """Terms with a quantity that is assumed to be zero, without those with another in common that
+    cancel anyway.
+    """
     unit = dict.fromkeys(reasons, sp.S.One)
     lost = [term for term in terms if term.free_symbols & reasons.keys()]
     for symbol in sorted(set().union(*(t.free_symbols for t in lost)) - reasons.keys(), key=str):
@@ -147,8 +178,12 @@ def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> Said:
 
 
 def _read(case: Case, number: str) -> list[Vanished]:
-    """Printed terms that cancel, or are zero, when the printed symbols are read as what they stand for."""
-    reading = {s: e for s, e in case.symbol_meanings(number).items() if s not in case.assumed(number)}
+    """Printed terms that cancel, or are zero, when the printed symbols are read as what they stand
+    for.
+    """
+    reading = {
+        s: e for s, e in case.symbol_meanings(number).items() if s not in case.assumed(number)
+    }
     if not reading:
         return []
     terms = expand_sum(case.paper.equations[number].residual)
@@ -180,7 +215,9 @@ _BASE = ("kg", "m", "s")
 def index_records(
     records: Iterable[Record], typeset: Mapping[str, Mapping[str, Record]]
 ) -> dict[tuple[str, str], Record]:
-    """Records of equations by paper and number, each with what is typeset of it; others are left out."""
+    """Records of equations by paper and number, each with what is typeset of it; others are left
+    out.
+    """
     pairs = ((r, typeset.get(r["paper"], {}).get(r["equation"])) for r in records)
     return {
         (r["paper"], r["equation"]): {**r, MATHML: typeset_record}
@@ -195,7 +232,9 @@ def is_reusable(record: Record | None, key: str) -> bool:
 
 
 def record_equation(case: Case, number: str, key: str) -> Record:
-    """The finding on an equation of a paper; `not judged` with the reason where any step of it raises an error."""
+    """The finding on an equation of a paper; `not judged` with the reason where any step of it
+    raises an error.
+    """
     return record_equations(case, {number: key})[0]
 
 
@@ -228,7 +267,9 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
         formula = typeset_equation(printed) if text else ""
     except Exception:  # what cannot be judged may be what cannot be set
         formula = typeset_sentence(text)
-    empty: Record = {part: [] for part in ("correction", "depends", "terms", "unexplained", "vanishing")}
+    empty: Record = {
+        part: [] for part in ("correction", "depends", "terms", "unexplained", "vanishing")
+    }
     return {
         "paper": case.paper.name,
         "equation": number,
@@ -264,7 +305,11 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
 
 def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     """The record of an outcome."""
-    judgement, printed, meant = outcome.kindest.judgement, outcome.kindest.printed, derived_side(case, outcome.kindest)
+    judgement, printed, meant = (
+        outcome.kindest.judgement,
+        outcome.kindest.printed,
+        derived_side(case, outcome.kindest),
+    )
     derived = outcome.kindest.derived
     flipped = derived and meant and meant.residual == -derived.residual
     gone = find_vanishing_terms(case, number, sp.S.NegativeOne if flipped else sp.S.One)
@@ -274,8 +319,15 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     difference = [left] if left != 0 and meant else []
     shows = _has_formula(case, printed)
     read = _read_as(case, number, outcome)
-    depends = [{"reading": h.choice.meaning, "because": h.choice.because, "verdict": h.judgement.verdict,
-                "finding": _describe_finding(h.judgement)} for h in outcome.alternatives]  # fmt: skip
+    depends = [
+        {
+            "reading": h.choice.meaning,
+            "because": h.choice.because,
+            "verdict": h.judgement.verdict,
+            "finding": _describe_finding(h.judgement),
+        }
+        for h in outcome.alternatives
+    ]
     return {
         "paper": case.paper.name,
         "equation": number,
@@ -294,7 +346,9 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "reasons": list(list_reasons(judgement, printed, case.subject.actions())),
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant) if meant else [],
-        "edited": "" if judgement.edited is None else _format_residual(judgement.edited, printed.relation),
+        "edited": ""
+        if judgement.edited is None
+        else _format_residual(judgement.edited, printed.relation),
         "difference": next(iter(_terms(case, difference, meant)), None),
         "vanishing": [_vanishing(v) for v in gone],
         "printed": _text(printed) if shows else "",
@@ -304,20 +358,30 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         MATHML: {
             "printed": typeset_equation(printed) if shows else "",
             "derived": typeset_equation(meant) if meant else "",
-            "corrected": typeset_equation(judgement.corrected) if shows and judgement.corrected else "",
+            "corrected": typeset_equation(judgement.corrected)
+            if shows and judgement.corrected
+            else "",
             "finding": typeset_sentence(judgement.finding),
             "correction": [typeset_sentence(text) for text in corrections],
             "reading": typeset_sentence(read),
-            "depends": [{part: typeset_sentence(text) for part, text in reading.items()} for reading in depends],
+            "depends": [
+                {part: typeset_sentence(text) for part, text in reading.items()}
+                for reading in depends
+            ],
             "terms": [typeset_inline(term) for term in missing],
             "unexplained": [typeset_inline(term) for term in unexplained],
-            "vanishing": [{"term": typeset_inline(v.term), "because": typeset_sentence(v.because)} for v in gone],
+            "vanishing": [
+                {"term": typeset_inline(v.term), "because": typeset_sentence(v.because)}
+                for v in gone
+            ],
         },
     }
 
 
 def _read_as(case: Case, number: str, outcome: Outcome) -> Said:
-    """Describe how symbols are read, and the answer that is assumed to an open question of the paper."""
+    """Describe how symbols are read, and the answer that is assumed to an open question of the
+    paper.
+    """
     chosen = outcome.kindest.choice.meaning
     return join_parts("; ", [text for text in (case.read_as(number), chosen) if text])
 
@@ -342,7 +406,9 @@ def _vanishing(term: Vanished) -> Record:
 
 
 def _has_formula(case: Case, printed: Equation) -> bool:
-    """Return whether an equation can be shown by its residual: not if it is lost, nor if its text alone has it."""
+    """Return whether an equation can be shown by its residual: not if it is lost, nor if its text
+    alone has it.
+    """
     return printed.residual != 0 or (printed.legibility != "lost" and case.source is None)
 
 
@@ -355,10 +421,14 @@ def _format_residual(residual: Expr, relation: str) -> str:
 
 
 def _terms(case: Case, terms: Sequence[Expr], derived: Equation | None) -> list[Record]:
-    """Terms with their largest size over the cycle, with that of the largest derived term; null without a value."""
+    """Terms with their largest size over the cycle, with that of the largest derived term; null
+    without a value.
+    """
     if not terms:
         return []
-    sizes = [_size(t, case) or mpmath.mpf(0) for t in expand_sum(derived.residual)] if derived else []
+    sizes = (
+        [_size(t, case) or mpmath.mpf(0) for t in expand_sum(derived.residual)] if derived else []
+    )
     return [_term(t, _size(t, case), max(sizes, default=None)) for t in terms]
 
 
@@ -368,7 +438,12 @@ def _size(term: Expr, case: Case) -> mpmath.mpf | None:
 
 def _term(term: Expr, size: mpmath.mpf | None, largest: mpmath.mpf | None) -> Record:
     share = size / largest if size is not None and largest else None
-    return {"term": str(term), "max_abs": _rounded(size), "unit": find_unit(term), "share_of_largest": _rounded(share)}
+    return {
+        "term": str(term),
+        "max_abs": _rounded(size),
+        "unit": find_unit(term),
+        "share_of_largest": _rounded(share),
+    }
 
 
 def _rounded(value: mpmath.mpf | None) -> float | None:
@@ -381,13 +456,19 @@ def find_unit(expr: Expr) -> str:
         expr_dimension = dimension(expr) or NONE
     except DimensionError:
         return "?"
-    return next((u for u in _NAMED if of_unit(u) == expr_dimension), None) or _composed(expr_dimension)
+    return next((u for u in _NAMED if of_unit(u) == expr_dimension), None) or _composed(
+        expr_dimension
+    )
 
 
 def _composed(exponents: Dimension) -> str:
     """A unit such as ``kg m/s2``."""
     above, below = (
-        " ".join(f"{u}{abs(n) if abs(n) != 1 else ''}" for u, n in zip(_BASE, exponents, strict=True) if sign * n > 0)
+        " ".join(
+            f"{u}{abs(n) if abs(n) != 1 else ''}"
+            for u, n in zip(_BASE, exponents, strict=True)
+            if sign * n > 0
+        )
         for sign in (1, -1)
     )
     return f"{above or 1}/{below}" if below else above
@@ -402,18 +483,30 @@ def count_verdicts(records: Iterable[Record]) -> dict[str, dict[str, int]]:
 
 
 def format_records(
-    records: Sequence[Record], laws: Sequence[Record], references: Sequence[Record], papers: Mapping[str, Record],
+    records: Sequence[Record],
+    laws: Sequence[Record],
+    references: Sequence[Record],
+    papers: Mapping[str, Record],
     rows: Sequence[Record] = (),
-) -> str:  # fmt: skip
-    """Format all records without typesetting; ``papers`` hold title and model by name, ``rows`` those of texts."""
+) -> str:
+    """Format all records without typesetting; ``papers`` hold title and model by name, ``rows``
+    those of texts.
+    """
     plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
-    content = {"equations": plain, "laws": list(laws), "causes": group_causes(records), "references": list(references)}
+    content = {
+        "equations": plain,
+        "laws": list(laws),
+        "causes": group_causes(records),
+        "references": list(references),
+    }
     texts = {"rows": list(rows)} if rows else {}
     return _json(content | texts | {"papers": papers, "summary": count_verdicts(records)})
 
 
 def format_typeset(records: Iterable[Record]) -> str:
-    """Paper -> equation -> what is typeset of its record: MathML of formulas, sentences with MathML in them."""
+    """Paper -> equation -> what is typeset of its record: MathML of formulas, sentences with MathML
+    in them.
+    """
     content: dict[str, dict[str, Record]] = {}
     for record in records:
         content.setdefault(record["paper"], {})[record["equation"]] = record[MATHML]

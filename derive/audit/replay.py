@@ -1,7 +1,7 @@
 """Corrections in words, carried out again on the expression that they speak of.
 
-This reads the sentences that `edits` and `comparison` write, and shares nothing with them, so that a finding can be
-checked by what it says.
+This reads the sentences that `edits` and `comparison` write, and shares nothing with them, so that
+a finding can be checked by what it says.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ class UnreadableEditError(ValueError):
 
 
 def list_corrected(expr: Expr, words: Sequence[str], parse: Parse) -> Iterator[Expr]:
-    """Yield what an expression may be after edits in words, in every order, each at every place that it fits.
+    """Yield what an expression may be after edits in words, in every order, each at every place
+    that it fits.
 
     Raises UnreadableEditError for a sentence that is not known.
     """
@@ -79,7 +80,9 @@ def _replace(expr: Expr, new: str, old: str, parse: Parse) -> Iterator[Expr]:
 
 
 def _scale(expr: Expr, factor: str, part: str, parse: Parse) -> Iterator[Expr]:
-    """Multiply a part, wherever it stands; else a term of the sum multiplied out, or several terms of a sum."""
+    """Multiply a part, wherever it stands; else a term of the sum multiplied out, or several terms
+    of a sum.
+    """
     number, scaled = parse(factor), parse(part)
     yield from _list_replaced(expr, scaled, number * scaled)
     group = set(sp.Add.make_args(scaled))
@@ -102,7 +105,9 @@ def _scale_argument(expr: Expr, factor: str, part: str, parse: Parse) -> Iterato
     yield from _list_replaced(expr, function, function.func(parse(factor) * function.args[0]))
 
 
-def _exchange_function(expr: Expr, new: str, old: str, argument: str, parse: Parse) -> Iterator[Expr]:
+def _exchange_function(
+    expr: Expr, new: str, old: str, argument: str, parse: Parse
+) -> Iterator[Expr]:
     yield from _list_replaced(expr, parse(f"{old}({argument})"), parse(f"{new}({argument})"))
 
 

@@ -15,14 +15,19 @@ from ..evaluate import DIGITS, GUARD, TOLERANCE, NotEvaluated, Point
 
 Points = tuple[Point, ...]
 Key = tuple[str, ...]
-"""Values of a monomial at some points, or its text where it has none: what monomials are told apart by."""
+"""Values of a monomial at some points, or its text where it has none: what monomials are told apart
+by.
+"""
 Sum = dict[Key, tuple[Expr, Rational]]
 """Monomials with their rational coefficients; equal ones, however written, are one."""
 
 
 @cache
 def expand_sum(expr: Expr) -> tuple[Expr, ...]:
-    """Terms of an expression multiplied out; none for zero. Summand by summand, for edits change but one."""
+    """Terms of an expression multiplied out; none for zero.
+
+    Summand by summand, for edits change but one.
+    """
     if isinstance(expr, sp.Add):
         expanded_expr = sp.Add(*(term for summand in expr.args for term in expand_sum(summand)))
     else:
@@ -37,7 +42,10 @@ def largest_term(expr: Expr, point: Point) -> mpmath.mpf:
 
 
 def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
-    """Value of an expression at a point; None where it has no real one, as the arc sine of 2. Symbols must be known."""
+    """Value of an expression at a point; None where it has no real one, as the arc sine of 2.
+
+    Symbols must be known.
+    """
     try:
         return point(expr)
     except (NotEvaluated, ZeroDivisionError, TypeError):
@@ -47,7 +55,9 @@ def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
 
 
 def find_largest_size(expr: Expr, cycle: Sequence[Point]) -> mpmath.mpf | None:
-    """Return the largest size of an expression over a cycle; None if it has no real value at some point of it."""
+    """Return the largest size of an expression over a cycle; None if it has no real value at some
+    point of it.
+    """
     if not all(symbol in point for symbol in expr.free_symbols for point in cycle):
         return None
     values = [evaluate_at(expr, point) for point in cycle]
@@ -85,12 +95,16 @@ def _key(monomial: Expr, points: Points) -> tuple[int, Key]:
     first, *rest = (point.digits(monomial) for point in points)
     sign = -1 if first.startswith("-") else 1
     flipped = first, *rest
-    return sign, flipped if sign > 0 else tuple(t[1:] if t.startswith("-") else f"-{t}" for t in flipped)
+    return sign, flipped if sign > 0 else tuple(
+        t[1:] if t.startswith("-") else f"-{t}" for t in flipped
+    )
 
 
 @dataclass(frozen=True)
 class Match:
-    """Terms that are left of two sums when equal terms are removed: of the first and of the second."""
+    """Terms that are left of two sums when equal terms are removed: of the first and of the
+    second.
+    """
 
     printed: tuple[Expr, ...]
     derived: tuple[Expr, ...]
@@ -118,8 +132,8 @@ def _coefficient(total: Sum, key: Key) -> Rational:
 def match_sums(printed: Sum, derived: Sum) -> Match:
     """Strike out what both sums share, monomial by monomial.
 
-    A printed term that is one of several like ones leaves the others as missing; one that differs otherwise, in sign or
-    size, is left whole, and so is the derived one.
+    A printed term that is one of several like ones leaves the others as missing; one that differs
+    otherwise, in sign or size, is left whole, and so is the derived one.
     """
     left: tuple[list[Expr], list[Expr]] = [], []
     for monomial, p, d in pair_monomials(printed, derived):
@@ -133,7 +147,9 @@ def match_sums(printed: Sum, derived: Sum) -> Match:
 
 @dataclass(frozen=True)
 class Gap:
-    """Difference of two sums in numbers of monomials: only in the first, in both unlike, only in the second."""
+    """Difference of two sums in numbers of monomials: only in the first, in both unlike, only in
+    the second.
+    """
 
     alien: int
     unlike: int
@@ -166,7 +182,8 @@ def measure_gap(printed: Sum, derived: Sum) -> Gap:
 
 
 def overall_factor(printed: Sum, derived: Sum) -> Rational:
-    """The factor by which more than half, and more than one, of the terms that two sums share are larger in the first.
+    """The factor by which more than half, and more than one, of the terms that two sums share are
+    larger in the first.
 
     One where there is no such factor.
     """
@@ -178,7 +195,11 @@ def overall_factor(printed: Sum, derived: Sum) -> Rational:
 def common_factor(expr: Expr) -> Expr:
     """The product of powers that every term of a sum has in common; numbers are no part of it."""
     powers: list[Mapping[Expr, Expr]] = [
-        {base: power for base, power in term.as_powers_dict().items() if base.free_symbols and power.is_Rational}
+        {
+            base: power
+            for base, power in term.as_powers_dict().items()
+            if base.free_symbols and power.is_Rational
+        }
         for term in expand_sum(expr)
     ]
     bases = sorted(set().union(*powers), key=sp.default_sort_key)
@@ -200,19 +221,24 @@ def remainder_vanishes(match: Match, points: Iterable[Point]) -> bool:
 
 
 SHARES = (-0.01, 0.01, 0.5)
-"""Where signs are compared along a symbol: in distances from the boundary to the point, on both sides of it."""
+"""Where signs are compared along a symbol: in distances from the boundary to the point, on both
+sides of it.
+"""
 
 
 def have_same_truth(first: Expr, second: Expr, points: Points) -> bool:
     """Return whether two residuals have the same sign around every point, and vanish together.
 
-    Along one symbol, in which one of them is linear, the other must vanish where that one does, and have its sign on
-    both sides. So a factor that is positive at all points is allowed, and so is a function that grows.
+    Along one symbol, in which one of them is linear, the other must vanish where that one does, and
+    have its sign on both sides. So a factor that is positive at all points is allowed, and so is a
+    function that grows.
     """
     if not all(_signs_agree(first, second, point) for point in points):
         return False
     symbols = sorted(first.free_symbols & second.free_symbols, key=str)
-    return any(all(_alike_along(symbol, first, second, point) for point in points) for symbol in symbols)
+    return any(
+        all(_alike_along(symbol, first, second, point) for point in points) for symbol in symbols
+    )
 
 
 def _signs_agree(first_residual: Expr, second_residual: Expr, point: Point) -> bool:
@@ -231,11 +257,17 @@ def _alike_along(symbol: sp.Symbol, first: Expr, second: Expr, point: Point) -> 
         left = evaluate_at(curved, boundary)
         if left is None or abs(left) > TOLERANCE * largest_term(curved, boundary):
             return False
-        return all(_signs_agree(straight, curved, at) for at in on_both_sides if evaluate_at(curved, at) is not None)
+        return all(
+            _signs_agree(straight, curved, at)
+            for at in on_both_sides
+            if evaluate_at(curved, at) is not None
+        )
     return False
 
 
-def _moved(point: Point, symbol: sp.Symbol, boundary: mpmath.mpf, distance: mpmath.mpf) -> Iterator[Point]:
+def _moved(
+    point: Point, symbol: sp.Symbol, boundary: mpmath.mpf, distance: mpmath.mpf
+) -> Iterator[Point]:
     """The point with a symbol at the boundary, then on both sides of it."""
     for share in (0, *SHARES):
         yield Point(point.values() | {symbol: boundary + share * distance})

@@ -1,8 +1,9 @@
-"""Laws that a chain of equations must obey as a whole, and the equations that a broken law is due to.
+"""Laws that a chain of equations must obey as a whole, and the equations that a broken law is due
+to.
 
-A chain is executed over the cycle of a machine, which may have equal sides, as printed and with equations exchanged for
-their derivations, many such repairs at once. All of it runs in floating point of 15 digits: the motion comes from
-outside, at any precision.
+A chain is executed over the cycle of a machine, which may have equal sides, as printed and with
+equations exchanged for their derivations, many such repairs at once. All of it runs in floating
+point of 15 digits: the motion comes from outside, at any precision.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ from .paper import Array, Cycle, Dynamics, Law, Values
 
 @dataclass(frozen=True)
 class Formula:
-    """An expression made executable on arrays; no number, or none that is finite, where it has none."""
+    """An expression made executable on arrays; no number, or none that is finite, where it has
+    none.
+    """
 
     expr: Expr
 
@@ -61,14 +64,21 @@ class Programme:
 
     @cached_property
     def _parts(self) -> list[tuple[Step, list[Formula]]]:
-        return [(s, [Formula(e) for e in (s.entries if isinstance(s, LinearSolve) else _expr(s))]) for s in self.steps]
+        return [
+            (s, [Formula(e) for e in (s.entries if isinstance(s, LinearSolve) else _expr(s))])
+            for s in self.steps
+        ]
 
     def __call__(self, values: Mapping[sp.Symbol, Array]) -> Values:
         """The unknowns; no number where the equations determine none."""
         available = dict(values)
         for step, formulas in self._parts:
             results = [formula(available) for formula in formulas]
-            available |= zip(step.defines, _solved(results) if isinstance(step, LinearSolve) else results, strict=False)
+            available |= zip(
+                step.defines,
+                _solved(results) if isinstance(step, LinearSolve) else results,
+                strict=False,
+            )
         return {symbol: available[symbol] for symbol in self.unknowns}
 
 
@@ -78,7 +88,9 @@ def _expr(step: Step) -> list[Expr]:
 
 
 def _solved(entries: Sequence[Array]) -> list[Array]:
-    """Unknowns of simultaneous equations from the rows of their matrix and their right-hand sides."""
+    """Unknowns of simultaneous equations from the rows of their matrix and their right-hand
+    sides.
+    """
     count = int(np.sqrt(len(entries)))
     stacked = np.stack(np.broadcast_arrays(*entries), axis=-1)
     matrix = stacked[..., : count * count].reshape(*stacked.shape[:-1], count, count)
@@ -94,14 +106,16 @@ Repairs = frozenset[str]
 TOLERANCE = 1e-7
 """Largest violation [N, J] of a law that counts as kept, as a share of the law's scale.
 
-Forces of up to 1e3 in 15 digits leave 1e-12 of rounding, and a chain loses at most four digits more in its small
-denominators; the rule of quadrature leaves less than 2e-8 (shown by the derivation, which must keep every law).
+Forces of up to 1e3 in 15 digits leave 1e-12 of rounding, and a chain loses at most four digits more
+in its small denominators; the rule of quadrature leaves less than 2e-8 (shown by the derivation,
+which must keep every law).
 """
 SAME = 1e-10
 """An equation holds that gives its unknown to this share of its largest value."""
 MOST_SETS = 100_000
-"""Up to this many sets of repairs all are tried, a size at a time; of more, those that contain what no others make up
-for, which need not be the smallest."""
+"""Up to this many sets of repairs all are tried, a size at a time; of more, those that contain what
+no others make up for, which need not be the smallest.
+"""
 AT_ONCE = 512
 """Sets of repairs that are executed together."""
 FEW = 8
@@ -115,7 +129,9 @@ class LawError(ValueError):
 
 @dataclass(frozen=True)
 class Causes:
-    """The sets of equations whose repair restores a law, and whether there is certainly no smaller one."""
+    """The sets of equations whose repair restores a law, and whether there is certainly no smaller
+    one.
+    """
 
     sets: list[tuple[str, ...]]
     exhaustive: bool = True
@@ -123,7 +139,9 @@ class Causes:
 
 @dataclass(frozen=True)
 class Share:
-    """Effect of an equation on a law: what its repair alone removes, what it alone leaves, its Shapley value."""
+    """Effect of an equation on a law: what its repair alone removes, what it alone leaves, its
+    Shapley value.
+    """
 
     equation: str
     alone: float
@@ -145,7 +163,9 @@ class Trial:
         return self._violations(law, repairs, self.dynamics.cycles[law.cycle])
 
     def size(self, law: Law) -> float:
-        """Return the violation of a law by the printed chain, at all angles if the law takes the largest value."""
+        """Return the violation of a law by the printed chain, at all angles if the law takes the
+        largest value.
+        """
         return self._sizes(law, [frozenset()])[0]
 
     def broken(self, law: Law, repairs: Iterable[str] = ()) -> bool:
@@ -156,17 +176,24 @@ class Trial:
         sets = [frozenset(chosen) for chosen in repairs]
         values = self.run(sets, cycle)
         shape = len(sets), len(cycle.weights)
-        return law.violations([np.broadcast_to(gap(values), shape) for gap in self._gaps[law.name]], cycle.weights)
+        return law.violations(
+            [np.broadcast_to(gap(values), shape) for gap in self._gaps[law.name]], cycle.weights
+        )
 
     def run(self, sets: Sequence[Repairs], cycle: Cycle) -> Values:
-        """Every quantity of all sides and of what they share: by set of repairs, where it depends on it, and angle."""
+        """Every quantity of all sides and of what they share: by set of repairs, where it depends
+        on it, and angle.
+        """
         count, sides = len(cycle.weights), cycle.sides
         values = {s: np.concatenate([side[s] for side in sides]) for s in sides[0]}
         self._execute(self.side, sets, values)
         for symbol in self._supplements:
             self._supply(symbol, values)
         samples = count * len(sides)
-        values = {s: np.broadcast_to(v, (*v.shape[:-1], samples) if v.ndim else samples) for s, v in values.items()}
+        values = {
+            s: np.broadcast_to(v, (*v.shape[:-1], samples) if v.ndim else samples)
+            for s, v in values.items()
+        }
         all_values = {s: v[..., :count] for s, v in values.items()}
         for k, twin in enumerate(self.dynamics.twins[: len(sides) - 1], 1):
             all_values |= {twin(s): v[..., k * count : (k + 1) * count] for s, v in values.items()}
@@ -177,7 +204,10 @@ class Trial:
         for solve in chain.order:
             chosen = [solve.involved & repairs for repairs in sets]
             variants = sorted(set(chosen), key=sorted)
-            results = [self._evaluated(self.programme(chain, solve, variant), values) for variant in variants]
+            results = [
+                self._evaluated(self.programme(chain, solve, variant), values)
+                for variant in variants
+            ]
             masks = [np.array([c == variant for c in chosen])[:, None] for variant in variants]
             for unknown in solve.unknowns:
                 forms = [result[unknown] for result in results]
@@ -207,10 +237,14 @@ class Trial:
         return self._programmes[key]
 
     def _derived(self, number: str) -> Equation:
-        return replace(find_claim(self.dynamics.claims, self._printed(number).claims), number=number)
+        return replace(
+            find_claim(self.dynamics.claims, self._printed(number).claims), number=number
+        )
 
     def _printed(self, number: str) -> Equation:
-        return (self.side.equations if number in self.side.equations else self.frame.equations)[number]
+        return (self.side.equations if number in self.side.equations else self.frame.equations)[
+            number
+        ]
 
     @property
     def _steps(self) -> list[tuple[Chain, Solve | Together]]:
@@ -219,7 +253,11 @@ class Trial:
     @cached_property
     def _supplements(self) -> dict[sp.Symbol, Formula]:
         solved = {unknown for _, solve in self._steps for unknown in solve.unknowns}
-        return {let.symbol: Formula(let.expr) for let in self.dynamics.supplements if let.symbol not in solved}
+        return {
+            let.symbol: Formula(let.expr)
+            for let in self.dynamics.supplements
+            if let.symbol not in solved
+        }
 
     @cached_property
     def _gaps(self) -> dict[str, list[Formula]]:
@@ -229,30 +267,52 @@ class Trial:
     def numbers(self) -> list[str]:
         """The equations that the chain executes, in the order of the print."""
         executed = {number for _, solve in self._steps for number in solve.equations}
-        return [number for number in {**self.side.equations, **self.frame.equations} if number in executed]
+        return [
+            number
+            for number in {**self.side.equations, **self.frame.equations}
+            if number in executed
+        ]
 
     @cached_property
     def suspects(self) -> list[str]:
-        """The equations that do not hold of the derivation's own forces and moments, at some angle of the cycle."""
+        """The equations that do not hold of the derivation's own forces and moments, at some angle
+        of the cycle.
+        """
         derived = self.run([frozenset(self.numbers)], self.dynamics.cycles["reference"])
-        wrong = {n for chain, solve in self._steps if self._differs(chain, solve, derived) for n in solve.equations}
+        wrong = {
+            n
+            for chain, solve in self._steps
+            if self._differs(chain, solve, derived)
+            for n in solve.equations
+        }
         return [number for number in self.numbers if number in wrong]
 
     def _differs(self, chain: Chain, solve: Solve | Together, run: Values) -> bool:
         printed = self.programme(chain, solve, frozenset())(run)
-        return any(_differ_beyond_rounding(value, run[unknown]) for unknown, value in printed.items())
+        return any(
+            _differ_beyond_rounding(value, run[unknown]) for unknown, value in printed.items()
+        )
 
     def concerned(self, law: Law) -> list[str]:
         """The suspects that a law can depend on at all, through any printed or derived step."""
-        needs: dict[sp.Symbol, set[sp.Symbol]] = {s: set(f.symbols) for s, f in self._supplements.items()}
+        needs: dict[sp.Symbol, set[sp.Symbol]] = {
+            s: set(f.symbols) for s, f in self._supplements.items()
+        }
         for chain, solve in self._steps:
-            forms = [self.programme(chain, solve, frozenset(some)) for some in _subsets(sorted(solve.involved))]
-            needs |= {unknown: {s for form in forms for s in form.symbols} for unknown in solve.unknowns}
+            forms = [
+                self.programme(chain, solve, frozenset(some))
+                for some in _subsets(sorted(solve.involved))
+            ]
+            needs |= {
+                unknown: {s for form in forms for s in form.symbols} for unknown in solve.unknowns
+            }
         needs |= {twin(s): {s} for twin in self.dynamics.twins for s in [*needs]}
         reached = {s for gap in self._gaps[law.name] for s in gap.symbols}
         while new := set().union(*(needs.get(s, set()) for s in reached)) - reached:
             reached |= new
-        numbers = set().union(*(solve.involved for _, solve in self._steps if reached.intersection(solve.unknowns)))
+        numbers = set().union(
+            *(solve.involved for _, solve in self._steps if reached.intersection(solve.unknowns))
+        )
         return [number for number in self.suspects if number in numbers]
 
     def causes(self, law: Law) -> Causes:
@@ -270,7 +330,9 @@ class Trial:
         return Causes([tuple(self.numbers)])
 
     def _with_kept(self, law: Law) -> list[str]:
-        """The suspects that a law, or a law that the print keeps and a repair of them may break, can depend on."""
+        """The suspects that a law, or a law that the print keeps and a repair of them may break,
+        can depend on.
+        """
         concerned = set(self.concerned(law))
         shared = [s for s in map(self.concerned, self.satisfied_laws) if concerned & set(s)]
         return [n for n in self.suspects if n in concerned.union(*shared)]
@@ -281,11 +343,16 @@ class Trial:
         return [law for law in self.dynamics.laws if not self.broken(law)]
 
     def _eliminated(self, law: Law, concerned: list[str]) -> list[tuple[str, ...]]:
-        """Return the smallest sets that contain every equation whose repair nothing else makes up for."""
+        """Return the smallest sets that contain every equation whose repair nothing else makes up
+        for.
+        """
         needed = {n for n in concerned if self.broken(law, (m for m in concerned if m != n))}
         rest = [n for n in concerned if n not in needed]
         for more in range(len(rest) + 1):
-            sets = (tuple(n for n in concerned if n in needed.union(added)) for added in combinations(rest, more))
+            sets = (
+                tuple(n for n in concerned if n in needed.union(added))
+                for added in combinations(rest, more)
+            )
             if restoring := self._restoring(law, sets):
                 return restoring
         return [tuple(concerned)]
@@ -295,7 +362,11 @@ class Trial:
         restoring: list[tuple[str, ...]] = []
         while batch := list(islice(sets, AT_ONCE)):
             restores = self.violations(law, batch) <= TOLERANCE * law.scale
-            restoring += [s for s, restored in zip(batch, restores, strict=True) if restored and not self._breaks(s)]
+            restoring += [
+                s
+                for s, restored in zip(batch, restores, strict=True)
+                if restored and not self._breaks(s)
+            ]
         return restoring
 
     def _breaks(self, repairs: tuple[str, ...]) -> bool:
@@ -304,8 +375,9 @@ class Trial:
     def shares(self, law: Law, causes: Sequence[str]) -> list[Share]:
         """Return the effect on a broken law of each equation that causes it, largest first.
 
-        The size of the violation is asked for after the repair of every set of them; the shares of Shapley, the mean
-        of what an equation's repair takes away over all orders of repair, add up to the whole violation.
+        The size of the violation is asked for after the repair of every set of them; the shares of
+        Shapley, the mean of what an equation's repair takes away over all orders of repair, add up
+        to the whole violation.
         """
         sets = [frozenset(subset) for subset in _subsets(list(causes))]
         sizes = dict(zip(sets, self._sizes(law, sets), strict=True))
@@ -313,12 +385,17 @@ class Trial:
 
         def mean_gain(number: str) -> float:
             gains = (
-                (sizes[s] - sizes[s | {number}]) / (count * comb(count - 1, len(s))) for s in sets if number not in s
+                (sizes[s] - sizes[s | {number}]) / (count * comb(count - 1, len(s)))
+                for s in sets
+                if number not in s
             )
             return float(sum(gains))
 
         shares = [
-            Share(n, sizes[frozenset()] - sizes[frozenset({n})], sizes[all_causes - {n}], mean_gain(n)) for n in causes
+            Share(
+                n, sizes[frozenset()] - sizes[frozenset({n})], sizes[all_causes - {n}], mean_gain(n)
+            )
+            for n in causes
         ]
         return sorted(shares, key=lambda share: -share.shapley)
 
@@ -342,12 +419,16 @@ def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
 
 
 def judge_laws(paper: str, trial: Trial) -> list[dict[str, Any]]:
-    """A record for every law: by how much the chain breaks it, and the smallest repair of what is printed."""
+    """A record for every law: by how much the chain breaks it, and the smallest repair of what is
+    printed.
+    """
     return [_attempted(paper, trial, law) for law in trial.dynamics.laws]
 
 
 def record_untried_law(paper: str, law: str, unit: str, error: Exception) -> dict[str, Any]:
-    """The record of a law that cannot be tried, with the reason in `owed`; its violation is unknown, null."""
+    """The record of a law that cannot be tried, with the reason in `owed`; its violation is
+    unknown, null.
+    """
     empty: dict[str, Any] = {"caused_by": [], "or_by": [], "shares": []}
     record = {"paper": paper, "law": law, "violation": None, "unit": unit, "search": UNJUDGED}
     return {**record, **empty, "owed": explain_unjudged(error).finding}
@@ -385,13 +466,16 @@ def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
         "caused_by": list(causes.sets[0]) if causes.sets else [],
         "or_by": [list(chosen) for chosen in causes.sets[1:]],
         "search": "exhaustive" if causes.exhaustive else "elimination",
-        "shares": [_rounded(share, law) for share in trial.shares(law, causes.sets[0])] if causes.sets else [],
+        "shares": [_rounded(share, law) for share in trial.shares(law, causes.sets[0])]
+        if causes.sets
+        else [],
     }
 
 
 def _rounded(share: Share, law: Law) -> dict[str, Any]:
     sizes = {name: getattr(share, name) for name in ("alone", "without", "shapley")}
     rounded = {
-        name: float(f"{v:.{DIGITS - 1}e}") if abs(v) > TOLERANCE * law.scale else 0.0 for name, v in sizes.items()
+        name: float(f"{v:.{DIGITS - 1}e}") if abs(v) > TOLERANCE * law.scale else 0.0
+        for name, v in sizes.items()
     }
     return {"equation": share.equation, **rounded}

@@ -1,4 +1,6 @@
-"""Sentences that contain expressions, and presentation MathML of both, which browsers set without a script."""
+"""Sentences that contain expressions, and presentation MathML of both, which browsers set without a
+script.
+"""
 
 from __future__ import annotations
 
@@ -55,8 +57,22 @@ def join_parts(separator: str, sentences: Iterable[Piece]) -> Said:
 
 
 _SMALL = (
-    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "theta", "mu", "nu", "xi", "pi", "rho", "phi", "psi", "omega",
-)  # fmt: skip
+    "alpha",
+    "beta",
+    "gamma",
+    "delta",
+    "epsilon",
+    "zeta",
+    "theta",
+    "mu",
+    "nu",
+    "xi",
+    "pi",
+    "rho",
+    "phi",
+    "psi",
+    "omega",
+)
 GREEK = {name: lookup(f"GREEK SMALL LETTER {name.upper()}") for name in _SMALL} | {
     name: lookup(f"GREEK CAPITAL LETTER {name.upper()}") for name in ("Delta", "Omega")
 }
@@ -81,7 +97,9 @@ class Presentation(Printer):
         return _bracketed(text) if precedence(expr) < binding else text
 
     def terms(self, expr: Expr) -> list[tuple[bool, str]]:
-        """The summands of an expression as they stand in its text: whether each is taken away, and what."""
+        """The summands of an expression as they stand in its text: whether each is taken away, and
+        what.
+        """
         ordered = self._as_ordered_terms(expr) if isinstance(expr, sp.Add) else [expr]
         return [self._term(term) for term in ordered]
 
@@ -117,7 +135,11 @@ class Presentation(Printer):
     def _print_Mul(self, expr: sp.Mul) -> str:
         coefficient = expr.args[0] if expr.args[0].is_Number else sp.S.One
         if coefficient.is_negative and len(expr.args) > 1:
-            rest = sp.Mul(-coefficient, *expr.args[1:], evaluate=False) if coefficient != -1 else self._without(expr)
+            rest = (
+                sp.Mul(-coefficient, *expr.args[1:], evaluate=False)
+                if coefficient != -1
+                else self._without(expr)
+            )
             return _row(MINUS, self.in_brackets(rest, PRECEDENCE["Mul"]))
         above, below = self._fraction(expr)
         if below:
@@ -147,7 +169,10 @@ class Presentation(Printer):
     def _product(self, factors: Sequence[Expr]) -> str:
         if len(factors) == 1:
             return self.doprint(factors[0])
-        return TIMES.join(self.in_brackets(factor, PRECEDENCE["Mul"]) for factor in factors) or "<mn>1</mn>"
+        return (
+            TIMES.join(self.in_brackets(factor, PRECEDENCE["Mul"]) for factor in factors)
+            or "<mn>1</mn>"
+        )
 
     def _print_Pow(self, expr: sp.Pow) -> str:
         base, power = expr.args
@@ -166,7 +191,9 @@ class Presentation(Printer):
         return _row("<mo>|</mo>", self.doprint(expr.args[0]), "<mo>|</mo>")
 
     def _print_Piecewise(self, expr: sp.Piecewise) -> str:
-        rows = (f"<mtr>{_cell(self.doprint(v))}{_cell(self.doprint(c))}</mtr>" for v, c in expr.args)
+        rows = (
+            f"<mtr>{_cell(self.doprint(v))}{_cell(self.doprint(c))}</mtr>" for v, c in expr.args
+        )
         return _row("<mo>{</mo>", f"<mtable>{''.join(rows)}</mtable>")
 
     def _print_Relational(self, expr: sp.Rel) -> str:
@@ -202,7 +229,9 @@ def typeset_equation(equation: Equation) -> str:
     """An equation as a separate element, solved for what it defines."""
     text = f"{equation.residual} {equation.relation} 0"
     left, right = sides(equation)
-    return _math(_set(_SETTER.terms(left), equation.relation, _SETTER.terms(right)), text, display=True)
+    return _math(
+        _set(_SETTER.terms(left), equation.relation, _SETTER.terms(right)), text, display=True
+    )
 
 
 def sides(equation: Equation) -> tuple[Expr, Expr]:
@@ -216,7 +245,8 @@ def sides(equation: Equation) -> tuple[Expr, Expr]:
 def typeset_sentence(sentence: Piece) -> str:
     """A sentence with the expressions in it typeset."""
     return "".join(
-        typeset_inline(part) if isinstance(part, Basic) else escape(part, quote=False) for part in parts(sentence)
+        typeset_inline(part) if isinstance(part, Basic) else escape(part, quote=False)
+        for part in parts(sentence)
     )
 
 
@@ -293,7 +323,9 @@ def symbol(name: str) -> str:
 
 
 def _split(name: str) -> tuple[str, str]:
-    """Letter and index: what stands after the first underscore, or digits at the end of the letter."""
+    """Letter and index: what stands after the first underscore, or digits at the end of the
+    letter.
+    """
     letter, _, index = name.partition("_")
     match = re.fullmatch(r"([A-Za-z]+)(\d+\w*)", letter)
     if letter in COMPONENTS:

@@ -37,11 +37,16 @@ SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
 LAW_DIGITS = 4
 HEAD = ("| equation | claims to be | legibility | verdict | depends on |", "|---|---|---|---|---|")
 SOURCE = (
-    "The machine-read text of each paper was audited, not its page images. Gaps that were filled in are listed",
-    "(`confirmed as rebuilt`); where the text is lost, only the derivation is given (`reconstructed`). A finding that",
-    "depends on one character may be an error of reading. If a symbol is ambiguous, every admissible reading is tried.",
-    "Equations that share a symbol are judged under one meaning of it: the joint reading most favourable to all of",
-    "them decides, and the verdicts under the others are listed. One mistake in several equations counts once.",
+    "The machine-read text of each paper was audited, not its page images. Gaps that were filled "
+    "in are listed",
+    "(`confirmed as rebuilt`); where the text is lost, only the derivation is given "
+    "(`reconstructed`). A finding that",
+    "depends on one character may be an error of reading. If a symbol is ambiguous, every "
+    "admissible reading is tried.",
+    "Equations that share a symbol are judged under one meaning of it: the joint reading most "
+    "favourable to all of",
+    "them decides, and the verdicts under the others are listed. One mistake in several equations "
+    "counts once.",
 )
 
 
@@ -51,23 +56,47 @@ def as_page(
     laws: Sequence[Record] = (),
     references: Sequence[Record] = (),
 ) -> str:
-    """The findings to read: a table and, where there is something to say, a paragraph for each equation; the laws."""
-    lines = ["# Formula audit", "", "Written by `python -m derive audit`; do not edit.", "", *SOURCE, ""]
+    """The findings to read: a table and, where there is something to say, a paragraph for each
+    equation; the laws.
+    """
+    lines = [
+        "# Formula audit",
+        "",
+        "Written by `python -m derive audit`; do not edit.",
+        "",
+        *SOURCE,
+        "",
+    ]
     lines += [*format_overview(records), ""]
     for paper, counts in count_verdicts(records).items():
-        lines += [f"## {titles[paper]}", "", ", ".join(f"{n} {word}" for word, n in counts.items()) + ".", ""]
+        lines += [
+            f"## {titles[paper]}",
+            "",
+            ", ".join(f"{n} {word}" for word, n in counts.items()) + ".",
+            "",
+        ]
         paper_records = [r for r in records if r["paper"] == paper]
         lines += [*_causes(paper_records), *HEAD]
         lines += [_row(r) for r in paper_records] + [""]
         for record in paper_records:
             lines += _paragraph(record)
-        lines += [line for reference in references if reference["paper"] == paper for line in _reference(reference)]
+        lines += [
+            line
+            for reference in references
+            if reference["paper"] == paper
+            for line in _reference(reference)
+        ]
     return "\n".join([*lines, *_list_laws(laws)])
 
 
 def format_overview(records: Sequence[Record]) -> list[str]:
-    """A table of the papers: verdicts, equations at fault, causes, and what depends on a reading or a character."""
-    lines = ["| paper | verdicts | at fault | causes | on a reading | on one character |", "|---|---|---|---|---|---|"]
+    """A table of the papers: verdicts, equations at fault, causes, and what depends on a reading or
+    a character.
+    """
+    lines = [
+        "| paper | verdicts | at fault | causes | on a reading | on one character |",
+        "|---|---|---|---|---|---|",
+    ]
     for paper, counts in count_verdicts(records).items():
         paper_records = [r for r in records if r["paper"] == paper]
         verdicts = ", ".join(f"{n} {word}" for word, n in counts.items())
@@ -85,8 +114,12 @@ def _reference(reference: Record) -> list[str]:
     """A cross-reference, where it cannot be meant."""
     if not reference["lacking"]:
         return []
-    numbers, instead = (", ".join(f"({n})" for n in reference[key]) for key in ("refers_to", "instead"))
-    statement = f"{', '.join(reference['quantities'])} are said to come from {numbers}, which do not give"
+    numbers, instead = (
+        ", ".join(f"({n})" for n in reference[key]) for key in ("refers_to", "instead")
+    )
+    statement = (
+        f"{', '.join(reference['quantities'])} are said to come from {numbers}, which do not give"
+    )
     return [
         "### Reference that cannot be meant",
         "",
@@ -107,8 +140,13 @@ def _row(record: Record) -> str:
 
 
 def describe_basis(record: Record) -> str:
-    """Describe the basis of a verdict: a reading, a single character, completed pieces, the domain of use."""
-    parts = ["" if record["robust"] else "the reading", "one character" if record["fragile"] else ""]
+    """Describe the basis of a verdict: a reading, a single character, completed pieces, the domain
+    of use.
+    """
+    parts = [
+        "" if record["robust"] else "the reading",
+        "one character" if record["fragile"] else "",
+    ]
     parts.append("the domain of use" if record["domain"] else "")
     parts.append("pieces completed" if record["rebuilt"] else "")
     return ", ".join(part for part in parts if part)
@@ -126,12 +164,21 @@ def _causes(records: Sequence[Record]) -> list[str]:
         "| cause | equations |",
         "|---|---|",
     ]
-    names = ((cause["cause"], (e.partition(": ")[2] for e in cause["equations"])) for cause in paper_causes)
-    return [*lines, *(f"| {cause} | {', '.join(f'({n})' for n in numbers)} |" for cause, numbers in names), ""]
+    names = (
+        (cause["cause"], (e.partition(": ")[2] for e in cause["equations"]))
+        for cause in paper_causes
+    )
+    return [
+        *lines,
+        *(f"| {cause} | {', '.join(f'({n})' for n in numbers)} |" for cause, numbers in names),
+        "",
+    ]
 
 
 def _paragraph(record: Record) -> list[str]:
-    if record["verdict"] in SILENT and not any(record[part] for part in ("vanishing", "depends", "domain")):
+    if record["verdict"] in SILENT and not any(
+        record[part] for part in ("vanishing", "depends", "domain")
+    ):
         return []
     lines = [f"### ({record['equation']}) {record['verdict']}", ""]
     for label, text in (("As printed", record["printed"]), ("As derived", record["derived"])):
@@ -145,7 +192,10 @@ def _paragraph(record: Record) -> list[str]:
         lines += [f"Reading: {record['reading']}.", ""]
     lines += _depends(record["depends"])
     if record["correction"]:
-        lines += ["Smallest correction: " + " or ".join(f"`{c}`" for c in record["correction"]) + ".", ""]
+        lines += [
+            "Smallest correction: " + " or ".join(f"`{c}`" for c in record["correction"]) + ".",
+            "",
+        ]
     lines += _sizes("missing term", record["terms"])
     lines += _sizes("unexplained term", record["unexplained"])
     lines += _together(record)
@@ -158,7 +208,11 @@ def _depends(readings: Sequence[Record]) -> Iterator[str]:
         yield "| reading | admitted by | verdict | finding |"
         yield "|---|---|---|---|"
         for reading in readings:
-            yield f"| {' | '.join(reading[key] for key in ('reading', 'because', 'verdict', 'finding'))} |"
+            yield (
+                f"| "
+                f"{' | '.join(reading[key] for key in ('reading', 'because', 'verdict', 'finding'))} "
+                f"|"
+            )
         yield ""
 
 
@@ -167,7 +221,10 @@ def _sizes(name: str, terms: Sequence[Record]) -> Iterator[str]:
         yield f"| {name} | largest over the cycle | unit | share of the largest term |"
         yield "|---|---|---|---|"
         for t in terms:
-            yield f"| `{t['term']}` | {_number(t['max_abs'], 4)} | {t['unit']} | {_number(t['share_of_largest'], 3)} |"
+            yield (
+                f"| `{t['term']}` | {_number(t['max_abs'], 4)} | {t['unit']} | "
+                f"{_number(t['share_of_largest'], 3)} |"
+            )
         yield ""
 
 
@@ -177,7 +234,10 @@ def _together(record: Record) -> Iterator[str]:
     if left and len(record["terms"]) + len(record["unexplained"]) > 1 and left["share_of_largest"]:
         unit = "" if left["unit"] == "1" else f" {left['unit']}"
         share = format_share(left["share_of_largest"])
-        yield f"Together at most {_number(left['max_abs'], 3)}{unit}, {share} of the largest derived term."
+        yield (
+            f"Together at most {_number(left['max_abs'], 3)}{unit}, {share} of the largest "
+            f"derived term."
+        )
         yield ""
 
 
@@ -198,26 +258,54 @@ def _list_laws(records: Sequence[Record]) -> list[str]:
     """A section of the page, a table of the laws by paper."""
     if not records:
         return []
-    lines = ["## Laws of each chain as a whole", "", "Each printed chain, executed over the reference cycle; a law is"]
-    lines += ["laid to the smallest set of equations whose repair restores it. A search is exhaustive if every smaller"]
-    lines += ["set, and every other of that size, was tried; one by elimination may have missed a smaller set.", ""]
+    lines = [
+        "## Laws of each chain as a whole",
+        "",
+        "Each printed chain, executed over the reference cycle; a law is",
+    ]
+    lines += [
+        "laid to the smallest set of equations whose repair restores it. A search is exhaustive "
+        "if every smaller"
+    ]
+    lines += [
+        "set, and every other of that size, was tried; one by elimination may have missed a "
+        "smaller set.",
+        "",
+    ]
     for paper, reading in {r["paper"]: r["reading"] for r in records if r["reading"]}.items():
         lines += [
-            f"{paper} is read under the kindest joint reading: {reading}. Read literally: what the generated printed"
+            f"{paper} is read under the kindest joint reading: {reading}. Read literally: what "
+            f"the generated printed"
         ]
-        lines += ["model computes, in which each symbol means what the equation that gives it says.", ""]
-    lines += ["| paper | law | broken by | read literally | unit | laid to | search |", "|---|---|---|---|---|---|---|"]
+        lines += [
+            "model computes, in which each symbol means what the equation that gives it says.",
+            "",
+        ]
+    lines += [
+        "| paper | law | broken by | read literally | unit | laid to | search |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for record in records:
         sets = [record["caused_by"], *record["or_by"]] if record["caused_by"] else []
-        laid = " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
+        laid = (
+            " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
+        )
         if record["violation"] is None:
             laid = record["owed"]
-        sizes = (_number(record[key], LAW_DIGITS, "unknown") for key in ("violation", "violation_literal"))
+        sizes = (
+            _number(record[key], LAW_DIGITS, "unknown")
+            for key in ("violation", "violation_literal")
+        )
         cells = (record["paper"], record["law"], *sizes, record["unit"], laid, record["search"])
         lines += [f"| {' | '.join(cells)} |"]
-    lines += ["", "What each of these equations does: what its repair alone takes away, what it alone leaves when all"]
     lines += [
-        "others are repaired, and its Shapley value, the mean over all orders of repair. These values add up to",
+        "",
+        "What each of these equations does: what its repair alone takes away, what it alone "
+        "leaves when all",
+    ]
+    lines += [
+        "others are repaired, and its Shapley value, the mean over all orders of repair. These "
+        "values add up to",
         "the violation; some may be negative, so that others exceed it.",
         "",
     ]
@@ -229,9 +317,16 @@ def _list_laws(records: Sequence[Record]) -> list[str]:
 def _shares(law: Record) -> list[str]:
     if not law["shares"]:
         return []
-    lines = [f"**{law['law']}**: {law['owed']}", "", f"| equation | alone [{law['unit']}] | left | Shapley |"]
+    lines = [
+        f"**{law['law']}**: {law['owed']}",
+        "",
+        f"| equation | alone [{law['unit']}] | left | Shapley |",
+    ]
     lines += ["|---|---|---|---|"]
-    sizes = ((s["equation"], *(f"{s[key]:.4g}" for key in ("alone", "without", "shapley"))) for s in law["shares"])
+    sizes = (
+        (s["equation"], *(f"{s[key]:.4g}" for key in ("alone", "without", "shapley")))
+        for s in law["shares"]
+    )
     return [*lines, *(f"| ({number}) | {' | '.join(values)} |" for number, *values in sizes), ""]
 
 
@@ -242,12 +337,15 @@ Place = tuple[str, str]
 
 
 def find_cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
-    """Module name -> the case that it states (``CASE``), in the order in which papers are shown; others state none.
+    """Module name -> the case that it states (``CASE``), in the order in which papers are shown;
+    others state none.
 
     Raises ValueError where two papers have one name.
     """
     cases_by_module = {
-        module.__name__: case for module in modules if isinstance(case := getattr(module, "CASE", None), Case)
+        module.__name__: case
+        for module in modules
+        if isinstance(case := getattr(module, "CASE", None), Case)
     }
     names = [case.paper.name for case in cases_by_module.values()]
     if twice := sorted({name for name in names if names.count(name) > 1}):
@@ -256,19 +354,27 @@ def find_cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
 
 
 def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) -> dict[str, str]:
-    """File name -> content: what the audit found of every equation of the modules' papers, and of the laws.
+    """File name -> content: what the audit found of every equation of the modules' papers, and of
+    the laws.
 
-    What a committed audit.json says of an equation is used again if it was made from the same. Raises ClaimError where
-    an equation claims what its subject does not derive.
+    What a committed audit.json says of an equation is used again if it was made from the same.
+    Raises ClaimError where an equation claims what its subject does not derive.
     """
-    committed_records, committed_typeset = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
+    committed_records, committed_typeset = (
+        _read(committed.with_name(name)) if committed else {} for name in FILES[:2]
+    )
     modules_ = list(modules)
     reusable = index_records(committed_records.get("equations", []), committed_typeset)
     records, laws = judge_modules(modules_, reusable, committed_records.get("laws", []))
     papers = {case.paper.name: _about(case) for case in find_cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
     cross = [reference for case in find_cases(modules_).values() for reference in references(case)]
-    rows = [row for c in find_cases(modules_).values() if c.source is not None for row in c.source.list_rows()]
+    rows = [
+        row
+        for c in find_cases(modules_).values()
+        if c.source is not None
+        for row in c.source.list_rows()
+    ]
     texts = (
         format_records(records, laws, cross, papers, rows),
         format_typeset(records),
@@ -293,13 +399,18 @@ def judge_modules(
     known_records: Mapping[tuple[str, str], Record],
     known_laws: Sequence[Record],
 ) -> tuple[list[Record], list[Record]]:
-    """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel.
+    """Records of all equations and laws: known ones that still hold, and the rest, judged in
+    parallel.
 
-    A chain is checked by its laws together with its equations, which their judgement decides: those come first.
+    A chain is checked by its laws together with its equations, which their judgement decides: those
+    come first.
     """
     cases_by_module = find_cases(modules)
     for case in cases_by_module.values():
-        _ = case.points, case.cycle  # what has no values at all is an error of the subject, not of an equation
+        _ = (
+            case.points,
+            case.cycle,
+        )  # what has no values at all is an error of the subject, not of an equation
     keys, records = {}, {}
     for m, case in cases_by_module.items():
         keys[m], failed = _keys(case)
@@ -314,7 +425,9 @@ def judge_modules(
 
         @cache
         def pool() -> Executor:
-            return open_pools.enter_context(ProcessPoolExecutor(initializer=load, initargs=(places,)))
+            return open_pools.enter_context(
+                ProcessPoolExecutor(initializer=load, initargs=(places,))
+            )
 
         trials: dict[str, Future[list[Record]]] = {}
         tasks = {m: _submitted(pool, m, cases_by_module[m], keys[m], records[m]) for m in laws}
@@ -326,26 +439,39 @@ def judge_modules(
                 if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
                     trials[m] = pool().submit(_laws, m, answers, law_key)
         tasks |= {
-            m: _submitted(pool, m, cases_by_module[m], keys[m], records[m]) for m in cases_by_module if m not in laws
+            m: _submitted(pool, m, cases_by_module[m], keys[m], records[m])
+            for m in cases_by_module
+            if m not in laws
         }
         for m, started in tasks.items():
             records[m] |= _results(started)
         laws |= {m: trial.result() for m, trial in trials.items()}
-    judged_equations = [r for of_paper in records.values() for r in of_paper.values() if r is not None]
-    return judged_equations, [_with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper]
+    judged_equations = [
+        r for of_paper in records.values() for r in of_paper.values() if r is not None
+    ]
+    return judged_equations, [
+        _with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper
+    ]
 
 
 def _keys(case: Case) -> tuple[dict[str, str], dict[str, Record]]:
-    """Keys of all equations of a paper, and records of those that cannot be compared: their key is empty."""
+    """Keys of all equations of a paper, and records of those that cannot be compared: their key is
+    empty.
+    """
     alone, failed = dict[str, str](), dict[str, Record]()
     for number in case.paper.equations:
         try:
             alone[number] = key.sides_key(case, number)
         except ClaimError:
             raise
-        except Exception as error:  # without a key there is no comparison to judge: one line, not the end
+        except (
+            Exception
+        ) as error:  # without a key there is no comparison to judge: one line, not the end
             alone[number], failed[number] = str(error), record_unjudged(case, number, "", error)
-    return {n: "" if n in failed else key.linked_key(n, [alone[o] for o in case.linked(n)]) for n in alone}, failed
+    return {
+        n: "" if n in failed else key.linked_key(n, [alone[o] for o in case.linked(n)])
+        for n in alone
+    }, failed
 
 
 def _submitted(
@@ -355,10 +481,15 @@ def _submitted(
     keys: Mapping[str, str],
     old: Mapping[str, Record | None],
 ) -> list[Future[list[Record]]]:
-    """Judgement of every equation without a record that still holds, those together that share questions."""
+    """Judgement of every equation without a record that still holds, those together that share
+    questions.
+    """
     still_open = [n for n in keys if not is_reusable(old[n], keys[n])]
     groups = dict.fromkeys(case.linked(n) for n in still_open)
-    return [pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open}) for numbers in groups]
+    return [
+        pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open})
+        for numbers in groups
+    ]
 
 
 def _results(tasks: Iterable[Future[list[Record]]]) -> dict[str, Record]:
@@ -367,14 +498,22 @@ def _results(tasks: Iterable[Future[list[Record]]]) -> dict[str, Record]:
 
 
 def _with_sentence(law: Record, equations: Iterable[Record]) -> Record:
-    """The record of a law with the sentence that says what it is owed to most; one not judged has its reason there."""
+    """The record of a law with the sentence that says what it is owed to most; one not judged has
+    its reason there.
+    """
     if law["search"] == UNJUDGED:
         return law
-    return law | {"owed": describe_law_cause(law, {r["equation"]: r for r in equations if r["paper"] == law["paper"]})}
+    return law | {
+        "owed": describe_law_cause(
+            law, {r["equation"]: r for r in equations if r["paper"] == law["paper"]}
+        )
+    }
 
 
 def load(places: Iterable[Place]) -> None:
-    """Load modules that are not loaded yet, as in a process that is not forked: each from its file."""
+    """Load modules that are not loaded yet, as in a process that is not forked: each from its
+    file.
+    """
     for name, file in places:
         spec = spec_from_file_location(name, file)
         if name not in sys.modules and spec and spec.loader:
@@ -387,7 +526,8 @@ def _equations(module: str, keys: Mapping[str, str]) -> list[Record]:
 
 
 def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]:
-    """The findings on the chains of a case as a whole, as they are read; none if its subject states no laws.
+    """The findings on the chains of a case as a whole, as they are read; none if its subject states
+    no laws.
 
     Where the chains cannot be executed at all there is one record, `not judged`, with the reason.
     """
@@ -401,12 +541,20 @@ def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]
         if case.chains is None or dynamics is None:
             return []
         literal = Trial(*case.chains, dynamics)
-        records = judge_laws(case.paper.name, Trial(*case.read_chains(chosen), dynamics) if meanings else literal)
+        records = judge_laws(
+            case.paper.name, Trial(*case.read_chains(chosen), dynamics) if meanings else literal
+        )
         sizes = [attempted_violation(literal, law) for law in dynamics.laws]
     except Exception as error:  # equations are judged one by one, whatever becomes of their chain
-        records, sizes = [record_untried_law(case.paper.name, "laws of the chain as a whole", "", error)], [None]
+        records, sizes = (
+            [record_untried_law(case.paper.name, "laws of the chain as a whole", "", error)],
+            [None],
+        )
     about_reading = {"reading": "; ".join(meanings), "key": its_key}
-    return [law | {"violation_literal": size} | about_reading for law, size in zip(records, sizes, strict=True)]
+    return [
+        law | {"violation_literal": size} | about_reading
+        for law, size in zip(records, sizes, strict=True)
+    ]
 
 
 def _case(module: str) -> Case:

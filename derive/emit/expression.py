@@ -1,4 +1,6 @@
-"""SymPy expressions as text of a language; common subexpressions, invariants of the angle, order of steps."""
+"""SymPy expressions as text of a language; common subexpressions, invariants of the angle, order of
+steps.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,21 @@ class UnsupportedNode(TypeError):
     """An expression holds a node that no emitter knows."""
 
 
-PLAIN = ("cos", "sin", "tan", "acos", "asin", "atan", "atan2", "sqrt", "exp", "log", "floor", "sign", "polyval")
+PLAIN = (
+    "cos",
+    "sin",
+    "tan",
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "sqrt",
+    "exp",
+    "log",
+    "floor",
+    "sign",
+    "polyval",
+)
 """Functions of one name everywhere but in some targets."""
 
 
@@ -31,11 +47,12 @@ PLAIN = ("cos", "sin", "tan", "acos", "asin", "atan", "atan2", "sqrt", "exp", "l
 class Dialect:
     """Names of the functions in the target, by the names used here.
 
-    ``ratio`` and ``length`` are templates of a quotient of two whole numbers and of the length of a vector; ``first``
-    is what every function takes before its own arguments. ``solver`` is the text of a function ``solved`` of a matrix
-    and a right-hand side, both lists, that gives the unknowns of simultaneous equations and their pivot. ``series``
-    is a function that sums a sine series, None where a target writes its sum out. ``power``, ``differs`` and ``true``
-    are the signs of the language, those of Python unless told.
+    ``ratio`` and ``length`` are templates of a quotient of two whole numbers and of the length of a
+    vector; ``first`` is what every function takes before its own arguments. ``solver`` is the text
+    of a function ``solved`` of a matrix and a right-hand side, both lists, that gives the unknowns
+    of simultaneous equations and their pivot. ``series`` is a function that sums a sine series,
+    None where a target writes its sum out. ``power``, ``differs`` and ``true`` are the signs of the
+    language, those of Python unless told.
     """
 
     functions: dict[str, str]
@@ -78,7 +95,9 @@ class Printer:
                 return TABLE[kind]
         # Its arguments may be symbols of common subexpressions, which no statement has.
         allowed = ", ".join(sorted({"Abs", "Max", "Min", "Piecewise", *PLAIN} - {"polyval"}))
-        raise UnsupportedNode(f"{type(expr).__name__} cannot be written: state it by powers and {allowed}")
+        raise UnsupportedNode(
+            f"{type(expr).__name__} cannot be written: state it by powers and {allowed}"
+        )
 
     def call(self, function: str, *arguments: Basic) -> Text:
         """Return the text of a call of a function."""
@@ -199,14 +218,19 @@ def _tabulated(p: Printer, expr: Basic) -> Text:
             distance = f"{at} + {-start!r}" if start < 0 else f"{at} - {start!r}"
             return p.dialect.call("polyval", f"[{listed}]", distance)
         half = len(pieces) // 2
-        return p.dialect.call("select", f"{at} < {pieces[half][0]!r}", choose(pieces[:half]), choose(pieces[half:]))
+        return p.dialect.call(
+            "select", f"{at} < {pieces[half][0]!r}", choose(pieces[:half]), choose(pieces[half:])
+        )
 
     text = choose(expr.pieces)
     if expr.limits is None:
         return text, ATOM
     lower, upper = expr.limits
     inside = p.dialect.call("and", f"{at} >= {lower!r}", f"{at} <= {upper!r}")
-    return f"{p.dialect.call('sqrt', p.dialect.call('select', inside, '1.0', '-1.0'))} * {text}", PRODUCT
+    return (
+        f"{p.dialect.call('sqrt', p.dialect.call('select', inside, '1.0', '-1.0'))} * {text}",
+        PRODUCT,
+    )
 
 
 def _function(name: str) -> Handler:
@@ -240,11 +264,13 @@ TABLE: dict[type[Basic], Handler] = {
     Polynomial: _polynomial,
     TabulatedFunction: _tabulated,
     **{getattr(sp, name): _function(name) for name in PLAIN if name not in ("sqrt", "polyval")},
-}  # fmt: skip
+}
 
 
 def count_operations(expr: Basic) -> int:
-    """Number of arithmetic operations, function calls, comparisons and selections in an expression."""
+    """Number of arithmetic operations, function calls, comparisons and selections in an
+    expression.
+    """
     if expr.is_Atom:
         return 0
     inner = sum(count_operations(a) for a in expr.args)
@@ -300,12 +326,16 @@ def share_subexpressions(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]
     taken = {symbol.name for step in steps for symbol in (*step.needs, *step.defines)}
     names = (sp.Symbol(name, real=True) for i in count(1) if (name := f"{prefix}{i}") not in taken)
     parts = [list_expressions(step) for step in steps]
-    common, reduced = sp.cse([part for some in parts for part in some], symbols=names, order="canonical")
+    common, reduced = sp.cse(
+        [part for some in parts for part in some], symbols=names, order="canonical"
+    )
     pending, left = dict(common), iter(reduced)
     ordered: list[Step] = []
 
     def define(expr: sp.Expr) -> None:
-        for symbol in sorted(expr.free_symbols & pending.keys(), key=lambda s: (len(s.name), s.name)):
+        for symbol in sorted(
+            expr.free_symbols & pending.keys(), key=lambda s: (len(s.name), s.name)
+        ):
             if symbol in pending:
                 inner = pending.pop(symbol)
                 define(inner)
@@ -320,12 +350,18 @@ def share_subexpressions(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]
 
 
 def with_expressions(step: Step, exprs: tuple[sp.Expr, ...]) -> Step:
-    """Return a copy of a step that evaluates other expressions, in the order of `list_expressions`."""
+    """Return a copy of a step that evaluates other expressions, in the order of
+    `list_expressions`.
+    """
     if isinstance(step, LinearSolve):
         return step.filled(exprs)
-    return replace(step, expr=exprs[0]) if isinstance(step, Let) else replace(step, argument=exprs[0])
+    return (
+        replace(step, expr=exprs[0]) if isinstance(step, Let) else replace(step, argument=exprs[0])
+    )
 
 
 def count_step_operations(steps: Sequence[Step]) -> int:
-    """Operations in the steps themselves; what a called function or an elimination does is not counted."""
+    """Operations in the steps themselves; what a called function or an elimination does is not
+    counted.
+    """
     return sum(count_operations(expr) for step in steps for expr in list_expressions(step))

@@ -22,10 +22,11 @@ from .text import Emitted, build_curve_functions, list_conditions, list_function
 
 @dataclass(frozen=True)
 class Target:
-    """A language: the place of its files, such as ``array/{name}.py``, and the texts of a model and of a pitch curve.
+    """A language: the place of its files, such as ``array/{name}.py``, and the texts of a model and
+    of a pitch curve.
 
-    ``reserved`` are names that the texts need for themselves, so that no quantity can have them. A target
-    ``on_request`` is written, with its names unchanged, only on request.
+    ``reserved`` are names that the texts need for themselves, so that no quantity can have them. A
+    target ``on_request`` is written, with its names unchanged, only on request.
     """
 
     name: str
@@ -54,15 +55,19 @@ def built_in() -> list[Target]:
 
 
 def select_targets(targets: Iterable[Target], names: Collection[str] = ()) -> list[Target]:
-    """The languages that are always written, and those that are asked for by name, whose names are reserved from now
-    on.
+    """The languages that are always written, and those that are asked for by name, whose names are
+    reserved from now on.
 
     Raises ValueError where none has a name that is asked for.
     """
     by_name = {target.name: target for target in targets}
     if unknown := sorted(set(names) - by_name.keys()):
-        raise ValueError(f"no target is called {unknown[0]}; there are {', '.join(sorted(by_name))}")
-    selected = [target for target in by_name.values() if target.name in names or not target.on_request]
+        raise ValueError(
+            f"no target is called {unknown[0]}; there are {', '.join(sorted(by_name))}"
+        )
+    selected = [
+        target for target in by_name.values() if target.name in names or not target.on_request
+    ]
     for target in selected:
         target.reserve()
     return selected
@@ -79,7 +84,11 @@ def format_machine_file(system: System) -> dict[str, str]:
 
 def _text(system: System) -> str:
     data = next(v.quantities for v in system.vectors if isinstance(v, Vector) and v.name == DATA)
-    bounds = {q: system.data[q.name].bounds for q in data if q.name in system.data and system.data[q.name].bounds}
+    bounds = {
+        q: system.data[q.name].bounds
+        for q in data
+        if q.name in system.data and system.data[q.name].bounds
+    }
     lines = [
         f"# Values of {system.title}, as its statement gives them; copy this file to change them.",
         "",
@@ -91,13 +100,23 @@ def _text(system: System) -> str:
         *(_value(q, system) for q in data),
     ]
     if bounds:
-        lines += ["", "[bounds]", *(f"{_key(q)} = [{pair[0]}, {pair[1]}]" for q, pair in bounds.items() if pair)]
-    return "\n".join((*lines, "", "[turn]", "samples = 360", "", "[origin]", 'default = "assumed"', ""))
+        lines += [
+            "",
+            "[bounds]",
+            *(f"{_key(q)} = [{pair[0]}, {pair[1]}]" for q, pair in bounds.items() if pair),
+        ]
+    return "\n".join(
+        (*lines, "", "[turn]", "samples = 360", "", "[origin]", 'default = "assumed"', "")
+    )
 
 
 def _value(quantity: Quantity, system: System) -> str:
     datum, note = system.data.get(quantity.name), f"# {quantity.meaning}"
-    return f"{_key(quantity)} = {datum.value}  {note}" if datum else f"# {_key(quantity)} =  {note}; not given"
+    return (
+        f"{_key(quantity)} = {datum.value}  {note}"
+        if datum
+        else f"# {_key(quantity)} =  {note}; not given"
+    )
 
 
 def _key(quantity: Quantity) -> str:
@@ -107,26 +126,32 @@ def _key(quantity: Quantity) -> str:
 def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
     """The sidecar of a model; names of composed functions and joints only where there are any."""
     events = system.lane.events if system.lane else ()
-    return _json({
-        "name": system.name,
-        "title": system.title,
-        "source": system.source,
-        "assumptions": system.assumptions,
-        **({"callables": [f.name for f in system.functions]} if system.functions else {}),
-        **({"speed": system.lane.speed.name} if system.lane and system.lane.speed else {}),
-        **_acceleration(system.lane),
-        "vectors": {v.name: _vector(v) for v in system.vectors},
-        **({"events": [_event(e) for e in events]} if events else {}),
-        **({"effects": {"without": system.effects.without, "felt": system.effects.felt}} if system.effects else {}),
-        **({"pushing": system.pushing} if system.pushing else {}),
-        **({"axes": system.axes} if system.axes else {}),
-        **({"meshes": system.meshes} if system.meshes else {}),
-        **({"supports": system.supports} if system.supports else {}),
-        **({"begun": system.begun} if system.begun else {}),
-        **({} if system.held_entries is None else {"held": system.held_entries}),
-        "functions": {f.name: _function(f) for f in functions},
-        "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
-    })  # fmt: skip
+    return _json(
+        {
+            "name": system.name,
+            "title": system.title,
+            "source": system.source,
+            "assumptions": system.assumptions,
+            **({"callables": [f.name for f in system.functions]} if system.functions else {}),
+            **({"speed": system.lane.speed.name} if system.lane and system.lane.speed else {}),
+            **_acceleration(system.lane),
+            "vectors": {v.name: _vector(v) for v in system.vectors},
+            **({"events": [_event(e) for e in events]} if events else {}),
+            **(
+                {"effects": {"without": system.effects.without, "felt": system.effects.felt}}
+                if system.effects
+                else {}
+            ),
+            **({"pushing": system.pushing} if system.pushing else {}),
+            **({"axes": system.axes} if system.axes else {}),
+            **({"meshes": system.meshes} if system.meshes else {}),
+            **({"supports": system.supports} if system.supports else {}),
+            **({"begun": system.begun} if system.begun else {}),
+            **({} if system.held_entries is None else {"held": system.held_entries}),
+            "functions": {f.name: _function(f) for f in functions},
+            "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
+        }
+    )
 
 
 def _acceleration(lane: Lane | None) -> dict[str, str]:
@@ -135,26 +160,37 @@ def _acceleration(lane: Lane | None) -> dict[str, str]:
 
 
 def build_curve_sidecar(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
-    """Build the JSON description of a family of pitch curves and of the functions that are generated for it."""
-    return _json({
-        "name": curve.name,
-        "title": curve.title,
-        "source": "pitch curve and conjugate derived from its radius",
-        "radius": str(curve.radius()),
-        "parameters": _vector(pack_parameters(curve)),
-        "series": not isinstance(curve.turned(), sp.Expr),
-        "similar": {
-            "lengths": [q.name for q in length_parameters(curve)],
-            "unchanged": [q.name for q in scale_invariants(curve)],
-        },
-        "conditions": [{"name": c.name, "allowed": c.allowed} for c in list_conditions(curve)],
-        "shapes": [_entry(s.quantity) | {"lower": float(s.lower), "upper": float(s.upper)} for s in curve.shapes],
-        "functions": {f.name: _function(f) for f in functions},
-    })  # fmt: skip
+    """Build the JSON description of a family of pitch curves and of the functions that are
+    generated for it.
+    """
+    return _json(
+        {
+            "name": curve.name,
+            "title": curve.title,
+            "source": "pitch curve and conjugate derived from its radius",
+            "radius": str(curve.radius()),
+            "parameters": _vector(pack_parameters(curve)),
+            "series": not isinstance(curve.turned(), sp.Expr),
+            "similar": {
+                "lengths": [q.name for q in length_parameters(curve)],
+                "unchanged": [q.name for q in scale_invariants(curve)],
+            },
+            "conditions": [{"name": c.name, "allowed": c.allowed} for c in list_conditions(curve)],
+            "shapes": [
+                _entry(s.quantity) | {"lower": float(s.lower), "upper": float(s.upper)}
+                for s in curve.shapes
+            ],
+            "functions": {f.name: _function(f) for f in functions},
+        }
+    )
 
 
 def _event(event: Event) -> dict[str, Any]:
-    entry = {"name": event.name, "order": event.order, "period": float(event.period) if event.period else None}
+    entry = {
+        "name": event.name,
+        "order": event.order,
+        "period": float(event.period) if event.period else None,
+    }
     return entry if event.position is None else entry | {"position": float(event.position)}
 
 
@@ -196,13 +232,21 @@ HEAD = '"""Generated by `python -m derive`; do not edit."""\n'
 def render_texts(
     systems: Iterable[System], families: Iterable[PitchCurve], targets: Sequence[Target]
 ) -> dict[str, str]:
-    """Path inside the folder -> content. Raises ValueError where a name cannot stand in what is generated."""
+    """Path inside the folder -> content.
+
+    Raises ValueError where a name cannot stand in what is generated.
+    """
     texts_by_path = {"__init__.py": HEAD}
-    for new in (*(emit_curve(f, targets) for f in families), *(emit_system(s, targets) for s in systems)):
+    for new in (
+        *(emit_curve(f, targets) for f in families),
+        *(emit_system(s, targets) for s in systems),
+    ):
         if twice := sorted(texts_by_path.keys() & new.keys()):
             raise ValueError(f"two models or families are called {PurePosixPath(twice[0]).stem}")
         texts_by_path |= new
-    packages = {PurePosixPath(path).parent for path in texts_by_path if path.endswith(".py")} - {PurePosixPath(".")}
+    packages = {PurePosixPath(path).parent for path in texts_by_path if path.endswith(".py")} - {
+        PurePosixPath(".")
+    }
     return texts_by_path | {f"{package}/__init__.py": "" for package in packages}
 
 
@@ -226,7 +270,9 @@ def emit_system(system: System, targets: Sequence[Target]) -> dict[str, str]:
 
 
 def _refuse_names(module: str, emitted: Sequence[Emitted]) -> None:
-    """Names are refused where they are given; those given before a target was known are refused here."""
+    """Names are refused where they are given; those given before a target was known are refused
+    here.
+    """
     refuse_name("module", module)
     names = [function.name for function in emitted]
     if twice := sorted({name for name in names if names.count(name) > 1}):

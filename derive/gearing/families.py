@@ -1,4 +1,6 @@
-"""The built-in families of pitch curves (wang2017 3.3 and 3.4), each a class that states its radius."""
+"""The built-in families of pitch curves (wang2017 3.3 and 3.4), each a class that states its
+radius.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +15,12 @@ __all__ = ["FAMILIES", "EccentricCircle", "Ellipse", "Fourier", "Limacon", "Sine
 
 @register
 class EccentricCircle(PitchCurve):
-    """A circle of radius R that turns about a point e off its centre: r = e cos u + sqrt(R^2 - e^2 sin^2 u).
+    """A circle of radius R that turns about a point e off its centre: r = e cos u + sqrt(R^2 - e^2
+    sin^2 u).
 
-    Convex up to R = mu^2 e, mu the steeper slope: with sin psi = e sin u / R, r^2 + 2 mu^2 r'^2 - mu^2 r r'' has the
-    sign of mu^2 r - (mu^2 - 1) R cos^3 psi, and both r and -cos psi are least at u = pi.
+    Convex up to R = mu^2 e, mu the steeper slope: with sin psi = e sin u / R, r^2 + 2 mu^2 r'^2 -
+    mu^2 r r'' has the sign of mu^2 r - (mu^2 - 1) R cos^3 psi, and both r and -cos psi are least at
+    u = pi.
     """
 
     name = "eccentric_circle"
@@ -31,10 +35,15 @@ class EccentricCircle(PitchCurve):
 
     def conditions(self) -> list[Condition]:
         """Return the conditions under which the parameters give a pitch curve."""
-        return [Condition("e", self.e, "greater than 0"), Condition("e", self.R - self.e, "less than R")]
+        return [
+            Condition("e", self.e, "greater than 0"),
+            Condition("e", self.R - self.e, "less than R"),
+        ]
 
     def relative(self) -> tuple[Expr, ...]:
-        """Return those of the limacon, which are close: the circle differs from it in the square of e / R."""
+        """Return those of the limacon, which are close: the circle differs from it in the square of
+        e / R.
+        """
         return sp.Integer(1), swing / sp.sqrt(4 - 3 * swing**2)
 
     def convexity(self) -> Expr:
@@ -44,10 +53,12 @@ class EccentricCircle(PitchCurve):
 
 @register
 class Ellipse(PitchCurve):
-    """An ellipse of semi-axis A and eccentricity k that turns about a focus: r = A (1 - k^2) / (1 - k cos u).
+    """An ellipse of semi-axis A and eccentricity k that turns about a focus: r = A (1 - k^2) / (1 -
+    k cos u).
 
-    The conjugate at the distance 2 A is the same ellipse; the rotation is the angle seen from its focus. Convex up to
-    k (mu^2 - 1) = 1, mu the steeper slope: convex means 1/r + (1/r)'' >= 0, and that is 1 + (mu^2 - 1) k cos u.
+    The conjugate at the distance 2 A is the same ellipse; the rotation is the angle seen from its
+    focus. Convex up to k (mu^2 - 1) = 1, mu the steeper slope: convex means 1/r + (1/r)'' >= 0, and
+    that is 1 + (mu^2 - 1) k cos u.
     """
 
     name = "ellipse"
@@ -77,7 +88,9 @@ class Ellipse(PitchCurve):
         ]
 
     def relative(self) -> tuple[Expr, ...]:
-        """Return them from the swing 2 k / (1 + k^2), as the ratio varies from (1 - k)/(1 + k) to its inverse."""
+        """Return them from the swing 2 k / (1 + k^2), as the ratio varies from (1 - k)/(1 + k) to
+        its inverse.
+        """
         return sp.Integer(1), swing / (1 + sp.sqrt(1 - swing**2))
 
     def convexity(self) -> Expr:
@@ -93,22 +106,36 @@ ORDER = 3
 class Fourier(PitchCurve):
     """A cosine polynomial: r = c0 + c1 cos u + c2 cos 2u + c3 cos 3u.
 
-    Without sine terms, the breakpoints at u = 0 and pi are extrema. Closure and rotation are by series, convexity is
-    by curvature. With sigma_k = c_k / c1 the radius falls from u = 0 to pi as long as 4 |sigma2| + 9 |sigma3| < 1,
-    since |sin ku| <= k |sin u|.
+    Without sine terms, the breakpoints at u = 0 and pi are extrema. Closure and rotation are by
+    series, convexity is by curvature. With sigma_k = c_k / c1 the radius falls from u = 0 to pi as
+    long as 4 |sigma2| + 9 |sigma3| < 1, since |sin ku| <= k |sin u|.
     """
 
     name = "fourier"
     title = "deformed Fourier curve"
     parameters = tuple(
-        Quantity(f"C{k}", "m", f"coefficient of cos {k} u in the radius", "wang2017 digest 3.3", shown=f"c{k}_mm")
+        Quantity(
+            f"C{k}",
+            "m",
+            f"coefficient of cos {k} u in the radius",
+            "wang2017 digest 3.3",
+            shown=f"c{k}_mm",
+        )
         for k in range(ORDER + 1)
-    )  # fmt: skip
+    )
     shapes = tuple(
-        Shape(Quantity(f"sigma{k}", "1", f"coefficient of cos {k} u per coefficient of cos u", "wang2017 digest 3.3"),
-              -sp.Rational(9, 10) / (ORDER - 1) / k**2, sp.Rational(9, 10) / (ORDER - 1) / k**2)
+        Shape(
+            Quantity(
+                f"sigma{k}",
+                "1",
+                f"coefficient of cos {k} u per coefficient of cos u",
+                "wang2017 digest 3.3",
+            ),
+            -sp.Rational(9, 10) / (ORDER - 1) / k**2,
+            sp.Rational(9, 10) / (ORDER - 1) / k**2,
+        )
         for k in range(2, ORDER + 1)
-    )  # fmt: skip
+    )
 
     def radius(self) -> Expr:
         """Return the radius of the pitch curve [m] at the angle u."""
@@ -125,7 +152,9 @@ class Fourier(PitchCurve):
         ]
 
     def relative(self) -> tuple[Expr, ...]:
-        """Return those of the limacon with the same fall of the radius, which the odd coefficients determine."""
+        """Return those of the limacon with the same fall of the radius, which the odd coefficients
+        determine.
+        """
         sigma = (sp.Integer(1), *(shape.quantity for shape in self.shapes))
         first = swing / sp.sqrt(4 - 3 * swing**2) / sp.Add(*sigma[::2])
         return sp.Integer(1), *(first * part for part in sigma)
@@ -135,9 +164,10 @@ class Fourier(PitchCurve):
 class Limacon(PitchCurve):
     """A limacon of Pascal: r = l + b cos u.
 
-    One revolution for one means that a / (a - r) has the mean 2: a = 2 sqrt((a - l)^2 - b^2), which is a quadratic
-    equation. Convex up to l = (1 + mu^2) b, mu the steeper slope: the curvature has the sign of a quadratic in cos u,
-    least at u = pi, where it is (l - b)(l - (1 + mu^2) b); without deformation the textbook's l = 2 b.
+    One revolution for one means that a / (a - r) has the mean 2: a = 2 sqrt((a - l)^2 - b^2), which
+    is a quadratic equation. Convex up to l = (1 + mu^2) b, mu the steeper slope: the curvature has
+    the sign of a quadratic in cos u, least at u = pi, where it is (l - b)(l - (1 + mu^2) b);
+    without deformation the textbook's l = 2 b.
     """
 
     name = "limacon"
@@ -161,7 +191,10 @@ class Limacon(PitchCurve):
 
     def conditions(self) -> list[Condition]:
         """Return the conditions under which the parameters give a pitch curve."""
-        return [Condition("b", self.b, "greater than 0"), Condition("b", self.l - self.b, "less than l")]
+        return [
+            Condition("b", self.b, "greater than 0"),
+            Condition("b", self.l - self.b, "less than l"),
+        ]
 
     def relative(self) -> tuple[Expr, ...]:
         """Return them from the swing 2 b / sqrt(l^2 + 3 b^2)."""
@@ -174,13 +207,15 @@ class Limacon(PitchCurve):
 
 @register
 class Sine(PitchCurve):
-    """The curve with a sinusoidal ratio, shifted so that the breakpoints are extrema: f = 1 + c cos u.
+    """The curve with a sinusoidal ratio, shifted so that the breakpoints are extrema: f = 1 + c cos
+    u.
 
-    From r / (D - r) = f the radius is r = D f / (1 + f), and every centre distance D gives one revolution for one.
-    The paper only names the family; it is assumed that the ratio is the sine, since a sinusoidal radius would be the
-    limacon again. Convex up to the smaller root of c^2 - (3 + mu^2) c + 2, mu the steeper slope: with y = c cos u
-    1/r + (1/r)'' has the sign of (1 + y)^3 + (1 + y)^2 + mu^2 (2 c^2 + y - y^2), which grows up to y = 1/2 and is
-    positive for y >= 0, so that it vanishes first at u = pi; without deformation at c = 2 - sqrt(2).
+    From r / (D - r) = f the radius is r = D f / (1 + f), and every centre distance D gives one
+    revolution for one. The paper only names the family; it is assumed that the ratio is the sine,
+    since a sinusoidal radius would be the limacon again. Convex up to the smaller root of c^2 - (3
+    + mu^2) c + 2, mu the steeper slope: with y = c cos u 1/r + (1/r)'' has the sign of (1 + y)^3 +
+    (1 + y)^2 + mu^2 (2 c^2 + y - y^2), which grows up to y = 1/2 and is positive for y >= 0, so
+    that it vanishes first at u = pi; without deformation at c = 2 - sqrt(2).
     """
 
     name = "sine"

@@ -1,8 +1,9 @@
 """Teeth cut by a rack on a pitch curve: the envelopes of its flanks, tip radii and straight lines.
 
-The rack's pitch line rolls on the pitch curve, so that the pitch point is the instant centre: the normal to the rack
-passes through the pitch point at the point that is cut (Litvin, Fuentes-Aznar, Gonzalez-Perez, Hayasaka: Noncircular
-Gears, 2009; basic rack with a tip radius: ISO 53). The parameter is the arc length s of the pitch curve, anticlockwise.
+The rack's pitch line rolls on the pitch curve, so that the pitch point is the instant centre: the
+normal to the rack passes through the pitch point at the point that is cut (Litvin, Fuentes-Aznar,
+Gonzalez-Perez, Hayasaka: Noncircular Gears, 2009; basic rack with a tip radius: ISO 53). The
+parameter is the arc length s of the pitch curve, anticlockwise.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ radius = _rack("radius", "m", "pitch radius at that angle")
 slope = _rack("slope", "m", "slope of the pitch radius, per polar angle")
 bend = _rack("bend", "m", "second derivative of the pitch radius, per polar angle")
 POLAR = Vector("polar_place", (polar, radius, slope, bend))
-sense = _rack("sense", "1", "+1 where the curve's polar angle runs anticlockwise, -1 where clockwise")
+sense = _rack(
+    "sense", "1", "+1 where the curve's polar angle runs anticlockwise, -1 where clockwise"
+)
 x = _rack("x", "m", "pitch point, x")
 y = _rack("y", "m", "pitch point, y")
 tx = _rack("tx", "1", "unit tangent of the pitch curve, x, anticlockwise")
@@ -41,9 +44,14 @@ speed = _rack("speed", "m", "arc length of the pitch curve per polar angle")
 
 s = _rack("s", "m", "arc length of the pitch curve at the point that the rack touches")
 xi = _rack(
-    "xi", "m", "position of the flank: arc length of the pitch curve at which the flank crosses the rack's pitch line"
+    "xi",
+    "m",
+    "position of the flank: arc length of the pitch curve at which the flank crosses the rack's "
+    "pitch line",
 )
-side = _rack("side", "1", "+1 for the flank at the end of a tooth, -1 for the flank at its beginning")
+side = _rack(
+    "side", "1", "+1 for the flank at the end of a tooth, -1 for the flank at its beginning"
+)
 alpha = _rack("alpha", "rad", "pressure angle")
 height = _rack("height", "m", "height of an equidistant line over the pitch line, outwards")
 middle = _rack("middle", "m", "centre of the rack's tip radius along its pitch line")
@@ -56,9 +64,14 @@ py = _rack("py", "m", "point of the outline, y")
 ex = _rack("ex", "1", "unit tangent of the outline, x")
 ey = _rack("ey", "1", "unit tangent of the outline, y")
 rate = _rack(
-    "rate", "1", "length of the outline per arc length of the pitch curve; negative where the outline has reversed"
+    "rate",
+    "1",
+    "length of the outline per arc length of the pitch curve; negative where the outline has "
+    "reversed",
 )
-turning = _rack("turning", "1/m", "rotation of the outline's tangent per arc length of the pitch curve")
+turning = _rack(
+    "turning", "1/m", "rotation of the outline's tangent per arc length of the pitch curve"
+)
 POINT = Vector("point", (px, py, ex, ey, rate, turning))
 
 tau = sp.Symbol("tau")
@@ -69,34 +82,50 @@ ROLLING = Motion({s: S.One, tau: kappa, x: sp.cos(tau), y: sp.sin(tau)})
 
 
 def _inward(forward: Expr, inward: Expr) -> Vec:
-    """Return a vector from its components along the pitch curve's tangent and to the left of it, into the gear."""
+    """Return a vector from its components along the pitch curve's tangent and to the left of it,
+    into the gear.
+    """
     return Vec(TANGENT, (forward, inward, S.Zero))
 
 
 def _envelope(
-    name: str, inputs: tuple[Quantity | Vector, ...], offset: Vec, tangent: Vec, lets: tuple[Let, ...] = ()
+    name: str,
+    inputs: tuple[Quantity | Vector, ...],
+    offset: Vec,
+    tangent: Vec,
+    lets: tuple[Let, ...] = (),
 ) -> ClosedForm:
-    """Build the point, tangent and rates of an outline that is cut at ``offset`` from the pitch point.
+    """Build the point, tangent and rates of an outline that is cut at ``offset`` from the pitch
+    point.
 
-    ``tangent`` is the unit tangent of the outline; ``lets`` define quantities that vary with the arc length and that
-    both vectors contain as symbols.
+    ``tangent`` is the unit tangent of the outline; ``lets`` define quantities that vary with the
+    arc length and that both vectors contain as symbols.
     """
     motion = Motion(dict(ROLLING.rates))
     motion.rates |= {let.symbol: motion.rate(let.expr).subs(let.expr, let.symbol) for let in lets}
     drift = motion.derivative(offset) + unit(TANGENT, X)
     point, direction = offset.resolved(WORLD), tangent.resolved(WORLD)
     values = (
-        x + point[0], y + point[1], direction[0], direction[1], drift.dot(tangent),
+        x + point[0],
+        y + point[1],
+        direction[0],
+        direction[1],
+        drift.dot(tangent),
         tangent.cross(motion.derivative(tangent))[2],
-    )  # fmt: skip
+    )
     components = {sp.cos(tau): tx, sp.sin(tau): ty}
     expressions = (_simplify_if_shorter(value, lets).subs(components) for value in values)
-    steps = (*lets, *(Let(q, expr, f"derived: {name}") for q, expr in zip(POINT, expressions, strict=True)))
+    steps = (
+        *lets,
+        *(Let(q, expr, f"derived: {name}") for q, expr in zip(POINT, expressions, strict=True)),
+    )
     return ClosedForm(name, inputs, steps, POINT)
 
 
 def _simplify_if_shorter(expr: Expr, lets: tuple[Let, ...] = ()) -> Expr:
-    """Return the expression with the squares of sides, sines and distances replaced, if that is shorter."""
+    """Return the expression with the squares of sides, sines and distances replaced, if that is
+    shorter.
+    """
     numerator, denominator = sp.fraction(sp.together(expr))
     squares = [(side**2 - 1, side), (sp.sin(alpha) ** 2 + sp.cos(alpha) ** 2 - 1, sp.cos(alpha))]
     squares += [(sp.expand(let.expr**2) - let.symbol**2, depth) for let in lets]
@@ -121,29 +150,40 @@ def flank_envelope() -> ClosedForm:
     return _envelope("flank", (PLACE, s, xi, side, alpha), *_flank())
 
 
-beyond = _rack("beyond", "m", "distance of a point of a flank from the pitch point, along the normal into the gear")
+beyond = _rack(
+    "beyond",
+    "m",
+    "distance of a point of a flank from the pitch point, along the normal into the gear",
+)
 
 
 def line_of_action_point() -> ClosedForm:
-    """Build the position on the line of action at which a flank is cut, and touches its mating flank."""
+    """Build the position on the line of action at which a flank is cut, and touches its mating
+    flank.
+    """
     foot, tangent = _flank()
     steps = (Let(beyond, _simplify_if_shorter(tangent.cross(foot)[2]), "derived: line of action"),)
     return ClosedForm("action", (s, xi, side, alpha), steps, Vector("acting", (beyond,)))
 
 
 def fillet_envelope() -> ClosedForm:
-    """Build the fillet: the tip radius cuts on the line from the pitch point through its centre, beyond the centre.
+    """Build the fillet: the tip radius cuts on the line from the pitch point through its centre,
+    beyond the centre.
 
     The outline runs against s.
     """
     centre = _inward(middle - s, depth)
     distance = Let(away, sp.sqrt(centre.dot(centre)), "derived: fillet")
     tangent = (1 / away) * centre.cross(unit(TANGENT, Z))
-    return _envelope("fillet", (PLACE, s, middle, depth, rho), (1 + rho / away) * centre, tangent, (distance,))
+    return _envelope(
+        "fillet", (PLACE, s, middle, depth, rho), (1 + rho / away) * centre, tangent, (distance,)
+    )
 
 
 def equidistant_envelope() -> ClosedForm:
-    """Build tips and roots: a straight line of the rack cuts at the foot of the perpendicular from the pitch point."""
+    """Build tips and roots: a straight line of the rack cuts at the foot of the perpendicular from
+    the pitch point.
+    """
     return _envelope("equidistant", (PLACE, height), _inward(S.Zero, -height), unit(TANGENT, X))
 
 
@@ -153,7 +193,8 @@ BENDS = Vector("bends", (kappa, dkappa, ddkappa))
 regular = _rack(
     "regular",
     "1",
-    "rate of a flank relative to that of a rack; 1 - z_min/z at the end of the straight flank on a circle",
+    "rate of a flank relative to that of a rack; 1 - z_min/z at the end of the straight flank on "
+    "a circle",
 )
 dregular = _rack("dregular", "1/m", "slope of regular along the pitch curve")
 ddregular = _rack("ddregular", "1/m2", "second derivative of regular along the pitch curve")
@@ -161,20 +202,29 @@ REGULARITY = Vector("regularity", (regular, dregular, ddregular))
 
 
 def flank_regularity() -> ClosedForm:
-    """Build the margin of a flank from undercut, which is zero where the flank reverses, with its derivatives."""
+    """Build the margin of a flank from undercut, which is zero where the flank reverses, with its
+    derivatives.
+    """
     rates = {s: S.One, kappa: dkappa, dkappa: ddkappa}
-    growth = next(step.expr for step in flank_envelope().steps if isinstance(step, Let) and step.symbol == rate)
+    growth = next(
+        step.expr
+        for step in flank_envelope().steps
+        if isinstance(step, Let) and step.symbol == rate
+    )
     values = [sp.expand(growth / sp.sin(alpha))]
     for _ in range(2):
         values.append(Motion(rates).rate(values[-1]))
     steps = tuple(
-        Let(q, _simplify_if_shorter(v), "derived: regularity") for q, v in zip(REGULARITY, values, strict=True)
+        Let(q, _simplify_if_shorter(v), "derived: regularity")
+        for q, v in zip(REGULARITY, values, strict=True)
     )
     return ClosedForm("regularity", (BENDS, s, xi, side, alpha), steps, REGULARITY)
 
 
 def pitch_point() -> ClosedForm:
-    """Build point, tangent and curvature of a pitch curve, in the gear's frame, from its polar coordinates."""
+    """Build point, tangent and curvature of a pitch curve, in the gear's frame, from its polar
+    coordinates.
+    """
     frame = Frame("radius", WORLD, Z, polar)
     motion = Motion({polar: S.One, radius: slope, slope: bend})
     point = Vec(frame, (radius, S.Zero, S.Zero))
@@ -183,16 +233,21 @@ def pitch_point() -> ClosedForm:
     position, direction = point.resolved(WORLD), first.resolved(WORLD)
     size = sp.sqrt(sp.trigsimp(sp.expand(first.dot(first))))
     values = (
-        position[0], sense * position[1], sense * direction[0] / speed, direction[1] / speed,
+        position[0],
+        sense * position[1],
+        sense * direction[0] / speed,
+        direction[1] / speed,
         sp.factor(first.cross(second)[2]) / speed**3,
-    )  # fmt: skip
+    )
     steps = [Let(speed, size, "derived: pitch curve")]
     steps += [Let(q, v, "derived: pitch curve") for q, v in zip(PLACE, values, strict=True)]
     return ClosedForm("pitch", (POLAR, sense), tuple(steps), Vector("pitch_place", (*PLACE, speed)))
 
 
 def conjugate_polar() -> ClosedForm:
-    """Build the polar coordinates of the conjugate's pitch curve, in its frame, which turns by the ratio."""
+    """Build the polar coordinates of the conjugate's pitch curve, in its frame, which turns by the
+    ratio.
+    """
     r, ratio = pitch_curve.r, pitch_curve.ratio
     motion = Motion({r: pitch_curve.dr, pitch_curve.dr: pitch_curve.ddr, ratio: pitch_curve.dratio})
     first = motion.rate(a - r) / ratio
@@ -209,14 +264,22 @@ def rolling_ratio() -> ClosedForm:
         Let(pitch_curve.ratio, ratio, "derived: conjugation"),
         Let(pitch_curve.dratio, sp.factor(Motion({r: dr}).rate(ratio)), "derived: conjugation"),
     )
-    return ClosedForm("rolling", (r, dr, a), steps, Vector("rolled", (pitch_curve.ratio, pitch_curve.dratio)))
+    return ClosedForm(
+        "rolling", (r, dr, a), steps, Vector("rolled", (pitch_curve.ratio, pitch_curve.dratio))
+    )
 
 
 module = _rack("module", "m", "module")
-addendum = _rack("addendum", "1", "height of the rack's straight flank on both sides of its middle line, in modules")
+addendum = _rack(
+    "addendum",
+    "1",
+    "height of the rack's straight flank on both sides of its middle line, in modules",
+)
 clearance = _rack("clearance", "1", "clearance under the tips of the mating gear, in modules")
 shift = _rack("shift", "1", "profile shift, outwards, in modules")
-play = _rack("play", "m", "circumferential backlash of a pair, shared by both gears and both flanks")
+play = _rack(
+    "play", "m", "circumferential backlash of a pair, shared by both gears and both flanks"
+)
 largest = _rack("largest", "1", "largest tip radius of the rack, in modules")
 RACK = Vector("rack", (module, addendum, clearance, shift, alpha, play, largest))
 pitch_ = _rack("pitch_", "m", "pitch of the teeth")
@@ -224,19 +287,29 @@ half = _rack("half", "m", "half a tooth's thickness on the pitch curve")
 full = _rack("full", "m", "half a tooth's thickness without backlash")
 tip = _rack("tip", "m", "height of the tips over the pitch curve")
 root = _rack("root", "m", "depth of the roots under the pitch curve")
-round_ = _rack("round_", "m", "tip radius of the rack: the smallest of the radius at which the straight flank ends at "
-                "the addendum, the full tip radius, and the largest that is allowed")  # fmt: skip
+round_ = _rack(
+    "round_",
+    "m",
+    "tip radius of the rack: the smallest of the radius at which the straight flank ends at "
+    "the addendum, the full tip radius, and the largest that is allowed",
+)
 sunk = _rack("sunk", "m", "depth of the centre of the tip radius under the pitch curve")
 lateral_centre = _rack(
-    "beside", "m", "distance of the centre of the tip radius from the middle of a tooth, along the pitch curve"
+    "beside",
+    "m",
+    "distance of the centre of the tip radius from the middle of a tooth, along the pitch curve",
 )
 straight = _rack("straight", "m", "depth of the end of the straight flank under the pitch curve")
 form = _rack("form", "m", "depth of the rack's addendum under the pitch curve")
-SIZES = Vector("sizes", (pitch_, half, full, tip, root, round_, sunk, lateral_centre, straight, form))
+SIZES = Vector(
+    "sizes", (pitch_, half, full, tip, root, round_, sunk, lateral_centre, straight, form)
+)
 
 
 def tooth_sizes() -> ClosedForm:
-    """Build heights and thickness of the teeth, and the tip radius of the rack, tangent to flank and tip line."""
+    """Build heights and thickness of the teeth, and the tip radius of the rack, tangent to flank
+    and tip line.
+    """
     rack = Frame("rack")
     normal = Vec(rack, (sp.cos(alpha), sp.sin(alpha), S.Zero))
     r = sp.Symbol("r", positive=True)
@@ -265,7 +338,11 @@ def tooth_sizes() -> ClosedForm:
     return ClosedForm("sizes", (RACK,), steps, SIZES)
 
 
-reach = _rack("reach", "m", "length of the pitch curve over which a flank is cut, from its position to the tip")
+reach = _rack(
+    "reach",
+    "m",
+    "length of the pitch curve over which a flank is cut, from its position to the tip",
+)
 
 
 def flank_reach() -> ClosedForm:
@@ -275,11 +352,15 @@ def flank_reach() -> ClosedForm:
     return ClosedForm("reach", (kappa, height, alpha), (step,), Vector("reached", (reach,)))
 
 
-pressure = _rack("pressure", "rad", "angle of the teeth's normal to the perpendicular of the line of centres")
+pressure = _rack(
+    "pressure", "rad", "angle of the teeth's normal to the perpendicular of the line of centres"
+)
 
 
 def pressure_angle() -> ClosedForm:
-    """Build the pressure angle of a flank that touches at the pitch point; negative if the normal is inclined back."""
+    """Build the pressure angle of a flank that touches at the pitch point; negative if the normal
+    is inclined back.
+    """
     radial = Vec(WORLD, (x, y, S.Zero))
     tangent = Vec(WORLD, (tx, ty, S.Zero))
     lean = sp.atan2(radial.dot(tangent), radial.cross(tangent)[2])
@@ -297,7 +378,10 @@ PLACED = Vector("placed", (px, py, ex, ey))
 def mounted_point() -> ClosedForm:
     """Build a point of a gear and its tangent after the gear has been mounted and turned."""
     gear = Frame("turned gear", WORLD, Z, angle)
-    local = Vector("own", tuple(_rack(f"own_{q.name}", q.unit, f"{q.meaning}, in the gear's frame") for q in PLACED))
+    local = Vector(
+        "own",
+        tuple(_rack(f"own_{q.name}", q.unit, f"{q.meaning}, in the gear's frame") for q in PLACED),
+    )
     pairs = local.quantities[:2], local.quantities[2:]
     point, tangent = (Vec(gear, (*pair, S.Zero)).resolved(WORLD) for pair in pairs)
     values = (cx + point[0], cy + point[1], tangent[0], tangent[1])
@@ -308,12 +392,26 @@ def mounted_point() -> ClosedForm:
 def build_rack_system() -> System:
     """Build the model of teeth cut by a rack on pitch curves."""
     forms = (
-        pitch_point(), conjugate_polar(), rolling_ratio(), tooth_sizes(), flank_envelope(), flank_regularity(),
-        fillet_envelope(), equidistant_envelope(), line_of_action_point(), flank_reach(), pressure_angle(),
+        pitch_point(),
+        conjugate_polar(),
+        rolling_ratio(),
+        tooth_sizes(),
+        flank_envelope(),
+        flank_regularity(),
+        fillet_envelope(),
+        equidistant_envelope(),
+        line_of_action_point(),
+        flank_reach(),
+        pressure_angle(),
         mounted_point(),
-    )  # fmt: skip
-    return System("rack_teeth", "Teeth cut by a rack on pitch curves", "derived (geometry)", ASSUMPTIONS,
-                  closed_forms=forms)  # fmt: skip
+    )
+    return System(
+        "rack_teeth",
+        "Teeth cut by a rack on pitch curves",
+        "derived (geometry)",
+        ASSUMPTIONS,
+        closed_forms=forms,
+    )
 
 
 SYSTEMS = (build_rack_system,)

@@ -1,7 +1,8 @@
-"""Teeth on pitch curves: contact ratio (ISO 21771), stresses by Hertz and Lewis, and the locking arcs of a dwell.
+"""Teeth on pitch curves: contact ratio (ISO 21771), stresses by Hertz and Lewis, and the locking
+arcs of a dwell.
 
-Where teeth meet they mesh as on the circles that osculate the pitch curves there. Everything is in terms of
-curvatures, so that straight and concave pitch curves need no special case.
+Where teeth meet they mesh as on the circles that osculate the pitch curves there. Everything is in
+terms of curvatures, so that straight and concave pitch curves need no special case.
 """
 
 from __future__ import annotations
@@ -34,27 +35,41 @@ ha2 = _teeth("ha2", "1", "addendum of the second gear's teeth in modules")
 alpha0 = _teeth("alpha0", "rad", "pressure angle")
 TEETH = Vector("teeth", (module, ha1, ha2, alpha0))
 square1, square2 = (
-    _teeth(f"square{i}", "1", f"square under the root of the path of action to the tips of the {gear} gear")
+    _teeth(
+        f"square{i}",
+        "1",
+        f"square under the root of the path of action to the tips of the {gear} gear",
+    )
     for i, gear in ((1, "first"), (2, "second"))
 )
 outside1, outside2 = (
-    _teeth(f"outside{i}", "1", f"height of the {gear} gear's tips over their base circle, in radii of curvature")
+    _teeth(
+        f"outside{i}",
+        "1",
+        f"height of the {gear} gear's tips over their base circle, in radii of curvature",
+    )
     for i, gear in ((1, "first"), (2, "second"))
 )
 g1 = _teeth("g1", "m", "path of action to the tips of the first gear")
 g2 = _teeth("g2", "m", "path of action to the tips of the second gear")
 epsilon = _teeth("epsilon", "1", "contact ratio")
 SQUARE_MINIMUM = sp.Rational(1, 10**12)
-"""Lower bound of the square under the root, so that the path of action has a finite slope inside the base circle."""
+"""Lower bound of the square under the root, so that the path of action has a finite slope inside
+the base circle.
+"""
 
 
 def line_of_action(angle: Expr) -> Vec:
-    """Return the unit vector at the pressure angle from the common tangent, in the transverse section."""
+    """Return the unit vector at the pressure angle from the common tangent, in the transverse
+    section.
+    """
     return unit(Frame("line of action", TRANSVERSE, Z, angle), X).resolved(TRANSVERSE)
 
 
 def path_of_action(radius: Expr, addendum: Expr, angle: Expr) -> Expr:
-    """Return the length of the line of action from the pitch point to the circle through the tips of the teeth [m]."""
+    """Return the length of the line of action from the pitch point to the circle through the tips
+    of the teeth [m].
+    """
     return _plain_path().subs(dict(zip(_PLAIN, (radius, addendum, angle), strict=True)))
 
 
@@ -63,7 +78,9 @@ _PLAIN = sp.symbols("r h alpha", positive=True)
 
 @cache
 def _plain_path() -> Expr:
-    """Return the path of action for a radius, an addendum and a pressure angle that are plain symbols."""
+    """Return the path of action for a radius, an addendum and a pressure angle that are plain
+    symbols.
+    """
     s = sp.Symbol("s")
     r, h, alpha = _PLAIN
     arm = s * line_of_action(alpha) - Vec(TRANSVERSE, (S.Zero, -r, S.Zero))
@@ -77,16 +94,22 @@ def base_pitch(pitch: Expr, angle: Expr) -> Expr:
 
 
 def height_over_base_circle(kappa: Expr, addendum: Expr, angle: Expr) -> Expr:
-    """Return tip radius minus base radius over the radius of curvature [1]; the line of action touches the base."""
+    """Return tip radius minus base radius over the radius of curvature [1]; the line of action
+    touches the base.
+    """
     r = sp.Symbol("r", positive=True)
     base = line_of_action(angle).cross(Vec(TRANSVERSE, (S.Zero, r, S.Zero)))[2]
     return sp.expand((r + addendum - base) / r).subs(r, 1 / kappa)
 
 
-def path_by_curvature(kappa: Expr, addendum: Expr, angle: Expr, square: Expr | None = None) -> tuple[Expr, Expr]:
-    """Return the path of action in a form that is finite at curvature 0: the square under its root, and the path.
+def path_by_curvature(
+    kappa: Expr, addendum: Expr, angle: Expr, square: Expr | None = None
+) -> tuple[Expr, Expr]:
+    """Return the path of action in a form that is finite at curvature 0: the square under its root,
+    and the path.
 
-    The square is that over the squared radius. The path is rationalised; ``square`` replaces the square in it.
+    The square is that over the squared radius. The path is rationalised; ``square`` replaces the
+    square in it.
     """
     curvature, h, alpha = sp.symbols("known h alpha", positive=True)
     root = sp.expand(path_of_action(1 / curvature, h, alpha))
@@ -94,23 +117,31 @@ def path_by_curvature(kappa: Expr, addendum: Expr, angle: Expr, square: Expr | N
     conjugate = root.subs(surd, -surd)
     numerator = -sp.expand(curvature * sp.simplify(root * conjugate))
     radicand = sp.expand(curvature**2 * surd**2)
-    path = numerator / (sp.sqrt(radicand if square is None else square) - sp.expand(curvature * (conjugate + surd)))
+    path = numerator / (
+        sp.sqrt(radicand if square is None else square) - sp.expand(curvature * (conjugate + surd))
+    )
     values = {curvature: kappa, h: addendum, alpha: angle}
     return radicand.subs(values), path.subs(values)
 
 
 def contact_ratio() -> ClosedForm:
-    """Return both paths of action over the base pitch, and the heights of the tips over their base circles."""
+    """Return both paths of action over the base pitch, and the heights of the tips over their base
+    circles.
+    """
     steps: list[Let] = []
     for square, g, outside, kappa, ha in (
         (square1, g1, outside1, kappa1, ha1),
         (square2, g2, outside2, kappa2, ha2),
     ):
-        radicand, path = path_by_curvature(kappa, ha * module, alpha0, sp.Max(square, SQUARE_MINIMUM))
+        radicand, path = path_by_curvature(
+            kappa, ha * module, alpha0, sp.Max(square, SQUARE_MINIMUM)
+        )
         steps += [
             Let(square, radicand, "derived: path of action"),
             Let(g, path, "derived: path of action"),
-            Let(outside, height_over_base_circle(kappa, ha * module, alpha0), "derived: base circle"),
+            Let(
+                outside, height_over_base_circle(kappa, ha * module, alpha0), "derived: base circle"
+            ),
         ]
     ratio = Let(epsilon, (g1 + g2) / base_pitch(pi * module, alpha0), "derived: contact ratio")
     outputs = Vector("meshing", (epsilon, g1, g2, outside1, outside2))
@@ -119,14 +150,21 @@ def contact_ratio() -> ClosedForm:
 
 def build_teeth_system() -> System:
     """Build the model of rack teeth on pitch curves."""
-    return System("gear_teeth", "Rack teeth on pitch curves", "derived (geometry)", TEETH_ASSUMPTIONS,
-                  closed_forms=(contact_ratio(),))  # fmt: skip
+    return System(
+        "gear_teeth",
+        "Rack teeth on pitch curves",
+        "derived (geometry)",
+        TEETH_ASSUMPTIONS,
+        closed_forms=(contact_ratio(),),
+    )
 
 
 STRENGTH_ASSUMPTIONS = (
     "one pair of teeth bears the whole force, at the pitch point (contact) and at the tip (bending)",
-    "flanks touch along the whole width of the face, evenly loaded; no dynamic, mounting or life factors",
-    "contact: smooth elastic bodies without friction, touching along a strip that is narrow compared with their radii "
+    "flanks touch along the whole width of the face, evenly loaded; no dynamic, mounting or life "
+    "factors",
+    "contact: smooth elastic bodies without friction, touching along a strip that is narrow "
+    "compared with their radii "
     "(Hertz)",
     "bending: 20 deg full-depth teeth, a static load, no stress concentration at the root (Lewis)",
 )
@@ -136,18 +174,24 @@ _strength = partial(Quantity, source="derived: strength")
 
 r = _strength("r", "m", "pitch radius at the contact")
 dr = _strength("dr", "m", "slope of the pitch radius, per polar angle")
-towards = _strength("towards", "rad", "pressure angle of the flank on the side to which the pitch radius grows")
+towards = _strength(
+    "towards", "rad", "pressure angle of the flank on the side to which the pitch radius grows"
+)
 against = _strength("against", "rad", "pressure angle of the flank on the opposite side")
 F = _strength("F", "N", "normal force between the teeth")
 b = _strength("b", "m", "width of the face")
 E = _strength("E", "N/m2", "Young's modulus, of both gears")
 nu = _strength("nu", "1", "Poisson's ratio, of both gears")
-E_contact = _strength("E_contact", "N/m2", "contact modulus: 1/E_contact is the sum of (1 - nu^2)/E over both gears")
+E_contact = _strength(
+    "E_contact", "N/m2", "contact modulus: 1/E_contact is the sum of (1 - nu^2)/E over both gears"
+)
 kappa = _strength("kappa", "1/m", "relative curvature of both flanks at the pitch point")
 square = _strength("square", "N2/m4", "square of the largest pressure in the contact")
 p0 = _strength("p0", "N/m2", "largest pressure in the contact of the flanks")
 half_width = _strength("half_width", "m", "half the width of the strip on which the flanks touch")
-teeth_inverse = _strength("teeth_inverse", "1", "one over the number of teeth of the gear on the osculating circle")
+teeth_inverse = _strength(
+    "teeth_inverse", "1", "one over the number of teeth of the gear on the osculating circle"
+)
 Y = _strength("Y", "1", "Lewis's form factor, in modules")
 sigma = _strength("sigma", "N/m2", "bending stress at the root of a tooth")
 LOAD = Vector("load", (F, b, alpha0))
@@ -155,26 +199,34 @@ MATERIAL = Vector("material", (E, nu))
 
 
 def tangent_inclination() -> Expr:
-    """Return the angle of the pitch curves' common tangent to the perpendicular of the line of centres [rad]."""
+    """Return the angle of the pitch curves' common tangent to the perpendicular of the line of
+    centres [rad].
+    """
     angle = sp.Dummy("turned")
     line = Frame("line of centres", TRANSVERSE)
     point = Vec(line, (r + dr * angle, S.Zero, S.Zero)).resolved(TRANSVERSE)
-    velocity = Vec(TRANSVERSE, tuple(c.diff(angle) for c in point.components)) + unit(TRANSVERSE, Z).cross(point)
+    velocity = Vec(TRANSVERSE, tuple(c.diff(angle) for c in point.components)) + unit(
+        TRANSVERSE, Z
+    ).cross(point)
     tangent = [c.subs(angle, 0) for c in velocity.components]
     return sp.atan2(tangent[0], tangent[1])
 
 
 def flank_curvature(pitch_curvature: Expr) -> Expr:
-    """Return the curvature of a flank at the pitch point [1/m]: its centre is the touch point on the base circle."""
+    """Return the curvature of a flank at the pitch point [1/m]: its centre is the touch point on
+    the base circle.
+    """
     radius = sp.Symbol("radius", positive=True)
     base_distance = line_of_action(alpha0).dot(Vec(TRANSVERSE, (S.Zero, radius, S.Zero)))
     return (1 / base_distance).subs(radius, 1 / pitch_curvature)
 
 
 def hertz_pressure() -> tuple[Expr, Expr]:
-    """Return the square of the largest pressure and half the width of the strip of two cylinders in line contact.
+    """Return the square of the largest pressure and half the width of the strip of two cylinders in
+    line contact.
 
-    An elliptic pressure over the strip carries the force; it deforms the surfaces by their difference in curvature.
+    An elliptic pressure over the strip carries the force; it deforms the surfaces by their
+    difference in curvature.
     """
     x, a, top = sp.symbols("x a top", positive=True)
     load = sp.integrate(top * sp.sqrt(1 - (x / a) ** 2), (x, -a, a))
@@ -184,11 +236,17 @@ def hertz_pressure() -> tuple[Expr, Expr]:
 
 
 def pressure_angles() -> ClosedForm:
-    """Return the angle between the normal and the perpendicular of the line of centres, for both flanks of a tooth."""
+    """Return the angle between the normal and the perpendicular of the line of centres, for both
+    flanks of a tooth.
+    """
     inclination = tangent_inclination()
-    steps = tuple(Let(symbol, alpha0 + sign * inclination, "derived: pitch curve's tangent")
-                  for symbol, sign in ((towards, 1), (against, -1)))  # fmt: skip
-    return ClosedForm("pressure_angles", (r, dr, alpha0), steps, Vector("pressure", (towards, against)))
+    steps = tuple(
+        Let(symbol, alpha0 + sign * inclination, "derived: pitch curve's tangent")
+        for symbol, sign in ((towards, 1), (against, -1))
+    )
+    return ClosedForm(
+        "pressure_angles", (r, dr, alpha0), steps, Vector("pressure", (towards, against))
+    )
 
 
 def contact_stress() -> ClosedForm:
@@ -196,17 +254,25 @@ def contact_stress() -> ClosedForm:
     squared, width = hertz_pressure()
     steps = (
         Let(E_contact, E / (2 * (1 - nu**2)), PAPER_HERTZ),
-        Let(kappa, flank_curvature(kappa1) + flank_curvature(kappa2), "derived: flanks at the pitch point"),
+        Let(
+            kappa,
+            flank_curvature(kappa1) + flank_curvature(kappa2),
+            "derived: flanks at the pitch point",
+        ),
         Let(square, squared, PAPER_HERTZ),
         Let(p0, sp.sqrt(sp.Max(square, S.Zero)), PAPER_HERTZ),
         Let(half_width, width, PAPER_HERTZ),
     )
     inputs = (kappa1, kappa2, LOAD, MATERIAL)
-    return ClosedForm("contact_stress", inputs, steps, Vector("contact", (square, p0, half_width, kappa)))
+    return ClosedForm(
+        "contact_stress", inputs, steps, Vector("contact", (square, p0, half_width, kappa))
+    )
 
 
 def bending_stress() -> ClosedForm:
-    """Return the bending stress by Lewis of a tooth, as on the circle that osculates its pitch curve."""
+    """Return the bending stress by Lewis of a tooth, as on the circle that osculates its pitch
+    curve.
+    """
     steps = (
         Let(teeth_inverse, module * kappa1 / 2, "derived: osculating circle"),
         Let(Y, pi * (Rational(154, 1000) - Rational(912, 1000) * teeth_inverse), PAPER_LEWIS),
@@ -220,12 +286,15 @@ def build_strength_system() -> System:
     """Build the model of pressure angles and stresses of teeth."""
     forms = (pressure_angles(), contact_stress(), bending_stress())
     title = "Pressure angles and stresses of teeth on pitch curves"
-    return System("gear_strength", title, "derived; Hertz, Lewis", STRENGTH_ASSUMPTIONS, closed_forms=forms)
+    return System(
+        "gear_strength", title, "derived; Hertz, Lewis", STRENGTH_ASSUMPTIONS, closed_forms=forms
+    )
 
 
 LOCKING_ASSUMPTIONS = (
     "locking arcs lie about the driving gear's axis while they act",
-    "the tips of the driven gear on both sides of the line of centres lie on a circle about its axis",
+    "the tips of the driven gear on both sides of the line of centres lie on a circle about its "
+    "axis",
 )
 q = quantities(
     """
@@ -239,17 +308,20 @@ q = quantities(
     section="",
 )
 HORN = Frame("horn's edge")
-"""Its origin is the driving gear's axis, its x axis goes through the edge of a horn, where the arc meets the tips.
+"""Its origin is the driving gear's axis, its x axis goes through the edge of a horn, where the arc
+meets the tips.
 
-The horns are what the concave arc leaves of the driven gear's teeth on both sides of the line of centres; each of them
-prevents the rotation in one direction."""
+The horns are what the concave arc leaves of the driven gear's teeth on both sides of the line of
+centres; each of them prevents the rotation in one direction.
+"""
 
 
 def _add_radius(f: Formulas) -> None:
-    """Add the radius at which a horn is about to slip: the force on its edge goes through the driven gear's axis.
+    """Add the radius at which a horn is about to slip: the force on its edge goes through the
+    driven gear's axis.
 
-    The force is the arc's normal force, outwards, with the largest possible friction. With a larger radius the force
-    turns the gear back whatever the friction is.
+    The force is the arc's normal force, outwards, with the largest possible friction. With a larger
+    radius the force turns the gear back whatever the friction is.
     """
     r, tips, a = sp.symbols("r tips a", positive=True)
     force = Vec(HORN, (S.One, q.friction, S.Zero))
@@ -257,12 +329,17 @@ def _add_radius(f: Formulas) -> None:
     axis = Vec(HORN, (r + to_axis[0], *to_axis[1:]))
     radii = sp.solve(axis.dot(axis) - a**2, r)
     radius = max(radii, key=lambda root: float(root.subs({a: 3, tips: 2, q.friction: 0})))
-    f.function("least", (q.distance, q.tips, q.friction),
-               let(q.radius, radius.subs({a: q.distance, tips: q.tips})), told="held")  # fmt: skip
+    f.function(
+        "least",
+        (q.distance, q.tips, q.friction),
+        let(q.radius, radius.subs({a: q.distance, tips: q.tips})),
+        told="held",
+    )
 
 
 def _add_reach(f: Formulas) -> None:
-    """Add the angle at which the arc leaves the driven gear's tip circle, from the triangle with both axes.
+    """Add the angle at which the arc leaves the driven gear's tip circle, from the triangle with
+    both axes.
 
     Sines of half the angle remain exact if the angle is small.
     """
@@ -270,13 +347,26 @@ def _add_reach(f: Formulas) -> None:
     triangle = q.distance**2 + q.radius**2 - 2 * q.distance * q.radius * cosine - tips**2
     (solution,) = sp.solve(triangle, cosine)
     sine_square = sp.factor((1 - solution) / 2).subs(tips, q.tips)
-    f.function("horn", (q.distance, q.radius, q.tips), let(q.reach, 2 * sp.asin(sp.sqrt(sine_square))), told="arc")
+    f.function(
+        "horn",
+        (q.distance, q.radius, q.tips),
+        let(q.reach, 2 * sp.asin(sp.sqrt(sine_square))),
+        told="arc",
+    )
 
 
 def build_locking_system() -> System:
-    """Build the model of the locking arcs of intermittent gears: a convex arc, and a concave one cut into the teeth."""
+    """Build the model of the locking arcs of intermittent gears: a convex arc, and a concave one
+    cut into the teeth.
+    """
     title = "Locking arcs of intermittent gears"
-    f = Formulas("locking_arcs", given=q, title=title, source="derived (geometry)", assumptions=LOCKING_ASSUMPTIONS)
+    f = Formulas(
+        "locking_arcs",
+        given=q,
+        title=title,
+        source="derived (geometry)",
+        assumptions=LOCKING_ASSUMPTIONS,
+    )
     _add_radius(f)
     _add_reach(f)
     return f.system()

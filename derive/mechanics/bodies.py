@@ -20,9 +20,11 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Part:
-    """A rigid piece of a body: ``mass`` [kg], ``centroid``, centroidal ``inertia`` [kg m2] along the body's axes.
+    """A rigid piece of a body: ``mass`` [kg], ``centroid``, centroidal ``inertia`` [kg m2] along
+    the body's axes.
 
-    ``inertia`` holds the tensor's diagonal, or its six entries xx, yy, zz, xy, xz, yz; products as they stand in it.
+    ``inertia`` holds the tensor's diagonal, or its six entries xx, yy, zz, xy, xz, yz; products as
+    they stand in it.
     """
 
     mass: Quantity
@@ -30,7 +32,9 @@ class Part:
     inertia: tuple[Expr, ...]
 
     def momentum(self, spin: Vec) -> Vec:
-        """Return the angular momentum about the centroid [kg m2/s] at a ``spin`` [rad/s], along the body's axes."""
+        """Return the angular momentum about the centroid [kg m2/s] at a ``spin`` [rad/s], along the
+        body's axes.
+        """
         xx, yy, zz, xy, xz, yz = (*self.inertia, *[S.Zero] * (6 - len(self.inertia)))
         tensor = sp.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         x, y, z = tensor * sp.Matrix(spin.components)
@@ -38,10 +42,12 @@ class Part:
 
 
 def about_pin(moment: Expr, mass: Expr, offset: Vec) -> tuple[Expr, Expr, Expr]:
-    r"""Return the centroidal inertia [kg m2] of a body that turns about z, from its ``moment`` [kg m2] about a pin.
+    r"""Return the centroidal inertia [kg m2] of a body that turns about z, from its ``moment`` [kg
+    m2] about a pin.
 
-    The pin is ``offset`` [m] away from the centroid, and ``mass`` is in [kg]. Moments of inertia across the pin enter
-    only the moments that tilt it, which no balance of the plane contains: they are zero here.
+    The pin is ``offset`` [m] away from the centroid, and ``mass`` is in [kg]. Moments of inertia
+    across the pin enter only the moments that tilt it, which no balance of the plane contains: they
+    are zero here.
 
     >>> from derive import Vec, about_pin, quantities
     >>> from derive.mechanics.frames import Frame
@@ -72,7 +78,9 @@ class Pin:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: a frame that turns with it, its parts, and the ``pin`` of its balances, if one is stated."""
+    """A rigid body: a frame that turns with it, its parts, and the ``pin`` of its balances, if one
+    is stated.
+    """
 
     name: str
     frame: Frame
@@ -87,7 +95,8 @@ class Body:
 class Action:
     """A force at a point and a moment, of one body on another; the reverse acts on the other.
 
-    A ``workless`` action, alone or with others of its contact, does no work in any motion that its joint allows.
+    A ``workless`` action, alone or with others of its contact, does no work in any motion that its
+    joint allows.
     """
 
     name: str
@@ -99,12 +108,16 @@ class Action:
     workless: bool = False
 
     def sign(self, body: Body) -> int:
-        """Return 1 for the body on which the action acts, -1 for the body by which it acts, else 0."""
+        """Return 1 for the body on which the action acts, -1 for the body by which it acts, else
+        0.
+        """
         return {self.on: 1, self.by: -1}.get(body, 0)
 
     @property
     def needs(self) -> frozenset[sp.Symbol]:
-        return frozenset().union(*(e.free_symbols for e in (*self.force.components, *self.moment.components)))
+        return frozenset().union(
+            *(e.free_symbols for e in (*self.force.components, *self.moment.components))
+        )
 
 
 @dataclass
@@ -127,18 +140,29 @@ class Assembly:
         """Return the equations by which contacts define unknowns."""
         return [
             Equation(
-                str(law.symbol), law.symbol - law.expr, law.source, Definition(str(law.symbol)), defines=law.symbol
+                str(law.symbol),
+                law.symbol - law.expr,
+                law.source,
+                Definition(str(law.symbol)),
+                defines=law.symbol,
             )
             for law in self.laws
         ]
 
     def balances(self, body: Body, pin: Pin) -> list[Equation]:
-        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in motion."""
+        """Newton-Euler: outer actions and weight less the rate of (angular) momentum, zero in
+        motion.
+        """
         loads = self.loads(body, pin, self.actions)
-        inertia = [[self._inertia(body, part, kind, pin)[i] for part in body.parts] for kind, i in pin.asked]
+        inertia = [
+            [self._inertia(body, part, kind, pin)[i] for part in body.parts]
+            for kind, i in pin.asked
+        ]
         return [
             derived_equation(
-                Balance(body.name, kind, AXES[i], pin.axes.name, pin.at.name if kind == "moment" else ""),
+                Balance(
+                    body.name, kind, AXES[i], pin.axes.name, pin.at.name if kind == "moment" else ""
+                ),
                 sp.Add(load, *parts),
             )
             for (kind, i), load, parts in zip(pin.asked, loads, inertia, strict=True)
@@ -147,7 +171,10 @@ class Assembly:
     def loads(self, body: Body, pin: Pin, actions: Iterable[Action]) -> list[Expr]:
         """Return what some actions add to the balances of a body, in the order of the balances."""
         acting = [(action.sign(body), action) for action in actions if action.sign(body)]
-        return [sp.Add(*(sign * self._wrench(a, kind, pin)[i] for sign, a in acting)) for kind, i in pin.asked]
+        return [
+            sp.Add(*(sign * self._wrench(a, kind, pin)[i] for sign, a in acting))
+            for kind, i in pin.asked
+        ]
 
     def unknown(self, name: str, unit: str, meaning: str) -> Quantity:
         """Add an unknown reaction in ``unit``, and return its symbol."""
@@ -156,9 +183,18 @@ class Assembly:
         return quantity
 
     def act(
-        self, name: str, on: Body, by: Body, at: Point, force: Vec, moment: Vec | None = None, workless: bool = False
-    ) -> None:  # fmt: skip
-        """Add a force [N] ``on`` one body ``by`` another at a point, and a moment [N m] if there is one."""
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        at: Point,
+        force: Vec,
+        moment: Vec | None = None,
+        workless: bool = False,
+    ) -> None:
+        """Add a force [N] ``on`` one body ``by`` another at a point, and a moment [N m] if there is
+        one.
+        """
         self.actions.append(Action(name, on, by, at, force, moment or zero(force.frame), workless))
 
     def torque(self, name: str, on: Body, by: Body, at: Point, axis: Vec, meaning: str) -> Quantity:
@@ -168,7 +204,10 @@ class Assembly:
         return torque
 
     def law(self, symbol: Quantity) -> Let:
-        """Return the step by which a contact defines an unknown. Raises ValueError if no contact does."""
+        """Return the step by which a contact defines an unknown.
+
+        Raises ValueError if no contact does.
+        """
         definition = next((law for law in self.laws if law.symbol == symbol), None)
         if definition is None:
             raise ValueError(f"no contact says what {symbol} is")
@@ -190,7 +229,9 @@ class Assembly:
         force = action.force.resolved(pin.axes)
         if kind == "force":
             return force
-        return self.motion.arm(pin.at, action.at, pin.axes).cross(force) + action.moment.resolved(pin.axes)
+        return self.motion.arm(pin.at, action.at, pin.axes).cross(force) + action.moment.resolved(
+            pin.axes
+        )
 
     def _inertia(self, body: Body, part: Part, kind: Kind, pin: Pin) -> Vec:
         """Weight less inertia force of a part, or their moment less the centroidal rate of spin."""
@@ -207,18 +248,28 @@ Anchor = Callable[[Body], Point]
 """A point that is fixed in a body."""
 
 
-def virtual_loads(assembly: Assembly, ground: Body, anchor: Anchor, actions: Iterable[Action]) -> list[tuple[Vec, Vec]]:
-    """Forces and moments of actions, weights and inertia, each with the velocity that it works on."""
+def virtual_loads(
+    assembly: Assembly, ground: Body, anchor: Anchor, actions: Iterable[Action]
+) -> list[tuple[Vec, Vec]]:
+    """Forces and moments of actions, weights and inertia, each with the velocity that it works
+    on.
+    """
     motion = assembly.motion
     acting = [pair for action in actions for pair in action_load(motion, action, ground, anchor)]
-    return acting + [pair for body in assembly.bodies for pair in body_loads(assembly, body, ground)]
+    return acting + [
+        pair for body in assembly.bodies for pair in body_loads(assembly, body, ground)
+    ]
 
 
-def action_load(motion: Motion, action: Action, ground: Body, anchor: Anchor) -> list[tuple[Vec, Vec]]:
+def action_load(
+    motion: Motion, action: Action, ground: Body, anchor: Anchor
+) -> list[tuple[Vec, Vec]]:
     """Force and moment of an action, with how its bodies slip and turn against each other there."""
     world = ground.frame
     slip = sliding_velocity(motion, (action.on, action.by), ground, anchor, action.at)
-    turn = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(world)
+    turn = motion.spin(action.on.frame).resolved(world) - motion.spin(action.by.frame).resolved(
+        world
+    )
     return [(action.force.resolved(world), slip), (action.moment.resolved(world), turn)]
 
 
@@ -235,19 +286,31 @@ def body_loads(assembly: Assembly, body: Body, ground: Body) -> list[tuple[Vec, 
 
 def total_power(assembly: Assembly, ground: Body, anchor: Anchor) -> Expr:
     """Power of actions, weights and inertia of all bodies [W]."""
-    return sp.Add(*(load.dot(speed) for load, speed in virtual_loads(assembly, ground, anchor, assembly.actions)))
+    return sp.Add(
+        *(
+            load.dot(speed)
+            for load, speed in virtual_loads(assembly, ground, anchor, assembly.actions)
+        )
+    )
 
 
 def virtual_works(
-    assembly: Assembly, ground: Body, anchor: Anchor, rates: Sequence[Quantity], plain: Callable[[Expr], Expr],
+    assembly: Assembly,
+    ground: Body,
+    anchor: Anchor,
+    rates: Sequence[Quantity],
+    plain: Callable[[Expr], Expr],
     actions: Iterable[Action] | None = None,
-) -> list[Expr]:  # fmt: skip
-    """Virtual work of the same while each coordinate moves alone: joints that this opens do work, no other does.
+) -> list[Expr]:
+    """Virtual work of the same while each coordinate moves alone: joints that this opens do work,
+    no other does.
 
-    ``plain`` tells speeds in the rates of the coordinates, of which ``rates`` are some; of the actions, all count
-    unless some are passed.
+    ``plain`` tells speeds in the rates of the coordinates, of which ``rates`` are some; of the
+    actions, all count unless some are passed.
     """
-    pairs = virtual_loads(assembly, ground, anchor, assembly.actions if actions is None else actions)
+    pairs = virtual_loads(
+        assembly, ground, anchor, assembly.actions if actions is None else actions
+    )
     plain_pairs = [(load, Vec(v.frame, _triple(map(plain, v.components)))) for load, v in pairs]
     return [_work_along(rate, plain_pairs) for rate in rates]
 
@@ -261,7 +324,9 @@ def _work_along(rate: Quantity, pairs: Iterable[tuple[Vec, Vec]]) -> Expr:
 
 
 def momentum_residuals(assembly: Assembly, ground: Body) -> dict[str, Expr]:
-    """Forces of the ground and weights less the rate of momentum of all bodies, by axes of the world [N]."""
+    """Forces of the ground and weights less the rate of momentum of all bodies, by axes of the
+    world [N].
+    """
     world = ground.frame
     total = zero(world)
     for action in assembly.actions:
@@ -269,7 +334,9 @@ def momentum_residuals(assembly: Assembly, ground: Body) -> dict[str, Expr]:
             total = total - action.sign(ground) * action.force.resolved(world)
     for body in assembly.bodies:
         for part in body.parts:
-            total = total + part.mass * (assembly.gravity - assembly.motion.acceleration(part.centroid, world))
+            total = total + part.mass * (
+                assembly.gravity - assembly.motion.acceleration(part.centroid, world)
+            )
     return dict(zip(AXES, total.components, strict=True))
 
 
@@ -283,11 +350,18 @@ def kinetic_energy(motion: Motion, bodies: Iterable[Body], world: Frame) -> Expr
     return total
 
 
-def potential_energy(assembly: Assembly, bodies: Iterable[Body], origin: Point, world: Frame) -> Expr:
+def potential_energy(
+    assembly: Assembly, bodies: Iterable[Body], origin: Point, world: Frame
+) -> Expr:
     """Potential energy of the weights of bodies [J]."""
     parts = [part for body in bodies for part in body.parts]
     places = [assembly.motion.arm(origin, part.centroid, world) for part in parts]
-    return sp.Add(*(-part.mass * assembly.gravity.dot(place) for part, place in zip(parts, places, strict=True)))
+    return sp.Add(
+        *(
+            -part.mass * assembly.gravity.dot(place)
+            for part, place in zip(parts, places, strict=True)
+        )
+    )
 
 
 def angular_momentum_residuals(assembly: Assembly, ground: Body, about: Point) -> dict[str, Expr]:
@@ -324,10 +398,14 @@ def material_velocity(motion: Motion, body: Body, ground: Body, anchor: Anchor, 
     if body == ground:
         return zero(world)
     arm = displacement(anchor(body), at, world)
-    return point_velocity(motion, anchor(body), world) + motion.spin(body.frame).resolved(world).cross(arm)
+    return point_velocity(motion, anchor(body), world) + motion.spin(body.frame).resolved(
+        world
+    ).cross(arm)
 
 
-def sliding_velocity(motion: Motion, bodies: tuple[Body, Body], ground: Body, anchor: Anchor, at: Point) -> Vec:
+def sliding_velocity(
+    motion: Motion, bodies: tuple[Body, Body], ground: Body, anchor: Anchor, at: Point
+) -> Vec:
     """Velocity of one body's matter over that of another at a point, in the world."""
     first, second = (material_velocity(motion, body, ground, anchor, at) for body in bodies)
     return first - second

@@ -1,9 +1,10 @@
-"""Whether joints carry what free motion needs of them, by the ranks of the balances at a random pose.
+"""Whether joints carry what free motion needs of them, by the ranks of the balances at a random
+pose.
 
     held actions + pushed(accelerations) = 0,    slopes accelerations = bends
 
-A balance is a body's virtual motion: joints resist none that the constraints allow, and every other one. A constraint
-whose slopes lie outside what they resist has a reaction of its own.
+A balance is a body's virtual motion: joints resist none that the constraints allow, and every other
+one. A constraint whose slopes lie outside what they resist has a reaction of its own.
 """
 
 from __future__ import annotations
@@ -24,11 +25,15 @@ from ..quantity import Quantities, Quantity
 Array = NDArray[np.float64]
 
 RANK = 1e-8
-"""Singular values below this share of the largest are zero: poses are closed to 1e-12, entries differ by 1e3."""
+"""Singular values below this share of the largest are zero: poses are closed to 1e-12, entries
+differ by 1e3.
+"""
 CLOSED = 1e-12
 """Gaps below this, in SI units, are closed."""
 SPREADS = (0.3, 0.1, 0.03, 0.01, 0.0)
-"""Shares of a rad, or of a typical length, by which a pose differs from the start; a generic pose has full rank."""
+"""Shares of a rad, or of a typical length, by which a pose differs from the start; a generic pose
+has full rank.
+"""
 MOST_STEPS = 30
 """Newton steps onto the gaps."""
 
@@ -47,25 +52,37 @@ class Pose:
 
 
 class RandomPoses:
-    """Poses of a statement near its start, at the values of its table, or random ones where it gives none.
+    """Poses of a statement near its start, at the values of its table, or random ones where it
+    gives none.
 
-    ``moving`` are its coordinates, ``parameters`` whatever else has any value, and ``steps`` its named expressions.
+    ``moving`` are its coordinates, ``parameters`` whatever else has any value, and ``steps`` its
+    named expressions.
     """
 
     def __init__(
-        self, table: Quantities, start: Mapping[sp.Symbol, Expr], moving: Sequence[Quantity],
-        parameters: Sequence[Quantity], steps: Sequence[Let],
-    ) -> None:  # fmt: skip
+        self,
+        table: Quantities,
+        start: Mapping[sp.Symbol, Expr],
+        moving: Sequence[Quantity],
+        parameters: Sequence[Quantity],
+        steps: Sequence[Let],
+    ) -> None:
         self._random = random.Random(0)  # one statement, one verdict
         self._steps, self._start, self._moving = steps, start, moving
-        self._data: dict[sp.Symbol, float] = {q: self._random.uniform(0.5, 1.5) for q in table.values()}
+        self._data: dict[sp.Symbol, float] = {
+            q: self._random.uniform(0.5, 1.5) for q in table.values()
+        }
         self._data |= {q: float(value) for q, value in table_values(table).items()}
         lengths = [abs(self._data[q]) for q in table.values() if q.unit == "m"]
         self._length = float(np.median(lengths)) if lengths else 1.0
-        self._parameters: dict[sp.Symbol, float] = {q: self._random.uniform(0.5, 1.5) for q in parameters}
+        self._parameters: dict[sp.Symbol, float] = {
+            q: self._random.uniform(0.5, 1.5) for q in parameters
+        }
 
     def draw(self, gaps: Sequence[Expr], slopes: Sequence[Sequence[Expr]]) -> Pose | None:
-        """Return a pose that closes the gaps, whose slopes come first; None if none is found near the start."""
+        """Return a pose that closes the gaps, whose slopes come first; None if none is found near
+        the start.
+        """
         for spread in SPREADS:
             try:
                 return self._close(spread, gaps, slopes[: len(gaps)])
@@ -75,8 +92,12 @@ class RandomPoses:
                 return None
         return None
 
-    def derive_in(self, rates: Sequence[Quantity], pose: Pose, rows: Sequence[Expr]) -> tuple[Array, Array]:
-        """Return the values (m,) of rows without the ``rates``, and their slopes (m, k) in these, which are linear."""
+    def derive_in(
+        self, rates: Sequence[Quantity], pose: Pose, rows: Sequence[Expr]
+    ) -> tuple[Array, Array]:
+        """Return the values (m,) of rows without the ``rates``, and their slopes (m, k) in these,
+        which are linear.
+        """
         nothing = dict.fromkeys(rates, 0.0)
         rest, *more = (
             self._at(pose.at, self._parameters | nothing | change).matrix([rows])[0]
@@ -88,7 +109,9 @@ class RandomPoses:
         data = Point(self._data)
         sizes = [spread * (self._length if q.unit == "m" else 1.0) for q in self._moving]
         starts = [float(data(self._start.get(q, sp.S.Zero))) for q in self._moving]
-        at = np.array([self._random.gauss(start, size) for start, size in zip(starts, sizes, strict=True)])
+        at = np.array(
+            [self._random.gauss(start, size) for start, size in zip(starts, sizes, strict=True)]
+        )
         for _ in range(MOST_STEPS):
             pose = self._at(at, self._parameters)
             values = pose.matrix([gaps])[0] if gaps else np.zeros(1)
@@ -98,14 +121,18 @@ class RandomPoses:
         raise NotEvaluated("the gaps do not close")
 
     def _at(self, at: Array, parameters: Mapping[sp.Symbol, float]) -> Pose:
-        point = Point({**self._data, **parameters, **dict(zip(self._moving, at.tolist(), strict=True))})
+        point = Point(
+            {**self._data, **parameters, **dict(zip(self._moving, at.tolist(), strict=True))}
+        )
         for step in self._steps:
             point.set(step.symbol, point(step.expr))
         return Pose(at, point)
 
 
 def scale_columns(rows: Array) -> Array:
-    """Return rows whose columns have length one, so that forces and moments count alike in a rank."""
+    """Return rows whose columns have length one, so that forces and moments count alike in a
+    rank.
+    """
     lengths = np.linalg.norm(rows, axis=0)
     return rows / np.where(lengths > 0, lengths, 1.0)
 
@@ -125,9 +152,11 @@ def null_space(rows: Array) -> Array:
 
 
 def find_resistance(actions: Array, is_law: Sequence[bool], ways: Array) -> list[int]:
-    """Return the indices of the actions that do work in virtual motions ``ways`` (m, d) of the balances.
+    """Return the indices of the actions that do work in virtual motions ``ways`` (m, d) of the
+    balances.
 
-    ``actions`` (m, n) are the slopes of the balances in the actions, with laws between these among the rows.
+    ``actions`` (m, n) are the slopes of the balances in the actions, with laws between these among
+    the rows.
     """
     actions = scale_columns(actions)
     allowed = null_space(actions[np.array(is_law, dtype=bool)])
@@ -144,16 +173,21 @@ def find_uncarried(actions: Array, columns: Sequence[Array]) -> list[int]:
     Columns that could replace each other all stay: what they share is statically indeterminate.
     """
     rank = count_rank(actions)
-    return [i for i, column in enumerate(columns) if count_rank(np.column_stack([actions, column])) > rank]
+    return [
+        i
+        for i, column in enumerate(columns)
+        if count_rank(np.column_stack([actions, column])) > rank
+    ]
 
 
 def find_unsupported(
     actions: Array, pushed: Array, by_acceleration: Array, slopes: Array, bends: Array
 ) -> Array | None:
-    """Return the loads (m,) of balances that nothing carries, as far as they are; None if the balances can be met.
+    """Return the loads (m,) of balances that nothing carries, as far as they are; None if the
+    balances can be met.
 
-    ``pushed`` (m,) are the loads at rest and ``by_acceleration`` (m, k) their slopes in the accelerations, which meet
-    ``slopes`` (c, k) and ``bends`` (c,).
+    ``pushed`` (m,) are the loads at rest and ``by_acceleration`` (m, k) their slopes in the
+    accelerations, which meet ``slopes`` (c, k) and ``bends`` (c,).
     """
     ways = null_space(scale_columns(actions).T)
     rows = np.vstack([ways.T @ by_acceleration, slopes])

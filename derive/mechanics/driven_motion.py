@@ -1,4 +1,6 @@
-"""A mechanism that an angle drives: its motion, forces, conservation laws, and two equal sides half a cycle apart."""
+"""A mechanism that an angle drives: its motion, forces, conservation laws, and two equal sides half
+a cycle apart.
+"""
 
 from __future__ import annotations
 
@@ -48,27 +50,44 @@ WORK = {"rad": "N m", "m": "N", "1": "N m"}
 """Unit of the virtual work on a coordinate, by the coordinate's."""
 
 
-def build_law_residuals(stated: Statement, coordinates: Sequence[tuple[Quantity, Quantity]]) -> list[Let]:
-    """Power, momentum, angular momentum, and virtual work on each of the coordinates, which come with their rates."""
+def build_law_residuals(
+    stated: Statement, coordinates: Sequence[tuple[Quantity, Quantity]]
+) -> list[Let]:
+    """Power, momentum, angular momentum, and virtual work on each of the coordinates, which come
+    with their rates.
+    """
     parts = stated.assembly, stated.ground
     moving = stated.told_in({rate for _, rate in coordinates})
-    residuals = [_law("power", "W", "power of all forces and of inertia", total_power(*parts, stated.anchor))]
+    residuals = [
+        _law("power", "W", "power of all forces and of inertia", total_power(*parts, stated.anchor))
+    ]
     momentum, angular = momentum_residuals(*parts), angular_momentum_residuals(*parts, stated.O)
-    residuals += [_law(f"force_{a}", "N", f"rate of momentum less outer forces, {a}", momentum[a]) for a in stated.axes]
+    residuals += [
+        _law(f"force_{a}", "N", f"rate of momentum less outer forces, {a}", momentum[a])
+        for a in stated.axes
+    ]
     moment_axes = AXES if stated.spatial else AXES[2:]
     residuals += [
-        _law(f"moment_{a}", "N m", f"rate of angular momentum less outer moments, {a}", angular[a]) for a in moment_axes
+        _law(f"moment_{a}", "N m", f"rate of angular momentum less outer moments, {a}", angular[a])
+        for a in moment_axes
     ]
     for tag, (inner, outer, at) in stated.rolling.items():
         slip = sliding_velocity(stated.motion, (inner, outer), stated.ground, stated.anchor, at)
         for axis, component in zip(stated.axes, slip.components, strict=False):
             residuals.append(
-                _law(f"roll_{tag}{axis}", "m/s", f"sliding of the pitch curves at {tag}, {axis}", component)
+                _law(
+                    f"roll_{tag}{axis}",
+                    "m/s",
+                    f"sliding of the pitch curves at {tag}, {axis}",
+                    component,
+                )
             )
     rates = [rate for _, rate in coordinates]
     works = virtual_works(*parts, stated.anchor, rates, lambda expr: expr.xreplace(moving))
     for (value, _), work in zip(coordinates, works, strict=True):
-        residuals.append(_law(f"work_{value}", WORK[value.unit], f"virtual work where {value} alone moves", work))
+        residuals.append(
+            _law(f"work_{value}", WORK[value.unit], f"virtual work where {value} alone moves", work)
+        )
     return residuals
 
 
@@ -87,38 +106,60 @@ class DrivenLane(Lane):
 
 
 def derive_driven_motion(
-    stated: Statement, angle: Quantity, speed: Quantity, acceleration: Quantity | None,
+    stated: Statement,
+    angle: Quantity,
+    speed: Quantity,
+    acceleration: Quantity | None,
     reported: Sequence[str | Quantity] | None,
-) -> tuple[Lane, tuple[ClosedForm, ...]]:  # fmt: skip
-    """The lane with what is reported (everything, unless told), and the functions that close its loops.
+) -> tuple[Lane, tuple[ClosedForm, ...]]:
+    """The lane with what is reported (everything, unless told), and the functions that close its
+    loops.
 
     Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
     """
     if stated.slips:
         raise MechanismError(
-            f"{stated.name}: {', '.join(stated.slips)}: slips vanish in free motion only; along an angle state "
+            f"{stated.name}: {', '.join(stated.slips)}: slips vanish in free motion only; along "
+            f"an angle state "
             "rolling as a gap, by `constrain`"
         )
     steps, reports = motion_steps(stated), [*stated.reports, *stated.world_components()]
     if reported is None or any(str(name).startswith(LAW) for name in reported):
-        reports += build_law_residuals(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])
+        reports += build_law_residuals(
+            stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)]
+        )
     if reported is None:
-        supports = [force for forces in stated.support_forces().values() for force in forces.values()]
+        supports = [
+            force for forces in stated.support_forces().values() for force in forces.values()
+        ]
         reports += [force for force in supports if force.symbol != force.expr]
     outputs = stated.chosen(_reportable(stated, steps, reports, reported is None), reported)
     forces = solve_forces(stated, speed)
-    tested = [s for s in needed((*steps, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]
+    tested = [
+        s for s in needed((*steps, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)
+    ]
     pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
     counts = [s.symbol for s in forces if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
     results, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *forces, *reports), frozenset(results)))
-    events = list_passing_events(needs, stated.events, frozenset({angle}.union(*stated.loops.inputs)))
+    events = list_passing_events(
+        needs, stated.events, frozenset({angle}.union(*stated.loops.inputs))
+    )
     lane = DrivenLane(
-        angle, (data,), needs, results, events, along=stated.loops.inputs, speed=speed, acceleration=acceleration
+        angle,
+        (data,),
+        needs,
+        results,
+        events,
+        along=stated.loops.inputs,
+        speed=speed,
+        acceleration=acceleration,
     )
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
     drawing_functions = place_functions(stated, inputs, _point_sources(stated))
-    mesh_functions = build_function(MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps)
+    mesh_functions = build_function(
+        MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps
+    )
     roller_functions = build_function(FOLLOWERS, roller_centres(stated, angle), inputs, steps)
     return lane, (
         *stated.loops.functions(angle, data, stated.named),
@@ -129,10 +170,12 @@ def derive_driven_motion(
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:
-    """Yield the rollers' centres on plane cams, seen from the cams' axes as if the cams turned by the angle.
+    """Yield the rollers' centres on plane cams, seen from the cams' axes as if the cams turned by
+    the angle.
 
-    Where a cam turns otherwise, that frame is not at rest, so that the slope of the centre is not what the follower
-    does: its guide sees the centre move, along the guide's own axes, of which x is given in that frame.
+    Where a cam turns otherwise, that frame is not at rest, so that the slope of the centre is not
+    what the follower does: its guide sees the centre move, along the guide's own axes, of which x
+    is given in that frame.
     """
     if stated.spatial:
         return
@@ -143,22 +186,34 @@ def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:
         guide_axis = Vec(guide.frame, (S.One, S.Zero, S.Zero))
         for key, unit, meaning, vector in (
             ("centre", "m", "centre of the roller", centre.resolved(frame)),
-            ("way", "m/s", "velocity of the centre of the roller against its guide", velocity.resolved(guide.frame)),
+            (
+                "way",
+                "m/s",
+                "velocity of the centre of the roller against its guide",
+                velocity.resolved(guide.frame),
+            ),
             ("guide", "1", "axis x of what guides the roller", guide_axis.resolved(frame)),
         ):
             for axis, component in zip("xy", vector.components, strict=False):
-                yield let(quantity(f"{name}_{key}_{axis}", unit, f"{meaning} at {name}, {axis}"), component)
+                yield let(
+                    quantity(f"{name}_{key}_{axis}", unit, f"{meaning} at {name}, {axis}"),
+                    component,
+                )
 
 
 def find_guide(stated: Statement, follower: Body, cam: Body) -> Body:
-    """Return the body whose joints hold both a follower and its cam, the ground if there are none or several."""
+    """Return the body whose joints hold both a follower and its cam, the ground if there are none
+    or several.
+    """
 
     def list_partners(body: Body) -> set[Body]:
         unknowns = frozenset(stated.assembly.unknowns)
         joints = [
             action
             for action in stated.assembly.actions
-            if body in (action.on, action.by) and action.needs & unknowns and any(action.force.components)
+            if body in (action.on, action.by)
+            and action.needs & unknowns
+            and any(action.force.components)
         ]
         return {partner for joint in joints for partner in (joint.on, joint.by)}
 
@@ -191,7 +246,9 @@ def _direction(frame: Frame) -> Expr:
 
 
 def _point_sources(stated: Statement) -> tuple[Step, ...]:
-    """Return the steps from which points follow: named steps, and the values of the loops' coordinates."""
+    """Return the steps from which points follow: named steps, and the values of the loops'
+    coordinates.
+    """
     return (*(let(c.value, c.given) for c in stated.loops.coordinates), *stated.named)
 
 
@@ -202,18 +259,28 @@ def motion_steps(stated: Statement) -> tuple[Step, ...]:
     return (*loops, *stated.defined)
 
 
-def _reportable(stated: Statement, steps: Sequence[Step], reports: Sequence[Let], told: bool) -> list[Quantity]:
-    """Return the quantities that can be reported; without ``told``, only those with a meaning to the user."""
+def _reportable(
+    stated: Statement, steps: Sequence[Step], reports: Sequence[Let], told: bool
+) -> list[Quantity]:
+    """Return the quantities that can be reported; without ``told``, only those with a meaning to
+    the user.
+    """
     named = [s.symbol for s in (stated.named if told else steps) if isinstance(s, Let)]
-    return [*stated.loops.all, *named, *stated.assembly.unknowns, *(report.symbol for report in reports)]
+    return [
+        *stated.loops.all,
+        *named,
+        *stated.assembly.unknowns,
+        *(report.symbol for report in reports),
+    ]
 
 
 def solve_forces(stated: Statement, rate: Quantity | None = None) -> tuple[Step, ...]:
-    """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep.
+    """The unknown actions from the balances; raises MechanismError where some are left that nothing
+    can keep.
 
-    Where the side on which teeth bear leaves a set of balances that is not linear, the virtual work of what does work
-    gives the force of the drive first, whose speed is ``rate``; one balance then follows from the others, and remains
-    as a law that vanishes.
+    Where the side on which teeth bear leaves a set of balances that is not linear, the virtual work
+    of what does work gives the force of the drive first, whose speed is ``rate``; one balance then
+    follows from the others, and remains as a law that vanishes.
     """
     equations = stated.equations()
     try:
@@ -221,22 +288,40 @@ def solve_forces(stated: Statement, rate: Quantity | None = None) -> tuple[Step,
     except BlockError:
         if rate is None or stated.loops.coordinates:
             raise
-        chain = ordered((_virtual_work_balance(stated, rate), *equations), stated.unknowns, stated.unknowns)
+        chain = ordered(
+            (_virtual_work_balance(stated, rate), *equations), stated.unknowns, stated.unknowns
+        )
         return chain.steps()
 
 
 def _virtual_work_balance(stated: Statement, rate: Quantity) -> Equation:
-    """Return the virtual work of all but ideal joints and contacts, where the drive alone moves (d'Alembert)."""
+    """Return the virtual work of all but ideal joints and contacts, where the drive alone moves
+    (d'Alembert).
+    """
     moving = stated.told_in({rate})
     working = [action for action in stated.assembly.actions if not action.workless]
     (work,) = virtual_works(
-        stated.assembly, stated.ground, stated.anchor, [rate], lambda expr: expr.xreplace(moving), working
-    )  # fmt: skip
-    return Equation("virtual work", work, "derived: virtual work of loads and inertia", Definition("virtual work"))
+        stated.assembly,
+        stated.ground,
+        stated.anchor,
+        [rate],
+        lambda expr: expr.xreplace(moving),
+        working,
+    )
+    return Equation(
+        "virtual work",
+        work,
+        "derived: virtual work of loads and inertia",
+        Definition("virtual work"),
+    )
 
 
-def solve_balances(stated: Statement, equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
-    """The chain that gives unknown actions from balances; raises MechanismError where some of these are left."""
+def solve_balances(
+    stated: Statement, equations: Sequence[Equation], unknowns: Sequence[Quantity]
+) -> Chain:
+    """The chain that gives unknown actions from balances; raises MechanismError where some of these
+    are left.
+    """
     try:
         chain = ordered(equations, unknowns, unknowns)
     except ChainError:
@@ -245,28 +330,36 @@ def solve_balances(stated: Statement, equations: Sequence[Equation], unknowns: S
     if left := [e.number for e in equations if e.number not in chain.spent]:
         _refuse_free_spins(stated)
         raise MechanismError(
-            f"{stated.name}: {len(equations)} balances for {len(unknowns)} forces and torques, so a joint or a drive "
+            f"{stated.name}: {len(equations)} balances for {len(unknowns)} forces and torques, so "
+            f"a joint or a drive "
             f"is lacking: nothing is left to keep {'; '.join(left)}"
         )
     return chain
 
 
 def _refuse_free_spins(stated: Statement) -> None:
-    """Raise MechanismError for a body in space that only two forces at points hold: it spins about their line."""
+    """Raise MechanismError for a body in space that only two forces at points hold: it spins about
+    their line.
+    """
     bodies = (body for body in stated.assembly.bodies if body != stated.ground)
     for body in bodies if stated.spatial else ():
-        holding = [a for a in stated.assembly.actions if a.sign(body) and a.needs & set(stated.unknowns)]
+        holding = [
+            a for a in stated.assembly.actions if a.sign(body) and a.needs & set(stated.unknowns)
+        ]
         if len(holding) == 2 and not any(any(a.moment.components) for a in holding):
             first, second = (action.at.name for action in holding)
             raise MechanismError(
-                f"{stated.name}: {body} spins freely about the line from {first} to {second}: make one of its ball "
+                f"{stated.name}: {body} spins freely about the line from {first} to {second}: "
+                f"make one of its ball "
                 "joints a universal one, or state a light rod by `constrain` and `contact`"
             )
 
 
 @dataclass(frozen=True)
 class Sides:
-    """The results, in SI, of one of two equal sides and of both; ``twin`` names a quantity of the other side."""
+    """The results, in SI, of one of two equal sides and of both; ``twin`` names a quantity of the
+    other side.
+    """
 
     twin: Twin
     reported: tuple[Quantity, ...]
@@ -275,7 +368,9 @@ class Sides:
 
 @dataclass(frozen=True)
 class Other:
-    """Turns an expression in quantities of one side into the same in those of the other, half a turn behind."""
+    """Turns an expression in quantities of one side into the same in those of the other, half a
+    turn behind.
+    """
 
     angle: Quantity
     twin: Twin
@@ -292,7 +387,9 @@ def side_quantities(stated: Statement) -> frozenset[Quantity]:
 
 
 def shared_balances(stated: Statement, other: Other) -> list[Equation]:
-    """Balances of the bodies that both sides share, with the actions of one side and the same of the other."""
+    """Balances of the bodies that both sides share, with the actions of one side and the same of
+    the other.
+    """
     of_side = [action for action in stated.assembly.actions if action not in stated.common]
     equations = []
     for body in stated.shared:
@@ -300,18 +397,24 @@ def shared_balances(stated: Statement, other: Other) -> list[Equation]:
         loads = stated.assembly.loads(body, pin, of_side)
         balances = stated.assembly.balances(body, pin)
         equations += [
-            derived_equation(e.claims, e.residual + other(load)) for e, load in zip(balances, loads, strict=True)
+            derived_equation(e.claims, e.residual + other(load))
+            for e, load in zip(balances, loads, strict=True)
         ]
     return equations
 
 
 def derive_twin_lane(
-    stated: Statement, sides: Sides, inputs: Sequence[Input], forces: Sequence[Step] | None,
+    stated: Statement,
+    sides: Sides,
+    inputs: Sequence[Input],
+    forces: Sequence[Step] | None,
     frame: Sequence[Let] | None,
-) -> Lane:  # fmt: skip
+) -> Lane:
     """The lane of one side, and what both add up to; see `Mechanism.twin_lane`."""
     if stated.angle is None:
-        raise MechanismError(f"{stated.name}: equal sides follow each other along an angle, and none is given")
+        raise MechanismError(
+            f"{stated.name}: equal sides follow each other along an angle, and none is given"
+        )
     side = (*motion_steps(stated), *(solve_forces(stated) if forces is None else forces))
     if frame is None:
         other = Other(stated.angle, sides.twin, side_quantities(stated))
@@ -321,7 +424,9 @@ def derive_twin_lane(
     summed = frozenset().union(*(step.needs for step in sums))
     passed = [s for step in side for s in step.defines if s in summed or sides.twin(s) in summed]
     side_outputs = Vector("side", tuple(dict.fromkeys((*sides.reported, *passed))))
-    needed_symbols = frozenset(side_outputs).union(*(event.argument.free_symbols for event in stated.events))
+    needed_symbols = frozenset(side_outputs).union(
+        *(event.argument.free_symbols for event in stated.events)
+    )
     totals = Shared(sides.twin, sums, Vector("totals", sides.totals))
     steps = needed(side, needed_symbols)
     events = list_passing_events(steps, stated.events, frozenset({stated.angle}))

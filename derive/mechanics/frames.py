@@ -19,7 +19,9 @@ NO_AXIS: Axis = (0, 0, 0)
 MOST_RESOLVED = 10_000
 """Vectors that are kept by their components in another frame."""
 LONG = 50
-"""Operations of a component that multiplying out only makes longer; what it shortens has fewer than ten."""
+"""Operations of a component that multiplying out only makes longer; what it shortens has fewer than
+ten.
+"""
 
 
 class FrameError(ValueError):
@@ -30,7 +32,8 @@ class FrameError(ValueError):
 class Quaternion:
     """A turn in space by a unit quaternion, without unit: its scalar part and its vector part.
 
-    Source: J. B. Kuipers, Quaternions and Rotation Sequences, Princeton 1999, chapters 5 to 7 and 11.
+    Source: J. B. Kuipers, Quaternions and Rotation Sequences, Princeton 1999, chapters 5 to 7 and
+    11.
 
     >>> from sympy import S
     >>> about_z = Quaternion(S(1) / 2, (S.Zero, S.Zero, sp.sqrt(3) / 2))
@@ -60,11 +63,13 @@ class Quaternion:
     def matrix(self) -> sp.ImmutableMatrix:
         """Return the matrix of the turn (3, 3), without unit."""
         w, (x, y, z) = self.scalar, self.vector
-        return sp.ImmutableMatrix([
-            [w**2 + x**2 - y**2 - z**2, 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), w**2 - x**2 + y**2 - z**2, 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), w**2 - x**2 - y**2 + z**2],
-        ])  # fmt: skip
+        return sp.ImmutableMatrix(
+            [
+                [w**2 + x**2 - y**2 - z**2, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), w**2 - x**2 + y**2 - z**2, 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), w**2 - x**2 - y**2 + z**2],
+            ]
+        )
 
 
 Turn: TypeAlias = "tuple[Axis, Expr | Quaternion]"
@@ -72,7 +77,8 @@ Turn: TypeAlias = "tuple[Axis, Expr | Quaternion]"
 
 @dataclass(frozen=True)
 class Frame:
-    """A right-handed frame: its parent, turned by ``angle`` [rad] about ``axis``, a unit vector of both.
+    """A right-handed frame: its parent, turned by ``angle`` [rad] about ``axis``, a unit vector of
+    both.
 
     A `Quaternion` in place of the angle turns the parent in any way; the axis is then NO_AXIS.
     """
@@ -83,7 +89,9 @@ class Frame:
     angle: Expr | Quaternion = S.Zero
 
     def turns(self) -> list[Turn]:
-        """Return the rotations (axis, angle [rad]) that carry components in this frame to the root, outermost first."""
+        """Return the rotations (axis, angle [rad]) that carry components in this frame to the root,
+        outermost first.
+        """
         return [] if self.parent is None else [*self.parent.turns(), (self.axis, self.angle)]
 
     def __str__(self) -> str:
@@ -92,15 +100,21 @@ class Frame:
 
 @cache
 def rotation(axis: Axis, angle: Expr | Quaternion) -> sp.ImmutableMatrix:
-    """Return Rodrigues' matrix for a turn by ``angle`` [rad] about the unit vector ``axis``, or a quaternion's."""
+    """Return Rodrigues' matrix for a turn by ``angle`` [rad] about the unit vector ``axis``, or a
+    quaternion's.
+    """
     if isinstance(angle, Quaternion):
         return angle.matrix()
-    cross = sp.ImmutableMatrix(3, 3, lambda i, j: -sum(sp.LeviCivita(i, j, k) * axis[k] for k in range(3)))
+    cross = sp.ImmutableMatrix(
+        3, 3, lambda i, j: -sum(sp.LeviCivita(i, j, k) * axis[k] for k in range(3))
+    )
     return sp.eye(3) + sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross * cross
 
 
 def _merge(turns: list[Turn]) -> list[Turn]:
-    """Return turns with adjacent ones about one axis made one; those by nothing and those that cancel vanish."""
+    """Return turns with adjacent ones about one axis made one; those by nothing and those that
+    cancel vanish.
+    """
     merged: list[Turn] = []
     for axis, angle in turns:
         before = merged.pop() if merged and merged[-1][0] == axis else None
@@ -115,9 +129,11 @@ def _merge(turns: list[Turn]) -> list[Turn]:
 
 @dataclass(frozen=True)
 class Vec:
-    """A vector by its components in a frame, in the unit of the components; vectors of different frames do not mix.
+    """A vector by its components in a frame, in the unit of the components; vectors of different
+    frames do not mix.
 
-    Sum, difference, product with a number, `dot` and `cross` raise FrameError for another frame: use `resolved`.
+    Sum, difference, product with a number, `dot` and `cross` raise FrameError for another frame:
+    use `resolved`.
     """
 
     frame: Frame
@@ -140,12 +156,18 @@ class Vec:
         return self.components[index]
 
     def dot(self, other: Vec) -> Expr:
-        """Return the scalar product, in the product of both units. Raises FrameError for a vector of another frame."""
+        """Return the scalar product, in the product of both units.
+
+        Raises FrameError for a vector of another frame.
+        """
         self._same_frame(other)
         return sp.Add(*(a * b for a, b in zip(self.components, other.components, strict=True)))
 
     def cross(self, other: Vec) -> Vec:
-        """Return the vector product, in the product of both units. Raises FrameError for a vector of another frame."""
+        """Return the vector product, in the product of both units.
+
+        Raises FrameError for a vector of another frame.
+        """
         self._same_frame(other)
         return self._with(Matrix(self.components).cross(Matrix(other.components)))
 
@@ -159,12 +181,17 @@ class Vec:
 
     def _same_frame(self, other: Vec) -> None:
         if self.frame != other.frame:
-            raise FrameError(f"a vector in frame {self.frame} meets one in frame {other.frame}; resolve one of them")
+            raise FrameError(
+                f"a vector in frame {self.frame} meets one in frame {other.frame}; resolve one of "
+                f"them"
+            )
 
 
 @lru_cache(maxsize=MOST_RESOLVED)
 def _resolve(vector: Vec, frame: Frame) -> Vec:
-    """Return a vector by its components in a frame; a chain of bodies asks for the same ones again and again."""
+    """Return a vector by its components in a frame; a chain of bodies asks for the same ones again
+    and again.
+    """
     inverse = [(axis, -angle) for axis, angle in reversed(frame.turns())]
     turns = _merge(inverse + vector.frame.turns())
     turned = reduce(lambda v, turn: rotation(*turn) * v, reversed(turns), Matrix(vector.components))
@@ -182,7 +209,9 @@ def unit(frame: Frame, axis: Axis) -> Vec:
 
 
 def shorten_vector(vector: Vec) -> Vec:
-    """Return the same vector with components multiplied out where that saves operations; long ones stay."""
+    """Return the same vector with components multiplied out where that saves operations; long ones
+    stay.
+    """
     x, y, z = map(_shorter, vector.components)
     return Vec(vector.frame, (x, y, z))
 
@@ -196,7 +225,10 @@ def _shorter(component: Expr) -> Expr:
 
 @dataclass(frozen=True)
 class Point:
-    """A point: its ``base``, another point, and the ``offset`` from it [m]. The origin has neither."""
+    """A point: its ``base``, another point, and the ``offset`` from it [m].
+
+    The origin has neither.
+    """
 
     name: str
     base: Point | None = None
@@ -211,16 +243,20 @@ class Point:
         return hash((self.name, self.base, self.offset))
 
     def chain(self) -> dict[Point, Vec | None]:
-        """Return the points from the origin to this one, each with its offset [m] from the one before."""
+        """Return the points from the origin to this one, each with its offset [m] from the one
+        before.
+        """
         return {self: None} if self.base is None else {**self.base.chain(), self: self.offset}
 
 
 @dataclass
 class Motion:
-    """The rates of quantities: ``rates[q]`` is dq/dt [the unit of q per s]; what is not listed is constant.
+    """The rates of quantities: ``rates[q]`` is dq/dt [the unit of q per s]; what is not listed is
+    constant.
 
-    A mechanism holds its own as ``motion``; frames, points and vectors are differentiated by it. ``accelerations``
-    [m/s2] and ``places`` (base points and offsets [m]) hold results that have names of their own.
+    A mechanism holds its own as ``motion``; frames, points and vectors are differentiated by it.
+    ``accelerations`` [m/s2] and ``places`` (base points and offsets [m]) hold results that have
+    names of their own.
 
     >>> from derive import Frame, Motion, Point, Quantity, X, unit
     >>> phi, omega = Quantity("phi", "rad", "angle", "own"), Quantity("omega", "rad/s", "its rate", "own")
@@ -251,25 +287,35 @@ class Motion:
         return sp.Add(*(expr.diff(q) * self.rates[q] for q in moving))
 
     def spin(self, frame: Frame, seen_from: Frame | None = None) -> Vec:
-        """Return the angular velocity [rad/s] of a frame, along its own axes, absolute or ``seen_from`` an ancestor."""
+        """Return the angular velocity [rad/s] of a frame, along its own axes, absolute or
+        ``seen_from`` an ancestor.
+        """
         if frame.parent is None or frame == seen_from:
             return zero(frame)
         return self.spin(frame.parent, seen_from).resolved(frame) + self._relative_spin(frame)
 
     def _relative_spin(self, frame: Frame) -> Vec:
-        """Return the angular velocity of a frame as its parent sees it; of a quaternion q, the vector of 2 q* dq/dt."""
+        """Return the angular velocity of a frame as its parent sees it; of a quaternion q, the
+        vector of 2 q* dq/dt.
+        """
         if not isinstance(frame.angle, Quaternion):
             return self.rate(frame.angle) * unit(frame, frame.axis)
         x, y, z = map(self.rate, frame.angle.vector)
-        return 2 * Vec(frame, (-frame.angle * Quaternion(self.rate(frame.angle.scalar), (x, y, z))).vector)
+        return 2 * Vec(
+            frame, (-frame.angle * Quaternion(self.rate(frame.angle.scalar), (x, y, z))).vector
+        )
 
     def derivative(self, vector: Vec) -> Vec:
-        """Return the absolute time derivative of a vector [its unit per s], along the axes of the vector's frame."""
+        """Return the absolute time derivative of a vector [its unit per s], along the axes of the
+        vector's frame.
+        """
         relative = Vec(vector.frame, tuple(self.rate(c) for c in vector.components))
         return relative + self.spin(vector.frame).cross(vector)
 
     def relative_derivative(self, vector: Vec, observer: Frame) -> Vec:
-        """Return the time derivative of a vector as seen from ``observer`` [its unit per s], in the vector's frame."""
+        """Return the time derivative of a vector as seen from ``observer`` [its unit per s], in the
+        vector's frame.
+        """
         return self.derivative(vector) - self.spin(observer).resolved(vector.frame).cross(vector)
 
     def acceleration(self, point: Point, frame: Frame) -> Vec:
@@ -289,15 +335,18 @@ class Motion:
         return self._bends[offset, frame]
 
     def drift(self, base: Point, point: Point, frame: Frame) -> Vec:
-        """Return the rate of the vector from ``base`` to ``point`` as seen from ``frame`` [m/s], along its axes.
+        """Return the rate of the vector from ``base`` to ``point`` as seen from ``frame`` [m/s],
+        along its axes.
 
-        It is expressed by named places where there are any. The offsets between the points must stand in ``frame`` or
-        in frames that descend from it.
+        It is expressed by named places where there are any. The offsets between the points must
+        stand in ``frame`` or in frames that descend from it.
         """
         if point == base or point.base is None or point.offset is None:
             return zero(frame)
         offset_frame = point.offset.frame
-        stretch = Vec(offset_frame, tuple(self.rate(c) for c in point.offset.components)).resolved(frame)
+        stretch = Vec(offset_frame, tuple(self.rate(c) for c in point.offset.components)).resolved(
+            frame
+        )
         turning = self.spin(offset_frame, seen_from=frame).resolved(frame)
         swept = stretch + turning.cross(self.arm(point.base, point, frame))
         named_base, named = self.places.get(point.base, (None, None))

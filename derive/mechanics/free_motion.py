@@ -1,10 +1,12 @@
-"""A mechanism that moves by itself: what its accelerations follow from, by the principle of virtual power.
+"""A mechanism that moves by itself: what its accelerations follow from, by the principle of virtual
+power.
 
     inertia accelerations = forces + slopes^T multipliers,    slopes accelerations = bends
 
-Every body and every given action is projected on the rates of the coordinates; joints do no virtual work and stay out.
-Gaps of closed loops and slips of rolling bodies vanish. Source: W. Schiehlen, "Multibody system dynamics: roots and
-perspectives", Multibody Syst. Dyn. 1 (1997) 149-188, section 3.
+Every body and every given action is projected on the rates of the coordinates; joints do no virtual
+work and stay out. Gaps of closed loops and slips of rolling bodies vanish. Source: W. Schiehlen,
+"Multibody system dynamics: roots and perspectives", Multibody Syst. Dyn. 1 (1997) 149-188, section
+3.
 """
 
 from __future__ import annotations
@@ -19,7 +21,16 @@ from sympy import Expr, S
 
 from ..equations import Balance, Equation, Kind
 from ..functions import directional_derivative, partial_derivative
-from ..model import ClosedForm, Let, Step, let, list_kinks, list_passing_events, needed, sorted_steps
+from ..model import (
+    ClosedForm,
+    Let,
+    Step,
+    let,
+    list_kinks,
+    list_passing_events,
+    needed,
+    sorted_steps,
+)
 from ..quantity import NONE, Quantity, Vector, dimension, of_unit
 from .bodies import (
     AXES,
@@ -33,7 +44,14 @@ from .bodies import (
     point_velocity,
     potential_energy,
 )
-from .carrying import RandomPoses, count_rank, find_resistance, find_uncarried, find_unsupported, null_space
+from .carrying import (
+    RandomPoses,
+    count_rank,
+    find_resistance,
+    find_uncarried,
+    find_unsupported,
+    null_space,
+)
 from .frames import Motion, Point, Vec, zero
 from .loops import Coordinate
 from .statement import MechanismError, Statement, check_unit, place_functions, quantity
@@ -41,34 +59,44 @@ from .statement import MechanismError, Statement, check_unit, place_functions, q
 _OF = {"rad": "m", "m": "1", "1": "m"}
 _FORCE = {"rad": "N m", "m": "N", "1": "N m"}
 MOST_TOGETHER = 4
-"""Coordinates that a reaction may act on at once where they move the same bodies: its formula grows with each."""
+"""Coordinates that a reaction may act on at once where they move the same bodies: its formula grows
+with each.
+"""
 _INERTIA = {("rad", "rad"): "kg m2", ("m", "rad"): "kg m", ("m", "m"): "kg"}
 
 
 def derive_free_motion(
     stated: Statement, time: Quantity, reported: Sequence[str | Quantity] | None
 ) -> tuple[ClosedForm, ...]:
-    """The functions that an integrator needs, and what is reported of a state and its accelerations.
+    """The functions that an integrator needs, and what is reported of a state and its
+    accelerations.
 
     Raises MechanismError, ChainError or DimensionError where they cannot be derived.
     """
     if not stated.loops.coordinates:
-        raise MechanismError(f"{stated.name}: it has neither an angle to move along nor a coordinate to move in")
+        raise MechanismError(
+            f"{stated.name}: it has neither an angle to move along nor a coordinate to move in"
+        )
     return Free(stated, time).functions(reported)
 
 
 def symbolic_accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...]:
-    """Return the accelerations of the coordinates. Raises MechanismError if loops or rolling constrain them."""
+    """Return the accelerations of the coordinates.
+
+    Raises MechanismError if loops or rolling constrain them.
+    """
     if constraints := [*stated.loops.gaps, *stated.slips]:
-        raise MechanismError(f"{stated.name}: accelerations in symbols are those without {', '.join(constraints)}")
+        raise MechanismError(
+            f"{stated.name}: accelerations in symbols are those without {', '.join(constraints)}"
+        )
     return Free(stated, time).solved()
 
 
 def project_on_rates(stated: Statement, time: Quantity) -> tuple[list[list[Expr]], list[Expr]]:
     """Return inertia (k, k) and forces (k,) of virtual power on the rates of the k coordinates.
 
-    Joints, and whatever else guides bodies along their coordinates, do no work and stay out. Raises MechanismError for
-    friction of a force that a joint would have to determine.
+    Joints, and whatever else guides bodies along their coordinates, do no work and stay out. Raises
+    MechanismError for friction of a force that a joint would have to determine.
     """
     return Free(stated, time).project()
 
@@ -86,27 +114,45 @@ class Free:
 
     def __init__(self, stated: Statement, time: Quantity) -> None:
         self.stated, self.motion, self.coordinates = stated, stated.motion, stated.loops.coordinates
-        self.state = Vector("state", (*(c.value for c in self.coordinates), *(c.rate for c in self.coordinates)))
-        self.accelerations = Vector("accelerations", tuple(c.acceleration for c in self.coordinates))
+        self.state = Vector(
+            "state", (*(c.value for c in self.coordinates), *(c.rate for c in self.coordinates))
+        )
+        self.accelerations = Vector(
+            "accelerations", tuple(c.acceleration for c in self.coordinates)
+        )
         self.inputs: tuple[Vector | Quantity, ...] = (time, stated.data(time), self.state)
         assembly = stated.assembly
-        rubbing = {e for a in assembly.actions for force in a.force.components for e in force.atoms(sp.Abs)}
+        rubbing = {
+            e for a in assembly.actions for force in a.force.components for e in force.atoms(sp.Abs)
+        }
         of_friction = [u for u in assembly.unknowns if sp.Abs(u) in rubbing]
-        deciding = {test.lhs for law in assembly.laws for test in law.expr.atoms(sp.Ge) if test.rhs == 0}
+        deciding = {
+            test.lhs for law in assembly.laws for test in law.expr.atoms(sp.Ge) if test.rhs == 0
+        }
         of_flanks = [u for u in assembly.unknowns if u in deciding]
-        names = {u: quantity(f"size_{u}", u.unit, f"size of {u}") for u in (*of_friction, *of_flanks)}
+        names = {
+            u: quantity(f"size_{u}", u.unit, f"size of {u}") for u in (*of_friction, *of_flanks)
+        }
         self._sizes = {sp.Abs(u): names[u] for u in of_friction}
         self._flanks = {u: names[u] for u in of_flanks}
         self._known_ways: dict[tuple[str, Kind, Point], dict[int, Vec]] = {}
         sizes = Vector("sizes", tuple(names.values()))
         self.loaded = (*self.inputs, sizes) if self._sizes else self.inputs
         self.balanced = (*self.inputs, sizes) if names else self.inputs
-        self._moving = stated.told_in({q for c in self.coordinates for q in (c.rate, c.acceleration)}) | self._sizes
+        self._moving = (
+            stated.told_in({q for c in self.coordinates for q in (c.rate, c.acceleration)})
+            | self._sizes
+        )
 
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
-        """Build the functions in closed form that integrate the motion, and those of what is ``reported``."""
+        """Build the functions in closed form that integrate the motion, and those of what is
+        ``reported``.
+        """
         self._refuse()
-        names, constrained_speeds = [str(c.value) for c in self.coordinates], self._constrained_speeds()
+        names, constrained_speeds = (
+            [str(c.value) for c in self.coordinates],
+            self._constrained_speeds(),
+        )
         inertia, forces, starts = self._inertia(), self._forces(), self.stated.start_conditions
         rows = {
             "inertia": [
@@ -120,24 +166,37 @@ class Free:
             ],
             "events": list(self._events()),
             "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
-            "start_gaps": [self._let(f"start_{name}", "m", gap) for name, (gap, _) in starts.items()],
-            "start_speeds": [self._let(f"start_speed_{name}", "m/s", speed) for name, (_, speed) in starts.items()],
-            "speeds": [self._let(f"speed_{name}", "m/s", speed) for name, speed in constrained_speeds.items()],
+            "start_gaps": [
+                self._let(f"start_{name}", "m", gap) for name, (gap, _) in starts.items()
+            ],
+            "start_speeds": [
+                self._let(f"start_speed_{name}", "m/s", speed)
+                for name, (_, speed) in starts.items()
+            ],
+            "speeds": [
+                self._let(f"speed_{name}", "m/s", speed)
+                for name, speed in constrained_speeds.items()
+            ],
             "slopes": [
-                self._let(f"slope_{name}_{c.value}", _OF[c.value.unit], partial_derivative(speed, c.rate))
+                self._let(
+                    f"slope_{name}_{c.value}", _OF[c.value.unit], partial_derivative(speed, c.rate)
+                )
                 for name, speed in constrained_speeds.items()
                 for c in self.coordinates
             ],
             "bends": [
-                self._let(f"bend_{name}", "m/s2", -self._resting(self._plain(self.motion.rate(speed))))
+                self._let(
+                    f"bend_{name}", "m/s2", -self._resting(self._plain(self.motion.rate(speed)))
+                )
                 for name, speed in constrained_speeds.items()
             ],
         }
         full = {name: [step for step in steps if step.expr != 0] for name, steps in rows.items()}
         forms = [
             self._form(name, self.loaded if name == "forces" else self.inputs, steps)
-            for name, steps in full.items() if steps
-        ]  # fmt: skip
+            for name, steps in full.items()
+            if steps
+        ]
         drawing_functions = place_functions(self.stated, self.inputs, self.stated.named)
         return (self._start(), *forms, *self._outputs(reported), *drawing_functions)
 
@@ -151,7 +210,8 @@ class Free:
         if self._sizes:
             forces = ", ".join(str(size.args[0]) for size in self._sizes)
             raise MechanismError(
-                f"{self.stated.name}: friction depends on the size of {forces}, which depends on the accelerations; "
+                f"{self.stated.name}: friction depends on the size of {forces}, which depends on "
+                f"the accelerations; "
                 "state the normal force of this friction as a value, or leave the friction out"
             )
         return self._inertia(), self._forces()
@@ -159,19 +219,30 @@ class Free:
     def _start(self) -> ClosedForm:
         start = self.stated.loops.start | self.stated.start
         steps = tuple(let(q, start.get(q, S.Zero)) for q in self.state)
-        return ClosedForm("start", (self.stated.data(),), steps, Vector("start_state", self.state.quantities))
+        return ClosedForm(
+            "start", (self.stated.data(),), steps, Vector("start_state", self.state.quantities)
+        )
 
     def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
-        """Build the functions that report a state, its accelerations and, if needed, the joints' actions."""
+        """Build the functions that report a state, its accelerations and, if needed, the joints'
+        actions.
+        """
         stated = self.stated
         energies = self._energies()
         reports = [*stated.reports, *stated.world_components(), *energies]
         stated.name_accelerations()
         unknowns, reactions = stated.assembly.unknowns, self._reactions
         candidates = list(reactions.values()) if unknowns or reported is not None else []
-        reportable = [*(n.symbol for n in stated.named), *unknowns, *candidates, *(r.symbol for r in reports)]
+        reportable = [
+            *(n.symbol for n in stated.named),
+            *unknowns,
+            *candidates,
+            *(r.symbol for r in reports),
+        ]
         if reported is not None:
-            reported = list(dict.fromkeys([*map(str, reported), *(energy.symbol.name for energy in energies)]))
+            reported = list(
+                dict.fromkeys([*map(str, reported), *(energy.symbol.name for energy in energies)])
+            )
         requested = stated.chosen(reportable, reported)
         steps = sorted_steps(needed((*stated.defined, *reports), frozenset(requested)))
         taken = frozenset(requested).union(*(step.needs for step in steps))
@@ -184,7 +255,8 @@ class Free:
         if reported is not None and len(used) < len(requested):
             carried = ", ".join(str(q) for q in requested if q not in used)
             raise MechanismError(
-                f"{stated.name}: {carried}: joints carry this constraint; ask for their forces instead"
+                f"{stated.name}: {carried}: joints carry this constraint; ask for their forces "
+                f"instead"
             )
         actions = Vector("actions", (*unknowns, *columns))
         balances = [step for step in _steps_of_balances(rows, columns) if step.expr != 0]
@@ -203,7 +275,8 @@ class Free:
         return BalanceRow(equation, slopes, residual.xreplace(dict.fromkeys(unknowns, S.Zero)))
 
     def _both_flanks(self, law: Expr) -> Expr:
-        """Return a law of teeth without cases: on each flank it is proportional to the force that decides on it.
+        """Return a law of teeth without cases: on each flank it is proportional to the force that
+        decides on it.
 
         With the factors a and b of a force u and its size |u| it is a u + b |u|.
         """
@@ -211,40 +284,58 @@ class Free:
             if law.has(sp.Ge) and law != earlier.expr:
                 law = law.xreplace({earlier.symbol: earlier.expr})
         for force, size in self._flanks.items():
-            on, off = (law.xreplace({sp.Ge(force, 0): sp.sympify(bears)}) for bears in (True, False))
+            on, off = (
+                law.xreplace({sp.Ge(force, 0): sp.sympify(bears)}) for bears in (True, False)
+            )
             if on != off:
                 law = (on + off) / 2 + ((on - off) / 2).xreplace({force: size})
         return law
 
     def _carry(self, rows: Sequence[BalanceRow]) -> dict[Quantity, list[Expr]]:
-        """Return the reactions of constraints that no joint carries, with their slopes in the balances.
+        """Return the reactions of constraints that no joint carries, with their slopes in the
+        balances.
 
-        Raises MechanismError if joints resist a motion that the constraints allow, or do not resist one that they
-        forbid. Where no pose is found near the start, nothing is known, and the joints are taken as stated.
+        Raises MechanismError if joints resist a motion that the constraints allow, or do not resist
+        one that they forbid. Where no pose is found near the start, nothing is known, and the
+        joints are taken as stated.
         """
         stated, speeds = self.stated, self._constrained_speeds()
-        slopes = [[partial_derivative(speed, c.rate) for c in self.coordinates] for speed in speeds.values()]
+        slopes = [
+            [partial_derivative(speed, c.rate) for c in self.coordinates]
+            for speed in speeds.values()
+        ]
         rates = [*(c.rate for c in self.coordinates), *self.accelerations]
         parameters = [self.inputs[0], *rates, *self._sizes.values(), *self._flanks.values()]
         starts = stated.loops.start | stated.start
-        poses = RandomPoses(stated.given, starts, [c.value for c in self.coordinates], parameters, stated.named)
+        poses = RandomPoses(
+            stated.given, starts, [c.value for c in self.coordinates], parameters, stated.named
+        )
         pose = poses.draw([self._plain(gap) for gap in stated.loops.gaps.values()], slopes)
         if pose is None:
             return {}
         unknowns = (*stated.assembly.unknowns, *self._flanks.values())
-        action_slopes, jacobian = pose.matrix([[row.by(u) for u in unknowns] for row in rows]), pose.matrix(slopes)
+        action_slopes, jacobian = (
+            pose.matrix([[row.by(u) for u in unknowns] for row in rows]),
+            pose.matrix(slopes),
+        )
         ways = pose.matrix(self._virtual_motions(rows)) @ null_space(jacobian)
         if resisting := find_resistance(action_slopes, [row.is_law for row in rows], ways):
             names = ", ".join(str(unknowns[i]).removeprefix("size_") for i in resisting)
             raise MechanismError(
-                f"{stated.name}: {names}: the joint resists a motion that its coordinates allow: state the constraint "
-                "that it keeps (`close` for a pin between two chains, `constrain` for a toothing or a drive), or leave "
-                "it out; teeth or followers with friction are compliant in free motion (`compliant_mesh`)"
+                f"{stated.name}: {names}: the joint resists a motion that its coordinates allow: "
+                f"state the constraint "
+                "that it keeps (`close` for a pin between two chains, `constrain` for a toothing "
+                "or a drive), or leave "
+                "it out; teeth or followers with friction are compliant in free motion "
+                "(`compliant_mesh`)"
             )
         action_slopes = action_slopes[:, : len(stated.assembly.unknowns)]
         if count_rank(action_slopes) == len(rows) - ways.shape[1]:
             return {}
-        columns = {q: self._column(rows, self._reaction_loads(speeds[key])) for key, q in self._reactions.items()}
+        columns = {
+            q: self._column(rows, self._reaction_loads(speeds[key]))
+            for key, q in self._reactions.items()
+        }
         values = [pose.matrix([column])[0] for column in columns.values()]
         uncarried = [list(columns)[i] for i in find_uncarried(action_slopes, values)]
         action_slopes = np.column_stack(
@@ -256,23 +347,31 @@ class Free:
         if unsupported is not None:
             worst = rows[int(np.argmax(np.abs(unsupported)))].equation.number
             raise MechanismError(
-                f"{stated.name}: no joint carries {worst}: state what holds it (a joint, `mesh` or `couple` for a "
-                "toothing, `contact` for a rope or a rolling body), or leave the forces of joints out by `reported`"
+                f"{stated.name}: no joint carries {worst}: state what holds it (a joint, `mesh` "
+                f"or `couple` for a "
+                "toothing, `contact` for a rope or a rolling body), or leave the forces of joints "
+                "out by `reported`"
             )
         return {reaction: columns[reaction] for reaction in uncarried}
 
     @cached_property
     def _reactions(self) -> dict[str, Quantity]:
-        """The reactions of gaps and slips that need no joint: such that their power is that of the constraint [W]."""
+        """The reactions of gaps and slips that need no joint: such that their power is that of the
+        constraint [W].
+        """
         reactions = {}
         for constraint, name in self.stated.reactive.items():
             speed = self._constrained_speeds()[constraint]
             kind = {of_unit("m/s"): "N", of_unit("rad/s"): "N m"}.get(dimension(speed) or NONE, "1")
-            reactions[constraint] = quantity(name, kind, f"reaction of the constraint {name.removeprefix('R_')}")
+            reactions[constraint] = quantity(
+                name, kind, f"reaction of the constraint {name.removeprefix('R_')}"
+            )
         return reactions
 
     def _virtual_motions(self, rows: Sequence[BalanceRow]) -> list[list[Expr]]:
-        """Return the slopes in the rates of what the load of each balance works on: its body's matter; none of laws."""
+        """Return the slopes in the rates of what the load of each balance works on: its body's
+        matter; none of laws.
+        """
         stated, bodies = self.stated, {body.name: body for body in self.stated.assembly.bodies}
         motions = []
         for row in rows:
@@ -290,17 +389,20 @@ class Free:
         if key not in self._known_ways:
             stated = self.stated
             speed = (
-                self.motion.spin(body.frame) if kind == "moment"
+                self.motion.spin(body.frame)
+                if kind == "moment"
                 else material_velocity(self.motion, body, stated.earth, stated.anchor, at)
-            )  # fmt: skip
+            )
             self._known_ways[key] = self._ways(speed)
         return self._known_ways[key]
 
     def _reaction_loads(self, speed: Expr) -> list[Action]:
-        """Return forces and moments on bodies whose power at all rates is that of a unit force on ``speed``.
+        """Return forces and moments on bodies whose power at all rates is that of a unit force on
+        ``speed``.
 
-        Each coordinate is acted on by a load on a body that it moves with the fewest others, along the direction in
-        which it does. There is none if a coordinate moves no body, or too many of them move the same ones.
+        Each coordinate is acted on by a load on a body that it moves with the fewest others, along
+        the direction in which it does. There is none if a coordinate moves no body, or too many of
+        them move the same ones.
         """
         pending = [i for i, c in enumerate(self.coordinates) if c.rate in speed.free_symbols]
         levers: dict[int, Lever] = {}
@@ -311,16 +413,22 @@ class Free:
                     return []
                 levers[place] = lever
                 pending += [i for i in lever.ways if lever.slope(i) != 0]
-        order = sorted(levers, key=lambda i: -len(levers[i].ways))  # then only a few entries are above the diagonal
+        order = sorted(
+            levers, key=lambda i: -len(levers[i].ways)
+        )  # then only a few entries are above the diagonal
         if len(order) > MOST_TOGETHER:
             return []
         matrix = [[levers[j].slope(i) for j in order] for i in order]
         right = [partial_derivative(speed, self.coordinates[i].rate) for i in order]
         sizes = solve_in_order(matrix, right)
-        return [levers[i].load(size, self.stated.earth) for i, size in zip(order, sizes, strict=True)]
+        return [
+            levers[i].load(size, self.stated.earth) for i, size in zip(order, sizes, strict=True)
+        ]
 
     def _lever(self, place: int) -> Lever | None:
-        """Return what a coordinate moves with the fewest others: a turn of a body rather than a point of it."""
+        """Return what a coordinate moves with the fewest others: a turn of a body rather than a
+        point of it.
+        """
         stated, levers = self.stated, []
         for body in stated.assembly.bodies[1:]:
             at = next((part.centroid for part in body.parts), stated.O)
@@ -329,7 +437,11 @@ class Free:
                 ways = self._matter_ways(body, kind, at)
                 levers += [Lever(body, kind, at, place, ways)] if place in ways else []
         turns = self.coordinates[place].value.unit != "m"
-        return min(levers, key=lambda lever: (len(lever.ways), turns != (lever.kind == "moment")), default=None)
+        return min(
+            levers,
+            key=lambda lever: (len(lever.ways), turns != (lever.kind == "moment")),
+            default=None,
+        )
 
     def _column(self, rows: Sequence[BalanceRow], loads: Sequence[Action]) -> list[Expr]:
         """Return what loads add to the balances, by their rows."""
@@ -349,7 +461,9 @@ class Free:
         """Kinetic energy, and potential energy of weights and springs [J]."""
         stated, bodies = self.stated, self.stated.assembly.bodies
         moving = kinetic_energy(self.motion, bodies, stated.world)
-        stored = sp.Add(*stated.potentials) + potential_energy(stated.assembly, bodies, stated.origin, stated.world)
+        stored = sp.Add(*stated.potentials) + potential_energy(
+            stated.assembly, bodies, stated.origin, stated.world
+        )
         stored_name = quantity("potential", "J", "potential energy of weights and springs")
         return let(quantity("kinetic", "J", "kinetic energy"), moving), let(stored_name, stored)
 
@@ -365,28 +479,43 @@ class Free:
             for i in moved:
                 push, twist = ways.get(i, rest[0]), part.momentum(turns.get(i, rest[1]))
                 for j in moved[: moved.index(i) + 1]:
-                    total[i][j] += part.mass * push.dot(ways.get(j, rest[0])) + twist.dot(turns.get(j, rest[1]))
+                    total[i][j] += part.mass * push.dot(ways.get(j, rest[0])) + twist.dot(
+                        turns.get(j, rest[1])
+                    )
         added = [
-            [-partial_derivative(push, a) if a in push.free_symbols else S.Zero for a in self.accelerations]
+            [
+                -partial_derivative(push, a) if a in push.free_symbols else S.Zero
+                for a in self.accelerations
+            ]
             for push in self._on_rates(self._given_loads())
         ]
-        return [[total[max(i, j)][min(i, j)] + added[i][j] for j in range(count)] for i in range(count)]
+        return [
+            [total[max(i, j)][min(i, j)] + added[i][j] for j in range(count)] for i in range(count)
+        ]
 
     def _ways(self, speed: Vec) -> dict[int, Vec]:
-        """Slopes of a velocity in the rates of those coordinates that it depends on, by their places."""
+        """Slopes of a velocity in the rates of those coordinates that it depends on, by their
+        places.
+        """
         x, y, z = map(self._plain, speed.components)
         felt = x.free_symbols | y.free_symbols | z.free_symbols
         return {
             i: Vec(
                 speed.frame,
-                (partial_derivative(x, c.rate), partial_derivative(y, c.rate), partial_derivative(z, c.rate)),
+                (
+                    partial_derivative(x, c.rate),
+                    partial_derivative(y, c.rate),
+                    partial_derivative(z, c.rate),
+                ),
             )
             for i, c in enumerate(self.coordinates)
             if c.rate in felt
         }
 
     def _forces(self) -> list[Expr]:
-        """Virtual power on each coordinate's rate of given actions, weights, and what inertia does at rest."""
+        """Virtual power on each coordinate's rate of given actions, weights, and what inertia does
+        at rest.
+        """
         resting = [
             (Vec(load.frame, tuple(self._resting(self._plain(c)) for c in load.components)), speed)
             for load, speed in (*self._given_loads(), *self._body_loads())
@@ -394,7 +523,9 @@ class Free:
         return self._on_rates(resting)
 
     def _on_rates(self, loads: Sequence[tuple[Vec, Vec]]) -> list[Expr]:
-        """Virtual power of forces and moments at the velocities that they work on, on each coordinate's rate."""
+        """Virtual power of forces and moments at the velocities that they work on, on each
+        coordinate's rate.
+        """
         total = [S.Zero] * len(self.coordinates)
         for load, speed in loads:
             push = Vec(load.frame, tuple(map(self._plain, load.components)))
@@ -404,35 +535,53 @@ class Free:
 
     def _given_loads(self) -> list[tuple[Vec, Vec]]:
         stated = self.stated
-        return [p for a in self._given_actions() for p in action_load(self.motion, a, stated.earth, stated.anchor)]
+        return [
+            p
+            for a in self._given_actions()
+            for p in action_load(self.motion, a, stated.earth, stated.anchor)
+        ]
 
     def _body_loads(self) -> list[tuple[Vec, Vec]]:
         assembly = self.stated.assembly
-        return [pair for body in assembly.bodies for pair in body_loads(assembly, body, self.stated.earth)]
+        return [
+            pair
+            for body in assembly.bodies
+            for pair in body_loads(assembly, body, self.stated.earth)
+        ]
 
     def _parts(self) -> list[tuple[Body, Part]]:
         return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]
 
     def _refuse(self) -> None:
-        """Raises DimensionError for a given action of another unit, MechanismError for friction that jumps at rest."""
+        """Raises DimensionError for a given action of another unit, MechanismError for friction
+        that jumps at rest.
+        """
         for action in self._given_actions():
             for load, unit in ((action.force, "N"), (action.moment, "N m")):
                 for component in load.components:
                     check_unit(action.name, component, unit)
         for action in self.stated.assembly.actions:
-            if any(self._sizes.keys() & e.atoms(sp.Abs) and e.has(sp.Piecewise) for e in action.force.components):
+            if any(
+                self._sizes.keys() & e.atoms(sp.Abs) and e.has(sp.Piecewise)
+                for e in action.force.components
+            ):
                 raise MechanismError(
-                    f"{self.stated.name}: {action.name} jumps where the sliding turns; in free motion it needs "
+                    f"{self.stated.name}: {action.name} jumps where the sliding turns; in free "
+                    f"motion it needs "
                     "`creep`, the speed below which it is smooth"
                 )
 
     def _events(self) -> Iterator[Let]:
         """Yield a step for each event of a state; its value vanishes there."""
         stated, unavailable = self.stated, {*self.stated.assembly.unknowns, *self.accelerations}
-        actions = [(a.name, (*a.force.components, *a.moment.components)) for a in stated.assembly.actions]
+        actions = [
+            (a.name, (*a.force.components, *a.moment.components)) for a in stated.assembly.actions
+        ]
         moving = frozenset({self.inputs[0], *self.state})
         steps = (*stated.named, *stated.reports)
-        kinks = list_kinks(steps, moving, list_passing_events(steps, stated.events, moving), actions)
+        kinks = list_kinks(
+            steps, moving, list_passing_events(steps, stated.events, moving), actions
+        )
         # An integrator passes a corner by itself, with smaller steps, but not a jump.
         jumps = [event for event in kinks if event.order == 0 and event.period is None]
         for number, event in enumerate(jumps):
@@ -446,13 +595,18 @@ class Free:
         return [
             a
             for a in self.stated.assembly.actions
-            if not any(self._plain(e).free_symbols & unknowns for e in (*a.force.components, *a.moment.components))
+            if not any(
+                self._plain(e).free_symbols & unknowns
+                for e in (*a.force.components, *a.moment.components)
+            )
         ]
 
     def _constrained_speeds(self) -> Mapping[str, Expr]:
         """Speeds that vanish: the rates of the gaps, then slips."""
         rates = {name: self.motion.rate(gap) for name, gap in self.stated.loops.gaps.items()}
-        constrained_speeds = {name: self._plain(speed) for name, speed in (rates | self.stated.slips).items()}
+        constrained_speeds = {
+            name: self._plain(speed) for name, speed in (rates | self.stated.slips).items()
+        }
         for name, speed in constrained_speeds.items():
             if not speed.free_symbols & {c.rate for c in self.coordinates}:
                 raise MechanismError(f"{self.stated.name}: {name} holds none of the coordinates")
@@ -465,10 +619,14 @@ class Free:
         """Return an expression at zero accelerations."""
         return expr.xreplace(dict.fromkeys(self.accelerations, S.Zero))
 
-    def _form(self, name: str, inputs: tuple[Vector | Quantity, ...], steps: Sequence[Let]) -> ClosedForm:
+    def _form(
+        self, name: str, inputs: tuple[Vector | Quantity, ...], steps: Sequence[Let]
+    ) -> ClosedForm:
         outputs = Vector(f"{name}_outputs", tuple(step.symbol for step in steps))
         steps_before = (*self.stated.named, *self.stated.reports)
-        everything: tuple[Step, ...] = sorted_steps(needed((*steps_before, *steps), frozenset(outputs)))
+        everything: tuple[Step, ...] = sorted_steps(
+            needed((*steps_before, *steps), frozenset(outputs))
+        )
         return ClosedForm(name, inputs, everything, outputs)
 
     @staticmethod
@@ -503,7 +661,9 @@ class BalanceRow:
 
 @dataclass(frozen=True)
 class Lever:
-    """A body that a coordinate moves at its place among the coordinates, with the slopes of its spin or velocity."""
+    """A body that a coordinate moves at its place among the coordinates, with the slopes of its
+    spin or velocity.
+    """
 
     body: Body
     kind: Kind
@@ -512,7 +672,9 @@ class Lever:
     ways: Mapping[int, Vec]
 
     def slope(self, place: int) -> Expr:
-        """Return the slope of the speed along the direction of this coordinate in the rate of one."""
+        """Return the slope of the speed along the direction of this coordinate in the rate of
+        one.
+        """
         return self.ways[self.place].dot(self.ways[place]) if place in self.ways else S.Zero
 
     def load(self, size: Expr, ground: Body) -> Action:
@@ -523,7 +685,9 @@ class Lever:
 
 
 def solve_in_order(matrix: list[list[Expr]], right: list[Expr]) -> list[Expr]:
-    """Return the solution of equations whose pivots, in their order, do not vanish; it is not simplified."""
+    """Return the solution of equations whose pivots, in their order, do not vanish; it is not
+    simplified.
+    """
     count, right = len(right), list(right)
     for k, pivot_row in enumerate(matrix):
         for i in range(k + 1, count):
@@ -537,15 +701,22 @@ def solve_in_order(matrix: list[list[Expr]], right: list[Expr]) -> list[Expr]:
     return solution
 
 
-def _steps_of_balances(rows: Sequence[BalanceRow], reactions: Mapping[Quantity, Sequence[Expr]]) -> Iterator[Let]:
-    """Yield ``held_i_u``, the slope of row i in the action u, and ``pushed_i``, all that is no joint's.
+def _steps_of_balances(
+    rows: Sequence[BalanceRow], reactions: Mapping[Quantity, Sequence[Expr]]
+) -> Iterator[Let]:
+    """Yield ``held_i_u``, the slope of row i in the action u, and ``pushed_i``, all that is no
+    joint's.
 
-    The rows of all bodies determine the actions in any pose, where the mechanism holds nothing twice.
+    The rows of all bodies determine the actions in any pose, where the mechanism holds nothing
+    twice.
     """
     for i, row in enumerate(rows):
         claim = row.equation.claims
         moment = isinstance(claim, Balance) and claim.kind == "moment"
-        for action, slope in (*row.slopes.items(), *((u, column[i]) for u, column in reactions.items())):
+        for action, slope in (
+            *row.slopes.items(),
+            *((u, column[i]) for u, column in reactions.items()),
+        ):
             unit = "m" if moment and action.unit == "N" else "1"
             name = f"held_{i}_{action}"
             yield let(quantity(name, unit, f"{row.equation.number}, by {action}"), slope)

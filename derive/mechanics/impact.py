@@ -1,7 +1,8 @@
 """Compliant contacts with dry friction, for integration in time.
 
-A force along the normal follows from the depth and its rate, friction acts across it, both by virtual work. Hunt and
-Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975).
+A force along the normal follows from the depth and its rate, friction acts across it, both by
+virtual work. Hunt and Crossley, Coefficient of restitution interpreted as damping in vibroimpact,
+J. Appl. Mech. 42 (1975).
 """
 
 from __future__ import annotations
@@ -23,9 +24,11 @@ def sum_of_squares(components: Sequence[Expr]) -> Expr:
 
 
 def creeping(limit: Expr, slip: Sequence[Expr], speed: Expr) -> Expr:
-    """Return the friction force per slip velocity [N s/m], Coulomb's ``limit`` [N] smoothed below ``speed`` [m/s].
+    """Return the friction force per slip velocity [N s/m], Coulomb's ``limit`` [N] smoothed below
+    ``speed`` [m/s].
 
-    The force acts against the slip velocity [m/s], whose components are passed: it is minus the result times them.
+    The force acts against the slip velocity [m/s], whose components are passed: it is minus the
+    result times them.
 
     >>> from sympy import symbols
     >>> from derive import creeping
@@ -39,12 +42,13 @@ def creeping(limit: Expr, slip: Sequence[Expr], speed: Expr) -> Expr:
 def dahl(
     sliding: Sequence[Expr], bent: Sequence[Expr], stiffness: Expr, limit: Expr, creep: Expr
 ) -> tuple[tuple[Expr, ...], Expr]:
-    """Return the rates [m/s] at which bristles bend, and the power lost in them [W], by Dahl's law of friction.
+    """Return the rates [m/s] at which bristles bend, and the power lost in them [W], by Dahl's law
+    of friction.
 
-    ``sliding`` [m/s] and ``bent`` [m] are components of the sliding velocity and of the bristles' deflection; the force
-    is ``-stiffness * bent``, with ``stiffness`` in [N/m]. It is elastic at first and tends to ``limit`` [N] while
-    sliding continues one way. ``creep`` [m/s] makes the law smooth at rest (Dahl, Solid friction damping of mechanical
-    vibrations, AIAA J. 14, 1976).
+    ``sliding`` [m/s] and ``bent`` [m] are components of the sliding velocity and of the bristles'
+    deflection; the force is ``-stiffness * bent``, with ``stiffness`` in [N/m]. It is elastic at
+    first and tends to ``limit`` [N] while sliding continues one way. ``creep`` [m/s] makes the law
+    smooth at rest (Dahl, Solid friction damping of mechanical vibrations, AIAA J. 14, 1976).
 
     >>> from sympy import symbols
     >>> from derive import dahl
@@ -59,11 +63,13 @@ def dahl(
 
 @dataclass(frozen=True)
 class ImpactLaw:
-    """An elastic contact with losses: at a depth d [m] the normal force is K d^n (1 + D d'), never less than zero.
+    """An elastic contact with losses: at a depth d [m] the normal force is K d^n (1 + D d'), never
+    less than zero.
 
-    ``stiffness`` K [N/m^n], ``exponent`` n (3/2 is Hertz's) and ``dissipation`` D [s/m] are of Hunt and Crossley;
-    friction has the coefficient ``friction``, without unit, and creeps below the speed ``creep`` [m/s]. ``least`` [m]
-    is a depth that is used where there is none, so that the slope of the force is finite.
+    ``stiffness`` K [N/m^n], ``exponent`` n (3/2 is Hertz's) and ``dissipation`` D [s/m] are of Hunt
+    and Crossley; friction has the coefficient ``friction``, without unit, and creeps below the
+    speed ``creep`` [m/s]. ``least`` [m] is a depth that is used where there is none, so that the
+    slope of the force is finite.
     """
 
     stiffness: Quantity
@@ -85,10 +91,11 @@ class ImpactLaw:
 
 @dataclass(frozen=True)
 class Impact:
-    """Names for the results of an impact: generalised forces [N or N m] along coordinates, as many as their ``rates``.
+    """Names for the results of an impact: generalised forces [N or N m] along coordinates, as many
+    as their ``rates``.
 
-    ``gap`` and ``depth`` are in [m], ``elastic`` and ``normal`` forces in [N], ``stored`` is the energy of the depth
-    [J], ``damped`` and ``rubbed`` are powers lost [W].
+    ``gap`` and ``depth`` are in [m], ``elastic`` and ``normal`` forces in [N], ``stored`` is the
+    energy of the depth [J], ``damped`` and ``rubbed`` are powers lost [W].
     """
 
     gap: Quantity
@@ -105,17 +112,25 @@ class Impact:
     rubbed: Quantity
 
     def outputs(self, name: str) -> Vector:
-        """Return gap [m], normal force [N], generalised forces, stored energy [J] and powers lost [W], packed."""
-        return Vector(name, (self.gap, self.normal, *self.forces, self.stored, self.damped, self.rubbed))
+        """Return gap [m], normal force [N], generalised forces, stored energy [J] and powers lost
+        [W], packed.
+        """
+        return Vector(
+            name, (self.gap, self.normal, *self.forces, self.stored, self.damped, self.rubbed)
+        )
 
-    def steps(self, gap: Expr, opening: Expr, slip: Sequence[Expr], law: ImpactLaw) -> tuple[Let, ...]:
-        """Return the steps of the law for a distance ``gap`` [m], its rate ``opening`` [m/s] and slip velocities [m/s].
+    def steps(
+        self, gap: Expr, opening: Expr, slip: Sequence[Expr], law: ImpactLaw
+    ) -> tuple[Let, ...]:
+        """Return the steps of the law for a distance ``gap`` [m], its rate ``opening`` [m/s] and
+        slip velocities [m/s].
 
         The distance is negative where the bodies overlap.
 
-        By virtual work a force along the normal acts on a coordinate as the slope of the distance along it says, and
-        friction as that of the slip does: the slope in a coordinate is that of the rate in the coordinate's rate.
-        Raises ValueError if the rate or a slip is not linear in the rates.
+        By virtual work a force along the normal acts on a coordinate as the slope of the distance
+        along it says, and friction as that of the slip does: the slope in a coordinate is that of
+        the rate in the coordinate's rate. Raises ValueError if the rate or a slip is not linear in
+        the rates.
         """
         slips = self.slip[: len(slip)]
         return (
@@ -125,7 +140,11 @@ class Impact:
             let(self.closing, -opening),
             let(self.normal, self.elastic * sp.Max(1 + law.dissipation * self.closing, S.Zero)),
             *(let(name, component) for name, component in zip(slips, slip, strict=True)),
-            *([let(self.drag, creeping(law.friction * self.normal, slips, law.creep))] if slip else []),
+            *(
+                [let(self.drag, creeping(law.friction * self.normal, slips, law.creep))]
+                if slip
+                else []
+            ),
             *(
                 let(force, self._force(rate, opening, slip))
                 for rate, force in zip(self.rates, self.forces, strict=True)
@@ -137,7 +156,9 @@ class Impact:
 
     def _force(self, rate: Quantity, opening: Expr, slip: Sequence[Expr]) -> Expr:
         lever = opening.diff(rate)
-        rubbing = sp.Add(*(name * component.diff(rate) for name, component in zip(self.slip, slip, strict=False)))
+        rubbing = sp.Add(
+            *(name * component.diff(rate) for name, component in zip(self.slip, slip, strict=False))
+        )
         if (lever.free_symbols | rubbing.diff(rate).free_symbols) & {rate}:
             raise ValueError(f"{self.gap}: its rate, or a slip, is not linear in {rate}")
         return lever * self.normal - (self.drag * rubbing if rubbing != 0 else S.Zero)

@@ -34,24 +34,35 @@ class Joints(Contacts):
         return tuple(self.assembly.bodies)
 
     def body(
-        self, name: str, frame: Frame, mass: Quantity | None = None, centroid: Point | None = None,
-        inertia: Scalar | Sequence[Scalar] = 0, about: Point | None = None, *, parts: Sequence[Part] = (),
-        axes: Frame | None = None, tilting: bool = True, shared: bool = False,
-    ) -> Body:  # fmt: skip
-        r"""Return a rigid body that turns with ``frame``; without ``mass`` [kg] it only passes forces on.
+        self,
+        name: str,
+        frame: Frame,
+        mass: Quantity | None = None,
+        centroid: Point | None = None,
+        inertia: Scalar | Sequence[Scalar] = 0,
+        about: Point | None = None,
+        *,
+        parts: Sequence[Part] = (),
+        axes: Frame | None = None,
+        tilting: bool = True,
+        shared: bool = False,
+    ) -> Body:
+        r"""Return a rigid body that turns with ``frame``; without ``mass`` [kg] it only passes
+        forces on.
 
         A mass needs a ``centroid``, a point.
 
-        ``inertia`` [kg m2] is about the centroid, along the axes of the body's frame: in the plane the moment about z,
-        in space the diagonal xx, yy, zz of the tensor or its entries xx, yy, zz, xy, xz, yz, with products of inertia
-        as they stand in the tensor: xy is minus the integral of x y dm. ``parts`` are further rigid pieces
-        (`derive.Part`).
+        ``inertia`` [kg m2] is about the centroid, along the axes of the body's frame: in the plane
+        the moment about z, in space the diagonal xx, yy, zz of the tensor or its entries xx, yy,
+        zz, xy, xz, yz, with products of inertia as they stand in the tensor: xy is minus the
+        integral of x y dm. ``parts`` are further rigid pieces (`derive.Part`).
 
-        Moments are balanced about ``about``, else about a joint, the ground's before others, else about the centroid.
-        With ``about``, balances are along ``axes``, the world's unless they are passed, and in space those of moments
-        about x and y are left out unless ``tilting``. A ``shared`` body belongs to two equal sides (`twin_lane`).
-        Raises MechanismError for a mass without a centroid or the reverse, for an inertia without them, or for a second
-        body of the name.
+        Moments are balanced about ``about``, else about a joint, the ground's before others, else
+        about the centroid. With ``about``, balances are along ``axes``, the world's unless they are
+        passed, and in space those of moments about x and y are left out unless ``tilting``. A
+        ``shared`` body belongs to two equal sides (`twin_lane`). Raises MechanismError for a mass
+        without a centroid or the reverse, for an inertia without them, or for a second body of the
+        name.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("m | kg | mass | 2\nJ | kg m2 | about the centroid | 0.01\nl | m | centroid | 0.3")
@@ -67,19 +78,31 @@ class Joints(Contacts):
         if name in {body.name for body in self.assembly.bodies}:
             raise MechanismError(f"two bodies are called {name}")
         tensor = inertia if isinstance(inertia, Sequence) else (0, 0, inertia)
-        first_part = (Part(mass, centroid, tuple(map(sp.sympify, tensor))),) if mass is not None and centroid else ()
-        pin = None if about is None else Pin(about, axes or self.world, self._default_balances if tilting else SHAFT)
+        first_part = (
+            (Part(mass, centroid, tuple(map(sp.sympify, tensor))),)
+            if mass is not None and centroid
+            else ()
+        )
+        pin = (
+            None
+            if about is None
+            else Pin(about, axes or self.world, self._default_balances if tilting else SHAFT)
+        )
         body = self.assembly.add(Body(name, frame, (*first_part, *parts), pin))
         self.shared += [body] if shared else []
         return body
 
-    def pin(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z, axes: Frame | None = None) -> None:
-        r"""State a revolute joint at a point, about ``axis`` of ``by``'s frame; in the plane the axis is z.
+    def pin(
+        self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z, axes: Frame | None = None
+    ) -> None:
+        r"""State a revolute joint at a point, about ``axis`` of ``by``'s frame; in the plane the
+        axis is z.
 
-        F_namex, F_namey (in space F_namez) [N] are the force of ``by`` on ``on``, along the axes of the world, or of
-        the frame ``axes``; with ``axes``, F_name_world_x and its like are reported as well. In space M_name with the
-        axis, as M_namex [N m], are the moments of ``by`` on ``on`` across the axis, along the axes of ``by``'s frame,
-        unless these are left out of the balances of ``on`` (`body`); M_name_world_x and its like are along the world's.
+        F_namex, F_namey (in space F_namez) [N] are the force of ``by`` on ``on``, along the axes of
+        the world, or of the frame ``axes``; with ``axes``, F_name_world_x and its like are reported
+        as well. In space M_name with the axis, as M_namex [N m], are the moments of ``by`` on
+        ``on`` across the axis, along the axes of ``by``'s frame, unless these are left out of the
+        balances of ``on`` (`body`); M_name_world_x and its like are along the world's.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("g | m/s2 | free fall | 9.81\nm | kg | mass | 2\nl | m | centroid | 0.3\nT | N m | load | 1")
@@ -96,8 +119,9 @@ class Joints(Contacts):
     def weld(self, name: str, on: Body, by: Body, at: Point) -> None:
         """State a rigid joint: all forces and moments of ``by`` on ``on`` at a point.
 
-        F_namex, F_namey, in space F_namez, [N] are along the axes of the world, M_namez, in space also M_namex and
-        M_namey, [N m] along those of ``by``'s frame (in space also M_name_world_x and its like). Example: `equations`.
+        F_namex, F_namey, in space F_namez, [N] are along the axes of the world, M_namez, in space
+        also M_namex and M_namey, [N m] along those of ``by``'s frame (in space also M_name_world_x
+        and its like). Example: `equations`.
         """
         self._joint(name, on, by, at, self._directions, range(3) if self.spatial else (2,))
 
@@ -119,45 +143,56 @@ class Joints(Contacts):
         self._joint(name, on, by, at, self._directions, ())
 
     def universal(self, name: str, on: Body, by: Body, at: Point, axis: Axis, other: Axis) -> None:
-        """State a universal joint about ``axis`` of ``by``'s frame and ``other`` of ``on``'s, which cross; in space.
+        """State a universal joint about ``axis`` of ``by``'s frame and ``other`` of ``on``'s, which
+        cross; in space.
 
-        F_namex, F_namey, F_namez [N] are the force of ``by`` on ``on`` along the axes of the world, M_name [N m] times
-        the cross product of both axes is the moment. Raises MechanismError in the plane. Example: `ball`.
+        F_namex, F_namey, F_namez [N] are the force of ``by`` on ``on`` along the axes of the world,
+        M_name [N m] times the cross product of both axes is the moment. Raises MechanismError in
+        the plane. Example: `ball`.
         """
         self._in_space(name)
         cross = unit(by.frame, axis).cross(unit(on.frame, other).resolved(by.frame))
         self._joint(name, on, by, at, self._directions, ())
-        moment = self.assembly.unknown(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}, across both axes")
-        self.assembly.act(f"{name}, moment", on, by, at, zero(by.frame), moment * cross, workless=True)
+        moment = self.assembly.unknown(
+            f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}, across both axes"
+        )
+        self.assembly.act(
+            f"{name}, moment", on, by, at, zero(by.frame), moment * cross, workless=True
+        )
 
     def cylinder(self, name: str, on: Body, by: Body, at: Point, axis: Axis) -> None:
-        """State a cylindrical joint, which turns about and slides along ``axis`` of ``by``'s frame; in space.
+        """State a cylindrical joint, which turns about and slides along ``axis`` of ``by``'s frame;
+        in space.
 
-        Forces F_name [N] and moments M_name [N m] of ``by`` on ``on`` across the axis are along the axes of ``by``'s
-        frame; if ``by`` is not at rest, F_name_world_x, M_name_world_x and their like are along the world's. Raises
-        MechanismError in the plane. Example: `ball`.
+        Forces F_name [N] and moments M_name [N m] of ``by`` on ``on`` across the axis are along the
+        axes of ``by``'s frame; if ``by`` is not at rest, F_name_world_x, M_name_world_x and their
+        like are along the world's. Raises MechanismError in the plane. Example: `ball`.
         """
         self._in_space(name)
         self._joint(name, on, by, at, _across(axis), _across(axis), by.frame)
 
     def plane(self, name: str, on: Body, by: Body, at: Point, normal: Axis) -> None:
-        """State a planar joint: ``on`` slides on a plane of ``by`` and turns about its ``normal``; in space.
+        """State a planar joint: ``on`` slides on a plane of ``by`` and turns about its ``normal``;
+        in space.
 
-        The normal is an axis of ``by``'s frame. Along the axes of that frame, F_name [N] is the force of ``by`` on
-        ``on`` along the normal and M_name [N m] the moments across it. The joint pushes and pulls. Raises
-        MechanismError in the plane. Example: `ball`.
+        The normal is an axis of ``by``'s frame. Along the axes of that frame, F_name [N] is the
+        force of ``by`` on ``on`` along the normal and M_name [N m] the moments across it. The joint
+        pushes and pulls. Raises MechanismError in the plane. Example: `ball`.
         """
         self._in_space(name)
         self._joint(name, on, by, at, [i for i in range(3) if normal[i]], _across(normal), by.frame)
 
-    def wheel(self, name: str, on: Body, centre: Point, radius: Scalar, axle: Axis, up: Axis) -> None:
-        """State a thin wheel that rolls without slip on the plane through the origin, in space, in free motion.
+    def wheel(
+        self, name: str, on: Body, centre: Point, radius: Scalar, axle: Axis, up: Axis
+    ) -> None:
+        """State a thin wheel that rolls without slip on the plane through the origin, in space, in
+        free motion.
 
-        ``radius`` [m]; ``centre`` is fixed in the body, ``axle`` an axis of its frame, ``up`` the axis of the world
-        that points from the plane to the wheel, as Z or (0, 0, -1). F_namex, F_namey, F_namez [N] are the force of the
-        plane on the wheel at the contact, along the axes of the world. It adds a gap and two slips as constraints.
-        Raises MechanismError in the plane. The coordinate of the centre along ``up`` should begin at the radius
-        (`begin`).
+        ``radius`` [m]; ``centre`` is fixed in the body, ``axle`` an axis of its frame, ``up`` the
+        axis of the world that points from the plane to the wheel, as Z or (0, 0, -1). F_namex,
+        F_namey, F_namez [N] are the force of the plane on the wheel at the contact, along the axes
+        of the world. It adds a gap and two slips as constraints. Raises MechanismError in the
+        plane. The coordinate of the centre along ``up`` should begin at the radius (`begin`).
 
         >>> from derive import Mechanism, X, Y, Z, quantities
         >>> q = quantities('''
@@ -181,7 +216,9 @@ class Joints(Contacts):
         tilt = way.dot(normal)
         upright = sp.sqrt(1 - tilt**2)
         contact = Point(f"{name}, contact", centre, (-radius / upright) * (normal - tilt * way))
-        self._add_gap(name, displacement(self.O, centre, self.world).dot(normal) - radius * upright, {})
+        self._add_gap(
+            name, displacement(self.O, centre, self.world).dot(normal) - radius * upright, {}
+        )
         arm = displacement(centre, contact, self.world)
         spin = self.motion.spin(on.frame).resolved(self.world)
         slip = point_velocity(self.motion, centre, self.world) + spin.cross(arm)
@@ -190,22 +227,30 @@ class Joints(Contacts):
         self._joint(name, on, self.ground, contact, range(3), ())
 
     def slide(
-        self, name: str, on: Body, by: Body, at: Point, along: Axis = X, friction: Scalar = 0,
-        origin: Point | None = None, creep: Scalar = 0,
-    ) -> None:  # fmt: skip
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        at: Point,
+        along: Axis = X,
+        friction: Scalar = 0,
+        origin: Point | None = None,
+        creep: Scalar = 0,
+    ) -> None:
         """State a prismatic joint along an axis ``along`` of ``by``'s frame.
 
-        In the plane N_name [N] is the force of ``by`` on ``on`` across the axis, positive to the left of it (z cross
-        the axis), and M_name [N m] the moment of ``by`` on ``on`` about z. With ``friction``, Coulomb's coefficient
-        without unit, friction |N_name| acts on ``on`` against its sliding v_name [m/s] along the axis, and P_name [W]
-        is the power lost, never negative. The sliding is that of ``at`` against a point fixed in ``by``: ``origin``,
-        which may be left out for the ground. Below the speed ``creep`` [m/s] friction is smooth (`derive.creeping`),
+        In the plane N_name [N] is the force of ``by`` on ``on`` across the axis, positive to the
+        left of it (z cross the axis), and M_name [N m] the moment of ``by`` on ``on`` about z. With
+        ``friction``, Coulomb's coefficient without unit, friction |N_name| acts on ``on`` against
+        its sliding v_name [m/s] along the axis, and P_name [W] is the power lost, never negative.
+        The sliding is that of ``at`` against a point fixed in ``by``: ``origin``, which may be left
+        out for the ground. Below the speed ``creep`` [m/s] friction is smooth (`derive.creeping`),
         which free motion needs.
 
-        In space F_name [N] are the forces of ``by`` on ``on`` across the axis and M_name [N m] all moments, along the
-        axes of ``by``'s frame; F_name_world_x, M_name_world_x and their like are along the world's. Raises
-        MechanismError for friction in space, or without the ``origin`` of a moving ``by``; free motion raises it for
-        friction without ``creep`` in `system`.
+        In space F_name [N] are the forces of ``by`` on ``on`` across the axis and M_name [N m] all
+        moments, along the axes of ``by``'s frame; F_name_world_x, M_name_world_x and their like are
+        along the world's. Raises MechanismError for friction in space, or without the ``origin`` of
+        a moving ``by``; free motion raises it for friction without ``creep`` in `system`.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities('''
@@ -230,14 +275,20 @@ class Joints(Contacts):
         """
         if self.spatial:
             if friction != 0:
-                raise MechanismError(f"{name}: a slide in space has no friction here; state it as a force")
+                raise MechanismError(
+                    f"{name}: a slide in space has no friction here; state it as a force"
+                )
             self._joint(name, on, by, at, _across(along), range(3), by.frame)
             return
-        normal = self.assembly.unknown(f"N_{name}", "N", f"normal force of {by} on {on} at {at.name}")
+        normal = self.assembly.unknown(
+            f"N_{name}", "N", f"normal force of {by} on {on} at {at.name}"
+        )
         moment = self.assembly.unknown(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}")
         way = unit(by.frame, along)
         across = unit(by.frame, Z).cross(way)
-        self.assembly.act(name, on, by, at, normal * across, moment * unit(by.frame, Z), workless=True)
+        self.assembly.act(
+            name, on, by, at, normal * across, moment * unit(by.frame, Z), workless=True
+        )
         if friction != 0:
             sliding, limit = self._sliding(name, by, at, way, origin), friction * sp.Abs(normal)
             if creep != 0:
@@ -249,24 +300,29 @@ class Joints(Contacts):
             self.report(f"P_{name}", "W", f"power lost to friction at {at.name}", drag * sliding)
 
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
-        """State the motor that keeps the motion along the angle, and return its torque ``name`` [N m].
+        """State the motor that keeps the motion along the angle, and return its torque ``name`` [N
+        m].
 
-        The balances determine the torque. It acts on ``on`` by ``by``, positive about ``axis`` of ``by``'s frame,
-        counter-clockwise about z. P_name [W] is its power, positive where the motor drives: the torque times the speed
-        of ``on`` against ``by``. Example: `Mechanism`.
+        The balances determine the torque. It acts on ``on`` by ``by``, positive about ``axis`` of
+        ``by``'s frame, counter-clockwise about z. P_name [W] is its power, positive where the motor
+        drives: the torque times the speed of ``on`` against ``by``. Example: `Mechanism`.
         """
         way = unit(by.frame, axis)
-        torque = self.assembly.torque(name, on, by, at, way, f"torque of {by} on {on}, which keeps the motion")
+        torque = self.assembly.torque(
+            name, on, by, at, way, f"torque of {by} on {on}, which keeps the motion"
+        )
         turning = self.motion.spin(on.frame).resolved(by.frame) - self.motion.spin(by.frame)
         self.report(f"P_{name}", "W", f"power of {name}", torque * turning.dot(way))
         return torque
 
     def actuator(self, name: str, on: Body, by: Body, ends: tuple[Point, Point]) -> Quantity:
-        r"""State the linear drive that keeps the motion along the angle, and return its pull ``name`` [N].
+        r"""State the linear drive that keeps the motion along the angle, and return its pull
+        ``name`` [N].
 
-        The balances determine the force. It acts between a point of ``on`` and one of ``by``, positive where it pulls
-        the ``ends`` together; its stroke follows from the motion as stated, as a law of the angle or of time. P_name
-        [W] is its power, positive where it drives. The force has no direction where the ends coincide.
+        The balances determine the force. It acts between a point of ``on`` and one of ``by``,
+        positive where it pulls the ``ends`` together; its stroke follows from the motion as stated,
+        as a law of the angle or of time. P_name [W] is its power, positive where it drives. The
+        force has no direction where the ends coincide.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("phi | rad | phase\nomega | rad/s | its speed | 1\nh | m | stroke | 0.1\nm | kg | load | 2")
@@ -279,20 +335,35 @@ class Joints(Contacts):
         """
         line = displacement(*ends, self.world)
         long = sp.sqrt(line.dot(line))
-        pull = self.assembly.unknown(name, "N", f"pull between {on} and {by}, which keeps the motion")
+        pull = self.assembly.unknown(
+            name, "N", f"pull between {on} and {by}, which keeps the motion"
+        )
         self.assembly.act(name, on, by, ends[0], (pull / long) * line)
-        self.report(f"P_{name}", "W", f"power of {name}", -pull * line.dot(self.motion.derivative(line)) / long)
+        self.report(
+            f"P_{name}",
+            "W",
+            f"power of {name}",
+            -pull * line.dot(self.motion.derivative(line)) / long,
+        )
         return pull
 
     def spring(
-        self, name: str, on: Body, by: Body, ends: tuple[Point, Point], stiffness: Scalar, length: Scalar,
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        ends: tuple[Point, Point],
+        stiffness: Scalar,
+        length: Scalar,
         damping: Scalar = 0,
-    ) -> Quantity:  # fmt: skip
-        """State a spring between a point of ``on`` and one of ``by``, and return its pull F_name [N].
+    ) -> Quantity:
+        """State a spring between a point of ``on`` and one of ``by``, and return its pull F_name
+        [N].
 
-        F_name = ``stiffness`` [N/m] (l_name - ``length`` [m]) + ``damping`` [N s/m] times the rate of l_name [m], which
-        is the distance of the ``ends``. A positive F_name pulls the ends together, a negative one pushes them apart.
-        The force has no direction where the ends coincide.
+        F_name = ``stiffness`` [N/m] (l_name - ``length`` [m]) + ``damping`` [N s/m] times the rate
+        of l_name [m], which is the distance of the ``ends``. A positive F_name pulls the ends
+        together, a negative one pushes them apart. The force has no direction where the ends
+        coincide.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities('''
@@ -310,18 +381,29 @@ class Joints(Contacts):
         F_spring*(-s + w)/l_spring - m*s_ddot
         """
         long, pull = self._strut(
-            name, on, by, ends, lambda distance, rate: stiffness * (distance - length) + damping * rate
-        )  # fmt: skip
+            name,
+            on,
+            by,
+            ends,
+            lambda distance, rate: stiffness * (distance - length) + damping * rate,
+        )
         self.potentials.append(stiffness * (long - length) ** 2 / 2)
         return pull
 
     def strut(
-        self, name: str, on: Body, by: Body, ends: tuple[Point, Point], law: Callable[[Expr, Expr], Expr]
-    ) -> Quantity:  # fmt: skip
-        r"""State a light strut of any law between a point of ``on`` and one of ``by``, and return its pull F_name [N].
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        ends: tuple[Point, Point],
+        law: Callable[[Expr, Expr], Expr],
+    ) -> Quantity:
+        r"""State a light strut of any law between a point of ``on`` and one of ``by``, and return
+        its pull F_name [N].
 
-        ``law`` gives the pull of l_name, the distance of the ``ends`` [m], and of its rate [m/s]: a spring that
-        stiffens, a gas spring, a damper, a belt that does not push, an actuator. Signs are those of `spring`.
+        ``law`` gives the pull of l_name, the distance of the ``ends`` [m], and of its rate [m/s]: a
+        spring that stiffens, a gas spring, a damper, a belt that does not push, an actuator. Signs
+        are those of `spring`.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("c | N s2/m2 | damper | 40\nw | m | wall | 0.3\nm | kg | block | 2")
@@ -335,8 +417,13 @@ class Joints(Contacts):
         return self._strut(name, on, by, ends, law)[1]
 
     def _strut(
-        self, name: str, on: Body, by: Body, ends: tuple[Point, Point], law: Callable[[Expr, Expr], Expr]
-    ) -> tuple[Quantity, Quantity]:  # fmt: skip
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        ends: tuple[Point, Point],
+        law: Callable[[Expr, Expr], Expr],
+    ) -> tuple[Quantity, Quantity]:
         """Return the length [m] of a strut and its pull [N]."""
         line = displacement(*ends, self.world)
         long = self.name_(f"l_{name}", "m", f"length of {name}", sp.sqrt(line.dot(line)))
@@ -347,13 +434,19 @@ class Joints(Contacts):
         return long, pull
 
     def bushing(
-        self, name: str, on: Body, by: Body, ends: tuple[Point, Point], stiffness: Scalar, damping: Scalar = 0
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        ends: tuple[Point, Point],
+        stiffness: Scalar,
+        damping: Scalar = 0,
     ) -> None:
         r"""State an elastic joint: a force that draws a point of ``on`` back to one of ``by``.
 
-        F_namex, F_namey, in space F_namez, [N] act on ``on`` along the axes of ``by``'s frame: minus ``stiffness``
-        [N/m] times the place of the first of the ``ends`` from the second, less ``damping`` [N s/m] times its rate, as
-        ``by`` sees it. Turning meets no resistance.
+        F_namex, F_namey, in space F_namez, [N] act on ``on`` along the axes of ``by``'s frame:
+        minus ``stiffness`` [N/m] times the place of the first of the ``ends`` from the second, less
+        ``damping`` [N s/m] times its rate, as ``by`` sees it. Turning meets no resistance.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("k | N/m | rubber | 9e4\nm | kg | block | 2")
@@ -367,27 +460,43 @@ class Joints(Contacts):
         place = displacement(ends[1], ends[0], by.frame)
         pull = (-stiffness) * place + (-damping) * self.motion.relative_derivative(place, by.frame)
         named = [
-            self.name_(f"F_{name}{axis}", "N", f"force of {by} on {on} in {name}, {axis}", component)
-            if component != 0 else S.Zero
+            self.name_(
+                f"F_{name}{axis}", "N", f"force of {by} on {on} in {name}, {axis}", component
+            )
+            if component != 0
+            else S.Zero
             for axis, component in zip(AXES, pull.components, strict=True)
-        ]  # fmt: skip
+        ]
         self.potentials.append(stiffness * place.dot(place) / 2)
         self.force(name, on, ends[0], Vec(by.frame, to_triple(named)), by)
 
     def compliant_contact(
-        self, name: str, on: Body, by: Body, at: Point, surface: Point, law: Callable[[Expr, Expr], Expr],
-        normal: Axis = Y, friction: Scalar = 0, creep: Scalar = 0, radius: Scalar = 0,
-    ) -> Quantity:  # fmt: skip
-        r"""State a compliant contact that can open: a point of ``on`` over a surface of ``by``. Returns N_name [N].
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        at: Point,
+        surface: Point,
+        law: Callable[[Expr, Expr], Expr],
+        normal: Axis = Y,
+        friction: Scalar = 0,
+        creep: Scalar = 0,
+        radius: Scalar = 0,
+    ) -> Quantity:
+        r"""State a compliant contact that can open: a point of ``on`` over a surface of ``by``.
 
-        The surface is the plane through the point ``surface`` across ``normal``, an axis of ``by``'s frame along which
-        it pushes ``at``. With a ``radius`` [m] it is a circle, in space a sphere, about that point: a positive one
-        pushes outwards, as a disc does (of two discs it is the sum of their radii), a negative one inwards, as a bush
-        does (of a pin in it, minus the radial clearance). gap_name [m] is the distance from the surface, negative at a
-        depth. ``law`` gives the force [N] of the depth [m] and of its rate [m/s]; it counts where there is a depth, and
-        never pulls. Friction against the sliding of ``at`` has the coefficient ``friction``, without unit, and creeps
-        below the speed ``creep`` [m/s] (`derive.creeping`). For soil, an end stop, clearance; with the law
-        K d^(3/2) (1 + D d_dot) the contact of Hunt and Crossley (J. Appl. Mech. 42, 1975).
+        Returns N_name [N].
+
+        The surface is the plane through the point ``surface`` across ``normal``, an axis of
+        ``by``'s frame along which it pushes ``at``. With a ``radius`` [m] it is a circle, in space
+        a sphere, about that point: a positive one pushes outwards, as a disc does (of two discs it
+        is the sum of their radii), a negative one inwards, as a bush does (of a pin in it, minus
+        the radial clearance). gap_name [m] is the distance from the surface, negative at a depth.
+        ``law`` gives the force [N] of the depth [m] and of its rate [m/s]; it counts where there is
+        a depth, and never pulls. Friction against the sliding of ``at`` has the coefficient
+        ``friction``, without unit, and creeps below the speed ``creep`` [m/s] (`derive.creeping`).
+        For soil, an end stop, clearance; with the law K d^(3/2) (1 + D d_dot) the contact of Hunt
+        and Crossley (J. Appl. Mech. 42, 1975).
 
         >>> from derive import Mechanism, Y, quantities
         >>> q = quantities("K | N/m | soil | 9e4\nm | kg | block | 2\ng | m/s2 | free fall | 9.81")
@@ -400,45 +509,71 @@ class Joints(Contacts):
         place, way = displacement(surface, at, by.frame), unit(by.frame, normal)
         motion, distance = self.motion.relative_derivative(place, by.frame), place.dot(way)
         if radius != 0:
-            far = self.name_(f"l_{name}", "m", f"distance of {at.name} from {surface.name}", sp.sqrt(place.dot(place)))
+            far = self.name_(
+                f"l_{name}",
+                "m",
+                f"distance of {at.name} from {surface.name}",
+                sp.sqrt(place.dot(place)),
+            )
             side = switch(-sp.sympify(radius), -S.One, S.One)  # a bush also without clearance
-            way, distance = (side / sp.Max(far, CENTRE * sp.Abs(radius))) * place, side * far - radius
+            way, distance = (
+                (side / sp.Max(far, CENTRE * sp.Abs(radius))) * place,
+                side * far - radius,
+            )
         opening = motion.dot(way)
-        gap = self.name_(f"gap_{name}", "m", f"distance of {at.name} from the surface of {by}", distance)
+        gap = self.name_(
+            f"gap_{name}", "m", f"distance of {at.name} from the surface of {by}", distance
+        )
         push = self.name_(
-            f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal",
+            f"N_{name}",
+            "N",
+            f"force of {by} on {on} at {at.name}, along the normal",
             self._push_at(gap, opening, law, f"contact of {name}"),
-        )  # fmt: skip
+        )
         slip = motion - opening * way
         drag = creeping(friction * push, slip.components, creep) if friction != 0 else S.Zero
         self.force(name, on, at, push * way - drag * slip, by)
         return push
 
-    def _push_at(self, gap: Quantity, opening: Expr, law: Callable[[Expr, Expr], Expr], event: str) -> Expr:
-        """Return the force [N] of a law where a gap, of a rate ``opening`` [m/s], is closed; state its event."""
+    def _push_at(
+        self, gap: Quantity, opening: Expr, law: Callable[[Expr, Expr], Expr], event: str
+    ) -> Expr:
+        """Return the force [N] of a law where a gap, of a rate ``opening`` [m/s], is closed; state
+        its event.
+        """
         self.motion.rates[gap] = opening
         self.events.append(Event(event, gap, S.Zero, 0))
         return switch(gap, S.Zero, sp.Max(law(switch(gap, S.Zero, -gap), -opening), 0))
 
     def compliant_mesh(
-        self, tag: str, inner: Body, outer: Body, contact: GearContact, lag: Expr, law: Callable[[Expr, Expr], Expr],
+        self,
+        tag: str,
+        inner: Body,
+        outer: Body,
+        contact: GearContact,
+        lag: Expr,
+        law: Callable[[Expr, Expr], Expr],
         backlash: Scalar = 0,
-    ) -> Quantity:  # fmt: skip
-        r"""State compliant teeth of two gears, which can separate, as `mesh` has them rigid. Returns F_Ntag [N].
+    ) -> Quantity:
+        r"""State compliant teeth of two gears, which can separate, as `mesh` has them rigid.
 
-        ``lag`` [rad] is the angle by which ``outer`` is behind the position that rigid teeth without backlash give it,
-        counter-clockwise, with both flanks as far apart at zero; for round gears -inner r/R - outer. ``backlash`` [m]
-        is the play along the line of action, ``law`` the normal force [N] of the depth [m] of a flank and of its rate
-        [m/s], as for `compliant_contact`. F_Ntag is the normal force on the flank that bears, positive; gap_tag_ahead
-        and gap_tag_behind [m] are the gaps along the line of action of the flank that turns ``outer``
-        counter-clockwise and of the other, negative at a depth. An event marks where each opens or closes. Without
-        friction P_tag [W] is the power of the teeth on both gears, negative while they store or lose energy.
+        Returns F_Ntag [N].
 
-        Forces have the potential of the depth: gaps change at the rate of their flanks, also as the pitch radius of the
-        inner gear changes, which the normal at the pitch point leaves out. Without damping the energy is constant. As
-        the stiffness rises without backlash, forces approach those of `mesh`.
-        Raises MechanismError for a rack, and if ``lag`` changes other than by the turning of both gears, which it must
-        where the lever does.
+        ``lag`` [rad] is the angle by which ``outer`` is behind the position that rigid teeth
+        without backlash give it, counter-clockwise, with both flanks as far apart at zero; for
+        round gears -inner r/R - outer. ``backlash`` [m] is the play along the line of action,
+        ``law`` the normal force [N] of the depth [m] of a flank and of its rate [m/s], as for
+        `compliant_contact`. F_Ntag is the normal force on the flank that bears, positive;
+        gap_tag_ahead and gap_tag_behind [m] are the gaps along the line of action of the flank that
+        turns ``outer`` counter-clockwise and of the other, negative at a depth. An event marks
+        where each opens or closes. Without friction P_tag [W] is the power of the teeth on both
+        gears, negative while they store or lose energy.
+
+        Forces have the potential of the depth: gaps change at the rate of their flanks, also as the
+        pitch radius of the inner gear changes, which the normal at the pitch point leaves out.
+        Without damping the energy is constant. As the stiffness rises without backlash, forces
+        approach those of `mesh`. Raises MechanismError for a rack, and if ``lag`` changes other
+        than by the turning of both gears, which it must where the lever does.
 
         >>> from derive import GearContact, Mechanism, quantities
         >>> q = quantities('''
@@ -460,21 +595,35 @@ class Joints(Contacts):
         F_NP
         """
         if contact.is_rack:
-            raise MechanismError(f"{self.name}: teeth {tag} of a rack cannot be compliant; state a compliant_contact")
+            raise MechanismError(
+                f"{self.name}: teeth {tag} of a rack cannot be compliant; state a compliant_contact"
+            )
         smooth, pushes, power, turns = replace(contact, friction=S.Zero), [], S.Zero, S.Zero
         for bearing, side in ((1, "ahead"), (-1, "behind")):
             lever = smooth.lever(bearing)
-            meaning, distance = f"gap of the flanks of {inner} and {outer}, {side}", backlash / 2 - lever * lag
+            meaning, distance = (
+                f"gap of the flanks of {inner} and {outer}, {side}",
+                backlash / 2 - lever * lag,
+            )
             gap = self.name_(f"gap_{tag}_{side}", "m", meaning, distance)
             opening = self.motion.rate(distance)
             pushes.append(self._push_at(gap, opening, law, f"teeth at {tag}, {side}"))
             power += pushes[-1] * opening
             turns -= (
-                pushes[-1] * lag * slope_by_turning(self.motion, contact.frame, inner.frame, self.motion.rate(lever))
+                pushes[-1]
+                * lag
+                * slope_by_turning(self.motion, contact.frame, inner.frame, self.motion.rate(lever))
             )
-        push = self.name_(f"F_N{tag}", "N", f"normal force between the teeth of {inner} and {outer}", sp.Add(*pushes))
+        push = self.name_(
+            f"F_N{tag}",
+            "N",
+            f"normal force between the teeth of {inner} and {outer}",
+            sp.Add(*pushes),
+        )
         sides = zip(contact.flank(1), contact.flank(-1), strict=True)
-        force = Vec(contact.frame, tuple(pushes[0] * ahead + pushes[1] * behind for ahead, behind in sides))
+        force = Vec(
+            contact.frame, tuple(pushes[0] * ahead + pushes[1] * behind for ahead, behind in sides)
+        )
         if turns != 0:
             # a force through the outer gear's centre turns the inner gear alone
             follows = self.motion.rate(lag) + turning_rate(self.motion, contact.frame, outer.frame)
@@ -482,29 +631,37 @@ class Joints(Contacts):
             if stray := ratio.free_symbols & {c.rate for c in self.loops.coordinates}:
                 names = ", ".join(sorted(map(str, stray)))
                 raise MechanismError(
-                    f"teeth {tag}: lag changes with {names} other than by the turning of {inner} and {outer}; state it "
+                    f"teeth {tag}: lag changes with {names} other than by the turning of {inner} "
+                    f"and {outer}; state it "
                     f"in terms of the angle of {inner}, not of what turns that"
                 )
-            across = Vec(contact.frame, (S.Zero, turns / (contact.outer_radius * (1 - ratio)), S.Zero))
+            across = Vec(
+                contact.frame, (S.Zero, turns / (contact.outer_radius * (1 - ratio)), S.Zero)
+            )
             self.force(f"F_{tag}, as the lever changes", inner, contact.outer, across, outer)
-        self.force(f"F_{tag}", inner, replace(contact.pitch_point, name=f"pitch point {tag}"), force, outer)
+        self.force(
+            f"F_{tag}", inner, replace(contact.pitch_point, name=f"pitch point {tag}"), force, outer
+        )
         if contact.friction == 0:
             self.report(f"P_{tag}", "W", f"power of the teeth on {inner} and {outer}", power)
         return push
 
     def force(self, name: str, on: Body, at: Point, force: Vec, by: Body | None = None) -> None:
-        """Apply a given force [N] to a body at a point, and its reverse there to ``by`` or else to the ground.
+        """Apply a given force [N] to a body at a point, and its reverse there to ``by`` or else to
+        the ground.
 
-        The force is a vector of any frame, with which it turns (`vector`); its components may be expressions of
-        coordinates, rates and named quantities. Its name is not among the results: report it by `report`. Example:
-        `slide`.
+        The force is a vector of any frame, with which it turns (`vector`); its components may be
+        expressions of coordinates, rates and named quantities. Its name is not among the results:
+        report it by `report`. Example: `slide`.
         """
         self.assembly.act(name, on, by or self.ground, at, force)
 
     def torque(self, name: str, on: Body, by: Body, torque: Expr, axis: Axis = Z) -> None:
-        """Apply a given torque [N m] to ``on`` about ``axis`` of ``by``'s frame, and its reverse to ``by``.
+        """Apply a given torque [N m] to ``on`` about ``axis`` of ``by``'s frame, and its reverse to
+        ``by``.
 
-        Counter-clockwise is positive about z. Its name is not among the results: report it by `report`. Example: `pin`.
+        Counter-clockwise is positive about z. Its name is not among the results: report it by
+        `report`. Example: `pin`.
         """
         self.assembly.act(name, on, by, self.O, zero(by.frame), torque * unit(by.frame, axis))
 
@@ -514,12 +671,20 @@ class Joints(Contacts):
 
     def _in_space(self, name: str) -> None:
         if not self.spatial:
-            raise MechanismError(f"{name}: a joint of space; say `spatial=True` where the mechanism is begun")
+            raise MechanismError(
+                f"{name}: a joint of space; say `spatial=True` where the mechanism is begun"
+            )
 
     def _joint(
-        self, name: str, on: Body, by: Body, at: Point, forces: Iterable[int], moments: Iterable[int],
+        self,
+        name: str,
+        on: Body,
+        by: Body,
+        at: Point,
+        forces: Iterable[int],
+        moments: Iterable[int],
         frame: Frame | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Forces by axes of the world or of a frame, moments by those of ``by``'s.
 
         Whatever is not by those of the world is reported in these as well.
@@ -532,21 +697,30 @@ class Joints(Contacts):
         for i in moments:
             meaning = f"moment of {by} on {on} at {at.name}, {AXES[i]} of {by.frame}"
             moment[i] = self.assembly.unknown(f"M_{name}{AXES[i]}", "N m", meaning)
-        forces_, moments_ = Vec(frame or self.world, to_triple(force)), Vec(by.frame, to_triple(moment))
+        forces_, moments_ = (
+            Vec(frame or self.world, to_triple(force)),
+            Vec(by.frame, to_triple(moment)),
+        )
         self.assembly.act(name, on, by, at, forces_, moments_, workless=True)
         self._along_other_axes(f"F_{name}", "N", f"force of {by} on {on} at {at.name}", forces_)
         self._along_other_axes(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}", moments_)
 
     def _along_other_axes(self, name: str, unit_: str, meaning: str, action: Vec) -> None:
-        """Note an action of a joint in space, or a force in the plane, whose components are not the world's."""
-        turned = action.frame != self.world and any(component != 0 for component in action.components)
+        """Note an action of a joint in space, or a force in the plane, whose components are not the
+        world's.
+        """
+        turned = action.frame != self.world and any(
+            component != 0 for component in action.components
+        )
         if turned and (self.spatial or unit_ == "N"):
             self.turned[name] = (unit_, meaning, action)
 
     def _sliding(self, name: str, by: Body, at: Point, way: Vec, origin: Point | None) -> Quantity:
         """Return the speed of a point along a direction, seen from a body."""
         if origin is None and by != self.ground:
-            raise MechanismError(f"{name}: name the point of {by} that the sliding is counted from, `origin`")
+            raise MechanismError(
+                f"{name}: name the point of {by} that the sliding is counted from, `origin`"
+            )
         place = displacement(origin or self.O, at, by.frame)
         speed = self.motion.relative_derivative(place, by.frame).dot(way)
         return self.name_(f"v_{name}", "m/s", f"sliding at {at.name} on {by}", speed)

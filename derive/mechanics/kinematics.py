@@ -1,4 +1,6 @@
-"""Motion of a mechanism as named steps: coordinates with rates, positions, accelerations, gear stages, followers."""
+"""Motion of a mechanism as named steps: coordinates with rates, positions, accelerations, gear
+stages, followers.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ Slopes = dict[Quantity, Expr]
 
 @dataclass
 class Followed:
-    """Steps in their order with their derivatives along coordinates; what depends on no coordinate is constant."""
+    """Steps in their order with their derivatives along coordinates; what depends on no coordinate
+    is constant.
+    """
 
     coordinates: tuple[Quantity, ...]
     steps: list[Let] = field(default_factory=list)
@@ -29,13 +33,17 @@ class Followed:
         self.known |= {q: {q: S.One} for q in self.coordinates}
 
     def let(self, symbol: Quantity, expr: Expr, reason: str = "") -> Quantity:
-        """Name an expression, in the unit of ``symbol``, and return the symbol, whose derivatives are then known."""
+        """Name an expression, in the unit of ``symbol``, and return the symbol, whose derivatives
+        are then known.
+        """
         self.steps.append(Let(symbol, expr, f"derived: {reason or symbol.meaning}"))
         self.known[symbol] = self.slopes(expr)
         return symbol
 
     def slopes(self, expr: Expr) -> Slopes:
-        """Return the derivatives of an expression along its coordinates [its unit per that of the coordinate]."""
+        """Return the derivatives of an expression along its coordinates [its unit per that of the
+        coordinate].
+        """
         if isinstance(expr, sp.Piecewise):
             return self._of_cases(expr)
         derivatives: Slopes = {}
@@ -46,7 +54,9 @@ class Followed:
         return {coordinate: slope for coordinate, slope in derivatives.items() if slope != 0}
 
     def along(self, expr: Expr, coordinate: Quantity) -> Expr:
-        """Return the derivative of an expression along one coordinate [its unit per that of the coordinate]."""
+        """Return the derivative of an expression along one coordinate [its unit per that of the
+        coordinate].
+        """
         return self.slopes(expr).get(coordinate, S.Zero)
 
     def _of_cases(self, cases: sp.Piecewise) -> Slopes:
@@ -63,7 +73,9 @@ _RATES = {"rad": ("rad/s", "rad/s2"), "m": ("m/s", "m/s2"), "1": ("1/s", "1/s2")
 
 @dataclass(frozen=True)
 class GearStage:
-    """A pair of non-circular gears whose pitch curves are chosen at run time: number and vectors of the inner gear."""
+    """A pair of non-circular gears whose pitch curves are chosen at run time: number and vectors of
+    the inner gear.
+    """
 
     number: int
     parameters: OpenVector
@@ -71,30 +83,41 @@ class GearStage:
 
     @property
     def contact(self) -> RuntimeFunction:
-        takes, gives = ("t", "parameters", "hoisted"), ("r", "dr", "ddr", "ratio", "dratio", "turned")
+        takes, gives = (
+            ("t", "parameters", "hoisted"),
+            ("r", "dr", "ddr", "ratio", "dratio", "turned"),
+        )
         kind = "contact functions of pitch curves"
         return RuntimeFunction(f"stage{self.number}", kind, takes, gives, positive=("r", "ratio"))
 
     def call(self, argument: Expr, when: str = "", **outputs: Quantity) -> Call:
-        """Contact at a polar angle of the inner gear; ``outputs`` are those of its results that have a use."""
+        """Contact at a polar angle of the inner gear; ``outputs`` are those of its results that
+        have a use.
+        """
         contact = self.contact
         named = tuple(outputs.get(name) for name in contact.gives)
         source = f"derived: stage {self.number}{when}"
         return Call(named, contact, argument, (self.parameters, self.hoisted), source)
 
     def joints(self, t: Quantity) -> list[Event]:
-        """Return the events at which both segments of a deformed pitch curve meet; other curves have none."""
+        """Return the events at which both segments of a deformed pitch curve meet; other curves
+        have none.
+        """
         deformation = self.parameters.known.get(-1)
         wheres = {"t = 0": S.Zero, "t = pi/m": sp.pi / deformation} if deformation else {}
         name = f"gear {self.parameters.suffix}"
-        return [Event(f"{name}, {where}", t, target, order=1, period=2 * sp.pi) for where, target in wheres.items()]
+        return [
+            Event(f"{name}, {where}", t, target, order=1, period=2 * sp.pi)
+            for where, target in wheres.items()
+        ]
 
 
 @dataclass(frozen=True)
 class FollowerLaw:
     """The motion of a follower from one dwell to the next, by a law that is chosen at run time.
 
-    ``joints`` are the positions in a flank, from 0 to 1 without unit, where a derivative of some law jumps.
+    ``joints`` are the positions in a flank, from 0 to 1 without unit, where a derivative of some
+    law jumps.
     """
 
     name: str
@@ -106,14 +129,19 @@ class FollowerLaw:
 
 
 class Kinematics(Statement):
-    """Statement of the motion of a mechanism: coordinates, named points and accelerations, gear stages, cam flanks."""
+    """Statement of the motion of a mechanism: coordinates, named points and accelerations, gear
+    stages, cam flanks.
+    """
 
-    def coordinate(self, name: str, unit: str, meaning: str, equals: Expr | None = None) -> Quantity:
-        """Return a coordinate in ``unit`` "rad", "m" or "1", with its rate ``name_dot`` and acceleration ``name_ddot``.
+    def coordinate(
+        self, name: str, unit: str, meaning: str, equals: Expr | None = None
+    ) -> Quantity:
+        """Return a coordinate in ``unit`` "rad", "m" or "1", with its rate ``name_dot`` and
+        acceleration ``name_ddot``.
 
-        The rate is in [rad/s], [m/s] or [1/s], the acceleration in that per s. Along an angle the coordinate is what
-        ``equals`` says, or loops determine it (`close`, `constrain`); in free motion it is a degree of freedom. Raises
-        MechanismError for another unit.
+        The rate is in [rad/s], [m/s] or [1/s], the acceleration in that per s. Along an angle the
+        coordinate is what ``equals`` says, or loops determine it (`close`, `constrain`); in free
+        motion it is a degree of freedom. Raises MechanismError for another unit.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities('''
@@ -139,10 +167,11 @@ class Kinematics(Statement):
         equals: Expr | None = None,
         at_start: Expr | None = None,
     ) -> Quantity:
-        """State a coordinate, its rate and its acceleration by three quantities of the table, and return the first.
+        """State a coordinate, its rate and its acceleration by three quantities of the table, and
+        return the first.
 
-        The units are those of the quantities; ``equals`` is as in `coordinate`, ``at_start`` what the coordinate is at
-        angle zero.
+        The units are those of the quantities; ``equals`` is as in `coordinate`, ``at_start`` what
+        the coordinate is at angle zero.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities('''
@@ -161,26 +190,44 @@ class Kinematics(Statement):
             self.loops.coordinates.append(Coordinate(value, rate, acceleration))
         else:
             velocity = self.motion.rate(equals)
-            for symbol, expr in ((value, equals), (rate, velocity), (acceleration, self.motion.rate(velocity))):
+            for symbol, expr in (
+                (value, equals),
+                (rate, velocity),
+                (acceleration, self.motion.rate(velocity)),
+            ):
                 self.let(symbol, expr)
         self.motion.rates |= {value: rate, rate: acceleration}
         self.start |= {} if at_start is None else {value: at_start}
         return value
 
     def stage(
-        self, stage: GearStage, t: Quantity, argument: Expr, *, r: Quantity, dr: Quantity, ratio: Quantity,
-        dratio: Quantity, turned: Quantity, start: Quantity,
-    ) -> None:  # fmt: skip
-        """State the contact of a gear stage at the polar angle ``t`` = ``argument`` [rad] of its inner gear.
+        self,
+        stage: GearStage,
+        t: Quantity,
+        argument: Expr,
+        *,
+        r: Quantity,
+        dr: Quantity,
+        ratio: Quantity,
+        dratio: Quantity,
+        turned: Quantity,
+        start: Quantity,
+    ) -> None:
+        """State the contact of a gear stage at the polar angle ``t`` = ``argument`` [rad] of its
+        inner gear.
 
-        The quantities ``r`` and ``dr`` are the pitch radius of the inner gear [m] and its slope over t [m]; ``ratio``
-        and ``dratio`` the speed ratio and its slope, without unit; ``turned`` the angle by which the outer gear has
-        turned [rad], ``start`` the same at angle zero. A deformed pitch curve adds events where its segments meet.
-        Raises ValueError if the polar angle at angle zero is not known.
+        The quantities ``r`` and ``dr`` are the pitch radius of the inner gear [m] and its slope
+        over t [m]; ``ratio`` and ``dratio`` the speed ratio and its slope, without unit; ``turned``
+        the angle by which the outer gear has turned [rad], ``start`` the same at angle zero. A
+        deformed pitch curve adds events where its segments meet. Raises ValueError if the polar
+        angle at angle zero is not known.
         """
         at_start = argument.xreplace(self.start)
         if moving := sorted(map(str, at_start.free_symbols & self.motion.rates.keys())):
-            raise ValueError(f"stage {stage.number}: nothing says what {', '.join(moving)} is at {self.angle} = 0")
+            raise ValueError(
+                f"stage {stage.number}: nothing says what {', '.join(moving)} is at {self.angle} "
+                f"= 0"
+            )
         self.let(t, argument)
         self.steps.append(stage.call(at_start, f", {self.angle} = 0", turned=start))
         self.steps.append(stage.call(t, r=r, dr=dr, ratio=ratio, dratio=dratio, turned=turned))
@@ -189,14 +236,22 @@ class Kinematics(Statement):
         self.events += stage.joints(t)
 
     def flank(
-        self, law: FollowerLaw, name: str, angle: tuple[Quantity, Expr], ends: tuple[Expr, Expr], x: Quantity,
-        pace: Quantity, shares: tuple[Quantity, Quantity, Quantity],
-    ) -> None:  # fmt: skip
-        """State a cam's flank between two angles ``ends`` [rad], by a law of motion that is chosen at run time.
+        self,
+        law: FollowerLaw,
+        name: str,
+        angle: tuple[Quantity, Expr],
+        ends: tuple[Expr, Expr],
+        x: Quantity,
+        pace: Quantity,
+        shares: tuple[Quantity, Quantity, Quantity],
+    ) -> None:
+        """State a cam's flank between two angles ``ends`` [rad], by a law of motion that is chosen
+        at run time.
 
-        ``angle`` is the cam's angle within its turn, and as it grows over turns [rad]. ``x`` becomes the position in
-        the flank from 0 to 1, without unit, ``pace`` its slope over the angle [1/rad], and ``shares`` the share of the
-        rise with its first and second slope over x, without unit. The joints of the law become events.
+        ``angle`` is the cam's angle within its turn, and as it grows over turns [rad]. ``x``
+        becomes the position in the flank from 0 to 1, without unit, ``pace`` its slope over the
+        angle [1/rad], and ``shares`` the share of the rise with its first and second slope over x,
+        without unit. The joints of the law become events.
         """
         (within, grown), (start, end) = angle, ends
         place, (share, slope, bend) = (within - start) / (end - start), shares
@@ -207,12 +262,20 @@ class Kinematics(Statement):
         self.motion.rates |= {x: passed, share: slope * passed, slope: bend * passed}
         wheres = {S.Zero: f"start of the {name}", S.One: f"end of the {name}"}
         self.events += [
-            Event(f"cam, {wheres.get(at, f'{at} of the {name}')}", grown, start + at * (end - start), 2, 2 * sp.pi, at)
+            Event(
+                f"cam, {wheres.get(at, f'{at} of the {name}')}",
+                grown,
+                start + at * (end - start),
+                2,
+                2 * sp.pi,
+                at,
+            )
             for at in law.joints
         ]
 
     def name_acceleration(self, point: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
-        """Name the components of a point's acceleration [m/s2], along the axes of ``frame``, by ``symbols``.
+        """Name the components of a point's acceleration [m/s2], along the axes of ``frame``, by
+        ``symbols``.
 
         Example: `name_place`.
         """
@@ -221,8 +284,11 @@ class Kinematics(Statement):
             self.let(symbol, component)
         self.motion.accelerations[point] = _vector(frame, symbols, acceleration.components)
 
-    def name_place(self, point: Point, base: Point, frame: Frame, symbols: tuple[Quantity, ...]) -> None:
-        """Name the components of the vector from ``base`` to a point [m], along the axes of ``frame``.
+    def name_place(
+        self, point: Point, base: Point, frame: Frame, symbols: tuple[Quantity, ...]
+    ) -> None:
+        """Name the components of the vector from ``base`` to a point [m], along the axes of
+        ``frame``.
 
         Their rates [m/s] follow.
 
@@ -253,20 +319,26 @@ class Kinematics(Statement):
         self.motion.rates |= dict(zip(symbols, drift.components, strict=False))
 
     def hang(self, point: Point, hinge: Point) -> None:
-        """Count a named place [m] from ``hinge``, about which the point swings: its acceleration is derived from there.
+        """Count a named place [m] from ``hinge``, about which the point swings: its acceleration is
+        derived from there.
 
         Raises KeyError if the place has no name (`name_place`).
         """
         base, named = self.motion.places[point]
         self.motion.places[point] = hinge, named - self.motion.arm(base, hinge, named.frame)
 
-    def mirror_place(self, image: Point, point: Point, base: Point, frame: Frame, plane: Expr) -> None:
-        """Name the place [m] of a mirror image by that of its original; the mirror is z = ``plane`` [m] of ``frame``.
+    def mirror_place(
+        self, image: Point, point: Point, base: Point, frame: Frame, plane: Expr
+    ) -> None:
+        """Name the place [m] of a mirror image by that of its original; the mirror is z = ``plane``
+        [m] of ``frame``.
 
         Raises ValueError if ``image`` is not the mirror image of ``point``.
         """
         place, meant = self.motion.arm(base, point, frame), displacement(base, point, frame)
-        difference = displacement(base, image, frame) - Vec(frame, (meant[0], meant[1], 2 * plane - meant[2]))
+        difference = displacement(base, image, frame) - Vec(
+            frame, (meant[0], meant[1], 2 * plane - meant[2])
+        )
         if any(sp.simplify(c) != 0 for c in difference.components):
             raise ValueError(f"{image.name} is not the mirror image of {point.name}")
         self.motion.places[image] = base, Vec(frame, (place[0], place[1], 2 * plane - place[2]))

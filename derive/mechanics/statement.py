@@ -24,20 +24,39 @@ class Statement:
     """A mechanism as it was stated, for the derivations; `Mechanism` is how it is stated."""
 
     def __init__(
-        self, name: str, given: Quantities, angle: Quantity | None, motion: Motion, gravity: Sequence[Expr],
-        spatial: bool, world: Frame,
-    ) -> None:  # fmt: skip
-        self.name, self.given, self.angle, self.motion, self.spatial = name, given, angle, motion, spatial
+        self,
+        name: str,
+        given: Quantities,
+        angle: Quantity | None,
+        motion: Motion,
+        gravity: Sequence[Expr],
+        spatial: bool,
+        world: Frame,
+    ) -> None:
+        self.name, self.given, self.angle, self.motion, self.spatial = (
+            name,
+            given,
+            angle,
+            motion,
+            spatial,
+        )
         self.world, self.O = world, Point("O")
         self.assembly = Assembly(motion, Vec(self.world, to_triple(gravity)))
         self.ground = self.assembly.add(Body("ground", self.world))
-        self.origin, self.earth = self.O, self.ground  # at rest, also where O and ground move on a mount
+        self.origin, self.earth = (
+            self.O,
+            self.ground,
+        )  # at rest, also where O and ground move on a mount
         self.loops = Loops()
         self.slips: dict[str, Expr] = {}
-        self.reactive: dict[str, str] = {}  # names of reactions, used where no joint carries the gap or slip
+        self.reactive: dict[
+            str, str
+        ] = {}  # names of reactions, used where no joint carries the gap or slip
         self.start: dict[sp.Symbol, Expr] = {} if angle is None else {angle: S.Zero}
         self.held_entries: list[str] | None = None  # what of the start holds, if anything is said
-        self.start_conditions: dict[str, tuple[Expr, Expr]] = {}  # a gap and its speed, closed at the start only
+        self.start_conditions: dict[
+            str, tuple[Expr, Expr]
+        ] = {}  # a gap and its speed, closed at the start only
         self.potentials: list[Expr] = []
         self.steps: list[Step] = []
         self.reports: list[Let] = []
@@ -51,12 +70,16 @@ class Statement:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The names of the axes of the world along which bodies move: x and y, in space also z; without unit."""
+        """The names of the axes of the world along which bodies move: x and y, in space also z;
+        without unit.
+        """
         return AXES if self.spatial else AXES[:2]
 
     @property
     def named(self) -> list[Let]:
-        """The expressions that have names, in the order in which they were stated, each in the unit of its name."""
+        """The expressions that have names, in the order in which they were stated, each in the unit
+        of its name.
+        """
         return [step for step in self.steps if isinstance(step, Let)]
 
     @property
@@ -67,7 +90,8 @@ class Statement:
 
     @property
     def unknowns(self) -> list[Quantity]:
-        """The unknown forces [N] and moments [N m] that the balances determine, in the order of the joints.
+        """The unknown forces [N] and moments [N m] that the balances determine, in the order of the
+        joints.
 
         Those between bodies that equal sides share are left out.
         """
@@ -75,16 +99,19 @@ class Statement:
         return [unknown for unknown in self.assembly.unknowns if unknown not in shared]
 
     def data(self, *besides: Quantity | None) -> Vector:
-        """Return the quantities of the table, in SI, as the packed input ``data``, without those in ``besides``."""
+        """Return the quantities of the table, in SI, as the packed input ``data``, without those in
+        ``besides``.
+        """
         return Vector("data", tuple(q for q in self.given.values() if q not in besides))
 
     def name_(self, name: str, unit: str, meaning: str, expr: Expr) -> Quantity:
-        r"""Name an expression of the motion and return the new quantity, to be used in other expressions.
+        r"""Name an expression of the motion and return the new quantity, to be used in other
+        expressions.
 
-        ``unit`` is of SI (kg, m, s, N, J, W, rad, 1 and their products); `system` raises DimensionError if the
-        expression has another. Raises DimensionError for an unknown unit, ValueError for a name that generated code
-        needs. How the quantity changes in time is not followed: `rate` takes it as constant. Use `coordinate` for what
-        moves.
+        ``unit`` is of SI (kg, m, s, N, J, W, rad, 1 and their products); `system` raises
+        DimensionError if the expression has another. Raises DimensionError for an unknown unit,
+        ValueError for a name that generated code needs. How the quantity changes in time is not
+        followed: `rate` takes it as constant. Use `coordinate` for what moves.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("phi | rad | crank angle\nr | m | crank | 0.05")
@@ -95,7 +122,8 @@ class Statement:
         return self.let(quantity(name, unit, meaning), expr)
 
     def let(self, symbol: Quantity, expr: Expr) -> Quantity:
-        r"""Name an expression of the motion by ``symbol``, whose unit it must have, and return ``symbol``.
+        r"""Name an expression of the motion by ``symbol``, whose unit it must have, and return
+        ``symbol``.
 
         Rates and errors are as in `name_`.
 
@@ -109,7 +137,8 @@ class Statement:
         return symbol
 
     def report(self, name: str, unit: str, meaning: str, expr: Expr) -> Quantity:
-        r"""Report an expression with the results, in ``unit`` of SI, and return the new quantity; errors as `name_`.
+        r"""Report an expression with the results, in ``unit`` of SI, and return the new quantity;
+        errors as `name_`.
 
         Unlike `name_` it is no step of the motion: it may depend on forces.
 
@@ -125,7 +154,8 @@ class Statement:
 
     @property
     def component_axes(self) -> dict[str, str]:
-        """Names of the frames by which components of joints' actions are given, by the components' names.
+        """Names of the frames by which components of joints' actions are given, by the components'
+        names.
 
         The components of all others, and those that say so in their name, are the world's.
         """
@@ -137,16 +167,21 @@ class Statement:
         }
 
     def world_components(self) -> list[Let]:
-        """The world's components, ``NAME_world_AXIS``, of the joints' actions that are given along other axes."""
+        """The world's components, ``NAME_world_AXIS``, of the joints' actions that are given along
+        other axes.
+        """
         return [
-            let(quantity(f"{name}_world_{axis}", unit, f"{meaning}, {axis} of the world"), component)
+            let(
+                quantity(f"{name}_world_{axis}", unit, f"{meaning}, {axis} of the world"), component
+            )
             for name, (unit, meaning, action) in self.turned.items()
             for axis, component in zip(AXES, action.resolved(self.world).components, strict=True)
             if component != 0
         ]
 
     def support_forces(self) -> dict[str, dict[str, Let]]:
-        """The forces of the ground on each body that touches it [N], by body and axis of the world, if not zero.
+        """The forces of the ground on each body that touches it [N], by body and axis of the world,
+        if not zero.
 
         A component is an action of a joint under its own name, or else F_ground_BODY_AXIS.
         """
@@ -158,7 +193,10 @@ class Statement:
                     total = total + action.sign(body) * action.force.resolved(self.world)
             forces = {}
             for axis, component in zip(self.axes, total.components, strict=False):
-                name, meaning = f"F_ground_{word(body.name)}_{axis}", f"force of the ground on {body}, {axis}"
+                name, meaning = (
+                    f"F_ground_{word(body.name)}_{axis}",
+                    f"force of the ground on {body}, {axis}",
+                )
                 is_named = component in self.assembly.unknowns
                 symbol = component if is_named else quantity(name, "N", meaning)
                 if component != 0:
@@ -168,18 +206,24 @@ class Statement:
         return supports
 
     def name_supports(self, outputs: Collection[Quantity]) -> dict[str, dict[str, str]]:
-        """Return the names of the forces of the ground on bodies that are among ``outputs``, by body and axis."""
+        """Return the names of the forces of the ground on bodies that are among ``outputs``, by
+        body and axis.
+        """
         named = {
-            body: {axis: force.symbol.name for axis, force in forces.items() if force.symbol in outputs}
+            body: {
+                axis: force.symbol.name for axis, force in forces.items() if force.symbol in outputs
+            }
             for body, forces in self.support_forces().items()
         }
         return {body: names for body, names in named.items() if names}
 
     def balance(self, body: Body, kind: Kind, axis: str = "z") -> Balance:
-        """Return what an equation of a paper claims to be: a body's balance of ``"force"`` [N] or ``"moment"`` [N m].
+        """Return what an equation of a paper claims to be: a body's balance of ``"force"`` [N] or
+        ``"moment"`` [N m].
 
-        The axis is "x", "y" or "z" of the world, or of the frame that the body was stated with; moments are taken about
-        the point of the body (`body`). Raises MechanismError for a body without joint and mass.
+        The axis is "x", "y" or "z" of the world, or of the frame that the body was stated with;
+        moments are taken about the point of the body (`body`). Raises MechanismError for a body
+        without joint and mass.
 
         >>> from derive import Mechanism
         >>> m = Mechanism("bar")
@@ -189,17 +233,22 @@ class Statement:
         bar: moment along z of world about O
         """
         pin = self.pin_of(body)
-        return Balance(body.name, kind, axis, pin.axes.name, pin.at.name if kind == "moment" else "")
+        return Balance(
+            body.name, kind, axis, pin.axes.name, pin.at.name if kind == "moment" else ""
+        )
 
     def constrain(self, name: str, gap: Expr, start: Mapping[Quantity, Expr | float]) -> None:
-        """Keep an expression of coordinates at zero: a rope, a toothing, a rolling circle; ``name`` names the gap.
+        """Keep an expression of coordinates at zero: a rope, a toothing, a rolling circle; ``name``
+        names the gap.
 
-        The gap is a length [m]: an angle is multiplied by a radius. ``start`` and errors are those of `close`.
+        The gap is a length [m]: an angle is multiplied by a radius. ``start`` and errors are those
+        of `close`.
 
-        In free motion R_name [N], its reaction, is reported if no joint, `couple` or `mesh` carries it: on each
-        coordinate it acts with R_name times the gap's slope, as a moment or force on a body that this coordinate moves,
-        with the fewest others, in the direction in which it does. Forces that act elsewhere, as those of teeth, which
-        load bearings, are stated by `mesh` or `contact`.
+        In free motion R_name [N], its reaction, is reported if no joint, `couple` or `mesh` carries
+        it: on each coordinate it acts with R_name times the gap's slope, as a moment or force on a
+        body that this coordinate moves, with the fewest others, in the direction in which it does.
+        Forces that act elsewhere, as those of teeth, which load bearings, are stated by `mesh` or
+        `contact`.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities('''
@@ -223,25 +272,35 @@ class Statement:
         self.loops.start |= {value: sp.sympify(at) for value, at in start.items()}
 
     def refuse_shared_names(self) -> None:
-        """Raise MechanismError if two of the table's quantities, actions, coordinates and results have one name."""
+        """Raise MechanismError if two of the table's quantities, actions, coordinates and results
+        have one name.
+        """
         coordinates = (q for c in self.loops.coordinates for q in (c.value, c.rate, c.acceleration))
         steps = (step.symbol for step in self.named if step.symbol not in self.given.values())
         reports = (report.symbol for report in self.reports)
         meanings: dict[str, str] = {}
-        for symbol in (*self.given.values(), *coordinates, *steps, *self.assembly.unknowns, *reports):
+        for symbol in (
+            *self.given.values(),
+            *coordinates,
+            *steps,
+            *self.assembly.unknowns,
+            *reports,
+        ):
             meaning = str(getattr(symbol, "meaning", symbol.name))
             if symbol.name in meanings:
                 raise MechanismError(
-                    f"{self.name}: two quantities are called {symbol.name} ({meanings[symbol.name]}; {meaning}): "
+                    f"{self.name}: two quantities are called {symbol.name} "
+                    f"({meanings[symbol.name]}; {meaning}): "
                     "rename one of them"
                 )
             meanings[symbol.name] = meaning
 
     def roll(self, name: str, slip: Expr) -> None:
-        """Keep a speed [m/s] at zero that is not the rate of a gap, as the slip of a blade; ``name`` names the slip.
+        """Keep a speed [m/s] at zero that is not the rate of a gap, as the slip of a blade;
+        ``name`` names the slip.
 
-        It constrains free motion, with a reaction R_name [N] as that of `constrain`; a mechanism that an angle drives
-        raises MechanismError in `system`.
+        It constrains free motion, with a reaction R_name [N] as that of `constrain`; a mechanism
+        that an angle drives raises MechanismError in `system`.
 
         >>> from derive import Mechanism
         >>> from sympy import cos, sin
@@ -257,8 +316,9 @@ class Statement:
     def equations(self) -> list[Equation]:
         r"""Return the balances of all bodies but the ground as equations ``residual = 0`` [N, N m].
 
-        Laws of contacts come first. A residual is the sum of the outer forces, the weight and the inertia forces
-        (moments) on a body: it shows the sign of each. Raises DimensionError if terms of different units are added.
+        Laws of contacts come first. A residual is the sum of the outer forces, the weight and the
+        inertia forces (moments) on a body: it shows the sign of each. Raises DimensionError if
+        terms of different units are added.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("g | m/s2 | free fall | 9.81\nm | kg | mass | 2\nl | m | centroid | 0.3")
@@ -272,16 +332,21 @@ class Statement:
         """
         bodies = [body for body in self.assembly.bodies if body not in (self.earth, *self.shared)]
         balances = [e for body in bodies for e in self.assembly.balances(body, self.pin_of(body))]
-        return [_consistent(e) for e in (*self.assembly.definitions(), *balances) if e.residual != 0]
+        return [
+            _consistent(e) for e in (*self.assembly.definitions(), *balances) if e.residual != 0
+        ]
 
     def pin_of(self, body: Body) -> Pin:
-        """Return how a body's balances are written: as stated, else about a joint (the ground's first) or its centroid.
+        """Return how a body's balances are written: as stated, else about a joint (the ground's
+        first) or its centroid.
 
         Raises MechanismError for a body without joint and mass.
         """
         if body.pin is not None:
             return body.pin
-        reactions = set(self.assembly.unknowns)  # a pole on a given load would leave joints' forces in the moments
+        reactions = set(
+            self.assembly.unknowns
+        )  # a pole on a given load would leave joints' forces in the moments
         joints = sorted(
             (a for a in self.assembly.actions if a.sign(body)),
             key=lambda a: (not a.needs & reactions, not a.sign(self.earth)),
@@ -317,14 +382,18 @@ class Statement:
 
     def _name_acceleration(self, body: Body, centroid: Point, number: str) -> None:
         named: list[Expr] = []
-        for axis, component in zip(AXES, self.motion.acceleration(centroid, self.world).components, strict=True):
+        for axis, component in zip(
+            AXES, self.motion.acceleration(centroid, self.world).components, strict=True
+        ):
             meaning = f"acceleration of the centroid of {body}, {axis}"
             name = f"a_{word(body.name)}{number}_{axis}"
             named.append(S.Zero if component == 0 else self.name_(name, "m/s2", meaning, component))
         self.motion.accelerations[centroid] = Vec(self.world, to_triple(named))
 
     def told_in(self, speeds: Collection[Quantity]) -> dict[Quantity, Expr]:
-        """Return the named expressions that depend on rates or accelerations, each expressed by these."""
+        """Return the named expressions that depend on rates or accelerations, each expressed by
+        these.
+        """
         expressions: dict[Quantity, Expr] = {}
         for step in (*self.named, *self.reports):
             plain = step.expr.xreplace(expressions)
@@ -332,7 +401,9 @@ class Statement:
                 expressions[step.symbol] = plain
         return expressions
 
-    def chosen(self, available: Iterable[Quantity], requested: Sequence[str | Quantity] | None) -> tuple[Quantity, ...]:
+    def chosen(
+        self, available: Iterable[Quantity], requested: Sequence[str | Quantity] | None
+    ) -> tuple[Quantity, ...]:
         """Return the quantities to report among those that are available, all of them for None.
 
         Raises MechanismError for a name that is not available.
@@ -361,7 +432,9 @@ def quantity(name: str, unit: str, meaning: str) -> Quantity:
     try:
         of_unit(unit)
     except KeyError:
-        raise DimensionError(f"{name}: unit = {unit}: write it in SI, such as m, rad/s or N m") from None
+        raise DimensionError(
+            f"{name}: unit = {unit}: write it in SI, such as m, rad/s or N m"
+        ) from None
     return Quantity(name, unit, meaning, f"derived: {meaning}")
 
 
@@ -389,8 +462,11 @@ def _consistent(equation: Equation) -> Equation:
     return equation
 
 
-def place_functions(stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]) -> tuple[ClosedForm, ...]:
-    """``x_BODY__POINT`` and its like [m] for each body and each of its points, from what a lane takes.
+def place_functions(
+    stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]
+) -> tuple[ClosedForm, ...]:
+    """``x_BODY__POINT`` and its like [m] for each body and each of its points, from what a lane
+    takes.
 
     ``before`` are the steps that places may need.
     """
@@ -405,7 +481,11 @@ def place_functions(stated: Statement, inputs: Sequence[Packed], before: Sequenc
 
 def _points(stated: Statement, body: Body) -> Iterator[Point]:
     """Yield each point of a body at which a force acts, and its centroids, once."""
-    acting = [action.at for action in stated.assembly.actions if action.sign(body) and any(action.force.components)]
+    acting = [
+        action.at
+        for action in stated.assembly.actions
+        if action.sign(body) and any(action.force.components)
+    ]
     yield from dict.fromkeys([*acting, *(part.centroid for part in body.parts)])
 
 

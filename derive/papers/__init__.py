@@ -1,1 +1,3 @@
-"""Papers as data, each a module: ``PAPER``, its equations as they stand in print, and ``CASE``, what tries them."""
+"""Papers as data, each a module: ``PAPER``, its equations as they stand in print, and ``CASE``,
+what tries them.
+"""

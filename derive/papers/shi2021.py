@@ -1,12 +1,27 @@
-"""Shi et al. 2021, doi:10.6041/j.issn.1000-1298.2021.02.006: equations (1)-(14) as they stand in print.
+"""Shi et al. 2021, doi:10.6041/j.issn.1000-1298.2021.02.006: equations (1)-(14) as they stand in
+print.
 
-Transcriptions only, misprints included; formulas and statements without a number have a short name. Printed degrees
-stand as such: sines and cosines of them are not worked out.
+Transcriptions only, misprints included; formulas and statements without a number have a short name.
+Printed degrees stand as such: sines and cosines of them are not worked out.
 """
 
 from __future__ import annotations
 
-from sympy import Expr, Function, Integer, Piecewise, Rational, acos, asin, atan, cos, pi, sin, sqrt, tan
+from sympy import (
+    Expr,
+    Function,
+    Integer,
+    Piecewise,
+    Rational,
+    acos,
+    asin,
+    atan,
+    cos,
+    pi,
+    sin,
+    sqrt,
+    tan,
+)
 
 from ..audit.case import Case
 from ..audit.paper import Paper, Reading
@@ -92,12 +107,18 @@ PAPER.defines("9", y, y_max * sin(pi * x / (2 * t)), ClutchClaim.MODAL_DEFLECTIO
 PAPER.defines(
     "10",
     y,
-    (Delta_omega * r1 / B1 * sin(B1 * t) - B2 / B1**2 * cos(B1 * t) + B2 / B1**2) * sin(pi * x / (2 * l)),
+    (Delta_omega * r1 / B1 * sin(B1 * t) - B2 / B1**2 * cos(B1 * t) + B2 / B1**2)
+    * sin(pi * x / (2 * l)),
     ClutchClaim.SHAFT_DEFLECTION,
 )
 PAPER.defines("B1", B1, sqrt(pi**4 * E * I / (32 * m2 * l**3)), ClutchClaim.CONTACT_FREQUENCY)
 PAPER.defines("B2", B2, F_M / m2, ClutchClaim.DRIVING_ACCELERATION)
-PAPER.defines("11", N, F_M + m1 * (Delta_omega * r1 * B1 * sin(B1 * t) - B2 * cos(B1 * t)), ClutchClaim.CONTACT_LOAD)
+PAPER.defines(
+    "11",
+    N,
+    F_M + m1 * (Delta_omega * r1 * B1 * sin(B1 * t) - B2 * cos(B1 * t)),
+    ClutchClaim.CONTACT_LOAD,
+)
 PAPER.defines(
     "12",
     N_max,
@@ -108,7 +129,12 @@ PAPER.defines(
 # 3.2 slip
 PAPER.equation("13a", N - (F_x * sin(theta0) + F_y * cos(theta0)), ClutchClaim.TOOTH_ACROSS)
 PAPER.equation("13b", F_x * cos(theta0) + F_y * sin(theta0) - f0 - m1 * a0, ClutchClaim.TOOTH_ALONG)
-PAPER.defines("14", a0, (N * cos(theta0) - f0 * sin(theta0) - F_y) / (m1 * sin(theta0)), ClutchClaim.SLIP_ACCELERATION)
+PAPER.defines(
+    "14",
+    a0,
+    (N * cos(theta0) - f0 * sin(theta0) - F_y) / (m1 * sin(theta0)),
+    ClutchClaim.SLIP_ACCELERATION,
+)
 PAPER.inequality("slip", N, ">", f0 * tan(theta0) + F_x * (1 / cos(theta0)), ClutchClaim.SLIP_LOAD)
 PAPER.equation("no slip", F_x - (N * cos(theta0) - f0 * sin(theta0)), ClutchClaim.TOOTH_AT_REST)
 
@@ -117,12 +143,15 @@ PAPER.defines("Y1", Y1, S1 - S2, Definition("lag distance at engagement"))
 PAPER.defines("Y2", Y2, S3 - S4, Definition("lag distance at cut-off"))
 PAPER.defines("time", t_c, c / v_c, ClutchClaim.SWITCHING_TIME)
 
-# What the paper leaves open: which mass m2 is, how the bearing holds the shaft, what moves at the start of contact,
-# against what rotations of the crank gear count, and whether phi is the taper's whole angle.
+# What the paper leaves open: which mass m2 is, how the bearing holds the shaft, what moves at the
+# start of contact, against what rotations of the crank gear count, and whether phi is the taper's
+# whole angle.
 PAPER.admits(
     ["B1", "B2", "12"],
     Reading("m2 is the mass of all of the overhanging shaft"),
-    Reading("m2 is the modal mass of the shaft", {m2: M_1}, because="(9) takes the first mode alone"),
+    Reading(
+        "m2 is the modal mass of the shaft", {m2: M_1}, because="(9) takes the first mode alone"
+    ),
     Reading(
         "m2 is the mass of the shaft's end, as if all of it were at the contact",
         {m2: M_1},
@@ -136,7 +165,10 @@ PAPER.admits(
         derived={fixity: Integer(1)},
         because="3.1 calls what overhangs a cantilever, where it names m2",
     ),
-    Reading("the bearing holds the shaft elastically", because="3.1 names a bearing and no stiffness of it"),
+    Reading(
+        "the bearing holds the shaft elastically",
+        because="3.1 names a bearing and no stiffness of it",
+    ),
     Reading(
         "the shaft turns freely in its bearing",
         derived={fixity: Integer(0)},
@@ -145,11 +177,14 @@ PAPER.admits(
 )
 PAPER.admits(
     ["start"],
-    Reading("the shaft's end starts with the speed at which it leaves the impact together with the body"),
+    Reading(
+        "the shaft's end starts with the speed at which it leaves the impact together with the body"
+    ),
     Reading(
         "the shaft's end starts with the speed of the body",
         derived={rho: Integer(0)},
-        because="(8) is the equation of a beam, whose end has no mass of its own: no impulse is needed to move it",
+        because="(8) is the equation of a beam, whose end has no mass of its own: no impulse is "
+        "needed to move it",
     ),
 )
 PAPER.admits(
@@ -157,18 +192,24 @@ PAPER.admits(
     Reading(
         "rotations of the crank gear count absolutely",
         {theta_Amax: (1 + k) * theta_Amax},
-        because="the list below (6) names a rotation of the crank gear, and nothing that it is counted against",
+        because="the list below (6) names a rotation of the crank gear, and nothing that it is "
+        "counted against",
     ),
     Reading(
         "rotations of the crank gear count relative to the link",
         derived={motion.gear_rate(): motion.gear_rate() - 1},
-        because="(7) gives the largest of them by the angle between crank and guide, which the link carries",
+        because="(7) gives the largest of them by the angle between crank and guide, which the "
+        "link carries",
     ),
 )
 PAPER.admits(
     ["4b", "4c", "4d", "5a", "5c", "5d"],
     Reading("phi is the inclination of the surface to the axis"),
-    Reading("phi is the whole angle of the taper", {phi: 2 * phi}, because="2.3 says axial angle; fig. 6 is lost"),
+    Reading(
+        "phi is the whole angle of the taper",
+        {phi: 2 * phi},
+        because="2.3 says axial angle; fig. 6 is lost",
+    ),
 )
 
 PAPER.shows("k", "the radii for a ratio of 0.3", r_A="14", r_D="46", k="0.3")
@@ -182,8 +223,10 @@ COMPLETION = {
     unread: sqrt(3),
     rho_t: (rho_C - PAPER.equations["curvature"].residual).xreplace({R: sqrt(3) * a1}),
 }
-"""What it takes to compute with the print, no reading of it: the denominator with which six sides are touched at all
-times, and the printed radius of curvature for the tooth tips, whose polygon is as wide as the shaft."""
+"""What it takes to compute with the print, no reading of it: the denominator with which six sides
+are touched at all times, and the printed radius of curvature for the tooth tips, whose polygon is
+as wide as the shaft.
+"""
 
 
 def printed_equation() -> System:

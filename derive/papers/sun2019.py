@@ -1,7 +1,8 @@
-"""Sun and Wang, patent CN107654585B (2019): equations (1)-(9) and the formulas between them, as they stand in print.
+"""Sun and Wang, patent CN107654585B (2019): equations (1)-(9) and the formulas between them, as
+they stand in print.
 
-Transcriptions only. Most displays of the source are images that are gone; where one is, nothing is transcribed but
-the place where it stood.
+Transcriptions only. Most displays of the source are images that are gone; where one is, nothing is
+transcribed but the place where it stood.
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ PAPER.defines("p6", p6, -a1 * y + a2 * x, MappingClaim.LINEAR_COEFFICIENT.of(p6)
 PAPER.defines("p7", p7, -(a1 * x + a2 * y) / 2, MappingClaim.LINEAR_COEFFICIENT.of(p7))
 PAPER.defines("p8", p8, (a3 - a0 * (x**2 + y**2)) / 4, MappingClaim.LINEAR_COEFFICIENT.of(p8))
 PAPER.equation("5", p1 * p6 + p2 * p5 - p3 * p4, MappingClaim.COEFFICIENT_CONDITION.of("first"))
-PAPER.equation("6", 2 * p1 * p7 - p2 * p4 - p3 * p5, MappingClaim.COEFFICIENT_CONDITION.of("second"))
+PAPER.equation(
+    "6", 2 * p1 * p7 - p2 * p4 - p3 * p5, MappingClaim.COEFFICIENT_CONDITION.of("second")
+)
 
 # step 2: five poses
 lost_equation("A_j1", MappingClaim.MATRIX_ENTRY.of(A_j1))
@@ -57,16 +60,28 @@ lost_equation("A p", MappingClaim.LINEAR_ROW)
 PAPER.defines("zero eigenvalues", n_zero, Integer(3), MappingClaim.ZERO_EIGENVALUES)
 for letter, p_k, *v_k in zip("abcdefgh", COEFFICIENTS, *BASIS, strict=True):
     PAPER.equation(
-        f"7{letter}", p_k - (alpha * v_k[0] + beta * v_k[1] + gamma * v_k[2]), MappingClaim.NULL_VECTOR.of(p_k)
+        f"7{letter}",
+        p_k - (alpha * v_k[0] + beta * v_k[1] + gamma * v_k[2]),
+        MappingClaim.NULL_VECTOR.of(p_k),
     )
 PAPER.equation(
     "8",
-    K10 * alpha**2 + K11 * beta**2 + K12 * alpha * beta + K13 * alpha * gamma + K14 * beta * gamma + K15 * gamma**2,
+    K10 * alpha**2
+    + K11 * beta**2
+    + K12 * alpha * beta
+    + K13 * alpha * gamma
+    + K14 * beta * gamma
+    + K15 * gamma**2,
     MappingClaim.NULL_SPACE_CONDITION.of("first"),
 )
 PAPER.equation(
     "9",
-    K20 * alpha**2 + K21 * beta**2 + K22 * alpha * beta + K23 * alpha * gamma + K24 * beta * gamma + K25 * gamma**2,
+    K20 * alpha**2
+    + K21 * beta**2
+    + K22 * alpha * beta
+    + K23 * alpha * gamma
+    + K24 * beta * gamma
+    + K25 * gamma**2,
     MappingClaim.NULL_SPACE_CONDITION.of("second"),
 )
 PAPER.defines("real solutions", n_real, Integer(2), MappingClaim.REAL_SOLUTIONS)
@@ -92,7 +107,8 @@ lost_equation("polar angle 3", MappingClaim.POLAR_ANGLE.of("second driver"))
 PAPER.defines("r4", r4, a - r3, MappingClaim.PITCH_RADIUS.of(r4))
 lost_equation("polar angle 4", MappingClaim.POLAR_ANGLE.of("second follower"))
 
-# What the paper leaves open: distances "from" an axis, or "along" it; which angle is taken from which.
+# What the paper leaves open: distances "from" an axis, or "along" it; which angle is taken from
+# which.
 PAPER.admits(
     ["y", "i by slope"],
     Reading(
@@ -112,7 +128,8 @@ PAPER.admits(
     Reading(
         "d1 and d2 are distances along the axes X and Y",
         {Y_o: X_o, X_o: Y_o},
-        because="step 2 says distance to an axis; the printed poses and Z values count them along it",
+        because="step 2 says distance to an axis; the printed poses and Z values count them along "
+        "it",
     ),
 )
 

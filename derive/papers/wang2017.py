@@ -1,6 +1,8 @@
-"""Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006: equations (1)-(31) as they stand in print.
+"""Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006: equations (1)-(31) as they stand in
+print.
 
-Transcriptions only, misprints included. Signs, symbols and rates are the paper's; nothing here is derived or repaired.
+Transcriptions only, misprints included. Signs, symbols and rates are the paper's; nothing here is
+derived or repaired.
 """
 
 from __future__ import annotations
@@ -43,46 +45,92 @@ PAPER.defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), PlantingClaim.CAM_FOR
 # 2.1.2 rocker and inner half of the nozzle
 PAPER.equation(
     "5",
-    F_Ax + F_Ex + m_C1 * g * sin(alpha) + m_C2 * g * sin(alpha)
-    - m_C1 * (ax_A - phi72_ddot * (y_C1 - y_A) + theta1_ddot * (z_C1 - z_A)
-              - (phi72_dot**2 + theta1_dot**2) * (x_C1 - x_A))
-    - m_C2 * (ax_A - phi72_ddot * (y_C2 - y_A) + theta1_ddot * (z_C2 - z_A)
-              - (phi72_dot**2 + theta1_dot**2) * (x_C2 - x_A)),
+    F_Ax
+    + F_Ex
+    + m_C1 * g * sin(alpha)
+    + m_C2 * g * sin(alpha)
+    - m_C1
+    * (
+        ax_A
+        - phi72_ddot * (y_C1 - y_A)
+        + theta1_ddot * (z_C1 - z_A)
+        - (phi72_dot**2 + theta1_dot**2) * (x_C1 - x_A)
+    )
+    - m_C2
+    * (
+        ax_A
+        - phi72_ddot * (y_C2 - y_A)
+        + theta1_ddot * (z_C2 - z_A)
+        - (phi72_dot**2 + theta1_dot**2) * (x_C2 - x_A)
+    ),
     Balance("inner half", "force", "x", "planet"),
-)  # fmt: skip
+)
 PAPER.equation(
     "6",
-    F_Ay - m_C1 * g * cos(alpha) - m_C2 * g * cos(alpha)
+    F_Ay
+    - m_C1 * g * cos(alpha)
+    - m_C2 * g * cos(alpha)
     - m_C1 * (ay_A + phi72_ddot * (x_C1 - x_A) - phi72_dot**2 * (y_C1 - y_A))
     - m_C2 * (ay_A + phi72_ddot * (x_C2 - x_A) - phi72_dot**2 * (y_C2 - y_A)),
     Balance("inner half", "force", "y", "planet"),
     "partly legible",
-)  # fmt: skip
+)
 PAPER.equation(
     "7",
-    -F_Az + F_Ez + F_Fz
+    -F_Az
+    + F_Ez
+    + F_Fz
     - m_C1 * (theta1_dot * (x_C1 - x_A) - theta1_dot**2 * (z_C1 - z_A))
     - m_C2 * (theta1_ddot * (x_C2 - x_A) - theta1_dot**2 * (z_C2 - z_A)),
     Balance("inner half", "force", "z", "planet"),
-)  # fmt: skip
+)
 PAPER.equation(
     "8",
-    theta1_ddot * (J_C1y + J_C2y) + m_C1 * ax_A * (z_C1 - z_A) + m_C2 * ax_A * (z_C2 - z_A) - F_Ex * (z_E - z_A)
-    - m_C1 * g * sin(alpha) * (z_C1 - z_A) - m_C2 * g * sin(alpha) * (z_C2 - z_A)
-    + F_Fz * (x_F - x_A) + F_Ez * (x_E - x_A),
+    theta1_ddot * (J_C1y + J_C2y)
+    + m_C1 * ax_A * (z_C1 - z_A)
+    + m_C2 * ax_A * (z_C2 - z_A)
+    - F_Ex * (z_E - z_A)
+    - m_C1 * g * sin(alpha) * (z_C1 - z_A)
+    - m_C2 * g * sin(alpha) * (z_C2 - z_A)
+    + F_Fz * (x_F - x_A)
+    + F_Ez * (x_E - x_A),
     Balance("inner half", "moment", "y", "planet", "A"),
     "partly legible",
-)  # fmt: skip
+)
 
 # coordinates below (8)
-PAPER.defines("theta3", theta3, theta30 + theta1, PlantingClaim.HINGE_ANGLE.of("C1"), "partly legible")
-PAPER.defines("theta4", theta4, theta40 + theta1, PlantingClaim.HINGE_ANGLE.of("C2"), "partly legible")
-PAPER.defines("x_E", x_E, x_A - L_AE * cos(psi + psi0), PlantingClaim.PLACE.of("the roller", "x"), "partly legible")
-PAPER.defines("z_E", z_E, z_A + L_AE * sin(psi + psi0), PlantingClaim.PLACE.of("the roller", "z"), "partly legible")
-PAPER.defines("x_C1", x_C1, x_A + L_AC1 * cos(theta3), PlantingClaim.PLACE.of("C1", "x"), "partly legible")
-PAPER.defines("z_C1", z_C1, z_A - L_AC1 * sin(theta3), PlantingClaim.PLACE.of("C1", "z"), "partly legible")
-PAPER.defines("x_C2", x_C2, x_A + L_AC2 * cos(theta4), PlantingClaim.PLACE.of("C2", "x"), "partly legible")
-PAPER.defines("z_C2", z_C2, z_A - L_AC2 * sin(theta4), PlantingClaim.PLACE.of("C2", "z"), "partly legible")
+PAPER.defines(
+    "theta3", theta3, theta30 + theta1, PlantingClaim.HINGE_ANGLE.of("C1"), "partly legible"
+)
+PAPER.defines(
+    "theta4", theta4, theta40 + theta1, PlantingClaim.HINGE_ANGLE.of("C2"), "partly legible"
+)
+PAPER.defines(
+    "x_E",
+    x_E,
+    x_A - L_AE * cos(psi + psi0),
+    PlantingClaim.PLACE.of("the roller", "x"),
+    "partly legible",
+)
+PAPER.defines(
+    "z_E",
+    z_E,
+    z_A + L_AE * sin(psi + psi0),
+    PlantingClaim.PLACE.of("the roller", "z"),
+    "partly legible",
+)
+PAPER.defines(
+    "x_C1", x_C1, x_A + L_AC1 * cos(theta3), PlantingClaim.PLACE.of("C1", "x"), "partly legible"
+)
+PAPER.defines(
+    "z_C1", z_C1, z_A - L_AC1 * sin(theta3), PlantingClaim.PLACE.of("C1", "z"), "partly legible"
+)
+PAPER.defines(
+    "x_C2", x_C2, x_A + L_AC2 * cos(theta4), PlantingClaim.PLACE.of("C2", "x"), "partly legible"
+)
+PAPER.defines(
+    "z_C2", z_C2, z_A - L_AC2 * sin(theta4), PlantingClaim.PLACE.of("C2", "z"), "partly legible"
+)
 
 # 2.2.1 sun
 PAPER.equation("9", F_Px2 + F_Px + F_Ox, Balance("sun", "force", "x", "frame"))
@@ -96,7 +144,10 @@ PAPER.equation(
 # 2.2.2 middle gears
 PAPER.equation(
     "12",
-    -F_Px + F_Qx + F_A1x - m2 * (ax_A1 - phi52_ddot * (y_CA - y_A1) - (omega + phi52_dot) ** 2 * (x_CA - x_A1)),
+    -F_Px
+    + F_Qx
+    + F_A1x
+    - m2 * (ax_A1 - phi52_ddot * (y_CA - y_A1) - (omega + phi52_dot) ** 2 * (x_CA - x_A1)),
     Balance("middle body", "force", "x", "frame"),
 )
 PAPER.equation(
@@ -110,11 +161,15 @@ PAPER.equation(
 )
 PAPER.equation(
     "14",
-    M_P - F_Qx * r6 * sin(phi + pi / 2 + gamma) + F_Qy * r6 * cos(phi + pi / 2 + gamma) - m2 * g * (x_CA - x_A1)
-    - J_56 * phi52_ddot - m2 * (ay_A1 * (x_CA - x_A1) - ax_A1 * (y_CA - y_A1)),
+    M_P
+    - F_Qx * r6 * sin(phi + pi / 2 + gamma)
+    + F_Qy * r6 * cos(phi + pi / 2 + gamma)
+    - m2 * g * (x_CA - x_A1)
+    - J_56 * phi52_ddot
+    - m2 * (ay_A1 * (x_CA - x_A1) - ax_A1 * (y_CA - y_A1)),
     Balance("middle body", "moment", "z", "frame", "A1"),
     "partly legible",
-)  # fmt: skip
+)
 PAPER.defines(
     "15",
     F_Px,
@@ -143,32 +198,46 @@ PAPER.defines(
 PAPER.defines(
     "NP",
     F_NP,
-    Piecewise((M_P / (r5 * cos(mu2 - xi1 + 7 * pi / 18) / cos(mu2)), M_P < 0),
-              (M_P / (r5 * cos(mu2 + xi1 + 7 * pi / 18) / cos(mu2)), M_P > 0)),
+    Piecewise(
+        (M_P / (r5 * cos(mu2 - xi1 + 7 * pi / 18) / cos(mu2)), M_P < 0),
+        (M_P / (r5 * cos(mu2 + xi1 + 7 * pi / 18) / cos(mu2)), M_P > 0),
+    ),
     PlantingClaim.NORMAL_FORCE.of("P"),
-)  # fmt: skip
+)
 PAPER.defines("fP", F_fP, F_NP * tan(mu2), PlantingClaim.FRICTION_FORCE.of("P"))
 
 # 2.2.3 planet, shaft and funnel
 PAPER.equation(
     "17",
-    F_B1x - F_Qx + F_Ax * cos(pi - alpha) - F_Ay * sin(pi - alpha)
+    F_B1x
+    - F_Qx
+    + F_Ax * cos(pi - alpha)
+    - F_Ay * sin(pi - alpha)
     - m3 * (ax_B1 - phi72_ddot * (y_CB - y_B1) - (phi72_dot + omega) ** 2 * (x_CB - x_B1)),
     Balance("planet", "force", "x", "frame"),
-)  # fmt: skip
+)
 PAPER.equation(
     "18",
-    F_B1y - F_Qy - m3 * g + F_Ax * sin(pi - alpha) + F_Ay * cos(pi - alpha)
+    F_B1y
+    - F_Qy
+    - m3 * g
+    + F_Ax * sin(pi - alpha)
+    + F_Ay * cos(pi - alpha)
     - m3 * (ay_B1 + phi72_ddot * (x_CB - x_B1) - (phi72_dot + omega) ** 2 * (y_CB - x_B1)),
     Balance("planet", "force", "y", "frame"),
-)  # fmt: skip
+)
 PAPER.equation("19", F_B1z - F_Az, Balance("planet", "force", "z", "frame"))
 PAPER.equation(
     "20",
-    M_Q - M_T - m3 * g * (x_CB - x_B1) + F_Ax * y_A + F_Ay * x_A - J_7 * phi72_ddot
+    M_Q
+    - M_T
+    - m3 * g * (x_CB - x_B1)
+    + F_Ax * y_A
+    + F_Ay * x_A
+    - J_7 * phi72_ddot
     - m3 * (ay_B1 * (x_CB - x_B1) - ax_B1 * (y_CB - y_B1)),
     Balance("planet", "moment", "z", "frame", "B1"),
-)  # fmt: skip
+)
 PAPER.defines(
     "21",
     F_Qx,
@@ -197,35 +266,58 @@ PAPER.defines(
 PAPER.defines(
     "NQ",
     F_NQ,
-    Piecewise((M_Q / (r7 * cos(mu2 - xi2 + 7 * pi / 18) / cos(mu2)), M_Q < 0),
-              (M_Q / (r7 * cos(mu2 + xi2 + 7 * pi / 18) / cos(mu2)), M_Q > 0)),
+    Piecewise(
+        (M_Q / (r7 * cos(mu2 - xi2 + 7 * pi / 18) / cos(mu2)), M_Q < 0),
+        (M_Q / (r7 * cos(mu2 + xi2 + 7 * pi / 18) / cos(mu2)), M_Q > 0),
+    ),
     PlantingClaim.NORMAL_FORCE.of("Q"),
-)  # fmt: skip
+)
 PAPER.defines("fQ", F_fQ, F_NQ * tan(mu2), PlantingClaim.FRICTION_FORCE.of("Q"))
 
 # 2.2.4 carrier
-PAPER.equation("24", F_O1x - F_A1x - F_B1x - F_A1x2 - F_B1x2, Balance("carrier", "force", "x", "frame"))
-PAPER.equation("25", F_O1y - F_A1y - F_B1y - F_A1y2 - F_B1y2 - m4 * g, Balance("carrier", "force", "y", "frame"))
+PAPER.equation(
+    "24", F_O1x - F_A1x - F_B1x - F_A1x2 - F_B1x2, Balance("carrier", "force", "x", "frame")
+)
+PAPER.equation(
+    "25",
+    F_O1y - F_A1y - F_B1y - F_A1y2 - F_B1y2 - m4 * g,
+    Balance("carrier", "force", "y", "frame"),
+)
 PAPER.equation("26", F_O1z - F_B1z - F_B1z2, Balance("carrier", "force", "z", "frame"))
 PAPER.equation(
     "27",
-    -F_A1y2 * x_A12 - F_B1y2 * x_B12 + F_A1x2 * y_A12 + F_B1x2 * y_B12
-    - F_A1y * x_A1 - F_B1y * x_B1 + F_A1x * y_A1 + F_B1x * y_B1 + M_L + M_T + M_T2,
+    -F_A1y2 * x_A12
+    - F_B1y2 * x_B12
+    + F_A1x2 * y_A12
+    + F_B1x2 * y_B12
+    - F_A1y * x_A1
+    - F_B1y * x_B1
+    + F_A1x * y_A1
+    + F_B1x * y_B1
+    + M_L
+    + M_T
+    + M_T2,
     Balance("carrier", "moment", "z", "frame", "O"),
-)  # fmt: skip
+)
 PAPER.equation(
     "28",
-    (F_A1x - F_A1x2) * y_A1 - (F_A1y - F_A1y2) * x_A1 + (F_B1x - F_B1x2) * y_B1 - (F_B1y - F_B1y2) * x_B1
-    + M_L + M_T + M_T2,
+    (F_A1x - F_A1x2) * y_A1
+    - (F_A1y - F_A1y2) * x_A1
+    + (F_B1x - F_B1x2) * y_B1
+    - (F_B1y - F_B1y2) * x_B1
+    + M_L
+    + M_T
+    + M_T2,
     Balance("carrier", "moment", "z", "frame", "O"),
-)  # fmt: skip
+)
 
 # 3.2 objective
 PAPER.defines("29", f_1, F_high - F_low, Definition("range of the support force"))
 PAPER.defines("30", f_2, mean_square, Definition("variance of the support force"))
 PAPER.defines("31", f_total, Rational("0.6") * f_1 + Rational("0.4") * f_2, Definition("objective"))
 
-# What the paper says of (29) to (31) besides: Table 1, and the sentence that gives both terms their weights.
+# What the paper says of (29) to (31) besides: Table 1, and the sentence that gives both terms their
+# weights.
 PAPER.shows("29", "Table 1, experiment", F_high="171.96", F_low="24.93", f_1="147.03")
 PAPER.shows("29", "Table 1, theory", F_high="158.94", F_low="36.77", f_1="122.17")
 for source, high, low, square in (
@@ -235,12 +327,18 @@ for source, high, low, square in (
     # No mean square about the mean exceeds the square of half the range (Popoviciu 1935).
     spread = {mean_square: (Number.Zero, ((F_high - F_low) / 2) ** 2)}
     PAPER.shows("30", f"Table 1, {source}", spread, f_2=square, F_high=high, F_low=low)
-PAPER.shows("31", "the weight of the range in the sentence before it", f_1="1", f_2="0", f_total="0.6")
-PAPER.shows("31", "the weight of the variance in the sentence before it", f_1="0", f_2="1", f_total="0.4")
+PAPER.shows(
+    "31", "the weight of the range in the sentence before it", f_1="1", f_2="0", f_total="0.6"
+)
+PAPER.shows(
+    "31", "the weight of the variance in the sentence before it", f_1="0", f_2="1", f_total="0.4"
+)
 
 # Pieces that cannot be read in the machine-read text and were completed.
 PAPER.rebuilds("6", "left side", "hinge force", "both gravity terms", "sign of the first bracket")
-PAPER.rebuilds("8", "gravity term of C1", "spring term", "symbol of the force in the last term", "subscripts")
+PAPER.rebuilds(
+    "8", "gravity term of C1", "spring term", "symbol of the force in the last term", "subscripts"
+)
 PAPER.rebuilds("14", "order of the terms between gravity and inertia")
 PAPER.rebuilds("16", "subscripts, after (15)")
 PAPER.rebuilds("20", "right side, zero")
@@ -276,13 +374,18 @@ PAPER.admits(
     Reading(
         "F_A is the sum of the hinge forces of both halves",
         {F_Ax: F_Ax + F_Aox, F_Ay: F_Ay + F_Aoy, F_Az: F_Az + F_Aoz},
-        because="the sentence before (17): the funnel takes the action of the inner and the outer half, known from 2.1",
+        because="the sentence before (17): the funnel takes the action of the inner and the outer "
+        "half, known from 2.1",
     ),
 )
 PAPER.admits(
     ["7", "19"],
     Reading("F_Az counts along z', as F_Ax and F_Ay count along x' and y'"),
-    Reading("F_Az counts against z'", {F_Az: -F_Az}, because="the minus before it in (7); fig. 3 is lost"),
+    Reading(
+        "F_Az counts against z'",
+        {F_Az: -F_Az},
+        because="the minus before it in (7); fig. 3 is lost",
+    ),
 )
 PAPER.admits(
     ["8"],
@@ -294,35 +397,65 @@ PAPER.admits(
     ),
 )
 
-PAPER.reads({
-    psi: theta1,
-    F_Fz: S,
-    J_C1y: I_C1[1] + m_C1 * ((x_C1 - x_A) ** 2 + (z_C1 - z_A) ** 2),
-    J_C2y: I_C2[1] + m_C2 * ((x_C2 - x_A) ** 2 + (z_C2 - z_A) ** 2),
-    x_CO: rho_CO * cos(beta_CO),
-})  # fmt: skip
+PAPER.reads(
+    {
+        psi: theta1,
+        F_Fz: S,
+        J_C1y: I_C1[1] + m_C1 * ((x_C1 - x_A) ** 2 + (z_C1 - z_A) ** 2),
+        J_C2y: I_C2[1] + m_C2 * ((x_C2 - x_A) ** 2 + (z_C2 - z_A) ** 2),
+        x_CO: rho_CO * cos(beta_CO),
+    }
+)
 """The paper gives the moments of inertia about the hinge."""
 
 SIDE = Chain(
     PAPER.equations,
     [
-        Solve("1", mu), Solve("8", F_E, (("2", F_Ex), ("4", F_Ez))), Solve("2", F_Ex), Solve("4", F_Ez),
-        Solve("5", F_Ax), Solve("7", F_Az), Solve("6", F_Ay),
-        Solve("23", M_T), Solve("20", M_Q), Solve("Q1", phi_Q1), Solve("Q2", phi_Q2), Solve("NQ", F_NQ),
-        Solve("fQ", F_fQ), Solve("21", F_Qx), Solve("22", F_Qy), Solve("17", F_B1x), Solve("18", F_B1y),
-        Solve("19", F_B1z), Solve("14", M_P), Solve("P1", phi_P1), Solve("P2", phi_P2), Solve("NP", F_NP),
-        Solve("fP", F_fP), Solve("15", F_Px), Solve("16", F_Py), Solve("12", F_A1x), Solve("13", F_A1y),
+        Solve("1", mu),
+        Solve("8", F_E, (("2", F_Ex), ("4", F_Ez))),
+        Solve("2", F_Ex),
+        Solve("4", F_Ez),
+        Solve("5", F_Ax),
+        Solve("7", F_Az),
+        Solve("6", F_Ay),
+        Solve("23", M_T),
+        Solve("20", M_Q),
+        Solve("Q1", phi_Q1),
+        Solve("Q2", phi_Q2),
+        Solve("NQ", F_NQ),
+        Solve("fQ", F_fQ),
+        Solve("21", F_Qx),
+        Solve("22", F_Qy),
+        Solve("17", F_B1x),
+        Solve("18", F_B1y),
+        Solve("19", F_B1z),
+        Solve("14", M_P),
+        Solve("P1", phi_P1),
+        Solve("P2", phi_P2),
+        Solve("NP", F_NP),
+        Solve("fP", F_fP),
+        Solve("15", F_Px),
+        Solve("16", F_Py),
+        Solve("12", F_A1x),
+        Solve("13", F_A1y),
     ],
     PAPER.reading,
-)  # fmt: skip
+)
 """Order of solution of sections 2.1.3 and 2.2.5, one side."""
 
 FRAME = Chain(
     PAPER.equations,
-    [Solve("9", F_Ox), Solve("10", F_Oy), Solve("11", M_1), Solve("28", M_L), Solve("24", F_O1x), Solve("25", F_O1y),
-     Solve("26", F_O1z)],
+    [
+        Solve("9", F_Ox),
+        Solve("10", F_Oy),
+        Solve("11", M_1),
+        Solve("28", M_L),
+        Solve("24", F_O1x),
+        Solve("25", F_O1y),
+        Solve("26", F_O1z),
+    ],
     PAPER.reading,
-)  # fmt: skip
+)
 """Order of solution of section 2.2.5, what both sides share."""
 
 

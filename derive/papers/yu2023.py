@@ -1,7 +1,8 @@
-"""Yu et al. 2023, design and test of an eight-row seedling pick-up: equations (1)-(20) and the formulas between them.
+"""Yu et al. 2023, design and test of an eight-row seedling pick-up: equations (1)-(20) and the
+formulas between them.
 
-Transcriptions only. Nearly all displays of the source are images that are gone; where one is, nothing is transcribed
-but the place where it stood.
+Transcriptions only. Nearly all displays of the source are images that are gone; where one is,
+nothing is transcribed but the place where it stood.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from ..equations import Claimed
 from ..systems.pickup.quantities import *
 from ..systems.pickup.subject import SUBJECT
 
-PAPER = Paper("yu2023", "Yu, Wang, Liu, Ye, Li, Zhao 2023, dense-planting seedling pick-up mechanism", place=3)
+PAPER = Paper(
+    "yu2023", "Yu, Wang, Liu, Ye, Li, Zhao 2023, dense-planting seedling pick-up mechanism", place=3
+)
 
 mu_i = PAPER.symbol("mu_i", "1", "knot i, as (3) writes it")
 mu_ip1 = PAPER.symbol("mu_ip1", "1", "knot i + 1, as (3) writes it")
@@ -68,8 +71,12 @@ lost_equation("11b", PickupClaim.BAR_L2)
 lost_equation("12", PickupClaim.ANGLE_AT_O)
 lost_equation("13", PickupClaim.ARM_ANGLE)
 PAPER.defines("phi5", phi5, phi6 + phi4, PickupClaim.DIRECTION_O_O1)
-PAPER.defines("phi4, third quadrant", phi4, atan(y_S / x_S) - pi, PickupClaim.TIP_DIRECTION_THIRD_QUADRANT)
-PAPER.defines("phi4, other quadrants", phi4, atan(y_S / x_S), PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS)
+PAPER.defines(
+    "phi4, third quadrant", phi4, atan(y_S / x_S) - pi, PickupClaim.TIP_DIRECTION_THIRD_QUADRANT
+)
+PAPER.defines(
+    "phi4, other quadrants", phi4, atan(y_S / x_S), PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS
+)
 PAPER.defines("iZ", iZ, dphi5 / dphi1, PickupClaim.TOTAL_RATIO)
 PAPER.defines("iZ, stages", iZ, i1, PickupClaim.TOTAL_RATIO_BY_STAGES)
 PAPER.equation("iZ, locked", g_locked, PickupClaim.DWELL_RATIO)
@@ -104,7 +111,11 @@ PAPER.reads({mu_i: u_i, mu_ip1: u_ip1}, "Delta")
 # What the paper leaves open: from where phi5 and phi3 count.
 PAPER.admits(
     ["Y1", "W1", "Z1"],
-    Reading("phi5 counts from the initial position", {phi5: phi5 - phi50}, because="phi50 is added to it"),
+    Reading(
+        "phi5 counts from the initial position",
+        {phi5: phi5 - phi50},
+        because="phi50 is added to it",
+    ),
     Reading("phi5 is the direction of OO1", because="phi5 = phi6 + phi4 in 3.2"),
 )
 PAPER.admits(

@@ -12,7 +12,8 @@ from ..model import ClosedForm, Let, System
 from ..quantity import Quantity, Vector
 
 ASSUMPTIONS = (
-    "the cam turns anticlockwise about the origin by the angle of its mechanism, in the plane of the roller's centre",
+    "the cam turns anticlockwise about the origin by the angle of its mechanism, in the plane of "
+    "the roller's centre",
     "the pressure angle at rest is its limit where the motion before the rest ends",
 )
 
@@ -23,11 +24,17 @@ _cam = partial(Quantity, source="derived: disc cam")
 phi = _cam("phi", "rad", "angle of the cam")
 x, y = (_cam(a, "m", f"centre of the roller from the cam's axis, {a}") for a in "xy")
 dx, dy = (_cam(f"d{a}", "m", f"slope of the centre of the roller, {a}, by the angle") for a in "xy")
-ddx, ddy = (_cam(f"dd{a}", "m", f"second derivative of the centre of the roller, {a}, by the angle") for a in "xy")
+ddx, ddy = (
+    _cam(f"dd{a}", "m", f"second derivative of the centre of the roller, {a}, by the angle")
+    for a in "xy"
+)
 CENTRE = Vector("centre", (x, y, dx, dy, ddx, ddy))
 WAY = Vector(
     "way",
-    tuple(_cam(f"way_{a}", "m", f"motion of the centre that its guide leaves it, of any size, {a}") for a in "xy"),
+    tuple(
+        _cam(f"way_{a}", "m", f"motion of the centre that its guide leaves it, of any size, {a}")
+        for a in "xy"
+    ),
 )
 pitch_x, pitch_y = (_cam(f"pitch_{a}", "m", f"centre of the roller on the cam, {a}") for a in "xy")
 
@@ -44,16 +51,27 @@ def disc_contour() -> ClosedForm:
     moves = Vec(WORLD, (*WAY, S.Zero)).resolved(CAM)
     plane = ((v[0], v[1]) for v in (position, velocity, acceleration, moves))
     source = "derived: in the cam's frame"
-    steps = (Let(pitch_x, position[0], source), Let(pitch_y, position[1], source), *cams.contour_steps(*plane))
+    steps = (
+        Let(pitch_x, position[0], source),
+        Let(pitch_y, position[1], source),
+        *cams.contour_steps(*plane),
+    )
     return ClosedForm(
-        "disc", (phi, CENTRE, WAY, cams.reach), steps, Vector("contour", (pitch_x, pitch_y, *cams.CONTOUR))
+        "disc",
+        (phi, CENTRE, WAY, cams.reach),
+        steps,
+        Vector("contour", (pitch_x, pitch_y, *cams.CONTOUR)),
     )
 
 
 def build_cam_system() -> System:
     """Build the model of a disc cam."""
     return System(
-        "disc_cam", "Disc cam for a roller", "derived (geometry)", ASSUMPTIONS, closed_forms=(disc_contour(),)
+        "disc_cam",
+        "Disc cam for a roller",
+        "derived (geometry)",
+        ASSUMPTIONS,
+        closed_forms=(disc_contour(),),
     )
 
 

@@ -1,8 +1,10 @@
-"""A benchmark of formula audits: texts with known errors, slips drawn into sound equations, rewrites of them.
+"""A benchmark of formula audits: texts with known errors, slips drawn into sound equations,
+rewrites of them.
 
-A corpus is a folder of texts, each in a folder with ``source.toml``, ``mechanism.py``, ``names.toml`` and the text
-itself, if its licence allows that; ``held_out`` in its source says why a text is held out. Any checker can be scored:
-its answers say of each claim whether it holds, and what it should be.
+A corpus is a folder of texts, each in a folder with ``source.toml``, ``mechanism.py``,
+``names.toml`` and the text itself, if its licence allows that; ``held_out`` in its source says why
+a text is held out. Any checker can be scored: its answers say of each claim whether it holds, and
+what it should be.
 """
 
 from __future__ import annotations
@@ -47,7 +49,9 @@ ZERO = 1e-30
 
 @dataclass(frozen=True)
 class CorpusText:
-    """A text of a corpus: its folder, what ``source.toml`` says, and its file, None if nobody has fetched it."""
+    """A text of a corpus: its folder, what ``source.toml`` says, and its file, None if nobody has
+    fetched it.
+    """
 
     folder: Path
     table: Mapping[str, Any]
@@ -60,12 +64,16 @@ class CorpusText:
 
     @property
     def is_original(self) -> bool:
-        """Whether the file is the whole original, of which only the lines count that the corpus takes."""
+        """Whether the file is the whole original, of which only the lines count that the corpus
+        takes.
+        """
         return self.file is not None and self.file.stem != TEXT
 
     @property
     def is_held_out(self) -> bool:
-        """Whether the text is none of those that the audit may be tuned by, for the reason that ``held_out`` gives."""
+        """Whether the text is none of those that the audit may be tuned by, for the reason that
+        ``held_out`` gives.
+        """
         return bool(self.table.get("held_out"))
 
     @property
@@ -78,7 +86,8 @@ class CorpusText:
 class BenchmarkClaim:
     """A row that a checker judges: its text, its LaTeX, and what it is.
 
-    ``kind`` is that of the claim, ``slip`` the class of a slip, ``correct`` the LaTeX without the error.
+    ``kind`` is that of the claim, ``slip`` the class of a slip, ``correct`` the LaTeX without the
+    error.
     """
 
     text: str
@@ -105,18 +114,26 @@ class CheckerAnswer:
 
 
 def read_corpus(folder: Path) -> list[CorpusText]:
-    """Return the texts of a corpus. Raises OwnError for a folder without texts, and for a text with another hash."""
+    """Return the texts of a corpus.
+
+    Raises OwnError for a folder without texts, and for a text with another hash.
+    """
     texts = []
     for source in sorted(folder.glob(f"*/{SOURCE}")):
         table = tomllib.loads(source.read_text(encoding="utf-8"))
         texts.append(CorpusText(source.parent, table, _find_text(source.parent, table)))
     if not texts:
-        raise OwnError(f"{folder}: it has no text: there must be folders with {SOURCE}, {MECHANISM} and {NAMES}")
+        raise OwnError(
+            f"{folder}: it has no text: there must be folders with {SOURCE}, {MECHANISM} and "
+            f"{NAMES}"
+        )
     return texts
 
 
 def _find_text(folder: Path, table: Mapping[str, Any]) -> Path | None:
-    """Return the file of a text: the equations that stand in the corpus, or the original that somebody fetched."""
+    """Return the file of a text: the equations that stand in the corpus, or the original that
+    somebody fetched.
+    """
     for suffix in SUFFIXES:
         if (folder / f"{TEXT}{suffix}").is_file():
             return folder / f"{TEXT}{suffix}"
@@ -124,7 +141,9 @@ def _find_text(folder: Path, table: Mapping[str, Any]) -> Path | None:
     if not original.is_file():
         return None
     if hashlib.sha256(original.read_bytes()).hexdigest() != table["sha256"]:
-        raise OwnError(f"{original}: it is not the text of commit {table['commit']}: its hash differs")
+        raise OwnError(
+            f"{original}: it is not the text of commit {table['commit']}: its hash differs"
+        )
     return original
 
 
@@ -138,15 +157,26 @@ class TextClaims:
         table = read_name_table(text.folder / NAMES)
         case = read_case(read_document(text.file), find_stated(module), table, module)
         assert isinstance(case.source, PrintedText)
-        self.text, self.printed, self.points, self.draw_points = text, case.source, list(case.points), case.draw
-        first, last = text.table["lines"] if text.is_original and "lines" in text.table else (0, sys.maxsize)
+        self.text, self.printed, self.points, self.draw_points = (
+            text,
+            case.source,
+            list(case.points),
+            case.draw,
+        )
+        first, last = (
+            text.table["lines"] if text.is_original and "lines" in text.table else (0, sys.maxsize)
+        )
         self.rows = [row for row in self.printed.rows if first <= row.row.line <= last]
         self.vocabulary = self.printed.list_vocabulary()
         self._names = {row.row.number: row.names for row in self.rows}
         self.sound: list[BenchmarkClaim] = []
         self.errata: list[BenchmarkClaim] = []
         places, equations = self.printed.places.items(), case.paper.equations
-        judged = {place.row.row.number for name, place in places if not isinstance(equations[name].claims, Definition)}
+        judged = {
+            place.row.row.number
+            for name, place in places
+            if not isinstance(equations[name].claims, Definition)
+        }
         for row in self.rows:
             if row.row.number in judged and not row.reason:
                 self._add_claim(row)
@@ -154,7 +184,9 @@ class TextClaims:
 
     def _add_claim(self, row: ReadRow) -> None:
         number, errata = row.row.number, self.text.errata
-        claim = BenchmarkClaim(self.text.name, number, row.row.latex, "sound", is_held_out=self.text.is_held_out)
+        claim = BenchmarkClaim(
+            self.text.name, number, row.row.latex, "sound", is_held_out=self.text.is_held_out
+        )
         reading = self.read(claim.latex, claim)
         if reading is None or not all(part.is_equation for part in reading):
             return
@@ -165,10 +197,14 @@ class TextClaims:
             self.sound.append(claim)
 
     def read(self, latex: str, claim: BenchmarkClaim) -> list[EquationReading] | None:
-        """Return the residuals of a row in the place of a claim, None if it cannot be read or states nothing."""
+        """Return the residuals of a row in the place of a claim, None if it cannot be read or
+        states nothing.
+        """
         names = self._names[claim.row]
         try:
-            residuals = interpret_formula(read_formula(latex, self.printed.document.macros), names).residuals(names)
+            residuals = interpret_formula(
+                read_formula(latex, self.printed.document.macros), names
+            ).residuals(names)
             return [
                 EquationReading(left.value - right.value, (left + (-right)).mixed, relation == "=")
                 for _, relation, left, right in residuals
@@ -190,17 +226,27 @@ class TextClaims:
         return holds(part.residual, tuple(self.points))
 
     def draw(self, count: int, seed: int) -> list[BenchmarkClaim]:
-        """Return a rewrite of each sound equation, and slips in them, as equally many of each class as there are."""
+        """Return a rewrite of each sound equation, and slips in them, as equally many of each class
+        as there are.
+        """
         rng = random.Random(f"{seed} {self.text.name}")
         claims: list[BenchmarkClaim] = []
-        printed = {claim: self._formula(claim) for claim in self.sound if self.judge(claim) == "holds"}
+        printed = {
+            claim: self._formula(claim) for claim in self.sound if self.judge(claim) == "holds"
+        }
         for claim, formula in printed.items():
             changed = [change.apply(claim.latex) for change in list_rewrites(formula)]
             same = [latex for latex in changed if latex != claim.latex]
             if same:
-                claims.append(replace(claim, kind="rewrite", latex=rng.choice(same), correct=claim.latex))
+                claims.append(
+                    replace(claim, kind="rewrite", latex=rng.choice(same), correct=claim.latex)
+                )
         for slip, list_changes in SLIPS.items():
-            changes = [(claim, change) for claim, formula in printed.items() for change in list_changes(formula)]
+            changes = [
+                (claim, change)
+                for claim, formula in printed.items()
+                for change in list_changes(formula)
+            ]
             rng.shuffle(changes)
             claims += self._select_slips(slip, changes, -(-count // len(SLIPS)))
         return claims
@@ -208,7 +254,9 @@ class TextClaims:
     def _select_slips(
         self, slip: str, changes: Iterable[tuple[BenchmarkClaim, Any]], count: int
     ) -> list[BenchmarkClaim]:
-        """Return slips that can be read and say something else than the sound row, in any values."""
+        """Return slips that can be read and say something else than the sound row, in any
+        values.
+        """
         selected: dict[str, BenchmarkClaim] = {}
         for claim, change in changes:
             if len(selected) == count:
@@ -220,27 +268,42 @@ class TextClaims:
         return list(selected.values())
 
     def _formula(self, claim: BenchmarkClaim) -> PrintedFormula:
-        return PrintedFormula.read(claim.latex, self.printed.document.macros, self._names[claim.row], self.vocabulary)
+        return PrintedFormula.read(
+            claim.latex, self.printed.document.macros, self._names[claim.row], self.vocabulary
+        )
 
     def is_same(self, latex: str, other: str, claim: BenchmarkClaim) -> bool:
-        """Return whether two rows in the place of a claim say the same for any values, up to factors."""
+        """Return whether two rows in the place of a claim say the same for any values, up to
+        factors.
+        """
         first, second = self.read(latex, claim), self.read(other, claim)
         return (
             first is not None
             and second is not None
             and len(first) == len(second)
-            and all(_are_proportional(a.residual, b.residual) for a, b in zip(first, second, strict=True))
+            and all(
+                _are_proportional(a.residual, b.residual)
+                for a, b in zip(first, second, strict=True)
+            )
         )
 
     def answer(self, claim: BenchmarkClaim) -> CheckerAnswer:
-        """Return what this audit says of a claim, and whether its first correction says what is right."""
+        """Return what this audit says of a claim, and whether its first correction says what is
+        right.
+        """
         outcome = self.judge(claim)
         if outcome != "fails" or not claim.correct:
             return CheckerAnswer(outcome)
         macros, names = self.printed.document.macros, self._names[claim.row]
-        index = next(i for i, part in enumerate(self.read(claim.latex, claim) or ()) if not self._holds(part))
-        repair = find_repairs(claim.latex, index, names, self.points, macros, self.vocabulary, self.draw_points)
-        return CheckerAnswer(outcome, repair is not None and self.is_same(repair.latex, claim.correct, claim))
+        index = next(
+            i for i, part in enumerate(self.read(claim.latex, claim) or ()) if not self._holds(part)
+        )
+        repair = find_repairs(
+            claim.latex, index, names, self.points, macros, self.vocabulary, self.draw_points
+        )
+        return CheckerAnswer(
+            outcome, repair is not None and self.is_same(repair.latex, claim.correct, claim)
+        )
 
     def answer_by_units(self, claim: BenchmarkClaim) -> CheckerAnswer:
         """Return what a checker of units alone says of a claim."""
@@ -252,7 +315,9 @@ class TextClaims:
 
 @dataclass(frozen=True)
 class EquationReading:
-    """The residual of an equation, whether it adds what has other units, and whether it is no inequality."""
+    """The residual of an equation, whether it adds what has other units, and whether it is no
+    inequality.
+    """
 
     residual: Expr
     mixed: bool
@@ -290,7 +355,9 @@ OWN, UNITS = "planter", "units"
 
 
 def judge_corpus_text(text: CorpusText, slips: int, seed: int) -> TextResult:
-    """Return claims of a text, with `slips` slips of all classes together, and the answers of this audit."""
+    """Return claims of a text, with `slips` slips of all classes together, and the answers of this
+    audit.
+    """
     audit = TextClaims(text)
     claims = (*audit.sound, *audit.errata, *audit.draw(slips, seed))
     begun = time.perf_counter()
@@ -299,18 +366,25 @@ def judge_corpus_text(text: CorpusText, slips: int, seed: int) -> TextResult:
         UNITS: tuple(audit.answer_by_units(claim) for claim in claims),
     }
     summary = {
-        "name": text.name, "licence": text.table["licence"], "is_held_out": text.is_held_out, "rows": len(audit.rows),
-        "read_rows": sum(row.chain is not None for row in audit.rows), "sound": len(audit.sound),
-        "errata": len(audit.errata), "seconds": audit.seconds + time.perf_counter() - begun,
-    }  # fmt: skip
+        "name": text.name,
+        "licence": text.table["licence"],
+        "is_held_out": text.is_held_out,
+        "rows": len(audit.rows),
+        "read_rows": sum(row.chain is not None for row in audit.rows),
+        "sound": len(audit.sound),
+        "errata": len(audit.errata),
+        "seconds": audit.seconds + time.perf_counter() - begun,
+    }
     return TextResult(summary, claims, answers)
 
 
-def run_benchmark(folder: Path, slips: int, seed: int, answers: Path | None = None) -> dict[str, Any]:
+def run_benchmark(
+    folder: Path, slips: int, seed: int, answers: Path | None = None
+) -> dict[str, Any]:
     """Score this audit, a checker of units, and, with its answers, another checker on a corpus.
 
-    ``slips`` is their number in all texts together; a text has as many as its share of the texts. Raises OwnError as
-    `read_corpus`, and for a file of answers that cannot be used.
+    ``slips`` is their number in all texts together; a text has as many as its share of the texts.
+    Raises OwnError as `read_corpus`, and for a file of answers that cannot be used.
     """
     corpus = read_corpus(folder)
     present = [text for text in corpus if text.file is not None]
@@ -320,39 +394,56 @@ def run_benchmark(folder: Path, slips: int, seed: int, answers: Path | None = No
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         results = list(pool.map(judge, present))
     claims = [claim for result in results for claim in result.claims]
-    by_checker = {name: [a for result in results for a in result.answers[name]] for name in (OWN, UNITS)}
+    by_checker = {
+        name: [a for result in results for a in result.answers[name]] for name in (OWN, UNITS)
+    }
     if answers is not None:
         by_checker[answers.stem] = _read_answers(answers, claims)
     return {
         "seed": seed,
         "texts": [result.summary for result in results],
         "absent": [text.name for text in corpus if text.file is None],
-        "checkers": {name: score_answers(claims, answered) for name, answered in by_checker.items()},
-        "claims": [{"key": claim.key, "latex": claim.latex, "text": claim.text} for claim in claims],
+        "checkers": {
+            name: score_answers(claims, answered) for name, answered in by_checker.items()
+        },
+        "claims": [
+            {"key": claim.key, "latex": claim.latex, "text": claim.text} for claim in claims
+        ],
     }
 
 
 def _read_answers(path: Path, claims: Sequence[BenchmarkClaim]) -> list[CheckerAnswer]:
-    """Return the answers in a file of JSON lines, in the order of the claims; a claim without one is refused."""
+    """Return the answers in a file of JSON lines, in the order of the claims; a claim without one
+    is refused.
+    """
     by_key: dict[str, CheckerAnswer] = {}
     correct = {claim.key: claim.correct for claim in claims}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         try:
             entry = json.loads(line)
             outcome, latex = entry["outcome"], entry.get("latex", "")
-            is_exact = bool(latex) and "".join(latex.split()) == "".join(correct[entry["key"]].split())
+            is_exact = bool(latex) and "".join(latex.split()) == "".join(
+                correct[entry["key"]].split()
+            )
         except (json.JSONDecodeError, KeyError, TypeError, AttributeError):
             raise OwnError(
-                f"{path}, line {number}: it must be an object with the key of a claim and an outcome"
+                f"{path}, line {number}: it must be an object with the key of a claim and an "
+                f"outcome"
             ) from None
         if outcome not in ("holds", "fails", "refused"):
-            raise OwnError(f"{path}, line {number}: outcome = {outcome!r}: it must be holds, fails or refused")
+            raise OwnError(
+                f"{path}, line {number}: outcome = {outcome!r}: it must be holds, fails or refused"
+            )
         by_key[entry["key"]] = CheckerAnswer(outcome, is_exact)
     return [by_key.get(claim.key, CheckerAnswer("refused")) for claim in claims]
 
 
-def score_answers(claims: Sequence[BenchmarkClaim], answers: Sequence[CheckerAnswer]) -> dict[str, Any]:
-    """Return the scores of a checker: on all texts, on those held out, and of each class of slips."""
+def score_answers(
+    claims: Sequence[BenchmarkClaim], answers: Sequence[CheckerAnswer]
+) -> dict[str, Any]:
+    """Return the scores of a checker: on all texts, on those held out, and of each class of
+    slips.
+    """
     pairs = list(zip(claims, answers, strict=True))
     held_out = [pair for pair in pairs if pair[0].is_held_out]
     classes = {slip: [pair for pair in pairs if pair[0].slip == slip] for slip in SLIPS}
@@ -370,7 +461,10 @@ def _count(pairs: Sequence[tuple[BenchmarkClaim, CheckerAnswer]]) -> dict[str, A
         for kinds in (("slip",), ("erratum",), ("sound", "rewrite"))
     )
     detected, repaired = sum(a.outcome == "fails" for a in slips), sum(a.is_exact for a in slips)
-    sound, alarms = sum(a.outcome != "refused" for a in rest), sum(a.outcome == "fails" for a in rest)
+    sound, alarms = (
+        sum(a.outcome != "refused" for a in rest),
+        sum(a.outcome == "fails" for a in rest),
+    )
     return {
         "slips": len(slips),
         "detected": detected,

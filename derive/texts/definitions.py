@@ -1,4 +1,6 @@
-"""Definitions of a text, tested wherever the mechanism has the same quantity: points, their speeds, energies."""
+"""Definitions of a text, tested wherever the mechanism has the same quantity: points, their speeds,
+energies.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ AXES = {"x": 1, "y": 2, "z": 3}
 ENERGIES = {"T": "kinetic()", "K": "kinetic()", "V": "potential()", "U": "potential()"}
 """Meanings that names of energies have where a text defines them without saying more."""
 COMPLETED = " after "
-"""What the words of a repair contain that adds a term: of such, any definition is one change from any other."""
+"""What the words of a repair contain that adds a term: of such, any definition is one change from
+any other.
+"""
 
 
 @dataclass(frozen=True)
@@ -41,11 +45,17 @@ CountHolding = Callable[[TextDefinition, StatedNames], int]
 
 
 def list_meanings(names: StatedNames) -> dict[str, Scalar]:
-    """Return what the name of a scalar may mean of a mechanism, by its text in a names file, none for formulas."""
+    """Return what the name of a scalar may mean of a mechanism, by its text in a names file, none
+    for formulas.
+    """
     if not isinstance(names.stated, Mechanism):
         return {}
-    texts = [f"component({kind}({place}), {axis})" for kind in ("position", "velocity") for place in names.places
-             for axis in AXES.values()]  # fmt: skip
+    texts = [
+        f"component({kind}({place}), {axis})"
+        for kind in ("position", "velocity")
+        for place in names.places
+        for axis in AXES.values()
+    ]
     meanings: dict[str, Scalar] = {}
     for text in (*texts, *map(_describe_speed, names.places), "kinetic()", "potential()"):
         try:
@@ -72,23 +82,36 @@ def is_meaning(names: StatedNames, definition: TextDefinition, points: Sequence[
 
 
 def find_meant(
-    names: StatedNames, definition: TextDefinition, document: TextDocument, points: Sequence[Point],
-    draw: Callable[[int], list[Point]], vocabulary: Sequence[str], count_holding: CountHolding,
-) -> str:  # fmt: skip
-    """Return what a name must mean that a text defines wrongly, as the text of a names file; empty if it may be right.
+    names: StatedNames,
+    definition: TextDefinition,
+    document: TextDocument,
+    points: Sequence[Point],
+    draw: Callable[[int], list[Point]],
+    vocabulary: Sequence[str],
+    count_holding: CountHolding,
+) -> str:
+    """Return what a name must mean that a text defines wrongly, as the text of a names file; empty
+    if it may be right.
 
-    A definition is wrong if more rows that speak of the name hold once it means a quantity of the mechanism; or if the
-    name says which quantity, and one change of the definition makes it that, unless axis or origin are another.
+    A definition is wrong if more rows that speak of the name hold once it means a quantity of the
+    mechanism; or if the name says which quantity, and one change of the definition makes it that,
+    unless axis or origin are another.
     """
     value = names.abbreviations.get(definition.spelling)
     if not isinstance(value, Scalar):
         return ""
-    meanings = {text: meaning for text, meaning in list_meanings(names).items() if meaning.dimension == value.dimension}
+    meanings = {
+        text: meaning
+        for text, meaning in list_meanings(names).items()
+        if meaning.dimension == value.dimension
+    }
     if any(_are_equal(value, meaning, points) for meaning in meanings.values()):
         return ""
     named = [text for text in _list_named(names, definition.symbol) if text in meanings]
     before = count_holding(definition, names)
-    counts = {text: count_holding(definition, _with_meaning(names, definition, text)) for text in meanings}
+    counts = {
+        text: count_holding(definition, _with_meaning(names, definition, text)) for text in meanings
+    }
     best = max(counts.values(), default=0)
     if best > before:
         chosen = [text for text, count in counts.items() if count == best]
@@ -125,8 +148,12 @@ def _are_equal(first: Scalar, second: Scalar, points: Sequence[Point]) -> bool:
     return residual == 0 or holds(residual, tuple(points))
 
 
-def _differ_by_choice(names: StatedNames, value: Scalar, meaning: Scalar, points: Sequence[Point]) -> bool:
-    """Whether two quantities are one but for the direction of an axis, or for where it is counted from."""
+def _differ_by_choice(
+    names: StatedNames, value: Scalar, meaning: Scalar, points: Sequence[Point]
+) -> bool:
+    """Whether two quantities are one but for the direction of an axis, or for where it is counted
+    from.
+    """
     try:
         rates = [names.rate(some) for some in (value, meaning)]
     except (FormulaError, OperandError):
@@ -138,9 +165,14 @@ def _differ_by_choice(names: StatedNames, value: Scalar, meaning: Scalar, points
 
 
 def _is_one_change_from(
-    names: StatedNames, definition: TextDefinition, text: str, document: TextDocument, points: Sequence[Point],
-    draw: Callable[[int], list[Point]], vocabulary: Sequence[str],
-) -> bool:  # fmt: skip
+    names: StatedNames,
+    definition: TextDefinition,
+    text: str,
+    document: TextDocument,
+    points: Sequence[Point],
+    draw: Callable[[int], list[Point]],
+    vocabulary: Sequence[str],
+) -> bool:
     meant = replace(_with_meaning(names, definition, text), abbreviations=dict(names.abbreviations))
     repair = find_repairs(definition.latex, 0, meant, points, document.macros, vocabulary, draw)
     return repair is not None and COMPLETED not in repair.text

@@ -1,4 +1,6 @@
-"""Displayed equations of a text in LaTeX, Markdown, reStructuredText or a notebook: each row with its place."""
+"""Displayed equations of a text in LaTeX, Markdown, reStructuredText or a notebook: each row with
+its place.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,17 @@ from pathlib import Path
 
 SUFFIXES = (".tex", ".md", ".rst", ".ipynb")
 """Endings of the names of texts that can be read."""
-_NUMBERED = ("equation", "align", "gather", "multline", "eqnarray", "alignat", "flalign", "dmath", "IEEEeqnarray")
+_NUMBERED = (
+    "equation",
+    "align",
+    "gather",
+    "multline",
+    "eqnarray",
+    "alignat",
+    "flalign",
+    "dmath",
+    "IEEEeqnarray",
+)
 _PLAIN = ("displaymath", "math")
 _GROUPS = ("aligned", "split", "gathered", "alignedat", "subequations")
 _SYSTEMS = ("array", "aligned", "cases", "matrix")
@@ -37,9 +49,12 @@ _ARROW = (
 )
 _WORDS = re.compile(rf"{_SPACE}\\(?:text|textrm|textnormal|mbox|mathrm)\s*\{{([^{{}}]*)\}}")
 _ATOM = r"[-+]?\s*(?:\d[\d.]*)?\s*\\?[A-Za-z]*(?:\{[^{}]*\})?(?:[_^](?:\{[^{}]*\}|\\[A-Za-z]+|\w))*(?:/\d+)?[\s.,;]*"
-_CONNECTING = r"(?:\W*\b(?:then|and|or|so|that|thus|hence|therefore|consequently|finally|also)\b)*\W*"
+_CONNECTING = (
+    r"(?:\W*\b(?:then|and|or|so|that|thus|hence|therefore|consequently|finally|also)\b)*\W*"
+)
 _CONDITION = (
-    r"(?i)\b(?:if|when|whenever|for|near|at|small|assum\w*|suppos\w*|unless|provided|case|initial\w*|rest|static\w*)\b"
+    r"(?i)\b(?:if|when|whenever|for|near|at|small|assum\w*|suppos\w*|unless|provided|case|initial\w*"
+    r"|rest|static\w*)\b"
 )
 _ANNOUNCING = (
     r"(?is).*\b(?:define|calculate|compute|write|written|expressed|obtain|get|have|find|follows|gives?|yields?|becomes?)\b"
@@ -48,14 +63,19 @@ _ANNOUNCING = (
 _BETWEEN = re.compile(
     rf"(?P<arrow>(?:,|;)?{_ARROW})|"
     r"(?:,|;)?\s*(?:\\qquad|\\quad\s*\\quad|,\s*\\quad|;\s*\\quad"
-    r"|(?:\\quad|\\,|\\ |\s)*\\(?:text|mbox|mathrm|textrm)\s*\{\s*,?\s*(?:and|or|with|where|und|et)\s*,?\s*\}"
+    r"|(?:\\quad|\\,|\\ "
+    r"|\s)*\\(?:text|mbox|mathrm|textrm)\s*\{\s*,?\s*(?:and|or|with|where|und|et)\s*,?\s*\}"
     r"(?:\\quad|\\,|\\ |\s)*)"
 )
 
 
 _COMMENT = r"(?<!\\)(?:\\\\)*%[^\n]*"
-_BLANK = re.compile(r"(?:\s|\$\$|\\[\[\]]|\\(?:begin|end)\{[a-z]+\*?\}|</?[a-z]+[^<>]*>|\\\\|\.\. math::)*")
-"""What may stand between a row and the next one if that begins with the equality sign and so goes on from it."""
+_BLANK = re.compile(
+    r"(?:\s|\$\$|\\[\[\]]|\\(?:begin|end)\{[a-z]+\*?\}|</?[a-z]+[^<>]*>|\\\\|\.\. math::)*"
+)
+"""What may stand between a row and the next one if that begins with the equality sign and so goes
+on from it.
+"""
 
 
 class TextError(ValueError):
@@ -64,7 +84,8 @@ class TextError(ValueError):
 
 @dataclass(frozen=True)
 class Row:
-    """A displayed equation: its number, its own LaTeX, the file and the line [1, 2, ...] at which it begins.
+    """A displayed equation: its number, its own LaTeX, the file and the line [1, 2, ...] at which
+    it begins.
 
     ``refused`` says why it is no equation, where that shows before its formula is read.
     """
@@ -78,7 +99,9 @@ class Row:
 
 @dataclass(frozen=True)
 class TextDocument:
-    """A text with what is no equation blanked out, its macros, and the line in the file of each of its lines."""
+    """A text with what is no equation blanked out, its macros, and the line in the file of each of
+    its lines.
+    """
 
     name: str
     kind: str
@@ -99,7 +122,9 @@ def read_document(path: Path) -> TextDocument:
     try:
         source = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise TextError(f"{path}: byte {error.start} is not UTF-8: save the text in UTF-8") from None
+        raise TextError(
+            f"{path}: byte {error.start} is not UTF-8: save the text in UTF-8"
+        ) from None
     except OSError as error:
         raise TextError(f"{path}: {error.strerror}") from None
     return build_document(path.name, kind, source)
@@ -136,7 +161,14 @@ def _read_notebook(name: str, source: str) -> tuple[str, tuple[int, ...]]:
         inner = json.dumps(line, ensure_ascii=False)[1:-1]
         escaped = json.dumps(line)[1:-1]
         if line.strip():
-            at = next((k for k in range(at, len(in_file)) if inner in in_file[k] or escaped in in_file[k]), at)
+            at = next(
+                (
+                    k
+                    for k in range(at, len(in_file))
+                    if inner in in_file[k] or escaped in in_file[k]
+                ),
+                at,
+            )
         lines.append(at + 1)
     return text, tuple(lines)
 
@@ -165,7 +197,13 @@ def _unbox(text: str) -> str:
     for match in re.finditer(r"\\boxed\s*\{", text):
         end = find_group_end(text, match.end() - 1)
         if end is not None and _RELATION.search(_hide(text[match.end() : end - 1])):
-            text = text[: match.start()] + " " * len(match.group()) + text[match.end() : end - 1] + " " + text[end:]
+            text = (
+                text[: match.start()]
+                + " " * len(match.group())
+                + text[match.end() : end - 1]
+                + " "
+                + text[end:]
+            )
     return text
 
 
@@ -177,7 +215,9 @@ def _blank(match: re.Match[str]) -> str:
 
 
 def find_macros(text: str) -> dict[str, tuple[int, str]]:
-    """Return the macros that a text defines, by name: the number of their arguments, and their bodies."""
+    """Return the macros that a text defines, by name: the number of their arguments, and their
+    bodies.
+    """
     macros: dict[str, tuple[int, str]] = {}
     head = re.compile(
         r"\\(?:(?:re)?newcommand|providecommand|def|DeclareMathOperator)\*?\s*\{?\s*(\\[A-Za-z]+)\s*\}?"
@@ -194,7 +234,9 @@ def find_macros(text: str) -> dict[str, tuple[int, str]]:
 
 
 def find_group_end(text: str, start: int) -> int | None:
-    """Return the position after a braced group that begins at ``start``, None if it is not closed."""
+    """Return the position after a braced group that begins at ``start``, None if it is not
+    closed.
+    """
     depth = 0
     for match in re.compile(r"\\.|[{}]", re.S).finditer(text, start):
         depth += {"{": 1, "}": -1}.get(match.group(), 0)
@@ -205,7 +247,8 @@ def find_group_end(text: str, start: int) -> int | None:
 
 @dataclass(frozen=True)
 class _Display:
-    """A displayed formula: where its body begins and ends, whether its rows are numbered, and its label.
+    """A displayed formula: where its body begins and ends, whether its rows are numbered, and its
+    label.
 
     ``refused`` says why it is passed over, empty if it is read.
     """
@@ -219,9 +262,11 @@ class _Display:
 
 
 def list_rows(document: TextDocument) -> list[Row]:
-    """List every row of every displayed equation of a document, continued lines joined, in their order.
+    """List every row of every displayed equation of a document, continued lines joined, in their
+    order.
 
-    A number is that of a tag or label, else that which LaTeX counts, else the line; none stands twice.
+    A number is that of a tag or label, else that which LaTeX counts, else the line; none stands
+    twice.
     """
     rows: list[Row] = []
     numbers: set[str] = set()
@@ -273,33 +318,45 @@ def _list_displays(document: TextDocument) -> Iterator[_Display]:
         if not _DISPLAY.search(text, display.start, display.end):
             yield display
     for match in _DISPLAY.finditer(text):
-        group = next(name for name in ("body", "bracket", "dollar") if match.group(name) is not None)
+        group = next(
+            name for name in ("body", "bracket", "dollar") if match.group(name) is not None
+        )
         start, end = match.span(group)
         environment = (match.group(1) or "").rstrip("*")
         if head := re.match(r"\s*(?:\{[lcrsS|*\d]*\})?", text[start:end]):
             start += head.end() if environment in ("alignat", "IEEEeqnarray") else 0
         numbered = environment in _NUMBERED and not (match.group(1) or "").endswith("*")
         label = next((d.label for d in directives if d.start <= start < d.end), "")
-        yield _Display(start, end, numbered, environment in ("equation", "multline", "dmath", ""), label)
+        yield _Display(
+            start, end, numbered, environment in ("equation", "multline", "dmath", ""), label
+        )
     if document.kind != ".rst":
         yield from _list_single_dollars(text)
 
 
 _ALONE = re.compile(
     r"^[ \t]*(?:(?:[-*+]|\d+[.)])[ \t]+)?(?:\$(?!\$)(?P<line>(?:\\.|[^$\\\n])+)\$(?!\$)"
-    r"|\$[ \t]*\n(?P<block>(?:\\.|[^$\\])+?)\n[ \t]*\$(?!\$))[ \t]*[.,;]?[ \t]*(?:\\\\|<br[ \t]*/?>)?[ \t]*$",
+    r"|\$[ \t]*\n(?P<block>(?:\\.|[^$\\])+?)\n[ \t]*\$(?!\$))[ \t]*[.,;]?[ \t]*(?:\\\\|<br[ "
+    r"\t]*/?>)?[ \t]*$",
     re.M,
 )
 """A formula between single dollars that has its line, or its lines, to itself."""
 IN_SENTENCE = (
-    "passed over: it stands between single dollars in the lines of a sentence; write it between $$ to have it read"
+    "passed over: it stands between single dollars in the lines of a sentence; write it "
+    "between $$ to have it read"
 )
 
 
 def _list_single_dollars(text: str) -> Iterator[_Display]:
-    """Yield formulas between single dollars that are alone on a line; those within a sentence are passed over."""
+    """Yield formulas between single dollars that are alone on a line; those within a sentence are
+    passed over.
+    """
     displays = [match.span() for match in _DISPLAY.finditer(text)]
-    alone = [match for match in _ALONE.finditer(text) if not any(a <= match.start() < b for a, b in displays)]
+    alone = [
+        match
+        for match in _ALONE.finditer(text)
+        if not any(a <= match.start() < b for a, b in displays)
+    ]
     hidden = _ALONE.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
     breaks = [0, *(match.end() - 1 for match in re.finditer(r"\n[ \t]*\n", text)), len(text)]
     for match in alone:
@@ -345,7 +402,11 @@ def _list_spans(document: TextDocument, display: _Display) -> Iterator[tuple[int
     text = document.text
     start, end = _unwrap(text, display.start, display.end)
     blank_lines = document.kind in (".rst", ".md")
-    pieces = [piece for part in _split_at_breaks(text, start, end, blank_lines) for piece in _split_row(text, *part)]
+    pieces = [
+        piece
+        for part in _split_at_breaks(text, start, end, blank_lines)
+        for piece in _split_row(text, *part)
+    ]
     if re.search(r"\\begin\{multline", text[max(0, display.start - 20) : display.start]):
         pieces = [(start, end)]
     for row_start, row_end in _join(text, pieces):
@@ -356,7 +417,8 @@ def _list_spans(document: TextDocument, display: _Display) -> Iterator[tuple[int
 
 
 def _opening_words(row: str) -> int:
-    """Return the length of words before an equation that only announce it: then, or "we can write" with a colon.
+    """Return the length of words before an equation that only announce it: then, or "we can write"
+    with a colon.
 
     Words that name a condition, or what the equation is of, belong to it.
     """
@@ -365,7 +427,9 @@ def _opening_words(row: str) -> int:
         words = match.group(1)
         announces = re.fullmatch(_CONNECTING, words) or re.fullmatch(_ANNOUNCING, words)
         relation = _RELATION.search(_hide(row[match.end() :]))
-        follows = relation and re.search(r"\w", _REMARK.sub("", row[match.end() : match.end() + relation.start()]))
+        follows = relation and re.search(
+            r"\w", _REMARK.sub("", row[match.end() : match.end() + relation.start()])
+        )
         if not words.strip() or not announces or re.search(_CONDITION, words) or not follows:
             break
         length = match.end()
@@ -373,18 +437,29 @@ def _opening_words(row: str) -> int:
 
 
 def _is_condition(piece: str) -> bool:
-    """Return whether all sides of a piece are single names or numbers, as in theta = 0: a case, and no finding."""
-    return all(re.fullmatch(rf"\s*{_ATOM}", _REMARK.sub(" ", side)) for side in _RELATION.split(piece))
+    """Return whether all sides of a piece are single names or numbers, as in theta = 0: a case, and
+    no finding.
+    """
+    return all(
+        re.fullmatch(rf"\s*{_ATOM}", _REMARK.sub(" ", side)) for side in _RELATION.split(piece)
+    )
 
 
 def _states_side_by_side(line: str) -> bool:
     """Return whether several cells of a line of an array are equations of their own."""
     cells = re.split(r"(?<!\\)&", _hide(line))
-    return sum(bool(re.search(rf"[\w)\]}}][^=]*(?:{_RELATION.pattern})\s*[\w\\(\[{{+-]", cell)) for cell in cells) > 1
+    return (
+        sum(
+            bool(re.search(rf"[\w)\]}}][^=]*(?:{_RELATION.pattern})\s*[\w\\(\[{{+-]", cell))
+            for cell in cells
+        )
+        > 1
+    )
 
 
 def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
-    """Return the inner range of a display that is nothing but one aligned group, or a system behind a brace.
+    """Return the inner range of a display that is nothing but one aligned group, or a system behind
+    a brace.
 
     Markdown has environments such as align also between dollars.
     """
@@ -395,7 +470,9 @@ def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
         r"\s*(?:\\right\s*\.)?[\s,.;]*(?:\\label\{[^{}]*\})?[\s,.;]*$"
     )
     match = wrapped.match(text[start:end])
-    if match is None or (match.group("name") in _SYSTEMS[2:] and not _RELATION.search(match.group("body"))):
+    if match is None or (
+        match.group("name") in _SYSTEMS[2:] and not _RELATION.search(match.group("body"))
+    ):
         return start, end
     groups, body = (*_GROUPS, *_NUMBERED, "cases"), match.group("body")
     is_array = match.group("name") == "array"
@@ -409,8 +486,12 @@ def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
     return _unwrap(text, start + match.start("body"), start + match.end("body"))
 
 
-def _split_at_breaks(text: str, start: int, end: int, blank_lines: bool) -> Iterator[tuple[int, int]]:
-    """Yield the ranges between line breaks outside of environments and groups, and between texts."""
+def _split_at_breaks(
+    text: str, start: int, end: int, blank_lines: bool
+) -> Iterator[tuple[int, int]]:
+    """Yield the ranges between line breaks outside of environments and groups, and between
+    texts.
+    """
     pattern = re.compile(
         rf"\\(?:intertext|shortintertext)\s*\{{|\\begin\s*\{{|\\end\s*\{{|{_BREAK.pattern}|\\.|[{{}}]"
         + (r"|\n[ \t]*\n" if blank_lines else ""),
@@ -441,7 +522,11 @@ def _split_row(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
         before, after = _hide(text[at : match.start()]), _hide(text[match.end() : end])
         if match["arrow"] and _is_condition(text[at : match.start()]):
             continue
-        if _RELATION.search(before) and _RELATION.search(after) and _is_balanced(text[at : match.start()]):
+        if (
+            _RELATION.search(before)
+            and _RELATION.search(after)
+            and _is_balanced(text[at : match.start()])
+        ):
             yield from _split_columns(text, at, match.start())
             at = match.end()
     yield from _split_columns(text, at, end)
@@ -464,7 +549,9 @@ def _is_balanced(piece: str) -> bool:
 
 
 def _hide(piece: str) -> str:
-    """Return a piece of the same length with environments, groups and remarks replaced by blanks."""
+    """Return a piece of the same length with environments, groups and remarks replaced by
+    blanks.
+    """
     out, depth, position = list(piece), 0, 0
     for match in re.finditer(r"\\begin\s*\{[^{}]*\}|\\end\s*\{[^{}]*\}|\\[{}]|[{}]", piece):
         if depth:
@@ -482,8 +569,9 @@ def _hide(piece: str) -> str:
 def _join(text: str, pieces: list[tuple[int, int]]) -> Iterator[tuple[int, int]]:
     """Yield the ranges of rows: a line that goes on from the one before is joined to it.
 
-    A line goes on if it has no relation, begins with one, or follows a line that ends with an operator, a relation or
-    inside a bracket. What stands between joined lines remains part of the row.
+    A line goes on if it has no relation, begins with one, or follows a line that ends with an
+    operator, a relation or inside a bracket. What stands between joined lines remains part of the
+    row.
     """
     joined: list[tuple[int, int]] = []
     for start, end in pieces:

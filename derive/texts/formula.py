@@ -1,4 +1,6 @@
-"""Formulas in LaTeX as trees: what stands in print, each part with its place, before anything is known of its names."""
+"""Formulas in LaTeX as trees: what stands in print, each part with its place, before anything is
+known of its names.
+"""
 
 from __future__ import annotations
 
@@ -17,43 +19,85 @@ def _words(*texts: str) -> frozenset[str]:
 
 
 GREEK = _words(
-    "alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa lambda mu nu xi pi varpi rho varrho",
-    "sigma varsigma tau upsilon phi varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega",
+    "alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa lambda mu nu xi "
+    "pi varpi rho varrho",
+    "sigma varsigma tau upsilon phi varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma "
+    "Upsilon Phi Psi Omega",
     "ell hbar nabla",
 )
 DOTS = {"dot": 1, "ddot": 2, "dddot": 3}
-VECTOR_ACCENTS = _words("vec bar overline underline mathbf boldsymbol bm pmb hat widehat overrightarrow")
+VECTOR_ACCENTS = _words(
+    "vec bar overline underline mathbf boldsymbol bm pmb hat widehat overrightarrow"
+)
 ACCENTS = VECTOR_ACCENTS | _words("tilde widetilde check breve mathcal mathbb mathfrak mathscr")
-FONTS = _words("mathrm text textrm textnormal mathit textit mathsf textsf mbox operatorname mathop mathnormal rm it sf")
+FONTS = _words(
+    "mathrm text textrm textnormal mathit textit mathsf textsf mbox operatorname mathop "
+    "mathnormal rm it sf"
+)
 FUNCTIONS = {
-    **{name: name for name in _words("sin cos tan cot sec csc sinh cosh tanh exp ln log sqrt sgn min max")},
+    **{
+        name: name
+        for name in _words("sin cos tan cot sec csc sinh cosh tanh exp ln log sqrt sgn min max")
+    },
     **{f"arc{name}": f"a{name}" for name in ("sin", "cos", "tan")},
     **{f"a{name}": f"a{name}" for name in ("sin", "cos", "tan")},
-    "sign": "sgn", "arctg": "atan", "tg": "tan", "ctg": "cot", "atan2": "atan2", "Sin": "sin", "Cos": "cos",
-    "Tan": "tan", "arctan2": "atan2", "abs": "abs",
-}  # fmt: skip
+    "sign": "sgn",
+    "arctg": "atan",
+    "tg": "tan",
+    "ctg": "cot",
+    "atan2": "atan2",
+    "Sin": "sin",
+    "Cos": "cos",
+    "Tan": "tan",
+    "arctan2": "atan2",
+    "abs": "abs",
+}
 """Printed names of functions with their own names."""
 INVERSE = {"sin": "asin", "cos": "acos", "tan": "atan"}
 RELATIONS = {
     **dict.fromkeys(("=", "\\equiv", ":=", "\\triangleq", "\\coloneqq"), "="),
-    **dict.fromkeys(("<", "\\lt"), "<"), **dict.fromkeys((">", "\\gt"), ">"),
+    **dict.fromkeys(("<", "\\lt"), "<"),
+    **dict.fromkeys((">", "\\gt"), ">"),
     **dict.fromkeys(("\\le", "\\leq", "\\leqslant", "\\leqq"), "<="),
     **dict.fromkeys(("\\ge", "\\geq", "\\geqslant", "\\geqq"), ">="),
     **dict.fromkeys(("\\approx", "\\simeq", "\\cong"), "~"),
-}  # fmt: skip
+}
 """Printed relations with their own; ``~`` is that of an approximation."""
-UNREAD_RELATIONS = _words(r"\neq \ne \propto \sim \in \to \rightarrow \Rightarrow \implies \mapsto \ll \gg")
+UNREAD_RELATIONS = _words(
+    r"\neq \ne \propto \sim \in \to \rightarrow \Rightarrow \implies \mapsto \ll \gg"
+)
 _SILENT = _words(
-    r"\quad \qquad \displaystyle \textstyle \scriptstyle \nonumber \notag \limits \nolimits \noindent \allowbreak",
-    r"\thinspace \medspace \enspace \left \right \middle \big \Big \bigg \Bigg \bigl \bigr \Bigl \Bigr \biggl \biggr",
+    r"\quad \qquad \displaystyle \textstyle \scriptstyle \nonumber \notag \limits \nolimits "
+    r"\noindent \allowbreak",
+    r"\thinspace \medspace \enspace \left \right \middle \big \Big \bigg \Bigg \bigl \bigr \Bigl "
+    r"\Bigr \biggl \biggr",
     r"\Biggl \Biggr \mathstrut \strut \, \; \: \! \/ ~ & \\ \\* \cr \newline",
 ) | {"\\ ", "\\\n"}
-_OPEN, _CLOSE = {"(": ")", "[": "]", "\\{": "\\}", "\\lbrace": "\\rbrace"}, {")", "]", "\\}", "\\rbrace"}
-_BARS = {"|": "|", "\\lvert": "\\rvert", "\\vert": "\\vert", "\\|": "\\|", "\\lVert": "\\rVert", "\\Vert": "\\Vert"}
-MATRICES = {"matrix": "", "bmatrix": "", "pmatrix": "", "Bmatrix": "", "smallmatrix": "", "array": "", "vmatrix": "det"}
+_OPEN, _CLOSE = (
+    {"(": ")", "[": "]", "\\{": "\\}", "\\lbrace": "\\rbrace"},
+    {")", "]", "\\}", "\\rbrace"},
+)
+_BARS = {
+    "|": "|",
+    "\\lvert": "\\rvert",
+    "\\vert": "\\vert",
+    "\\|": "\\|",
+    "\\lVert": "\\rVert",
+    "\\Vert": "\\Vert",
+}
+MATRICES = {
+    "matrix": "",
+    "bmatrix": "",
+    "pmatrix": "",
+    "Bmatrix": "",
+    "smallmatrix": "",
+    "array": "",
+    "vmatrix": "det",
+}
 _TOKEN = re.compile(r"\s*(\\[A-Za-z]+\*?|\\.|:=|\d+(?:\.\d+)?|\.\d+|[A-Za-z]|'+|\S)", re.S)
 _UNREAD_COMMANDS = _words(
-    r"\label \tag \tag* \hspace \vspace \hspace* \eqno \color \vphantom \hphantom \phantom \intertext"
+    r"\label \tag \tag* \hspace \vspace \hspace* \eqno \color \vphantom \hphantom \phantom "
+    r"\intertext"
 )
 """Commands that are passed over with their argument."""
 _TIMES = ("\\cdot", "\\times", "\\ast", "*", "\\wedge")
@@ -73,8 +117,8 @@ class FormulaError(ValueError):
 class Token(NamedTuple):
     """A token of a formula: its text, and the range of the source that it stands for.
 
-    ``fixed`` says that it comes from a macro, so that its range is that of the macro's use. ``closes`` marks a \\left.
-    or \\right. without a delimiter.
+    ``fixed`` says that it comes from a macro, so that its range is that of the macro's use.
+    ``closes`` marks a \\left. or \\right. without a delimiter.
     """
 
     text: str
@@ -85,7 +129,9 @@ class Token(NamedTuple):
 
 @dataclass(frozen=True)
 class Symbol:
-    """A name as it is printed: nucleus with accents, subscript, primes, dots, and frames before and after it."""
+    """A name as it is printed: nucleus with accents, subscript, primes, dots, and frames before and
+    after it.
+    """
 
     stem: str
     accents: tuple[str, ...] = ()
@@ -108,7 +154,11 @@ class Symbol:
     def spell(self) -> str:
         """Return the one LaTeX spelling by which a name is looked up."""
         word = self.stem.removeprefix("\\")
-        nucleus = self.stem if len(word) == 1 or self.stem.startswith("\\") else rf"\mathrm{{{self.stem}}}"
+        nucleus = (
+            self.stem
+            if len(word) == 1 or self.stem.startswith("\\")
+            else rf"\mathrm{{{self.stem}}}"
+        )
         for accent in reversed(self.accents):
             nucleus = rf"\{accent}{{{nucleus}}}"
         if self.dots:
@@ -157,14 +207,18 @@ class Sum(Node):
 
 @dataclass(frozen=True)
 class Product(Node):
-    """Factors, each with the operator before it: ``\\cdot``, ``\\times``, or empty for juxtaposed ones."""
+    """Factors, each with the operator before it: ``\\cdot``, ``\\times``, or empty for juxtaposed
+    ones.
+    """
 
     factors: tuple[tuple[str, Node], ...]
 
 
 @dataclass(frozen=True)
 class Slash(Node):
-    """A quotient on one line: what stands above, the factor after the slash, and juxtaposed factors after that."""
+    """A quotient on one line: what stands above, the factor after the slash, and juxtaposed factors
+    after that.
+    """
 
     above: Node
     below: Node
@@ -181,7 +235,11 @@ class Quotient(Node):
 
 @dataclass(frozen=True)
 class Power(Node):
-    """A power. ``script`` is the spelling of an exponent of letters alone, which may be part of the name below it."""
+    """A power.
+
+    ``script`` is the spelling of an exponent of letters alone, which may be part of the name below
+    it.
+    """
 
     base: Node
     exponent: Node
@@ -189,8 +247,14 @@ class Power(Node):
 
     @property
     def symbol(self) -> Symbol | None:
-        """The name that base and exponent are together if they are one, None for what can only be a power."""
-        return replace(self.base.symbol, after=self.script) if isinstance(self.base, Name) and self.script else None
+        """The name that base and exponent are together if they are one, None for what can only be a
+        power.
+        """
+        return (
+            replace(self.base.symbol, after=self.script)
+            if isinstance(self.base, Name) and self.script
+            else None
+        )
 
 
 @dataclass(frozen=True)
@@ -216,7 +280,9 @@ class Magnitude(Node):
 
 @dataclass(frozen=True)
 class FunctionCall(Node):
-    """A function of arguments in brackets; or of the first of juxtaposed ``factors``, as their units say."""
+    """A function of arguments in brackets; or of the first of juxtaposed ``factors``, as their
+    units say.
+    """
 
     function: str
     arguments: tuple[Node, ...]
@@ -227,9 +293,11 @@ class FunctionCall(Node):
 
 @dataclass(frozen=True)
 class Derivative(Node):
-    """A derivative to time of an order (``by`` is None), or to a name: the partial one, or the first if ``is_total``.
+    """A derivative to time of an order (``by`` is None), or to a name: the partial one, or the
+    first if ``is_total``.
 
-    ``seen_from`` names the frame of the observer of a vector's change in time, empty if the text names none.
+    ``seen_from`` names the frame of the observer of a vector's change in time, empty if the text
+    names none.
     """
 
     inner: Node
@@ -267,7 +335,9 @@ class RelationChain(Node):
     relations: tuple[str, ...]
 
 
-def tokenize_formula(latex: str, macros: Mapping[str, tuple[int, str]] | None = None) -> list[Token]:
+def tokenize_formula(
+    latex: str, macros: Mapping[str, tuple[int, str]] | None = None
+) -> list[Token]:
     """Return the tokens of a formula without blanks and layout, macros expanded.
 
     Raises FormulaError for a macro that expands without end or lacks an argument.
@@ -280,9 +350,11 @@ def tokenize_formula(latex: str, macros: Mapping[str, tuple[int, str]] | None = 
 
 
 def _join_functions(tokens: list[Token]) -> list[Token]:
-    """Return the tokens with the letters of sin, cos or tan as one, where no blank and no other letter follows them.
+    """Return the tokens with the letters of sin, cos or tan as one, where no blank and no other
+    letter follows them.
 
-    Texts write gcos{x}, mcos^2(x) or vtan\\delta; a product of just these letters is no ordinary one.
+    Texts write gcos{x}, mcos^2(x) or vtan\\delta; a product of just these letters is no ordinary
+    one.
     """
     joined: list[Token] = []
     start = 0
@@ -301,7 +373,11 @@ def _join_functions(tokens: list[Token]) -> list[Token]:
 
 
 def _expand(
-    latex: str, macros: Mapping[str, tuple[int, str]], offset: int, place: tuple[int, int] | None, count: list[int]
+    latex: str,
+    macros: Mapping[str, tuple[int, str]],
+    offset: int,
+    place: tuple[int, int] | None,
+    count: list[int],
 ) -> Iterator[Token]:
     position = 0
     while match := _TOKEN.match(latex, position):
@@ -325,21 +401,29 @@ def _expand(
 
 
 def expand_matrix_macros(latex: str, macros: Mapping[str, tuple[int, str]]) -> str:
-    """Return a formula with the macros written out that hold environments or the marks between the cells of one.
+    """Return a formula with the macros written out that hold environments or the marks between the
+    cells of one.
 
     Raises FormulaError for a macro that expands without end or lacks an argument.
     """
     structural = {name for name, (_, body) in macros.items() if re.search(r"\\begin|\\\\|&", body)}
-    while inner := {name for name, (_, body) in macros.items() if _uses(body, structural)} - structural:
+    while (
+        inner := {name for name, (_, body) in macros.items() if _uses(body, structural)}
+        - structural
+    ):
         structural |= inner
     for _ in range(_MOST_EXPANSIONS):
-        match = next((m for m in re.finditer(r"\\[A-Za-z]+", latex) if m.group() in structural), None)
+        match = next(
+            (m for m in re.finditer(r"\\[A-Za-z]+", latex) if m.group() in structural), None
+        )
         if match is None:
             return latex
         body, position = _apply_macro(latex, match.end(), match.group(), macros)
         latex = latex[: match.start()] + body + latex[position:]
         if len(latex) > _MOST_CHARACTERS:
-            raise FormulaError(f"with its macros written out it has more than {_MOST_CHARACTERS} characters")
+            raise FormulaError(
+                f"with its macros written out it has more than {_MOST_CHARACTERS} characters"
+            )
     raise FormulaError("a macro expands without end")
 
 
@@ -347,7 +431,9 @@ def _uses(body: str, names: set[str]) -> bool:
     return not names.isdisjoint(re.findall(r"\\[A-Za-z]+", body))
 
 
-def _apply_macro(latex: str, position: int, macro: str, macros: Mapping[str, tuple[int, str]]) -> tuple[str, int]:
+def _apply_macro(
+    latex: str, position: int, macro: str, macros: Mapping[str, tuple[int, str]]
+) -> tuple[str, int]:
     """Return the body of a macro with its arguments, and the position after them."""
     size, body = macros[macro]
     arguments = []
@@ -360,7 +446,9 @@ def _apply_macro(latex: str, position: int, macro: str, macros: Mapping[str, tup
 
 def _argument(latex: str, position: int, macro: str) -> tuple[str, int]:
     match = re.compile(r"\s*(?:(\{)|(\\[A-Za-z]+|\S))").match(latex, position)
-    end = find_group_end(latex, match.start(1)) if match and match.group(1) else match and match.end()
+    end = (
+        find_group_end(latex, match.start(1)) if match and match.group(1) else match and match.end()
+    )
     if match is None or end is None:
         raise FormulaError(f"the macro {macro} lacks an argument")
     return (latex[match.start(1) + 1 : end - 1] if match.group(1) else match.group(2)), end
@@ -376,14 +464,19 @@ def _drop_null_delimiters(tokens: list[Token]) -> Iterator[Token]:
 
 @dataclass
 class Reader:
-    """Recursive descent over the tokens of a formula. Errors are FormulaError with the place in the source."""
+    """Recursive descent over the tokens of a formula.
+
+    Errors are FormulaError with the place in the source.
+    """
 
     latex: str
     tokens: list[Token]
     at: int = 0
     bars: list[str] = field(default_factory=list)
     brackets: dict[tuple[str, ...], Bracket] | None = None
-    """Brackets of other formulas by their tokens, of which the parts are read once, with the places of the first."""
+    """Brackets of other formulas by their tokens, of which the parts are read once, with the places
+    of the first.
+    """
 
     def peek(self, ahead: int = 0) -> str:
         """Return the text of a token, empty after the end."""
@@ -477,7 +570,11 @@ class Reader:
                 factors.append((text, self._signed()))
             elif text in ("/", "\\div"):
                 self.take()
-                above = factors[0][1] if len(factors) == 1 else Product(start, self._end(), tuple(factors))
+                above = (
+                    factors[0][1]
+                    if len(factors) == 1
+                    else Product(start, self._end(), tuple(factors))
+                )
                 below = self._signed()
                 rest: list[tuple[str, Node]] = []
                 while self._begins_factor():
@@ -501,9 +598,31 @@ class Reader:
         text = self.peek()
         if text == "^":
             return self._is_frame_before()
-        if not text or text in RELATIONS or text in UNREAD_RELATIONS or text in _CLOSE or text in _TIMES:
+        if (
+            not text
+            or text in RELATIONS
+            or text in UNREAD_RELATIONS
+            or text in _CLOSE
+            or text in _TIMES
+        ):
             return False
-        if text in ("+", "-", "\\pm", "\\mp", "\u2212", "}", ",", ".", ";", "/", "\\div", "_", "\\end", "!", "'"):
+        if text in (
+            "+",
+            "-",
+            "\\pm",
+            "\\mp",
+            "\u2212",
+            "}",
+            ",",
+            ".",
+            ";",
+            "/",
+            "\\div",
+            "_",
+            "\\end",
+            "!",
+            "'",
+        ):
             return False
         return not (self.bars and text == self.bars[-1]) and not text.startswith("'")
 
@@ -522,7 +641,9 @@ class Reader:
         return base
 
     def _check_braced(self, node: Node, mark: int) -> None:
-        """Refuse a sum or product in braces that print no brackets, where they would change what is read."""
+        """Refuse a sum or product in braces that print no brackets, where they would change what is
+        read.
+        """
         before = self.tokens[mark - 1].text if mark else ""
         if isinstance(node, Sum) and len(node.terms) > 1:
             is_alone = not before or before in ("+", ",", *_OPEN, *_BARS, *RELATIONS)
@@ -535,8 +656,14 @@ class Reader:
         group_start, inner = self._group()
         texts = [token.text for token in inner]
         if "".join(texts) in ("\\circ", "\\degree"):
-            return Product(start, self._end(), (("", base), ("", Constant(group_start, self._end(), "degree"))))
-        plain = [text for text in texts if text not in ("\\mathrm", "\\text", "\\mathsf", "\\rm", "{", "}")]
+            return Product(
+                start, self._end(), (("", base), ("", Constant(group_start, self._end(), "degree")))
+            )
+        plain = [
+            text
+            for text in texts
+            if text not in ("\\mathrm", "\\text", "\\mathsf", "\\rm", "{", "}")
+        ]
         if plain in (["T"], ["\\top"], ["\\intercal"], ["\\mathsf{T}"]):
             return Transposed(start, self._end(), base)
         exponent = self._read_all(inner)
@@ -561,7 +688,9 @@ class Reader:
         return node
 
     def _group(self) -> tuple[int, list[Token]]:
-        """Return the start of a braced group, or of the one token that stands for it, and the tokens in it."""
+        """Return the start of a braced group, or of the one token that stands for it, and the
+        tokens in it.
+        """
         token = self.take()
         if token.text == "{":
             inner: list[Token] = []
@@ -585,7 +714,9 @@ class Reader:
         return token.start, [token]
 
     def _spell_group(self) -> str:
-        """Return a subscript or superscript in its one spelling: without fonts, braces and blanks."""
+        """Return a subscript or superscript in its one spelling: without fonts, braces and
+        blanks.
+        """
         _, inner = self._group()
         out = ""
         for token in inner:
@@ -644,7 +775,9 @@ class Reader:
         return Bracket(self.tokens[start].start, self._end(), self.brackets[key].parts)
 
     def _find_closing(self) -> int:
-        """Return the index after the bracket that closes the one that opens here, that of the end if none does."""
+        """Return the index after the bracket that closes the one that opens here, that of the end
+        if none does.
+        """
         depth, (opening, closing) = 0, (self.peek(), _OPEN[self.peek()])
         for index in range(self.at, len(self.tokens)):
             depth += (self.tokens[index].text == opening) - (self.tokens[index].text == closing)
@@ -680,7 +813,9 @@ class Reader:
         return Magnitude(opening.start, self._end(), inner)
 
     def _braced(self) -> Node:
-        """Read a braced group: a name if it is one, as {q_1} is, or a frame before a name, else a sum."""
+        """Read a braced group: a name if it is one, as {q_1} is, or a frame before a name, else a
+        sum.
+        """
         start, mark = self._position(), self.at
         _, inner = self._group()
         if not inner and self.peek() == "^":  # {}^N
@@ -698,7 +833,10 @@ class Reader:
             return self._fraction(start)
         if word == "sqrt":
             return self._root(start)
-        if word in ("operatorname", "mathrm", "text", "rm", "mathop", "mbox", "textrm") and self._function_word():
+        if (
+            word in ("operatorname", "mathrm", "text", "rm", "mathop", "mbox", "textrm")
+            and self._function_word()
+        ):
             function = self._function_word()
             self.take()
             self._group()
@@ -729,7 +867,8 @@ class Reader:
         return self.fail(f"\\{word} is not known")
 
     def _indexed_sum(self) -> Node:
-        """Read a sum over an index between whole numbers as the sum of its terms: of the factors that follow it.
+        """Read a sum over an index between whole numbers as the sum of its terms: of the factors
+        that follow it.
 
         Copies of a term stand at the place of the one that is printed.
         """
@@ -740,7 +879,12 @@ class Reader:
             bounds[place] = [token.text for token in self._group()[1]]
         index, *first = bounds["_"] or [""]
         last = bounds["^"]
-        if not (index.isalpha() and first[:1] == ["="] and all(map(str.isdigit, (*first[1:], *last))) and last):
+        if not (
+            index.isalpha()
+            and first[:1] == ["="]
+            and all(map(str.isdigit, (*first[1:], *last)))
+            and last
+        ):
             self.fail("a sum is read over an index between whole numbers only")
         values = range(int("".join(first[1:]) or -1), int("".join(last)) + 1)
         if not 0 < len(values) <= _MOST_TERMS or values.start < 0:
@@ -816,7 +960,12 @@ class Reader:
         """Read d/dt and partial derivatives, of what stands in the fraction or after it."""
         seen_from, above = _observer(above)
         upper, lower = _without_fonts(above), _without_fonts(below)
-        if not upper or not lower or upper[0].text != lower[0].text or upper[0].text not in ("d", "\\partial"):
+        if (
+            not upper
+            or not lower
+            or upper[0].text != lower[0].text
+            or upper[0].text not in ("d", "\\partial")
+        ):
             return None
         upper, order = _order(upper[1:])
         partial = lower[0].text == "\\partial"
@@ -828,7 +977,9 @@ class Reader:
         if reader.peek() == "^":
             reader.take()
             _, digits = reader._group()
-            order_below = int(digits[0].text) if len(digits) == 1 and digits[0].text.isdigit() else 0
+            order_below = (
+                int(digits[0].text) if len(digits) == 1 and digits[0].text.isdigit() else 0
+            )
         if reader.peek() or order_below != order:
             self.fail("a derivative of mixed kind is not read")
         is_total = not partial and by != Symbol("t")
@@ -837,7 +988,15 @@ class Reader:
         if upper and not partial and upper[0].text in ("_", "^"):
             return None
         inner = self._read_all(upper) if upper else self.factor()
-        return Derivative(start, self._end(), inner, order, by if partial or is_total else None, seen_from, is_total)
+        return Derivative(
+            start,
+            self._end(),
+            inner,
+            order,
+            by if partial or is_total else None,
+            seen_from,
+            is_total,
+        )
 
     def _call(self, function: str, start: int) -> Node:
         """Read a function with what it is of: in brackets, in braces, or juxtaposed factors."""
@@ -859,7 +1018,9 @@ class Reader:
             return FunctionCall(start, self._end(), function, bracket.parts, exponent=exponent)
         if self.peek() == "{" and not self._braces_hold_name():
             _, inner = self._group()
-            return FunctionCall(start, self._end(), function, (self._read_all(inner),), exponent=exponent)
+            return FunctionCall(
+                start, self._end(), function, (self._read_all(inner),), exponent=exponent
+            )
         negative = self.peek() == "-" and bool(self.take())
         factors: list[tuple[str, Node]] = []
         while self._begins_factor() and not self._begins_function():
@@ -883,7 +1044,9 @@ class Reader:
 
     def _begins_function(self) -> bool:
         word = self.peek()[1:].rstrip("*")
-        return self.peek().startswith("\\") and (word in FUNCTIONS or (bool(self._function_word()) and word in FONTS))
+        return self.peek().startswith("\\") and (
+            word in FUNCTIONS or (bool(self._function_word()) and word in FONTS)
+        )
 
     def _environment(self, start: int) -> Node:
         if self.take("\\begin").fixed:
@@ -924,9 +1087,9 @@ class Reader:
         """
         marks = []
         depth = 0
-        for match in re.compile(r"\\begin|\\end|\\\\\*?(?:\s*\[[^\]]*\])?|\\cr(?![A-Za-z])|\\.|&|[{}]", re.S).finditer(
-            self.latex, start, stop
-        ):
+        for match in re.compile(
+            r"\\begin|\\end|\\\\\*?(?:\s*\[[^\]]*\])?|\\cr(?![A-Za-z])|\\.|&|[{}]", re.S
+        ).finditer(self.latex, start, stop):
             text = match.group()
             depth += {"\\begin": 1, "\\end": -1, "{": 1, "}": -1}.get(text, 0)
             if depth == 0 and (text == "&" or text.startswith(("\\\\", "\\cr"))):
@@ -956,12 +1119,24 @@ class Reader:
         cleaned: list[Token] = []
         index = 0
         while index < len(condition):
-            if condition[index].text[1:] in FONTS and index + 1 < len(condition) and condition[index + 1].text == "{":
+            if (
+                condition[index].text[1:] in FONTS
+                and index + 1 < len(condition)
+                and condition[index + 1].text == "{"
+            ):
                 stop = index + 2
                 while condition[stop].text != "}":
                     stop += 1
                 word = "".join(token.text for token in condition[index + 2 : stop])
-                if word.strip(",") not in ("if", "for", "when", "otherwise", "else", "and", "elsewhere"):
+                if word.strip(",") not in (
+                    "if",
+                    "for",
+                    "when",
+                    "otherwise",
+                    "else",
+                    "and",
+                    "elsewhere",
+                ):
                     self.fail(f"the condition {word} is not read")
                 if word.strip(",") == "and":
                     self.fail("joined conditions are not read")
@@ -993,7 +1168,9 @@ class Reader:
         return self._of_time(name)
 
     def _of_time(self, named: Name | Power) -> Node:
-        """Read what may follow a name or its power: (t), as it depends on time; a value at a time is refused."""
+        """Read what may follow a name or its power: (t), as it depends on time; a value at a time
+        is refused.
+        """
         if self.peek() == "(" and self.peek(2) == ")" and self.tokens[self.at].start == named.end:
             if self.peek(1) == "t":
                 self.at += 3
@@ -1058,14 +1235,18 @@ class Reader:
                 self.take()
                 script = self._spell_group()
                 if set(script.replace(" ", "")) == {"'"} or re.fullmatch(r"(\\prime ?)+", script):
-                    symbol = replace(symbol, primes=symbol.primes + (script.count("prime") or len(script)))
+                    symbol = replace(
+                        symbol, primes=symbol.primes + (script.count("prime") or len(script))
+                    )
                 else:
                     symbol = replace(symbol, after=script)
             else:
                 return symbol
 
     def _superscript_is_name(self, symbol: Symbol) -> bool:
-        """Return whether a superscript belongs to a name: primes, a star, text, or the frame of a vector."""
+        """Return whether a superscript belongs to a name: primes, a star, text, or the frame of a
+        vector.
+        """
         mark, tokens = self.at, list(self.tokens)
         self.take()
         try:
@@ -1082,11 +1263,21 @@ class Reader:
             return True
         if re.fullmatch(r"\([A-Za-z0-9]+\)|\\(?:mathrm|text|textrm|rm)\{?[A-Za-z]{2,}\}?", joined):
             return True
-        transposes = joined in ("T", "\\top", "\\intercal", "\\mathrm{T}", "\\mathsf{T}", "\\text{T}", "{T}")
+        transposes = joined in (
+            "T",
+            "\\top",
+            "\\intercal",
+            "\\mathrm{T}",
+            "\\mathsf{T}",
+            "\\text{T}",
+            "{T}",
+        )
         return symbol.is_vector and not transposes and not re.fullmatch(r"-?\d+|\\circ", joined)
 
     def _is_frame_before(self) -> bool:
-        """Return whether a ``^`` begins a frame that stands before a vector, as in ^N omega^C, and no power."""
+        """Return whether a ``^`` begins a frame that stands before a vector, as in ^N omega^C, and
+        no power.
+        """
         mark, tokens = self.at, list(self.tokens)
         try:
             self.take("^")
@@ -1104,16 +1295,23 @@ class Reader:
         before = self._spell_group()
         symbol = self._symbol()
         after = self.peek(2) if (self.peek(1), self.peek(3)) == ("{", "}") else self.peek(1)
-        if self.peek() == "^" and not symbol.after and re.fullmatch(r"[A-Z]", after):  # ^N omega^C, not bold
+        if (
+            self.peek() == "^" and not symbol.after and re.fullmatch(r"[A-Z]", after)
+        ):  # ^N omega^C, not bold
             self.take()
             symbol = replace(symbol, after=self._spell_group())
         return Name(start, self._end(), replace(symbol, before=before))
 
 
 def _observer(tokens: list[Token]) -> tuple[str, list[Token]]:
-    """Return the frame before the d of a derivative, as in ^N d, empty if there is none, and what follows it."""
+    """Return the frame before the d of a derivative, as in ^N d, empty if there is none, and what
+    follows it.
+    """
     texts = " ".join(token.text for token in tokens)
-    frame = r"(?:(?P<a>[A-Za-z])|\{ (?P<b>[A-Za-z]) \}|(?:\{ )?\\(?:mathbf|mathrm|text) \{ (?P<c>[A-Za-z]) \}(?: \})?)"
+    frame = (
+        r"(?:(?P<a>[A-Za-z])|\{ (?P<b>[A-Za-z]) \}|(?:\{ )?\\(?:mathbf|mathrm|text) \{ "
+        r"(?P<c>[A-Za-z]) \}(?: \})?)"
+    )
     match = re.match(rf"(?:\{{ \}} )?\^ {frame} (?=d(?: |$))", texts)
     if match is None:
         return "", tokens
@@ -1121,7 +1319,9 @@ def _observer(tokens: list[Token]) -> tuple[str, list[Token]]:
 
 
 def _put_index(tokens: list[Token], index: str, value: int) -> list[Token]:
-    """Return the tokens of a term of a sum, with a number for its index but in words set upright."""
+    """Return the tokens of a term of a sum, with a number for its index but in words set
+    upright.
+    """
     put: list[Token] = []
     depth, is_word = 0, False
     for before, token in zip([None, *tokens], tokens, strict=False):
@@ -1157,10 +1357,13 @@ def _order(tokens: list[Token]) -> tuple[list[Token], int]:
 
 
 def read_formula(
-    latex: str, macros: Mapping[str, tuple[int, str]] | None = None,
+    latex: str,
+    macros: Mapping[str, tuple[int, str]] | None = None,
     brackets: dict[tuple[str, ...], Bracket] | None = None,
-) -> RelationChain:  # fmt: skip
-    """Read a formula as a tree. Raises FormulaError, which says at which place, for what is not read for certain.
+) -> RelationChain:
+    """Read a formula as a tree.
+
+    Raises FormulaError, which says at which place, for what is not read for certain.
 
     ``brackets`` are those of formulas like it, which are read once and added to.
     """
@@ -1174,7 +1377,10 @@ def read_formula(
 def read_terms(
     latex: str, macros: Mapping[str, tuple[int, str]], brackets: dict[tuple[str, ...], Bracket]
 ) -> tuple[tuple[int, Node], ...]:
-    """Read a sum as its signs and terms. Raises FormulaError; ``brackets`` are those of `read_formula`."""
+    """Read a sum as its signs and terms.
+
+    Raises FormulaError; ``brackets`` are those of `read_formula`.
+    """
     reader = Reader(latex, tokenize_formula(latex, macros), brackets=brackets)
     terms = reader.terms()
     if reader.peek():

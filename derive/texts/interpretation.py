@@ -1,4 +1,6 @@
-"""What formulas mean once their names do: sides as values, where several readings are possible the consistent one."""
+"""What formulas mean once their names do: sides as values, where several readings are possible the
+consistent one.
+"""
 
 from __future__ import annotations
 
@@ -79,28 +81,38 @@ class Meanings(Protocol):
         ...
 
     def rate(self, value: Value, seen_from: str = "") -> Value:
-        """Return the time derivative of a value, of a vector as a frame sees it. Raises FormulaError if not known."""
+        """Return the time derivative of a value, of a vector as a frame sees it.
+
+        Raises FormulaError if not known.
+        """
         ...
 
     def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
-        """Return a derivative that only exact meanings have, by a key of its formula; None where these are exact."""
+        """Return a derivative that only exact meanings have, by a key of its formula; None where
+        these are exact.
+        """
         ...
 
     def partial(self, value: Scalar, symbol: Symbol) -> Value:
-        """Return the partial derivative of a value to a name, a column of them to a name of a column.
+        """Return the partial derivative of a value to a name, a column of them to a name of a
+        column.
 
         Raises FormulaError if the name is none of the variables.
         """
         ...
 
     def total(self, value: Value, symbol: Symbol) -> Value:
-        """Return the derivative of a value to a name along the motion. Raises FormulaError where it may be partial."""
+        """Return the derivative of a value to a name along the motion.
+
+        Raises FormulaError where it may be partial.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Read:
-    """Meaning of a row: the values of its sides, the relations between them, and notes on choices of the reading.
+    """Meaning of a row: the values of its sides, the relations between them, and notes on choices
+    of the reading.
 
     A heading, such as the sum sign before a name, has the value None.
     """
@@ -110,7 +122,8 @@ class Read:
     notes: tuple[str, ...] = ()
 
     def residuals(self, meanings: Meanings) -> list[tuple[int, str, Scalar, Scalar]]:
-        """List index of the relation, relation, left and right of each pair of sides, vectors by their components.
+        """List index of the relation, relation, left and right of each pair of sides, vectors by
+        their components.
 
         An approximation has none: it says nothing that values could contradict.
         """
@@ -127,7 +140,10 @@ class Read:
 
 
 def _entries(left: Value, right: Value, meanings: Meanings) -> list[tuple[Scalar, Scalar]]:
-    left, right = (v.rows[0][0] if isinstance(v, MatrixValue) and v.shape == (1, 1) else v for v in (left, right))
+    left, right = (
+        v.rows[0][0] if isinstance(v, MatrixValue) and v.shape == (1, 1) else v
+        for v in (left, right)
+    )
     if isinstance(left, Scalar) and isinstance(right, Scalar):
         return [(left, right)]
     if isinstance(left, Scalar) and left.dimension is None:
@@ -135,10 +151,14 @@ def _entries(left: Value, right: Value, meanings: Meanings) -> list[tuple[Scalar
     if isinstance(right, Scalar) and right.dimension is None:
         return [(entry, right) for entry in list_scalars(left)]
     if isinstance(left, VectorValue) and isinstance(right, VectorValue):
-        return list(zip(meanings.resolve(left, right.frame).components, right.components, strict=True))
+        return list(
+            zip(meanings.resolve(left, right.frame).components, right.components, strict=True)
+        )
     if isinstance(left, VectorValue | MatrixValue) and isinstance(right, VectorValue | MatrixValue):
         first, second = list_scalars(left), list_scalars(right)
-        shapes = {value.shape if isinstance(value, MatrixValue) else (3, 1) for value in (left, right)}
+        shapes = {
+            value.shape if isinstance(value, MatrixValue) else (3, 1) for value in (left, right)
+        }
         if len(shapes) == 1:
             return list(zip(first, second, strict=True))
     raise OperandError("the sides are of different kinds: a number, a vector, a matrix")
@@ -152,12 +172,13 @@ def list_scalars(value: Value) -> list[Scalar]:
 
 
 def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
-    """Return what a formula says, by the reading that is dimensionally consistent if several are possible.
+    """Return what a formula says, by the reading that is dimensionally consistent if several are
+    possible.
 
     If none is consistent, a reading counts only if all others multiply or add what cannot be.
 
-    Raises UnknownNameError for a name without a meaning, AmbiguousError if readings that differ are equally consistent,
-    FormulaError for an operation that has no meaning.
+    Raises UnknownNameError for a name without a meaning, AmbiguousError if readings that differ are
+    equally consistent, FormulaError for an operation that has no meaning.
     """
     readings: list[Read] = []
     inconsistent: list[Read] = []
@@ -165,7 +186,9 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
     for reader in _list_readers(chain, meanings):
         try:
             read = reader.read(chain)
-            for scalar in (scalar for side in read.sides if side is not None for scalar in list_scalars(side)):
+            for scalar in (
+                scalar for side in read.sides if side is not None for scalar in list_scalars(side)
+            ):
                 check_expanded(scalar.value)
             consistent = read.is_consistent(meanings)
         except OperandError as error:
@@ -192,7 +215,9 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
         raise AmbiguousError("it can be read in several ways that all fit the units: add brackets")
     if failures and not inconsistent:
         raise failures[0]
-    raise AmbiguousError("it can be read in several ways of which none fits the units: add brackets")
+    raise AmbiguousError(
+        "it can be read in several ways of which none fits the units: add brackets"
+    )
 
 
 def _same(first: Read, second: Read, meanings: Meanings) -> bool:
@@ -220,7 +245,9 @@ def _list_readers(chain: RelationChain, meanings: Meanings) -> Iterator[Interpre
 
 @dataclass
 class Interpreter:
-    """Evaluates trees; ``answers`` choose among the readings of what is ambiguous, ``options`` counts these."""
+    """Evaluates trees; ``answers`` choose among the readings of what is ambiguous, ``options``
+    counts these.
+    """
 
     meanings: Meanings
     answers: list[int]
@@ -229,7 +256,9 @@ class Interpreter:
 
     def read(self, chain: RelationChain) -> Read:
         """Return the sides of a row as values."""
-        sides = tuple(None if isinstance(side, Heading) else self.value(side) for side in chain.sides)
+        sides = tuple(
+            None if isinstance(side, Heading) else self.value(side) for side in chain.sides
+        )
         return Read(sides, chain.relations, tuple(dict.fromkeys(self.notes)))
 
     def _choose(self, count: int) -> int:
@@ -292,7 +321,9 @@ class Interpreter:
 
     def _product(self, node: Product) -> Value:
         product: Value | None = None
-        waiting: tuple[str, Value] | None = None  # in r x m a, the cross and what is known of its second vector
+        waiting: tuple[str, Value] | None = (
+            None  # in r x m a, the cross and what is known of its second vector
+        )
         index, factors = 0, node.factors
         while index < len(factors):
             operator, factor = factors[index]
@@ -311,7 +342,11 @@ class Interpreter:
                     product, waiting = self._multiplied(product, *waiting), None
                     continue
                 product, waiting = self._multiplied(product, "", waiting[1]), None
-            if isinstance(product, VectorValue) and isinstance(value, Scalar) and operator in _VECTOR_PRODUCTS:
+            if (
+                isinstance(product, VectorValue)
+                and isinstance(value, Scalar)
+                and operator in _VECTOR_PRODUCTS
+            ):
                 waiting = operator, value
                 continue
             product = value if product is None else self._multiplied(product, operator, value)
@@ -319,16 +354,19 @@ class Interpreter:
         return product if waiting is None else self._multiplied(product, "", waiting[1])
 
     def _maybe_called(self, factor: Node, following: tuple[str, Node] | None) -> Value | None:
-        """Return the value of a name that is followed by what it depends on, None if it is a product.
+        """Return the value of a name that is followed by what it depends on, None if it is a
+        product.
 
-        A name before brackets with nothing but names in them, as in F(x), may be either, and units must decide; so may
-        its power, as in M^{-1}(q).
+        A name before brackets with nothing but names in them, as in F(x), may be either, and units
+        must decide; so may its power, as in M^{-1}(q).
         """
         named = factor.base if isinstance(factor, Power) else factor
         if not isinstance(named, Name) or following is None or following[0]:
             return None
         bracket = following[1]
-        if not isinstance(bracket, Bracket) or not all(isinstance(part, Name) for part in bracket.parts):
+        if not isinstance(bracket, Bracket) or not all(
+            isinstance(part, Name) for part in bracket.parts
+        ):
             return None
         if len(bracket.parts) == 1 and not self._choose(2):
             return None
@@ -352,8 +390,14 @@ class Interpreter:
             if operator == "\\cdot":
                 return reduce(Scalar.__add__, (x * y for x, y in zip(a, b, strict=True)))
             if operator in ("\\times", "\\wedge"):
-                return VectorValue(first.frame, (a[1] * b[2] + -(a[2] * b[1]), a[2] * b[0] + -(a[0] * b[2]),
-                                            a[0] * b[1] + -(a[1] * b[0])))  # fmt: skip
+                return VectorValue(
+                    first.frame,
+                    (
+                        a[1] * b[2] + -(a[2] * b[1]),
+                        a[2] * b[0] + -(a[0] * b[2]),
+                        a[0] * b[1] + -(a[1] * b[0]),
+                    ),
+                )
         raise OperandError("vectors are multiplied without a dot or cross")
 
     def _slash(self, node: Slash) -> Value:
@@ -380,7 +424,9 @@ class Interpreter:
             return self._apply("exp", [self.scalar(node.exponent)])
         base, exponent = self.value(node.base), self.scalar(node.exponent)
         if base_symbol == Symbol("e") and not isinstance(node.exponent, Number):
-            raise FormulaError("e is both a name here and, with this exponent, may be the base of exponentials")
+            raise FormulaError(
+                "e is both a name here and, with this exponent, may be the base of exponentials"
+            )
         if isinstance(base, VectorValue):
             if isinstance(node.exponent, Number) and node.exponent.value == 2:
                 return self._multiplied(base, "\\cdot", base)
@@ -424,7 +470,9 @@ class Interpreter:
         result = self.meanings.algebra.functions[function](*values)
         if function in ("min", "max", "abs"):
             common = next(iter(dimensions), None)
-            return Scalar(result, common, max(a.angular for a in arguments), mixed or len(dimensions) > 1)
+            return Scalar(
+                result, common, max(a.angular for a in arguments), mixed or len(dimensions) > 1
+            )
         if function in ("atan2", "sgn"):
             return Scalar(result, NONE, int(function == "atan2"), mixed or len(dimensions) > 1)
         angular = 1 if function in ("asin", "acos", "atan") else 0
@@ -448,10 +496,11 @@ class Interpreter:
         return value if outside is None else self._multiplied(value, "", outside)
 
     def _split_factors(self, node: FunctionCall) -> tuple[Scalar, Value | None]:
-        """Return the argument of a function without brackets, and the product of the factors after it.
+        """Return the argument of a function without brackets, and the product of the factors after
+        it.
 
-        The argument ends with the first factor that makes it an angle, else with the last one that leaves it a pure
-        number.
+        The argument ends with the first factor that makes it an angle, else with the last one that
+        leaves it a pure number.
         """
         scalars: list[Scalar] = []
         for _, factor in node.factors:
@@ -468,7 +517,9 @@ class Interpreter:
         trigonometric = node.function in ("sin", "cos", "tan", "cot", "sec", "csc")
         if trigonometric and "angle" in kinds:
             size = kinds.index("angle") + 1
-        elif ((pure := [k for k, kind in enumerate(kinds) if kind != "unit"]) and not trigonometric) or pure:
+        elif (
+            (pure := [k for k, kind in enumerate(kinds) if kind != "unit"]) and not trigonometric
+        ) or pure:
             size = pure[-1] + 1
         else:
             size = 1
@@ -481,13 +532,17 @@ class Interpreter:
 
     def _derivative(self, node: Derivative) -> Value:
         key = re.sub(r"start=\d+, end=\d+(, )?", "", repr(node))
-        derivative = self.meanings.find_derivative(key, lambda exact: Interpreter(exact, []).value(node))
+        derivative = self.meanings.find_derivative(
+            key, lambda exact: Interpreter(exact, []).value(node)
+        )
         if derivative is not None:
             return derivative
         value = self.value(node.inner)
         if node.is_total and node.by is not None:
             if self.meanings.is_known(Symbol("d")):
-                raise FormulaError("d is both a name here and, in this fraction, may be that of a derivative")
+                raise FormulaError(
+                    "d is both a name here and, in this fraction, may be that of a derivative"
+                )
             return self.meanings.total(value, node.by)
         for _ in range(node.order):
             if node.by is None:

@@ -1,4 +1,6 @@
-"""Terms that a formula lacks: a number times names of its text, found from the values that it should have."""
+"""Terms that a formula lacks: a number times names of its text, found from the values that it
+should have.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ MOST_NAMES = 60
 
 
 class MonomialSearch:
-    """The products of at most four factors, which are names of a text, that have given values at points."""
+    """The products of at most four factors, which are names of a text, that have given values at
+    points.
+    """
 
     def __init__(self, names: PointNames, vocabulary: Sequence[str]) -> None:
         words = vocabulary[:MOST_NAMES]
@@ -31,7 +35,9 @@ class MonomialSearch:
         self._search = ProductSearch([*factors, *_list_functions_of_two(names, words)])
 
     def find(self, values: Any, dimension: Dimension | None) -> Iterator[str]:
-        """Yield the LaTeX of products with numbers that have values (points,) and a dimension, short ones first."""
+        """Yield the LaTeX of products with numbers that have values (points,) and a dimension,
+        short ones first.
+        """
         for number, factors in self._search.find(values, dimension):
             spellings = sorted(factor.label for factor in factors)
             yield " ".join(filter(None, (_format_number(number, bool(factors)), *spellings)))
@@ -40,7 +46,11 @@ class MonomialSearch:
 def _find_scalar(names: PointNames, spelling: str) -> Scalar | None:
     """Return the values of a name without zeros among them, None if it has none."""
     node = read_formula(f"{spelling} = 0").sides[0]
-    value = names.look_up(node.symbol) if isinstance(node, Name) and names.is_known(node.symbol) else None
+    value = (
+        names.look_up(node.symbol)
+        if isinstance(node, Name) and names.is_known(node.symbol)
+        else None
+    )
     if not isinstance(value, Scalar) or value.dimension is None:
         return None
     values = np.asarray(value.value, dtype=float)
@@ -54,10 +64,14 @@ def _list_factors(names: PointNames, spelling: str) -> Iterator[ProductFactor[st
     values = np.asarray(value.value, dtype=float)
     for power in POWERS:
         dimension = raise_dimension(value.dimension, power)
-        yield ProductFactor(f"{spelling}^{power}" if power > 1 else spelling, values**power, dimension, spelling)
+        yield ProductFactor(
+            f"{spelling}^{power}" if power > 1 else spelling, values**power, dimension, spelling
+        )
     if value.angular and value.dimension == NONE:
         for function, shape in (("\\sin", np.sin), ("\\cos", np.cos)):
-            yield ProductFactor(f"{function} {spelling}", shape(values), NONE, f"{function} {spelling}")
+            yield ProductFactor(
+                f"{function} {spelling}", shape(values), NONE, f"{function} {spelling}"
+            )
 
 
 def _list_functions_of_two(names: PointNames, words: Sequence[str]) -> Iterator[ProductFactor[str]]:
@@ -76,5 +90,9 @@ def _list_functions_of_two(names: PointNames, words: Sequence[str]) -> Iterator[
 
 def _format_number(number: Fraction, is_factor: bool) -> str:
     size = abs(number)
-    text = str(size.numerator) if size.denominator == 1 else rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
+    text = (
+        str(size.numerator)
+        if size.denominator == 1
+        else rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
+    )
     return ("- " if number < 0 else "") + ("" if is_factor and size == 1 else text)

@@ -1,4 +1,6 @@
-"""What the names of a text mean: quantities, frames and points of a mechanism, by a table and by their spelling."""
+"""What the names of a text mean: quantities, frames and points of a mechanism, by a table and by
+their spelling.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +45,14 @@ from .values import (
 )
 
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-STEMS = {"varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "lambda": "lam", "ell": "l"}
+STEMS = {
+    "varphi": "phi",
+    "vartheta": "theta",
+    "varepsilon": "epsilon",
+    "varrho": "rho",
+    "lambda": "lam",
+    "ell": "l",
+}
 """Names of print that are spelled otherwise in a mechanism."""
 LONGEST_MEANING = 10_000
 """Characters of the meaning of a name."""
@@ -51,11 +60,19 @@ Stated = Mechanism | Formulas
 
 
 def find_stated(module: ModuleType) -> Stated:
-    """Return the mechanism or the formulas that a module states. Raises OwnError unless there is one."""
-    matches = {id(part): part for part in vars(module).values() if isinstance(part, Mechanism | Formulas)}
+    """Return the mechanism or the formulas that a module states.
+
+    Raises OwnError unless there is one.
+    """
+    matches = {
+        id(part): part for part in vars(module).values() if isinstance(part, Mechanism | Formulas)
+    }
     if len(matches) != 1:
         names = ", ".join(part.name for part in matches.values()) or "none"
-        raise OwnError(f"{module.__file__}: --against needs a file that states one Mechanism or Formulas, not {names}")
+        raise OwnError(
+            f"{module.__file__}: --against needs a file that states one Mechanism or Formulas, "
+            f"not {names}"
+        )
     return next(iter(matches.values()))
 
 
@@ -64,7 +81,9 @@ def to_scalar(expr: Expr) -> Scalar:
     if isinstance(expr, Quantity):
         return quantity_scalar(expr)
     expr = sp.sympify(expr)
-    turning = any(isinstance(s, Quantity) and s.unit.split("/")[0] == "rad" for s in expr.free_symbols)
+    turning = any(
+        isinstance(s, Quantity) and s.unit.split("/")[0] == "rad" for s in expr.free_symbols
+    )
     try:
         of_expr, mixed = dimension(expr), False
     except DimensionError:
@@ -74,7 +93,8 @@ def to_scalar(expr: Expr) -> Scalar:
 
 @dataclass
 class NameTable:
-    """The entries of a names file: meanings by spelling, texts as they were written, and what it says of rows.
+    """The entries of a names file: meanings by spelling, texts as they were written, and what it
+    says of rows.
 
     A ``#`` in a spelling stands for letters and digits that are put for the ``#`` of its meaning.
     """
@@ -86,7 +106,9 @@ class NameTable:
     file: str = ""
 
     def find(self, spelling: str) -> str | None:
-        """Return the text of the meaning of a spelling, None if there is no entry, empty if there is no meaning."""
+        """Return the text of the meaning of a spelling, None if there is no entry, empty if there
+        is no meaning.
+        """
         if spelling in self.meanings:
             return self.meanings[spelling]
         for pattern, meaning in self.meanings.items():
@@ -114,7 +136,10 @@ def spell_name(latex: str, macros: Mapping[str, tuple[int, str]] | None = None) 
 
 
 def read_name_table(path: Path) -> NameTable:
-    """Read a names file. Raises OwnError, which names the file and the key, for what it must not hold."""
+    """Read a names file.
+
+    Raises OwnError, which names the file and the key, for what it must not hold.
+    """
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -122,28 +147,38 @@ def read_name_table(path: Path) -> NameTable:
         raise OwnError(f"{path}: {reason}") from None
     for key in content:
         if key not in ("names", "rows", "until_s", "macros"):
-            raise OwnError(f"{path}: {key}: no such key; it may hold [names], [rows], [macros] and until_s")
+            raise OwnError(
+                f"{path}: {key}: no such key; it may hold [names], [rows], [macros] and until_s"
+            )
     table = NameTable(file=str(path))
     for name, body in _section(content, "macros", path).items():
         if not re.fullmatch(r"\\[A-Za-z]+", name) or not isinstance(body, str):
             raise OwnError(f"{path}: macros.{name}: write '\\name' = \"what it stands for\"")
         table.macros[name] = max(map(int, re.findall(r"#(\d)", body)), default=0), body
-    table.meanings = _read_meanings(_section(content, "names", path), f"{path}: names", table.macros)
+    table.meanings = _read_meanings(
+        _section(content, "names", path), f"{path}: names", table.macros
+    )
     for number, entry in _section(content, "rows", path).items():
         if not isinstance(entry, dict) or not entry.keys() <= {"skip", "claims", "names"}:
             raise OwnError(f"{path}: rows.{number}: it may hold skip (a reason), claims and names")
         if not all(isinstance(entry.get(key, ""), str) for key in ("skip", "claims")):
             raise OwnError(f"{path}: rows.{number}: skip and claims must be text in quotes")
-        meanings = _read_meanings(_section(entry, "names", path), f"{path}: rows.{number}.names", table.macros)
+        meanings = _read_meanings(
+            _section(entry, "names", path), f"{path}: rows.{number}.names", table.macros
+        )
         table.rows[number] = {**entry, "names": meanings}
     until = content.get("until_s")
-    if until is not None and (isinstance(until, bool) or not isinstance(until, int | float) or not until > 0):
+    if until is not None and (
+        isinstance(until, bool) or not isinstance(until, int | float) or not until > 0
+    ):
         raise OwnError(f"{path}: until_s = {until!r}: it must be a positive number of seconds")
     table.until_s = until
     return table
 
 
-def _read_meanings(entries: Mapping[str, Any], place: str, macros: Mapping[str, tuple[int, str]]) -> dict[str, str]:
+def _read_meanings(
+    entries: Mapping[str, Any], place: str, macros: Mapping[str, tuple[int, str]]
+) -> dict[str, str]:
     """Return the meanings of names by spelling. Raises OwnError, which begins with the place."""
     meanings: dict[str, str] = {}
     for name, meaning in entries.items():
@@ -170,9 +205,12 @@ class MeaningError(ValueError):
 
 
 _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
     ast.Pow: operator.pow,
-}  # fmt: skip
+}
 
 
 @dataclass
@@ -195,7 +233,11 @@ class StatedNames:
         """Frames of the mechanism by name: those that its file names, and the world."""
         parts = vars(self.module).values() if self.module else ()
         matches = {part.name: part for part in parts if isinstance(part, Frame)}
-        named = {name: part for name, part in vars(self.module or object).items() if isinstance(part, Frame)}
+        named = {
+            name: part
+            for name, part in vars(self.module or object).items()
+            if isinstance(part, Frame)
+        }
         world = {"world": self.stated.world} if isinstance(self.stated, Mechanism) else {}
         return {**named, **matches, **world}
 
@@ -209,7 +251,9 @@ class StatedNames:
         return {**named, **matches, **origin}
 
     def with_meanings(self, meanings: Mapping[str, str]) -> StatedNames:
-        """Return the names of a row in which some have other meanings than elsewhere in the text."""
+        """Return the names of a row in which some have other meanings than elsewhere in the
+        text.
+        """
         table = replace(self.table, meanings={**self.table.meanings, **meanings})
         return replace(self, table=table, _meanings={}) if meanings else self
 
@@ -218,7 +262,9 @@ class StatedNames:
         return self._find(symbol) is not None
 
     def is_computed(self, symbol: Symbol) -> bool:
-        """Return whether mechanics, not the names file alone, says what a name is: a rate, or a function of bodies."""
+        """Return whether mechanics, not the names file alone, says what a name is: a rate, or a
+        function of bodies.
+        """
         text = self.table.find(symbol.spell())
         if text is None:
             return bool(symbol.dots) and self.guess(symbol) is None
@@ -269,9 +315,13 @@ class StatedNames:
         return value
 
     def guess(self, symbol: Symbol) -> Quantity | None:
-        """Return the one quantity whose name a printed name spells, None if there is none or several."""
+        """Return the one quantity whose name a printed name spells, None if there is none or
+        several.
+        """
         if symbol == Symbol("t"):
-            return TIME if isinstance(self.stated, Mechanism) and self.stated.angle is None else None
+            return (
+                TIME if isinstance(self.stated, Mechanism) and self.stated.angle is None else None
+            )
         if symbol.accents or symbol.primes or symbol.before or symbol.after:
             return None
         stem = symbol.stem.removeprefix("\\")
@@ -293,26 +343,39 @@ class StatedNames:
         """Return a vector along the axes of another frame."""
         if vector.frame == frame:
             return vector
-        components = Vec(vector.frame, _triple([c.value for c in vector.components])).resolved(frame).components
-        shared = next((c for c in vector.components if c.dimension is not None), vector.components[0])
+        components = (
+            Vec(vector.frame, _triple([c.value for c in vector.components]))
+            .resolved(frame)
+            .components
+        )
+        shared = next(
+            (c for c in vector.components if c.dimension is not None), vector.components[0]
+        )
         mixed = any(c.mixed for c in vector.components)
         x, y, z = (
-            Scalar(sp.sympify(c), None if c == 0 else shared.dimension, shared.angular, mixed) for c in components
+            Scalar(sp.sympify(c), None if c == 0 else shared.dimension, shared.angular, mixed)
+            for c in components
         )
         return VectorValue(frame, (x, y, z))
 
     def rate(self, value: Value, seen_from: str | Frame = "") -> Value:
-        """Return the time derivative, of a vector as seen from the world, or from a frame or the frame of a name."""
+        """Return the time derivative, of a vector as seen from the world, or from a frame or the
+        frame of a name.
+        """
         if not isinstance(self.stated, Mechanism):
             raise FormulaError("formulas without bodies have no time derivatives")
         if isinstance(value, VectorValue):
             vector = Vec(value.frame, _triple([self._explicit(c.value) for c in value.components]))
             if isinstance(seen_from, str) and seen_from and seen_from not in self.frames:
                 raise FormulaError(f"nothing says what the frame {seen_from} is")
-            observer = self.frames[seen_from or "world"] if isinstance(seen_from, str) else seen_from
+            observer = (
+                self.frames[seen_from or "world"] if isinstance(seen_from, str) else seen_from
+            )
             return to_vector(self.stated.motion.relative_derivative(vector, observer))
         if isinstance(value, MatrixValue):
-            return MatrixValue(tuple(tuple(self._scalar_rate(entry) for entry in row) for row in value.rows))
+            return MatrixValue(
+                tuple(tuple(self._scalar_rate(entry) for entry in row) for row in value.rows)
+            )
         return self._scalar_rate(value)
 
     def _scalar_rate(self, value: Scalar) -> Scalar:
@@ -321,7 +384,10 @@ class StatedNames:
         return Scalar(rate.value, rate.dimension, value.angular, rate.mixed)
 
     def _explicit(self, expr: Expr) -> Expr:
-        """Return an expression in coordinates and rates. Raises FormulaError if it depends on forces."""
+        """Return an expression in coordinates and rates.
+
+        Raises FormulaError if it depends on forces.
+        """
         expr = self._without_named(expr)
         assert isinstance(self.stated, Mechanism)
         if expr.free_symbols & set(self.stated.assembly.unknowns):
@@ -329,7 +395,9 @@ class StatedNames:
         return expr
 
     def _without_named(self, expr: Expr) -> Expr:
-        """Return an expression in which what the mechanism names or reports stands with its expression."""
+        """Return an expression in which what the mechanism names or reports stands with its
+        expression.
+        """
         assert isinstance(self.stated, Mechanism)
         lets = {let.symbol: let.expr for let in (*self.stated.named, *self.stated.reports)}
         expr = sp.sympify(expr)
@@ -341,16 +409,21 @@ class StatedNames:
         return expr
 
     def partial(self, value: Scalar, symbol: Symbol) -> Value:
-        """Return the partial derivative to a name of a single quantity, the column of them to a name of a column."""
+        """Return the partial derivative to a name of a single quantity, the column of them to a
+        name of a column.
+        """
         variable = self.look_up(symbol)
         if isinstance(variable, MatrixValue) and variable.shape[1] == 1:
-            return MatrixValue(tuple((self._scalar_partial(value, entry, symbol),) for entry in variable.entries))
+            return MatrixValue(
+                tuple((self._scalar_partial(value, entry, symbol),) for entry in variable.entries)
+            )
         return self._scalar_partial(value, variable, symbol)
 
     def total(self, value: Value, symbol: Symbol) -> Value:
         """Return the derivative to a name along the motion, as dy/dx = y_dot/x_dot, of a number.
 
-        Raises FormulaError for a function of the name and of what else moves: it may be meant at rest of the others.
+        Raises FormulaError for a function of the name and of what else moves: it may be meant at
+        rest of the others.
         """
         variable = self.look_up(symbol)
         if not isinstance(value, Scalar) or not isinstance(variable, Scalar):
@@ -360,42 +433,77 @@ class StatedNames:
         assert isinstance(change, Scalar)
         if pace.value == 0:
             raise FormulaError(f"{symbol.spell()} does not move, so that nothing is derived by it")
-        moving = {s for s in self._explicit(value.value).free_symbols if self._scalar_rate(to_scalar(s)).value != 0}
+        moving = {
+            s
+            for s in self._explicit(value.value).free_symbols
+            if self._scalar_rate(to_scalar(s)).value != 0
+        }
         if variable.value in moving and len(moving) > 1:
-            raise FormulaError(f"the derivative by {symbol.spell()} of what depends on more: write a partial one")
+            raise FormulaError(
+                f"the derivative by {symbol.spell()} of what depends on more: write a partial one"
+            )
         return change * pace.inverse()
 
     def _scalar_partial(self, value: Scalar, variable: Value, symbol: Symbol) -> Scalar:
         if not isinstance(variable, Scalar) or not isinstance(variable.value, sp.Symbol):
-            raise FormulaError(f"{symbol.spell()} is no single quantity, so that nothing is derived by it")
+            raise FormulaError(
+                f"{symbol.spell()} is no single quantity, so that nothing is derived by it"
+            )
         inner = sp.sympify(value.value)
         if isinstance(self.stated, Mechanism):
             lets = {let.symbol for let in (*self.stated.named, *self.stated.reports)}
             if variable.value in lets - inner.free_symbols:
-                raise FormulaError(f"{symbol.spell()} depends on other quantities, so that nothing is derived by it")
+                raise FormulaError(
+                    f"{symbol.spell()} depends on other quantities, so that nothing is derived by "
+                    f"it"
+                )
             unnamed = sp.Dummy()
-            inner = self._without_named(inner.xreplace({variable.value: unnamed})).xreplace({unnamed: variable.value})
+            inner = self._without_named(inner.xreplace({variable.value: unnamed})).xreplace(
+                {unnamed: variable.value}
+            )
         return to_scalar(inner.diff(variable.value))
 
     def evaluate(self, text: str, name: str = "") -> Value:
-        """Return what the text of a meaning says. Raises OwnError, which names file and key, if it says nothing."""
-        place = f"{self.table.file}: names.{name} = {text!r}" if self.table.file else f"{name} = {text!r}"
+        """Return what the text of a meaning says.
+
+        Raises OwnError, which names file and key, if it says nothing.
+        """
+        place = (
+            f"{self.table.file}: names.{name} = {text!r}"
+            if self.table.file
+            else f"{name} = {text!r}"
+        )
         if len(text) > LONGEST_MEANING:
             place = f"{self.table.file}: names.{name}" if self.table.file else name
-            raise OwnError(f"{place}: {len(text)} characters; a meaning has at most {LONGEST_MEANING}")
+            raise OwnError(
+                f"{place}: {len(text)} characters; a meaning has at most {LONGEST_MEANING}"
+            )
         try:
             value = self._evaluated(ast.parse(text.strip(), mode="eval").body)
             if isinstance(value, Scalar | VectorValue | MatrixValue):
                 for scalar in list_scalars(value):
                     check_expanded(scalar.value)
             return value
-        except (MeaningError, OperandError, FormulaError, ValueError, TypeError, ArithmeticError) as error:
+        except (
+            MeaningError,
+            OperandError,
+            FormulaError,
+            ValueError,
+            TypeError,
+            ArithmeticError,
+        ) as error:
             raise OwnError(f"{place}: {error}") from None
         except (SyntaxError, RecursionError, MemoryError):
-            raise OwnError(f"{place}: write names, numbers, + - * / **, functions and brackets") from None
+            raise OwnError(
+                f"{place}: write names, numbers, + - * / **, functions and brackets"
+            ) from None
 
     def _evaluated(self, node: ast.AST) -> Any:
-        if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, int | float)
+            and not isinstance(node.value, bool)
+        ):
             number = sp.Rational(str(node.value))
             return Scalar(number, None if number == 0 else to_scalar(number).dimension)
         if isinstance(node, ast.Name):
@@ -431,8 +539,12 @@ class StatedNames:
                 return arguments[0].power(Scalar(sp.Rational(1, 2)))
             if function in ("exp", "sinh", "cosh", "tanh"):
                 check_tower(arguments[0].value)
-            return to_scalar(SYMBOLIC.functions[function](*(argument.value for argument in arguments)))
-        if function == "rate" and (len(arguments) == 1 or (len(arguments) == 2 and isinstance(arguments[1], Frame))):
+            return to_scalar(
+                SYMBOLIC.functions[function](*(argument.value for argument in arguments))
+            )
+        if function == "rate" and (
+            len(arguments) == 1 or (len(arguments) == 2 and isinstance(arguments[1], Frame))
+        ):
             return self.rate(*arguments)
         if function == "matrix":
             return _build_matrix(arguments)
@@ -443,14 +555,18 @@ class StatedNames:
 
 
 def _build_matrix(arguments: list[Any]) -> MatrixValue:
-    """Return the matrix of a number of rows and the entries row by row, a column if it has as many rows as entries."""
+    """Return the matrix of a number of rows and the entries row by row, a column if it has as many
+    rows as entries.
+    """
     if len(arguments) < 2 or not all(isinstance(argument, Scalar) for argument in arguments):
         raise MeaningError("matrix needs the number of its rows and its entries, row by row")
     rows, *entries = arguments
     if not (rows.value.is_Integer and rows.value > 0) or len(entries) % rows.value:
         raise MeaningError(f"{len(entries)} entries do not fill {rows.value} rows")
     width = len(entries) // int(rows.value)
-    return MatrixValue(tuple(tuple(entries[at : at + width]) for at in range(0, len(entries), width)))
+    return MatrixValue(
+        tuple(tuple(entries[at : at + width]) for at in range(0, len(entries), width))
+    )
 
 
 def _operate(kind: ast.operator, left: Any, right: Any) -> Any:
@@ -462,7 +578,11 @@ def _operate(kind: ast.operator, left: Any, right: Any) -> Any:
         if isinstance(kind, ast.Pow):
             return left.power(right)
         return _OPERATORS[type(kind)](left, right)
-    if isinstance(left, Scalar) and isinstance(right, VectorValue | MatrixValue) and isinstance(kind, ast.Mult):
+    if (
+        isinstance(left, Scalar)
+        and isinstance(right, VectorValue | MatrixValue)
+        and isinstance(kind, ast.Mult)
+    ):
         return right.scaled(left)
     if (
         isinstance(left, VectorValue | MatrixValue)
@@ -470,13 +590,23 @@ def _operate(kind: ast.operator, left: Any, right: Any) -> Any:
         and isinstance(kind, ast.Mult | ast.Div)
     ):
         return left.scaled(right if isinstance(kind, ast.Mult) else right.inverse())
-    if isinstance(left, VectorValue) and isinstance(right, VectorValue) and isinstance(kind, ast.Add | ast.Sub):
+    if (
+        isinstance(left, VectorValue)
+        and isinstance(right, VectorValue)
+        and isinstance(kind, ast.Add | ast.Sub)
+    ):
         if left.frame != right.frame:
-            raise MeaningError("vectors along the axes of different frames are added: use one frame")
+            raise MeaningError(
+                "vectors along the axes of different frames are added: use one frame"
+            )
         other = right if isinstance(kind, ast.Add) else -right
         x, y, z = (a + b for a, b in zip(left.components, other.components, strict=True))
         return VectorValue(left.frame, (x, y, z))
-    if isinstance(left, MatrixValue) and isinstance(right, MatrixValue) and isinstance(kind, ast.Add | ast.Mult):
+    if (
+        isinstance(left, MatrixValue)
+        and isinstance(right, MatrixValue)
+        and isinstance(kind, ast.Add | ast.Mult)
+    ):
         return left.added(right) if isinstance(kind, ast.Add) else left.times(right)
     raise MeaningError("an operation between things that it is not defined for")
 
@@ -492,7 +622,9 @@ def to_vector(vec: Vec) -> VectorValue:
 
 
 def _needs(arguments: list[Any], *kinds: type) -> None:
-    if len(arguments) != len(kinds) or not all(isinstance(a, k) for a, k in zip(arguments, kinds, strict=True)):
+    if len(arguments) != len(kinds) or not all(
+        isinstance(a, k) for a, k in zip(arguments, kinds, strict=True)
+    ):
         words = {Frame: "a frame", Place: "a point", Scalar: "a number", VectorValue: "a vector"}
         raise MeaningError(f"it needs {', '.join(words[kind] for kind in kinds)} in brackets")
 
@@ -534,7 +666,9 @@ def _acceleration(stated: Mechanism, arguments: list[Any]) -> VectorValue:
 
 
 def _rotation(_: Mechanism, arguments: list[Any]) -> MatrixValue:
-    """Return the matrix that carries components along the first frame into those along the second."""
+    """Return the matrix that carries components along the first frame into those along the
+    second.
+    """
     _needs(arguments, Frame, Frame)
     columns = [unit(arguments[0], axis).resolved(arguments[1]).components for axis in AXES]
     return MatrixValue(tuple(tuple(to_scalar(c[row]) for c in columns) for row in range(3)))
@@ -547,7 +681,10 @@ def _vector(_: Mechanism, arguments: list[Any]) -> VectorValue:
 
 def _cross(stated: Mechanism, arguments: list[Any]) -> VectorValue:
     _needs(arguments, VectorValue, VectorValue)
-    first, second = (Vec(v.frame, _triple(c.value for c in v.components)).resolved(stated.world) for v in arguments)
+    first, second = (
+        Vec(v.frame, _triple(c.value for c in v.components)).resolved(stated.world)
+        for v in arguments
+    )
     return to_vector(first.cross(second))
 
 
@@ -569,20 +706,33 @@ def _kinetic(stated: Mechanism, arguments: list[Any]) -> Scalar:
 def _potential(stated: Mechanism, arguments: list[Any]) -> Scalar:
     _needs(arguments)
     bodies = [body for body in stated.assembly.bodies if body != stated.ground]
-    stored = sp.Add(*stated.potentials) + potential_energy(stated.assembly, bodies, stated.O, stated.world)
+    stored = sp.Add(*stated.potentials) + potential_energy(
+        stated.assembly, bodies, stated.O, stated.world
+    )
     return to_scalar(stored)
 
 
 GEOMETRY: dict[str, Callable[[Mechanism, list[Any]], Value]] = {
-    "axis": _axis, "spin": _spin, "spin_rate": _spin_rate, "position": _position, "velocity": _velocity,
-    "acceleration": _acceleration, "rotation": _rotation, "vector": _vector, "cross": _cross, "component": _component,
-    "kinetic": _kinetic, "potential": _potential,
-}  # fmt: skip
+    "axis": _axis,
+    "spin": _spin,
+    "spin_rate": _spin_rate,
+    "position": _position,
+    "velocity": _velocity,
+    "acceleration": _acceleration,
+    "rotation": _rotation,
+    "vector": _vector,
+    "cross": _cross,
+    "component": _component,
+    "kinetic": _kinetic,
+    "potential": _potential,
+}
 """Functions of frames and points that the meaning of a name may use."""
 
 
 class PointNames:
-    """The meanings of names at points, as arrays (points,); names without a value there are unknown."""
+    """The meanings of names at points, as arrays (points,); names without a value there are
+    unknown.
+    """
 
     algebra = NUMERIC
 
@@ -604,7 +754,9 @@ class PointNames:
         return self._meanings[spelling]
 
     def find_derivative(self, key: str, build: Callable[[Meanings], Value]) -> Value | None:
-        """Return the values of a derivative, which its exact meaning has, by a key of its formula."""
+        """Return the values of a derivative, which its exact meaning has, by a key of its
+        formula.
+        """
         if key not in self._derivatives:
             self._derivatives[key] = self._at_points(build(self.names))
         return self._derivatives[key]
@@ -644,13 +796,21 @@ class PointNames:
             axes = [unit(vector.frame, axis).resolved(self.world).components for axis in AXES]
             self._turns[vector.frame] = [[self.array(c) for c in axis] for axis in axes]
         axes_at = self._turns[vector.frame]
-        shared = next((c for c in vector.components if c.dimension is not None), vector.components[0])
+        shared = next(
+            (c for c in vector.components if c.dimension is not None), vector.components[0]
+        )
         mixed = any(c.mixed for c in vector.components)
         components = [
-            sum(component.value * axis[k] for component, axis in zip(vector.components, axes_at, strict=True))
+            sum(
+                component.value * axis[k]
+                for component, axis in zip(vector.components, axes_at, strict=True)
+            )
             for k in range(3)
         ]
-        return VectorValue(self.world, _triple(Scalar(c, shared.dimension, shared.angular, mixed) for c in components))
+        return VectorValue(
+            self.world,
+            _triple(Scalar(c, shared.dimension, shared.angular, mixed) for c in components),
+        )
 
     def rate(self, value: Value, seen_from: str = "") -> Value:
         """Raise FormulaError: rates are symbolic."""

@@ -1,4 +1,6 @@
-"""Formulas that differ little from one that was read: only the smallest term around a change is read again."""
+"""Formulas that differ little from one that was read: only the smallest term around a change is
+read again.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +28,18 @@ from .formula import (
 class Rereader:
     """Reads what small changes make of a formula, by the tree that it was read as.
 
-    A formula is read as a whole after a change between its terms, and with macros, plus-minus signs or bars in it: what
-    these mean does not stand in a term alone. ``brackets`` are those of `read_formula`.
+    A formula is read as a whole after a change between its terms, and with macros, plus-minus signs
+    or bars in it: what these mean does not stand in a term alone. ``brackets`` are those of
+    `read_formula`.
     """
 
     def __init__(
-        self, latex: str, chain: RelationChain, macros: Mapping[str, tuple[int, str]],
+        self,
+        latex: str,
+        chain: RelationChain,
+        macros: Mapping[str, tuple[int, str]],
         brackets: dict[tuple[str, ...], Bracket],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.latex, self.chain, self.macros, self.brackets = latex, chain, macros, brackets
         is_plain = not any(token.fixed for token in tokenize_formula(latex, macros))
         for node in list_nodes(chain):
@@ -43,11 +49,18 @@ class Rereader:
         self._parts = sorted(parts, key=lambda part: part.end - part.start)
 
     def read(self, pieces: Sequence[tuple[int, int, str]], changed: str) -> RelationChain:
-        """Return the tree of a changed source; ``pieces`` are the ranges that changed. Raises FormulaError."""
+        """Return the tree of a changed source; ``pieces`` are the ranges that changed.
+
+        Raises FormulaError.
+        """
         first, last = min(start for start, _, _ in pieces), max(end for _, end, _ in pieces)
-        part = next((part for part in self._parts if part.start <= first and last <= part.end), None)
+        part = next(
+            (part for part in self._parts if part.start <= first and last <= part.end), None
+        )
         source = changed[part.start : part.end + len(changed) - len(self.latex)] if part else ""
-        if part is None or source.strip() == "t" or source.strip().isdigit():  # x(t), x(0) are no products
+        if (
+            part is None or source.strip() == "t" or source.strip().isdigit()
+        ):  # x(t), x(0) are no products
             return read_formula(changed, self.macros, self.brackets)
         try:
             terms = read_terms(source, self.macros, self.brackets)
@@ -58,7 +71,9 @@ class Rereader:
 
 
 def _list_parts(chain: RelationChain) -> Iterator[Node]:
-    """Yield what is read up to a sign, a relation or the end of a bracket, whatever stands before it."""
+    """Yield what is read up to a sign, a relation or the end of a bracket, whatever stands before
+    it.
+    """
     yield from (side for side in chain.sides if not isinstance(side, Heading))
     for node in list_nodes(chain):
         if isinstance(node, Bracket):
@@ -70,7 +85,9 @@ def _list_parts(chain: RelationChain) -> Iterator[Node]:
 
 
 def _replace_part(tree: Any, part: Node, new: tuple[tuple[int, Node], ...]) -> Any:
-    """Return a tree with signs and terms in the place of a part; those in a sum become signs and terms of that."""
+    """Return a tree with signs and terms in the place of a part; those in a sum become signs and
+    terms of that.
+    """
     if tree is part:
         return build_sum(part.start, new, part.end)
     if isinstance(tree, tuple):

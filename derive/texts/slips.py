@@ -1,4 +1,6 @@
-"""Slips of one character or word in the LaTeX of an equation, and rewrites of it that change nothing."""
+"""Slips of one character or word in the LaTeX of an equation, and rewrites of it that change
+nothing.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,11 @@ class PrintedFormula:
 
     @classmethod
     def read(
-        cls, latex: str, macros: Mapping[str, tuple[int, str]], names: StatedNames, vocabulary: Sequence[str]
+        cls,
+        latex: str,
+        macros: Mapping[str, tuple[int, str]],
+        names: StatedNames,
+        vocabulary: Sequence[str],
     ) -> PrintedFormula:
         """Read an equation. Raises FormulaError if it cannot be read."""
         tokens = tuple(token for token in tokenize_formula(latex, macros) if not token.fixed)
@@ -47,27 +53,39 @@ class PrintedFormula:
     def list_named(self) -> list[Name]:
         """Return the names that stand in the equation itself, not in a macro."""
         starts = {token.start for token in self.tokens}
-        return [node for node in list_nodes(self.chain) if isinstance(node, Name) and node.start in starts]
+        return [
+            node
+            for node in list_nodes(self.chain)
+            if isinstance(node, Name) and node.start in starts
+        ]
 
 
 def _change_signs(printed: PrintedFormula) -> Iterator[LatexChange]:
     for token in printed.tokens:
         if token.text in ("+", "-"):
-            yield LatexChange(((token.start, token.end, "-" if token.text == "+" else "+"),), "another sign")
+            yield LatexChange(
+                ((token.start, token.end, "-" if token.text == "+" else "+"),), "another sign"
+            )
 
 
 def _change_numbers(printed: PrintedFormula) -> Iterator[LatexChange]:
     for token in printed.tokens:
         if token.text.isdigit() and printed.latex[token.start - 1 : token.start] not in ("_", "^"):
             for other in (int(token.text) + 1, 2 * int(token.text)):
-                yield LatexChange(((token.start, token.end, str(other)),), f"{other} for {token.text}")
+                yield LatexChange(
+                    ((token.start, token.end, str(other)),), f"{other} for {token.text}"
+                )
 
 
 def _change_names(printed: PrintedFormula) -> Iterator[LatexChange]:
-    """Yield other names of the text for a name: with another index first, for these are what is mistaken most."""
+    """Yield other names of the text for a name: with another index first, for these are what is
+    mistaken most.
+    """
     for node in printed.list_named():
         spelling = node.symbol.spell()
-        alike = [other for other in printed.vocabulary if _read_symbol(other).stem == node.symbol.stem]
+        alike = [
+            other for other in printed.vocabulary if _read_symbol(other).stem == node.symbol.stem
+        ]
         for other in dict.fromkeys([*alike, *printed.vocabulary]):
             if other != spelling and _read_symbol(other).dots == node.symbol.dots:
                 yield LatexChange(((node.start, node.end, other),), f"{other} for {spelling}")
@@ -81,7 +99,10 @@ def _read_symbol(spelling: str) -> Symbol:
 def _change_dots(printed: PrintedFormula) -> Iterator[LatexChange]:
     for node in printed.list_named():
         for other in list_dotted(node.symbol, printed.names):
-            yield LatexChange(((node.start, node.end, other.spell()),), f"{other.spell()} for {node.symbol.spell()}")
+            yield LatexChange(
+                ((node.start, node.end, other.spell()),),
+                f"{other.spell()} for {node.symbol.spell()}",
+            )
 
 
 def _change_powers(printed: PrintedFormula) -> Iterator[LatexChange]:
@@ -126,8 +147,13 @@ def _drop_factors(printed: PrintedFormula) -> Iterator[LatexChange]:
 def _turn_fractions(printed: PrintedFormula) -> Iterator[LatexChange]:
     for node in list_nodes(printed.chain):
         if isinstance(node, Quotient) and node.above.end <= node.below.start:
-            above, below = (printed.latex[part.start : part.end] for part in (node.above, node.below))
-            pieces = ((node.above.start, node.above.end, below), (node.below.start, node.below.end, above))
+            above, below = (
+                printed.latex[part.start : part.end] for part in (node.above, node.below)
+            )
+            pieces = (
+                (node.above.start, node.above.end, below),
+                (node.below.start, node.below.end, above),
+            )
             yield LatexChange(pieces, "a fraction upside down")
 
 
@@ -146,10 +172,16 @@ SLIPS = {
 
 
 def list_rewrites(printed: PrintedFormula) -> Iterator[LatexChange]:
-    """Yield changes of an equation that leave it the same: sides exchanged, brackets, room, other fractions."""
+    """Yield changes of an equation that leave it the same: sides exchanged, brackets, room, other
+    fractions.
+    """
     latex, chain = printed.latex, printed.chain
     starts_bare = any(latex[side.start : side.start + 1] == "^" for side in chain.sides)
-    if chain.relations == ("=",) and not starts_bare and not re.search(r"\\\\|&|\\begin|\\tag|\\label", latex):
+    if (
+        chain.relations == ("=",)
+        and not starts_bare
+        and not re.search(r"\\\\|&|\\begin|\\tag|\\label", latex)
+    ):
         left, right = chain.sides
         sides = [latex[side.start : side.end] for side in (left, right)]
         pieces = ((left.start, left.end, sides[1]), (right.start, right.end, sides[0]))

@@ -1,4 +1,6 @@
-"""A paper on trial from its own text: its displayed equations, read and compared with a mechanism or formulas."""
+"""A paper on trial from its own text: its displayed equations, read and compared with a mechanism
+or formulas.
+"""
 
 from __future__ import annotations
 
@@ -46,15 +48,18 @@ from .names import NameTable, Stated, StatedNames, find_stated, read_name_table
 from .values import OperandError, Scalar, Value
 
 ANNOUNCEMENT = re.compile(
-    r"(?i)\blineari[sz]|\bsmall(?:[ -]\w+)?[ -](?:angle|displacement|deflection|oscillation|rotation|vibration|motion)"
-    r"|\bfirst[ -]order\b|\bsmall[ -]angle|\\sin\s*\{?\\?\w+\}?\s*\\(?:approx|simeq)|\bnear (?:the|its) equilibrium"
+    r"(?i)\blineari[sz]|\bsmall(?:[ -]\w+)?[ "
+    r"-](?:angle|displacement|deflection|oscillation|rotation|vibration|motion)"
+    r"|\bfirst[ -]order\b|\bsmall[ -]angle|\\sin\s*\{?\\?\w+\}?\s*\\(?:approx|simeq)|\bnear "
+    r"(?:the|its) equilibrium"
 )
 """Words and formulas that say that motions are small."""
 
 
 @dataclass
 class ReadRow:
-    """A row of a text: its tree and its sides, both None if it is refused, and why it is not judged.
+    """A row of a text: its tree and its sides, both None if it is refused, and why it is not
+    judged.
 
     ``names`` are the meanings that hold in it.
     """
@@ -69,9 +74,16 @@ class ReadRow:
 
     @property
     def record(self) -> dict[str, Any]:
-        """Return the place of the row, whether it was read, and why it is not judged if it is not."""
+        """Return the place of the row, whether it was read, and why it is not judged if it is
+        not.
+        """
         status = "refused" if self.chain is None else "read"
-        return {"file": self.row.file, "line": self.row.line, "status": status, "reason": self.reason}
+        return {
+            "file": self.row.file,
+            "line": self.row.line,
+            "status": status,
+            "reason": self.reason,
+        }
 
 
 @dataclass(frozen=True)
@@ -84,7 +96,9 @@ class Place:
 
 @dataclass
 class PrintedText:
-    """A text whose rows were read: what the audit asks about the place and the own LaTeX of an equation."""
+    """A text whose rows were read: what the audit asks about the place and the own LaTeX of an
+    equation.
+    """
 
     document: TextDocument
     names: StatedNames
@@ -93,17 +107,26 @@ class PrintedText:
     _repairs: dict[str, Repair | None] = field(default_factory=dict)
     _outcomes: dict[str, dict[str, list[bool] | None]] = field(default_factory=dict)
 
-    def repair(self, number: str, points: list[Point], draw: Callable[[int], list[Point]]) -> Repair | None:
-        """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one.
+    def repair(
+        self, number: str, points: list[Point], draw: Callable[[int], list[Point]]
+    ) -> Repair | None:
+        """Return the smallest change of an equation's own LaTeX after which it holds at points,
+        None without one.
 
         ``draw`` returns a number of random admissible points.
         """
         if number not in self._repairs:
             place = self.places[number]
             repairs = find_repairs(
-                place.row.row.latex, place.index, place.row.names, points, self.document.macros, self.list_vocabulary(),
-                draw, self._outcomes.setdefault(place.row.row.number, {}),
-            )  # fmt: skip
+                place.row.row.latex,
+                place.index,
+                place.row.names,
+                points,
+                self.document.macros,
+                self.list_vocabulary(),
+                draw,
+                self._outcomes.setdefault(place.row.row.number, {}),
+            )
             self._repairs[number] = repairs
         return self._repairs[number]
 
@@ -112,7 +135,9 @@ class PrintedText:
         return self.places[number].row.reason
 
     def announces_small_motion(self, number: str) -> bool:
-        """Return whether the text says before an equation that motions are small, or that it linearises."""
+        """Return whether the text says before an equation that motions are small, or that it
+        linearises.
+        """
         line = self.places[number].row.row.line
         before = "\n".join(self.document.text.split("\n")[: self.document.lines.index(line) + 1])
         return ANNOUNCEMENT.search(before) is not None
@@ -131,16 +156,27 @@ class PrintedText:
         return sorted(spelled)
 
     def describe(self, number: str) -> dict[str, Any]:
-        """Return file, line and LaTeX of an equation, and its LaTeX corrected, empty if no change corrects it."""
+        """Return file, line and LaTeX of an equation, and its LaTeX corrected, empty if no change
+        corrects it.
+        """
         row = self.places[number].row.row
         repair = self._repairs.get(number)
         corrected = "" if repair is None else repair.latex
-        return {"file": row.file, "line": row.line, "latex": row.latex, "corrected_latex": corrected}
+        return {
+            "file": row.file,
+            "line": row.line,
+            "latex": row.latex,
+            "corrected_latex": corrected,
+        }
 
 
 def list_symbols(chain: RelationChain | None) -> list[Symbol]:
     """List the names in a formula."""
-    return [] if chain is None else [node.symbol for node in list_nodes(chain) if isinstance(node, Name)]
+    return (
+        []
+        if chain is None
+        else [node.symbol for node in list_nodes(chain) if isinstance(node, Name)]
+    )
 
 
 def load_module(path: Path) -> ModuleType:
@@ -166,8 +202,9 @@ def load_module(path: Path) -> ModuleType:
 def read_trial(text: str | Path, against: str | Path, names: str | Path | None = None) -> Case:
     """Read a text and compare its equations with the mechanism or the formulas of a file.
 
-    ``names`` is a file of meanings; names without an entry there mean the quantity whose name they spell. Raises
-    OwnError, which names the file, for a text, names or a mechanism that cannot be used.
+    ``names`` is a file of meanings; names without an entry there mean the quantity whose name they
+    spell. Raises OwnError, which names the file, for a text, names or a mechanism that cannot be
+    used.
     """
     try:
         document = read_document(Path(text))
@@ -179,8 +216,12 @@ def read_trial(text: str | Path, against: str | Path, names: str | Path | None =
     return build_trial(document, stated, table, module)
 
 
-def build_trial(document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None) -> Case:
-    """Build the case of a document, in which equations that do not hold claim what they come closest to."""
+def build_trial(
+    document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None
+) -> Case:
+    """Build the case of a document, in which equations that do not hold claim what they come
+    closest to.
+    """
     case = read_case(document, stated, table, module)
     if meant := _test_definitions(case):
         table = replace(table, meanings={**table.meanings, **meant})
@@ -191,16 +232,21 @@ def build_trial(document: TextDocument, stated: Stated, table: NameTable, module
 
 
 def _test_definitions(case: Case) -> dict[str, str]:
-    """Return what names must mean that the text defines wrongly; definitions that the mechanism confirms are equations.
+    """Return what names must mean that the text defines wrongly; definitions that the mechanism
+    confirms are equations.
 
-    Rows are judged with names as they are meant, and a wrong definition as an equation, which does not hold.
+    Rows are judged with names as they are meant, and a wrong definition as an equation, which does
+    not hold.
     """
     printed, points = case.source, case.points
     assert isinstance(printed, PrintedText)
     meant: dict[str, str] = {}
 
     def count_holding(definition: TextDefinition, names: StatedNames) -> int:
-        return sum(_row_holds(row, names, printed.document, points) for row in _list_resting(printed, definition))
+        return sum(
+            _row_holds(row, names, printed.document, points)
+            for row in _list_resting(printed, definition)
+        )
 
     for row in printed.rows:
         if row.defines is None:
@@ -210,7 +256,13 @@ def _test_definitions(case: Case) -> dict[str, str]:
             equation = case.paper.equations[definition.number]
             case.paper.equations[definition.number] = replace(equation, claims=Unclaimed.HOLDS)
         elif text := find_meant(
-            printed.names, definition, printed.document, points, case.draw, printed.list_vocabulary(), count_holding
+            printed.names,
+            definition,
+            printed.document,
+            points,
+            case.draw,
+            printed.list_vocabulary(),
+            count_holding,
         ):
             meant[definition.spelling] = text
     return meant
@@ -219,28 +271,38 @@ def _test_definitions(case: Case) -> dict[str, str]:
 def _list_resting(printed: PrintedText, definition: TextDefinition) -> list[ReadRow]:
     """List the rows that speak of a name that a text defines, or of its rates."""
     return [
-        row for row in printed.rows
-        if row.read is not None and not row.reason
+        row
+        for row in printed.rows
+        if row.read is not None
+        and not row.reason
         and any(symbol.base.spell() == definition.spelling for symbol in list_symbols(row.chain))
-    ]  # fmt: skip
+    ]
 
 
-def _row_holds(row: ReadRow, names: StatedNames, document: TextDocument, points: list[Point]) -> bool:
+def _row_holds(
+    row: ReadRow, names: StatedNames, document: TextDocument, points: list[Point]
+) -> bool:
     """Return whether all that a row states holds under some meanings."""
     entry = read_row(row.row, names, document)
     if entry.read is None or entry.reason:
         return False
     for _, relation, left, right in entry.read.residuals(names):
         residual = sp.sympify(left.value - right.value)
-        if relation != "=" or any(s not in point for s in residual.free_symbols for point in points):
+        if relation != "=" or any(
+            s not in point for s in residual.free_symbols for point in points
+        ):
             return False
         if residual != 0 and not holds(residual, tuple(points)):
             return False
     return True
 
 
-def read_case(document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None) -> Case:
-    """Read the case of a document: every row that can be read for certain becomes an equation of the paper."""
+def read_case(
+    document: TextDocument, stated: Stated, table: NameTable, module: ModuleType | None = None
+) -> Case:
+    """Read the case of a document: every row that can be read for certain becomes an equation of
+    the paper.
+    """
     document = replace(document, macros={**document.macros, **table.macros})
     until = table.until_s or SECONDS
     subject = build_subject(stated, until)
@@ -260,7 +322,9 @@ def read_case(document: TextDocument, stated: Stated, table: NameTable, module: 
             _add_row(entry, claim, printed, paper, claims)
     if unknown := sorted(table.rows.keys() - {entry.row.number for entry in printed.rows}):
         numbers = ", ".join(entry.row.number for entry in printed.rows[:20]) or "none"
-        raise OwnError(f"{table.file}: rows.{unknown[0]}: {document.name} has no such row; it has {numbers}")
+        raise OwnError(
+            f"{table.file}: rows.{unknown[0]}: {document.name} has no such row; it has {numbers}"
+        )
     return replace(trial(stated, paper, until), source=printed)
 
 
@@ -275,7 +339,9 @@ def _find_claim(
 
         close = get_close_matches(sentence, by_sentence, 3)
         hint = f"; near it: {'; '.join(close)}" if close else ""
-        raise OwnError(f"{table.file}: rows.{row.number}.claims = {sentence!r}: nothing here states it{hint}")
+        raise OwnError(
+            f"{table.file}: rows.{row.number}.claims = {sentence!r}: nothing here states it{hint}"
+        )
     return by_sentence[sentence]
 
 
@@ -299,7 +365,9 @@ def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
         entry.chain = read_formula(row.latex, document.macros)
         abbreviation = _own_name(entry.chain, names)
         if abbreviation is not None:
-            entry.read = interpret_formula(replace(entry.chain, sides=entry.chain.sides[1:], relations=()), names)
+            entry.read = interpret_formula(
+                replace(entry.chain, sides=entry.chain.sides[1:], relations=()), names
+            )
             _define(abbreviation, entry, names)
         else:
             entry.read = interpret_formula(entry.chain, names)
@@ -313,7 +381,9 @@ def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
 
 
 def _own_name(chain: RelationChain, names: StatedNames) -> Symbol | None:
-    """Return the name that a row defines for itself: one without a meaning, before names that have one."""
+    """Return the name that a row defines for itself: one without a meaning, before names that have
+    one.
+    """
     first = chain.sides[0]
     if not isinstance(first, Name) or chain.relations != ("=",) or names.is_known(first.symbol):
         return None
@@ -334,7 +404,11 @@ def _define(symbol: Symbol, entry: ReadRow, names: StatedNames) -> None:
 
 
 def _add_row(
-    entry: ReadRow, claim: Claimed | None, printed: PrintedText, paper: Paper, claims: Mapping[Claimed, Equation]
+    entry: ReadRow,
+    claim: Claimed | None,
+    printed: PrintedText,
+    paper: Paper,
+    claims: Mapping[Claimed, Equation],
 ) -> None:
     """Add the equations of a row to the paper."""
     number = entry.row.number
@@ -351,7 +425,9 @@ def _add_row(
         printed.places[name] = Place(entry, index)
         if left.value == right.value:
             circular = Definition("both sides are the same by the meaning of their names")
-            paper.equation(name, sp.S.Zero, circular if _is_circular(entry, side) else Unclaimed.HOLDS)
+            paper.equation(
+                name, sp.S.Zero, circular if _is_circular(entry, side) else Unclaimed.HOLDS
+            )
         elif relation == "=" and _gives_value(left, right, entry.names.stated):
             paper.equation(name, sp.S.Zero, Definition("a value that the text gives"))
         else:
@@ -359,13 +435,17 @@ def _add_row(
 
 
 def _gives_value(left: Scalar, right: Scalar, stated: Stated) -> bool:
-    """Return whether two sides are a quantity of the table and a number: the table has other values."""
+    """Return whether two sides are a quantity of the table and a number: the table has other
+    values.
+    """
     sides = {sp.sympify(side.value) for side in (left, right)}
     return len(sides & set(stated.given.values())) == 1 and any(side.is_number for side in sides)
 
 
 def _is_circular(entry: ReadRow, side: int) -> bool:
-    """Return whether two equal sides say no more than the names file: one is a name, and nothing is computed."""
+    """Return whether two equal sides say no more than the names file: one is a name, and nothing is
+    computed.
+    """
     assert entry.chain is not None
     if any(map(entry.names.is_computed, list_symbols(entry.chain))):
         return False
@@ -375,19 +455,28 @@ def _is_circular(entry: ReadRow, side: int) -> bool:
 
 
 def _is_name(node: Node) -> bool:
-    """Return whether a side is a name, also with what it depends on, a number or a matrix of such."""
+    """Return whether a side is a name, also with what it depends on, a number or a matrix of
+    such.
+    """
     if isinstance(node, Matrix):
         return all(_is_name(cell) for row in node.rows for cell in row)
     if isinstance(node, Product):
         first, *arguments = (factor for _, factor in node.factors)
-        return isinstance(first, Name) and all(isinstance(argument, Bracket) for argument in arguments)
+        return isinstance(first, Name) and all(
+            isinstance(argument, Bracket) for argument in arguments
+        )
     return isinstance(node, Name | Number)
 
 
 def _add_equation(
-    paper: Paper, number: str, relation: str, left: Scalar, right: Scalar, claim: Claimed | None,
+    paper: Paper,
+    number: str,
+    relation: str,
+    left: Scalar,
+    right: Scalar,
+    claim: Claimed | None,
     claims: Mapping[Claimed, Equation],
-) -> None:  # fmt: skip
+) -> None:
     left_side, right_side = sp.sympify(left.value), sp.sympify(right.value)
     if relation != "=":
         kinds: dict[str, Relation] = {"<": "<", "<=": "<=", ">": ">", ">=": ">="}
@@ -407,7 +496,9 @@ MOST_CLAIMS = 4
 
 
 def _claim_what_fails(case: Case, paper: Paper) -> None:
-    """Give an equation that does not hold the claim that it comes closest to, so that missing terms can be named."""
+    """Give an equation that does not hold the claim that it comes closest to, so that missing terms
+    can be named.
+    """
     points = tuple(case.points)
     for number, equation in paper.equations.items():
         if not isinstance(equation.claims, Unclaimed) or equation.relation != "=":
@@ -422,7 +513,9 @@ def _claim_what_fails(case: Case, paper: Paper) -> None:
 
 
 def _closest_claim(case: Case, printed: Equation) -> Claimed | None:
-    """Return the claim whose derivation shares most terms with an equation, None if none shares half of them."""
+    """Return the claim whose derivation shares most terms with an equation, None if none shares
+    half of them.
+    """
     points = tuple(case.points)
     ranked = sorted(_shared_symbols(case, printed), key=lambda pair: -pair[0])[:MOST_CLAIMS]
     best: tuple[int, Claimed] | None = None
@@ -451,7 +544,9 @@ def _shared_symbols(case: Case, printed: Equation) -> Iterator[tuple[float, Clai
 
 
 def format_skeleton(case: Case) -> str:
-    """Return a names file for a text: every name with its meaning, empty for what nothing says, and where it stands."""
+    """Return a names file for a text: every name with its meaning, empty for what nothing says, and
+    where it stands.
+    """
     source = case.source
     assert isinstance(source, PrintedText)
     names = source.names
@@ -467,32 +562,46 @@ def format_skeleton(case: Case) -> str:
                 meanings[spelling] = _meaning(symbol, names)
     texts = {spelling: text for spelling, text in meanings.items() if text}
     lines = [
-        f"# Names of {source.document.name}, for {names.stated.name}. A name without a meaning is not judged.",
-        "# A meaning is a quantity, an expression of quantities, or of frames and points: rate(x), rate(v, FRAME),",
-        "# spin(FRAME), velocity(POINT), axis(FRAME, 1), component(VECTOR, 1), kinetic(), potential(),",
+        f"# Names of {source.document.name}, for {names.stated.name}. A name without a meaning is "
+        f"not judged.",
+        "# A meaning is a quantity, an expression of quantities, or of frames and points: "
+        "rate(x), rate(v, FRAME),",
+        "# spin(FRAME), velocity(POINT), axis(FRAME, 1), component(VECTOR, 1), kinetic(), "
+        "potential(),",
         "# rotation(FROM, TO), matrix(2, a, b, c, d) of 2 rows, row by row.",
         f"# Quantities: {', '.join(sorted(names.quantities))}.",
-        *([f"# Frames: {', '.join(names.frames)}. Points: {', '.join(names.places)}."] if names.frames else []),
+        *(
+            [f"# Frames: {', '.join(names.frames)}. Points: {', '.join(names.places)}."]
+            if names.frames
+            else []
+        ),
         "# [rows] may say of a row what it claims to be, or that it is left out:",
-        "# '12' = { claims = \"...\" }, '13' = { skip = \"the reason\" }. Names that mean something else in a row:",
+        "# '12' = { claims = \"...\" }, '13' = { skip = \"the reason\" }. Names that mean "
+        "something else in a row:",
         "# '14' = { names = { 'M' = \"matrix(2, m_1, 0, 0, m_2)\" } }.",
         "",
         "[names]",
     ]
     defined = [spelling for spelling in meanings if spelling in names.abbreviations]
     lines[-1:-1] = (
-        [f"# The text itself defines {', '.join(defined)}, and with that their rates.", ""] if defined else []
+        [f"# The text itself defines {', '.join(defined)}, and with that their rates.", ""]
+        if defined
+        else []
     )
     for spelling in (*texts, *(spelling for spelling, text in meanings.items() if text == "")):
         places = ", ".join(f"({number})" for number in stands[spelling][:6])
         more = f" and {len(stands[spelling]) - 6} more" if len(stands[spelling]) > 6 else ""
-        quoted = f"'{spelling}'" if "'" not in spelling else '"' + spelling.replace("\\", "\\\\") + '"'
+        quoted = (
+            f"'{spelling}'" if "'" not in spelling else '"' + spelling.replace("\\", "\\\\") + '"'
+        )
         lines.append(f'{quoted} = "{meanings[spelling]}"  # in {places}{more}')
     return "\n".join([*lines, ""])
 
 
 def _meaning(symbol: Symbol, names: StatedNames) -> str | None:
-    """Return what the names file says of a name: nothing where the text defines it, or what it is the rate of."""
+    """Return what the names file says of a name: nothing where the text defines it, or what it is
+    the rate of.
+    """
     text = names.table.find(symbol.spell())
     if symbol.base.spell() in names.abbreviations and not text and names.guess(symbol) is None:
         return None

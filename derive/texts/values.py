@@ -1,4 +1,6 @@
-"""Values of formulas, symbolic or at points: scalars with their dimension, vectors with their frame, matrices."""
+"""Values of formulas, symbolic or at points: scalars with their dimension, vectors with their
+frame, matrices.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ from ..mechanics.frames import Frame
 from ..quantity import NONE, Dimension, Quantity, of_unit, raise_dimension
 
 LARGEST_EXPONENT, MOST_BITS, MOST_EXPANDED = 100, 4096, 20_000
-"""Limits of an exponent, of the binary digits of a number, and of the terms of an expanded formula."""
+"""Limits of an exponent, of the binary digits of a number, and of the terms of an expanded
+formula.
+"""
 HIGHEST_TOWER = 2
 """Exponentials within each other; of one more, the value has more digits than a memory holds."""
 
@@ -33,33 +37,52 @@ def check_power(base: Any, exponent: Any) -> None:
         check_tower(exponent)
         return
     if max(abs(exponent.p), exponent.q) > LARGEST_EXPONENT:
-        text = str(exponent) if exponent.p.bit_length() + exponent.q.bit_length() < 64 else "many digits"
-        raise OperandError(f"a power of {text}: exponents up to {LARGEST_EXPONENT} are read, and parts of as many")
-    if base.is_Rational and max(abs(base.p).bit_length(), base.q.bit_length()) * abs(exponent) > MOST_BITS:
+        text = (
+            str(exponent)
+            if exponent.p.bit_length() + exponent.q.bit_length() < 64
+            else "many digits"
+        )
+        raise OperandError(
+            f"a power of {text}: exponents up to {LARGEST_EXPONENT} are read, and parts of as many"
+        )
+    if (
+        base.is_Rational
+        and max(abs(base.p).bit_length(), base.q.bit_length()) * abs(exponent) > MOST_BITS
+    ):
         raise OperandError(f"a number with more than {MOST_BITS} binary digits")
 
 
 def check_tower(exponent: Any) -> None:
     """Raise OperandError for an exponent that is itself a power of powers, as in 2^{3^{4^x}}."""
     if isinstance(exponent, sp.Basic) and _count_tower(exponent) >= HIGHEST_TOWER:
-        raise OperandError(f"more than {HIGHEST_TOWER} powers or exponentials stand within each other")
+        raise OperandError(
+            f"more than {HIGHEST_TOWER} powers or exponentials stand within each other"
+        )
 
 
 def check_expanded(expr: Any) -> None:
     """Raise OperandError for a formula whose expansion would have too many terms."""
     if isinstance(expr, sp.Basic) and _count_terms(expr, {}) > MOST_EXPANDED:
-        raise OperandError(f"expanded it would have more than {MOST_EXPANDED} terms: give parts of it a name")
+        raise OperandError(
+            f"expanded it would have more than {MOST_EXPANDED} terms: give parts of it a name"
+        )
 
 
 def _count_tower(expr: sp.Basic) -> int:
-    """Return how many powers with unknown exponents and exponentials stand within each other at most."""
+    """Return how many powers with unknown exponents and exponentials stand within each other at
+    most.
+    """
     inner = max((_count_tower(argument) for argument in expr.args), default=0)
-    is_exponential = isinstance(expr, sp.exp) or (isinstance(expr, sp.Pow) and not expr.exp.is_Rational)
+    is_exponential = isinstance(expr, sp.exp) or (
+        isinstance(expr, sp.Pow) and not expr.exp.is_Rational
+    )
     return inner + is_exponential
 
 
 def _count_terms(expr: sp.Basic, counted: dict[sp.Basic, int]) -> int:
-    """Return how many terms the expansion of an expression has at most, and of its parts the most."""
+    """Return how many terms the expansion of an expression has at most, and of its parts the
+    most.
+    """
     if expr in counted:
         return counted[expr]
     counts = [_count_terms(argument, counted) for argument in expr.args]
@@ -80,8 +103,8 @@ def _count_terms(expr: sp.Basic, counted: dict[sp.Basic, int]) -> int:
 class Scalar:
     """A number with its dimension, None for a zero that fits everywhere.
 
-    ``angular`` counts factors in radian, by which angles differ from other pure numbers. ``mixed`` says that what does
-    not fit was added or fed to a function.
+    ``angular`` counts factors in radian, by which angles differ from other pure numbers. ``mixed``
+    says that what does not fit was added or fed to a function.
     """
 
     value: Any
@@ -93,7 +116,9 @@ class Scalar:
         dimension = self.dimension if self.dimension is not None else other.dimension
         clash = None not in (self.dimension, other.dimension) and self.dimension != other.dimension
         angular = max(self.angular, other.angular)
-        return Scalar(self.value + other.value, dimension, angular, clash or self.mixed or other.mixed)
+        return Scalar(
+            self.value + other.value, dimension, angular, clash or self.mixed or other.mixed
+        )
 
     def __neg__(self) -> Scalar:
         return Scalar(-self.value, self.dimension, self.angular, self.mixed)
@@ -101,24 +126,42 @@ class Scalar:
     def __mul__(self, other: Scalar) -> Scalar:
         zero = self.dimension is None or other.dimension is None
         dimension = None if zero else _added(self.dimension or NONE, other.dimension or NONE)
-        return Scalar(self.value * other.value, dimension, self.angular + other.angular, self.mixed or other.mixed)
+        return Scalar(
+            self.value * other.value,
+            dimension,
+            self.angular + other.angular,
+            self.mixed or other.mixed,
+        )
 
     def power(self, exponent: Scalar) -> Scalar:
-        """Return a power, whose dimension is known if the exponent is a number or the base has none."""
+        """Return a power, whose dimension is known if the exponent is a number or the base has
+        none.
+        """
         check_power(self.value, exponent.value)
         number = _as_fraction(exponent.value)
         mixed = self.mixed or exponent.mixed or exponent.dimension not in (None, NONE)
         if self.dimension in (None, NONE):
-            return Scalar(self.value**exponent.value, self.dimension, 0 if number != 1 else self.angular, mixed)
+            return Scalar(
+                self.value**exponent.value,
+                self.dimension,
+                0 if number != 1 else self.angular,
+                mixed,
+            )
         if number is None:
             return Scalar(self.value**exponent.value, NONE, 0, True)
         assert self.dimension is not None
         angular = self.angular * number.numerator if number.denominator == 1 else 0
-        return Scalar(self.value**exponent.value, raise_dimension(self.dimension, number), angular, mixed)
+        return Scalar(
+            self.value**exponent.value, raise_dimension(self.dimension, number), angular, mixed
+        )
 
     def inverse(self) -> Scalar:
         """Return one over the scalar."""
-        dimension = None if self.dimension is None else (-self.dimension[0], -self.dimension[1], -self.dimension[2])
+        dimension = (
+            None
+            if self.dimension is None
+            else (-self.dimension[0], -self.dimension[1], -self.dimension[2])
+        )
         return Scalar(1 / self.value, dimension, -self.angular, self.mixed)
 
     @property
@@ -195,7 +238,9 @@ class MatrixValue:
         if self.shape != other.shape:
             raise OperandError(f"matrices of {self.shape} and {other.shape} are added")
         pairs = zip(self.rows, other.rows, strict=True)
-        return MatrixValue(tuple(tuple(a + b for a, b in zip(*rows, strict=True)) for rows in pairs))
+        return MatrixValue(
+            tuple(tuple(a + b for a, b in zip(*rows, strict=True)) for rows in pairs)
+        )
 
     def times(self, other: MatrixValue) -> MatrixValue:
         """Return the product of matrices. Raises OperandError for shapes that do not fit."""
@@ -204,7 +249,10 @@ class MatrixValue:
         columns = list(zip(*other.rows, strict=True))
         return MatrixValue(
             tuple(
-                tuple(reduce(Scalar.__add__, (a * b for a, b in zip(row, c, strict=True))) for c in columns)
+                tuple(
+                    reduce(Scalar.__add__, (a * b for a, b in zip(row, c, strict=True)))
+                    for c in columns
+                )
                 for row in self.rows
             )
         )
@@ -214,19 +262,27 @@ class MatrixValue:
         return MatrixValue(tuple(tuple(factor * entry for entry in row) for row in self.rows))
 
     def determinant(self) -> Scalar:
-        """Return the determinant by its first row. Raises OperandError for a matrix that is not square."""
+        """Return the determinant by its first row.
+
+        Raises OperandError for a matrix that is not square.
+        """
         if self.shape[0] != self.shape[1]:
             raise OperandError("the determinant of a matrix that is not square")
         if self.shape == (1, 1):
             return self.rows[0][0]
         parts = []
         for index, entry in enumerate(self.rows[0]):
-            minor = MatrixValue(tuple(row[:index] + row[index + 1 :] for row in self.rows[1:])).determinant()
+            minor = MatrixValue(
+                tuple(row[:index] + row[index + 1 :] for row in self.rows[1:])
+            ).determinant()
             parts.append(entry * minor if index % 2 == 0 else -(entry * minor))
         return reduce(Scalar.__add__, parts)
 
     def inverse(self) -> MatrixValue:
-        """Return the inverse by cofactors. Raises OperandError for a matrix that is not square, or has none."""
+        """Return the inverse by cofactors.
+
+        Raises OperandError for a matrix that is not square, or has none.
+        """
         determinant = self.determinant()
         if isinstance(determinant.value, sp.Basic) and determinant.value.is_zero:
             raise OperandError("the inverse of a singular matrix")
@@ -235,11 +291,15 @@ class MatrixValue:
         indices = range(self.shape[0])
 
         def cofactor(row: int, column: int) -> Scalar:
-            lines = [line[:column] + line[column + 1 :] for k, line in enumerate(self.rows) if k != row]
+            lines = [
+                line[:column] + line[column + 1 :] for k, line in enumerate(self.rows) if k != row
+            ]
             minor = MatrixValue(tuple(lines)).determinant()
             return -minor if (row + column) % 2 else minor
 
-        adjugate = MatrixValue(tuple(tuple(cofactor(row, column) for row in indices) for column in indices))
+        adjugate = MatrixValue(
+            tuple(tuple(cofactor(row, column) for row in indices) for column in indices)
+        )
         return adjugate.scaled(determinant.inverse())
 
 
@@ -248,7 +308,9 @@ Value: TypeAlias = Scalar | VectorValue | MatrixValue
 
 @dataclass(frozen=True)
 class Algebra:
-    """Arithmetic that formulas are evaluated in: functions of values by name, numbers, cases and relations."""
+    """Arithmetic that formulas are evaluated in: functions of values by name, numbers, cases and
+    relations.
+    """
 
     functions: Mapping[str, Callable[..., Any]]
     number: Callable[[Fraction], Any]
@@ -270,25 +332,42 @@ def _cases_numeric(pieces: Sequence[tuple[Any, Any]], default: Any) -> Any:
 
 SYMBOLIC = Algebra(
     {
-        **{name: getattr(sp, name) for name in ("sin", "cos", "tan", "cot", "sec", "csc", "sinh", "cosh", "tanh")},
+        **{
+            name: getattr(sp, name)
+            for name in ("sin", "cos", "tan", "cot", "sec", "csc", "sinh", "cosh", "tanh")
+        },
         **{name: getattr(sp, name) for name in ("asin", "acos", "atan", "atan2", "exp")},
-        "ln": sp.log, "log": sp.log, "sgn": sp.sign, "min": sp.Min, "max": sp.Max, "abs": sp.Abs,
+        "ln": sp.log,
+        "log": sp.log,
+        "sgn": sp.sign,
+        "min": sp.Min,
+        "max": sp.Max,
+        "abs": sp.Abs,
     },
     lambda number: sp.Rational(number.numerator, number.denominator),
     sp.pi,
     {"<": sp.Lt, "<=": sp.Le, ">": sp.Gt, ">=": sp.Ge, "=": sp.Eq},
     _cases_symbolic,
-)  # fmt: skip
+)
 NUMERIC = Algebra(
     {
-        **{name: getattr(np, name) for name in ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp"]},
+        **{
+            name: getattr(np, name) for name in ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp"]
+        },
         **{f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")},
-        "atan2": np.arctan2, "ln": np.log, "log": np.log, "sgn": np.sign, "abs": np.abs,
-        "cot": lambda x: 1 / np.tan(x), "sec": lambda x: 1 / np.cos(x), "csc": lambda x: 1 / np.sin(x),
-        "min": lambda *some: reduce(np.minimum, some), "max": lambda *some: reduce(np.maximum, some),
+        "atan2": np.arctan2,
+        "ln": np.log,
+        "log": np.log,
+        "sgn": np.sign,
+        "abs": np.abs,
+        "cot": lambda x: 1 / np.tan(x),
+        "sec": lambda x: 1 / np.cos(x),
+        "csc": lambda x: 1 / np.sin(x),
+        "min": lambda *some: reduce(np.minimum, some),
+        "max": lambda *some: reduce(np.maximum, some),
     },
     float,
     np.pi,
     {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "=": np.equal},
     _cases_numeric,
-)  # fmt: skip
+)

@@ -38,7 +38,9 @@ def leaves(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[str, Any
 def texts() -> Iterator[tuple[str, str]]:
     """Every command with its help."""
     for words, command in leaves(typer.main.get_command(build_application())):
-        context = typer.Context(command, info_name=f"planter {words}", terminal_width=100, max_content_width=100)
+        context = typer.Context(
+            command, info_name=f"planter {words}", terminal_width=100, max_content_width=100
+        )
         yield words, command.get_help(context)
 
 
@@ -74,12 +76,18 @@ def schemas() -> str:
         f"## `planter {name} --json`\n\n```json\n{schema.format_schema(name, kind).strip()}\n```\n"
         for name, kind in sorted(schema.load_result_types().items())
     )
-    return "# Schemas of results\n\nJSON Schema 2020-12, as `planter schema` prints it.\n\n" + "\n".join(parts)
+    return (
+        "# Schemas of results\n\nJSON Schema 2020-12, as `planter schema` prints it.\n\n"
+        + "\n".join(parts)
+    )
 
 
 def topics() -> str:
     """The page of topics."""
     folder = resources.files("planter.cli").joinpath("topics")
-    told = {name: folder.joinpath(f"{name}.md").read_text(encoding="utf-8").strip() for name in list_topics()}
+    told = {
+        name: folder.joinpath(f"{name}.md").read_text(encoding="utf-8").strip()
+        for name in list_topics()
+    }
     parts = (f"## {name}\n\n```text\n{text}\n```\n" for name, text in told.items())
     return "# Topics\n\nWhat `planter help TOPIC` prints.\n\n" + "\n".join(parts)

@@ -19,10 +19,15 @@ def line(text: str) -> str:
     '``x`` is \\\\*not\\\\* x\\\\_ \\\\|y\\\\|'
     """
     parts = _CODE.split(text)
-    return "".join(f"``{part}``" if index % 2 else _MARKUP.sub(r"\\\1", part) for index, part in enumerate(parts))
+    return "".join(
+        f"``{part}``" if index % 2 else _MARKUP.sub(r"\\\1", part)
+        for index, part in enumerate(parts)
+    )
 
 
-def as_restructured_text(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+def as_restructured_text(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
     """Sphinx calls this for each docstring; examples stay as they are, indented text is shown as it stands.
 
     Text that is indented by four spaces, after a colon and an empty line, is code.

@@ -48,7 +48,10 @@ def section(title: str, found: LabelledMachine) -> Iterator[str]:
     yield f"\n## {title}\n"
     for sheet in found.labelled.sheets:
         yield f"\n### {sheet.title[0].upper()}{sheet.title[1:]}\n"
-        yield f"```{{figure}} {name(found, sheet.name)}\n:alt: {title}, {sheet.title}\n:figclass: drawing\n```\n"
+        yield (
+            f"```{{figure}} {name(found, sheet.name)}\n:alt: {title}, {sheet.title}\n:figclass: "
+            f"drawing\n```\n"
+        )
         yield from rows([one for one in symbols if one.name in sheet.names])
     yield f"\n### {title}: what is on no drawing\n"
     yield "| symbol | meaning | why |\n|---|---|---|"
@@ -66,7 +69,9 @@ def draw(folder: Path) -> None:
     """Writes every drawing."""
     for found in machines().values():
         for sheet in found.labelled.sheets:
-            (folder / name(found, sheet.name)).write_text(style.render_svg(draw_figure(sheet)), encoding="utf-8")
+            (folder / name(found, sheet.name)).write_text(
+                style.render_svg(draw_figure(sheet)), encoding="utf-8"
+            )
 
 
 def page() -> str:

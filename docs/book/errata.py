@@ -25,7 +25,9 @@ def describe_text(text: CorpusText) -> Iterator[str]:
     place = f"`{table['repository']}`, commit `{table['commit'][:12]}`, `{table['path']}`"
     yield f"{', '.join(table['authors'])}. {place}.\n"
     for entry in table["errata"]:
-        yield f"**{entry['row']}.** {entry['what']} {entry['verified']} Source: {entry['source']}.\n"
+        yield (
+            f"**{entry['row']}.** {entry['what']} {entry['verified']} Source: {entry['source']}.\n"
+        )
         yield f"```latex\n{entry['corrected'].strip()}\n```\n"
 
 

@@ -29,12 +29,23 @@ def rolling() -> Figure:
     """The first stage of the built-in device at an angle: radii along the line of centres add up to its length."""
     device = Device(load_machine("wang2017"), "exact")
     found = locate_pitch_curves(device, device.design, 40.0)
-    (sun, gear), (o, a1, p) = found.curves[:2], (found.centres["O"], found.centres["A1"], found.contacts["P"])
-    bodies = [Body(curve.name, (Outline(curve.points.T, "gear", shade=k),)) for k, curve in enumerate((sun, gear))]
+    (sun, gear), (o, a1, p) = (
+        found.curves[:2],
+        (found.centres["O"], found.centres["A1"], found.contacts["P"]),
+    )
+    bodies = [
+        Body(curve.name, (Outline(curve.points.T, "gear", shade=k),))
+        for k, curve in enumerate((sun, gear))
+    ]
     line = Body("line of centres", (Outline(np.array([o, a1]), "frame", closed=False),))
     scene = Scene("stage 1", "", "", np.zeros(1), 1.0, [*bodies, line])
     return draw_figure(
-        Sheet("rolling", "", scene, [Length(("r",), o, p), Length(("a - r",), p, a1), Length(("a",), o, a1, 0.9)])
+        Sheet(
+            "rolling",
+            "",
+            scene,
+            [Length(("r",), o, p), Length(("a - r",), p, a1), Length(("a",), o, a1, 0.9)],
+        )
     )
 
 
@@ -43,7 +54,10 @@ def envelope() -> Figure:
     """A rack's flank at steps of its roll on a pitch circle, and the tooth that planter cuts there."""
     module = 2 * RADIUS / TEETH
     found = cut_teeth(
-        build_circle_pair(1e-3 * RADIUS, 1e-3 * RADIUS), ToothOrder(teeth=TEETH), "circle", ("gear", "mate")
+        build_circle_pair(1e-3 * RADIUS, 1e-3 * RADIUS),
+        ToothOrder(teeth=TEETH),
+        "circle",
+        ("gear", "mate"),
     )
     outline = 1e3 * build_polygon(found.mesh.gears[0])
     drawing = style.new_figure(4.6, 4.0)
@@ -71,9 +85,15 @@ def envelope() -> Figure:
 def flank(s: float, side: int, module: float) -> np.ndarray:
     """A straight flank (2, 2) of the rack [mm] where it has rolled along an arc s of the circle, for the tooth at 0."""
     angle = s / RADIUS
-    normal, tangent = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    normal, tangent = (
+        np.array([np.cos(angle), np.sin(angle)]),
+        np.array([-np.sin(angle), np.cos(angle)]),
+    )
     at = RADIUS * normal + (side * np.pi * module / 4 - s) * tangent
-    along = np.cos(ToothOrder().pressure_angle) * normal - side * np.sin(ToothOrder().pressure_angle) * tangent
+    along = (
+        np.cos(ToothOrder().pressure_angle) * normal
+        - side * np.sin(ToothOrder().pressure_angle) * tangent
+    )
     reach = module / np.cos(ToothOrder().pressure_angle)
     return np.array([at - reach * along, at + reach * along])
 

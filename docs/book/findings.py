@@ -49,9 +49,15 @@ def caution(entry: Entry) -> Iterator[str]:
     """What a finding hangs on, in sentences."""
     if entry["fragile"]:
         whole = entry["verdict"] == "misprint" and ";" not in entry["correction"][0]
-        yield f"{'It hangs' if whole else 'Its correction hangs in part'} on one character of the text as read."
+        yield (
+            f"{'It hangs' if whole else 'Its correction hangs in part'} on one character of the "
+            f"text as read."
+        )
     if entry["rebuilt"]:
-        yield f"Completed in the text as read: {'; '.join(f'`{piece}`' for piece in entry['rebuilt'])}."
+        yield (
+            f"Completed in the text as read: "
+            f"{'; '.join(f'`{piece}`' for piece in entry['rebuilt'])}."
+        )
     if not entry["robust"]:
         yield "Under another admissible reading the verdict is another one:"
     if entry["reading"]:
@@ -62,7 +68,11 @@ def terms(entry: Entry, key: str, words: str) -> Iterator[str]:
     """Terms that are missing or too many, with their size over the reference cycle."""
     for term in entry[key]:
         known = term.get("max_abs") is not None
-        most = f"up to {term['max_abs']:.3g} {term['unit']}" if known and term["max_abs"] else "zero over the cycle"
+        most = (
+            f"up to {term['max_abs']:.3g} {term['unit']}"
+            if known and term["max_abs"]
+            else "zero over the cycle"
+        )
         size = f", {most}" if known else ""
         share = term.get("share_of_largest")
         yield f"  * {words}: `{term['term']}`{size}" + (
@@ -78,7 +88,10 @@ def negligible(entry: Entry) -> bool:
 
 def evidence(entry: Entry) -> Iterator[str]:
     """An equation at fault: what it claims, the verdict, the correction, what is missing."""
-    yield f"* **({entry['equation']})**, {entry['claims']}: {entry['verdict']}. {CURED[entry['verdict']]}"
+    yield (
+        f"* **({entry['equation']})**, {entry['claims']}: {entry['verdict']}. "
+        f"{CURED[entry['verdict']]}"
+    )
     if entry["verdict"] == "contradicted":
         yield f"  Found: `{entry['finding']}`."
     if entry["correction"]:
@@ -87,7 +100,10 @@ def evidence(entry: Entry) -> Iterator[str]:
     if not entry["robust"]:
         yield from (f"  * {one['reading']}: {one['verdict']}" for one in entry["depends"])
     if negligible(entry):
-        yield f"  Each is less than {100 * SMALL:g} % of the largest term: they may have been left out on purpose."
+        yield (
+            f"  Each is less than {100 * SMALL:g} % of the largest term: they may have been "
+            f"left out on purpose."
+        )
     yield from terms(entry, "terms", "lacks")
     yield from terms(entry, "unexplained", "has, unexplained")
 
@@ -100,13 +116,17 @@ def shares(laws: Sequence[Entry], equations: Sequence[Entry]) -> Iterator[str]:
             if share["equation"] in own and abs(share["shapley"]) >= 0.01 * law["violation"]:
                 unit = law["unit"]
                 yield (
-                    f"* By {law['violation']:.3g} {unit}: {law['law']}. Repairs of ({share['equation']}) take away "
-                    f"{share['shapley']:.3g} {unit} on the mean over all orders of repair, {share['alone']:.3g} {unit} "
+                    f"* By {law['violation']:.3g} {unit}: {law['law']}. Repairs of "
+                    f"({share['equation']}) take away "
+                    f"{share['shapley']:.3g} {unit} on the mean over all orders of repair, "
+                    f"{share['alone']:.3g} {unit} "
                     "as the only ones."
                 )
 
 
-def causes(found: Sequence[Entry], by_name: Mapping[str, Entry], laws: Sequence[Entry]) -> Iterator[str]:
+def causes(
+    found: Sequence[Entry], by_name: Mapping[str, Entry], laws: Sequence[Entry]
+) -> Iterator[str]:
     """Causes of the same equations, the printed numbers that each repair cures, and the share in what is broken."""
     judged = [by_name[name] for name in found[0]["equations"] if name in by_name]
     yield f"\n### {numbers(judged) or 'Printed numbers'}\n"
@@ -114,39 +134,58 @@ def causes(found: Sequence[Entry], by_name: Mapping[str, Entry], laws: Sequence[
         repair = "" if one["repair"] == one["cause"] else f" Repair: `{one['repair']}`."
         yield f"Cause: `{one['cause']}`.{repair}\n"
         if one["numbers"]:
-            yield f"The repair brings {len(one['numbers'])} printed numbers out as they are printed.\n"
+            yield (
+                f"The repair brings {len(one['numbers'])} printed numbers out as they are "
+                f"printed.\n"
+            )
     for entry in judged:
         yield from evidence(entry)
     listed = list(shares(laws, judged))
     if listed:
-        yield "\nShare in the laws that the printed chain breaks, of each equation with all that is repaired in it:\n"
+        yield (
+            "\nShare in the laws that the printed chain breaks, of each equation with all that "
+            "is repaired in it:\n"
+        )
         yield from listed
 
 
 def assumed(name: str) -> list[str]:
     """What the derivation assumes that a paper is held against."""
     folders = plugins.find_folders("printed").items()
-    machine = next(machine for machine, folder in folders if folder.joinpath(f"{name}.toml").is_file())
+    machine = next(
+        machine for machine, folder in folders if folder.joinpath(f"{name}.toml").is_file()
+    )
     return list(generated.sidecar(f"{machine}_exact")["assumptions"])
 
 
 def paper(name: str, record: Entry) -> Iterator[str]:
     """A paper: how many verdicts of each kind, then cause by cause."""
-    mine = {key: [one for one in record[key] if one["paper"] == name] for key in ("equations", "laws", "causes")}
+    mine = {
+        key: [one for one in record[key] if one["paper"] == name]
+        for key in ("equations", "laws", "causes")
+    }
     counts = ", ".join(f"{count} {verdict}" for verdict, count in record["summary"][name].items())
     yield f"\n## {record['papers'][name]['title']}\n"
     yield f"{len(mine['equations'])} equations and formulas: {counts}.\n"
-    by_name = {f"{name}: {one['equation']}": one for one in mine["equations"] if one["verdict"] in FAULT}
+    by_name = {
+        f"{name}: {one['equation']}": one for one in mine["equations"] if one["verdict"] in FAULT
+    }
     yield f"Assumed in the derivation: {'; '.join(assumed(name))}."
     for _, found in groupby(mine["causes"], key=lambda one: (one["equations"], one["numbers"])):
         yield from causes(list(found), by_name, mine["laws"])
     for one in (one for one in record["references"] if one["paper"] == name):
         places = ", ".join(f"({number})" for number in one["refers_to"])
-        yield f"\n### {places} as the source of {', '.join(one['quantities'])}\n\nThe reference {one['verdict']}: "
+        yield (
+            f"\n### {places} as the source of {', '.join(one['quantities'])}\n\nThe reference "
+            f"{one['verdict']}: "
+        )
         yield f"these formulas do not hold {', '.join(one['lacking'])}."
 
 
 def page(record: Entry | None = None) -> str:
     """The page, of the committed records."""
     record = record or verdicts.load_verdicts()
-    return "\n".join([HEAD, *(line for name in record["papers"] for line in paper(name, record))]) + "\n"
+    return (
+        "\n".join([HEAD, *(line for name in record["papers"] for line in paper(name, record))])
+        + "\n"
+    )

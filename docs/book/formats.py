@@ -52,5 +52,8 @@ def page() -> str:
     parts = [HEAD]
     for machine, own in groupby(found, key=lambda one: one.machine):
         parts += [f"\n### {machine}\n", "| column | unit | meaning | of |", "|---|---|---|---|"]
-        parts += [f"| `{one.name}` | {cell(one.unit)} | {cell(one.meaning)} | {cell(one.source)} |" for one in own]
+        parts += [
+            f"| `{one.name}` | {cell(one.unit)} | {cell(one.meaning)} | {cell(one.source)} |"
+            for one in own
+        ]
     return "\n".join(parts) + "\n"

@@ -34,7 +34,9 @@ _ITEM = re.compile(r"\[\d+\]")
 
 def cell(text: str | None) -> str:
     """Text in a table's cell."""
-    return (text or "").replace("|", "\\|").replace("<", "\\<").replace("[", "\\[").replace("*", "\\*")
+    return (
+        (text or "").replace("|", "\\|").replace("<", "\\<").replace("[", "\\[").replace("*", "\\*")
+    )
 
 
 def held(document: Document | None, key: str) -> tuple[str, str]:
@@ -57,13 +59,19 @@ def row(one: Meaning, document: Document | None) -> str:
 def page() -> str:
     """The page."""
     found = sorted(
-        (one for one in dictionary.collect_meanings() if one.kind == "file key"), key=lambda one: (one.machine, one.key)
+        (one for one in dictionary.collect_meanings() if one.kind == "file key"),
+        key=lambda one: (one.machine, one.key),
     )
     parts = [HEAD]
     for machine, own in groupby(found, key=lambda one: one.machine):
         load, name = BUILT_IN.get(machine, (None, None))
         document = load(name) if load else None
-        parts.append(f"\n## {machine}\n\n{f'Built in: `{name}`.' if name else 'None is built in.'}\n")
-        parts += ["| key | unit | meaning | allowed | built in | origin |", "|---|---|---|---|---|---|"]
+        parts.append(
+            f"\n## {machine}\n\n{f'Built in: `{name}`.' if name else 'None is built in.'}\n"
+        )
+        parts += [
+            "| key | unit | meaning | allowed | built in | origin |",
+            "|---|---|---|---|---|---|",
+        ]
         parts += [row(one, document) for one in own]
     return "\n".join(parts) + "\n"

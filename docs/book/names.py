@@ -26,7 +26,9 @@ def public(package: object) -> dict[str, object]:
 
 def directive(package: str, name: str, found: object) -> Iterator[str]:
     """What Sphinx is to show of a name."""
-    kind = "autoclass" if inspect.isclass(found) else "autofunction" if callable(found) else "autodata"
+    kind = (
+        "autoclass" if inspect.isclass(found) else "autofunction" if callable(found) else "autodata"
+    )
     yield f".. {kind}:: {package}.{name}"
     if kind == "autodata":
         yield "   :no-value:"

@@ -40,51 +40,88 @@ class Page:
 
 M = "derive.Mechanism"
 PAGES = {
-    "mechanism": Page(MECHANISM, {
-        "Mechanism": "derive.Mechanism .time",
-        "Table of quantities": "derive.quantities derive.Quantities derive.Quantity",
-        "Tables from CSV files as functions": "derive.read_table",
-        "Frames and points": ".frame .point .vector .position .velocity .rate derive.displacement derive.unit "
-        "derive.zero derive.Frame derive.Point derive.Vec derive.Motion derive.FrameError",
-        "Coordinates": ".coordinate .follow",
-        "Bodies": ".body .bodies derive.Body derive.Part derive.about_pin",
-        "Joints": ".pin .weld .slide .ball .universal .cylinder .plane .wheel",
-        "Forces": ".force .torque .spring .strut .bushing .motor .actuator derive.creeping derive.dahl",
-        "Contacts and teeth": ".contact .compliant_contact .follower .mesh .compliant_mesh .couple derive.GearContact "
-        "derive.SlidingContact derive.SharedContact derive.tangent_angle derive.Impact derive.ImpactLaw",
-        "Gears that are not round": "derive.gear_pair derive.read_gear_pair derive.RollingPair derive.GearTable",
-        "Closed loops": ".close .parallel .constrain",
-        "Free motion": ".free_frame .begin .roll .accelerations",
-        "Release of a driven mechanism": "derive.ReleasedMechanism derive.Release derive.ElasticTeeth "
-        "derive.LoosePin derive.LiftingFollower derive.FrameMount",
-        "Results": ".name_ .let .report .system .equations .balance .named .unknowns",
-        "Pitch curves and cam laws chosen at run time": ".stage .flank derive.GearStage derive.FollowerLaw",
-        "Named places and equal sides": ".name_place .name_acceleration .hang .mirror_place .twin_lane derive.Sides",
-    }),
-    "papers": Page(PAPERS, {
-        "Formulas": "derive.Formulas derive.Formulas.defines derive.Formulas.holds derive.Formulas.expr "
-        "derive.Formulas.steps derive.Formulas.function derive.Formulas.followed derive.Formulas.mesh "
-        "derive.Formulas.system",
-        "Papers": "derive.Paper derive.Paper.equation derive.Paper.defines derive.Paper.inequality derive.Paper.symbol "
-        "derive.Paper.reads derive.Paper.admits derive.Paper.rebuilds derive.Paper.shows derive.Paper.refers "
-        "derive.Paper.rank",
-        "Claims and verdicts": "derive.what derive.loop derive.Balance derive.Equation derive.trial",
-    }),
-    "running": Page(RUNNING, {
-        "Along an angle": "planter.load_mechanism planter.mechanism.model.Model",
-        "Free motion": "planter.mechanism.file.load planter.mechanism.dynamics.Dynamics "
-        "planter.mechanism.dynamics.MotionRun planter.mechanism.dynamics.Equations "
-        "planter.mechanism.ensemble.compute_ensemble planter.mechanism.ensemble.EnsembleSpec "
-        "planter.mechanism.ensemble.MechanismEnsemble",
-    }),
-}  # fmt: skip
+    "mechanism": Page(
+        MECHANISM,
+        {
+            "Mechanism": "derive.Mechanism .time",
+            "Table of quantities": "derive.quantities derive.Quantities derive.Quantity",
+            "Tables from CSV files as functions": "derive.read_table",
+            "Frames and points": ".frame .point .vector .position .velocity .rate derive.displacement derive.unit "
+            "derive.zero derive.Frame derive.Point derive.Vec derive.Motion derive.FrameError",
+            "Coordinates": ".coordinate .follow",
+            "Bodies": ".body .bodies derive.Body derive.Part derive.about_pin",
+            "Joints": ".pin .weld .slide .ball .universal .cylinder .plane .wheel",
+            "Forces": (
+                ".force .torque .spring .strut .bushing .motor .actuator derive.creeping "
+                "derive.dahl"
+            ),
+            "Contacts and teeth": ".contact .compliant_contact .follower .mesh .compliant_mesh .couple "
+            "derive.GearContact "
+            "derive.SlidingContact derive.SharedContact derive.tangent_angle derive.Impact "
+            "derive.ImpactLaw",
+            "Gears that are not round": (
+                "derive.gear_pair derive.read_gear_pair derive.RollingPair derive.GearTable"
+            ),
+            "Closed loops": ".close .parallel .constrain",
+            "Free motion": ".free_frame .begin .roll .accelerations",
+            "Release of a driven mechanism": "derive.ReleasedMechanism derive.Release derive.ElasticTeeth "
+            "derive.LoosePin derive.LiftingFollower derive.FrameMount",
+            "Results": ".name_ .let .report .system .equations .balance .named .unknowns",
+            "Pitch curves and cam laws chosen at run time": (
+                ".stage .flank derive.GearStage derive.FollowerLaw"
+            ),
+            "Named places and equal sides": (
+                ".name_place .name_acceleration .hang .mirror_place .twin_lane derive.Sides"
+            ),
+        },
+    ),
+    "papers": Page(
+        PAPERS,
+        {
+            "Formulas": "derive.Formulas derive.Formulas.defines derive.Formulas.holds derive.Formulas.expr "
+            "derive.Formulas.steps derive.Formulas.function derive.Formulas.followed "
+            "derive.Formulas.mesh "
+            "derive.Formulas.system",
+            "Papers": "derive.Paper derive.Paper.equation derive.Paper.defines derive.Paper.inequality "
+            "derive.Paper.symbol "
+            "derive.Paper.reads derive.Paper.admits derive.Paper.rebuilds derive.Paper.shows "
+            "derive.Paper.refers "
+            "derive.Paper.rank",
+            "Claims and verdicts": (
+                "derive.what derive.loop derive.Balance derive.Equation derive.trial"
+            ),
+        },
+    ),
+    "running": Page(
+        RUNNING,
+        {
+            "Along an angle": "planter.load_mechanism planter.mechanism.model.Model",
+            "Free motion": "planter.mechanism.file.load planter.mechanism.dynamics.Dynamics "
+            "planter.mechanism.dynamics.MotionRun planter.mechanism.dynamics.Equations "
+            "planter.mechanism.ensemble.compute_ensemble planter.mechanism.ensemble.EnsembleSpec "
+            "planter.mechanism.ensemble.MechanismEnsemble",
+        },
+    ),
+}
 """Names that begin with a dot are those of `derive.Mechanism`."""
 SPLIT = (derive.Mechanism, derive.Formulas, derive.Paper)
 """Classes whose members have entries of their own."""
 UNLISTED = {
-    "anchor", "axes", "chosen", "common", "component_axes", "data", "defined", "name_accelerations",
-    "name_supports", "pin_of", "refuse_shared_names", "support_forces", "told_in", "world_components",
-}  # fmt: skip
+    "anchor",
+    "axes",
+    "chosen",
+    "common",
+    "component_axes",
+    "data",
+    "defined",
+    "name_accelerations",
+    "name_supports",
+    "pin_of",
+    "refuse_shared_names",
+    "support_forces",
+    "told_in",
+    "world_components",
+}
 """Members of `derive.Mechanism` for derivations, which no statement needs."""
 
 
@@ -114,7 +151,11 @@ def directive(name: str) -> Iterator[str]:
     yield f".. {kind}:: {name}"
     if kind == "autodata":
         yield "   :no-value:"
-    if kind == "autoclass" and item not in (*SPLIT, derive.Quantity) and not issubclass(item, Exception):
+    if (
+        kind == "autoclass"
+        and item not in (*SPLIT, derive.Quantity)
+        and not issubclass(item, Exception)
+    ):
         yield "   :members:"
         yield "   :special-members: __call__"
     yield ""

@@ -84,17 +84,23 @@ def draw_thumbnail(lines: list[Line]) -> str:
     shift = np.array([WIDTH, -HEIGHT]) / 2 - scale * (low + high) / 2
     visible = [line for line in lines if scale * np.ptp(line[0], axis=0).max() > LEAST_SIZE]
     paths = [
-        f'<path fill="{shade if filled else "none"}" stroke="{shade}" d="{_format(scale * points + shift, filled)}"/>'
+        f'<path fill="{shade if filled else "none"}" stroke="{shade}" '
+        f'd="{_format(scale * points + shift, filled)}"/>'
         for points, shade, filled in visible
     ]
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:g} {HEIGHT:g}">'
-    group = '<g transform="scale(.01 -.01)" fill-opacity=".15" stroke-width="120" stroke-linejoin="round">'
+    group = (
+        '<g transform="scale(.01 -.01)" fill-opacity=".15" stroke-width="120" '
+        'stroke-linejoin="round">'
+    )
     return "\n".join([head, group, *paths, "</g></svg>"])
 
 
 def _follow(scene: Scene, x: float | Array, y: float | Array) -> Array:
     """Return the positions (n, 2) [mm] of a point over the cycle."""
-    return np.column_stack([np.broadcast_to(np.asarray(v, dtype=float), (scene.moments,)) for v in (x, y)])
+    return np.column_stack(
+        [np.broadcast_to(np.asarray(v, dtype=float), (scene.moments,)) for v in (x, y)]
+    )
 
 
 def _format(points: Array, closed: bool) -> str:
@@ -114,4 +120,6 @@ def draw_thumbnails(folder: Path) -> None:
                     raise RuntimeError(f"{example.name}: it was not derived")
                 source = str(Path(scratch, f"{machine}.toml"))
             scene = first_scene(open_machine(source), None, "")[0]
-            (folder / f"gallery-{page}.svg").write_text(draw_thumbnail(list(list_lines(scene))), encoding="utf-8")
+            (folder / f"gallery-{page}.svg").write_text(
+                draw_thumbnail(list(list_lines(scene))), encoding="utf-8"
+            )

@@ -24,7 +24,9 @@ def rows() -> Iterator[str]:
     for key, fields in index.works.items():
         text, doi = cite_work(key).text.replace("|", "\\|").replace("^", "\\^"), fields.get("doi")
         linked = text.replace(f"doi:{doi}", f"[doi:{doi}]({DOI}{doi})") if doi else text
-        resting = ", ".join(f"`{command}`" for command, keys in sorted(index.commands.items()) if key in keys)
+        resting = ", ".join(
+            f"`{command}`" for command, keys in sorted(index.commands.items()) if key in keys
+        )
         yield f"| {linked} | {fields.get('for', 'this program')} | {resting or 'all'} |"
 
 

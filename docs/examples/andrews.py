@@ -58,15 +58,32 @@ beta, Theta, gamma, Phi, delta, Omega, epsilon = (
     m.coordinate(name, "rad", f"angle {name}")
     for name in ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 )
-k1, k3, k5, k7 = m.frame("K1", beta), m.frame("K3", gamma), m.frame("K5", delta), m.frame("K7", epsilon)
-k2, k4, k6 = m.frame("K2", Theta, parent=k1), m.frame("K4", Phi, parent=k5), m.frame("K6", Omega, parent=k7)
-A, B, C = (m.point(n, m.O, m.world, x, y) for n, x, y in (("A", q.xa, q.ya), ("B", q.xb, q.yb), ("C", q.xc, q.yc)))
+k1, k3, k5, k7 = (
+    m.frame("K1", beta),
+    m.frame("K3", gamma),
+    m.frame("K5", delta),
+    m.frame("K7", epsilon),
+)
+k2, k4, k6 = (
+    m.frame("K2", Theta, parent=k1),
+    m.frame("K4", Phi, parent=k5),
+    m.frame("K6", Omega, parent=k7),
+)
+A, B, C = (
+    m.point(n, m.O, m.world, x, y)
+    for n, x, y in (("A", q.xa, q.ya), ("B", q.xb, q.yb), ("C", q.xc, q.yc))
+)
 F, G, H = m.point("F", m.O, k1, q.rr), m.point("G", A, k5, q.zt), m.point("H", A, k7, 0, -q.u)
 E, E3 = m.point("E", F, k2, -q.d), m.point("E3", B, k3, 0, -q.ss)
 E4, E6 = m.point("E4", G, k4, 0, -q.e), m.point("E6", H, k6, q.zf)
-start = {beta: "-0.0617138900142764496358948458001", gamma: "0.455279819163070380255912382449",
-         Phi: "0.222668390165885884674473185609", delta: "0.487364979543842550225598953530",
-         Omega: "-0.222668390165885884674473185609", epsilon: "1.23054744454982119249735015568"}  # fmt: skip
+start = {
+    beta: "-0.0617138900142764496358948458001",
+    gamma: "0.455279819163070380255912382449",
+    Phi: "0.222668390165885884674473185609",
+    delta: "0.487364979543842550225598953530",
+    Omega: "-0.222668390165885884674473185609",
+    epsilon: "1.23054744454982119249735015568",
+}
 for end in (E3, E4, E6):
     m.close(end, E, start={angle: Float(at) for angle, at in start.items()})
 
@@ -77,9 +94,18 @@ K4 = m.body("K4", k4, q.m4, m.point("C4", E4, k4, 0, q.ea), q.i4)
 K5 = m.body("K5", k5, q.m5, m.point("C5", A, k5, q.ta, q.tb), q.i5)
 K6 = m.body("K6", k6, q.m6, m.point("C6", E6, k6, -q.fa), q.i6)
 K7 = m.body("K7", k7, q.m7, m.point("C7", A, k7, -q.ub, -q.ua), q.i7)
-for name, on, by, at in (("O", K1, m.ground, m.O), ("F", K2, K1, F), ("B", K3, m.ground, B), ("A5", K5, m.ground, A),
-                         ("A7", K7, m.ground, A), ("G", K4, K5, G), ("H", K6, K7, H), ("E3", K3, K2, E),
-                         ("E4", K4, K2, E), ("E6", K6, K2, E)):  # fmt: skip
+for name, on, by, at in (
+    ("O", K1, m.ground, m.O),
+    ("F", K2, K1, F),
+    ("B", K3, m.ground, B),
+    ("A5", K5, m.ground, A),
+    ("A7", K7, m.ground, A),
+    ("G", K4, K5, G),
+    ("H", K6, K7, H),
+    ("E3", K3, K2, E),
+    ("E4", K4, K2, E),
+    ("E6", K6, K2, E),
+):
     m.pin(name, on, by, at)
 m.spring("spring", K3, m.ground, (m.point("D", B, k3, q.sd, -q.sc), C), q.c0, q.l0)
 m.torque("motor", K1, m.ground, q.mom)

@@ -22,7 +22,13 @@ q = quantities("""
 """)
 
 m = Mechanism(
-    "cam_follower", q, angle=q.phi, speed=q.omega, acceleration=q.eps, gravity=q.g, source="the example of the guide"
+    "cam_follower",
+    q,
+    angle=q.phi,
+    speed=q.omega,
+    acceleration=q.eps,
+    gravity=q.g,
+    source="the example of the guide",
 )
 s = m.coordinate("s", "m", "lift", equals=q.h * (1 - cos(q.phi)) / 2)
 P = m.point("P", m.O, m.world, 0, q.y_0 + s)

@@ -20,14 +20,24 @@ q = quantities("""
     g     | m/s2  | free fall                        | 9.81
 """)
 
-m = Mechanism("coupler_path", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "coupler_path", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 beta, gamma = m.coordinate("beta", "rad", "coupler"), m.coordinate("gamma", "rad", "rocker")
 crank, coupler, rocker = m.frame("crank", q.phi), m.frame("coupler", beta), m.frame("rocker", gamma)
 A, D = m.point("A", m.O, crank, q.a), m.point("D", m.O, m.world, q.x_D, q.y_D)
-B, C, P = m.point("B", A, coupler, q.b), m.point("C", D, rocker, q.c), m.point("P", A, coupler, q.u, q.v)
+B, C, P = (
+    m.point("B", A, coupler, q.b),
+    m.point("C", D, rocker, q.c),
+    m.point("P", A, coupler, q.u, q.v),
+)
 m.close(B, C, start={beta: 0.9, gamma: 1.6})
 
-arm, rod, lever = m.body("crank", crank), m.body("coupler", coupler, q.m_b, P, q.J_b), m.body("rocker", rocker)
+arm, rod, lever = (
+    m.body("crank", crank),
+    m.body("coupler", coupler, q.m_b, P, q.J_b),
+    m.body("rocker", rocker),
+)
 m.pin("O", arm, m.ground, m.O)
 m.pin("A", rod, arm, A)
 m.pin("B", lever, rod, B)

@@ -28,7 +28,9 @@ q = quantities("""
     J_p   | kg m2 | planet with its arm, centroidal            | 0.0011
 """)
 
-m = Mechanism("eccentric_train", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "eccentric_train", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 psi = m.coordinate("psi", "rad", "middle gear, its long side from the inner line")
 chi = m.coordinate("chi", "rad", "planet, its long side from the outer line")
 

@@ -21,7 +21,12 @@ q = quantities("""
 A, k, t, n, a, f, b, r, i, T, W, s = q.values()
 
 gears = Formulas(
-    "elliptic_gears", given=q, angle=t, speed=n, source="the example of the guide", assumptions=["no backlash"]
+    "elliptic_gears",
+    given=q,
+    angle=t,
+    speed=n,
+    source="the example of the guide",
+    assumptions=["no backlash"],
 )
 gears.defines(a, 2 * A)
 gears.defines(f, 2 * k * A)
@@ -33,7 +38,9 @@ gears.defines(W, i * n)
 gears.defines(s, ((1 + k) / (1 - k)) ** 2)
 gears.mesh("P", ("driver", t, r), ("mate", -T, a - r))
 gears.function("shape", (A, k), what(a), what(f), what(b), what(s))
-gears.function("rolling", (A, k, t), what(a), what(f), what(b), what(r), what(i), what(T), gives=(r, i, T))
+gears.function(
+    "rolling", (A, k, t), what(a), what(f), what(b), what(r), what(i), what(T), gives=(r, i, T)
+)
 SYSTEM = gears.system()
 
 PAPER = Paper("invented2026gears", "An invented paper on elliptic gears, with a planted error")

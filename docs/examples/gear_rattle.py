@@ -20,17 +20,33 @@ q = quantities("""
     D   | N m s | drag of the wheel             | 0.02
 """)
 m = Mechanism("gear_rattle", q)
-a_1, a_2 = m.coordinate("a_1", "rad", "angle of the pinion"), m.coordinate("a_2", "rad", "angle of the wheel")
+a_1, a_2 = (
+    m.coordinate("a_1", "rad", "angle of the pinion"),
+    m.coordinate("a_2", "rad", "angle of the wheel"),
+)
 P, M = m.point("P", m.O, m.world, q.r_1), m.point("M", m.O, m.world, q.r_1 + q.r_2)
 pinion = m.body("pinion", m.frame("pinion", a_1), q.m_1, m.O, q.J_1)
 wheel = m.body("wheel", m.frame("wheel", a_2), q.m_2, M, q.J_2)
 m.pin("O", pinion, m.ground, m.O)
 m.pin("M", wheel, m.ground, M)
 
-ahead = m.name_("ahead", "m", "lead of the pinion, along the line of action", (q.r_1 * a_1 + q.r_2 * a_2) * cos(q.a))
-push = m.name_("F_teeth", "N", "force of the teeth, positive where the pinion drives", q.K * Piecewise(
-    (ahead - q.b, ahead > q.b), (ahead + q.b, ahead < -q.b), (0, True),
-))  # fmt: skip
+ahead = m.name_(
+    "ahead",
+    "m",
+    "lead of the pinion, along the line of action",
+    (q.r_1 * a_1 + q.r_2 * a_2) * cos(q.a),
+)
+push = m.name_(
+    "F_teeth",
+    "N",
+    "force of the teeth, positive where the pinion drives",
+    q.K
+    * Piecewise(
+        (ahead - q.b, ahead > q.b),
+        (ahead + q.b, ahead < -q.b),
+        (0, True),
+    ),
+)
 m.force("teeth", pinion, P, m.vector(m.world, -Abs(push) * sin(q.a), -push * cos(q.a)), wheel)
 m.torque("drive", pinion, m.ground, q.T + q.U * sin(q.w * m.time))
 m.torque("drag", wheel, m.ground, -q.D * m.rate(a_2))

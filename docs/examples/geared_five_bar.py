@@ -18,9 +18,14 @@ q = quantities("""
     m_P   | kg    | tool at the common point           | 2
 """)
 
-m = Mechanism("geared_five_bar", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "geared_five_bar", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 psi = m.coordinate("psi", "rad", "second crank", equals=q.ratio * q.phi)
-a, b = m.coordinate("a", "rad", "rod of the first crank"), m.coordinate("b", "rad", "rod of the second crank")
+a, b = (
+    m.coordinate("a", "rad", "rod of the first crank"),
+    m.coordinate("b", "rad", "rod of the second crank"),
+)
 cranks = m.frame("crank1", q.phi), m.frame("crank2", psi)
 rods = m.frame("rod1", a), m.frame("rod2", b)
 shaft = m.point("shaft", m.O, m.world, q.d)

@@ -25,7 +25,9 @@ def engaged(inside, outside):
 
 m = Mechanism("geneva_wheel", q, angle=q.phi, speed=q.omega, source="the example of the guide")
 rest = Piecewise((-pi / 3, Ge(sin(q.phi), 0)), (pi / 3, True))
-psi = m.coordinate("psi", "rad", "wheel", equals=engaged(atan2(-share * sin(q.phi), 1 - share * cos(q.phi)), rest))
+psi = m.coordinate(
+    "psi", "rad", "wheel", equals=engaged(atan2(-share * sin(q.phi), 1 - share * cos(q.phi)), rest)
+)
 crank, wheel = m.frame("crank", q.phi), m.frame("wheel", psi)
 A, B = m.point("A", m.O, crank, R), m.point("B", m.O, m.world, q.L)
 

@@ -23,7 +23,9 @@ q = quantities("""
     F_h   | N     | force of the hay, pressed by this length  | 60000
 """)
 
-m = Mechanism("hay_baler", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "hay_baler", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 beta, s = m.coordinate("beta", "rad", "rod"), m.coordinate("s", "m", "place of the plunger")
 crank, rod = m.frame("crank", q.phi), m.frame("rod", beta)
 A, P = m.point("A", m.O, crank, q.r), m.point("P", m.O, m.world, s, q.e)
@@ -37,7 +39,9 @@ m.pin("A", link, wheel, A)
 m.pin("P", plunger, link, P)
 m.slide("chamber", plunger, m.ground, P)
 pressed = Piecewise((q.F_h * ((s - q.s_0) / q.h) ** 3, Ge(s, q.s_0)), (0, True))
-hay = m.report("F_hay", "N", "force of the hay", Piecewise((pressed, Ge(sin(beta - q.phi), 0)), (0, True)))
+hay = m.report(
+    "F_hay", "N", "force of the hay", Piecewise((pressed, Ge(sin(beta - q.phi), 0)), (0, True))
+)
 m.force("hay", plunger, P, m.vector(m.world, -hay))
 m.motor("M_in", wheel, m.ground, m.O)
 SYSTEM = m.system()

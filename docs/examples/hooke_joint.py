@@ -17,11 +17,15 @@ q = quantities("""
     T     | N m   | torque that it drives          | 100
 """)
 
-m = Mechanism("hooke_joint", q, angle=q.phi, speed=q.omega, spatial=True, source="the example of the guide")
+m = Mechanism(
+    "hooke_joint", q, angle=q.phi, speed=q.omega, spatial=True, source="the example of the guide"
+)
 psi = m.coordinate("psi", "rad", "driven shaft")
 driving, housing = m.frame("driving shaft", q.phi, X), m.frame("housing", q.beta, Z)
 driven = m.frame("driven shaft", psi, X, housing)
-perpendicular = m.vector(driving, y=1).resolved(m.world).dot(m.vector(driven, z=1).resolved(m.world))
+perpendicular = (
+    m.vector(driving, y=1).resolved(m.world).dot(m.vector(driven, z=1).resolved(m.world))
+)
 m.constrain("cross", q.a * perpendicular, start={psi: 0})
 
 first = m.body("driving shaft", driving)

@@ -24,16 +24,28 @@ q = quantities("""
 """)
 ratio = q.i * (1 + q.e * cos(q.phi))
 
-m = Mechanism("internal_gears", q, angle=q.phi, speed=q.omega, acceleration=q.eps, source="the example of the guide")
+m = Mechanism(
+    "internal_gears",
+    q,
+    angle=q.phi,
+    speed=q.omega,
+    acceleration=q.eps,
+    source="the example of the guide",
+)
 psi = m.coordinate("psi", "rad", "ring", equals=q.i * (q.phi + q.e * sin(q.phi)))
 r_r = m.name_("r_r", "m", "pitch radius of the ring", q.a / (1 - ratio))
 centre = m.point("D", m.O, m.world, q.a)
-planet, ring = m.body("planet", m.frame("planet", q.phi)), m.body("ring", m.frame("ring", psi), q.m, centre, q.J)
+planet, ring = (
+    m.body("planet", m.frame("planet", q.phi)),
+    m.body("ring", m.frame("ring", psi), q.m, centre, q.J),
+)
 m.pin("O", planet, m.ground, m.O)
 m.pin("D", ring, m.ground, centre)
 radius = q.a * ratio / (1 - ratio)
 tangent = tangent_angle(m.motion, m.world, planet.frame, q.phi, radius, radius.diff(q.phi))
-m.mesh("P", planet, ring, GearContact(m.world, centre, r_r, q.alpha, tangent=tangent, internal=True))
+m.mesh(
+    "P", planet, ring, GearContact(m.world, centre, r_r, q.alpha, tangent=tangent, internal=True)
+)
 m.torque("plunger", ring, m.ground, -q.M_r)
 m.motor("M_in", planet, m.ground, m.O)
 SYSTEM = m.system()

@@ -21,7 +21,9 @@ q = quantities("""
     J     | kg m2 | load                              | 12
 """)
 
-m = Mechanism("lift_arm", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "lift_arm", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 theta = m.coordinate("theta", "rad", "arm")
 arm = m.frame("arm", theta)
 foot, eye = m.point("foot", m.O, m.world, q.x_c, -q.y_c), m.point("eye", m.O, arm, q.c)

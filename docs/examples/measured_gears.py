@@ -9,7 +9,9 @@ from pathlib import Path
 from derive import GearContact, Mechanism, quantities, read_gear_pair, tangent_angle
 
 table = read_gear_pair(
-    Path(__file__).with_name("measured_gears.csv"), "t | deg | polar angle\nr | mm | pitch radius", Fraction(1, 2)
+    Path(__file__).with_name("measured_gears.csv"),
+    "t | deg | polar angle\nr | mm | pitch radius",
+    Fraction(1, 2),
 )
 q = quantities(f"""
     phi   | rad   | driver
@@ -24,7 +26,10 @@ m = Mechanism("measured_gears", q, angle=q.phi, speed=q.omega, source="the examp
 pair = table.pair(-q.phi, q.a)  # the contact passes over a gear against its turning
 psi = m.coordinate("psi", "rad", "mate", equals=pair.turned)
 centre = m.point("D", m.O, m.world, q.a)
-driver, mate = m.body("driver", m.frame("driver", q.phi)), m.body("mate", m.frame("mate", psi), q.m, centre, q.J)
+driver, mate = (
+    m.body("driver", m.frame("driver", q.phi)),
+    m.body("mate", m.frame("mate", psi), q.m, centre, q.J),
+)
 m.pin("O", driver, m.ground, m.O)
 m.pin("D", mate, m.ground, centre)
 tangent = tangent_angle(m.motion, m.world, driver.frame, -q.phi, pair.radius, pair.slope)

@@ -41,6 +41,12 @@ m.pin("O", cranking, m.ground, m.O)
 m.pin("A", coupling, cranking, A)
 m.slide("guide", slider, m.ground, S, friction=q.mu, creep=q.v_c)
 m.compliant_contact(
-    "pin", coupling, slider, B, S, lambda depth, rate: q.K * depth ** Rational(3, 2) * (1 + q.D * rate), radius=-q.c
+    "pin",
+    coupling,
+    slider,
+    B,
+    S,
+    lambda depth, rate: q.K * depth ** Rational(3, 2) * (1 + q.D * rate),
+    radius=-q.c,
 )
 SYSTEM = m.system()

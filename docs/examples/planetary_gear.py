@@ -34,9 +34,13 @@ for number in range(3):
     line = m.frame(f"line {number}", turn + number * 2 * pi * Rational(1, 3))
     inwards = m.frame(f"line {number}, inwards", pi, parent=line)
     centre = m.point(f"P{number}", m.O, line, r_s + r_p)
-    planet = m.body(f"planet {number}", m.frame(f"planet {number}", spin + number * 2 * pi * Rational(1, 3)))
+    planet = m.body(
+        f"planet {number}", m.frame(f"planet {number}", spin + number * 2 * pi * Rational(1, 3))
+    )
     m.pin(f"P{number}", planet, arm, centre)
-    moment = m.mesh(f"S{number}", sun, planet, GearContact(line, centre, r_p, q.alpha), equal_to=first)
+    moment = m.mesh(
+        f"S{number}", sun, planet, GearContact(line, centre, r_p, q.alpha), equal_to=first
+    )
     m.mesh(f"R{number}", planet, ring, GearContact(inwards, m.O, r_r, q.alpha, internal=True))
     first = first or moment
 m.torque("drum", arm, m.ground, -q.M_d)

@@ -40,12 +40,22 @@ def radius(t):
 
 
 m = Mechanism(
-    "planetary_train", q, angle=q.phi, speed=q.omega, acceleration=q.eps, gravity=q.g, source="the example of the guide"
+    "planetary_train",
+    q,
+    angle=q.phi,
+    speed=q.omega,
+    acceleration=q.eps,
+    gravity=q.g,
+    source="the example of the guide",
 )
 t1 = m.coordinate("t1", "rad", "sun, from its long side to the middle gear", equals=q.t_0 + q.phi)
 psi = m.coordinate("psi", "rad", "middle gear, on the carrier", equals=turned(t1) - turned(q.t_0))
-t2 = m.coordinate("t2", "rad", "middle gear, from its long side to the planet", equals=q.bend - turned(t1))
-chi = m.coordinate("chi", "rad", "planet, on the carrier", equals=turned(t2) - turned(q.bend - turned(q.t_0)))
+t2 = m.coordinate(
+    "t2", "rad", "middle gear, from its long side to the planet", equals=q.bend - turned(t1)
+)
+chi = m.coordinate(
+    "chi", "rad", "planet, on the carrier", equals=turned(t2) - turned(q.bend - turned(q.t_0))
+)
 
 carrier, outwards = m.frame("carrier", q.phi), m.frame("outwards", q.phi + q.bend)
 middle, planet = m.frame("middle", q.phi + psi), m.frame("planet", q.phi + chi + q.arm_0)
@@ -61,8 +71,10 @@ m.weld("sun", sun, m.ground, m.O)
 m.pin("O", arm, m.ground, m.O)
 m.pin("B", gear, arm, B)
 m.pin("C", plants, arm, C)
-for tag, inner, outer, line, centre, t, turning in (("P", sun, gear, carrier, B, t1, m.world),
-                                                    ("Q", gear, plants, outwards, C, t2, middle)):  # fmt: skip
+for tag, inner, outer, line, centre, t, turning in (
+    ("P", sun, gear, carrier, B, t1, m.world),
+    ("Q", gear, plants, outwards, C, t2, middle),
+):
     r = m.name_(f"r_{tag}", "m", f"pitch radius of the {inner}", radius(t))
     tangent = tangent_angle(m.motion, line, turning, t, r, radius(t).diff(t))
     m.mesh(tag, inner, outer, GearContact(line, centre, 2 * q.A - r, q.alpha, q.rho, tangent))

@@ -14,7 +14,9 @@ q = quantities("""
     F_p   | N     | force that is pressed against | 500
 """)
 
-m = Mechanism("rack_press", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "rack_press", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 travel = m.coordinate("s", "m", "travel of the rack, upwards", equals=q.r * q.phi)
 pitch = m.point("pitch", m.O, m.world, q.r)
 end = m.point("end", pitch, m.world, 0, travel)

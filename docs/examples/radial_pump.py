@@ -29,7 +29,10 @@ for k in (1, 2, 3):
     beta = m.coordinate(f"beta{k}", "rad", f"rod {k} from its cylinder", equals=-sp.asin(y / q.l))
     s = m.coordinate(f"s{k}", "m", f"place of piston {k}", equals=x + q.l * sp.cos(beta))
     B = m.point(f"B{k}", m.O, line, s)
-    rod, piston = m.body(f"rod{k}", m.frame(f"rod{k}", beta, parent=line)), m.body(f"piston{k}", line, q[f"m_{k}"], B)
+    rod, piston = (
+        m.body(f"rod{k}", m.frame(f"rod{k}", beta, parent=line)),
+        m.body(f"piston{k}", line, q[f"m_{k}"], B),
+    )
     m.pin(f"A{k}", rod, wheel, A)
     m.pin(f"B{k}", piston, rod, B)
     barrel = m.body(f"barrel{k}", line)

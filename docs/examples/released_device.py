@@ -21,7 +21,8 @@ from derive import (
 )
 
 SUN = read_gear_pair(
-    Path(__file__).with_name("released_device.csv"), "t | deg | polar angle on the sun\nr | mm | its pitch radius"
+    Path(__file__).with_name("released_device.csv"),
+    "t | deg | polar angle on the sun\nr | mm | its pitch radius",
 )
 q = quantities(f"""
     phi     | rad    | carrier
@@ -65,36 +66,62 @@ def state(m):
     m.weld("sun", sun, m.ground, m.O)
     m.pin("O", arm, m.ground, m.O)
     for side, ahead in (("1", 0), ("2", pi)):
-        t1 = m.coordinate(f"t1_{side}", "rad", "sun, at the contact", equals=q.alpha_3 + q.phi + ahead)
+        t1 = m.coordinate(
+            f"t1_{side}", "rad", "sun, at the contact", equals=q.alpha_3 + q.phi + ahead
+        )
         turn, first, begun = q.phi + ahead, *(SUN.pair(t, q.a_1) for t in (t1, q.alpha_3))
-        psi = m.coordinate(f"psi_{side}", "rad", "middle gears, on the carrier", equals=first.turned - begun.turned)
+        psi = m.coordinate(
+            f"psi_{side}", "rad", "middle gears, on the carrier", equals=first.turned - begun.turned
+        )
         t2 = m.coordinate(f"t2_{side}", "rad", "gear 6, at the contact", equals=q.beta_6 + psi)
         second, begun = (gear_pair("ellipse", t, q.m_61, A=q.A_6, k=q.k_6) for t in (t2, q.beta_6))
-        chi = m.coordinate(f"chi_{side}", "rad", "planet, on the carrier", equals=begun.turned - second.turned)
-        inward, outward = m.frame(f"inward {side}", turn + pi / 2), m.frame(f"outward {side}", turn + pi / 2 + q.gamma)
-        middle, planet = m.frame(f"middle {side}", turn + psi), m.frame(f"planet {side}", turn + chi + q.theta - pi)
+        chi = m.coordinate(
+            f"chi_{side}", "rad", "planet, on the carrier", equals=begun.turned - second.turned
+        )
+        inward, outward = (
+            m.frame(f"inward {side}", turn + pi / 2),
+            m.frame(f"outward {side}", turn + pi / 2 + q.gamma),
+        )
+        middle, planet = (
+            m.frame(f"middle {side}", turn + psi),
+            m.frame(f"planet {side}", turn + chi + q.theta - pi),
+        )
         A = m.point(f"A{side}", m.O, inward, q.a_1)
         B = m.point(f"B{side}", A, outward, second.distance)
         CA = m.point(f"CA{side}", A, middle, q.rho_2 * cos(q.eta_2), q.rho_2 * sin(q.eta_2))
         gears = m.body(f"middle gears {side}", middle, q.m_2, CA, q.J_2)
-        nozzle = m.body(f"planet {side}", planet, q.m_3, m.point(f"C{side}", B, planet, q.x_3, q.y_3), q.J_3)
+        nozzle = m.body(
+            f"planet {side}", planet, q.m_3, m.point(f"C{side}", B, planet, q.x_3, q.y_3), q.J_3
+        )
         m.pin(f"A{side}", gears, arm, A)
         m.pin(f"B{side}", nozzle, arm, B)
-        meshes = ("P", sun, gears, inward, A, t1, m.world, first), ("Q", gears, nozzle, outward, B, t2, middle, second)
+        meshes = (
+            ("P", sun, gears, inward, A, t1, m.world, first),
+            ("Q", gears, nozzle, outward, B, t2, middle, second),
+        )
         for mesh, inner, outer, line, centre, t, gear, pair in meshes:
             tangent = tangent_angle(m.motion, line, gear, t, pair.radius, pair.slope)
-            teeth = GearContact(line, centre, pair.distance - pair.radius, q.alpha_n, tangent=tangent)
+            teeth = GearContact(
+                line, centre, pair.distance - pair.radius, q.alpha_n, tangent=tangent
+            )
             m.mesh(mesh + side, inner, outer, teeth)
     m.motor("M_in", arm, m.ground, m.O)
     return m
 
 
 MESHES = {"P1": "psi_1", "Q1": "chi_1", "P2": "psi_2", "Q2": "chi_2"}
-TEETH = {mesh: ElasticTeeth(at, lambda depth, rate: q.K * depth + q.D * rate, q.b) for mesh, at in MESHES.items()}
-RELEASE = Release(lambda speed: q.M_0 * (1 - speed / q.W), q.J_f, TEETH, mount=FrameMount(q.m_f, q.K_f, q.C_f))
+TEETH = {
+    mesh: ElasticTeeth(at, lambda depth, rate: q.K * depth + q.D * rate, q.b)
+    for mesh, at in MESHES.items()
+}
+RELEASE = Release(
+    lambda speed: q.M_0 * (1 - speed / q.W), q.J_f, TEETH, mount=FrameMount(q.m_f, q.K_f, q.C_f)
+)
 IDEAL = Mechanism("ideal_device", q, angle=q.phi, speed=q.omega, gravity=q.g)
 RELEASED = ReleasedMechanism("released_device", q, RELEASE, angle=q.phi, speed=q.omega, gravity=q.g)
 SYSTEMS = (
     lambda: state(IDEAL).system(["F_sunx", "F_suny", "F_Ox", "F_Oy"]),
-    lambda: state(RELEASED).system(["F_mountx", "F_mounty", "M_in", *(f"F_N{mesh}" for mesh in MESHES)]),
+    lambda: state(RELEASED).system(
+        ["F_mountx", "F_mounty", "M_in", *(f"F_N{mesh}" for mesh in MESHES)]
+    ),
 )

@@ -70,10 +70,16 @@ def state(m):
 RELEASE = Release(
     motor=lambda speed: q.M_0 * (1 - speed / q.W),
     flywheel=q.J_f,
-    pins={"B": LoosePin("B", q.b, lambda depth, rate: q.K * depth + q.C * rate, friction=q.mu, creep=q.v)},
+    pins={
+        "B": LoosePin(
+            "B", q.b, lambda depth, rate: q.K * depth + q.C * rate, friction=q.mu, creep=q.v
+        )
+    },
     followers={"N_cam": LiftingFollower("u", lambda depth, rate: q.K_e * depth + q.C_e * rate)},
 )
 SYSTEMS = (
     lambda: state(Mechanism("ideal_press", q, angle=q.phi, speed=q.omega, gravity=q.g)).system(),
-    lambda: state(ReleasedMechanism("released_press", q, RELEASE, angle=q.phi, speed=q.omega, gravity=q.g)).system(),
+    lambda: state(
+        ReleasedMechanism("released_press", q, RELEASE, angle=q.phi, speed=q.omega, gravity=q.g)
+    ).system(),
 )

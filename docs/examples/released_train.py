@@ -50,12 +50,23 @@ def state(m):
     """State the train for a mechanism that an angle drives, or for one that is released."""
     sun_turned = gear_pair("ellipse", q.t_0, A=q.A, k=q.k).turned
     middle_turned = gear_pair("ellipse", q.bend - sun_turned, A=q.A, k=q.k).turned
-    t1 = m.coordinate("t1", "rad", "sun, from its long side to the middle gear", equals=q.t_0 + q.phi)
+    t1 = m.coordinate(
+        "t1", "rad", "sun, from its long side to the middle gear", equals=q.t_0 + q.phi
+    )
     inner_pair = gear_pair("ellipse", t1, A=q.A, k=q.k)
-    psi = m.coordinate("psi", "rad", "middle gear, on the carrier", equals=inner_pair.turned - sun_turned)
-    t2 = m.coordinate("t2", "rad", "middle gear, from its long side to the planet", equals=q.bend - sun_turned - psi)
+    psi = m.coordinate(
+        "psi", "rad", "middle gear, on the carrier", equals=inner_pair.turned - sun_turned
+    )
+    t2 = m.coordinate(
+        "t2",
+        "rad",
+        "middle gear, from its long side to the planet",
+        equals=q.bend - sun_turned - psi,
+    )
     outer_pair = gear_pair("ellipse", t2, A=q.A, k=q.k)
-    chi = m.coordinate("chi", "rad", "planet, on the carrier", equals=outer_pair.turned - middle_turned)
+    chi = m.coordinate(
+        "chi", "rad", "planet, on the carrier", equals=outer_pair.turned - middle_turned
+    )
 
     carrier, outwards = m.frame("carrier", q.phi), m.frame("outwards", q.phi + q.bend)
     middle, planet = m.frame("middle", q.phi + psi), m.frame("planet", q.phi + chi + q.arm_0)
@@ -73,7 +84,12 @@ def state(m):
         ("Q", gear, plants, outwards, C, t2, middle, outer_pair),
     ):
         tangent = tangent_angle(m.motion, line, turning, t, pair.radius, pair.slope)
-        m.mesh(tag, inner, outer, GearContact(line, centre, pair.distance - pair.radius, q.alpha, tangent=tangent))
+        m.mesh(
+            tag,
+            inner,
+            outer,
+            GearContact(line, centre, pair.distance - pair.radius, q.alpha, tangent=tangent),
+        )
     m.motor("M_in", arm, m.ground, m.O)
     return m
 
@@ -91,5 +107,7 @@ RELEASE = Release(
 )
 SYSTEMS = (
     lambda: state(Mechanism("ideal_train", q, angle=q.phi, speed=q.omega, gravity=q.g)).system(),
-    lambda: state(ReleasedMechanism("released_train", q, RELEASE, angle=q.phi, speed=q.omega, gravity=q.g)).system(),
+    lambda: state(
+        ReleasedMechanism("released_train", q, RELEASE, angle=q.phi, speed=q.omega, gravity=q.g)
+    ).system(),
 )

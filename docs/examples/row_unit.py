@@ -34,11 +34,23 @@ wheel = m.point("wheel", m.O, arm, q.l)
 unit = m.body("unit", arm, q.m_u, wheel, q.J)
 m.pin("O", unit, m.ground, m.O)
 ends = m.point("S", m.O, arm, q.c), m.point("anchor", m.O, m.world, 0, q.y_s)
-m.strut("strut", unit, m.ground, ends, lambda s, rate: q.k_3 * (s - q.l_0) ** 3 + q.d_2 * rate * Abs(rate))
+m.strut(
+    "strut",
+    unit,
+    m.ground,
+    ends,
+    lambda s, rate: q.k_3 * (s - q.l_0) ** 3 + q.d_2 * rate * Abs(rate),
+)
 soil = m.point("soil", m.O, m.world, 0, -q.h)
 m.compliant_contact(
-    "soil", unit, m.ground, wheel, soil, lambda depth, rate: q.K * depth ** Rational(3, 2) * (1 + q.D * rate),
-    friction=q.mu, creep=q.v_c,
-)  # fmt: skip
+    "soil",
+    unit,
+    m.ground,
+    wheel,
+    soil,
+    lambda depth, rate: q.K * depth ** Rational(3, 2) * (1 + q.D * rate),
+    friction=q.mu,
+    creep=q.v_c,
+)
 m.report("y_wheel", "m", "wheel's height over the pin", m.position(wheel)[1])
 SYSTEM = m.system()

@@ -21,7 +21,9 @@ q = quantities("""
     T     | N m   | torque against the rocker       | 6
 """)
 
-m = Mechanism("rssr", q, angle=q.phi, speed=q.omega, spatial=True, source="the example of the guide")
+m = Mechanism(
+    "rssr", q, angle=q.phi, speed=q.omega, spatial=True, source="the example of the guide"
+)
 psi = m.coordinate("psi", "rad", "rocker")
 crank, rocker = m.frame("crank", q.phi, Z), m.frame("rocker", psi, X)
 A, D = m.point("A", m.O, crank, q.r), m.point("D", m.O, m.world, q.x_D, q.y_D, q.z_D)

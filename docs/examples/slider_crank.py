@@ -27,9 +27,18 @@ q = quantities("""
 """)
 
 m = Mechanism(
-    "slider_crank", q, angle=q.phi, speed=q.omega, acceleration=q.eps, gravity=q.g, source="the example of the guide"
+    "slider_crank",
+    q,
+    angle=q.phi,
+    speed=q.omega,
+    acceleration=q.eps,
+    gravity=q.g,
+    source="the example of the guide",
 )
-beta, s = m.coordinate("beta", "rad", "angle of the rod"), m.coordinate("s", "m", "place of the slider")
+beta, s = (
+    m.coordinate("beta", "rad", "angle of the rod"),
+    m.coordinate("s", "m", "place of the slider"),
+)
 crank, rod = m.frame("crank", q.phi), m.frame("rod", beta)
 A, slot = m.point("A", m.O, crank, q.r), m.point("slot", m.O, m.world, s, q.e)
 B, C = m.point("B", A, rod, q.l), m.point("C", A, rod, q.c)
@@ -44,7 +53,12 @@ m.pin("A", link, wheel, A)
 m.pin("B", slider, link, slot)
 m.slide("guide", slider, m.ground, slot, friction=q.mu)
 m.spring("spring", slider, m.ground, (slot, anchor), q.k, q.l_0)
-gas = m.report("F_gas", "N", "force of the gas on the slider", -q.A * q.p_0 * exp(-q.kappa * log(1 + (q.l - s) / q.h)))
+gas = m.report(
+    "F_gas",
+    "N",
+    "force of the gas on the slider",
+    -q.A * q.p_0 * exp(-q.kappa * log(1 + (q.l - s) / q.h)),
+)
 m.force("gas", slider, slot, m.vector(m.world, gas))
 m.motor("M_in", wheel, m.ground, m.O)
 

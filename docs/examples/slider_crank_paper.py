@@ -8,18 +8,26 @@ from sympy import cos, sin
 
 from derive import Paper, loop, trial, what
 
-known = {symbol.name: symbol for symbol in (*m.loops.all, *m.assembly.unknowns, *(let.symbol for let in m.named))}
+known = {
+    symbol.name: symbol
+    for symbol in (*m.loops.all, *m.assembly.unknowns, *(let.symbol for let in m.named))
+}
 bodies = {body.name: body for body in m.bodies}
 beta, s = m.loops.values
 a_x, a_y, beta_ddot, F_Bx, F_By, N, F_spring, l_spring = (
-    known[n] for n in ("a_rod_x", "a_rod_y", "beta_ddot", "F_Bx", "F_By", "N_guide", "F_spring", "l_spring")
+    known[n]
+    for n in ("a_rod_x", "a_rod_y", "beta_ddot", "F_Bx", "F_By", "N_guide", "F_spring", "l_spring")
 )
 
 PAPER = Paper("invented2026", "An invented paper on the slider-crank, with planted errors")
 PAPER.defines("1", s, q.r * cos(q.phi) + q.l * cos(beta), loop("Bx"))
-PAPER.equation("2", q.e - q.r * sin(q.phi) + q.l * sin(beta), loop("By"))  # planted: the sign of the rod
+PAPER.equation(
+    "2", q.e - q.r * sin(q.phi) + q.l * sin(beta), loop("By")
+)  # planted: the sign of the rod
 PAPER.equation("3", F_By + N - q.m_s * q.g, m.balance(bodies["slider"], "force", "y"))
-PAPER.defines("4", F_spring, q.k * (l_spring + q.l_0), what("F_spring"))  # planted: the sign of the free length
+PAPER.defines(
+    "4", F_spring, q.k * (l_spring + q.l_0), what("F_spring")
+)  # planted: the sign of the free length
 PAPER.equation(  # planted: the rod's weight is left out
     "5",
     (q.e - q.r * sin(q.phi)) * F_Bx

@@ -21,7 +21,14 @@ q = quantities("""
     T     | N m   | torque against the output          | 4
 """)
 
-m = Mechanism("stephenson_six_bar", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "stephenson_six_bar",
+    q,
+    angle=q.phi,
+    speed=q.omega,
+    gravity=q.g,
+    source="the example of the guide",
+)
 beta, gamma = m.coordinate("beta", "rad", "coupler"), m.coordinate("gamma", "rad", "rocker")
 delta, chi = m.coordinate("delta", "rad", "second coupler"), m.coordinate("chi", "rad", "output")
 crank, coupler, rocker = m.frame("crank", q.phi), m.frame("coupler", beta), m.frame("rocker", gamma)
@@ -35,7 +42,11 @@ m.close(B, C, start={beta: 0.4, gamma: 1.0})
 m.close(F, H, start={delta: 0.5, chi: 1.2})
 
 arm, rod = m.body("crank", crank), m.body("coupler", coupler, q.m_b, E, q.J_b)
-lever, link, out = m.body("rocker", rocker), m.body("second coupler", second), m.body("output", output)
+lever, link, out = (
+    m.body("rocker", rocker),
+    m.body("second coupler", second),
+    m.body("output", output),
+)
 m.pin("O", arm, m.ground, m.O)
 m.pin("A", rod, arm, A)
 m.pin("C", lever, rod, C)

@@ -13,7 +13,9 @@ q = quantities("""
     F_p   | N     | force of the oil            | 900
 """)
 
-m = Mechanism("swash_plate", q, angle=q.phi, speed=q.omega, spatial=True, source="the example of the guide")
+m = Mechanism(
+    "swash_plate", q, angle=q.phi, speed=q.omega, spatial=True, source="the example of the guide"
+)
 s = m.coordinate("s", "m", "place of the piston", equals=q.R * tan(q.beta) * cos(q.phi))
 block = m.frame("block", q.phi, X)
 P = m.point("P", m.O, block, s, q.R)

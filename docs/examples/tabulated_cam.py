@@ -19,7 +19,9 @@ q = quantities("""
     F_0   | N     | spring at the lowest          | 22   | 5 60
 """)
 
-m = Mechanism("tabulated_cam", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "tabulated_cam", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 s = m.coordinate("s", "m", "lift", equals=lift(q.phi))
 P = m.point("P", m.O, m.world, 0, q.y_0 + s)
 

@@ -15,7 +15,9 @@ q = quantities("""
     F_w   | N     | force of the work           | 5000
 """)
 
-m = Mechanism("toggle_press", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide")
+m = Mechanism(
+    "toggle_press", q, angle=q.phi, speed=q.omega, gravity=q.g, source="the example of the guide"
+)
 beta = m.coordinate("beta", "rad", "rod")
 upper, lower = (
     m.coordinate("upper", "rad", "upper link, from the fixed joint"),

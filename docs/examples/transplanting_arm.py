@@ -53,7 +53,9 @@ m.pin("O", one, m.ground, m.O)
 m.pin("A", two, one, A)
 m.pin("B", three, two, end)
 m.pin("D", three, m.ground, D)
-m.spring("return", three, m.ground, (end, m.point("anchor", m.O, m.world, q.x_k, q.y_k)), q.k, q.l_0)
+m.spring(
+    "return", three, m.ground, (end, m.point("anchor", m.O, m.world, q.x_k, q.y_k)), q.k, q.l_0
+)
 m.motor("M_in", one, m.ground, m.O)
 
 m.report("x_tip", "m", "tip of the arm, x", m.position(tip)[0])

@@ -39,9 +39,14 @@ q = quantities("""
 
 m = Mechanism("whipple", q, gravity=(0, 0, q.g), spatial=True, source="Meijaard et al. 2007")
 x, y, z = (m.coordinate(n, "m", f"rear hub, {n}") for n in "xyz")
-yaw, lean, pitch = (m.coordinate(n, "rad", f"{n} of the rear frame") for n in ("yaw", "lean", "pitch"))
+yaw, lean, pitch = (
+    m.coordinate(n, "rad", f"{n} of the rear frame") for n in ("yaw", "lean", "pitch")
+)
 steer = m.coordinate("steer", "rad", "steer, of the fork against the frame")
-rear_spin, front_spin = m.coordinate("rear_spin", "rad", "rear wheel"), m.coordinate("front_spin", "rad", "front wheel")
+rear_spin, front_spin = (
+    m.coordinate("rear_spin", "rad", "rear wheel"),
+    m.coordinate("front_spin", "rad", "front wheel"),
+)
 
 upright = m.frame("lean", lean, X, m.frame("yaw", yaw))
 frame = m.frame("frame", pitch, Y, upright)
@@ -52,11 +57,23 @@ S = m.point("S", R, frame, q.w + q.c, 0, q.rR)  # where the steering axis meets 
 F = m.point("F", S, fork, -q.c, 0, -q.rF)
 
 rear = m.body("rear wheel", m.frame("rear", rear_spin, Y, frame), q.mR, R, (q.IRxx, q.IRyy, q.IRxx))
-body = m.body("rear frame", frame, q.mB, m.point("B", R, frame, q.xB, 0, q.zB + q.rR),
-              (q.IBxx, q.IByy, q.IBzz, 0, q.IBxz, 0))  # fmt: skip
-bars = m.body("fork", fork, q.mH, m.point("H", S, fork, q.xH - q.w - q.c, 0, q.zH),
-              (q.IHxx, q.IHyy, q.IHzz, 0, q.IHxz, 0))  # fmt: skip
-front = m.body("front wheel", m.frame("front", front_spin, Y, fork), q.mF, F, (q.IFxx, q.IFyy, q.IFxx))
+body = m.body(
+    "rear frame",
+    frame,
+    q.mB,
+    m.point("B", R, frame, q.xB, 0, q.zB + q.rR),
+    (q.IBxx, q.IByy, q.IBzz, 0, q.IBxz, 0),
+)
+bars = m.body(
+    "fork",
+    fork,
+    q.mH,
+    m.point("H", S, fork, q.xH - q.w - q.c, 0, q.zH),
+    (q.IHxx, q.IHyy, q.IHzz, 0, q.IHxz, 0),
+)
+front = m.body(
+    "front wheel", m.frame("front", front_spin, Y, fork), q.mF, F, (q.IFxx, q.IFyy, q.IFxx)
+)
 m.wheel("rear", rear, R, q.rR, axle=Y, up=(0, 0, -1))
 m.wheel("front", front, F, q.rF, axle=Y, up=(0, 0, -1))
 

@@ -1,1 +1,3 @@
-"""Audit of papers: committed verdicts on equations and laws, recomputed numbers, and the consequences."""
+"""Audit of papers: committed verdicts on equations and laws, recomputed numbers, and the
+consequences.
+"""

@@ -1,4 +1,6 @@
-"""`planter audit --benchmark`: how well the audit finds errors in texts of a corpus, beside other checkers."""
+"""`planter audit --benchmark`: how well the audit finds errors in texts of a corpus, beside other
+checkers.
+"""
 
 from __future__ import annotations
 
@@ -24,15 +26,22 @@ CLAIMS = "claims.jsonl"
 MOST_BYTES = 50_000_000
 
 
-def run_benchmark(corpus: Path, slips: int, seed: int, answers: Path | None) -> tuple[AuditBenchmark, list[Any]]:
-    """Return the scores on a corpus, and the claims that were judged. Raises InputError for files that are wrong."""
+def run_benchmark(
+    corpus: Path, slips: int, seed: int, answers: Path | None
+) -> tuple[AuditBenchmark, list[Any]]:
+    """Return the scores on a corpus, and the claims that were judged.
+
+    Raises InputError for files that are wrong.
+    """
     if not corpus.is_dir():
         allowed = "give the folder of a corpus; that of this project is in a clone of it"
         raise InputError(f"{corpus}: there is no such folder: {allowed}")
     with TemporaryDirectory() as folder:
         score_corpus(corpus, Path(folder), slips, seed, answers)
         content = read_json(Path(folder, BENCHMARK), MOST_BYTES, MOST_BYTES)
-    return AuditBenchmark.read({key: value for key, value in content.items() if key != "claims"}), content["claims"]
+    return AuditBenchmark.read(
+        {key: value for key, value in content.items() if key != "claims"}
+    ), content["claims"]
 
 
 def present_benchmark(result: AuditBenchmark, claims: Sequence[Any]) -> ResultPresentation:
@@ -40,7 +49,8 @@ def present_benchmark(result: AuditBenchmark, claims: Sequence[Any]) -> ResultPr
     score = result.checkers[OWN].all
     return ResultPresentation(
         title="Benchmark of formula audits",
-        conclusion=f"{score.detected} of {score.slips} slips are detected, {score.repaired} repaired exactly; "
+        conclusion=f"{score.detected} of {score.slips} slips are detected, {score.repaired} "
+        f"repaired exactly; "
         f"{score.false_alarms} of {score.sound} sound equations raise a false alarm; "
         f"{score.errata_found} of {score.errata} known errors are found.",
         record=result,
@@ -62,16 +72,41 @@ def _list_sections(result: AuditBenchmark) -> Iterator[Section]:
     yield Section("Checkers", [Table(("checker", "texts", *COLUMNS), rows)])
     compared = {name: scores.classes for name, scores in result.checkers.items() if name != OWN}
     by_class: list[Sequence[Cell]] = [
-        [slip, score.slips, score.detected, score.repaired, *(classes[slip].detected for classes in compared.values())]
+        [
+            slip,
+            score.slips,
+            score.detected,
+            score.repaired,
+            *(classes[slip].detected for classes in compared.values()),
+        ]
         for slip, score in result.checkers[OWN].classes.items()
     ]
-    columns = ("class", "slips", "detected", "repaired", *(f"detected by {name}" for name in compared))
+    columns = (
+        "class",
+        "slips",
+        "detected",
+        "repaired",
+        *(f"detected by {name}" for name in compared),
+    )
     yield Section("Slips by class", [Table(columns, by_class)])
-    texts: list[Block] = [Table(
-        ("text", "licence", "held out", "rows", "read", "sound", "errata", "s"),
-        [(text.name, text.licence, text.is_held_out, text.rows, text.read_rows, text.sound, text.errata, text.seconds)
-         for text in result.texts],
-    )]  # fmt: skip
+    texts: list[Block] = [
+        Table(
+            ("text", "licence", "held out", "rows", "read", "sound", "errata", "s"),
+            [
+                (
+                    text.name,
+                    text.licence,
+                    text.is_held_out,
+                    text.rows,
+                    text.read_rows,
+                    text.sound,
+                    text.errata,
+                    text.seconds,
+                )
+                for text in result.texts
+            ],
+        )
+    ]
     if result.absent:
         texts.append(Text(f"Not fetched: {', '.join(result.absent)}."))
     yield Section("Texts", texts)
@@ -79,6 +114,12 @@ def _list_sections(result: AuditBenchmark) -> Iterator[Section]:
 
 def _list_counts(score: CheckerScore) -> tuple[int, ...]:
     return (
-        score.slips, score.detected, score.repaired, score.sound, score.false_alarms, score.errata, score.errata_found,
+        score.slips,
+        score.detected,
+        score.repaired,
+        score.sound,
+        score.false_alarms,
+        score.errata,
+        score.errata_found,
         score.refused,
-    )  # fmt: skip
+    )

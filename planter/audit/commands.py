@@ -15,12 +15,20 @@ from planter.terminal.options import JsonOption, OutOption, list_allowed, refuse
 
 app = typer.Typer()
 
-AGAINST = "Python file with the mechanism that a text is compared with (it is run: only use files you trust)"
-NAMES = "TOML file with the meanings of a text's names; without it, one to complete is written next to the text"
+AGAINST = (
+    "Python file with the mechanism that a text is compared with (it is run: only use files "
+    "you trust)"
+)
+NAMES = (
+    "TOML file with the meanings of a text's names; without it, one to complete is written "
+    "next to the text"
+)
 TEXTS = (".tex", ".md", ".rst", ".ipynb")
 SLIPS = 300
 PAPER_NAME = "one of the papers by its short name"
-NUMBERS = "printed numbers of a paper of your own, to compute anew: the TOML file that is described above"
+NUMBERS = (
+    "printed numbers of a paper of your own, to compute anew: the TOML file that is described above"
+)
 
 
 def _list_papers() -> Iterable[str]:
@@ -36,25 +44,37 @@ def audit(
         str | None,
         typer.Argument(
             metavar="[PAPER|FILE]",
-            help="a text (.tex, .md, .rst, .ipynb), with --against; a Python file that states your paper (it is run: "
+            help="a text (.tex, .md, .rst, .ipynb), with --against; a Python file that states "
+            "your paper (it is run: "
             "only use files you trust); or one of the papers, by its short name",
             show_default=False,
         ),
     ] = None,
-    against: Annotated[Path | None, typer.Option(metavar="FILE", help=AGAINST, show_default=False)] = None,
-    names: Annotated[Path | None, typer.Option(metavar="TOML", help=NAMES, show_default=False)] = None,
-    numbers: Annotated[Path | None, typer.Option(metavar="TOML", help=NUMBERS, show_default=False)] = None,
+    against: Annotated[
+        Path | None, typer.Option(metavar="FILE", help=AGAINST, show_default=False)
+    ] = None,
+    names: Annotated[
+        Path | None, typer.Option(metavar="TOML", help=NAMES, show_default=False)
+    ] = None,
+    numbers: Annotated[
+        Path | None, typer.Option(metavar="TOML", help=NUMBERS, show_default=False)
+    ] = None,
     front: Annotated[
-        bool, typer.Option("--front", help="also list the ranges and variances that the derived model can give")
+        bool,
+        typer.Option(
+            "--front", help="also list the ranges and variances that the derived model can give"
+        ),
     ] = False,
     experiment: Annotated[
-        bool, typer.Option("--experiment", help="also compare hypotheses on what the paper measured")
+        bool,
+        typer.Option("--experiment", help="also compare hypotheses on what the paper measured"),
     ] = False,
     machine: Annotated[
         str | None,
         typer.Option(
             metavar="FILE",
-            help="with --experiment: machine file whose inputs and [measurement] take the place of the assumed ones",
+            help="with --experiment: machine file whose inputs and [measurement] take the place "
+            "of the assumed ones",
             show_default=False,
         ),
     ] = None,
@@ -62,16 +82,22 @@ def audit(
         bool,
         typer.Option(
             "--benchmark",
-            help="score the audit on a corpus of texts, the folder FILE, beside other checkers (this takes minutes)",
+            help="score the audit on a corpus of texts, the folder FILE, beside other checkers "
+            "(this takes minutes)",
         ),
     ] = False,
     slips: Annotated[
-        int, typer.Option(min=1, max=100_000, help="with --benchmark: number of errors that are drawn")
+        int,
+        typer.Option(min=1, max=100_000, help="with --benchmark: number of errors that are drawn"),
     ] = SLIPS,
-    seed: Annotated[int, typer.Option(help="with --benchmark: which errors are drawn depends on it")] = 0,
+    seed: Annotated[
+        int, typer.Option(help="with --benchmark: which errors are drawn depends on it")
+    ] = 0,
     answers: Annotated[
         Path | None,
-        typer.Option(metavar="JSONL", help="with --benchmark: answers of another checker", show_default=False),
+        typer.Option(
+            metavar="JSONL", help="with --benchmark: answers of another checker", show_default=False
+        ),
     ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
@@ -80,26 +106,30 @@ def audit(
 
     Without a file these are the papers that the built-in machines come from.
 
-    `planter audit slider_crank_paper.py --numbers slider_crank_numbers.toml --out trial` judges your paper;
-    the verdicts are also written to generated/ next to its file, with the functions that its numbers are computed by.
+    `planter audit slider_crank_paper.py --numbers slider_crank_numbers.toml --out trial` judges
+    your paper; the verdicts are also written to generated/ next to its file, with the functions
+    that its numbers are computed by.
 
-    `planter audit paper.tex --against slider_crank.py` reads the displayed equations of a text and judges each that it
-    can read and whose names it knows. paper.names.toml is written to say what the other names mean: complete it, and
-    pass it by --names.
+    `planter audit paper.tex --against slider_crank.py` reads the displayed equations of a text and
+    judges each that it can read and whose names it knows. paper.names.toml is written to say what
+    the other names mean: complete it, and pass it by --names.
 
-    `planter audit --benchmark` draws errors into sound equations of a corpus, and counts which are found and repaired.
-    claims.jsonl has what was judged; --answers scores what another checker says of it, a line of JSON for each claim:
-    "key", "outcome" (holds, fails or refused), and "latex", the row as it should be.
+    `planter audit --benchmark` draws errors into sound equations of a corpus, and counts which are
+    found and repaired. claims.jsonl has what was judged; --answers scores what another checker says
+    of it, a line of JSON for each claim: "key", "outcome" (holds, fails or refused), and "latex",
+    the row as it should be.
 
-    The numbers are tables [[number]]: place = "Table 2, row 3"; quantity = "max F_Ax" (or min, range, mean, rms,
-    variance, with abs before the name if wanted; "M_in at 90", in deg, "x_G at 0.5 s" of a mechanism that moves by
-    itself); unit = "N"; printed = "412.6", as text, for its digits are its precision. What else they may say: with =
-    { omega_rpm = 600 }, values that it holds for; each = { phi = [0, 90] }, for a row of numbers, printed a list then
-    and {phi} replaced in place and quantity; samples, if extremes and means are computed from a number of samples;
-    until_s, of a free motion; needs, inputs that are unknown; reading. Before them [disclosed] holds values that the
-    paper gives, [assumed] such that it does not give, both by the keys of generated/NAME.toml; every other value is
-    that of the mechanism's table. [measurement] says what the paper's sensor saw, in the keys of a machine file, and
-    "max measured_F_Ax" is then a number of that signal.
+    The numbers are tables [[number]]: place = "Table 2, row 3"; quantity = "max F_Ax" (or min,
+    range, mean, rms, variance, with abs before the name if wanted; "M_in at 90", in deg, "x_G at
+    0.5 s" of a mechanism that moves by itself); unit = "N"; printed = "412.6", as text, for its
+    digits are its precision. What else they may say: with = { omega_rpm = 600 }, values that it
+    holds for; each = { phi = [0, 90] }, for a row of numbers, printed a list then and {phi}
+    replaced in place and quantity; samples, if extremes and means are computed from a number of
+    samples; until_s, of a free motion; needs, inputs that are unknown; reading. Before them
+    [disclosed] holds values that the paper gives, [assumed] such that it does not give, both by the
+    keys of generated/NAME.toml; every other value is that of the mechanism's table. [measurement]
+    says what the paper's sensor saw, in the keys of a machine file, and "max measured_F_Ax" is then
+    a number of that signal.
     """
     console = Console(as_json)
     with console.outcome():
@@ -107,8 +137,12 @@ def audit(
 
         if benchmark:
             _refuse_options(PAPER_NAME, front=front, experiment=experiment, machine=machine)
-            _refuse_options("a text or a paper, and does not go with --benchmark",
-                            against=against, names=names, numbers=numbers)  # fmt: skip
+            _refuse_options(
+                "a text or a paper, and does not go with --benchmark",
+                against=against,
+                names=names,
+                numbers=numbers,
+            )
             _present_benchmark(console, out, paper, slips, seed, answers)
             return
         refuse_unused("without --benchmark", "--answers", "--slips", "--seed")
@@ -126,7 +160,12 @@ def audit(
 
 
 def _present_benchmark(
-    console: Console, out: Path | None, corpus: str | None, slips: int, seed: int, answers: Path | None
+    console: Console,
+    out: Path | None,
+    corpus: str | None,
+    slips: int,
+    seed: int,
+    answers: Path | None,
 ) -> None:
     from planter.audit.benchmark import CORPUS, present_benchmark, run_benchmark
 
@@ -149,7 +188,11 @@ def _refuse_options(needed: str, **options: object) -> None:
 
 
 def _audit_text(
-    console: Console, text: str | None, against: Path | None, names: Path | None, numbers: Path | None
+    console: Console,
+    text: str | None,
+    against: Path | None,
+    names: Path | None,
+    numbers: Path | None,
 ) -> tuple[dict[str, Any], Any]:
     from planter.audit import user_paper
 
@@ -163,11 +206,16 @@ def _audit_text(
     if trial.skeleton is not None:
         console.say(f"names to complete: {trial.skeleton}; pass them by --names {trial.skeleton}")
     elif names is None:
-        console.say(f"{Path(text).with_suffix(user_paper.NAMES_SUFFIX)} exists and was not used: pass it by --names")
+        console.say(
+            f"{Path(text).with_suffix(user_paper.NAMES_SUFFIX)} exists and was not used: pass it "
+            f"by --names"
+        )
     return trial.result, trial.typeset
 
 
-def _audit_user_paper(console: Console, source: str | None, numbers: Path | None) -> tuple[dict[str, Any], Any]:
+def _audit_user_paper(
+    console: Console, source: str | None, numbers: Path | None
+) -> tuple[dict[str, Any], Any]:
     from planter.audit import user_paper
 
     trial = user_paper.audit_user_paper(Path(source or "."), numbers)
@@ -176,7 +224,12 @@ def _audit_user_paper(console: Console, source: str | None, numbers: Path | None
 
 
 def _audit_built_in(
-    console: Console, paper: str | None, numbers: Path | None, front: bool, experiment: bool, machine: str | None
+    console: Console,
+    paper: str | None,
+    numbers: Path | None,
+    front: bool,
+    experiment: bool,
+    machine: str | None,
 ) -> tuple[dict[str, Any], Any]:
     from planter.audit import verdicts
     from planter.audit.presentation import compare_hypotheses, search_front

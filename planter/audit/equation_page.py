@@ -1,4 +1,6 @@
-"""Equations on the page of the audit: as printed, as derived, smallest correction, missing and unexplained terms."""
+"""Equations on the page of the audit: as printed, as derived, smallest correction, missing and
+unexplained terms.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +25,22 @@ SHORT_TERM = 60
 
 
 def list_equation_blocks(equations: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
-    """Yield the table of all equations, each with a link to its article, then the articles, faulty equations first.
+    """Yield the table of all equations, each with a link to its article, then the articles, faulty
+    equations first.
 
     `typeset` has their formulas as MathML by equation.
     """
-    rows = [(MarkupCell(e["equation"], f'<a href="#{equation_id(e)}">{escape(e["equation"])}</a>'),
-             e.get("claims", ""), mark_verdict(e["verdict"]), describe_fault(e), list_conditions(e), e["legibility"])
-            for e in equations]  # fmt: skip
+    rows = [
+        (
+            MarkupCell(e["equation"], f'<a href="#{equation_id(e)}">{escape(e["equation"])}</a>'),
+            e.get("claims", ""),
+            mark_verdict(e["verdict"]),
+            describe_fault(e),
+            list_conditions(e),
+            e["legibility"],
+        )
+        for e in equations
+    ]
     head = ("equation", "claims to be", "verdict", "why", "hangs on", "legibility")
     yield Table(head, rows, page_columns=head[-1:])
     for entry in sorted(equations, key=lambda entry: entry["verdict"] in CONFIRMED):
@@ -40,7 +51,8 @@ _LATEX_TOKEN = re.compile(r"\\[A-Za-z]+|\\.|\d+|\s+|.", re.S)
 
 
 def list_changes(before: str, after: str) -> list[tuple[str, str]]:
-    r"""Return the pieces of a changed source with marks: " " for both, "-" for the old one, "+" for the new one.
+    r"""Return the pieces of a changed source with marks: " " for both, "-" for the old one, "+" for
+    the new one.
 
     >>> list_changes(r"a + \sin b", r"a - \sin b")
     [(' ', 'a '), ('-', '+'), ('+', '-'), (' ', ' \\sin b')]
@@ -51,12 +63,18 @@ def list_changes(before: str, after: str) -> list[tuple[str, str]]:
         if operation == "equal":
             pieces.append((" ", "".join(old[i:j])))
         else:
-            pieces += [(mark, text) for mark, text in (("-", "".join(old[i:j])), ("+", "".join(new[k:m]))) if text]
+            pieces += [
+                (mark, text)
+                for mark, text in (("-", "".join(old[i:j])), ("+", "".join(new[k:m])))
+                if text
+            ]
     return pieces
 
 
 def format_change(equation: Entry) -> str:
-    """Return the correction of an equation in the LaTeX of its text, on one line: [-old-]{+new+} at its place."""
+    """Return the correction of an equation in the LaTeX of its text, on one line: [-old-]{+new+} at
+    its place.
+    """
     marks = {" ": "{}", "-": "[-{}-]", "+": "{{+{}+}}"}
     changes = list_changes(equation["latex"], equation["corrected_latex"])
     text = " ".join("".join(marks[mark].format(piece) for mark, piece in changes).split())
@@ -75,7 +93,10 @@ def describe_fault(equation: Entry) -> str:
         count = len(equation["terms"])
         share = largest["share_of_largest"]
         size = "" if share is None else f", {100 * share:.3g} % of the largest term"
-        parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {_shorten(largest['term'])}{size}")
+        parts.append(
+            f"{count} term{'s' if count > 1 else ''} missing, such as "
+            f"{_shorten(largest['term'])}{size}"
+        )
     if not parts and (equation["verdict"] in (*FAULTY, UNJUDGED) or equation.get("domain")):
         parts.append(equation["finding"])
     return "; ".join(parts)
@@ -91,7 +112,9 @@ def _shorten(text: str) -> str:
 
 
 def list_conditions(equation: Entry) -> str:
-    """Return the conditions of a verdict: a reading, a single character, completed pieces, the domain of use."""
+    """Return the conditions of a verdict: a reading, a single character, completed pieces, the
+    domain of use.
+    """
     parts = {
         "the reading": not equation.get("robust", True),
         "one character": equation.get("fragile"),
@@ -103,7 +126,9 @@ def list_conditions(equation: Entry) -> str:
 
 def mark_verdict(verdict: str) -> MarkupCell:
     """Return a verdict, coloured on a page."""
-    return MarkupCell(verdict, f'<span class="mark {escape(verdict.replace(" ", "-"))}">{escape(verdict)}</span>')
+    return MarkupCell(
+        verdict, f'<span class="mark {escape(verdict.replace(" ", "-"))}">{escape(verdict)}</span>'
+    )
 
 
 def equation_id(entry: Entry) -> str:
@@ -127,10 +152,14 @@ class EquationArticle:
     def html(self, name: str) -> str:
         entry, verdict = self.entry, self.entry["verdict"]
         head = (
-            f"<h4>({escape(entry['equation'])}) {escape(entry.get('claims', ''))} {mark_verdict(verdict).markup}</h4>"
+            f"<h4>({escape(entry['equation'])}) {escape(entry.get('claims', ''))} "
+            f"{mark_verdict(verdict).markup}</h4>"
         )
         kind = escape(verdict.replace(" ", "-"))
-        return f'<article id="{equation_id(entry)}" class="{kind}">{head}{"".join(self._parts())}</article>'
+        return (
+            f'<article id="{equation_id(entry)}" '
+            f'class="{kind}">{head}{"".join(self._parts())}</article>'
+        )
 
     def _parts(self) -> Iterator[str]:
         entry, typeset = self.entry, self.typeset
@@ -142,24 +171,44 @@ class EquationArticle:
         if entry.get("corrected_latex"):
             yield _format_source(entry)
         if typeset["correction"]:
-            title = "Smallest correction" if len(typeset["correction"]) == 1 else "Smallest corrections, any of them"
+            title = (
+                "Smallest correction"
+                if len(typeset["correction"]) == 1
+                else "Smallest corrections, any of them"
+            )
             yield f"<p><strong>{title}:</strong> {'; or '.join(typeset['correction'])}.</p>"
         yield _format_terms("terms that the print lacks", entry["terms"], typeset["terms"])
-        yield _format_terms("unexplained printed terms", entry.get("unexplained", ()), typeset["unexplained"])
+        yield _format_terms(
+            "unexplained printed terms", entry.get("unexplained", ()), typeset["unexplained"]
+        )
         yield _format_difference(entry)
-        vanishing = [(_markup(math["term"]), _markup(math["because"]), bool(term.get("printed")))
-                     for term, math in zip(entry.get("vanishing", ()), typeset["vanishing"], strict=True)]  # fmt: skip
+        vanishing = [
+            (_markup(math["term"]), _markup(math["because"]), bool(term.get("printed")))
+            for term, math in zip(entry.get("vanishing", ()), typeset["vanishing"], strict=True)
+        ]
         yield _format_rows(("vanishing terms", "because", "printed"), vanishing)
         if typeset["reading"]:
             yield f'<p class="note">Read so: {typeset["reading"]}.</p>'
         if entry.get("rebuilt"):
             yield f'<p class="note">Completed: {escape("; ".join(entry["rebuilt"]))}.</p>'
         if entry.get("fragile"):
-            yield '<p class="note">One character decides this: it may be an error of reading the print.</p>'
+            yield (
+                '<p class="note">One character decides this: it may be an error of reading the '
+                "print.</p>"
+            )
         if readings := typeset.get("depends"):
-            verdict = "The same under every reading." if entry["robust"] else "It depends on the reading."
-            rows = [(_markup(r["reading"]), _markup(r["because"]), mark_verdict(r["verdict"]), _markup(r["finding"]))
-                    for r in readings]  # fmt: skip
+            verdict = (
+                "The same under every reading." if entry["robust"] else "It depends on the reading."
+            )
+            rows = [
+                (
+                    _markup(r["reading"]),
+                    _markup(r["because"]),
+                    mark_verdict(r["verdict"]),
+                    _markup(r["finding"]),
+                )
+                for r in readings
+            ]
             yield f'<p class="note">{verdict}</p>'
             yield _format_rows(("reading", "admitted by", "verdict", "finding"), rows)
 
@@ -171,9 +220,15 @@ class EquationArticle:
             sides = {"printed": f"{label} and as derived"}
         formulas = {side: self.typeset[side] for side in sides if self.entry.get(side)}
         if self.typeset.get("corrected"):
-            formulas["printed"], formulas["corrected"] = mark_changes(formulas["printed"], self.typeset["corrected"])
+            formulas["printed"], formulas["corrected"] = mark_changes(
+                formulas["printed"], self.typeset["corrected"]
+            )
             sides = {"printed": label, "corrected": "corrected", "derived": "as derived"}
-        boxes = [_format_formula(title, formulas[side]) for side, title in sides.items() if side in formulas]
+        boxes = [
+            _format_formula(title, formulas[side])
+            for side, title in sides.items()
+            if side in formulas
+        ]
         if boxes:
             yield f'<div class="sides">{"".join(boxes)}</div>'
 
@@ -182,7 +237,10 @@ def _format_formula(title: str, formula: str) -> str:
     text = re.sub(r"<annotation.*?</annotation>|<[^>]*>", "", formula, flags=re.DOTALL)
     kind = "side long" if len(text) > LONG_FORMULA else "side"
     fit = f' style="--fit: {find_print_size(formula):.2f}"'
-    return f'<div class="{kind}"><p class="label">{title}</p><div class="formula"{fit}>{formula}</div></div>'
+    return (
+        f'<div class="{kind}"><p class="label">{title}</p><div '
+        f'class="formula"{fit}>{formula}</div></div>'
+    )
 
 
 LINE = 70
@@ -190,7 +248,8 @@ LINE = 70
 
 
 def find_print_size(formula: str) -> float:
-    """Return the size of type, at most 1, at which the longest line of a formula in MathML fits on a printed line.
+    """Return the size of type, at most 1, at which the longest line of a formula in MathML fits on
+    a printed line.
 
     >>> find_print_size("<math><mi>x</mi></math>"), find_print_size(f"<math><mi>{140 * 'x'}</mi></math>")
     (1, 0.5)
@@ -202,7 +261,9 @@ def find_print_size(formula: str) -> float:
 
 
 def _format_source(entry: Entry) -> str:
-    """Return the LaTeX of an equation with its correction marked in it, if it has one, and its place in the text."""
+    """Return the LaTeX of an equation with its correction marked in it, if it has one, and its
+    place in the text.
+    """
     tags = {" ": "{}", "-": "<del>{}</del>", "+": "<ins>{}</ins>"}
     pieces = list_changes(entry["latex"], entry["corrected_latex"] or entry["latex"])
     source = "".join(tags[mark].format(escape(piece)) for mark, piece in pieces)
@@ -222,7 +283,9 @@ def _format_rows(head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
 
 def _format_terms(label: str, terms: Sequence[Entry], math: Sequence[str]) -> str:
     """Return the table of terms by falling share of the largest derived term, which a bar shows."""
-    ordered = sorted(zip(terms, math, strict=True), key=lambda pair: -(pair[0]["share_of_largest"] or 0))
+    ordered = sorted(
+        zip(terms, math, strict=True), key=lambda pair: -(pair[0]["share_of_largest"] or 0)
+    )
     rows = [
         (
             _markup(formula),
@@ -232,15 +295,24 @@ def _format_terms(label: str, terms: Sequence[Entry], math: Sequence[str]) -> st
         )
         for term, formula in ordered
     ]
-    return _format_rows((label, "largest over the cycle", "unit", "share of the largest derived term"), rows)
+    return _format_rows(
+        (label, "largest over the cycle", "unit", "share of the largest derived term"), rows
+    )
 
 
 def _format_difference(entry: Entry) -> str:
     """Return how much several terms are together, which may be far less than any of them."""
     left = entry.get("difference")
-    if not left or len(entry["terms"]) + len(entry.get("unexplained", ())) < 2 or not left["share_of_largest"]:
+    if (
+        not left
+        or len(entry["terms"]) + len(entry.get("unexplained", ())) < 2
+        or not left["share_of_largest"]
+    ):
         return ""
-    share, unit = cell_text(100 * left["share_of_largest"]), "" if left["unit"] == "1" else f" {left['unit']}"
+    share, unit = (
+        cell_text(100 * left["share_of_largest"]),
+        "" if left["unit"] == "1" else f" {left['unit']}",
+    )
     size = cell_text(float(left["max_abs"]))
     return f"<p>Together at most {size}{escape(unit)}, {share} % of the largest derived term.</p>"
 

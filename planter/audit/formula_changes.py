@@ -21,12 +21,16 @@ def mark_changes(before: str, after: str) -> tuple[str, str]:
     """
     first, second = (ElementTree.fromstring(text) for text in (before, after))
     _mark_children(first, second)
-    return ElementTree.tostring(first, encoding="unicode"), ElementTree.tostring(second, encoding="unicode")
+    return ElementTree.tostring(first, encoding="unicode"), ElementTree.tostring(
+        second, encoding="unicode"
+    )
 
 
 def _mark_children(first: Element, second: Element) -> None:
     old, new = (list(_list_terms(tree)) for tree in (first, second))
-    before, after = ([ElementTree.tostring(part, encoding="unicode") for part in parts] for parts in (old, new))
+    before, after = (
+        [ElementTree.tostring(part, encoding="unicode") for part in parts] for parts in (old, new)
+    )
     for operation, i, j, k, m in SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
         if operation == "replace" and j - i == m - k:
             for part, other in zip(old[i:j], new[k:m], strict=True):
@@ -37,16 +41,22 @@ def _mark_children(first: Element, second: Element) -> None:
 
 
 def _list_terms(tree: Element) -> Iterator[Element]:
-    """Yield the parts of an element, through the lines that a long sum is broken into and all that holds one part."""
+    """Yield the parts of an element, through the lines that a long sum is broken into and all that
+    holds one part.
+    """
     for child in tree:
-        if child.tag in LINES or (child.tag == "mrow" and (len(child) == 1 or tree.tag in ("math", *LINES))):
+        if child.tag in LINES or (
+            child.tag == "mrow" and (len(child) == 1 or tree.tag in ("math", *LINES))
+        ):
             yield from _list_terms(child)
         elif child.tag != "annotation":
             yield child
 
 
 def _mark_pair(old: Element, new: Element) -> None:
-    """Mark what differs in two elements: inside of them if they are of a kind and have a like part, else themselves."""
+    """Mark what differs in two elements: inside of them if they are of a kind and have a like part,
+    else themselves.
+    """
     if old.tag == new.tag and _list_leaves(old) & _list_leaves(new) and len(old) and len(new):
         _mark_children(old, new)
     else:

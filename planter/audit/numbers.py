@@ -1,16 +1,18 @@
 """Audit of printed numbers: each is recomputed from what its paper discloses, and judged by rule.
 
-A paper's numbers are in a file `NAME.toml` of a package's `printed`. [disclosed] holds inputs that the paper gives,
-[assumed] inputs that it does not give. Every [[number]] holds the printed text (its digits are its precision), the
-formula `by` which it is computed, and that formula's own arguments `with`. An input with a decimal point is rounded as
-it is printed, a whole number is exact. `each` makes a row of numbers: lists of one
-length, of which every number takes its entry; `{name}` in `quantity` is replaced by it. `needs` lists inputs that are
-neither disclosed nor assumed; `reading` says how a print that can be read in two ways was read.
+A paper's numbers are in a file `NAME.toml` of a package's `printed`. [disclosed] holds inputs that
+the paper gives, [assumed] inputs that it does not give. Every [[number]] holds the printed text
+(its digits are its precision), the formula `by` which it is computed, and that formula's own
+arguments `with`. An input with a decimal point is rounded as it is printed, a whole number is
+exact. `each` makes a row of numbers: lists of one length, of which every number takes its entry;
+`{name}` in `quantity` is replaced by it. `needs` lists inputs that are neither disclosed nor
+assumed; `reading` says how a print that can be read in two ways was read.
 
-Every [[claim]] is a statement of the text, the formula `by` which it is measured, and what the measure `must` be for it
-to be true. Every [[headline]] is a printed number that rests on equations or on other numbers (`quantities`), with
-formulas that compute it `as_printed` and `as_derived`. [[chain]] names the built-in machine of a chain of equations,
-what its laws say of the force (`laws`), and which of them fixes the force from masses and motion alone.
+Every [[claim]] is a statement of the text, the formula `by` which it is measured, and what the
+measure `must` be for it to be true. Every [[headline]] is a printed number that rests on equations
+or on other numbers (`quantities`), with formulas that compute it `as_printed` and `as_derived`.
+[[chain]] names the built-in machine of a chain of equations, what its laws say of the force
+(`laws`), and which of them fixes the force from masses and motion alone.
 """
 
 from __future__ import annotations
@@ -40,7 +42,9 @@ SAMPLE_SIZE = 12
 
 @dataclass(frozen=True)
 class SignError:
-    """A disclosed input with reversed sign, and the values of the numbers that it reproduces, by index."""
+    """A disclosed input with reversed sign, and the values of the numbers that it reproduces, by
+    index.
+    """
 
     cause: str
     inputs: Mapping[str, Any]
@@ -50,35 +54,53 @@ class SignError:
 def find_sign_errors(
     numbers: Sequence[Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
 ) -> list[SignError]:
-    """Return sign errors that explain numbers of a paper that are not reproduced, the most explanatory first.
+    """Return sign errors that explain numbers of a paper that are not reproduced, the most
+    explanatory first.
 
     Each explains only numbers that no earlier one explains.
     """
     remaining, slips = dict(enumerate(numbers)), list[SignError]()
     while len(remaining) >= MIN_NUMBERS:
-        trials = [_try_sign(name, inputs, remaining, disclosed, assumed) for name, inputs in _reverse_signs(disclosed)]
+        trials = [
+            _try_sign(name, inputs, remaining, disclosed, assumed)
+            for name, inputs in _reverse_signs(disclosed)
+        ]
         best = max(trials, key=lambda slip: len(slip.cured), default=None)
         if best is None or len(best.cured) < MIN_NUMBERS:
             break
         slips.append(best)
-        remaining = {place: number for place, number in remaining.items() if place not in best.cured}
+        remaining = {
+            place: number for place, number in remaining.items() if place not in best.cured
+        }
     return slips
 
 
 def _reverse_signs(disclosed: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the numbers in short lists of disclosed inputs with reversed signs."""
     for name, value in disclosed.items():
-        if isinstance(value, list) and len(value) <= MIN_NUMBERS and all(isinstance(v, int | float) for v in value):
+        if (
+            isinstance(value, list)
+            and len(value) <= MIN_NUMBERS
+            and all(isinstance(v, int | float) for v in value)
+        ):
             for index, entry in enumerate(value):
                 if entry:
-                    yield f"sign of {entry:g} in {name}", {name: [*value[:index], -entry, *value[index + 1 :]]}
+                    yield (
+                        f"sign of {entry:g} in {name}",
+                        {name: [*value[:index], -entry, *value[index + 1 :]]},
+                    )
 
 
 def _try_sign(
-    name: str, inputs: Mapping[str, Any], numbers: Mapping[int, Any], disclosed: Mapping[str, Any],
+    name: str,
+    inputs: Mapping[str, Any],
+    numbers: Mapping[int, Any],
+    disclosed: Mapping[str, Any],
     assumed: Mapping[str, Any],
-) -> SignError:  # fmt: skip
-    """Return the numbers that a sign explains, none if it explains none of the first `SAMPLE_SIZE`."""
+) -> SignError:
+    """Return the numbers that a sign explains, none if it explains none of the first
+    `SAMPLE_SIZE`.
+    """
     cured: dict[int, float] = {}
     for count, (place, number) in enumerate(numbers.items()):
         if count == SAMPLE_SIZE and not cured:
@@ -89,7 +111,9 @@ def _try_sign(
     return SignError(name, inputs, cured)
 
 
-def _compute(number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> Computation | None:
+def _compute(
+    number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
+) -> Computation | None:
     try:
         return Computation.evaluate(number.by, Inputs(number.arguments, disclosed, assumed))
     except (PlanterError, ArithmeticError, ValueError):
@@ -99,7 +123,9 @@ def _compute(number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, An
 SUFFIX = ".toml"
 ROWS = ("number", "claim", "headline", "chain")
 _TIE = 2e-9
-"""Share of half the last printed place by which a value may exceed it: decimal ties are not exact in binary."""
+"""Share of half the last printed place by which a value may exceed it: decimal ties are not exact
+in binary.
+"""
 
 
 @dataclass(frozen=True)
@@ -117,7 +143,9 @@ class PrintedNumber:
     place: str = ""
 
     def agrees_with(self, computed: Computation) -> bool:
-        """Return whether the printed number agrees, within its digits, with the computation from rounded inputs."""
+        """Return whether the printed number agrees, within its digits, with the computation from
+        rounded inputs.
+        """
         if computed.value is None or computed.interval is None:
             return False
         low, high = computed.interval
@@ -141,32 +169,43 @@ class Recomputed:
     @property
     def equal(self) -> bool:
         """Whether both are equal at the printed precision."""
-        return self.computed.value is not None and equals_printed(self.number.printed, self.computed.value)
+        return self.computed.value is not None and equals_printed(
+            self.number.printed, self.computed.value
+        )
 
 
 @cache
 def load_numbers() -> dict[str, Any]:
-    """Return the printed numbers of all papers: inputs by paper, and rows with the names of their papers.
+    """Return the printed numbers of all papers: inputs by paper, and rows with the names of their
+    papers.
 
     They come from files `NAME.toml` of packages `printed`, whose modules register the formulas.
     """
     for package in plugins.load_modules("printed"):
         load_formulas(package)
-    files = [file for folder in plugins.find_folders("printed").values() for file in folder.iterdir()]
-    tables = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name, Rounded)
-            for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
+    files = [
+        file for folder in plugins.find_folders("printed").values() for file in folder.iterdir()
+    ]
+    tables = {
+        f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name, Rounded)
+        for f in files
+        if f.name.endswith(SUFFIX)
+    }
     list_papers = sorted(tables, key=lambda name: (tables[name]["place"], name))
     single: dict[str, Any] = {
         key: {name: tables[name][key] for name in list_papers} for key in ("disclosed", "assumed")
     }
     rows = {
-        kind: [{"paper": name, **row} for name in list_papers for row in tables[name].get(kind, ())] for kind in ROWS
+        kind: [{"paper": name, **row} for name in list_papers for row in tables[name].get(kind, ())]
+        for kind in ROWS
     }
     return {"papers": {name: tables[name]["title"] for name in list_papers}, **single, **rows}
 
 
 def load_formulas(package: ModuleType) -> None:
-    """Import the modules of `printed`, if it is a package; modules register their formulas when they are imported."""
+    """Import the modules of `printed`, if it is a package; modules register their formulas when
+    they are imported.
+    """
     for module in sorted(pkgutil.iter_modules(getattr(package, "__path__", ()))):
         import_module(f"{package.__name__}.{module.name}")
 
@@ -177,21 +216,29 @@ def list_papers() -> dict[str, str]:
     return titles
 
 
-def judge_numbers(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+def judge_numbers(
+    paper: str | None = None, content: Mapping[str, Any] | None = None
+) -> list[dict[str, Any]]:
     """Return every printed number, or those of one paper, with verdicts, in the form of the result.
 
-    A verdict also depends on a paper's other numbers, so a paper is always judged completely. For a number that is not
-    reproduced, `cured_by` names the sign error in a disclosed input that explains it and others, and `cured_to` is the
-    value without that error.
+    A verdict also depends on a paper's other numbers, so a paper is always judged completely. For a
+    number that is not reproduced, `cured_by` names the sign error in a disclosed input that
+    explains it and others, and `cured_to` is the value without that error.
     """
     table = load_numbers() if content is None else content
-    numbers_computed = [recompute(number, table) for number in list_numbers(table) if paper in (None, number.paper)]
+    numbers_computed = [
+        recompute(number, table) for number in list_numbers(table) if paper in (None, number.paper)
+    ]
     entries = [
         build_entry(number_computed, decide_verdict(number_computed, numbers_computed))
         for number_computed in numbers_computed
     ]
     for name in dict.fromkeys(number_computed.number.paper for number_computed in numbers_computed):
-        wrong = [i for i, e in enumerate(entries) if e["paper"] == name and e["verdict"] == "not reproduced"]
+        wrong = [
+            i
+            for i, e in enumerate(entries)
+            if e["paper"] == name and e["verdict"] == "not reproduced"
+        ]
         unmet = [numbers_computed[i].number for i in wrong]
         for slip in find_sign_errors(unmet, table["disclosed"][name], table["assumed"][name]):
             for place, value in slip.cured.items():
@@ -207,8 +254,10 @@ def list_causes(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             cured.setdefault((entry_judged["paper"], entry_judged["cured_by"]), []).append(
                 f"{entry_judged['paper']}: {entry_judged['quantity']}"
             )
-    return [{"paper": paper, "cause": cause, "repair": cause, "equations": [], "numbers": names}
-            for (paper, cause), names in cured.items()]  # fmt: skip
+    return [
+        {"paper": paper, "cause": cause, "repair": cause, "equations": [], "numbers": names}
+        for (paper, cause), names in cured.items()
+    ]
 
 
 def list_numbers(table: Mapping[str, Any]) -> Iterator[PrintedNumber]:
@@ -222,15 +271,20 @@ def list_numbers(table: Mapping[str, Any]) -> Iterator[PrintedNumber]:
             arguments = {**row.get("with", {}), **build_entry}
             origin = (row["paper"], quantity, row["unit"], text, row["by"], arguments)
             reading = build_entry.get("reading", row.get("reading", ""))
-            yield PrintedNumber(*origin, row.get("needs", ()), reading, row.get("place", "").format_map(build_entry))
+            yield PrintedNumber(
+                *origin, row.get("needs", ()), reading, row.get("place", "").format_map(build_entry)
+            )
 
 
 def recompute(number: PrintedNumber, table: Mapping[str, Any]) -> Recomputed:
-    """Compute a number from its paper's inputs, and record the assumed inputs that the formula reads.
+    """Compute a number from its paper's inputs, and record the assumed inputs that the formula
+    reads.
 
     If the computation fails, the result has a reason instead of a value.
     """
-    inputs = Inputs(number.arguments, table["disclosed"][number.paper], table["assumed"][number.paper])
+    inputs = Inputs(
+        number.arguments, table["disclosed"][number.paper], table["assumed"][number.paper]
+    )
     try:
         return Recomputed(number, Computation.evaluate(number.by, inputs))
     except ComputationError as error:
@@ -238,23 +292,27 @@ def recompute(number: PrintedNumber, table: Mapping[str, Any]) -> Recomputed:
 
 
 def equals_printed(printed: str, value: float) -> bool:
-    """Return whether a value rounds to a printed number, that is, differs by at most half of the last place.
+    """Return whether a value rounds to a printed number, that is, differs by at most half of the
+    last place.
 
     >>> equals_printed("8.6", 8.649), equals_printed("8.6", 8.66)
     (True, False)
     >>> equals_printed("-8.52e-5", -8.517e-5), equals_printed("45.5", 45.45)
     (True, True)
     """
-    return abs(Decimal(value) - Decimal(printed)) <= Decimal(half_place(printed)) * (1 + Decimal(_TIE))
+    return abs(Decimal(value) - Decimal(printed)) <= Decimal(half_place(printed)) * (
+        1 + Decimal(_TIE)
+    )
 
 
 def decide_verdict(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> str:
     """Return the verdict by rule.
 
-    From disclosed inputs alone a number is reproduced if it is equal at the printed precision, consistent if one choice
-    of the unrounded inputs gives it together with all that are reproduced, else not reproduced. One that rests on
-    assumed inputs is consistent if it is hit and if the same inputs, or part of them, hit more printed values than they
-    are many; else, or where an undisclosed input is needed or the computation does not succeed, it is not recomputable.
+    From disclosed inputs alone a number is reproduced if it is equal at the printed precision,
+    consistent if one choice of the unrounded inputs gives it together with all that are reproduced,
+    else not reproduced. One that rests on assumed inputs is consistent if it is hit and if the same
+    inputs, or part of them, hit more printed values than they are many; else, or where an
+    undisclosed input is needed or the computation does not succeed, it is not recomputable.
     """
     if recomputed.number.needs or recomputed.reason:
         return "not recomputable"
@@ -263,7 +321,8 @@ def decide_verdict(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> st
             return "reproduced"
         return (
             "consistent"
-            if recomputed.number.agrees_with(recomputed.computed) and fits_jointly(recomputed, of_paper)
+            if recomputed.number.agrees_with(recomputed.computed)
+            and fits_jointly(recomputed, of_paper)
             else "not reproduced"
         )
     return (
@@ -274,10 +333,11 @@ def decide_verdict(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> st
 
 
 def fits_jointly(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> bool:
-    """Return whether inputs within their rounding give a number together with all reproduced numbers.
+    """Return whether inputs within their rounding give a number together with all reproduced
+    numbers.
 
-    This is a linear feasibility problem in the roundings u of the inputs, -1 <= u <= 1 half a unit of the last digit
-    each.
+    This is a linear feasibility problem in the roundings u of the inputs, -1 <= u <= 1 half a unit
+    of the last digit each.
     """
     reproduced = (
         candidate
@@ -290,7 +350,9 @@ def fits_jointly(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> bool
     together = [(each.number.printed, each.computed) for each in (recomputed, *reproduced)]
     keys = sorted(set().union(*(computed.effects for _, computed in together)))
     rows = np.array([[computed.effects.get(key, 0.0) for key in keys] for _, computed in together])
-    gaps = np.array([float(printed) - float(computed.value or 0.0) for printed, computed in together])
+    gaps = np.array(
+        [float(printed) - float(computed.value or 0.0) for printed, computed in together]
+    )
     reach = np.array([half_place(printed) * (1 + _TIE) for printed, _ in together])
     scaled = np.vstack([rows, -rows]) / np.tile(reach, 2)[:, None]
     limits = np.concatenate([gaps + reach, reach - gaps]) / np.tile(reach, 2)
@@ -299,7 +361,8 @@ def fits_jointly(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> bool
 
 
 def count_hits(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> int:
-    """Return how many printed values of the paper follow from a subset of this number's assumed inputs.
+    """Return how many printed values of the paper follow from a subset of this number's assumed
+    inputs.
 
     Equal digits from one formula count once.
     """
@@ -318,8 +381,8 @@ def count_hits(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> int:
 def build_entry(recomputed: Recomputed, judgement: str) -> dict[str, Any]:
     """Return a judged number in the form of the result; `printed_text` has the printed digits.
 
-    `difference` is the computed minus the printed value; `interval` the lowest and highest value within the rounding
-    of printed inputs, where the value itself differs from the print.
+    `difference` is the computed minus the printed value; `interval` the lowest and highest value
+    within the rounding of printed inputs, where the value itself differs from the print.
     """
     number, value = recomputed.number, recomputed.computed.value
     return {
@@ -344,7 +407,14 @@ def build_entry(recomputed: Recomputed, judgement: str) -> dict[str, Any]:
 
 
 def _find_interval(recomputed: Recomputed) -> list[float] | None:
-    """Return the interval of a number from disclosed inputs only that is not met exactly, else None."""
-    if recomputed.number.needs or recomputed.assumed or recomputed.equal or recomputed.computed.interval is None:
+    """Return the interval of a number from disclosed inputs only that is not met exactly, else
+    None.
+    """
+    if (
+        recomputed.number.needs
+        or recomputed.assumed
+        or recomputed.equal
+        or recomputed.computed.interval is None
+    ):
         return None
     return list(recomputed.computed.interval)

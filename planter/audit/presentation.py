@@ -1,4 +1,6 @@
-"""Presentation of an audit: findings first, then laws, causes, equations, statements and numbers of each paper."""
+"""Presentation of an audit: findings first, then laws, causes, equations, statements and numbers of
+each paper.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,18 @@ from planter.audit.verdicts import HEADLINE, UNJUDGED
 from planter.errors import InputError
 from planter.progress import Listener
 from planter.report import files, style
-from planter.report.html import Block, Cell, FigureSvg, Folded, Items, KeyFigure, Keys, Section, Table, Text
+from planter.report.html import (
+    Block,
+    Cell,
+    FigureSvg,
+    Folded,
+    Items,
+    KeyFigure,
+    Keys,
+    Section,
+    Table,
+    Text,
+)
 from planter.report.labels import clean_zero
 from planter.report.presentation import ResultPresentation
 from planter.version import __version__
@@ -29,22 +42,30 @@ FrontTable = Mapping[str, Any]
 SomeEntry = TypeVar("SomeEntry", bound=Callable[..., FrontTable])
 TRANSCRIBED = "The equations were audited as transcribed, each against an independent derivation."
 SOURCE = (
-    "The machine-read text of each paper was audited, not its page images; gaps that were filled in are listed, and a "
-    "finding that depends on one character may be an error of reading. If a symbol is ambiguous, the reading most "
+    "The machine-read text of each paper was audited, not its page images; gaps that were filled "
+    "in are listed, and a "
+    "finding that depends on one character may be an error of reading. If a symbol is ambiguous, "
+    "the reading most "
     "favourable to the paper counts."
 )
 READ = (
-    "The displayed equations were read from the text's own LaTeX, and each was compared with the mechanism's motion at "
-    "random values. A name means what the file of names says, else the quantity whose name it spells: see that it does."
+    "The displayed equations were read from the text's own LaTeX, and each was compared with the "
+    "mechanism's motion at "
+    "random values. A name means what the file of names says, else the quantity whose name it "
+    "spells: see that it does."
 )
 NUMBER_VERDICTS = ("not reproduced", "not recomputable", "consistent", "reproduced")
 """Verdicts on numbers, the most serious first."""
 
 
 def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentation:
-    """Return the presentation of an audit; `typeset` has the formulas as MathML by paper and equation."""
+    """Return the presentation of an audit; `typeset` has the formulas as MathML by paper and
+    equation.
+    """
     counts = result["summary"].values()
-    equations, numbers = (sum(sum(s[part].values()) for s in counts) for part in ("equations", "numbers"))
+    equations, numbers = (
+        sum(sum(s[part].values()) for s in counts) for part in ("equations", "numbers")
+    )
     at_fault = sum(s["at_fault"] for s in counts)
     differing = sum(s["numbers"].get("not reproduced", 0) for s in counts)
     laws = result.get("laws", ())
@@ -68,7 +89,11 @@ def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentati
         ],
         texts=lambda: {
             **({} if front is None else format_front_files(front)),
-            **({} if experiment is None else format_figure_files("experiment", plot_hypotheses(experiment))),
+            **(
+                {}
+                if experiment is None
+                else format_figure_files("experiment", plot_hypotheses(experiment))
+            ),
         },
         summary_parts=result,  # its keys are in the order of the stored verdicts
         provenance={"planter": __version__},
@@ -96,13 +121,24 @@ def _list_sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Sectio
 def _list_text_sections(result: Mapping[str, Any]) -> Iterator[Section]:
     """Yield the corrections in the LaTeX of a text, and the rows of it that are not judged."""
     if corrected := [e for e in result["equations"] if e.get("corrected_latex")]:
-        yield Section("Corrections in the text's own LaTeX", [Items([format_change(e) for e in corrected])])
+        yield Section(
+            "Corrections in the text's own LaTeX", [Items([format_change(e) for e in corrected])]
+        )
     rows = result["rows"]
-    unjudged = [(f"{row['file']}:{row['line']}", row["status"], row["reason"]) for row in rows if row["reason"]]
+    unjudged = [
+        (f"{row['file']}:{row['line']}", row["status"], row["reason"])
+        for row in rows
+        if row["reason"]
+    ]
     if unjudged:
         read = sum(row["status"] == "read" for row in rows)
-        counted = f"{read} of {len(rows)} displayed rows were read, {len(rows) - len(unjudged)} judged; the others:"
-        yield Section("Rows that are not judged", [Text(counted), Table(("place", "row", "reason"), unjudged)])
+        counted = (
+            f"{read} of {len(rows)} displayed rows were read, {len(rows) - len(unjudged)} "
+            f"judged; the others:"
+        )
+        yield Section(
+            "Rows that are not judged", [Text(counted), Table(("place", "row", "reason"), unjudged)]
+        )
 
 
 def _group_parts(result: Mapping[str, Any], paper: str) -> dict[str, list[Entry]]:
@@ -114,8 +150,10 @@ def _summarise(result: Mapping[str, Any]) -> Iterator[Block]:
     is_printed = all(e["legibility"] == "printed" and not e["rebuilt"] for e in result["equations"])
     yield Text(READ if "rows" in result else TRANSCRIBED if is_printed else SOURCE)
     papers = result["summary"].items()
-    rows = [(name, _tally(s["equations"]), s["at_fault"], s["causes"], _tally(s["numbers"]), s["title"])
-            for name, s in papers]  # fmt: skip
+    rows = [
+        (name, _tally(s["equations"]), s["at_fault"], s["causes"], _tally(s["numbers"]), s["title"])
+        for name, s in papers
+    ]
     head = ("paper", "equations", "at fault", "causes", "numbers", "title")
     yield Table(head, rows, page_columns=head[-1:])
     for name, summary in papers:
@@ -125,14 +163,20 @@ def _summarise(result: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def list_findings(parts: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
-    """Yield the main findings of a paper: broken laws, changed headline numbers, consequences, false statements."""
+    """Yield the main findings of a paper: broken laws, changed headline numbers, consequences,
+    false statements.
+    """
     broken = [e for e in parts["laws"] if e["caused_by"]]
     if broken and broken[0].get("owed"):
         yield _describe_cause(broken[0])
     if broken:
-        listed = "; ".join(f"{e['law']} (by {format_amount(e['violation'], e['unit'])})" for e in broken)
+        listed = "; ".join(
+            f"{e['law']} (by {format_amount(e['violation'], e['unit'])})" for e in broken
+        )
         yield f"Of {len(parts['laws'])} laws the chain as a whole breaks {len(broken)}: {listed}."
-    compared = [e for e in parts["consequences"] if e["printed"] is not None and e["about"] != HEADLINE]
+    compared = [
+        e for e in parts["consequences"] if e["printed"] is not None and e["about"] != HEADLINE
+    ]
     if compared:
         yield _compare_numbers(compared)
     for entry in parts["consequences"]:
@@ -143,7 +187,9 @@ def list_findings(parts: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
     for entry in parts["claims"]:
         if not entry["holds"]:
             measure = f"{entry['measure']}: {format_amount(entry['value'], entry['unit'])}"
-            yield f"Not so: {entry['claim']}. {_capitalise(measure)}, where it must {entry['must']}."
+            yield (
+                f"Not so: {entry['claim']}. {_capitalise(measure)}, where it must {entry['must']}."
+            )
 
 
 def _describe_cause(law: Entry) -> str:
@@ -157,22 +203,38 @@ def _compare_numbers(entries: Sequence[Entry]) -> str:
         f"{format_amount(e['as_derived'], e['unit'])}"
         for e in entries
     )
-    return f"{_capitalise(entries[0]['about'])}, in the paper, by the print and as derived: {'; '.join(parts)}."
+    return (
+        f"{_capitalise(entries[0]['about'])}, in the paper, by the print and as derived: "
+        f"{'; '.join(parts)}."
+    )
 
 
 def _describe_headline(entry: Entry) -> str:
     """Return a sentence on a headline number by the print and as derived."""
-    printed, derived = (format_amount(entry[key], entry["unit"]) for key in ("as_printed", "as_derived"))
+    printed, derived = (
+        format_amount(entry[key], entry["unit"]) for key in ("as_printed", "as_derived")
+    )
     in_paper = "" if entry["printed"] is None else f" (in the paper {entry['printed']:g})"
-    return f"{_capitalise(entry['quantity'])}{in_paper}: {printed} by the print, {derived} as derived."
+    return (
+        f"{_capitalise(entry['quantity'])}{in_paper}: {printed} by the print, {derived} as derived."
+    )
 
 
 def _list_consequence_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
     """Yield headline numbers by the equations as printed and as derived, then the consequences."""
     for about in dict.fromkeys(e["about"] for e in entries):
-        rows = [(e["quantity"], e["unit"], None if e["printed"] is None else float(e["printed"]),
-                 clean_zero(e["as_printed"]), clean_zero(e["as_derived"]), ", ".join(e["rests_on"]))
-                for e in entries if e["about"] == about]  # fmt: skip
+        rows = [
+            (
+                e["quantity"],
+                e["unit"],
+                None if e["printed"] is None else float(e["printed"]),
+                clean_zero(e["as_printed"]),
+                clean_zero(e["as_derived"]),
+                ", ".join(e["rests_on"]),
+            )
+            for e in entries
+            if e["about"] == about
+        ]
         yield Table((about, "unit", "in the paper", "by the print", "as derived", "rests on"), rows)
     if assumed := max((e["assumed_inputs"] for e in entries), key=len):
         pairs = (text.partition(" = ")[::2] for text in assumed)
@@ -180,20 +242,42 @@ def _list_consequence_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterat
 
 
 def _list_law_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
-    """Yield the laws that a printed chain satisfies or breaks, and the share of each equation that breaks them."""
+    """Yield the laws that a printed chain satisfies or breaks, and the share of each equation that
+    breaks them.
+    """
     for reading in dict.fromkeys(e["reading"] for e in entries):
         if reading:
             yield Text(
-                f"Broken by: under the kindest joint reading, {reading}. Read literally: as the printed model computes."
+                f"Broken by: under the kindest joint reading, {reading}. Read literally: as the "
+                f"printed model computes."
             )
-    rows = [(e["law"], e["violation"], e["violation_literal"], e["unit"], list_repairs(e), e.get("search", ""))
-            for e in entries]  # fmt: skip
-    head = ("law", "broken by", "read literally", "unit", "restored by repairing", "search for the smallest set")
+    rows = [
+        (
+            e["law"],
+            e["violation"],
+            e["violation_literal"],
+            e["unit"],
+            list_repairs(e),
+            e.get("search", ""),
+        )
+        for e in entries
+    ]
+    head = (
+        "law",
+        "broken by",
+        "read literally",
+        "unit",
+        "restored by repairing",
+        "search for the smallest set",
+    )
     yield Table(head, rows, page_columns=head[-1:])
     for law in entries:
         shares = law.get("shares", ())
         if len(shares) > 1:
-            cells = [(s["equation"], *(float(s[key]) for key in ("alone", "without", "shapley"))) for s in shares]
+            cells = [
+                (s["equation"], *(float(s[key]) for key in ("alone", "without", "shapley")))
+                for s in shares
+            ]
             columns = ("equation", "repaired alone", "left alone", "Shapley value")
             yield Table(columns, cells, f"{law['law']} [{law['unit']}]")
         if law.get("owed"):
@@ -209,25 +293,43 @@ def list_repairs(law: Entry) -> str:
 
 
 def _list_cause_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
-    """Yield the table of errors, each with the equations and the number of printed numbers that it affects."""
-    rows = [(e["cause"], ", ".join(n.partition(": ")[2] for n in e["equations"]), len(e["numbers"])) for e in entries]
+    """Yield the table of errors, each with the equations and the number of printed numbers that it
+    affects.
+    """
+    rows = [
+        (e["cause"], ", ".join(n.partition(": ")[2] for n in e["equations"]), len(e["numbers"]))
+        for e in entries
+    ]
     yield Table(("error", "equations", "numbers that its repair cures"), rows)
 
 
 def _list_reference_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
     """Yield sentences on the cross-references that cannot be right."""
     for entry in entries:
-        numbers, instead = (", ".join(f"({n})" for n in entry[key]) for key in ("refers_to", "instead"))
+        numbers, instead = (
+            ", ".join(f"({n})" for n in entry[key]) for key in ("refers_to", "instead")
+        )
         yield Text(
-            f"{', '.join(entry['quantities'])} cannot come from {numbers}, as the paper says: these do not give "
+            f"{', '.join(entry['quantities'])} cannot come from {numbers}, as the paper says: "
+            f"these do not give "
             f"{', '.join(entry['lacking'])}; {instead} do."
         )
 
 
 def _list_claim_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
     """Yield the table of the text's statements with their measures."""
-    rows = [(e["claim"], clean_zero(e["value"]), e["unit"], e["must"], mark_verdict("holds" if e["holds"] else "fails"),
-             e["measure"], ", ".join(e["assumed_inputs"])) for e in entries]  # fmt: skip
+    rows = [
+        (
+            e["claim"],
+            clean_zero(e["value"]),
+            e["unit"],
+            e["must"],
+            mark_verdict("holds" if e["holds"] else "fails"),
+            e["measure"],
+            ", ".join(e["assumed_inputs"]),
+        )
+        for e in entries
+    ]
     head = ("statement", "value", "unit", "must", "verdict", "measure", "assumed")
     yield Table(head, rows, page_columns=head[-2:])
 
@@ -248,7 +350,9 @@ def _list_number_blocks(entries: Sequence[Entry], typeset: Entry) -> Iterator[Bl
             head = ("quantity", "place", "unit", "printed", "computed", "differs by", "note")
             yield _without_empty_columns(head, rows, f"{verdict}: {len(rows)}")
     if letters:
-        yield Table(("note", "numbers rest on"), [(letter, basis) for basis, letter in letters.items()])
+        yield Table(
+            ("note", "numbers rest on"), [(letter, basis) for basis, letter in letters.items()]
+        )
 
 
 def _letter(index: int) -> str:
@@ -261,7 +365,9 @@ def _letter(index: int) -> str:
     return (ascii_lowercase[first - 1] if first else "") + ascii_lowercase[second]
 
 
-def _without_empty_columns(head: Sequence[str], rows: Sequence[Sequence[Cell]], caption: str) -> Table:
+def _without_empty_columns(
+    head: Sequence[str], rows: Sequence[Sequence[Cell]], caption: str
+) -> Table:
     columns = [k for k in range(len(head)) if any(row[k] != "" for row in rows)]
     return Table([head[k] for k in columns], [[row[k] for k in columns] for row in rows], caption)
 
@@ -322,11 +428,15 @@ MEANINGS = {
     "reproduced": "equal at the printed precision, from disclosed inputs only",
     "consistent": "equal within the rounding of the printed inputs; or equal by assumed inputs that meet more printed "
     "values than they are many",
-    "not reproduced": "differs, from disclosed inputs only: by what was computed less what is printed",
+    "not reproduced": (
+        "differs, from disclosed inputs only: by what was computed less what is printed"
+    ),
     "not recomputable": "rests on inputs that the paper does not disclose",
     "by the print": "computed with the equations as printed, misprints included",
     "as derived": "computed with the same inputs from the equations derived here",
-    "holds, fails": "the measure is, or is not, what the statement needs; with assumed inputs, for these alone",
+    "holds, fails": (
+        "the measure is, or is not, what the statement needs; with assumed inputs, for these alone"
+    ),
 }
 
 
@@ -335,7 +445,9 @@ def search_front(paper: str | None, progress: Listener | None) -> FrontTable:
     return _find_entry(FRONTS, "--front", paper)(progress)
 
 
-def compare_hypotheses(paper: str | None, machine: str | None, progress: Listener | None) -> FrontTable:
+def compare_hypotheses(
+    paper: str | None, machine: str | None, progress: Listener | None
+) -> FrontTable:
     """Return the hypotheses on the measurement of a paper, for a machine file if one is given.
 
     Raises InputError if the paper has none, and for a file that is not one of its kind of machine.
@@ -352,14 +464,32 @@ def _find_entry(entries: Mapping[str, SomeEntry], option: str, paper: str | None
 
 def list_experiment_sections(result: FrontTable) -> Iterator[Section]:
     """Yield the section of the hypotheses on a measurement, with their figures."""
-    head = ("hypothesis", "parameters", "max / N", "min / N", "variance / N2", "mean / N", "miss / %", "key")
+    head = (
+        "hypothesis",
+        "parameters",
+        "max / N",
+        "min / N",
+        "variance / N2",
+        "mean / N",
+        "miss / %",
+        "key",
+    )
     rows = [
-        (row["label"], len(row["parameters"]), row["max_N"], row["min_N"], row["variance_N2"], row["mean_N"],
-         row["largest_miss_percent"], row["name"])
+        (
+            row["label"],
+            len(row["parameters"]),
+            row["max_N"],
+            row["min_N"],
+            row["variance_N2"],
+            row["mean_N"],
+            row["largest_miss_percent"],
+            row["name"],
+        )
         for row in result["hypotheses"]
-    ]  # fmt: skip
+    ]
     yield Section(
-        "Hypotheses on the experiment", [Items(result["statements"]), Table(head, rows, page_columns=head[-3:])]
+        "Hypotheses on the experiment",
+        [Items(result["statements"]), Table(head, rows, page_columns=head[-3:])],
     )
 
 
@@ -367,21 +497,27 @@ def list_front_sections(front: FrontTable) -> Iterator[Section]:
     """Yield the sections with the statements, and with the points of each front."""
     yield Section("Attainable range and variance", [Items(front["statements"])])
     for curve in front["fronts"]:
-        rows = [(p["range_N"], p["variance_N2"], p["flank"], p["least_push_N"]) for p in curve["points"]]
+        rows = [
+            (p["range_N"], p["variance_N2"], p["flank"], p["least_push_N"]) for p in curve["points"]
+        ]
         yield Section(f"Attained with {curve['contact']}", [Table(HEAD, rows)])
 
 
 def build_figure_section(front: FrontTable) -> Section:
     """Return the section with the figure of the fronts."""
-    return Section("Figure of the fronts", [FigureSvg(style.render_svg(plot_front(front)), CAPTION)])
+    return Section(
+        "Figure of the fronts", [FigureSvg(style.render_svg(plot_front(front)), CAPTION)]
+    )
 
 
 LABEL_WIDTH = 34
 """Characters of a line of a label in a figure."""
 HEAD = ("range / N", "variance / N2", "flanks", "least push of the cam / N")
 CAPTION = (
-    "Largest variance of the support force for a range that a search of inputs within the stated bounds attained in "
-    "the exact model, and the figures of the paper. The search is heuristic: values below are attained, values above "
+    "Largest variance of the support force for a range that a search of inputs within the stated "
+    "bounds attained in "
+    "the exact model, and the figures of the paper. The search is heuristic: values below are "
+    "attained, values above "
     "are not excluded."
 )
 
@@ -411,7 +547,8 @@ def format_figure_files(name: str, figure: Figure) -> dict[str, str | bytes]:
 
 
 EXPERIMENT_CAPTION = (
-    "Least to largest force that each hypothesis gives, its parameters fitted to the measured extremes and variance, "
+    "Least to largest force that each hypothesis gives, its parameters fitted to the measured "
+    "extremes and variance, "
     "and the measured extremes as lines. The share is the largest miss of the three figures."
 )
 
@@ -424,7 +561,9 @@ def build_experiment_figure(result: FrontTable) -> Section:
 
 @style.with_style
 def plot_hypotheses(result: FrontTable) -> Figure:
-    """Plot the range of the force of each hypothesis, with its largest miss and the measured extremes."""
+    """Plot the range of the force of each hypothesis, with its largest miss and the measured
+    extremes.
+    """
     plot = style.new_figure(4.4)
     axes = plot.subplots()
     rows = result["hypotheses"]
@@ -436,7 +575,12 @@ def plot_hypotheses(result: FrontTable) -> Figure:
         axes.barh(place, row["max_N"] - row["min_N"], left=row["min_N"], height=0.5, color=shade)
         verdict = "reached" if row["reached"] else f"off by {row['largest_miss_percent']:.0f} %"
         count = len(row["parameters"])
-        axes.text(1.04 * right, place, f"{verdict}, {count} parameter{'' if count == 1 else 's'}", va="center")
+        axes.text(
+            1.04 * right,
+            place,
+            f"{verdict}, {count} parameter{'' if count == 1 else 's'}",
+            va="center",
+        )
     axes.set_yticks(range(len(rows)), [textwrap.fill(row["label"], LABEL_WIDTH) for row in rows])
     axes.grid(visible=False, axis="y")
     axes.invert_yaxis()
@@ -458,14 +602,26 @@ def plot_front(front: FrontTable) -> Figure:
         ends = [*curve["points"], curve["largest_range"]]
         x, y = ([0.0, *(p[key] for p in ends)] for key in ("range_N", "variance_N2"))
         shade = style.PALETTE[index]
-        axes.plot(x, y, color=shade, marker="o", markersize=3, linewidth=1.3 - 0.4 * index, label=curve["contact"],
-                  linestyle="-" if index == 0 else (0, (4, 2)))  # fmt: skip
+        axes.plot(
+            x,
+            y,
+            color=shade,
+            marker="o",
+            markersize=3,
+            linewidth=1.3 - 0.4 * index,
+            label=curve["contact"],
+            linestyle="-" if index == 0 else (0, (4, 2)),
+        )
         if index == 0:
             axes.fill_between(x, y, color=shade, alpha=0.12, linewidth=0)
     for mark in front["table"]:
         axes.plot(mark["range_N"], mark["variance_N2"], "X", color=style.INK, markersize=7)
-        axes.annotate(f"Table 1, {mark['name']}", (mark["range_N"], mark["variance_N2"]), (7, 3),
-                      textcoords="offset points")  # fmt: skip
+        axes.annotate(
+            f"Table 1, {mark['name']}",
+            (mark["range_N"], mark["variance_N2"]),
+            (7, 3),
+            textcoords="offset points",
+        )
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0, top=1.1 * max(mark["variance_N2"] for mark in front["table"]))
     axes.set_xlabel("range of the support force / N")

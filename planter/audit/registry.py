@@ -1,4 +1,6 @@
-"""Registry of the formulas that recompute printed numbers, and inputs that record which were assumed."""
+"""Registry of the formulas that recompute printed numbers, and inputs that record which were
+assumed.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ MM = unit_factor("length_mm")
 
 
 def half_place(text: str) -> float:
-    """Return half a unit of the last digit of a printed number: by how much rounding may have changed it.
+    """Return half a unit of the last digit of a printed number: by how much rounding may have
+    changed it.
 
     >>> half_place("8.6"), half_place("-8.52e-5"), half_place("144")
     (0.05, 5e-08, 0.5)
@@ -30,7 +33,8 @@ def half_place(text: str) -> float:
 
 
 class Rounded(float):
-    """A number that a paper prints with a decimal point; `rounding` is half a unit of its last digit.
+    """A number that a paper prints with a decimal point; `rounding` is half a unit of its last
+    digit.
 
     It is 0 for what has no last digit, infinities among it: the check of the file refuses those.
 
@@ -50,7 +54,9 @@ class Rounded(float):
 
 
 def rounding_ends(value: Any, key: str) -> Iterator[tuple[str, Any, Any]]:
-    """Yield a key and two copies of an input for each rounded number in it: that number at its lower and upper end."""
+    """Yield a key and two copies of an input for each rounded number in it: that number at its
+    lower and upper end.
+    """
     if isinstance(value, Rounded):
         yield key, value - value.rounding, value + value.rounding
     elif isinstance(value, list | dict):
@@ -62,9 +68,11 @@ def rounding_ends(value: Any, key: str) -> Iterator[tuple[str, Any, Any]]:
 
 
 class Inputs:
-    """Inputs of a computation: its arguments, the disclosed inputs of the paper, and the assumed ones.
+    """Inputs of a computation: its arguments, the disclosed inputs of the paper, and the assumed
+    ones.
 
-    Every read of an assumed input is recorded, so that no result can pass as one of disclosed inputs.
+    Every read of an assumed input is recorded, so that no result can pass as one of disclosed
+    inputs.
 
     >>> inputs = Inputs({"side": 1}, {"width_mm": 20.0}, {"friction": 0.15})
     >>> inputs["width_mm"], inputs.assumed
@@ -75,7 +83,9 @@ class Inputs:
     0.02
     """
 
-    def __init__(self, arguments: Mapping[str, Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> None:
+    def __init__(
+        self, arguments: Mapping[str, Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
+    ) -> None:
         self._values, self._arguments = {**disclosed, **arguments}, arguments
         self._assumed = assumed
         self._read: set[str] = set()
@@ -102,7 +112,8 @@ class Inputs:
             self.assumed.append(text)
 
     def at_rounding_ends(self) -> Iterator[tuple[str, Inputs, Inputs]]:
-        """Yield, for each rounded number that was read, its key and these inputs with it at its lower and upper end.
+        """Yield, for each rounded number that was read, its key and these inputs with it at its
+        lower and upper end.
 
         Keys of disclosed inputs are the same in every computation of a paper.
         """
@@ -116,7 +127,9 @@ class Inputs:
 Formula = Callable[[Inputs], Value]
 Entries = list[dict[str, Any]]
 Consequence = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], Entries]
-"""Function of a row of the data file, the disclosed inputs of its paper, and the paper's verdicts."""
+"""Function of a row of the data file, the disclosed inputs of its paper, and the paper's
+verdicts.
+"""
 Front = Callable[[Listener | None], dict[str, Any]]
 Experiment = Callable[[Listener | None, str | None], dict[str, Any]]
 """Function that returns the attainable front of a model; a search reports its progress."""
@@ -145,16 +158,26 @@ class Computation:
 
     @cached_property
     def effects(self) -> dict[str, float]:
-        """Effect on the value of half a unit of the last digit of each rounded input, by the input's key.
+        """Effect on the value of half a unit of the last digit of each rounded input, by the
+        input's key.
 
-        To first order, by a central difference; 0 for an input at an end of which the formula has no value.
+        To first order, by a central difference; 0 for an input at an end of which the formula has
+        no value.
         """
-        ends = {key: (self._end(low), self._end(high)) for key, low, high in self.inputs.at_rounding_ends()}
-        return {key: 0.0 if low is None or high is None else (high - low) / 2 for key, (low, high) in ends.items()}
+        ends = {
+            key: (self._end(low), self._end(high))
+            for key, low, high in self.inputs.at_rounding_ends()
+        }
+        return {
+            key: 0.0 if low is None or high is None else (high - low) / 2
+            for key, (low, high) in ends.items()
+        }
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Lowest and highest value within the rounding of the printed inputs; None without a value."""
+        """Lowest and highest value within the rounding of the printed inputs; None without a
+        value.
+        """
         if self.value is None:
             return None
         reach = sum(map(abs, self.effects.values()))
@@ -178,7 +201,9 @@ def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
 
 
 def consequence(name: str) -> Callable[[Consequence], Consequence]:
-    """Return a decorator that registers a consequence of a chain's broken laws under its name in data files."""
+    """Return a decorator that registers a consequence of a chain's broken laws under its name in
+    data files.
+    """
 
     def enter(function: Consequence) -> Consequence:
         CONSEQUENCES[name] = function
@@ -188,7 +213,8 @@ def consequence(name: str) -> Callable[[Consequence], Consequence]:
 
 
 def register_experiment(paper: str) -> Callable[[Experiment], Experiment]:
-    """Return a decorator that registers hypotheses on a measurement under the short name of its paper.
+    """Return a decorator that registers hypotheses on a measurement under the short name of its
+    paper.
 
     They take a machine file, or None for the paper's machine.
     """
@@ -201,7 +227,9 @@ def register_experiment(paper: str) -> Callable[[Experiment], Experiment]:
 
 
 def front(paper: str) -> Callable[[Front], Front]:
-    """Return a decorator that registers the attainable front of a model under the short name of its paper."""
+    """Return a decorator that registers the attainable front of a model under the short name of its
+    paper.
+    """
 
     def enter(function: Front) -> Front:
         FRONTS[paper] = function

@@ -10,7 +10,9 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class TermResult(Record):
-    """A term of an equation, its largest size over the reference cycle, and that over the largest derived term's."""
+    """A term of an equation, its largest size over the reference cycle, and that over the largest
+    derived term's.
+    """
 
     term: str
     max_abs: float | None
@@ -29,7 +31,9 @@ class VanishingTerm(Record):
 
 @dataclass(frozen=True)
 class ReadingVerdict(Record):
-    """The verdict under one of the readings that the paper admits; `because` names the place that admits it."""
+    """The verdict under one of the readings that the paper admits; `because` names the place that
+    admits it.
+    """
 
     reading: str
     because: str
@@ -39,17 +43,21 @@ class ReadingVerdict(Record):
 
 @dataclass(frozen=True)
 class EquationResult(Record):
-    """A printed equation: verdict, smallest corrections, missing and unexplained terms, the conditions of the verdict.
+    """A printed equation: verdict, smallest corrections, missing and unexplained terms, the
+    conditions of the verdict.
 
-    The verdict is `not judged` if judging it raises an error; `finding` is the reason. `domain` says outside which
-    range an equation is wrong although the machine does not leave it; it is empty for any other.
+    The verdict is `not judged` if judging it raises an error; `finding` is the reason. `domain`
+    says outside which range an equation is wrong although the machine does not leave it; it is
+    empty for any other.
 
-    `edited` is the print after the first of the corrections, empty if there is nothing to compare; with `terms` added
-    and `unexplained` taken away, it is the derivation. `difference` is the sum of these terms, null if there are none.
+    `edited` is the print after the first of the corrections, empty if there is nothing to compare;
+    with `terms` added and `unexplained` taken away, it is the derivation. `difference` is the sum
+    of these terms, null if there are none.
 
-    `answer` is the reading that is taken of what the paper leaves open: the kindest one to all equations that share it.
-    Of an equation that was read from a text, `file`, `line` and `latex` are its place and source, `corrected_latex` the
-    source after the smallest change that makes it hold, empty if there is none.
+    `answer` is the reading that is taken of what the paper leaves open: the kindest one to all
+    equations that share it. Of an equation that was read from a text, `file`, `line` and `latex`
+    are its place and source, `corrected_latex` the source after the smallest change that makes it
+    hold, empty if there is none.
     """
 
     paper: str
@@ -84,7 +92,9 @@ class EquationResult(Record):
 
 @dataclass(frozen=True)
 class RowResult(Record):
-    """A displayed equation of a text: its place, whether it is `read` or `refused`, and why it is not judged, if so."""
+    """A displayed equation of a text: its place, whether it is `read` or `refused`, and why it is
+    not judged, if so.
+    """
 
     file: str
     line: int
@@ -94,7 +104,9 @@ class RowResult(Record):
 
 @dataclass(frozen=True)
 class EquationShare(Record):
-    """Share of an equation in a broken law: reduction by its repair alone, remainder without it, Shapley value."""
+    """Share of an equation in a broken law: reduction by its repair alone, remainder without it,
+    Shapley value.
+    """
 
     equation: str
     alone: float
@@ -106,10 +118,11 @@ class EquationShare(Record):
 class LawResult(Record):
     """A law that the printed equations break as a whole, or keep, and the repairs that restore it.
 
-    `violation` is null and `search` is `not judged` if the law cannot be evaluated; `owed` is the reason.
+    `violation` is null and `search` is `not judged` if the law cannot be evaluated; `owed` is the
+    reason.
 
-    `violation` is under the kindest joint `reading`, empty where the literal one is; `violation_literal` with every
-    symbol read literally, as the printed model computes it.
+    `violation` is under the kindest joint `reading`, empty where the literal one is;
+    `violation_literal` with every symbol read literally, as the printed model computes it.
     """
 
     paper: str
@@ -128,10 +141,11 @@ class LawResult(Record):
 
 @dataclass(frozen=True)
 class PrintedNumberResult(Record):
-    """A printed number, its recomputed value, and their difference; `place` is empty if it is unknown.
+    """A printed number, its recomputed value, and their difference; `place` is empty if it is
+    unknown.
 
-    `interval` is what the rounding of printed inputs leaves open, for a number that its nominal value misses; `reason`
-    says why nothing was computed, where the computation did not succeed.
+    `interval` is what the rounding of printed inputs leaves open, for a number that its nominal
+    value misses; `reason` says why nothing was computed, where the computation did not succeed.
     """
 
     paper: str
@@ -192,7 +206,9 @@ class StatementResult(Record):
 
 @dataclass(frozen=True)
 class ConsequenceResult(Record):
-    """A number that depends on faulty equations: in the paper, by the equations as printed, as derived."""
+    """A number that depends on faulty equations: in the paper, by the equations as printed, as
+    derived.
+    """
 
     paper: str
     about: str
@@ -220,7 +236,9 @@ class PaperSummary(Record):
 
 @dataclass(frozen=True)
 class AuditResult(Record):
-    """`planter audit`; `front` and `experiment` with these options, in the machine's words; `rows` of a text."""
+    """`planter audit`; `front` and `experiment` with these options, in the machine's words; `rows`
+    of a text.
+    """
 
     equations: list[EquationResult]
     laws: list[LawResult]
@@ -237,7 +255,9 @@ class AuditResult(Record):
 
 @dataclass(frozen=True)
 class BenchmarkText(Record):
-    """A text of the corpus: rows displayed and read, sound equations and known errors, the time that it took."""
+    """A text of the corpus: rows displayed and read, sound equations and known errors, the time
+    that it took.
+    """
 
     name: str
     licence: str
@@ -253,8 +273,8 @@ class BenchmarkText(Record):
 class CheckerScore(Record):
     """Counts of a checker; what is refused is neither detected nor a false alarm.
 
-    `detection` and `exact_repair` are shares of all slips, null without slips; `sound` counts equations as printed and
-    rewritten ones.
+    `detection` and `exact_repair` are shares of all slips, null without slips; `sound` counts
+    equations as printed and rewritten ones.
     """
 
     slips: int
@@ -281,7 +301,9 @@ class CheckerScores(Record):
 
 @dataclass(frozen=True)
 class AuditBenchmark(Record):
-    """`planter audit --benchmark`: `absent` are texts of the corpus whose licence keeps them out of it."""
+    """`planter audit --benchmark`: `absent` are texts of the corpus whose licence keeps them out of
+    it.
+    """
 
     seed: int
     texts: list[BenchmarkText]

@@ -1,4 +1,6 @@
-"""Audit of a user's paper: its Python file is derived and judged, its printed numbers are read and recomputed."""
+"""Audit of a user's paper: its Python file is derived and judged, its printed numbers are read and
+recomputed.
+"""
 
 from __future__ import annotations
 
@@ -47,10 +49,11 @@ MEASURE = "measure of a mechanism"
 
 @dataclass(frozen=True)
 class MeasureQuestion:
-    """A measure of a quantity of a machine in a unit; `label` is the path of the number in the file.
+    """A measure of a quantity of a machine in a unit; `label` is the path of the number in the
+    file.
 
-    `conditions` are the keys of values for which it holds, each with its path in the file. `measurement` is the table
-    of the sensor that the file at `source` states, if any.
+    `conditions` are the keys of values for which it holds, each with its path in the file.
+    `measurement` is the table of the sensor that the file at `source` states, if any.
     """
 
     machine: Path
@@ -74,14 +77,18 @@ def _check_number(text: str) -> str:
     except InvalidOperation:
         finite = False
     if not finite:
-        raise invalid_value_problem("", text, "it must be a number as it is printed, with a decimal point")
+        raise invalid_value_problem(
+            "", text, "it must be a number as it is printed, with a decimal point"
+        )
     return text
 
 
 def _check_texts(value: object) -> object:
     if not isinstance(value, str | list) or not all(isinstance(text, str) for text in value):
         raise invalid_value_problem(
-            "", value, "it must be text in quotes, for its digits are its precision, or a list of such texts"
+            "",
+            value,
+            "it must be text in quotes, for its digits are its precision, or a list of such texts",
         )
     return [value] if isinstance(value, str) else value
 
@@ -94,11 +101,15 @@ def _as_written(value: object, check: ValidatorFunctionWrapHandler) -> object:
 
 RoundedInput = Annotated[Real, WrapValidator(_as_written)]
 """A value of a paper, whose written digits determine its rounding."""
-PrintedTexts = Annotated[list[Annotated[Line, AfterValidator(_check_number)]], BeforeValidator(_check_texts)]
+PrintedTexts = Annotated[
+    list[Annotated[Line, AfterValidator(_check_number)]], BeforeValidator(_check_texts)
+]
 
 
 class PrintedNumberRow(FileSection):
-    """A printed number, or a row of them: lists in `each` of one length, of which every number takes its entry."""
+    """A printed number, or a row of them: lists in `each` of one length, of which every number
+    takes its entry.
+    """
 
     place: Annotated[Line, Field(min_length=1)]
     quantity: Annotated[Line, Field(min_length=1)]
@@ -114,7 +125,9 @@ class PrintedNumberRow(FileSection):
     @check
     def _each_is_as_long_as_printed(self) -> Problems:
         if not self.each and len(self.printed) > 1:
-            yield missing_value_problem("each", "it must say what the numbers of the list differ in")
+            yield missing_value_problem(
+                "each", "it must say what the numbers of the list differ in"
+            )
         for name, entries in self.each.items():
             if len(entries) != len(self.printed):
                 allowed = f"it must have as many entries as `printed` has, {len(self.printed)}"
@@ -127,7 +140,9 @@ class PrintedNumberRow(FileSection):
 
 
 class NumbersFile(FileSection):
-    """Printed numbers of one paper: values that it discloses, values that it does not, its sensor, and the numbers."""
+    """Printed numbers of one paper: values that it discloses, values that it does not, its sensor,
+    and the numbers.
+    """
 
     paper: Line | None = None
     disclosed: Annotated[dict[str, RoundedInput], Field(default_factory=dict)]
@@ -152,9 +167,15 @@ def read_numbers_file(source: Path) -> NumbersFile:
         raise describe_problems(error, str(source), NumbersFile) from None
 
 
-def list_rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Iterator[dict[str, Any]]:
+def list_rows(
+    file: NumbersFile, source: Path, paper: str, machine: Path
+) -> Iterator[dict[str, Any]]:
     """Yield every number in the form of `planter.audit.numbers`."""
-    everywhere = {key: f"{source}: {part}.{key}" for part in ("disclosed", "assumed") for key in getattr(file, part)}
+    everywhere = {
+        key: f"{source}: {part}.{key}"
+        for part in ("disclosed", "assumed")
+        for key in getattr(file, part)
+    }
     for index, row in enumerate(file.number):
         label = f"{source}: number[{index}]"
         for text, entry in row.singles():
@@ -165,9 +186,16 @@ def list_rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Ite
             places = {key: f"{label}.with.{key}" for key in row.values}
             places |= {key: f"{label}.each.{key}" for key in entry if not _is_placeholder(key, row)}
             question = MeasureQuestion(
-                machine, quantity, row.unit, label, everywhere | places, row.samples, row.until_s, file.measurement,
+                machine,
+                quantity,
+                row.unit,
+                label,
+                everywhere | places,
+                row.samples,
+                row.until_s,
+                file.measurement,
                 str(source),
-            )  # fmt: skip
+            )
             yield {
                 "paper": paper,
                 "place": place,
@@ -182,12 +210,16 @@ def list_rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Ite
 
 
 def _is_placeholder(key: str, row: PrintedNumberRow) -> bool:
-    """Return whether an entry is a placeholder in the text of a quantity or a place, and thus no condition."""
+    """Return whether an entry is a placeholder in the text of a quantity or a place, and thus no
+    condition.
+    """
     return any(f"{{{key}}}" in text for text in (row.quantity, row.place))
 
 
 def _fill_placeholders(text: str, entry: Mapping[str, Any], label: str) -> str:
-    texts = {key: f"{value:g}" if isinstance(value, float) else value for key, value in entry.items()}
+    texts = {
+        key: f"{value:g}" if isinstance(value, float) else value for key, value in entry.items()
+    }
     try:
         return text.format_map(texts)
     except (KeyError, ValueError, IndexError, AttributeError):
@@ -202,7 +234,9 @@ MAX_SIZE = 100_000_000
 
 @dataclass(frozen=True)
 class PaperAudit:
-    """The result, its typeset formulas by paper and equation, and the folder of the written verdicts."""
+    """The result, its typeset formulas by paper and equation, and the folder of the written
+    verdicts.
+    """
 
     result: dict[str, Any]
     typeset: Mapping[str, Any]
@@ -212,14 +246,17 @@ class PaperAudit:
 def audit_user_paper(source: Path, printed: Path | None = None) -> PaperAudit:
     """Judge the papers of a Python file or folder, with the numbers of one of them from a file.
 
-    Verdicts and functions are written to `generated` next to it. Raises InputError for an error in either file.
+    Verdicts and functions are written to `generated` next to it. Raises InputError for an error in
+    either file.
     """
     numbers_file = None if printed is None else read_numbers_file(printed)
     folder = (source if source.is_dir() else source.parent) / GENERATED
     with TemporaryDirectory() as folder_name:
         derive_file(source, Path(folder_name))
         if not Path(folder_name, VERDICTS).is_file():
-            raise InputError(f"{source}: the file states no paper: define CASE = trial(mechanism, paper)")
+            raise InputError(
+                f"{source}: the file states no paper: define CASE = trial(mechanism, paper)"
+            )
         _keep_derivations(Path(folder_name), folder)
     return _collect(folder, numbers_file, printed)
 
@@ -235,11 +272,14 @@ class TextAudit(PaperAudit):
     skeleton: Path | None
 
 
-def audit_text(text: Path, against: Path, names: Path | None = None, printed: Path | None = None) -> TextAudit:
+def audit_text(
+    text: Path, against: Path, names: Path | None = None, printed: Path | None = None
+) -> TextAudit:
     """Judge the displayed equations of a text against the mechanism of a Python file.
 
-    Verdicts and functions are written to `generated` next to the text. Without `names`, a file of names to complete is
-    written next to it, unless there is one. Raises InputError for an error in one of the files.
+    Verdicts and functions are written to `generated` next to the text. Without `names`, a file of
+    names to complete is written next to it, unless there is one. Raises InputError for an error in
+    one of the files.
     """
     numbers_file = None if printed is None else read_numbers_file(printed)
     folder, skeleton_path = text.parent / GENERATED, text.with_suffix(NAMES_SUFFIX)
@@ -257,17 +297,29 @@ def audit_text(text: Path, against: Path, names: Path | None = None, printed: Pa
 
 def _keep_derivations(source: Path, folder: Path) -> None:
     """Write what was derived into the folder next to a user's file."""
-    derivations = {path.relative_to(source).as_posix(): path for path in source.rglob("*") if path.is_file()}
-    files.write_all(folder, {name: read_bytes(path, MAX_SIZE) for name, path in derivations.items()
-                             if path.name not in (LIST, SKELETON)})  # fmt: skip
+    derivations = {
+        path.relative_to(source).as_posix(): path for path in source.rglob("*") if path.is_file()
+    }
+    files.write_all(
+        folder,
+        {
+            name: read_bytes(path, MAX_SIZE)
+            for name, path in derivations.items()
+            if path.name not in (LIST, SKELETON)
+        },
+    )
 
 
 def _collect(folder: Path, numbers_file: NumbersFile | None, printed: Path | None) -> PaperAudit:
     """Return the verdicts in a folder, with those on printed numbers."""
-    content, typeset = (read_json(folder / name, MAX_SIZE, MAX_SIZE) for name in (VERDICTS, TYPESET))
+    content, typeset = (
+        read_json(folder / name, MAX_SIZE, MAX_SIZE) for name in (VERDICTS, TYPESET)
+    )
     papers: dict[str, dict[str, str]] = content["papers"]
     number_verdicts = (
-        [] if numbers_file is None or printed is None else _judge_file(numbers_file, printed, papers, folder)
+        []
+        if numbers_file is None or printed is None
+        else _judge_file(numbers_file, printed, papers, folder)
     )
     titles = {name: about["title"] for name, about in papers.items()}
     return PaperAudit(verdicts.collect_verdicts(content, number_verdicts, titles), typeset, folder)
@@ -283,7 +335,11 @@ def _judge_file(
     for package in plugins.load_modules("printed"):
         numbers.load_formulas(package)
     rows = list(list_rows(numbers_file, source, name, folder / f"{model}.toml"))
-    table = {"disclosed": {name: numbers_file.disclosed}, "assumed": {name: numbers_file.assumed}, "number": rows}
+    table = {
+        "disclosed": {name: numbers_file.disclosed},
+        "assumed": {name: numbers_file.assumed},
+        "number": rows,
+    }
     return numbers.judge_numbers(name, table)
 
 

@@ -1,4 +1,6 @@
-"""`planter audit`: verdicts on equations, laws, numbers and statements of the text, and their consequences."""
+"""`planter audit`: verdicts on equations, laws, numbers and statements of the text, and their
+consequences.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +20,20 @@ from planter.kernels import generated
 EXACT = 1e-9
 """Tolerance of exact claims; lengths and angles are of order one, or in mm and deg."""
 _TESTS: dict[str, Callable[[float, float], bool]] = {
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
-}  # fmt: skip
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
 
 
-def judge_claims(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+def judge_claims(
+    paper: str | None = None, content: Mapping[str, Any] | None = None
+) -> list[dict[str, Any]]:
     """Return every claim, or those of one paper, with measure, condition, and whether it holds.
 
-    Assumed inputs of the measure are listed; the result is valid only for these inputs. A claim holds if some value
-    within the rounding of the printed inputs meets its condition.
+    Assumed inputs of the measure are listed; the result is valid only for these inputs. A claim
+    holds if some value within the rounding of the printed inputs meets its condition.
     """
     table = load_numbers() if content is None else content
     return [_judge_claim(row, table) for row in table["claim"] if paper in (None, row["paper"])]
@@ -58,7 +65,9 @@ def interval_meets(interval: tuple[float, float], must: str, tolerance: float = 
 
 
 def _judge_claim(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
-    inputs = Inputs(row.get("with", {}), table["disclosed"][row["paper"]], table["assumed"][row["paper"]])
+    inputs = Inputs(
+        row.get("with", {}), table["disclosed"][row["paper"]], table["assumed"][row["paper"]]
+    )
     computed = Computation.evaluate(row["by"], inputs)
     interval, limits = computed.interval, (row["must"], row.get("within", EXACT))
     return {
@@ -67,7 +76,9 @@ def _judge_claim(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, 
         "measure": row["measure"],
         "value": computed.value,
         "unit": row["unit"],
-        "must": re.sub(r"^= ", "be ", row["must"]) if row["must"].startswith("=") else f"be {row['must']}",
+        "must": re.sub(r"^= ", "be ", row["must"])
+        if row["must"].startswith("=")
+        else f"be {row['must']}",
         "holds": interval is not None and interval_meets(interval, *limits),
         "assumed_inputs": list(inputs.assumed),
     }
@@ -82,7 +93,9 @@ Consequence = dict[str, Any]
 def derive_consequences(
     paper: str | None, table: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
 ) -> list[Consequence]:
-    """Return the consequences for all papers, or for one, from the verdicts on `equations`, `laws` and `numbers`."""
+    """Return the consequences for all papers, or for one, from the verdicts on `equations`, `laws`
+    and `numbers`.
+    """
     consequences: list[Consequence] = []
     for name in table["papers"]:
         if paper in (None, name):
@@ -106,8 +119,13 @@ def list_headlines(
                 yield _build_headline(row, entry, rests_on, table)
 
 
-def _find_faults(row: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
-    judged = {part: [e for e in trial[part] if e["paper"] == row["paper"]] for part in ("equations", "numbers")}
+def _find_faults(
+    row: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
+) -> list[str]:
+    judged = {
+        part: [e for e in trial[part] if e["paper"] == row["paper"]]
+        for part in ("equations", "numbers")
+    }
     equations = {e["equation"] for e in judged["equations"] if e["verdict"] in FAULTY}
     numbers = {e["quantity"] for e in judged["numbers"] if e["verdict"] == "not reproduced"}
     return [name for name in row.get("equations", ()) if name in equations] + [
@@ -139,7 +157,9 @@ def _build_headline(
         "printed": float(entry["printed"]) if "printed" in entry else row.get("printed"),
         **values,
         "rests_on": rests_on,
-        "assumed_inputs": list(dict.fromkeys(text for arguments_read in inputs for text in arguments_read.assumed)),
+        "assumed_inputs": list(
+            dict.fromkeys(text for arguments_read in inputs for text in arguments_read.assumed)
+        ),
         "statement": "",
     }
 
@@ -154,16 +174,25 @@ def audit(paper: str | None = None) -> dict[str, Any]:
     """
     papers = list(numbers.list_papers()) if paper is None else [check_paper(paper)]
     verdicts_found = collect_verdicts(
-        load_verdicts(), numbers.judge_numbers(paper), {name: numbers.list_papers()[name] for name in papers}
+        load_verdicts(),
+        numbers.judge_numbers(paper),
+        {name: numbers.list_papers()[name] for name in papers},
     )
     derived = derive_consequences(paper, numbers.load_numbers(), verdicts_found)
-    return verdicts_found | {"claims": _select_papers(judge_claims(paper), papers), "consequences": derived}
+    return verdicts_found | {
+        "claims": _select_papers(judge_claims(paper), papers),
+        "consequences": derived,
+    }
 
 
-def collect_verdicts(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]) -> dict[str, Any]:
+def collect_verdicts(
+    verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]
+) -> dict[str, Any]:
     """Return the verdicts on some papers and their numbers, without statements and"""
     parts = ("equations", "laws", "causes", "references")
-    equations, laws, causes, references = (_select_papers(verdicts.get(part, ()), list(titles)) for part in parts)
+    equations, laws, causes, references = (
+        _select_papers(verdicts.get(part, ()), list(titles)) for part in parts
+    )
     number_verdicts = _select_papers(judged, list(titles))
     texts = {"rows": [dict(row) for row in verdicts["rows"]]} if "rows" in verdicts else {}
     return texts | {
@@ -178,7 +207,9 @@ def collect_verdicts(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[s
             name: {
                 "title": title,
                 "equations": count_verdicts(_select_papers(equations, [name])),
-                "at_fault": sum(1 for e in _select_papers(equations, [name]) if e["verdict"] in FAULTY),
+                "at_fault": sum(
+                    1 for e in _select_papers(equations, [name]) if e["verdict"] in FAULTY
+                ),
                 "causes": len(_select_papers(causes, [name]))
                 + len(numbers.list_causes(_select_papers(number_verdicts, [name]))),
                 "laws_violated": sum(1 for law in _select_papers(laws, [name]) if law["caused_by"]),

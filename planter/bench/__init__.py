@@ -1,1 +1,3 @@
-"""Benchmarks: the same task by each way to evaluate a cycle, in one process, interleaved, after all have agreed."""
+"""Benchmarks: the same task by each way to evaluate a cycle, in one process, interleaved, after all
+have agreed.
+"""

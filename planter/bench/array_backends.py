@@ -1,7 +1,9 @@
-"""Generated array code over all angles: in NumPy with forward differences, in JAX, and as SymPy's `lambdify`.
+"""Generated array code over all angles: in NumPy with forward differences, in JAX, and as SymPy's
+`lambdify`.
 
-For SymPy the steps of the array code that the force needs are read as one expression each; derivatives run backwards
-over them, a step at a time. JAX and SymPy are optional: they are imported where they are used.
+For SymPy the steps of the array code that the force needs are read as one expression each;
+derivatives run backwards over them, a step at a time. JAX and SymPy are optional: they are imported
+where they are used.
 """
 
 from __future__ import annotations
@@ -20,7 +22,15 @@ from typing import Any
 
 import numpy as np
 
-from planter.bench.case import EXACT, Absent, ArrayCode, BenchmarkCase, Call, Contender, load_array_module
+from planter.bench.case import (
+    EXACT,
+    Absent,
+    ArrayCode,
+    BenchmarkCase,
+    Call,
+    Contender,
+    load_array_module,
+)
 from planter.kernels import Array
 
 STEP = 1e-6
@@ -37,10 +47,13 @@ def build_numpy_contender(case: BenchmarkCase, work: str) -> Contender:
     if work == "cycle":
         return Contender(Plain(case).value, BUILT)
     if work == "cycle+gradient":
-        return Contender(Plain(case).gradient, f"{BUILT}; forward differences", (EXACT, DIFFERENCES))
+        return Contender(
+            Plain(case).gradient, f"{BUILT}; forward differences", (EXACT, DIFFERENCES)
+        )
     if work == "batch":
         return Contender(
-            Plain(case).values, f"generated array code, arrays over the angles of {DESIGNS_PER_ARRAY} designs"
+            Plain(case).values,
+            f"generated array code, arrays over the angles of {DESIGNS_PER_ARRAY} designs",
         )
     raise Absent("second differences agree with nothing to 1e-10")
 
@@ -80,13 +93,18 @@ class Plain:
     def values(self, designs: Array) -> Array:
         """Objectives of designs (m, p)."""
         return np.concatenate(
-            [self._values(designs[i : i + DESIGNS_PER_ARRAY]) for i in range(0, len(designs), DESIGNS_PER_ARRAY)]
+            [
+                self._values(designs[i : i + DESIGNS_PER_ARRAY])
+                for i in range(0, len(designs), DESIGNS_PER_ARRAY)
+            ]
         )
 
     def _values(self, designs: Array) -> Array:
         x, h = designs.T[:, :, None], self.case.prologues(designs)[:, :, None]
         share = self.code.share(np, self.case.lanes[None, :], x, h, self.case.constants)
-        return np.array([self.case.build_objective(force).value for force in self.case.add_sides(share)])
+        return np.array(
+            [self.case.build_objective(force).value for force in self.case.add_sides(share)]
+        )
 
 
 DESIGNS_PER_CALL = 500
@@ -95,7 +113,9 @@ TRIALS = 15
 
 
 def build_jax_contender(case: BenchmarkCase, work: str, thorough: bool = True) -> Contender:
-    """The fastest of the forms that there are for a work, or, not `thorough`, the one that mostly is."""
+    """The fastest of the forms that there are for a work, or, not `thorough`, the one that mostly
+    is.
+    """
     try:
         jax = importlib.import_module("jax")
     except ModuleNotFoundError:
@@ -137,7 +157,8 @@ class Forms:
         if work == "cycle+gradient":
             share = self.share
             forward = {
-                f"tangents along the design, {name}": self._tangents(f) for name, f in self._forces(True).items()
+                f"tangents along the design, {name}": self._tangents(f)
+                for name, f in self._forces(True).items()
             }
             return {**forward, "reverse, share of a side at each lane": self._reverse(share)}
         if work == "hessian":
@@ -145,7 +166,10 @@ class Forms:
         return {f"vmap over {DESIGNS_PER_CALL} designs": self._batch()}
 
     def _forces(self, share_first: bool = False) -> dict[str, Callable[..., Any]]:
-        forms = {"both sides at half the lanes": self.both, "share of a side at each lane": self.share}
+        forms = {
+            "both sides at half the lanes": self.both,
+            "share of a side at each lane": self.share,
+        }
         return dict(sorted(forms.items(), reverse=True)) if share_first else forms
 
     def share(self, x: Any, h: Any) -> Any:
@@ -181,7 +205,9 @@ class Forms:
 
         def both(x: Any, h: Any, dh: Any) -> Any:
             def differentiate(step: Any) -> Any:
-                return self.jax.jvp(lambda s: force(x + s, h + dh @ s), (self.np.zeros(size),), (step,))
+                return self.jax.jvp(
+                    lambda s: force(x + s, h + dh @ s), (self.np.zeros(size),), (step,)
+                )
 
             response, rows = self.jax.vmap(differentiate, out_axes=(None, 0))(self.np.eye(size))
             value, weights = self.jax.value_and_grad(self.objective)(response)
@@ -206,9 +232,9 @@ class Forms:
                 along_x, along_h = slopes(x + step, h + dh @ step)
                 return along_x + dh.T @ along_h, along_h
 
-            rows, (_, along_h) = self.jax.jacfwd(lambda s: (differentiate(s)[0], differentiate(s)), has_aux=True)(
-                self.np.zeros(x.size)
-            )
+            rows, (_, along_h) = self.jax.jacfwd(
+                lambda s: (differentiate(s)[0], differentiate(s)), has_aux=True
+            )(self.np.zeros(x.size))
             return rows, along_h
 
         run = self.jax.jit(bent)
@@ -221,7 +247,9 @@ class Forms:
         return call
 
     def _batch(self) -> Call:
-        run = self.jax.jit(self.jax.vmap(lambda x, h: self.objective(self.both(x, h)), in_axes=(0, 1)))
+        run = self.jax.jit(
+            self.jax.vmap(lambda x, h: self.objective(self.both(x, h)), in_axes=(0, 1))
+        )
 
         def call(designs: Array) -> Array:
             h = self.case.prologues(designs)
@@ -247,7 +275,10 @@ def build_sympy_contender(case: BenchmarkCase, work: str) -> Contender:
     if work == "cycle":
         return Contender(Symbolic(case, sympy).value, BUILT)
     if work == "cycle+gradient":
-        return Contender(Symbolic(case, sympy).gradient, f"{BUILT}; reverse derivatives by SymPy, prologue's by CasADi")
+        return Contender(
+            Symbolic(case, sympy).gradient,
+            f"{BUILT}; reverse derivatives by SymPy, prologue's by CasADi",
+        )
     raise Absent("written for one design and its gradient only")
 
 
@@ -264,12 +295,18 @@ class _Named(ast.NodeTransformer):
 
     @staticmethod
     def _seen(target: ast.expr, value: ast.expr) -> ast.expr:
-        return ast.Call(ast.Name("step", ast.Load()), [ast.Constant(ast.unparse(target)), value], [])
+        return ast.Call(
+            ast.Name("step", ast.Load()), [ast.Constant(ast.unparse(target)), value], []
+        )
 
 
 def _watched(function: Callable[..., Any], step: Callable[[str, Any], Any]) -> Callable[..., Any]:
-    """A generated function that hands every named value to `step` and goes on with what that returns."""
-    tree = ast.fix_missing_locations(_Named().visit(ast.parse(textwrap.dedent(inspect.getsource(function)))))
+    """A generated function that hands every named value to `step` and goes on with what that
+    returns.
+    """
+    tree = ast.fix_missing_locations(
+        _Named().visit(ast.parse(textwrap.dedent(inspect.getsource(function))))
+    )
     names: dict[str, Any] = {**function.__globals__, "step": step}
     exec(compile(tree, inspect.getsourcefile(function) or "generated", "exec"), names)
     watched: Callable[..., Any] = names[function.__name__]
@@ -284,7 +321,8 @@ class Symbolic:
         self.steps: list[Step] = []
         sizes = case.device.size, case.device.functions.h.numel(), len(case.constants)
         self.x, self.h, self.c = (
-            list(sympy.symbols(f"{name}:{size}", real=True)) for name, size in zip("xhc", sizes, strict=True)
+            list(sympy.symbols(f"{name}:{size}", real=True))
+            for name, size in zip("xhc", sizes, strict=True)
         )
         self.phi = sympy.Symbol("phi", real=True)
         self.xp = _functions(sympy)
@@ -321,7 +359,9 @@ class Symbolic:
         code = ArrayCode(self.case.device)
         watched = [_watched(contact, self._step) for contact in code.contacts]
         source = load_array_module(f"planting_{self.case.device.model}")
-        module: Any = SimpleNamespace(lane=_watched(source.lane, self._step), frame=_watched(source.frame, self._step))
+        module: Any = SimpleNamespace(
+            lane=_watched(source.lane, self._step), frame=_watched(source.frame, self._step)
+        )
         code = ArrayCode(self.case.device, module, watched)
         return self._step("share", code.share(self.xp, self.phi, self.x, self.h, self.c))
 
@@ -349,16 +389,22 @@ class Symbolic:
         return bars, more
 
     def _printed(self, outputs: Sequence[Any], steps: Sequence[Step]) -> Callable[..., Any]:
-        """Compiled by `lambdify`: equal subexpressions once, steps that no output needs left out."""
+        """Compiled by `lambdify`: equal subexpressions once, steps that no output needs left
+        out.
+        """
         symbols, values = zip(*steps, strict=True)
         fresh = self.sympy.numbered_symbols("q", real=True)
         common, reduced = self.sympy.cse([*values, *outputs], symbols=fresh, order="none")
         meanings = dict([*common, *zip(symbols, reduced, strict=False)])
-        ordered = [(symbol, meanings[symbol]) for symbol in _needed(meanings, reduced[len(symbols) :])]
+        ordered = [
+            (symbol, meanings[symbol]) for symbol in _needed(meanings, reduced[len(symbols) :])
+        ]
         functions = {"where": np.where, "logical_or": np.logical_or, "whole": np.floor}
         arguments = [self.phi, self.x, self.h, self.c]
         modules = [functions, "numpy"]
-        return self.sympy.lambdify(arguments, list(outputs), modules, cse=lambda _: (ordered, reduced[len(symbols) :]))
+        return self.sympy.lambdify(
+            arguments, list(outputs), modules, cse=lambda _: (ordered, reduced[len(symbols) :])
+        )
 
 
 def _needed(meanings: dict[Any, Any], outputs: Sequence[Any]) -> list[Any]:
@@ -396,6 +442,14 @@ def _functions(sympy: ModuleType) -> SimpleNamespace:
         pass
 
     return SimpleNamespace(
-        pi=sympy.pi, sin=sympy.sin, cos=sympy.cos, tan=sympy.tan, sqrt=sympy.sqrt, arctan=sympy.atan,
-        arctan2=sympy.atan2, where=where, logical_or=logical_or, floor=whole,
-    )  # fmt: skip
+        pi=sympy.pi,
+        sin=sympy.sin,
+        cos=sympy.cos,
+        tan=sympy.tan,
+        sqrt=sympy.sqrt,
+        arctan=sympy.atan,
+        arctan2=sympy.atan2,
+        where=where,
+        logical_or=logical_or,
+        floor=whole,
+    )

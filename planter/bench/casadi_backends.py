@@ -1,7 +1,9 @@
-"""CasADi: from a design to objective, gradient and Hessian in one function, in its virtual machine or in its own C.
+"""CasADi: from a design to objective, gradient and Hessian in one function, in its virtual machine
+or in its own C.
 
-Both have what our own kernels have: the share of one side at each lane, a hoisted prologue whose tangent crosses the
-cut, and separate memory, so that a call makes no matrices. The angles are a loop that CasADi prints (`map`).
+Both have what our own kernels have: the share of one side at each lane, a hoisted prologue whose
+tangent crosses the cut, and separate memory, so that a call makes no matrices. The angles are a
+loop that CasADi prints (`map`).
 """
 
 from __future__ import annotations
@@ -19,13 +21,23 @@ from planter.kernels.compiler import CompilerError, find_compiler
 from planter.optimise.variance import Weights
 from planter.planting.objective import evaluate_many
 
-BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
+BUILT = (
+    "one function, share of a side in a loop over the lanes, prologue and its tangent "
+    "hoisted, own memory"
+)
 
 
-def express_spread(weights: Weights, values: ca.MX, slopes: ca.MX | None = None) -> tuple[ca.MX, ca.MX, ca.MX]:
-    """Return the weighted spread of values (n,), its slope (n,) in them, and what slopes (n, p) add to its Hessian."""
+def express_spread(
+    weights: Weights, values: ca.MX, slopes: ca.MX | None = None
+) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """Return the weighted spread of values (n,), its slope (n,) in them, and what slopes (n, p) add
+    to its Hessian.
+    """
     count = values.numel()
-    f, direction = ca.MX.sym("f", count), ca.MX.sym("direction", count, 0 if slopes is None else slopes.size2())
+    f, direction = (
+        ca.MX.sym("f", count),
+        ca.MX.sym("direction", count, 0 if slopes is None else slopes.size2()),
+    )
     spread = weights.weighted(ca.sumsqr(f - ca.sum1(f) / count) / count, ca.sqrt)
     slope = ca.gradient(spread, f)
     squared = direction.T @ ca.jtimes(slope, f, direction)
@@ -97,8 +109,11 @@ def _many(function: ca.Function) -> Call:
 def _function(case: BenchmarkCase, work: str) -> ca.Function:
     graphs = Graphs(case)
     builders: dict[str, Callable[[], ca.Function]] = {
-        "cycle": graphs.value, "cycle+gradient": graphs.gradient, "hessian": graphs.hessian, "batch": graphs.value,
-    }  # fmt: skip
+        "cycle": graphs.value,
+        "cycle+gradient": graphs.gradient,
+        "hessian": graphs.hessian,
+        "batch": graphs.value,
+    }
     return builders[work]()
 
 
@@ -132,7 +147,9 @@ class Graphs:
         curved = self.response.prologue_hessian_kernel.function(self.d, slope)
         folded = _sum(ca.horzsplit(rows, force.numel()))
         squared = express_spread(self.case.objective, force.T, folded.T)[2]
-        return ca.Function("peer_hessian", [self.x], [ca.densify(self._unpacked(packed) + curved + squared)])
+        return ca.Function(
+            "peer_hessian", [self.x], [ca.densify(self._unpacked(packed) + curved + squared)]
+        )
 
     def _mapped(self, kernel: Any) -> ca.Function:
         """A kernel's function over all lanes, as a loop; summed where the kernel is."""
@@ -142,7 +159,9 @@ class Graphs:
         return function.map(f"{function.name()}_turn", "serial", self.lanes.numel(), shared, summed)
 
     def _slopes(self) -> tuple[ca.MX, ca.MX, tuple[ca.MX, ca.MX]]:
-        """Force (1, n), rows of the shares' slopes in the design (p, lanes), and h with the entries of its tangent."""
+        """Force (1, n), rows of the shares' slopes in the design (p, lanes), and h with the entries
+        of its tangent.
+        """
         h, jacobian = self.response.tangent(self.d)
         dh = ca.vec(jacobian.nz[:])
         share, rows = self._mapped(self.response.slopes_kernel)(self.lanes, self.d, h, dh)
@@ -163,7 +182,10 @@ class Graphs:
     def _weights(self, force: ca.MX) -> ca.MX:
         """Slope of the objective in the force at each angle, (1, n)."""
         extremes = (force == ca.mmax(force)) - (force == ca.mmin(force))
-        return express_spread(self.case.objective, force.T)[1].T + self.case.objective.weight_range * extremes
+        return (
+            express_spread(self.case.objective, force.T)[1].T
+            + self.case.objective.weight_range * extremes
+        )
 
     def _unpacked(self, packed: ca.MX) -> ca.MX:
         """The Hessian in the design from its packed rows in (angle, design)."""
@@ -196,5 +218,7 @@ def build_kernel_contender(case: BenchmarkCase, work: str) -> Contender:
         kernel = case.device.force.response.hessian_kernel
         kernel.compile()
         return Contender(turns.hessian, f"Turns.hessian, {kernel.way}; {built}")
-    return Contender(lambda designs: evaluate_many(case.device, designs, case.turns.samples).objective,
-                     f"evaluate_many, all cores; {built}")  # fmt: skip
+    return Contender(
+        lambda designs: evaluate_many(case.device, designs, case.turns.samples).objective,
+        f"evaluate_many, all cores; {built}",
+    )

@@ -1,7 +1,8 @@
-"""CasADi functions called as lean as CasADi allows: on separate memory, no checks, interrupts not held back.
+"""CasADi functions called as lean as CasADi allows: on separate memory, no checks, interrupts not
+held back.
 
-For peers alone: everything else goes through `planter.kernels`. The few microseconds that this layer takes in a call
-of CasADi's, and does not in one of a lane kernel, would stand against them.
+For peers alone: everything else goes through `planter.kernels`. The few microseconds that this
+layer takes in a call of CasADi's, and does not in one of a lane kernel, would stand against them.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ from planter.planting.objective import CycleObjective
 
 
 class LeanFunction:
-    """A function with dense outputs; inputs of any shape with as many numbers as it takes, column by column."""
+    """A function with dense outputs; inputs of any shape with as many numbers as it takes, column
+    by column.
+    """
 
     def __init__(self, function: ca.Function) -> None:
         self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
@@ -48,7 +51,9 @@ class LeanFunction:
         return [memory.copy() for memory in self._outputs]
 
 
-def compile_to_c(function: ca.Function, flags: tuple[str, ...] = toolchain.OPTIMISED) -> ca.Function:
+def compile_to_c(
+    function: ca.Function, flags: tuple[str, ...] = toolchain.OPTIMISED
+) -> ca.Function:
     """Return the function in CasADi's own C. Raises CompilerError if it cannot be compiled."""
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)
@@ -70,8 +75,9 @@ EXACT = 1e-10
 """Ways must agree to this, relative to the largest entry of what they find."""
 
 Call = Callable[[Array], Any]
-"""From a design (p,) to its objective; to that and its gradient (p,); to its Hessian (p, p); from designs (m, p) to
-their objectives (m,)."""
+"""From a design (p,) to its objective; to that and its gradient (p,); to its Hessian (p, p); from
+designs (m, p) to their objectives (m,).
+"""
 
 
 class Absent(Exception):
@@ -80,7 +86,9 @@ class Absent(Exception):
 
 @dataclass(frozen=True)
 class Contender:
-    """A way to do a task: its function, its description, and the relative tolerances of the parts of its result."""
+    """A way to do a task: its function, its description, and the relative tolerances of the parts
+    of its result.
+    """
 
     call: Call
     built: str
@@ -90,8 +98,9 @@ class Contender:
 class BenchmarkCase:
     """The objective of a built-in machine over a turn, and designs drawn from its box.
 
-    Where both sides of a device are equal, F(phi) = S(phi) + S(phi - pi) with the share S of one side: `lanes` are the
-    angles at which S is wanted. Every way may use this, and what the prologue h and its tangent dh save.
+    Where both sides of a device are equal, F(phi) = S(phi) + S(phi - pi) with the share S of one
+    side: `lanes` are the angles at which S is wanted. Every way may use this, and what the prologue
+    h and its tangent dh save.
     """
 
     def __init__(self, name: str = MACHINE, samples: int | None = None) -> None:
@@ -116,7 +125,9 @@ class BenchmarkCase:
         return designs
 
     def prologue(self, x: Array) -> tuple[Array, Array]:
-        """Return h (k,) and dh (k, p) of a design, by CasADi's C, unchecked: for ways without a prologue."""
+        """Return h (k,) and dh (k, p) of a design, by CasADi's C, unchecked: for ways without a
+        prologue.
+        """
         h, dh = self._prologue(self.values(x))
         return h[:, 0], dh
 
@@ -133,7 +144,9 @@ class BenchmarkCase:
         """Return h (k, m) of designs (m, p)."""
         count = len(designs)
         if count not in self._mapped:
-            self._mapped[count] = LeanFunction(self._function.map("prologues", "serial", count, [1], []))
+            self._mapped[count] = LeanFunction(
+                self._function.map("prologues", "serial", count, [1], [])
+            )
         return self._mapped[count](designs.T, self.constants)[0]
 
     def prologue_hessian(self, x: Array, weights: Array) -> Array:
@@ -150,11 +163,15 @@ class BenchmarkCase:
 
     @cached_property
     def _prologue(self) -> LeanFunction:
-        return LeanFunction(compile_if_possible(_dense(self.device.force.response.prologue_kernel.function)))
+        return LeanFunction(
+            compile_if_possible(_dense(self.device.force.response.prologue_kernel.function))
+        )
 
     @cached_property
     def _bending(self) -> LeanFunction:
-        return LeanFunction(compile_if_possible(_dense(self.device.force.response.prologue_hessian_kernel.function)))
+        return LeanFunction(
+            compile_if_possible(_dense(self.device.force.response.prologue_hessian_kernel.function))
+        )
 
     def add_sides(self, share: Any) -> Any:
         """Return the force at `angles` from the share at `lanes`, along the last axis."""
@@ -177,13 +194,20 @@ Sides = tuple[Any, Any]
 
 
 class ArrayCode:
-    """Array code of a device: `module` has its dynamics, `contacts` the pitch curves of both stages."""
+    """Array code of a device: `module` has its dynamics, `contacts` the pitch curves of both
+    stages.
+    """
 
     def __init__(
-        self, device: Device, module: ModuleType | None = None, contacts: Sequence[ContactFunction] = ()
+        self,
+        device: Device,
+        module: ModuleType | None = None,
+        contacts: Sequence[ContactFunction] = (),
     ) -> None:
         self.module = module or load_array_module(f"planting_{device.model}")
-        self.contacts = contacts or [load_array_module(f"curve_{s.family}").contact for s in device.stages]
+        self.contacts = contacts or [
+            load_array_module(f"curve_{s.family}").contact for s in device.stages
+        ]
         self.flank = load_array_module(functions.find_flank_module(device.machine.cam.flank)).law
         sizes = [len(stage.names) for stage in device.stages]
         self._x = np.cumsum([0, device.size - sum(sizes), *sizes]).tolist()
@@ -200,7 +224,9 @@ class ArrayCode:
         )
 
     def share(self, xp: Any, phi: Any, x: Any, h: Any, c: Any) -> Any:
-        """Return the force of one side at `phi`, with half of the force that belongs to neither side."""
+        """Return the force of one side at `phi`, with half of the force that belongs to neither
+        side.
+        """
         side = self.side(xp, phi, x, h, c)
         nothing = [0.0] * len(side)
         return self._total(xp, (side, nothing), c) - self._total(xp, (nothing, nothing), c) / 2

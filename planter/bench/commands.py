@@ -17,16 +17,28 @@ app = typer.Typer()
 @app.command()
 @writes_files("bench.json", "bench.md")
 def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")
+    ] = False,
     work: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help=f"only this task (repeatable): {', '.join(WORKS)}", show_default=False),
+        typer.Option(
+            metavar="NAME",
+            help=f"only this task (repeatable): {', '.join(WORKS)}",
+            show_default=False,
+        ),
     ] = None,
     way: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help=f"only this way (repeatable): {', '.join(WAYS)}", show_default=False),
+        typer.Option(
+            metavar="NAME",
+            help=f"only this way (repeatable): {', '.join(WAYS)}",
+            show_default=False,
+        ),
     ] = None,
-    rounds: Annotated[int | None, typer.Option(help="repetitions of every task", show_default=False)] = None,
+    rounds: Annotated[
+        int | None, typer.Option(help="repetitions of every task", show_default=False)
+    ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:

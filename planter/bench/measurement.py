@@ -20,7 +20,12 @@ from typing import Any
 import numpy as np
 
 from planter.bench.case import BenchmarkCase, Call, Contender
-from planter.bench.results import ArithmeticPeak, ArithmeticRate, BenchmarkMachine, DurationQuartiles
+from planter.bench.results import (
+    ArithmeticPeak,
+    ArithmeticRate,
+    BenchmarkMachine,
+    DurationQuartiles,
+)
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, backends, builds, lane_source, toolchain
 from planter.kernels.compiler import CompilerError, find_compiler
@@ -31,7 +36,9 @@ PACKAGES = ("casadi", "numpy", "scipy", "jax", "jaxlib", "sympy", "ezdxf", "ncge
 
 
 def describe_machine() -> BenchmarkMachine:
-    """Return processor, cores, system, and the load before the benchmark, which is None if it is unknown."""
+    """Return processor, cores, system, and the load before the benchmark, which is None if it is
+    unknown.
+    """
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     system = f"{platform.system()} {platform.release()}"
     return BenchmarkMachine(_processor(), platform.machine(), os.cpu_count(), system, load)
@@ -44,15 +51,24 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     first = text.partition("\n\n")[0]
-    fields = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in first.splitlines())}
+    fields = {
+        key.strip(): value.strip()
+        for key, _, value in (line.partition(":") for line in first.splitlines())
+    }
     if "model name" not in fields:
         return platform.processor()
-    numbers = [f"{key.split()[-1]} {fields[key]}" for key in ("cpu family", "model", "stepping") if key in fields]
+    numbers = [
+        f"{key.split()[-1]} {fields[key]}"
+        for key in ("cpu family", "model", "stepping")
+        if key in fields
+    ]
     return f"{fields['model name']} ({', '.join(numbers)})" if numbers else fields["model name"]
 
 
 def list_versions() -> dict[str, str]:
-    """Return the versions of all installed packages that take part, of the compiler and its flags."""
+    """Return the versions of all installed packages that take part, of the compiler and its
+    flags.
+    """
     versions_by_name = {"planter": __version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -100,7 +116,9 @@ class Times:
         return DurationQuartiles(float(low), float(high), len(self.seconds))
 
 
-def check_agreement(work: str, contenders: Mapping[str, Contender], inputs: Sequence[Array]) -> dict[str, float]:
+def check_agreement(
+    work: str, contenders: Mapping[str, Contender], inputs: Sequence[Array]
+) -> dict[str, float]:
     """Return the largest relative difference of each way from the first one over the inputs.
 
     Raises Disagreement, naming task and way, if a difference exceeds its tolerance.
@@ -112,17 +130,23 @@ def check_agreement(work: str, contenders: Mapping[str, Contender], inputs: Sequ
         for name, contender in contenders.items():
             parts = _parts(contender.call(x))
             if len(parts) != len(expected):
-                raise Disagreement(f"{work}: {name} gives {len(parts)} results, and {reference} {len(expected)}")
+                raise Disagreement(
+                    f"{work}: {name} gives {len(parts)} results, and {reference} {len(expected)}"
+                )
             for part, target, tolerance in zip(parts, expected, contender.tolerances, strict=False):
                 off = relative_difference(part, target)
                 worst[name] = max(worst[name], off)
                 if not off <= tolerance:
-                    raise Disagreement(f"{work}: {name} is off {reference} by {off:.2g}; {tolerance:g} is allowed")
+                    raise Disagreement(
+                        f"{work}: {name} is off {reference} by {off:.2g}; {tolerance:g} is allowed"
+                    )
     return worst
 
 
 def relative_difference(values: Array, target: Array) -> float:
-    """Return the largest difference relative to the largest entry; infinite if shapes differ or values are infinite."""
+    """Return the largest difference relative to the largest entry; infinite if shapes differ or
+    values are infinite.
+    """
     if values.shape != target.shape or not np.isfinite(values).all():
         return float("inf")
     return float(np.abs(values - target).max() / np.abs(target).max())
@@ -130,15 +154,19 @@ def relative_difference(values: Array, target: Array) -> float:
 
 def _parts(result: Any) -> list[Array]:
     return [
-        np.atleast_1d(np.asarray(part, dtype=float)) for part in (result if isinstance(result, tuple) else (result,))
+        np.atleast_1d(np.asarray(part, dtype=float))
+        for part in (result if isinstance(result, tuple) else (result,))
     ]
 
 
-def time_calls(calls: Mapping[str, Call], inputs: Iterator[Any], rounds: int, slot_s: float) -> dict[str, Times]:
+def time_calls(
+    calls: Mapping[str, Call], inputs: Iterator[Any], rounds: int, slot_s: float
+) -> dict[str, Times]:
     """Return the times of each call on inputs that are new every time.
 
-    In a round every way has its slot of about `slot_s` seconds (0: one call); who begins changes from round to
-    round. The first call of a slot of many is not timed: it fetches a way's code and data into the caches again.
+    In a round every way has its slot of about `slot_s` seconds (0: one call); who begins changes
+    from round to round. The first call of a slot of many is not timed: it fetches a way's code and
+    data into the caches again.
     """
     counts = {name: _calls(call, inputs, slot_s) for name, call in calls.items()}
     times = {name: Times() for name in calls}
@@ -147,7 +175,12 @@ def time_calls(calls: Mapping[str, Call], inputs: Iterator[Any], rounds: int, sl
         for turn in range(rounds):
             for name in (*names[turn % len(names) :], *names[: turn % len(names)]):
                 warm = counts[name] > 1
-                _slot(calls[name], [next(inputs) for _ in range(counts[name] + warm)], warm, times[name])
+                _slot(
+                    calls[name],
+                    [next(inputs) for _ in range(counts[name] + warm)],
+                    warm,
+                    times[name],
+                )
     return times
 
 
@@ -188,7 +221,10 @@ def _undisturbed() -> Iterator[None]:
 FREE = ("{0}", "-{0}")
 REDUCTION = 13
 """Of an angle to a quarter turn, shared by sine and cosine."""
-SERIES = {"turned_sin({0})": 2 * (lane_source.TERMS - 1) + 2, "turned_cos({0})": 2 * lane_source.TERMS + 1}
+SERIES = {
+    "turned_sin({0})": 2 * (lane_source.TERMS - 1) + 2,
+    "turned_cos({0})": 2 * lane_source.TERMS + 1,
+}
 SUMS = 12
 ROUNDS, CYCLES, FUSED = 9, 200_000, 200_000
 
@@ -202,14 +238,18 @@ def count_operations(kernel: Kernel) -> int:
 
 
 _INSTRUCTION = re.compile(r"^\s+([0-9a-f]+):\s+(\S+)\s*(.*)$", re.MULTILINE)
-_PACKED = re.compile(r"v(add|sub|mul|div|sqrt|max|min|cmp\w*|blend\w*|round|rndscale)pd|(vfn?m(add|sub)\d+pd)")
+_PACKED = re.compile(
+    r"v(add|sub|mul|div|sqrt|max|min|cmp\w*|blend\w*|round|rndscale)pd|(vfn?m(add|sub)\d+pd)"
+)
 _WIDTHS = ("zmm", "ymm")
 
 
 def count_executed_operations(library: Path, name: str) -> int | None:
-    """Return the number of arithmetic operations of a lane in the vector loop of a compiled function's machine code.
+    """Return the number of arithmetic operations of a lane in the vector loop of a compiled
+    function's machine code.
 
-    Return None without objdump (GNU binutils), on processors other than x86-64, and if no loop has vectors.
+    Return None without objdump (GNU binutils), on processors other than x86-64, and if no loop has
+    vectors.
     """
     tool = shutil.which("objdump")
     if tool is None:
@@ -219,7 +259,9 @@ def count_executed_operations(library: Path, name: str) -> int | None:
         text = builds.run_program(command, toolchain.TIMEOUT_S).stdout.decode(errors="replace")
     except (OSError, subprocess.SubprocessError):
         return None
-    instructions = [(address, code, operands) for address, code, operands in _INSTRUCTION.findall(text)]
+    instructions = [
+        (address, code, operands) for address, code, operands in _INSTRUCTION.findall(text)
+    ]
     counts = [_vector_operations(body) for body in _loop_bodies(instructions)]
     return max(counts, default=0) or None
 
@@ -234,9 +276,13 @@ def _loop_bodies(instructions: list[tuple[str, str, str]]) -> Iterator[list[tupl
 
 
 def _vector_operations(body: list[tuple[str, str, str]]) -> int:
-    """Return the number of packed operations of a loop on its widest registers; a fused multiply-add is two."""
+    """Return the number of packed operations of a loop on its widest registers; a fused
+    multiply-add is two.
+    """
     packed = [(match, operands) for _, code, operands in body if (match := _PACKED.fullmatch(code))]
-    widest = next((width for width in _WIDTHS if any(width in operands for _, operands in packed)), None)
+    widest = next(
+        (width for width in _WIDTHS if any(width in operands for _, operands in packed)), None
+    )
     return sum(2 if match[2] else 1 for match, operands in packed if widest and widest in operands)
 
 
@@ -249,7 +295,10 @@ def _cost(text: str) -> int:
 
 
 class Peak:
-    """Cycles per second, operations per cycle, and vector width of one core, measured. Raises CompilerError."""
+    """Cycles per second, operations per cycle, and vector width of one core, measured.
+
+    Raises CompilerError.
+    """
 
     def __init__(self) -> None:
         source = resources.files(__package__).joinpath("peak.c").read_text(encoding="utf-8")
@@ -268,7 +317,9 @@ class Peak:
         return 64 * self.lanes
 
     def table(self, case: BenchmarkCase, medians_us: dict[str, dict[str, float]]) -> ArithmeticPeak:
-        """Return the operations per cycle of the ways whose operations can be counted, from medians by task and way."""
+        """Return the operations per cycle of the ways whose operations can be counted, from medians
+        by task and way.
+        """
         response, turn = case.device.force.response, len(case.lanes)
         kernels = {"cycle": response.values_kernel, "cycle+gradient": response.slopes_kernel}
         rows = []
@@ -277,10 +328,16 @@ class Peak:
             for way, median in medians_us.get(work, {}).items():
                 if count := counts.get(way):
                     rate = turn * count / (median * 1e-6 * self.hertz)
-                    rows.append(ArithmeticRate(work, way, turn * count, rate, rate / self.operations_per_cycle))
+                    rows.append(
+                        ArithmeticRate(
+                            work, way, turn * count, rate, rate / self.operations_per_cycle
+                        )
+                    )
         return ArithmeticPeak(self.hertz / 1e9, self.operations_per_cycle, rows)
 
 
 def _compiled_operations(kernel: Kernel) -> int | None:
     kernel.compile()
-    return count_executed_operations(backends.build_lane_library(kernel.work), kernel.function.name())
+    return count_executed_operations(
+        backends.build_lane_library(kernel.work), kernel.function.name()
+    )

@@ -1,6 +1,8 @@
-"""User-defined mechanisms, from their statements: the torque of the motor over a turn, squared, and its gradient.
+"""User-defined mechanisms, from their statements: the torque of the motor over a turn, squared, and
+its gradient.
 
-The statement is an example of the guide, derived for the benchmark. Every way starts from the solved loops.
+The statement is an example of the guide, derived for the benchmark. Every way starts from the
+solved loops.
 """
 
 from __future__ import annotations
@@ -40,7 +42,9 @@ OWN = ("phi", "loops")
 
 
 class MechanismCase:
-    """A mechanism with values drawn about its own: designs (p,) in SI, angles (n,), coordinates of its loops (k, n)."""
+    """A mechanism with values drawn about its own: designs (p,) in SI, angles (n,), coordinates of
+    its loops (k, n).
+    """
 
     def __init__(self, work: str, folder: Path) -> None:
         name = EXAMPLES[work]
@@ -49,7 +53,9 @@ class MechanismCase:
         machine = build_machine(file)
         self.name, self.folder, self.formulas, self.data = name, folder, file.model, file.data()
         self.angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
-        self.places = np.ascontiguousarray(MachineResponse(machine).coordinates(machine.data, self.angles))
+        self.places = np.ascontiguousarray(
+            MachineResponse(machine).coordinates(machine.data, self.angles)
+        )
         self.row = self.formulas.outputs("lane").index(TORQUE)
         self.hoists = "prologue" in self.formulas.sidecar["functions"]
 
@@ -61,21 +67,27 @@ class MechanismCase:
 
     @cached_property
     def function(self) -> ca.Function:
-        """(phi, loops, data) -> an angle's share of the mean square, and its gradient in the data."""
+        """(phi, loops, data) -> an angle's share of the mean square, and its gradient in the
+        data.
+        """
         phi, data = ca.SX.sym("phi"), ca.SX.sym("data", len(self.data))
         loops = ca.SX.sym("loops", len(self.places))
         inputs = [phi, data, *([loops] if len(self.places) else [])]
         hoisted = [self.formulas.function("prologue")(data)] if self.hoists else []
         share = self.formulas.function("lane")(*inputs, *hoisted)[self.row] ** 2 / ANGLES
         outputs = ca.cse([share, ca.densify(ca.gradient(share, data))])
-        return ca.Function(self.name, [phi, loops, data], outputs, [*OWN, "data"], ["value", "gradient"])
+        return ca.Function(
+            self.name, [phi, loops, data], outputs, [*OWN, "data"], ["value", "gradient"]
+        )
 
     @cached_property
     def turn(self) -> ca.Function:
         """Function of all angles, as a loop in CasADi."""
         return self.function.map(f"{self.name}_turn", "serial", ANGLES, [2], [0, 1])
 
-    def mean(self, lane: Callable[..., Any], xp: Any, data: Any, prologue: Callable[..., Any]) -> Any:
+    def mean(
+        self, lane: Callable[..., Any], xp: Any, data: Any, prologue: Callable[..., Any]
+    ) -> Any:
         """Return the mean square of the torque, computed by array code."""
         inputs = [self.angles, data, *([self.places] if len(self.places) else [])]
         torque = lane(xp, *inputs, *([prologue(xp, data)] if self.hoists else []))[self.row]
@@ -87,7 +99,10 @@ class MechanismCase:
 
 
 def build_kernel_contender(case: MechanismCase) -> Contender:
-    """Return the kernel of planter, bound to its arrays. Raises Absent if kernels are evaluated otherwise here."""
+    """Return the kernel of planter, bound to its arrays.
+
+    Raises Absent if kernels are evaluated otherwise here.
+    """
     kernel = Kernel(case.function, lanes=OWN, summed=True)
     kernel.compile()
     if kernel.way != "lanes":
@@ -100,7 +115,9 @@ def build_kernel_contender(case: MechanismCase) -> Contender:
         outputs = bound()
         return float(outputs["value"][0, 0]), outputs["gradient"][:, 0].copy()
 
-    return Contender(call, f"kernel bound to its arrays; {' '.join(toolchain.loop_flags(toolchain.OPTIMISED))}")
+    return Contender(
+        call, f"kernel bound to its arrays; {' '.join(toolchain.loop_flags(toolchain.OPTIMISED))}"
+    )
 
 
 def build_virtual_machine(case: MechanismCase) -> Contender:
@@ -111,7 +128,11 @@ def build_virtual_machine(case: MechanismCase) -> Contender:
 def build_c_contender(case: MechanismCase) -> Contender:
     """Return the C code of CasADi. Raises Absent if it cannot be compiled."""
     try:
-        return _casadi(case, compile_to_c(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
+        return _casadi(
+            case,
+            compile_to_c(case.turn),
+            f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}",
+        )
     except CompilerError as reason:
         raise Absent(str(reason)) from None
 
@@ -146,7 +167,9 @@ def build_jax_contender(case: MechanismCase) -> Contender:
     module = case.array
     both = library.jit(
         library.value_and_grad(
-            lambda x: case.mean(module.lane, library.numpy, x, getattr(module, "prologue", _nothing))
+            lambda x: case.mean(
+                module.lane, library.numpy, x, getattr(module, "prologue", _nothing)
+            )
         )
     )
 
@@ -190,7 +213,9 @@ from planter import Device, Turns, load_machine
 turns = Turns(Device(load_machine({MACHINE!r})))
 turns.gradient(turns.device.design)
 """
-"""What a new process does: import, read the machine, compose its functions, objective and gradient of one turn."""
+"""What a new process does: import, read the machine, compose its functions, objective and gradient
+of one turn.
+"""
 DERIVED = ("derive", "generated", "planter")
 """What the derivation reads and writes, in a checkout."""
 
@@ -199,28 +224,38 @@ Start = Callable[[object], None]
 
 @contextmanager
 def cold_starts() -> Iterator[tuple[dict[str, Start], dict[str, str]]]:
-    """Yield new processes by name, and descriptions; all caches of compiled functions but one are filled before."""
+    """Yield new processes by name, and descriptions; all caches of compiled functions but one are
+    filled before.
+    """
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:
         first = _folders(Path(folder))
 
         def gradient(way: str, cache: Callable[[], Path | None] = lambda: None) -> Start:
-            return lambda _: _run(workers.python_command(GRADIENT), PLANTER_KERNELS=way, PLANTER_CACHE=cache())
+            return lambda _: _run(
+                workers.python_command(GRADIENT), PLANTER_KERNELS=way, PLANTER_CACHE=cache()
+            )
 
         starts: dict[str, Start] = {
             "lanes": gradient("lanes"),
             "casadi-c": gradient("casadi-c"),
             "casadi-vm": gradient("casadi-vm"),
             "first run": gradient("lanes", lambda: next(first)),
-            "simulate": lambda _: _run(workers.program_command("planter", "simulate", MACHINE, "--json")),
+            "simulate": lambda _: _run(
+                workers.program_command("planter", "simulate", MACHINE, "--json")
+            ),
             "import": lambda _: _run(workers.python_command("import planter")),
             "python": lambda _: _run(workers.python_command("")),
         }
         turn = "new process to objective and gradient of a turn"
         built = {
-            "lanes": f"{turn}, kernels in the cache", "casadi-c": f"{turn}, kernels in the cache",
-            "casadi-vm": f"{turn}, nothing compiled", "first run": f"{turn}, lanes, empty cache: compiles them",
-            "simulate": f"planter simulate {MACHINE} --json", "import": "import planter", "python": "nothing",
-        }  # fmt: skip
+            "lanes": f"{turn}, kernels in the cache",
+            "casadi-c": f"{turn}, kernels in the cache",
+            "casadi-vm": f"{turn}, nothing compiled",
+            "first run": f"{turn}, lanes, empty cache: compiles them",
+            "simulate": f"planter simulate {MACHINE} --json",
+            "import": "import planter",
+            "python": "nothing",
+        }
         for way in ("lanes", "casadi-c"):
             starts[way](None)
         yield starts, built
@@ -237,7 +272,9 @@ def _run(command: Sequence[str], cwd: Path | None = None, **variables: object) -
     done = workers.run_command(command, cwd, environment)
     if done.returncode:
         reason = done.stderr.strip().splitlines()[-1:]
-        raise ComputationError(f"a process of Python ended with {done.returncode}: {' '.join(reason)}")
+        raise ComputationError(
+            f"a process of Python ended with {done.returncode}: {' '.join(reason)}"
+        )
 
 
 def find_checkout() -> Path:
@@ -253,7 +290,10 @@ def find_checkout() -> Path:
 
 
 def derive_example(example: str, folder: Path) -> None:
-    """Derive an example of the guide into a folder. Raises Absent outside a checkout or without SymPy."""
+    """Derive an example of the guide into a folder.
+
+    Raises Absent outside a checkout or without SymPy.
+    """
     source = find_checkout() / "docs" / "examples" / f"{example}.py"
     if not source.is_file():
         raise Absent(f"there is no {source.name} here")
@@ -262,7 +302,10 @@ def derive_example(example: str, folder: Path) -> None:
 
 @contextmanager
 def prepare_derivation() -> Iterator[Start]:
-    """Yield `python -m derive` in a copy of the checkout, which stays unchanged. Raises Absent if it is missing."""
+    """Yield `python -m derive` in a copy of the checkout, which stays unchanged.
+
+    Raises Absent if it is missing.
+    """
     source = find_checkout()
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:
         copy = Path(folder)

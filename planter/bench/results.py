@@ -36,7 +36,9 @@ class DrawnOutline(Record):
 
 @dataclass(frozen=True)
 class WayTimes(Record):
-    """Times of a way to do a task: median, ratio to the reference, how it was built, difference of its results."""
+    """Times of a way to do a task: median, ratio to the reference, how it was built, difference of
+    its results.
+    """
 
     way: str
     median_us: float
@@ -162,12 +164,16 @@ WORKS = (
 )
 QUICK_WORKS = ("cycle", "cycle+gradient", "optimise")
 WAYS = ("numpy", "lambdify", "jax", "casadi-vm", "casadi-c", "lanes")
-"""Ways to evaluate a cycle; the tasks `optimise`, `gears`, `derive` and `cold start` have other ways."""
+"""Ways to evaluate a cycle; the tasks `optimise`, `gears`, `derive` and `cold start` have other
+ways.
+"""
 
 
 @dataclass(frozen=True)
 class BenchmarkSettings:
-    """`rounds` of slots of `slot_s` seconds for a cycle; repetitions of the tasks that take longer."""
+    """`rounds` of slots of `slot_s` seconds for a cycle; repetitions of the tasks that take
+    longer.
+    """
 
     works: tuple[str, ...] = WORKS
     ways: tuple[str, ...] = WAYS
@@ -191,7 +197,9 @@ def choose_settings(
     """Return the settings of a benchmark. Raises InputError for an unknown task or way."""
     chosen = BenchmarkSettings()
     if quick:
-        chosen = BenchmarkSettings(works=QUICK_WORKS, quick=True, rounds=12, slot_s=0.03, searches=3)
+        chosen = BenchmarkSettings(
+            works=QUICK_WORKS, quick=True, rounds=12, slot_s=0.03, searches=3
+        )
     if works:
         chosen = replace(chosen, works=_select_names("--work", works, WORKS))
     if ways:
@@ -200,7 +208,13 @@ def choose_settings(
         if rounds < 1:
             raise InputError.for_value("--rounds", rounds, "the number must be at least 1")
         chosen = replace(
-            chosen, rounds=rounds, batches=rounds, searches=rounds, pairs=rounds, derivations=rounds, processes=rounds
+            chosen,
+            rounds=rounds,
+            batches=rounds,
+            searches=rounds,
+            pairs=rounds,
+            derivations=rounds,
+            processes=rounds,
         )
     return chosen
 

@@ -1,4 +1,6 @@
-"""Tasks of the benchmark: which ways take part, their agreement, then their times; each ends as a record."""
+"""Tasks of the benchmark: which ways take part, their agreement, then their times; each ends as a
+record.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,11 @@ from planter.bench.array_backends import (
     build_stacked_contender,
     build_sympy_contender,
 )
-from planter.bench.casadi_backends import build_c_contender, build_fast_c_contender, build_virtual_machine
+from planter.bench.casadi_backends import (
+    build_c_contender,
+    build_fast_c_contender,
+    build_virtual_machine,
+)
 from planter.bench.case import Absent, BenchmarkCase, Contender
 from planter.bench.measurement import Peak, Times, check_agreement, time_calls
 from planter.bench.mechanisms import cold_starts, prepare_derivation
@@ -76,7 +82,9 @@ def compile_device(case: BenchmarkCase, model: str) -> Device:
     return device
 
 
-def time_printed_searches(case: BenchmarkCase, rounds: int) -> tuple[dict[str, Times], dict[str, list[float]]]:
+def time_printed_searches(
+    case: BenchmarkCase, rounds: int
+) -> tuple[dict[str, Times], dict[str, list[float]]]:
     """The printed model has one basin: durations of each method, and the objectives it reached."""
     device = compile_device(case, "printed")
     samples = device.machine.objective.samples
@@ -94,14 +102,18 @@ def time_printed_searches(case: BenchmarkCase, rounds: int) -> tuple[dict[str, T
 
 
 def search_exact(case: BenchmarkCase, rounds: int) -> BasinSearch:
-    """The exact model has several basins: time and starts until IPOPT meets what the GA found, for each seed."""
+    """The exact model has several basins: time and starts until IPOPT meets what the GA found, for
+    each seed.
+    """
     device = compile_device(case, "exact")
     return BasinSearch("exact", [_met(device, seed) for seed in range(rounds)])
 
 
 def _met(device: Device, seed: int) -> SeedTimes:
     sought, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
-    target = optimiser.search_genetically(sought, device.machine.genetic_algorithm, seed)[0].objective
+    target = optimiser.search_genetically(sought, device.machine.genetic_algorithm, seed)[
+        0
+    ].objective
     ga_s = time.perf_counter() - begun
     problem, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
     best, starts = float("inf"), 0
@@ -114,7 +126,10 @@ def _met(device: Device, seed: int) -> SeedTimes:
 
 
 ECCENTRICITY, TEETH, MODULE, TOLERANCE = 0.2, 30, 2e-3, 1e-6
-GEARS_UNIT = f"us per pair of ellipses of eccentricity {ECCENTRICITY} with {TEETH} teeth each: outlines, checks, DXF"
+GEARS_UNIT = (
+    f"us per pair of ellipses of eccentricity {ECCENTRICITY} with {TEETH} teeth each: "
+    f"outlines, checks, DXF"
+)
 
 
 @dataclass(frozen=True)
@@ -137,7 +152,9 @@ def build_makers(case: BenchmarkCase) -> tuple[dict[str, Maker], list[SkippedWay
 
 def build_planter_maker(case: BenchmarkCase) -> Maker:
     """Exact pieces, all contacts solved, arcs within a micrometre."""
-    device = Device(case.device.machine.with_numbers({"design.k6": ECCENTRICITY, "design.m61": 1.0}))
+    device = Device(
+        case.device.machine.with_numbers({"design.k6": ECCENTRICITY, "design.m61": 1.0})
+    )
     fits: list[ArcFit] = []
 
     def make(_: Any) -> None:
@@ -150,7 +167,9 @@ def build_planter_maker(case: BenchmarkCase) -> Maker:
             raise Absent("the pair does not mesh")
 
     def measure_drawing() -> DrawnOutline:
-        return DrawnOutline(sum(len(fit.arcs.vertices) for fit in fits), max(fit.deviation for fit in fits) * 1e6)
+        return DrawnOutline(
+            sum(len(fit.arcs.vertices) for fit in fits), max(fit.deviation for fit in fits) * 1e6
+        )
 
     return Maker(make, "exact pieces, contacts solved, biarcs within 1 um", measure_drawing)
 
@@ -167,7 +186,10 @@ def build_ncgears_maker() -> Maker:
 
     def make(_: Any) -> None:
         gears = ncgears.generate_from_centrode(
-            f"1/(1-{ECCENTRICITY}*cos(phi))", teeth=TEETH, module=MODULE * 1e3, output_directory=folder.name
+            f"1/(1-{ECCENTRICITY}*cos(phi))",
+            teeth=TEETH,
+            module=MODULE * 1e3,
+            output_directory=folder.name,
         )
         gears.export_dxf(file)
         outlines[:] = [gears.drive_outline, gears.placed_driven_outline]
@@ -176,7 +198,10 @@ def build_ncgears_maker() -> Maker:
         space = read(io.StringIO(file.read_text(encoding="utf-8"))).modelspace()
         lines = [line for line in space if isinstance(line, LWPolyline)]
         rings = [shapely.LinearRing(np.array(line.get_points("xy"))) for line in lines]
-        off = [shapely.distance(shapely.points(dense), ring).max() for dense, ring in zip(outlines, rings, strict=True)]
+        off = [
+            shapely.distance(shapely.points(dense), ring).max()
+            for dense, ring in zip(outlines, rings, strict=True)
+        ]
         return DrawnOutline(sum(len(ring.coords) - 1 for ring in rings), float(max(off)) * 1e3)
 
     return Maker(make, "generate_from_centrode and export_dxf with their defaults", measure_drawing)
@@ -233,7 +258,9 @@ def _turn(name: str, case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTi
     off = check_agreement(name, contenders, [next(designs) for _ in range(CHECKED)])
     calls = {way: contender.call for way, contender in contenders.items()}
     times = time_calls(calls, designs, settings.rounds, settings.slot_s)
-    return build_task_times(name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped)
+    return build_task_times(
+        name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped
+    )
 
 
 def _batch(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
@@ -245,7 +272,9 @@ def _batch(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
             yield case.draw_designs(rng, settings.designs)
 
     off = check_agreement("batch", contenders, [next(inputs())])
-    times = time_calls({way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0)
+    times = time_calls(
+        {way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0
+    )
     built = {way: c.built for way, c in contenders.items()}
     unit = f"us per {settings.designs} designs: their objectives, {os.cpu_count()} cores"
     return replace(build_task_times("batch", times, "lanes", built, off, skipped), unit=unit)
@@ -254,14 +283,23 @@ def _batch(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
 def _optimise(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
     times, reached = time_printed_searches(case, settings.searches)
     work = build_task_times("optimise", times, REFERENCE, SEARCHES)
-    ways = [replace(w, objectives=ReachedObjectives(min(reached[w.way]), max(reached[w.way]))) for w in work.ways]
-    return replace(work, ways=ways, exact=None if settings.quick else search_exact(case, settings.searches))
+    ways = [
+        replace(w, objectives=ReachedObjectives(min(reached[w.way]), max(reached[w.way])))
+        for w in work.ways
+    ]
+    return replace(
+        work, ways=ways, exact=None if settings.quick else search_exact(case, settings.searches)
+    )
 
 
 def _gears(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
     ways, skipped = build_makers(case)
-    times = time_calls({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
-    work = build_task_times("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
+    times = time_calls(
+        {name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0
+    )
+    work = build_task_times(
+        "gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped
+    )
     return replace(work, ways=[replace(row, drawn=ways[row.way].measure()) for row in work.ways])
 
 
@@ -286,7 +324,8 @@ def _mechanism(name: str, settings: BenchmarkSettings) -> TaskTimes:
         times = time_calls(calls, designs, settings.rounds, settings.slot_s)
         built = {way: c.built for way, c in contenders.items()}
     unit = (
-        f"us per turn of {mechanisms.ANGLES} angles: mean square of the torque and gradient; derived in {seconds:.2f} s"
+        f"us per turn of {mechanisms.ANGLES} angles: mean square of the torque and gradient; "
+        f"derived in {seconds:.2f} s"
     )
     return replace(build_task_times(name, times, "lanes", built, off, skipped), unit=unit)
 
@@ -294,7 +333,9 @@ def _mechanism(name: str, settings: BenchmarkSettings) -> TaskTimes:
 def _derive(settings: BenchmarkSettings) -> TaskTimes:
     with prepare_derivation() as start:
         times = time_calls({"derive": start}, _nothing(), settings.derivations, 0)
-    return build_task_times("derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"})
+    return build_task_times(
+        "derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"}
+    )
 
 
 def _cold_start(settings: BenchmarkSettings) -> TaskTimes:
@@ -311,7 +352,9 @@ def _nothing() -> Iterator[None]:
 def list_contenders(
     name: str, case: BenchmarkCase, settings: BenchmarkSettings
 ) -> tuple[dict[str, Contender], list[SkippedWay]]:
-    """Return the ways of a work, CasADi's virtual machine first, and those left out, with the reason."""
+    """Return the ways of a work, CasADi's virtual machine first, and those left out, with the
+    reason.
+    """
     contenders: dict[str, Contender] = {}
     skipped: list[SkippedWay] = []
     variants = {} if settings.quick or settings.ways != WAYS else VARIANTS
@@ -319,7 +362,9 @@ def list_contenders(
         try:
             if way not in settings.ways and way not in variants:
                 raise Absent("not asked for (--way)")
-            contenders[way] = _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
+            contenders[way] = (
+                _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
+            )
         except Absent as reason:
             if way not in variants:
                 skipped.append(SkippedWay(way, str(reason)))
@@ -339,13 +384,21 @@ def build_task_times(
     off: Mapping[str, float] | None = None,
     skipped: list[SkippedWay] | None = None,
 ) -> TaskTimes:
-    """A work as the interface gives it: ratios over the way `over`, or over the first where that is not there."""
+    """A work as the interface gives it: ratios over the way `over`, or over the first where that is
+    not there.
+    """
     reference = over if over in times else next(iter(times))
     rows = [
-        WayTimes(way, taken.median_us, taken.median_us / times[reference].median_us, taken.quartiles(), built[way],
-            off[way] if off else None)
+        WayTimes(
+            way,
+            taken.median_us,
+            taken.median_us / times[reference].median_us,
+            taken.quartiles(),
+            built[way],
+            off[way] if off else None,
+        )
         for way, taken in times.items()
-    ]  # fmt: skip
+    ]
     order = (*WAYS, *times)
     rows.sort(key=lambda row: order.index(row.way))
     ways, variants = ([r for r in rows if (r.way in VARIANTS) is other] for other in (False, True))
@@ -377,7 +430,13 @@ def run_benchmark(chosen: BenchmarkSettings, progress: Listener | None = None) -
     except CompilerError as missing:
         skipped.append(SkippedTask("arithmetic", str(missing)))
     return Benchmark(
-        work=results, machine=machine, versions=measurement.list_versions(), skipped=skipped, vector_width=width,
-        arithmetic=arithmetic, device=case.device.machine.name, samples=case.turns.samples,
+        work=results,
+        machine=machine,
+        versions=measurement.list_versions(),
+        skipped=skipped,
+        vector_width=width,
+        arithmetic=arithmetic,
+        device=case.device.machine.name,
+        samples=case.turns.samples,
         seconds=time.perf_counter() - begun,
-    )  # fmt: skip
+    )

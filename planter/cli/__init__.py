@@ -1,4 +1,7 @@
-"""The command line: arguments in, results out. Heavy parts are loaded by the command that needs them."""
+"""The command line: arguments in, results out.
+
+Heavy parts are loaded by the command that needs them.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,15 @@ from planter.terminal import process
 
 
 def main() -> None:
-    """Entry point: a call that cannot be understood ends in one sentence and exit code 2, a signal in one line."""
+    """Entry point: a call that cannot be understood ends in one sentence and exit code 2, a signal
+    in one line.
+    """
     process.listen_signals()
     code = _ended()
     if process.exit_code() is not None:
-        os._exit(code)  # an interrupt that passed a text being executed would make Python end by signal 2
+        os._exit(
+            code
+        )  # an interrupt that passed a text being executed would make Python end by signal 2
     sys.exit(code)
 
 
@@ -44,10 +51,14 @@ def _called() -> int:
     try:
         code = build_application()(standalone_mode=False) or 0
     except Exception as error:
-        if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
+        if not hasattr(
+            error, "format_message"
+        ):  # what the command-line library raises for bad arguments has one
             raise
         raise InputError(error.format_message() + _hint()) from None
-    if code and process.exit_code() is not None:  # the library ends silently where a signal comes between its own lines
+    if (
+        code and process.exit_code() is not None
+    ):  # the library ends silently where a signal comes between its own lines
         raise KeyboardInterrupt
     return code
 
@@ -56,6 +67,8 @@ def _hint() -> str:
     """Return the probable meaning of an option's number with a decimal comma."""
     from planter import safe_text
 
-    pointed = (safe_text.replace_decimal_comma(argument.rpartition("=")[2]) for argument in sys.argv[1:])
+    pointed = (
+        safe_text.replace_decimal_comma(argument.rpartition("=")[2]) for argument in sys.argv[1:]
+    )
     number = next(filter(None, pointed), None)
     return f" (with a decimal point: {number})" if number else ""

@@ -24,7 +24,9 @@ def common(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
     ] = False,
 ) -> None:
-    """Simulate, check and optimise the mechanisms of planting machines: forces, gears, cams, motion."""
+    """Simulate, check and optimise the mechanisms of planting machines: forces, gears, cams,
+    motion.
+    """
     if context.invoked_subcommand is None:
         print(context.get_help())
 

@@ -1,4 +1,6 @@
-"""Commands that belong to no machine: built-in files, derivation, schemas, topics of help, papers to cite."""
+"""Commands that belong to no machine: built-in files, derivation, schemas, topics of help, papers
+to cite.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,17 @@ from typing import Annotated
 import typer
 
 from planter import plugins
-from planter.cli.results import Citable, Citations, Cited, Derived, Example, Examples, Listed, Topic, Topics
+from planter.cli.results import (
+    Citable,
+    Citations,
+    Cited,
+    Derived,
+    Example,
+    Examples,
+    Listed,
+    Topic,
+    Topics,
+)
 from planter.errors import InputError
 from planter.files import derivation, examples, paths
 from planter.files.text import parse_toml
@@ -32,7 +44,9 @@ _OURS = ("type", "for")
 
 @dataclass(frozen=True)
 class References:
-    """Works by key, each a table of BibTeX's fields with `type` and its purpose `for`; keys of works by command."""
+    """Works by key, each a table of BibTeX's fields with `type` and its purpose `for`; keys of
+    works by command.
+    """
 
     works: Mapping[str, Mapping[str, str]]
     commands: Mapping[str, list[str]]
@@ -40,10 +54,14 @@ class References:
 
 @cache
 def load_references() -> References:
-    """Return the works of all packages; of a command in several files, works of machines precede shared ones."""
+    """Return the works of all packages; of a command in several files, works of machines precede
+    shared ones.
+    """
     works: dict[str, Mapping[str, str]] = {}
     commands: dict[str, list[str]] = {}
-    for package in sorted(plugins.find_packages().values(), key=lambda package: package == __package__):
+    for package in sorted(
+        plugins.find_packages().values(), key=lambda package: package == __package__
+    ):
         file = resources.files(package).joinpath(FILE)
         if file.is_file():
             table = parse_toml(file.read_text(encoding="utf-8"), file.name)
@@ -65,7 +83,9 @@ def cite_works(name: str) -> list[Cited]:
         return [cite_work(key) for key in (OWN, *index.commands[name])]
     names = [*index.works, *index.commands]
     hint = paths.suggest_names(name, names, "planter cite lists the works and commands")
-    raise InputError.for_value("NAME", name, f"it is neither a work nor a command based on one, {hint}")
+    raise InputError.for_value(
+        "NAME", name, f"it is neither a work nor a command based on one, {hint}"
+    )
 
 
 def cite_work(key: str) -> Cited:
@@ -73,7 +93,9 @@ def cite_work(key: str) -> Cited:
     fields = dict(load_references().works[key])
     if key == OWN:
         fields["version"] = __version__
-    return Cited(key, fields.get("for", "this program"), format_line(fields), format_bibtex(key, fields))
+    return Cited(
+        key, fields.get("for", "this program"), format_line(fields), format_bibtex(key, fields)
+    )
 
 
 def format_line(fields: Mapping[str, str]) -> str:
@@ -84,8 +106,18 @@ def format_line(fields: Mapping[str, str]) -> str:
     """
     authors = fields["author"].strip("{}").replace(" and others", " et al.").replace(" and ", "; ")
     parts = [fields[key] for key in ("journal", "booktitle", "publisher", "year") if key in fields]
-    patterns = {"version": "version {}", "volume": "vol. {}", "number": "no. {}", "pages": "pp. {}", "doi": "doi:{}"}
-    parts += [words.format(fields[key].replace("--", "-")) for key, words in patterns.items() if key in fields]
+    patterns = {
+        "version": "version {}",
+        "volume": "vol. {}",
+        "number": "no. {}",
+        "pages": "pp. {}",
+        "doi": "doi:{}",
+    }
+    parts += [
+        words.format(fields[key].replace("--", "-"))
+        for key, words in patterns.items()
+        if key in fields
+    ]
     note = f" ({fields['note']})" if "note" in fields else ""
     return f"{authors}: {fields['title']}. {', '.join(parts)}{note}."
 
@@ -103,7 +135,9 @@ app = typer.Typer()
 
 @app.command()
 def example(
-    name: Annotated[str | None, typer.Argument(help="a built-in machine or data file", show_default=False)] = None,
+    name: Annotated[
+        str | None, typer.Argument(help="a built-in machine or data file", show_default=False)
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """List built-in machines and data files, or print one."""
@@ -113,7 +147,8 @@ def example(
             described = examples.describe_examples()
             rows = list(described.items())
             console.result(
-                Examples(list(described), described), lambda: console.table("Built-in files", ("name", "content"), rows)
+                Examples(list(described), described),
+                lambda: console.table("Built-in files", ("name", "content"), rows),
             )
         else:
             text = examples.example(name)
@@ -121,17 +156,24 @@ def example(
 
 
 FileArgument = Annotated[
-    Path, typer.Argument(metavar="FILE", help="a Python file, or a folder of such files", show_default=False)
+    Path,
+    typer.Argument(
+        metavar="FILE", help="a Python file, or a folder of such files", show_default=False
+    ),
 ]
 FolderOption = Annotated[
-    Path | None, typer.Option("--out", help="folder to write to [default: generated, next to FILE]", show_default=False)
+    Path | None,
+    typer.Option(
+        "--out", help="folder to write to [default: generated, next to FILE]", show_default=False
+    ),
 ]
 TargetOption = Annotated[
     list[str] | None,
     typer.Option(
         "--target",
         metavar="NAME",
-        help="also write this language (repeatable): matlab (function files for MATLAB and Octave), latex (the "
+        help="also write this language (repeatable): matlab (function files for MATLAB and "
+        "Octave), latex (the "
         "derivation as a document with numbered equations), or one that an installed package offers",
         show_default=False,
     ),
@@ -144,9 +186,12 @@ def _is_derived(path: Path) -> bool:
 
 @app.command()
 def derive(
-    source: FileArgument, out: FolderOption = None, target: TargetOption = None, overwrite: OverwriteOption = False,
+    source: FileArgument,
+    out: FolderOption = None,
+    target: TargetOption = None,
+    overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Derive the equations of your mechanism. FILE is run as Python: only use files you trust."""
     console = Console(as_json)
     with console.outcome():
@@ -186,7 +231,9 @@ _FOLDER = resources.files(__package__).joinpath("topics")
 
 def list_topics() -> list[str]:
     """Return the names of the topics, sorted."""
-    return sorted(page.name.removesuffix(".md") for page in _FOLDER.iterdir() if page.name.endswith(".md"))
+    return sorted(
+        page.name.removesuffix(".md") for page in _FOLDER.iterdir() if page.name.endswith(".md")
+    )
 
 
 def read_topic(topic: str) -> str:
@@ -201,7 +248,9 @@ def read_topic(topic: str) -> str:
 
 @app.command(name="help", cls=list_allowed(topic=list_topics))
 def help_topics(
-    topic: Annotated[str | None, typer.Argument(help="what to read about", show_default=False)] = None,
+    topic: Annotated[
+        str | None, typer.Argument(help="what to read about", show_default=False)
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """List the topics that concern all commands, or print one."""
@@ -219,9 +268,14 @@ def help_topics(
 def cite(
     name: Annotated[
         list[str] | None,
-        typer.Argument(help="a command, as `optimise` or `clutch engage`, or a work, as wang2017", show_default=False),
+        typer.Argument(
+            help="a command, as `optimise` or `clutch engage`, or a work, as wang2017",
+            show_default=False,
+        ),
     ] = None,
-    bibtex: Annotated[bool, typer.Option("--bibtex", help="entries for BibTeX instead of lines")] = False,
+    bibtex: Annotated[
+        bool, typer.Option("--bibtex", help="entries for BibTeX instead of lines")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """List the works to cite for a command's result. For example: planter cite optimise --bibtex"""
@@ -231,27 +285,44 @@ def cite(
             refuse_unused("without a NAME", "--bibtex")
             index = load_references()
             listed = Citable(sorted(index.works), dict(sorted(index.commands.items())))
-            lines = [f"works: {', '.join(listed.works)}", *(f"{k}: {', '.join(v)}" for k, v in listed.commands.items())]
+            lines = [
+                f"works: {', '.join(listed.works)}",
+                *(f"{k}: {', '.join(v)}" for k, v in listed.commands.items()),
+            ]
             console.result(listed, lambda: print("\n".join(lines)))
             return
         title = " ".join(name)
         result = Citations(title, cite_works(title))
-        console.result(result, lambda: print("\n\n".join(w.bibtex if bibtex else _wrap(w) for w in result.works)))
+        console.result(
+            result,
+            lambda: print("\n\n".join(w.bibtex if bibtex else _wrap(w) for w in result.works)),
+        )
 
 
 def _wrap(work: Cited) -> str:
-    return fill(f"{work.key} ({work.behind}): {work.text}", 80, subsequent_indent="  ", break_on_hyphens=False)
+    return fill(
+        f"{work.key} ({work.behind}): {work.text}",
+        80,
+        subsequent_indent="  ",
+        break_on_hyphens=False,
+    )
 
 
 @app.command("prove")
 def check_proof(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="a proof.json of optimise --prove", show_default=False)],
-    check: Annotated[bool, typer.Option("--check", help="compute each of its bounds again (the default)")] = True,
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="a proof.json of optimise --prove", show_default=False),
+    ],
+    check: Annotated[
+        bool, typer.Option("--check", help="compute each of its bounds again (the default)")
+    ] = True,
     as_json: JsonOption = False,
 ) -> None:
     """Compute each bound of a proof again, from its file alone.
 
-    Exit code 1 if one does not follow. `check_proof.py` beside the file does the same without planter.
+    Exit code 1 if one does not follow. `check_proof.py` beside the file does the same without
+    planter.
     """
     console = Console(as_json)
     with console.outcome():

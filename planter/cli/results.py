@@ -81,6 +81,10 @@ class Topic(Record):
 
 
 COMMANDS = {
-    "example": Examples | Example, "derive": Derived, "schema": Listed, "help": Topics | Topic,
-    "cite": Citations | Citable, "prove": ProofCheck,
-}  # fmt: skip
+    "example": Examples | Example,
+    "derive": Derived,
+    "schema": Listed,
+    "help": Topics | Topic,
+    "cite": Citations | Citable,
+    "prove": ProofCheck,
+}

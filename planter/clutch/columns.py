@@ -4,10 +4,16 @@ from __future__ import annotations
 
 OF_SHAPE = {
     "theta_deg": "rotation of the polygon relative to the hexagon",
-    **{f"{axis}_{corner}_mm": f"corner {corner} of the polygon, {axis}" for corner in "ABC" for axis in "xy"},
+    **{
+        f"{axis}_{corner}_mm": f"corner {corner} of the polygon, {axis}"
+        for corner in "ABC"
+        for axis in "xy"
+    },
     "x_M_mm": "middle of the polygon, x",
     "y_M_mm": "middle of the polygon, y",
-    "overlap_mm": "how far the polygon reaches beyond the hexagon's sides; below zero it is clear of them",
+    "overlap_mm": (
+        "how far the polygon reaches beyond the hexagon's sides; below zero it is clear of them"
+    ),
 }
 OF_ENGAGEMENT = {
     "time_s": "time since the halves first touch",
@@ -40,4 +46,8 @@ OF_FIELD_TEST = {
 def columns() -> dict[str, tuple[str, str]]:
     """Meaning and source of each column that holds numbers."""
     parts = {"shape": OF_SHAPE, "engagement": OF_ENGAGEMENT, "field test": OF_FIELD_TEST}
-    return {name: (meaning, part) for part, meanings in parts.items() for name, meaning in meanings.items()}
+    return {
+        name: (meaning, part)
+        for part, meanings in parts.items()
+        for name, meaning in meanings.items()
+    }

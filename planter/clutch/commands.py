@@ -26,7 +26,10 @@ app = typer.Typer()
 app.add_typer(clutch, name="clutch")
 
 ClutchArgument = Annotated[
-    str, typer.Argument(metavar="CLUTCH", help="a clutch file, or the name of a built-in one", show_default=False)
+    str,
+    typer.Argument(
+        metavar="CLUTCH", help="a clutch file, or the name of a built-in one", show_default=False
+    ),
 ]
 
 
@@ -52,14 +55,20 @@ def print_help(context: typer.Context) -> None:
 def engage_clutch(
     source: ClutchArgument,
     mode: Annotated[
-        EngagementMode, typer.Option(help="one mode of the shaft in closed form, or contact of the real profiles")
+        EngagementMode,
+        typer.Option(help="one mode of the shaft in closed form, or contact of the real profiles"),
     ] = EngagementMode.modal,
     shape: Annotated[
         str,
-        typer.Option(metavar="NAME", help="bending shape of the shaft: the paper's, or a clamped one (clamped-...)"),
+        typer.Option(
+            metavar="NAME",
+            help="bending shape of the shaft: the paper's, or a clamped one (clamped-...)",
+        ),
     ] = "quarter-sine",
     set_: SetOption = None,
-    speed_rpm: Annotated[float | None, typer.Option(help="change the input speed for this call")] = None,
+    speed_rpm: Annotated[
+        float | None, typer.Option(help="change the input speed for this call")
+    ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
@@ -67,8 +76,8 @@ def engage_clutch(
 
     By contact also its cut-off, and a dog clutch for comparison; this takes half a minute.
 
-    In contact, `sensitivity` follows the largest loads over a factor of 10 in each input that the paper does not
-    disclose. Shapes: quarter-sine, clamped-cosine, clamped-static, clamped-mode.
+    In contact, `sensitivity` follows the largest loads over a factor of 10 in each input that the
+    paper does not disclose. Shapes: quarter-sine, clamped-cosine, clamped-static, clamped-mode.
     """
     console = Console(as_json)
     with console.outcome(), renew_files(out):
@@ -79,11 +88,15 @@ def engage_clutch(
 
         file = load_clutch(source, parse_changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
         if mode is EngagementMode.modal:
-            result: ModalEngagement | ContactEngagement = modal_engagement.evaluate_engagement(file, shape)
+            result: ModalEngagement | ContactEngagement = modal_engagement.evaluate_engagement(
+                file, shape
+            )
             curves = None
         else:
             keep = None if out is None else partial(write_unfinished, out, file)
-            comparison = contact_simulation.compare_clutches(file, shape, progress=console.progress, keep=keep)
+            comparison = contact_simulation.compare_clutches(
+                file, shape, progress=console.progress, keep=keep
+            )
             result, curves = comparison.result, comparison.runs
         present_engagement(file, result, shape, curves).show(console, out)
 
@@ -91,20 +104,30 @@ def engage_clutch(
 @clutch.command(name="field")
 @writes_files("summary.json", "report.html")
 def evaluate_field(
-    data: Annotated[str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")] = "shi2021-field",
+    data: Annotated[
+        str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")
+    ] = "shi2021-field",
     response: Annotated[
-        NamesOption, typer.Option(metavar="NAME", help="this column is a response", show_default=False)
+        NamesOption,
+        typer.Option(metavar="NAME", help="this column is a response", show_default=False),
     ] = None,
     blank: Annotated[
         NamesOption,
-        typer.Option(metavar="NAME", help="this column of the array has no factor (error)", show_default=False),
+        typer.Option(
+            metavar="NAME",
+            help="this column of the array has no factor (error)",
+            show_default=False,
+        ),
     ] = None,
-    ignore: Annotated[NamesOption, typer.Option(metavar="NAME", help="ignore this column", show_default=False)] = None,
+    ignore: Annotated[
+        NamesOption, typer.Option(metavar="NAME", help="ignore this column", show_default=False)
+    ] = None,
     goal: Annotated[
         NamesOption,
         typer.Option(
             metavar="NAME=GOAL",
-            help="goal of a response: larger, smaller, zero, or a number for a target value; one for each "
+            help="goal of a response: larger, smaller, zero, or a number for a target value; one "
+            "for each "
             "response [default: zero, for the paper's own table alone]",
             show_default=False,
         ),
@@ -113,7 +136,8 @@ def evaluate_field(
         str | None,
         typer.Option(
             metavar="FILE",
-            help="CSV file clutch,speed_m_s,measure,mean,sd,n of clutches to compare [default: paper's, for its runs]",
+            help="CSV file clutch,speed_m_s,measure,mean,sd,n of clutches to compare [default: "
+            "paper's, for its runs]",
             show_default=False,
         ),
     ] = None,
@@ -124,16 +148,18 @@ def evaluate_field(
 
     The result has range analysis, analysis of variance, predictions and comparisons of clutches.
 
-    The header says what a column is: `run` counts the runs; `blank`, `empty` or `error` is a column of the array that
-    no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other column is a factor, whose levels are
-    all numbers or all words. Comments above the header, `# factor A: axial angle / deg = 10, 15, 20` and
-    `# response Y1: lag / cm`, carry meanings into figures and report.
+    The header says what a column is: `run` counts the runs; `blank`, `empty` or `error` is a column
+    of the array that no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other
+    column is a factor, whose levels are all numbers or all words. Comments above the header,
+    `# factor A: axial angle / deg = 10, 15, 20` and `# response Y1: lag / cm`, carry meanings into
+    figures and report.
 
-    Best are the levels whose prediction comes closest to the goal of a response; for all responses together, those
-    with the best mean rank. Any other table needs a goal for each response: --goal Y1=larger --goal Y2=smaller.
+    Best are the levels whose prediction comes closest to the goal of a response; for all responses
+    together, those with the best mean rank. Any other table needs a goal for each response: --goal
+    Y1=larger --goal Y2=smaller.
 
-    Levels in the results are those of the file. Designs that are not orthogonal have no range analysis (null), and
-    their sums of squares are of type II: each factor over all others.
+    Levels in the results are those of the file. Designs that are not orthogonal have no range
+    analysis (null), and their sums of squares are of type II: each factor over all others.
     """
     console = Console(as_json)
     with console.outcome():
@@ -152,12 +178,21 @@ def plan_field(
     array: Annotated[str, typer.Argument(help="L4, L8, L9, L18, L25 or L27", show_default=False)],
     factor: Annotated[
         NamesOption,
-        typer.Option(metavar="NAME=LEVEL,...", help="a factor and its levels [default: A, B, ...]", show_default=False),
+        typer.Option(
+            metavar="NAME=LEVEL,...",
+            help="a factor and its levels [default: A, B, ...]",
+            show_default=False,
+        ),
     ] = None,
     response: Annotated[
-        NamesOption, typer.Option(metavar="NAME", help="a column to be measured [default: Y1]", show_default=False)
+        NamesOption,
+        typer.Option(
+            metavar="NAME", help="a column to be measured [default: Y1]", show_default=False
+        ),
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="shuffle the runs by this seed", show_default=False)] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="shuffle the runs by this seed", show_default=False)
+    ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
@@ -180,10 +215,17 @@ def plan_field(
 
 @clutch.command(name="geometry")
 @writes_files(
-    "summary.json", "poses.csv", "turning.gif", "report.html", figures=("linkage", "travel", "turning", "vertex_path")
+    "summary.json",
+    "poses.csv",
+    "turning.gif",
+    "report.html",
+    figures=("linkage", "travel", "turning", "vertex_path"),
 )
 def show_geometry(
-    source: ClutchArgument, set_: SetOption = None, as_json: JsonOption = False, out: OutOption = None
+    source: ClutchArgument,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
 ) -> None:
     """Compute polygon, hexagon, teeth and linkage of a clutch.
 
@@ -200,13 +242,23 @@ def show_geometry(
 
 
 @clutch.command(name="design")
-@writes_files("summary.json", "way.csv", "report.html", figures=("linkage", "turning", "vertex_path"))
+@writes_files(
+    "summary.json", "way.csv", "report.html", figures=("linkage", "turning", "vertex_path")
+)
 def size_clutch(
     source: ClutchArgument,
-    shaft_mm: Annotated[float | None, typer.Option(help="distance of the shaft's flats", show_default=False)] = None,
-    travel_mm: Annotated[float | None, typer.Option(help="required travel of the sleeve", show_default=False)] = None,
-    radius_mm: Annotated[float | None, typer.Option(help="available space across the axis", show_default=False)] = None,
-    length_mm: Annotated[float | None, typer.Option(help="available space along the axis", show_default=False)] = None,
+    shaft_mm: Annotated[
+        float | None, typer.Option(help="distance of the shaft's flats", show_default=False)
+    ] = None,
+    travel_mm: Annotated[
+        float | None, typer.Option(help="required travel of the sleeve", show_default=False)
+    ] = None,
+    radius_mm: Annotated[
+        float | None, typer.Option(help="available space across the axis", show_default=False)
+    ] = None,
+    length_mm: Annotated[
+        float | None, typer.Option(help="available space along the axis", show_default=False)
+    ] = None,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,

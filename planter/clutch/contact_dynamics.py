@@ -1,7 +1,8 @@
-"""Equations of motion of a clutch in contact for an integrator, and their inputs, in SI units and radians.
+"""Equations of motion of a clutch in contact for an integrator, and their inputs, in SI units and
+radians.
 
-Six degrees of freedom, and the works of all forces. The equations are generated, with their assumptions; here they are
-combined with the contacts of a clutch.
+Six degrees of freedom, and the works of all forces. The equations are generated, with their
+assumptions; here they are combined with the contacts of a clutch.
 """
 
 from __future__ import annotations
@@ -24,10 +25,11 @@ from planter.kernels import Kernel, formulas
 
 @dataclass(frozen=True)
 class ContactInputs:
-    """Inputs that both clutches share, and the geometry of each; fields may vary without rebuilding the model.
+    """Inputs that both clutches share, and the geometry of each; fields may vary without rebuilding
+    the model.
 
-    Names and units are those of the derivation, which says what each is; `push_*` is a force on the body that no clutch
-    has, for limits in which there is a closed form.
+    Names and units are those of the derivation, which says what each is; `push_*` is a force on the
+    body that no clutch has, for limits in which there is a closed form.
     """
 
     stiffness: float
@@ -102,14 +104,21 @@ NAMES = [field.name for field in fields(ContactInputs)]
 LONGEST_S = 3.0
 """Longest time that jaws may take to meet, and the sleeve to make its travel [s]."""
 LOAD_SPEED = 0.01
-"""Share of the input speed at which the load torque has 1/sqrt(2) of its value: below, it fades to none at rest."""
+"""Share of the input speed at which the load torque has 1/sqrt(2) of its value: below, it fades to
+none at rest.
+"""
 
 
 def _check(clutch: ClutchFile) -> None:
     if clutch.tooth.root_mm <= clutch.tooth.tip_mm:
-        raise clutch.input_error("tooth.root_mm", f"it must be greater than tooth.tip_mm = {clutch.tooth.tip_mm:g}")
+        raise clutch.input_error(
+            "tooth.root_mm", f"it must be greater than tooth.tip_mm = {clutch.tooth.tip_mm:g}"
+        )
     if clutch.dog.depth_mm >= clutch.sleeve.travel_mm:
-        allowed = f"it must be less than sleeve.travel_mm = {clutch.sleeve.travel_mm:g}, so that jaws come apart"
+        allowed = (
+            f"it must be less than sleeve.travel_mm = {clutch.sleeve.travel_mm:g}, so that "
+            f"jaws come apart"
+        )
         raise clutch.input_error("dog.depth_mm", allowed)
     slowest = 60 / clutch.dog.jaws / LONGEST_S
     if clutch.engagement.input_speed_rpm < slowest:
@@ -117,15 +126,19 @@ def _check(clutch: ClutchFile) -> None:
         raise clutch.input_error("engagement.input_speed_rpm", allowed)
     slowest = clutch.sleeve.travel_mm / LONGEST_S
     if clutch.sleeve.switching_speed_mm_s < slowest:
-        allowed = f"it must be at least {slowest:g}, so that the sleeve is there within {LONGEST_S:g} s"
+        allowed = (
+            f"it must be at least {slowest:g}, so that the sleeve is there within {LONGEST_S:g} s"
+        )
         raise clutch.input_error("sleeve.switching_speed_mm_s", allowed)
 
 
 def build_contact_inputs(clutch: ClutchFile, shape: str = modal_engagement.PAPERS) -> ContactInputs:
-    """Return the inputs of an engagement from a clutch file; the link falls from its limit to the horizontal.
+    """Return the inputs of an engagement from a clutch file; the link falls from its limit to the
+    horizontal.
 
-    The link moves at the speed that gives the sleeve the mean speed of the file. Raises InputError for a linkage that
-    does not close over the travel, teeth or jaws that cannot be, or a motion that takes too long.
+    The link moves at the speed that gives the sleeve the mean speed of the file. Raises InputError
+    for a linkage that does not close over the travel, teeth or jaws that cannot be, or a motion
+    that takes too long.
     """
     si = clutch.si
     _check(clutch)
@@ -133,7 +146,9 @@ def build_contact_inputs(clutch: ClutchFile, shape: str = modal_engagement.PAPER
     linkage = CrankLinkage(*(si(f"linkage.{key}") for key in ("crank_mm", "rod_mm", "distance_mm")))
     linkage.check(travel, f"{clutch.source}: linkage.rod_mm")
     gears = {"k": values["k"], "gamma": values["gamma"]}
-    drive = load_model().at("drive", **gears, span=values["r_A"] + values["r_D"], theta_Amax=linkage.rotation(travel))
+    drive = load_model().at(
+        "drive", **gears, span=values["r_A"] + values["r_D"], theta_Amax=linkage.rotation(travel)
+    )
     shaft = modal_engagement.build_beam(si, shape)
     bending = {"shaft_mass": shaft.mass, "shaft_stiffness": shaft.stiffness}
     radius, speed = si("engagement.contact_radius_mm"), si("engagement.input_speed_rpm")
@@ -150,7 +165,9 @@ def build_contact_inputs(clutch: ClutchFile, shape: str = modal_engagement.PAPER
         load_speed=speed * LOAD_SPEED,
         input_speed=speed,
         **bending,
-        **formulas.load("clutch_motion").at("damping", damping_share=si("contact.shaft_damping"), **bending),
+        **formulas.load("clutch_motion").at(
+            "damping", damping_share=si("contact.shaft_damping"), **bending
+        ),
         preload=si("sleeve.spring_preload_N"),
         spring_rate=si("contact.spring_rate_N_m"),
         slide=si("contact.slide_N"),
@@ -191,19 +208,26 @@ SIZE = WORKS + len(POWERS)
 """A state: coordinates, their rates, input angle, time, the coupling's bristles (2), works."""
 TRAVEL, OUTPUT = 2, 3
 SMALL = {"least_depth": 1e-30, "core": 1e-9, "creep": 1e-6}
-"""Lengths [m] and a speed [m/s] that keep slopes finite: of no depth, of no eccentricity, of no sliding."""
+"""Lengths [m] and a speed [m/s] that keep slopes finite: of no depth, of no eccentricity, of no
+sliding.
+"""
 
 
 def list_assumptions() -> list[str]:
     """Return the assumptions of the contact model of both clutches."""
-    return [text for model in (MOTION, REULEAUX, DOG) for text in formulas.load(model).sidecar["assumptions"]]
+    return [
+        text
+        for model in (MOTION, REULEAUX, DOG)
+        for text in formulas.load(model).sidecar["assumptions"]
+    ]
 
 
 @dataclass(frozen=True)
 class ClutchDynamics:
     """A clutch in contact: its right-hand side as symbols, and what can be seen of a state.
 
-    `carriers` counts the contacts that carry the load, teeth or jaws; after a turn of `pitch` [rad] they look alike.
+    `carriers` counts the contacts that carry the load, teeth or jaws; after a turn of `pitch` [rad]
+    they look alike.
     """
 
     name: str
@@ -230,12 +254,16 @@ def build_dog(count: int) -> ClutchDynamics:
 
 
 def _clutch(name: str, kinds: Sequence[Contact], alike: int, **fixed: float) -> ClutchDynamics:
-    """Return the clutch with some contacts; it repeats `alike` times per revolution; `fixed` are constants."""
+    """Return the clutch with some contacts; it repeats `alike` times per revolution; `fixed` are
+    constants.
+    """
     model = formulas.load(MOTION)
     x, p = ca.SX.sym("x", SIZE), ca.SX.sym("p", len(NAMES))
     values = {key: ca.SX(value) for key, value in (SMALL | fixed).items()}
     values |= dict(zip(NAMES, ca.vertsplit(p), strict=True)) | _state(x)
-    values |= {"angle_dot": values["input_speed"]} | model.composed("course", {**values, "t": x[TIME]})
+    values |= {"angle_dot": values["input_speed"]} | model.composed(
+        "course", {**values, "t": x[TIME]}
+    )
     totals = combine_contacts(kinds, values)
     rates = model.composed("motion", values | totals.sums)
     places = model.entries("places")
@@ -257,7 +285,9 @@ def _clutch(name: str, kinds: Sequence[Contact], alike: int, **fixed: float) -> 
         "link": values["link_angle"],
         "pushed": values["pushed"],
     }
-    seen = ca.Function(f"{name}_seen", [x, p], ca.cse(list(observed.values())), ["x", "p"], list(observed))
+    seen = ca.Function(
+        f"{name}_seen", [x, p], ca.cse(list(observed.values())), ["x", "p"], list(observed)
+    )
     dae = {"x": x, "p": p, "ode": ca.cse(ode)}
     return ClutchDynamics(name, carriers, 2 * math.pi / alike, dae, Kernel(seen, lanes=("x",)))
 
@@ -299,7 +329,9 @@ def list_dog_contacts(jaws: int) -> tuple[Contact, ...]:
 
 @dataclass(frozen=True)
 class ContactTotals:
-    """Signed distances [m] and normal forces [N] of all contacts, and the sums of their other results, by name."""
+    """Signed distances [m] and normal forces [N] of all contacts, and the sums of their other
+    results, by name.
+    """
 
     gaps: ca.SX
     normal: ca.SX
@@ -307,15 +339,23 @@ class ContactTotals:
 
 
 def combine_contacts(contacts: Sequence[Contact], values: Known) -> ContactTotals:
-    """Return the results of all contacts from values by name: positions, rates, contact law and sizes of the clutch."""
+    """Return the results of all contacts from values by name: positions, rates, contact law and
+    sizes of the clutch.
+    """
     contributions = [
         formulas.load(contact.model).composed(contact.name, {**values, "index": ca.SX(index)})
         for contact in contacts
         for index in range(contact.count)
     ]
     gaps, normal = (
-        ca.vertcat(*(contribution.pop(name) for contribution in contributions)) for name in ("gap", "normal")
+        ca.vertcat(*(contribution.pop(name) for contribution in contributions))
+        for name in ("gap", "normal")
     )
     return ContactTotals(
-        gaps, normal, {name: sum(contribution[name] for contribution in contributions) for name in contributions[0]}
+        gaps,
+        normal,
+        {
+            name: sum(contribution[name] for contribution in contributions)
+            for name in contributions[0]
+        },
     )

@@ -1,10 +1,12 @@
 """Motion of a clutch in contact at engagement and cut-off, and the comparison with a dog clutch.
 
-Steps are chosen by the integrator's error control, which sees every contact begin and end: the forces are continuous
-there, and no step is longer than `LONGEST`. States are sampled on a fine grid; peaks are then searched between points.
+Steps are chosen by the integrator's error control, which sees every contact begin and end: the
+forces are continuous there, and no step is longer than `LONGEST`. States are sampled on a fine
+grid; peaks are then searched between points.
 
-The loads that the paper prints depend on inputs that it does not disclose. The results here are for stated inputs, with
-the sensitivity of both clutches' loads to each of them. A load that stays is not an impact: the two are not compared.
+The loads that the paper prints depend on inputs that it does not disclose. The results here are for
+stated inputs, with the sensitivity of both clutches' loads to each of them. A load that stays is
+not an impact: the two are not compared.
 """
 
 from __future__ import annotations
@@ -57,7 +59,9 @@ from planter.progress import Listener, ProgressPhase
 STEP = 2e-5
 """Distance of the points of the grid [s]."""
 LONGEST = 5e-5
-"""Longest step of the integrator [s]: at the speeds of a planter, contacts close by a few micrometres in it."""
+"""Longest step of the integrator [s]: at the speeds of a planter, contacts close by a few
+micrometres in it.
+"""
 TOLERANCE = 1e-9
 """Relative tolerance; the absolute one is a thousandth of it, in SI units."""
 FINE = 64
@@ -105,7 +109,9 @@ class ContactRun:
         supplied = work["input"] + work["linkage"]
         lost = sum(work.values()) - supplied
         stored = float(self.seen["energy"][0, -1] - self.seen["energy"][0, 0])
-        return EnergyBalance(input_J=supplied, stored_J=stored, lost_J=lost, imbalance_J=supplied - stored - lost)
+        return EnergyBalance(
+            input_J=supplied, stored_J=stored, lost_J=lost, imbalance_J=supplied - stored - lost
+        )
 
     def peak(self) -> float:
         """Return the largest load [N], searched also between the points of the grid."""
@@ -124,7 +130,10 @@ def integrate_motion(
     step: float = STEP,
     tolerance: float = TOLERANCE,
 ) -> ContactRun:
-    """Return the motion from a state (SIZE,) over a duration [s]. Raises ComputationError if the integrator fails."""
+    """Return the motion from a state (SIZE,) over a duration [s].
+
+    Raises ComputationError if the integrator fails.
+    """
     vector = inputs.vector()
     count = round(duration / step)
     motion = _integrator(clutch, count, duration, tolerance)
@@ -143,11 +152,18 @@ def _integrator(clutch: ClutchDynamics, count: int, duration: float, tolerance: 
     grid = np.linspace(0, duration, count + 1)[1:]
     solver = ca.integrator("motion", "cvodes", clutch.dae, 0, grid, options)
     start, p = ca.MX.sym("x0", clutch.dae["x"].shape[0]), ca.MX.sym("p", clutch.dae["p"].shape[0])
-    return Kernel(ca.Function(f"{clutch.name}_motion", [start, p], [solver(x0=start, p=p)["xf"]], ["x0", "p"], ["x"]))
+    return Kernel(
+        ca.Function(
+            f"{clutch.name}_motion", [start, p], [solver(x0=start, p=p)["xf"]], ["x0", "p"], ["x"]
+        )
+    )
 
 
-def find_clear_state(clutch: ClutchDynamics, inputs: ContactInputs, phase: float, time: float) -> Array:
-    """Return a state (SIZE,) at rest with the input at `phase` [rad], the body as far as possible from every surface.
+def find_clear_state(
+    clutch: ClutchDynamics, inputs: ContactInputs, phase: float, time: float
+) -> Array:
+    """Return a state (SIZE,) at rest with the input at `phase` [rad], the body as far as possible
+    from every surface.
 
     Raises ComputationError if teeth, shaft and sleeve leave the body no clearance.
     """
@@ -159,11 +175,15 @@ def find_clear_state(clutch: ClutchDynamics, inputs: ContactInputs, phase: float
         state[:2] = place * 1e-3
         return -1e3 * float(clutch.columns(state, vector)["gaps"][:-FIXED].min())
 
-    searches = [scipy.optimize.minimize(depth, start, method="Nelder-Mead", options=SEARCH) for start in _starts()]
+    searches = [
+        scipy.optimize.minimize(depth, start, method="Nelder-Mead", options=SEARCH)
+        for start in _starts()
+    ]
     best = min(searches, key=lambda search: float(search.fun))
     if best.fun > 0:
         raise ComputationError(
-            f"the {clutch.name} clutch cannot be cut off at an input angle of {np.degrees(phase):.6g} deg: "
+            f"the {clutch.name} clutch cannot be cut off at an input angle of "
+            f"{np.degrees(phase):.6g} deg: "
             f"in every position of the body, surfaces overlap by {best.fun:.3g} mm"
         )
     state[:2] = best.x * 1e-3
@@ -171,7 +191,9 @@ def find_clear_state(clutch: ClutchDynamics, inputs: ContactInputs, phase: float
 
 
 def coaxial_overlap(clutch: ClutchDynamics, inputs: ContactInputs) -> float:
-    """Return the smallest overlap [m] of teeth and shaft over all rotations of the centred body, 0 without overlap."""
+    """Return the smallest overlap [m] of teeth and shaft over all rotations of the centred body, 0
+    without overlap.
+    """
     states = np.zeros((SIZE, ROTATIONS))
     states[ANGLE] = np.linspace(0, clutch.pitch, ROTATIONS)
     gaps = clutch.columns(states, inputs.vector())["gaps"][: clutch.carriers]
@@ -179,7 +201,9 @@ def coaxial_overlap(clutch: ClutchDynamics, inputs: ContactInputs) -> float:
 
 
 def min_root_radius(inputs: ContactInputs) -> float:
-    """Return the smallest root radius [m] at which teeth pass the corners: a tip on a corner lifts the body."""
+    """Return the smallest root radius [m] at which teeth pass the corners: a tip on a corner lifts
+    the body.
+    """
     model = formulas.load(REULEAUX)
     return model.at("clear", tooth_shape=inputs.packed(model.entries("tooth_shape")))["least_root"]
 
@@ -209,7 +233,9 @@ Mask = NDArray[np.bool_]
 SETTLE_S, CALM_S = 0.02, 0.1
 """Time before the link first moves, and after everything should have happened [s]."""
 SPARE = 1.2
-"""Pitches of teeth or jaws that the input turns through after the link has come to rest, so that they meet."""
+"""Pitches of teeth or jaws that the input turns through after the link has come to rest, so that
+they meet.
+"""
 BAND = 0.02
 """Share of the input speed within which the output counts as engaged, or as at rest."""
 
@@ -247,18 +273,25 @@ class SwitchingRun:
 def simulate_engagement(
     clutch: ClutchDynamics, inputs: ContactInputs, phase: float, tolerance: float = TOLERANCE
 ) -> ContactRun:
-    """Return the engagement from the input at `phase` [rad], output at rest, until teeth or jaws rest again.
+    """Return the engagement from the input at `phase` [rad], output at rest, until teeth or jaws
+    rest again.
 
-    Raises ComputationError if the body has no clearance, surfaces overlap too far, or the integrator fails.
+    Raises ComputationError if the body has no clearance, surfaces overlap too far, or the
+    integrator fails.
     """
     begin = find_clear_state(clutch, inputs, phase, -SETTLE_S)
     duration = SETTLE_S + inputs.switching_s + SPARE * clutch.pitch / inputs.input_speed + CALM_S
     run = integrate_motion(clutch, inputs, begin, duration, tolerance=tolerance)
-    depth, deepest = -float(run.seen["gaps"][: clutch.carriers].min()), min(inputs.fillet, inputs.edge)
+    depth, deepest = (
+        -float(run.seen["gaps"][: clutch.carriers].min()),
+        min(inputs.fillet, inputs.edge),
+    )
     if depth > deepest:
         raise ComputationError(
-            f"{clutch.name} clutch: surfaces go {depth * 1e3:.3g} mm deep into each other, which must be less than the "
-            f"{deepest * 1e3:.3g} mm of their rounding: contact.stiffness_N_m15 = {inputs.stiffness:g} is too small"
+            f"{clutch.name} clutch: surfaces go {depth * 1e3:.3g} mm deep into each other, which "
+            f"must be less than the "
+            f"{deepest * 1e3:.3g} mm of their rounding: contact.stiffness_N_m15 = "
+            f"{inputs.stiffness:g} is too small"
         )
     return run
 
@@ -267,7 +300,9 @@ def simulate_switching(clutch: ClutchDynamics, inputs: ContactInputs, phase: flo
     """Return engagement and cut-off. Raises ComputationError as `simulate_engagement` does."""
     first = simulate_engagement(clutch, inputs, phase)
     begin = restart_state(first.states[:, -1])
-    return SwitchingRun(first, integrate_motion(clutch, inputs.back(), begin, inputs.switching_s + CALM_S))
+    return SwitchingRun(
+        first, integrate_motion(clutch, inputs.back(), begin, inputs.switching_s + CALM_S)
+    )
 
 
 def count_impacts(run: ContactRun) -> int:
@@ -277,9 +312,11 @@ def count_impacts(run: ContactRun) -> int:
 
 
 def find_slips(run: ContactRun) -> Array:
-    """Return the times [s] at which teeth in reach pass the corners of the shaft, or jaws the tips of opposite jaws.
+    """Return the times [s] at which teeth in reach pass the corners of the shaft, or jaws the tips
+    of opposite jaws.
 
-    They should hold from the time on at which the sleeve has come as far as the clutch can carry anything.
+    They should hold from the time on at which the sleeve has come as far as the clutch can carry
+    anything.
     """
     reach = run.inputs.lock_travel if run.clutch.name == "reuleaux" else run.inputs.depth
     since = np.maximum.accumulate(run.states[TRAVEL] <= reach)
@@ -288,7 +325,9 @@ def find_slips(run: ContactRun) -> Array:
 
 
 def engagement_time(run: ContactRun) -> float | None:
-    """Return the time from which the output runs at the speed of the input [s], or None if it does not."""
+    """Return the time from which the output runs at the speed of the input [s], or None if it does
+    not.
+    """
     speed = run.inputs.input_speed
     return _for_good(run, np.abs(run.speed - speed) <= BAND * speed)
 
@@ -299,7 +338,9 @@ def rest_time(run: ContactRun) -> float | None:
 
 
 STAYS = 0.5
-"""Share of the largest load that is left of an impact at most: what is left is what the torque needs."""
+"""Share of the largest load that is left of an impact at most: what is left is what the torque
+needs.
+"""
 
 
 def classify_engagement(run: ContactRun) -> Outcome:
@@ -313,7 +354,9 @@ def classify_engagement(run: ContactRun) -> Outcome:
 
 
 def compare_loads(reuleaux: float, dog: float, outcomes: tuple[Outcome, Outcome]) -> float | None:
-    """Return the ratio of two largest loads, Reuleaux over dog, None if they are of two kinds or of no engagement."""
+    """Return the ratio of two largest loads, Reuleaux over dog, None if they are of two kinds or of
+    no engagement.
+    """
     return reuleaux / dog if outcomes[0] == outcomes[1] != "no engagement" else None
 
 
@@ -338,8 +381,8 @@ VARIED: dict[str, tuple[str, ...]] = {
 }
 """Undisclosed inputs that the ratio is followed over, each with the fields that it stands for.
 
-The gap is that of the jaws and of their fit; the teeth have none that could be varied so: with less room in the
-sleeve, they could not be cut off.
+The gap is that of the jaws and of their fit; the teeth have none that could be varied so: with less
+room in the sleeve, they could not be cut off.
 """
 PHASES_DEG = (18.0, 36.0, 54.0)
 """Angles by which the input is turned on, to see what the moment of switching does to the loads."""
@@ -356,17 +399,24 @@ class Comparison:
 
 
 def compare_clutches(
-    file: ClutchFile, shape: str = PAPERS, factors: Sequence[float] | None = None, progress: Listener | None = None,
+    file: ClutchFile,
+    shape: str = PAPERS,
+    factors: Sequence[float] | None = None,
+    progress: Listener | None = None,
     keep: Callable[[dict[str, Any]], None] | None = None,
-) -> Comparison:  # fmt: skip
-    """Return the motions and loads of both clutches under the inputs of a clutch file, the shaft bending in a shape.
+) -> Comparison:
+    """Return the motions and loads of both clutches under the inputs of a clutch file, the shaft
+    bending in a shape.
 
-    `keep` takes the table of the motions that are there, in the keys of the result, after each of them. Raises
-    InputError for inconsistent values, ComputationError if a motion cannot be integrated, and Interrupted, both with
-    that table as `partial`, if the user stops the motions.
+    `keep` takes the table of the motions that are there, in the keys of the result, after each of
+    them. Raises InputError for inconsistent values, ComputationError if a motion cannot be
+    integrated, and Interrupted, both with that table as `partial`, if the user stops the motions.
     """
     contact_inputs, phase = build_contact_inputs(file, shape), file.si("contact.phase_deg")
-    clutches = {"reuleaux": contact_dynamics.build_reuleaux(), "dog": contact_dynamics.build_dog(file.dog.jaws)}
+    clutches = {
+        "reuleaux": contact_dynamics.build_reuleaux(),
+        "dog": contact_dynamics.build_dog(file.dog.jaws),
+    }
     multipliers = FACTORS if factors is None else factors
     todo = len(clutches) + len(VARIED) * len(multipliers) + len(PHASES_DEG)
     steps = ProgressPhase("engage", "motion", todo, progress)
@@ -376,8 +426,18 @@ def compare_clutches(
 
     def build_table() -> dict[str, Any]:
         loads = {name: run.to_result().table() for name, run in runs.items()}
-        rows = {"sensitivity": [row.table() for row in varied], "phases": [row.table() for row in phases]}
-        return {"clutch": file.name, "mode": "contact", "motions": steps.done, "of_motions": todo, **loads, **rows}
+        rows = {
+            "sensitivity": [row.table() for row in varied],
+            "phases": [row.table() for row in phases],
+        }
+        return {
+            "clutch": file.name,
+            "mode": "contact",
+            "motions": steps.done,
+            "of_motions": todo,
+            **loads,
+            **rows,
+        }
 
     def advance(note: str) -> None:
         steps.advance(note)
@@ -411,7 +471,9 @@ def compare_clutches(
         energy=sum_energies([run.energy() for run in runs.values()]),
         sensitivity=varied,
         phases=phases,
-        printed_loads=judge_printed_loads(file, {"reuleaux": reuleaux, "dog": dog}, [*varied, *phases]),
+        printed_loads=judge_printed_loads(
+            file, {"reuleaux": reuleaux, "dog": dog}, [*varied, *phases]
+        ),
         teeth=TeethInSleeve(
             coaxial_overlap_mm=1e3 * coaxial_overlap(clutches["reuleaux"], contact_inputs),
             root_least_mm=1e3 * min_root_radius(contact_inputs),
@@ -422,11 +484,16 @@ def compare_clutches(
 
 
 def _loads(
-    clutches: dict[str, contact_dynamics.ClutchDynamics], contact_inputs: ContactInputs, phase: float
+    clutches: dict[str, contact_dynamics.ClutchDynamics],
+    contact_inputs: ContactInputs,
+    phase: float,
 ) -> tuple[float | None, float, Outcome, float, Outcome]:
-    """Return the ratio of the largest loads, Reuleaux over dog, and both loads [N] with what they are."""
+    """Return the ratio of the largest loads, Reuleaux over dog, and both loads [N] with what they
+    are.
+    """
     reuleaux, dog = (
-        simulate_engagement(clutches[name], contact_inputs, phase, BRIEF_TOLERANCE) for name in ("reuleaux", "dog")
+        simulate_engagement(clutches[name], contact_inputs, phase, BRIEF_TOLERANCE)
+        for name in ("reuleaux", "dog")
     )
     outcomes = classify_engagement(reuleaux), classify_engagement(dog)
     loads = float(reuleaux.load.max()), float(dog.load.max())
@@ -452,25 +519,41 @@ def judge_printed_loads(
     loads: Mapping[str, ClutchLoads],
     rows: Sequence[ContactLoadSensitivity | PhaseLoads],
 ) -> list[PrintedLoad]:
-    """Return verdicts on the paper's largest impact loads, none if the file differs in what the paper discloses."""
+    """Return verdicts on the paper's largest impact loads, none if the file differs in what the
+    paper discloses.
+    """
     table = read_toml(PRINTED)
     if any(file.numbers()[path] != table["disclosed"][name] for path, name in DISCLOSED.items()):
         return []
-    [number] = [row for row in table["number"] if set(row.get("each", {}).get("row", ())) == set(PRINTED_ROWS.values())]
+    [number] = [
+        row
+        for row in table["number"]
+        if set(row.get("each", {}).get("row", ())) == set(PRINTED_ROWS.values())
+    ]
     printed = dict(zip(number["each"]["row"], map(float, number["printed"]), strict=True))
     verdicts = []
     for name, load in loads.items():
         largest = [(load.outcome, load.N_max_N)]
-        largest += [(getattr(row, f"{name}_outcome"), getattr(row, f"{name}_N_max_N")) for row in rows]
-        verdicts.append(judge_printed_load(PRINTED_ROWS[name], printed[PRINTED_ROWS[name]], largest))
+        largest += [
+            (getattr(row, f"{name}_outcome"), getattr(row, f"{name}_N_max_N")) for row in rows
+        ]
+        verdicts.append(
+            judge_printed_load(PRINTED_ROWS[name], printed[PRINTED_ROWS[name]], largest)
+        )
     return verdicts
 
 
-def judge_printed_load(clutch: str, printed: float, largest: Sequence[tuple[Outcome, float]]) -> PrintedLoad:
-    """Return the verdict on a printed impact load [N] by the largest loads of engagements, each with what it is."""
+def judge_printed_load(
+    clutch: str, printed: float, largest: Sequence[tuple[Outcome, float]]
+) -> PrintedLoad:
+    """Return the verdict on a printed impact load [N] by the largest loads of engagements, each
+    with what it is.
+    """
     impacts = [load for outcome, load in largest if outcome == "impact"]
     lasting = [load for outcome, load in largest if outcome in ("jam", "held load")]
-    impacts_N, held_N = ((min(loads), max(loads)) if loads else None for loads in (impacts, lasting))
+    impacts_N, held_N = (
+        (min(loads), max(loads)) if loads else None for loads in (impacts, lasting)
+    )
     verdict: Literal["not recomputable", "no impact", "not reproduced"]
     if impacts_N is None:
         verdict = "no impact"
@@ -479,10 +562,13 @@ def judge_printed_load(clutch: str, printed: float, largest: Sequence[tuple[Outc
     elif impacts_N[0] <= printed <= impacts_N[1]:
         verdict = "not recomputable"
         finding = (
-            f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N while inputs vary that the paper does not "
+            f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N while inputs vary that the "
+            f"paper does not "
             "disclose: these decide"
         )
     else:
         verdict = "not reproduced"
-        finding = f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N, whatever the inputs that vary"
+        finding = (
+            f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N, whatever the inputs that vary"
+        )
     return PrintedLoad(clutch, printed, impacts_N, held_N, verdict, finding)

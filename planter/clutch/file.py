@@ -33,7 +33,9 @@ def _some_numbers(value: Any) -> Any:
 
 
 class Sleeve(FileSection):
-    """Hexagonal hole that confines the body, its taper and travel, and the forces along the axis."""
+    """Hexagonal hole that confines the body, its taper and travel, and the forces along the
+    axis.
+    """
 
     hexagon_side_mm: Positive
     axial_angle_deg: Acute
@@ -70,7 +72,9 @@ class ToothSection(FileSection):
 
 
 class LinkageSection(FileSection):
-    """Crank gear on its rack, crank, rod, and the distance of the crank's axis from the sleeve's pin when engaged."""
+    """Crank gear on its rack, crank, rod, and the distance of the crank's axis from the sleeve's
+    pin when engaged.
+    """
 
     crank_gear_radius_mm: Positive
     rack_radius_mm: Positive
@@ -130,7 +134,9 @@ class LevelsSection(FileSection):
     def _one_rod_for_each_angle(self) -> Problems:
         if len(self.rods_mm) != len(self.axial_angles_deg):
             yield invalid_value_problem(
-                "rods_mm", self.rods_mm, f"it must have a rod for each of {len(self.axial_angles_deg)} axial angles"
+                "rods_mm",
+                self.rods_mm,
+                f"it must have a rod for each of {len(self.axial_angles_deg)} axial angles",
             )
 
 
@@ -187,9 +193,13 @@ class ClutchSearchSection(FileSection):
         for key in (name for name in type(self).model_fields if "bounds" in name):
             lower, upper = getattr(self, key)
             if not 0 < lower < upper:
-                yield invalid_value_problem(key, [lower, upper], "it must be [lower, upper] with 0 < lower < upper")
+                yield invalid_value_problem(
+                    key, [lower, upper], "it must be [lower, upper] with 0 < lower < upper"
+                )
         if self.axial_angle_bounds_deg[1] >= 90:
-            yield invalid_value_problem("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
+            yield invalid_value_problem(
+                "axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90"
+            )
 
 
 class ContactModel(FileSection):
@@ -224,7 +234,9 @@ class ContactModel(FileSection):
 
 
 class Dog(FileSection):
-    """The dog clutch: jaws of each half, their backlash, rounded edges and overlap, and the fit of the driving half."""
+    """The dog clutch: jaws of each half, their backlash, rounded edges and overlap, and the fit of
+    the driving half.
+    """
 
     jaws: Annotated[Whole, Field(ge=2, le=60)]
     """number of jaws of each half"""
@@ -243,11 +255,15 @@ class Dog(FileSection):
             allowed = f"it must be less than 180 / jaws = {180 / self.jaws:g}"
             yield invalid_value_problem("backlash_deg", self.backlash_deg, allowed)
         if not self.edge_mm < self.depth_mm:
-            yield invalid_value_problem("edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}")
+            yield invalid_value_problem(
+                "edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}"
+            )
 
 
 class ClutchFile(Document):
-    """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and its operation."""
+    """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and its
+    operation.
+    """
 
     sleeve: Sleeve
     shaft: Shaft
@@ -278,14 +294,19 @@ class ClutchFile(Document):
     def _lift_goes_beyond_mesh(self) -> Problems:
         mesh = 90 - self.linkage.rack_phase_deg
         if self.wanted.lift_limit_deg <= mesh:
-            allowed = f"it must be greater than 90 - linkage.rack_phase_deg = {mesh:g}, where mesh begins"
-            yield invalid_value_problem("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
+            allowed = (
+                f"it must be greater than 90 - linkage.rack_phase_deg = {mesh:g}, where mesh begins"
+            )
+            yield invalid_value_problem(
+                "wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed
+            )
 
 
 def load_clutch(source: str | Path, changes: Mapping[str, float] | None = None) -> ClutchFile:
-    """Return the clutch in a file, or a built-in one by name, with some numbers replaced by `changes`.
+    """Return the clutch in a file, or a built-in one by name, with some numbers replaced by
+    `changes`.
 
-    Names are those of `Document.read`, values in the unit [that the name ends in]. Raises InputError, one sentence with
-    file, key, value and the allowed values.
+    Names are those of `Document.read`, values in the unit [that the name ends in]. Raises
+    InputError, one sentence with file, key, value and the allowed values.
     """
     return ClutchFile.load(source, "clutch", changes)

@@ -10,7 +10,15 @@ import numpy as np
 
 from planter.clutch.file import ClutchFile
 from planter.clutch.model import MODELS, Model, collect_values, evaluate_conditions, load_model
-from planter.clutch.results import AsPrinted, ClutchGeometry, Crank, PolygonRotation, ToothResult, Travel, VertexPath
+from planter.clutch.results import (
+    AsPrinted,
+    ClutchGeometry,
+    Crank,
+    PolygonRotation,
+    ToothResult,
+    Travel,
+    VertexPath,
+)
 from planter.clutch.rotor import Rotor
 from planter.errors import ComputationError, GeometryError
 from planter.kernels import Array
@@ -19,7 +27,9 @@ VERTICES, SIDES = 5, 6
 
 
 def compute_geometry(clutch: ClutchFile) -> ClutchGeometry:
-    """Return the shape of a clutch; `warnings` names the rods that do not make the printed travel."""
+    """Return the shape of a clutch; `warnings` names the rods that do not make the printed
+    travel.
+    """
     values = collect_values(clutch)
     linkage = list(_linkage(clutch, values))
     sizes = load_model().at("polygon", a=values["a"])
@@ -65,7 +75,9 @@ def _rotor(side: float) -> PolygonRotation:
 
 def _tooth(values: dict[str, float], name: Model) -> ToothResult:
     teeth = load_model(name).at("teeth", flats=values["flats"], r=values["r"])
-    return ToothResult(b1_min_mm=teeth["b1"] * 1e3, b2_min_mm=teeth["b2"] * 1e3, xi_deg=math.degrees(teeth["xi"]))
+    return ToothResult(
+        b1_min_mm=teeth["b1"] * 1e3, b2_min_mm=teeth["b2"] * 1e3, xi_deg=math.degrees(teeth["xi"])
+    )
 
 
 def least_travel(values: dict[str, float], angle: float, name: Model = "exact") -> float:
@@ -86,8 +98,12 @@ def _travel(clutch: ClutchFile, values: dict[str, float]) -> list[Travel]:
 
 
 def _linkage(clutch: ClutchFile, values: dict[str, float]) -> Iterator[tuple[Crank, str | None]]:
-    """Rotation of the crank for the printed travel, with the rod that belongs to it; else why it does not get there."""
-    for index, (angle, rod) in enumerate(zip(clutch.levels.axial_angles_deg, clutch.levels.rods_mm, strict=True)):
+    """Rotation of the crank for the printed travel, with the rod that belongs to it; else why it
+    does not get there.
+    """
+    for index, (angle, rod) in enumerate(
+        zip(clutch.levels.axial_angles_deg, clutch.levels.rods_mm, strict=True)
+    ):
         way = least_travel(values, math.radians(angle), "printed")
         linkage = CrankLinkage(values["l_AB"], rod * 1e-3, values["l_AC"])
         unreached = Crank(angle, None, rod, None, None, None)
@@ -100,11 +116,15 @@ def _linkage(clutch: ClutchFile, values: dict[str, float]) -> Iterator[tuple[Cra
 
 
 def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, float] | None:
-    """Return how crank and link turn while the linkage of the file makes the sleeve's travel; None if the rod cannot.
+    """Return how crank and link turn while the linkage of the file makes the sleeve's travel; None
+    if the rod cannot.
 
-    Keys: `rotation` of the crank, `lift` of the link, `alpha_max`, its inclination then [rad], and the teeth `n`.
+    Keys: `rotation` of the crank, `lift` of the link, `alpha_max`, its inclination then [rad], and
+    the teeth `n`.
     """
-    linkage = CrankLinkage(*(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance")))
+    linkage = CrankLinkage(
+        *(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance"))
+    )
     way = clutch.si("sleeve.travel_mm")
     if not linkage.makes(way):
         return None
@@ -115,13 +135,17 @@ def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, fl
 def _drive(values: dict[str, float], rotation: float) -> dict[str, float]:
     """Return lift and inclination of the link for a rotation of the crank [rad]."""
     span = values["r_A"] + values["r_D"]
-    return load_model().at("drive", k=values["k"], span=span, gamma=values["gamma"], theta_Amax=rotation)
+    return load_model().at(
+        "drive", k=values["k"], span=span, gamma=values["gamma"], theta_Amax=rotation
+    )
 
 
 def _turned(unreached: Crank, linkage: CrankLinkage, way: float, values: dict[str, float]) -> Crank:
     rotation = linkage.rotation(way)
     teeth, printed = (
-        load_model(name).at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])["n"]
+        load_model(name).at("limit", crank=linkage.packed, c=way, r_A=values["r_A"], m=values["m"])[
+            "n"
+        ]
         for name in MODELS
     )
     return replace(
@@ -142,7 +166,8 @@ def _printed(values: dict[str, float]) -> AsPrinted:
         A2=sizes["A2"],
         semi_axes_over_R=(sizes["s_1"] / R, sizes["s_2"] / R),
         tangency_radius_over_R=sizes["rho_C"] / R,
-        mismatch_over_R=load_model("printed").at("path", theta=math.pi / 2, a=values["a"])["e_3"] / R,
+        mismatch_over_R=load_model("printed").at("path", theta=math.pi / 2, a=values["a"])["e_3"]
+        / R,
         fillet_limit_over_R=load_model("printed").at("fillet", flats=R)["r"] / R,
         tooth=_tooth(values, "printed"),
         conditions=evaluate_conditions(values, "printed"),
@@ -151,7 +176,9 @@ def _printed(values: dict[str, float]) -> AsPrinted:
 
 @dataclass(frozen=True)
 class CrankLinkage:
-    """Lengths of crank and rod, and the distance of the crank's axis from the sleeve's pin when engaged [m]."""
+    """Lengths of crank and rod, and the distance of the crank's axis from the sleeve's pin when
+    engaged [m].
+    """
 
     crank: float
     rod: float
@@ -162,7 +189,9 @@ class CrankLinkage:
         return [self.crank, self.rod, self.distance]
 
     def closes(self, shift: float = 0.0) -> bool:
-        """Return whether crank and rod meet while the sleeve is shifted from its engaged position [m]."""
+        """Return whether crank and rod meet while the sleeve is shifted from its engaged position
+        [m].
+        """
         pin = self.distance + shift
         return abs(self.crank - self.rod) < pin < self.crank + self.rod
 
@@ -171,38 +200,55 @@ class CrankLinkage:
         return self.closes() and self.closes(travel)
 
     def check(self, travel: float, where: str) -> None:
-        """Raise GeometryError, naming the position of the rod in its file, unless the linkage makes the travel [m]."""
+        """Raise GeometryError, naming the position of the rod in its file, unless the linkage makes
+        the travel [m].
+        """
         if not self.makes(travel):
             low = max(abs(self.crank - self.distance), self.distance + travel - self.crank) * 1e3
             high = (self.crank + self.distance) * 1e3
             over = f"over the travel of {travel * 1e3:.4g} mm"
-            interval = f"it must be between {low:.6g} and {high:.6g}, where crank and rod meet {over}"
+            interval = (
+                f"it must be between {low:.6g} and {high:.6g}, where crank and rod meet {over}"
+            )
             allowed = interval if low < high else f"no rod reaches {over}, the crank must be longer"
             raise GeometryError.for_value(where, f"{self.rod * 1e3:g}", allowed)
 
     def rotation(self, travel: float) -> float:
-        """Return the rotation of the crank relative to the link [rad] while the sleeve makes a travel [m]: (7)."""
+        """Return the rotation of the crank relative to the link [rad] while the sleeve makes a
+        travel [m]: (7).
+        """
         return load_model().at("limit", crank=self.packed, c=travel, r_A=1.0, m=1.0)["theta_Amax"]
 
     def evaluate(self, shift: Array) -> dict[str, Array]:
-        """Return crank angle, crank pin, rod angle and lever at shifts of the sleeve (n,) [m, rad]."""
+        """Return crank angle, crank pin, rod angle and lever at shifts of the sleeve (n,) [m,
+        rad].
+        """
         return load_model()("slider", shift=shift, crank=self.packed)
 
 
-def find_linkages(crank: float, distance: float, travel: float, rotation: float) -> list[CrankLinkage]:
-    """Return the linkages whose crank makes a travel [m] of the sleeve in a rotation [rad], smaller rod angle first.
+def find_linkages(
+    crank: float, distance: float, travel: float, rotation: float
+) -> list[CrankLinkage]:
+    """Return the linkages whose crank makes a travel [m] of the sleeve in a rotation [rad], smaller
+    rod angle first.
 
     Raises ComputationError if this crank cannot.
     """
     closure = load_model().at("rod", l_AB=crank, l_AC=distance, c=travel, theta_Amax=rotation)
     if closure["share"] > 1:
         raise ComputationError(
-            f"a crank of {crank * 1e3:.4g} mm makes at most {travel / closure['share'] * 1e3:.4g} mm in "
-            f"{np.degrees(rotation):.4g} deg, the travel is {travel * 1e3:.4g} mm: it must be longer or turn further"
+            f"a crank of {crank * 1e3:.4g} mm makes at most {travel / closure['share'] * 1e3:.4g} "
+            f"mm in "
+            f"{np.degrees(rotation):.4g} deg, the travel is {travel * 1e3:.4g} mm: it must be "
+            f"longer or turn further"
         )
     base = CrankLinkage(crank, 0.0, distance)
     both = [replace(base, rod=closure[name]) for name in ("l_BC_1", "l_BC_2")]
-    feasible = [linkage for linkage in both if linkage.makes(travel) and _in_one_sense(linkage, travel, rotation)]
+    feasible = [
+        linkage
+        for linkage in both
+        if linkage.makes(travel) and _in_one_sense(linkage, travel, rotation)
+    ]
     if not feasible:
         raise ComputationError("no rod lets the crank make the travel on one side of its guide")
     return sorted(feasible, key=lambda linkage: steepest_rod_angle(linkage, travel))

@@ -11,25 +11,46 @@ if TYPE_CHECKING:
 
 UNDRAWN: Mapping[str, Sequence[str]] = {
     "of the engagement over time: planter clutch engage --mode contact shows it moving": (
-        "derived: clutch in contact", "clutch file", "contact.", "dog.", "sleeve_mm",
+        "derived: clutch in contact",
+        "clutch file",
+        "contact.",
+        "dog.",
+        "sleeve_mm",
     ),
     "of any Reuleaux polygon in any polygon: planter clutch rotor tells it": ("derived: rotor",),
     "of the arc rack on the row unit's link, which the file does not place": (
-        "r_D", "gamma", "alpha_max", "lift", "link_deg", "theta_A", "theta_AR",
+        "r_D",
+        "gamma",
+        "alpha_max",
+        "lift",
+        "link_deg",
+        "theta_A",
+        "theta_AR",
     ),
     "of the shaft's bending: planter clutch engage tells it": ("l", "r1", "y_max"),
-    "too small to be seen at the scale of the drawing": ("e_3", "overlap_mm", "rho_C", "miss", "free"),
+    "too small to be seen at the scale of the drawing": (
+        "e_3",
+        "overlap_mm",
+        "rho_C",
+        "miss",
+        "free",
+    ),
     "a margin or a limit of a working clutch, not a part of it": (
-        "c_min", *(f"margin_{name}" for name in
-                   ("fillet", "tips", "roots", "travel", "least_angle", "largest_angle")),
+        "c_min",
+        *(
+            f"margin_{name}"
+            for name in ("fillet", "tips", "roots", "travel", "least_angle", "largest_angle")
+        ),
     ),
     "a rate": ("lever",),
     "a rod that would do as well: planter clutch design tells both": ("l_BC_1", "l_BC_2"),
     "of the field test": ("field.", "levels."),
     "what a clutch is sized for, or may be given in a search": ("wanted.", "limits.", "search."),
     "of the teeth of crank gear and rack": ("linkage.",),
-}  # fmt: skip
-"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as `table.`."""
+}
+"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as
+`table.`.
+"""
 
 
 def draw_labelled(source: str, changes: Mapping[str, float]) -> Labelled:

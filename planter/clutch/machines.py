@@ -1,4 +1,6 @@
-"""Clutches as the engine takes them: the linkage that pushes the sleeve, while the link goes up and down again."""
+"""Clutches as the engine takes them: the linkage that pushes the sleeve, while the link goes up and
+down again.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,11 @@ SPEED = "search.lift_rad_s"
 VALUES = {
     "l_AB": ("m", "length of the crank", "linkage.crank_mm"),
     "l_BC": ("m", "length of the connecting rod", "linkage.rod_mm"),
-    "l_AC": ("m", "distance from the crank's axis to the sleeve's pin, engaged", "linkage.distance_mm"),
+    "l_AC": (
+        "m",
+        "distance from the crank's axis to the sleeve's pin, engaged",
+        "linkage.distance_mm",
+    ),
     "r_A": ("m", "pitch radius of the crank gear", "linkage.crank_gear_radius_mm"),
     "r_D": ("m", "pitch radius of the arc rack", "linkage.rack_radius_mm"),
     "gamma": ("rad", "mounting phase angle of the arc rack", "linkage.rack_phase_deg"),
@@ -49,17 +55,22 @@ def takes(source: str) -> bool:
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
-    """Return the machine of a clutch. Raises InputError as its file does, GeometryError as its linkage does."""
+    """Return the machine of a clutch.
+
+    Raises InputError as its file does, GeometryError as its linkage does.
+    """
     return build_machine(file.load_clutch(source, changes))
 
 
 def build_machine(clutch: ClutchFile) -> Machine:
     """Return the switching of a clutch over the rotation of its link.
 
-    The link goes up by as much as the file's own linkage needs for the sleeve's travel, and comes down again: that is
-    a cycle. Raises GeometryError if the linkage does not make the travel.
+    The link goes up by as much as the file's own linkage needs for the sleeve's travel, and comes
+    down again: that is a cycle. Raises GeometryError if the linkage does not make the travel.
     """
-    linkage = CrankLinkage(*(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance")))
+    linkage = CrankLinkage(
+        *(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance"))
+    )
     linkage.check(clutch.si("sleeve.travel_mm"), f"{clutch.source}: linkage.rod_mm")
     control = control_motion(clutch, collect_values(clutch))
     assert control is not None
@@ -70,7 +81,9 @@ def build_machine(clutch: ClutchFile) -> Machine:
 
     def compose(name: str, outputs: list[ca.SX]) -> ca.Function:
         inputs = [phi, d, none, none]
-        return ca.Function(name, inputs, [ca.densify(ca.vertcat(*outputs))], ["phi", "d", "h", "q"], ["y"])
+        return ca.Function(
+            name, inputs, [ca.densify(ca.vertcat(*outputs))], ["phi", "d", "h", "q"], ["y"]
+        )
 
     return Machine(
         document=clutch,
@@ -82,7 +95,8 @@ def build_machine(clutch: ClutchFile) -> Machine:
         lower=np.empty(0),
         upper=np.empty(0),
         quantities=tuple(
-            Quantity(name, *entry, units.display_key(name, entry[0])) for name, entry in QUANTITIES.items()
+            Quantity(name, *entry, units.display_key(name, entry[0]))
+            for name, entry in QUANTITIES.items()
         ),
         prologue=ca.Function("prologue", [d], [none], ["d"], ["h"]),
         lane=compose("lane", [results[name] for name in QUANTITIES]),
@@ -97,7 +111,9 @@ def build_machine(clutch: ClutchFile) -> Machine:
 
 
 def _compose_switching(phi: ca.SX, inputs: dict[str, ca.SX], lift: float) -> dict[str, ca.SX]:
-    """Return the quantities by name at a drive angle phi, half of whose cycle is the link's lift [rad]."""
+    """Return the quantities by name at a drive angle phi, half of whose cycle is the link's lift
+    [rad].
+    """
     formulas = load_model()
     link = lift - ca.fabs(phi - 2 * lift * ca.floor(phi / (2 * lift)) - lift)
     crank = ca.vertcat(*(inputs[name] for name in ("l_AB", "l_BC", "l_AC")))
@@ -105,10 +121,17 @@ def _compose_switching(phi: ca.SX, inputs: dict[str, ca.SX], lift: float) -> dic
     turned = link * inputs["r_D"] / inputs["r_A"]
     angle = engaged["crank_angle"] - turned
     across = inputs["l_AB"] * ca.sin(angle)
-    shift = inputs["l_AB"] * ca.cos(angle) + ca.sqrt(inputs["l_BC"] ** 2 - across**2) - inputs["l_AC"]
+    shift = (
+        inputs["l_AB"] * ca.cos(angle) + ca.sqrt(inputs["l_BC"] ** 2 - across**2) - inputs["l_AC"]
+    )
     results = formulas.composed("slider", {**inputs, "shift": shift})
     results |= formulas.composed("push", {**inputs, "shift": shift})
-    results |= {"link": link, "alpha": np.pi / 2 - inputs["gamma"] + link, "theta_AR": turned, "shift": shift}
+    results |= {
+        "link": link,
+        "alpha": np.pi / 2 - inputs["gamma"] + link,
+        "theta_AR": turned,
+        "shift": shift,
+    }
     slope = ca.jacobian(shift, phi)
     results |= {"v_sleeve": inputs["omega"] * slope, "M_link": inputs["F1"] * slope}
     return results

@@ -1,8 +1,10 @@
-"""Engagement as the paper treats it, (8)-(12): tooth and shaft end move together in one mode of the beam.
+"""Engagement as the paper treats it, (8)-(12): tooth and shaft end move together in one mode of the
+beam.
 
-(M + m1) y'' + K y = F_M with y(0) = 0 and y'(0) = v0, the speed difference times the turning radius; the load on the
-tooth is N = F_M - m1 y''. The printed formulas are the same with the mass of the whole overhang, m2, in place of
-M + m1, whatever the shape, in the frequency and in the acceleration by F_M: their load at the start may be a pull.
+(M + m1) y'' + K y = F_M with y(0) = 0 and y'(0) = v0, the speed difference times the turning
+radius; the load on the tooth is N = F_M - m1 y''. The printed formulas are the same with the mass
+of the whole overhang, m2, in place of M + m1, whatever the shape, in the frequency and in the
+acceleration by F_M: their load at the start may be a pull.
 """
 
 from __future__ import annotations
@@ -12,7 +14,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from planter.clutch.file import ClutchFile
-from planter.clutch.results import BeamMode, EnergyBalance, LoadSensitivity, ModalEngagement, OneModeLoads
+from planter.clutch.results import (
+    BeamMode,
+    EnergyBalance,
+    LoadSensitivity,
+    ModalEngagement,
+    OneModeLoads,
+)
 from planter.errors import InputError
 from planter.kernels import formulas
 
@@ -31,10 +39,12 @@ PAPERS = "quarter-sine"
 
 @dataclass(frozen=True)
 class Beam:
-    """A shaft in a shape of height 1 at the contact: modal mass [kg] and stiffness [N/m], and those of the whole.
+    """A shaft in a shape of height 1 at the contact: modal mass [kg] and stiffness [N/m], and those
+    of the whole.
 
-    `mass_coefficient` is modal mass over the mass of the overhang, `stiffness_coefficient` modal stiffness over
-    E I / l^3; `overhang` [kg], `modulus` E [N/m2], `second_moment` I [m4], `length` l [m].
+    `mass_coefficient` is modal mass over the mass of the overhang, `stiffness_coefficient` modal
+    stiffness over E I / l^3; `overhang` [kg], `modulus` E [N/m2], `second_moment` I [m4], `length`
+    l [m].
     """
 
     shape: str
@@ -49,13 +59,19 @@ class Beam:
 
 
 def build_beam(si: Si, shape: str = PAPERS) -> Beam:
-    """Return the output shaft of a clutch file in a named shape. Raises InputError for an unknown shape."""
+    """Return the output shaft of a clutch file in a named shape.
+
+    Raises InputError for an unknown shape.
+    """
     if shape not in SHAPES:
         raise InputError(f"--shape = {shape}: must be one of {', '.join(SHAPES)}")
     flats, modulus, density, length = (
-        si(f"shaft.{key}") for key in ("flat_to_flat_mm", "modulus_GPa", "density_kg_m3", "overhang_mm")
+        si(f"shaft.{key}")
+        for key in ("flat_to_flat_mm", "modulus_GPa", "density_kg_m3", "overhang_mm")
     )
-    bending = formulas.load("clutch_beam").at(shape.replace("-", "_"), beam=[flats, modulus, density, length])
+    bending = formulas.load("clutch_beam").at(
+        shape.replace("-", "_"), beam=[flats, modulus, density, length]
+    )
     return Beam(
         shape,
         bending["mass_coefficient"],
@@ -75,7 +91,9 @@ FACTORS = (10**-0.5, 10**0.5)
 
 @dataclass(frozen=True)
 class StrikingBody:
-    """A body that strikes the shaft: mass [kg], driving force [N], speed difference [rad/s], turning radius [m]."""
+    """A body that strikes the shaft: mass [kg], driving force [N], speed difference [rad/s],
+    turning radius [m].
+    """
 
     body: float
     force: float
@@ -101,7 +119,9 @@ class Modal:
 
     @cached_property
     def extremes(self) -> dict[str, float]:
-        """Frequency, acceleration by the driving force, load at the start and largest load, their times."""
+        """Frequency, acceleration by the driving force, load at the start and largest load, their
+        times.
+        """
         mode = {"M_1": self.beam.mass, "K_1": self.beam.stiffness}
         return formulas.load("clutch_beam").at("extremes", **mode, struck=self.struck.packed)
 
@@ -116,30 +136,42 @@ class Modal:
         return formulas.load("clutch_beam").at("motion", t=t, **rates, struck=self.struck.packed)
 
     def energy(self) -> EnergyBalance:
-        """Return the work of the driving force until the loss of contact, or for a period, with balance [J].
+        """Return the work of the driving force until the loss of contact, or for a period, with
+        balance [J].
 
         As in the paper, the shaft end takes the body's speed at the start without loss of energy.
         """
         last = self.at(loss_time(self.struck, self.extremes) or self.extremes["period"])
-        at = {"y_max": last["y_max"], "rate": last["rate"], "M_1": self.beam.mass, "K_1": self.beam.stiffness}
+        at = {
+            "y_max": last["y_max"],
+            "rate": last["rate"],
+            "M_1": self.beam.mass,
+            "K_1": self.beam.stiffness,
+        }
         balance = formulas.load("clutch_beam").at("energy", **at, struck=self.struck.packed)
         work, stored = balance["given"], balance["kept"]
         return EnergyBalance(input_J=work, stored_J=stored, lost_J=0.0, imbalance_J=work - stored)
 
 
 def loss_time(struck: StrikingBody, extremes: dict[str, float]) -> float | None:
-    """Return the time at which the load first falls to zero and contact ends [s], or None if it never does."""
+    """Return the time at which the load first falls to zero and contact ends [s], or None if it
+    never does.
+    """
     return None if struck.force > extremes["swing"] else extremes["t_loss"]
 
 
 def build_engagement(si: Si, shape: str = PAPERS) -> Modal:
-    """Return the engagement of a clutch file; driving force: load over turning radius; output at rest.
+    """Return the engagement of a clutch file; driving force: load over turning radius; output at
+    rest.
 
     Raises InputError for an unknown shape.
     """
     radius = si("engagement.contact_radius_mm")
     struck = StrikingBody(
-        si("engagement.body_kg"), si("engagement.load_Nm") / radius, si("engagement.input_speed_rpm"), radius
+        si("engagement.body_kg"),
+        si("engagement.load_Nm") / radius,
+        si("engagement.input_speed_rpm"),
+        radius,
     )
     return Modal(struck, build_beam(si, shape))
 
@@ -147,13 +179,23 @@ def build_engagement(si: Si, shape: str = PAPERS) -> Modal:
 def printed_extremes(engagement: Modal) -> dict[str, float]:
     """Return the extremes of the load with frequency and acceleration as the paper prints them."""
     shaft = engagement.beam
-    shaft_values = {"E": shaft.modulus, "I": shaft.second_moment, "l": shaft.length, "m2": shaft.overhang}
-    return formulas.load("clutch_beam_printed").at("extremes", **shaft_values, struck=engagement.struck.packed)
+    shaft_values = {
+        "E": shaft.modulus,
+        "I": shaft.second_moment,
+        "l": shaft.length,
+        "m2": shaft.overhang,
+    }
+    return formulas.load("clutch_beam_printed").at(
+        "extremes", **shaft_values, struck=engagement.struck.packed
+    )
 
 
 def _to_loads(struck: StrikingBody, extremes: dict[str, float]) -> OneModeLoads:
     return OneModeLoads(
-        N0_N=extremes["N_0"], N_max_N=extremes["N_max"], t_max_s=extremes["t_max"], t_loss_s=loss_time(struck, extremes)
+        N0_N=extremes["N_0"],
+        N_max_N=extremes["N_max"],
+        t_max_s=extremes["t_max"],
+        t_loss_s=loss_time(struck, extremes),
     )
 
 
@@ -162,9 +204,13 @@ def compute_sensitivity(engagement: Modal) -> list[LoadSensitivity]:
 
     def vary(name: str, factor: float) -> Modal:
         if name == "stiffness":
-            return replace(engagement, beam=replace(engagement.beam, stiffness=factor * engagement.beam.stiffness))
+            return replace(
+                engagement,
+                beam=replace(engagement.beam, stiffness=factor * engagement.beam.stiffness),
+            )
         return replace(
-            engagement, struck=replace(engagement.struck, **{name: factor * getattr(engagement.struck, name)})
+            engagement,
+            struck=replace(engagement.struck, **{name: factor * getattr(engagement.struck, name)}),
         )
 
     inputs = {"stiffness": "stiffness", "mass": "body", "speed": "speed", "driving force": "force"}
@@ -176,7 +222,9 @@ def compute_sensitivity(engagement: Modal) -> list[LoadSensitivity]:
 
 
 def evaluate_engagement(clutch: ClutchFile, shape: str = PAPERS) -> ModalEngagement:
-    """Return the result of `engage --mode modal`; `printed` has the values of the paper's formulas."""
+    """Return the result of `engage --mode modal`; `printed` has the values of the paper's
+    formulas.
+    """
     engagement = build_engagement(clutch.si, shape)
     return ModalEngagement(
         clutch=clutch.name,

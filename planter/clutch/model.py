@@ -31,7 +31,10 @@ def collect_values(clutch: ClutchFile) -> dict[str, float]:
         ("m", "module_mm"),
     )
     values |= {name: clutch.si(f"linkage.{key}") for name, key in linkage}
-    return values | {"flats": clutch.si("shaft.flat_to_flat_mm"), "k": values["r_A"] / values["r_D"]}
+    return values | {
+        "flats": clutch.si("shaft.flat_to_flat_mm"),
+        "k": values["r_A"] / values["r_D"],
+    }
 
 
 def pack_crank(values: Mapping[str, float]) -> list[float]:
@@ -39,8 +42,11 @@ def pack_crank(values: Mapping[str, float]) -> list[float]:
     return [values["l_AB"], values["l_BC"], values["l_AC"]]
 
 
-def evaluate_conditions(values: Mapping[str, float], name: Model = "exact") -> list[InequalityResult]:
-    """Return every inequality of a working clutch with its margin, positive if satisfied, in display units.
+def evaluate_conditions(
+    values: Mapping[str, float], name: Model = "exact"
+) -> list[InequalityResult]:
+    """Return every inequality of a working clutch with its margin, positive if satisfied, in
+    display units.
 
     `share` is the margin over the bounded value.
     """
@@ -50,13 +56,19 @@ def evaluate_conditions(values: Mapping[str, float], name: Model = "exact") -> l
     rows = formulas_.sidecar["vectors"]["conditions"]
     return [
         build_condition(
-            row["meaning"], row["source"], row["unit"], margins[row["name"]], values.get(_BOUND[row["name"]], 1.0)
+            row["meaning"],
+            row["source"],
+            row["unit"],
+            margins[row["name"]],
+            values.get(_BOUND[row["name"]], 1.0),
         )
         for row in rows
     ]
 
 
-def build_condition(name: str, source: str, unit: str, margin: float, value: float) -> InequalityResult:
+def build_condition(
+    name: str, source: str, unit: str, margin: float, value: float
+) -> InequalityResult:
     """Return an inequality as results have it; `margin` and `value` in the SI unit `unit`."""
     key = units.display_key("margin", unit)
     return InequalityResult(
@@ -72,7 +84,13 @@ def build_condition(name: str, source: str, unit: str, margin: float, value: flo
 ROUNDING = 1e-12
 """Share by which a margin may be below zero: sizes at their least values hold with equality."""
 _BOUND = {
-    "margin_fillet": "r", "margin_tips": "b1", "margin_roots": "b2", "margin_travel": "c", "margin_slide": "F1",
-    "margin_material": "", "margin_least_angle": "phi", "margin_largest_angle": "phi",
-}  # fmt: skip
+    "margin_fillet": "r",
+    "margin_tips": "b1",
+    "margin_roots": "b2",
+    "margin_travel": "c",
+    "margin_slide": "F1",
+    "margin_material": "",
+    "margin_least_angle": "phi",
+    "margin_largest_angle": "phi",
+}
 """What each inequality bounds, under its name in the derivation."""

@@ -1,4 +1,6 @@
-"""The presentation of the clutch's shape and engagement: what the terminal prints and the folder contains."""
+"""The presentation of the clutch's shape and engagement: what the terminal prints and the folder
+contains.
+"""
 
 from __future__ import annotations
 
@@ -53,15 +55,26 @@ CAPTIONS = {
     "clears stay inside it; tooth tips take the same path round the shaft.",
     "travel": "Least travel of the sleeve over the axial angle; dots are the levels of the file. The printed formula "
     "counts the radial gap twice.",
-    "linkage": "Crank and rod at both ends of the travel; the circle is the pitch circle of the crank gear.",
+    "linkage": (
+        "Crank and rod at both ends of the travel; the circle is the pitch circle of the "
+        "crank gear."
+    ),
     "load": "Contact load over the link angle while both clutches engage: the sum over all teeth or jaws. The dog "
-    "clutch is struck; the Reuleaux clutch slides until its coupling holds, and then has a short lever for its torque.",
+    "clutch is struck; the Reuleaux clutch slides until its coupling holds, and then has a short "
+    "lever for its torque.",
     "speed": "Speed of the output over the link angle, at engagement and at cut-off.",
-    "section": "Body, shaft and sleeve as the shaft sees them, at the start and at the end of the engagement.",
-    "sensitivity": "How the largest loads of both clutches move with inputs that the paper does not disclose.",
+    "section": (
+        "Body, shaft and sleeve as the shaft sees them, at the start and at the end of the "
+        "engagement."
+    ),
+    "sensitivity": (
+        "How the largest loads of both clutches move with inputs that the paper does not disclose."
+    ),
     "modal": "Load on the tooth in one mode of the shaft, derived and as printed, until it is gone.",
 }
-ROTATING = "The body over a turn in the smallest regular polygon that lets it, with the path of a vertex."
+ROTATING = (
+    "The body over a turn in the smallest regular polygon that lets it, with the path of a vertex."
+)
 ENGAGING = "Body and teeth as the shaft sees them while the clutch engages, in slow motion."
 ANGLES = np.linspace(8, 25, 69)
 """Axial angles of the travel figure [deg]."""
@@ -82,16 +95,22 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
         from planter.clutch.report import shape
 
         curves: dict[str, Array] = {
-            m: 1e3 * np.array([least_travel(values, math.radians(x), m) for x in ANGLES]) for m in MODELS
+            m: 1e3 * np.array([least_travel(values, math.radians(x), m) for x in ANGLES])
+            for m in MODELS
         }
         linkages = {
             f"axial angle {at.axial_angle_deg:g}°, printed travel": (
-                CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]), at.printed_mm * 1e-3, values["r_A"]
+                CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]),
+                at.printed_mm * 1e-3,
+                values["r_A"],
             )
             for at, row in zip(result.travel, result.linkage, strict=True)
             if row.crank_rotation_deg is not None
-        }  # fmt: skip
-        fillets = {"limit": rotor.ellipse["fillet"], "printed": result.printed.fillet_limit_over_R * rotor.width}
+        }
+        fillets = {
+            "limit": rotor.ellipse["fillet"],
+            "printed": result.printed.fillet_limit_over_R * rotor.width,
+        }
         return {
             "turning": shape.draw_turning(rotor),
             "vertex_path": shape.draw_vertex_path(rotor, fillets),
@@ -136,10 +155,14 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
     """Return the presentation of the fastest switching of a clutch."""
     values, linkages = collect_values(clutch), dict[str, tuple[CrankLinkage, float, float]]()
     for name, choice in (("file", result.start_design), ("optimum", result.design)):
-        linkage = CrankLinkage(choice.crank_mm * 1e-3, choice.rod_mm * 1e-3, choice.distance_mm * 1e-3)
+        linkage = CrankLinkage(
+            choice.crank_mm * 1e-3, choice.rod_mm * 1e-3, choice.distance_mm * 1e-3
+        )
         travel = least_travel(values, math.radians(choice.axial_angle_deg))
         span = values["r_A"] + values["r_D"]
-        gear = load_model().at("drive", k=choice.ratio, span=span, gamma=values["gamma"], theta_Amax=0.0)["r_A"]
+        gear = load_model().at(
+            "drive", k=choice.ratio, span=span, gamma=values["gamma"], theta_Amax=0.0
+        )["r_A"]
         linkages[name] = linkage, travel, gear
 
     def draw() -> dict[str, Figure]:
@@ -149,7 +172,8 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
 
     return replace(
         _present(f"Fastest switching of the clutch {clutch.name}", result, clutch, draw),
-        conclusion=f"The travel time falls from {result.start_travel_time_s:.4g} s to {result.travel_time_s:.4g} s; "
+        conclusion=f"The travel time falls from {result.start_travel_time_s:.4g} s to "
+        f"{result.travel_time_s:.4g} s; "
         f"{result.certificate.agreeing_starts} of {result.certificate.starts} starts agree.",
         tables=lambda: {"way.csv": _tabulate_way(values["F1"], *linkages["optimum"])},
         provenance=files.list_provenance(clutch, result.seed),
@@ -165,7 +189,9 @@ def present_rotor(rotor: Rotor, result: PolygonFit) -> ResultPresentation:
 
         figures = {"turning": shape.draw_turning(sample)}
         if result.ellipse:
-            figures["vertex_path"] = shape.draw_vertex_path(sample, {"limit": sample.ellipse["fillet"]})
+            figures["vertex_path"] = shape.draw_vertex_path(
+                sample, {"limit": sample.ellipse["fillet"]}
+            )
         return figures
 
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
@@ -175,10 +201,14 @@ def present_rotor(rotor: Rotor, result: PolygonFit) -> ResultPresentation:
 
 
 def present_engagement(
-    clutch: ClutchFile, result: ModalEngagement | ContactEngagement, shape: str,
+    clutch: ClutchFile,
+    result: ModalEngagement | ContactEngagement,
+    shape: str,
     runs: Mapping[str, SwitchingRun] | None,
-) -> ResultPresentation:  # fmt: skip
-    """Return the presentation of an engagement in one mode of the shaft or, if there are `runs`, by contact."""
+) -> ResultPresentation:
+    """Return the presentation of an engagement in one mode of the shaft or, if there are `runs`, by
+    contact.
+    """
     table = result.table()
     assumptions = table.get("assumptions") or formulas.load("clutch_beam").sidecar["assumptions"]
 
@@ -188,12 +218,18 @@ def present_engagement(
 
         if runs is None or not isinstance(result, ContactEngagement):
             struck = modal_engagement.build_engagement(clutch.si, shape)
-            return {"modal": engagement.draw_modal_load(struck, modal_engagement.printed_extremes(struck))}
+            return {
+                "modal": engagement.draw_modal_load(
+                    struck, modal_engagement.printed_extremes(struck)
+                )
+            }
         return {
             "load": engagement.draw_loads(runs),
             "speed": engagement.draw_speeds(runs),
             "section": engagement.draw_section(runs["reuleaux"].engagement),
-            "sensitivity": engagement.draw_sensitivity(result.sensitivity, result.reuleaux.N_max_N, result.dog.N_max_N),
+            "sensitivity": engagement.draw_sensitivity(
+                result.sensitivity, result.reuleaux.N_max_N, result.dog.N_max_N
+            ),
         }
 
     def animate() -> Iterator[Block]:
@@ -213,7 +249,9 @@ def present_engagement(
         motions=animate,
         figures=draw,
         captions=CAPTIONS,
-        details=lambda: [Section("Model", [Text("First principles. It assumes:"), Items(assumptions)])],
+        details=lambda: [
+            Section("Model", [Text("First principles. It assumes:"), Items(assumptions)])
+        ],
         tables=lambda: {
             f"{name}_{way}.csv": _tabulate_run(getattr(run, way))
             for name, run in (runs or {}).items()
@@ -224,14 +262,21 @@ def present_engagement(
 
 
 def _present(
-    title: str, result: Record, clutch: ClutchFile | None, draw: Callable[[], Mapping[str, Figure]],
+    title: str,
+    result: Record,
+    clutch: ClutchFile | None,
+    draw: Callable[[], Mapping[str, Figure]],
     rotor: Rotor | None = None,
-) -> ResultPresentation:  # fmt: skip
+) -> ResultPresentation:
     """Return the presentation of a shape, with the rotating `rotor` if there is one."""
     table = result.table()
     sidecar = (load_model() if clutch is not None else formulas.load("clutch_rotor")).sidecar
     entries = [entry for vector in load_model().sidecar["vectors"].values() for entry in vector]
-    meanings = {e["shown"]: e["meaning"] for e in entries if e.get("shown") and units.display_unit(e["shown"])}
+    meanings = {
+        e["shown"]: e["meaning"]
+        for e in entries
+        if e.get("shown") and units.display_unit(e["shown"])
+    }
     if clutch is not None:
         meanings |= NAMES.meanings(clutch.numbers())
 
@@ -247,7 +292,9 @@ def _present(
         record=result,
         sections=list(_list_sections(table)),
         document=clutch,
-        model=ModelAssumptions("First principles", [*sidecar["assumptions"], *table.get("assumes", ())], meanings),
+        model=ModelAssumptions(
+            "First principles", [*sidecar["assumptions"], *table.get("assumes", ())], meanings
+        ),
         motions=animate,
         figures=draw,
         captions=CAPTIONS,
@@ -265,9 +312,15 @@ def _conclude_engagement(result: ModalEngagement | ContactEngagement) -> str:
     if not isinstance(result, ContactEngagement):
         return f"The largest load at engagement is {result.N_max_N:.4g} N."
     reuleaux, dog = result.reuleaux, result.dog
-    parts = [_describe_loads(f"The clutch {result.clutch}", reuleaux), _describe_loads("The dog clutch", dog)]
+    parts = [
+        _describe_loads(f"The clutch {result.clutch}", reuleaux),
+        _describe_loads("The dog clutch", dog),
+    ]
     if reuleaux.outcome == "jam":
-        parts[0] += f": its teeth overlap the shaft by {result.teeth.coaxial_overlap_mm:.3g} mm with the body central"
+        parts[0] += (
+            f": its teeth overlap the shaft by {result.teeth.coaxial_overlap_mm:.3g} mm with the "
+            f"body central"
+        )
     if result.N_max_ratio is not None:
         parts.append(f"The largest load is {result.N_max_ratio:.3g} times that of the dog clutch")
     elif "no engagement" not in (reuleaux.outcome, dog.outcome):
@@ -304,10 +357,14 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
 
 def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
     """Yield single values, then groups of them, then lists of words."""
-    yield _tabulate_values({key: value for key, value in table.items() if not isinstance(value, Mapping | list)})
+    yield _tabulate_values(
+        {key: value for key, value in table.items() if not isinstance(value, Mapping | list)}
+    )
     for key, value in table.items():
         if isinstance(value, Mapping) and key not in SENTENCES:
-            single = {k: v for k, v in value.items() if not isinstance(v, Mapping) and not _is_table(v)}
+            single = {
+                k: v for k, v in value.items() if not isinstance(v, Mapping) and not _is_table(v)
+            }
             yield _tabulate_values(single, _name_group(key))
             for name, entries in value.items():
                 if _is_table(entries) and name != "harmonics":
@@ -317,7 +374,9 @@ def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def _tabulate_values(values: Mapping[str, Any], caption: str = "") -> Table:
-    cells = {key: _format_cell(clean_zero(v) if key.endswith("_J") else v) for key, v in values.items()}
+    cells = {
+        key: _format_cell(clean_zero(v) if key.endswith("_J") else v) for key, v in values.items()
+    }
     return tabulate_named(cells, WORDS, caption)
 
 
@@ -361,17 +420,24 @@ def _tabulate_rows(rows: Iterable[Mapping[str, Any]], caption: str = "") -> Tabl
 
 
 def _tabulate_poses(rotor: Rotor, side: float) -> dict[str, Array]:
-    """Return positions of A, B, C and the centroid while C passes a corner, and the overlap with the third sides."""
+    """Return positions of A, B, C and the centroid while C passes a corner, and the overlap with
+    the third sides.
+    """
     theta = np.linspace(*rotor.passage, POSES)
     places = {f"{name}_mm": 1e3 * values for name, values in rotor.path(theta).items()}
     overlap = 1e3 * load_model()("path", theta=theta, a=side)["e_3"]
     return {"theta_deg": np.degrees(theta), **places, "overlap_mm": overlap}
 
 
-def _tabulate_way(force: float, linkage: CrankLinkage, travel: float, gear: float) -> dict[str, Array]:
+def _tabulate_way(
+    force: float, linkage: CrankLinkage, travel: float, gear: float
+) -> dict[str, Array]:
     """Return crank, rod and forces over the travel of the sleeve."""
     shift = np.linspace(0, travel, SHIFTS)
-    pose, push = linkage.evaluate(shift), load_model()("push", shift=shift, crank=linkage.packed, F1=force, r_A=gear)
+    pose, push = (
+        linkage.evaluate(shift),
+        load_model()("push", shift=shift, crank=linkage.packed, F1=force, r_A=gear),
+    )
     return {
         "shift_mm": 1e3 * shift,
         "crank_angle_deg": np.degrees(pose["crank_angle"]),

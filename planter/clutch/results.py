@@ -16,7 +16,9 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True)
 class InequalityResult(Record):
-    """An inequality; `margin` is in `unit`, positive where it holds, `share` the margin over what is bounded."""
+    """An inequality; `margin` is in `unit`, positive where it holds, `share` the margin over what
+    is bounded.
+    """
 
     condition: str
     source: str
@@ -182,7 +184,9 @@ class SwitchingDesign(Record):
 
 @dataclass(frozen=True)
 class ClutchBindingLimit(Record):
-    """A limit that holds an optimum, and the share of the file's own time that a share of the limit is worth."""
+    """A limit that holds an optimum, and the share of the file's own time that a share of the limit
+    is worth.
+    """
 
     name: str
     multiplier: float
@@ -219,7 +223,9 @@ class FastestSwitching(Record):
 
 @dataclass(frozen=True)
 class CornerPath(VertexPath):
-    """The ellipse at a corner of any pair of polygons; `lead_deg` is the turn over which the corner is passed."""
+    """The ellipse at a corner of any pair of polygons; `lead_deg` is the turn over which the corner
+    is passed.
+    """
 
     lead_deg: float
 
@@ -246,7 +252,9 @@ class Sliding(Record):
 
 @dataclass(frozen=True)
 class PolygonFit(Record):
-    """`planter clutch rotor`: how a polygon turns in another, lengths in widths; null where it has no meaning."""
+    """`planter clutch rotor`: how a polygon turns in another, lengths in widths; null where it has
+    no meaning.
+    """
 
     vertices: int
     sides: int
@@ -271,7 +279,9 @@ class EnergyBalance(Record):
 
 @dataclass(frozen=True)
 class OneModeLoads(Record):
-    """Load on the tooth in one mode of the shaft; `t_loss_s` is null where contact is never lost."""
+    """Load on the tooth in one mode of the shaft; `t_loss_s` is null where contact is never
+    lost.
+    """
 
     N0_N: float
     N_max_N: float
@@ -317,13 +327,17 @@ class ModalEngagement(Record):
 
 
 Outcome = Literal["impact", "jam", "held load", "no engagement"]
-"""What the largest load of an engagement is: a blow that passes; a load that stays, of teeth that overlap the shaft
-with the body in the middle (jam) or of others (held load); or nothing, as the output does not follow the input."""
+"""What the largest load of an engagement is: a blow that passes; a load that stays, of teeth that
+overlap the shaft with the body in the middle (jam) or of others (held load); or nothing, as the
+output does not follow the input.
+"""
 
 
 @dataclass(frozen=True)
 class ClutchLoads(Record):
-    """A clutch engaged and cut off; null for what does not happen. `outcome` says what the largest load is.
+    """A clutch engaged and cut off; null for what does not happen.
+
+    `outcome` says what the largest load is.
 
     `N_end_N` is the load that stays when the clutch has engaged.
     """
@@ -343,7 +357,9 @@ class ClutchLoads(Record):
 
 @dataclass(frozen=True)
 class ContactLoadSensitivity(Record):
-    """Largest loads of both clutches, with one input times a factor; no ratio where they are of two kinds."""
+    """Largest loads of both clutches, with one input times a factor; no ratio where they are of two
+    kinds.
+    """
 
     input: str
     factor: float
@@ -356,7 +372,9 @@ class ContactLoadSensitivity(Record):
 
 @dataclass(frozen=True)
 class PhaseLoads(Record):
-    """Largest loads of both clutches, with the input turned on at the moment of switching; ratio as above."""
+    """Largest loads of both clutches, with the input turned on at the moment of switching; ratio as
+    above.
+    """
 
     phase_deg: float
     N_max_ratio: float | None
@@ -368,10 +386,12 @@ class PhaseLoads(Record):
 
 @dataclass(frozen=True)
 class PrintedLoad(Record):
-    """A largest load that the paper prints as one of an impact, what is computed for it, and the verdict on it.
+    """A largest load that the paper prints as one of an impact, what is computed for it, and the
+    verdict on it.
 
-    `impacts_N` are least and largest of the loads found here that are impacts, `held_N` of those that stay; both are
-    null if there are none. Found are those of the file and those with inputs varied that the paper does not disclose.
+    `impacts_N` are least and largest of the loads found here that are impacts, `held_N` of those
+    that stay; both are null if there are none. Found are those of the file and those with inputs
+    varied that the paper does not disclose.
     """
 
     clutch: str
@@ -384,7 +404,9 @@ class PrintedLoad(Record):
 
 @dataclass(frozen=True)
 class TeethInSleeve(Record):
-    """Overlap of teeth and shaft with the body in the middle, and the root circle that lets teeth pass the corners."""
+    """Overlap of teeth and shaft with the body in the middle, and the root circle that lets teeth
+    pass the corners.
+    """
 
     coaxial_overlap_mm: float
     root_least_mm: float
@@ -394,8 +416,8 @@ class TeethInSleeve(Record):
 class ContactEngagement(Record):
     """`planter clutch engage --mode contact`: the clutch compared with a dog clutch.
 
-    The ratio of the largest loads is null if they are of two kinds, or a clutch does not engage. `printed_loads` has
-    the loads of the paper if the file has the inputs that it discloses.
+    The ratio of the largest loads is null if they are of two kinds, or a clutch does not engage.
+    `printed_loads` has the loads of the paper if the file has the inputs that it discloses.
     """
 
     clutch: str
@@ -477,7 +499,9 @@ class Compared(Record):
 
 @dataclass(frozen=True)
 class Predicted(Record):
-    """A combination of levels, and what is predicted of each response: its JSON has the means next to the levels."""
+    """A combination of levels, and what is predicted of each response: its JSON has the means next
+    to the levels.
+    """
 
     levels: list[Level]
     means: dict[str, float]
@@ -487,15 +511,23 @@ class Predicted(Record):
         return {"levels": self.levels, **self.means}
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        cls, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         schema = handler.resolve_ref_schema(handler(core))
         means = schema["properties"].pop("means")
-        return schema | {"required": ["levels"], "additionalProperties": means["additionalProperties"]}
+        return schema | {
+            "required": ["levels"],
+            "additionalProperties": means["additionalProperties"],
+        }
 
 
 @dataclass(frozen=True)
 class FieldTest(Record):
-    """`planter clutch field`: a field test evaluated. `best` and `range_best` have levels in the factors' order."""
+    """`planter clutch field`: a field test evaluated.
+
+    `best` and `range_best` have levels in the factors' order.
+    """
 
     source: str
     runs: int

@@ -1,6 +1,7 @@
 """Any odd Reuleaux polygon in any regular polygon: how it fits, which path its vertices take.
 
-Frame as for the clutch: origin at the centre of the regular polygon, upper side across y, rotation counter-clockwise.
+Frame as for the clutch: origin at the centre of the regular polygon, upper side across y, rotation
+counter-clockwise.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ _SAMPLES = 48
 
 @dataclass(frozen=True)
 class Rotor:
-    """A Reuleaux polygon of `vertices` arcs and constant `width` [m], inside a regular polygon of `sides` sides.
+    """A Reuleaux polygon of `vertices` arcs and constant `width` [m], inside a regular polygon of
+    `sides` sides.
 
     Raises GeometryError for an even number of vertices, or numbers outside 3..99.
     """
@@ -47,7 +49,9 @@ class Rotor:
 
     def shape(self, apothem: float | None = None) -> Array:
         """Packed input of the generated functions; sides a width apart unless said otherwise."""
-        return np.array([self.width, self.width / 2 if apothem is None else apothem, self.vertices, self.sides])
+        return np.array(
+            [self.width, self.width / 2 if apothem is None else apothem, self.vertices, self.sides]
+        )
 
     @cached_property
     def normals(self) -> Array:
@@ -56,16 +60,23 @@ class Rotor:
         return directions
 
     def support(self, direction: object) -> Array:
-        """Distance of the tangents with a normal from the centroid [m]; directions [rad] from a vertex's, (n,)."""
-        return formulas.load("clutch_rotor")("support", psi=direction, shape=self.shape())["support"]
+        """Distance of the tangents with a normal from the centroid [m]; directions [rad] from a
+        vertex's, (n,).
+        """
+        return formulas.load("clutch_rotor")("support", psi=direction, shape=self.shape())[
+            "support"
+        ]
 
     def supports(self, rotation: Array) -> Array:
-        """Support towards every side [m], (sides, n), for rotations (n,): the direction of a vertex [rad]."""
+        """Support towards every side [m], (sides, n), for rotations (n,): the direction of a vertex
+        [rad].
+        """
         psi = self.normals[:, None] - np.atleast_1d(rotation)
         return self.support(psi.ravel()).reshape(psi.shape)
 
     def tightest(self, rotation: float) -> tuple[float, Array]:
-        """Least apothem [m] of a polygon round the body at a rotation [rad], and the centroid's place (2,) in it.
+        """Least apothem [m] of a polygon round the body at a rotation [rad], and the centroid's
+        place (2,) in it.
 
         The sides are moved out together; a linear programme finds the centroid.
         """
@@ -81,14 +92,18 @@ class Rotor:
     def smallest_apothem(self) -> float:
         """Least apothem [m] of the regular polygon in which the body turns freely.
 
-        The apothem that a rotation needs repeats after a turn divided by the common multiple of vertices and sides.
+        The apothem that a rotation needs repeats after a turn divided by the common multiple of
+        vertices and sides.
         """
         period = 2 * math.pi / math.lcm(self.vertices, self.sides)
         rotations = period * np.arange(_SAMPLES) / _SAMPLES
-        return extrema.find_maximum(extrema.vectorise(lambda r: self.tightest(r)[0]), rotations, closed=True).value
+        return extrema.find_maximum(
+            extrema.vectorise(lambda r: self.tightest(r)[0]), rotations, closed=True
+        ).value
 
     def misses(self, rotation: Array) -> Array:
-        """Return the gaps at the other pairs of sides [m], (pairs, n), while two neighbouring pairs are in contact.
+        """Return the gaps at the other pairs of sides [m], (pairs, n), while two neighbouring pairs
+        are in contact.
 
         Raises GeometryError if sides are not in pairs.
         """
@@ -114,20 +129,27 @@ class Rotor:
         return extrema.find_maximum(size, rotations, closed=True).value
 
     def harmonics(self, count: int) -> list[Harmonic]:
-        """The first harmonics of the support function, amplitudes in widths; which of them a rotor may have.
+        """The first harmonics of the support function, amplitudes in widths; which of them a rotor
+        may have.
 
-        A rotor of a regular polygon of N sides has those of order k N +- 1 alone (Goldberg, Math. Comp. 14, 1960).
+        A rotor of a regular polygon of N sides has those of order k N +- 1 alone (Goldberg, Math.
+        Comp. 14, 1960).
         """
         orders = 2 * np.arange(count) + 1
-        amplitudes = formulas.load("clutch_rotor")("harmonic", order=orders, shape=self.shape())["harmonic"]
+        amplitudes = formulas.load("clutch_rotor")("harmonic", order=orders, shape=self.shape())[
+            "harmonic"
+        ]
         return [
-            Harmonic(int(k), float(h) / self.width, rotor=int(k) % self.sides in (1, self.sides - 1))
+            Harmonic(
+                int(k), float(h) / self.width, rotor=int(k) % self.sides in (1, self.sides - 1)
+            )
             for k, h in zip(orders * self.vertices, amplitudes, strict=True)
         ]
 
     @cached_property
     def ellipse(self) -> dict[str, float]:
-        """The vertex's path at a corner: centre, semi-axes and direction of the ellipse [m, rad], and what follows.
+        """The vertex's path at a corner: centre, semi-axes and direction of the ellipse [m, rad],
+        and what follows.
 
         Raises GeometryError where no vertex passes a corner between its neighbours' contacts.
         """
@@ -145,7 +167,9 @@ class Rotor:
         return math.pi / 2 - self.ellipse["lead"], math.pi / 2
 
     def path(self, theta: object) -> dict[str, Array]:
-        """Places of A, B, C and the centroid M [m], each coordinate (n,), while C passes the corner."""
+        """Places of A, B, C and the centroid M [m], each coordinate (n,), while C passes the
+        corner.
+        """
         return formulas.load("clutch_rotor")("path", theta=theta, shape=self.shape())
 
     def slides(self) -> Slides:
@@ -161,14 +185,20 @@ class Rotor:
             if vertices and abs(delta) < arc * (1 - 1e-9):
                 first = math.pi / 2 - arc / 2 + max(delta, 0.0)
                 return Slides(self, step, vertices, (first, first + arc - abs(delta)))
-        raise GeometryError(f"no two of {self.vertices} vertices touch two of {self.sides} sides at once")
+        raise GeometryError(
+            f"no two of {self.vertices} vertices touch two of {self.sides} sides at once"
+        )
 
     def track(self, points: int = 25) -> Array:
-        """The closed path of a vertex over a turn [m], (2, n): an arc at each corner, straight between."""
+        """The closed path of a vertex over a turn [m], (2, n): an arc at each corner, straight
+        between.
+        """
         theta = np.linspace(*self.passage, points)
         at = self.path(theta)
         arc = np.array([at["x_C"], at["y_C"]])[:, ::-1]
-        return np.hstack([_turned(i * self.turn) @ arc for i in range(self.sides + 1)])[:, : self.sides * points + 1]
+        return np.hstack([_turned(i * self.turn) @ arc for i in range(self.sides + 1)])[
+            :, : self.sides * points + 1
+        ]
 
     def _in_pairs(self) -> None:
         if self.sides % 2:
@@ -177,9 +207,11 @@ class Rotor:
 
 @dataclass(frozen=True)
 class Slides:
-    """Two vertices, `vertices` places apart, that slide on two sides, `side_step` sides apart, over rotations [rad].
+    """Two vertices, `vertices` places apart, that slide on two sides, `side_step` sides apart, over
+    rotations [rad].
 
-    Vertex 0 slides on the upper side. Sides in pairs are a width apart, others as near as free turning lets them.
+    Vertex 0 slides on the upper side. Sides in pairs are a width apart, others as near as free
+    turning lets them.
     """
 
     rotor: Rotor
@@ -191,10 +223,21 @@ class Slides:
         """Input of the generated functions for the path of a vertex, by its number."""
         rho, step = float(self.rotor.support(0.0)[0]), 2 * math.pi / self.rotor.vertices
         apothem = self.rotor.smallest_apothem if self.rotor.sides % 2 else self.rotor.width / 2
-        return np.array([rho, apothem, self.side_step * self.rotor.turn, 0.0, step * self.vertices, step * vertex])
+        return np.array(
+            [
+                rho,
+                apothem,
+                self.side_step * self.rotor.turn,
+                0.0,
+                step * self.vertices,
+                step * vertex,
+            ]
+        )
 
     def path(self, vertex: int, rotation: object) -> dict[str, Array]:
-        """Places of both vertices A and B, of the vertex C and of the centroid M, each coordinate (n,) [m]."""
+        """Places of both vertices A and B, of the vertex C and of the centroid M, each coordinate
+        (n,) [m].
+        """
         return formulas.load("clutch_rotor")("slid", rotation=rotation, trammel=self.packed(vertex))
 
     def ellipse(self, vertex: int) -> dict[str, float]:
@@ -232,7 +275,8 @@ def _corner(ellipse: Mapping[str, float], width: float) -> CornerPath:
 def summarise_rotor(rotor: Rotor, harmonics: int = 6) -> PolygonFit:
     """Return the summary of a pair of polygons, lengths in widths; None for values without meaning.
 
-    `exact` says whether the body is a rotor: every harmonic of its support function is one that a rotor may have.
+    `exact` says whether the body is a rotor: every harmonic of its support function is one that a
+    rotor may have.
     """
     paired = rotor.sides % 2 == 0
     passes = paired and rotor.sides < 2 * rotor.vertices
@@ -252,7 +296,9 @@ def summarise_rotor(rotor: Rotor, harmonics: int = 6) -> PolygonFit:
 
 
 def body_outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 24) -> Array:
-    """The body's outline [m], (2, vertices * points), with a vertex in direction `rotation` [rad] of its centroid."""
+    """The body's outline [m], (2, vertices * points), with a vertex in direction `rotation` [rad]
+    of its centroid.
+    """
     rho, arc = float(rotor.support(0.0)[0]), math.pi / rotor.vertices
     angles = np.linspace(-arc / 2, arc / 2, points)
     parts = []
@@ -260,14 +306,18 @@ def body_outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 2
         vertex = rotation + 2 * i * arc
         about = rho * np.array([math.cos(vertex), math.sin(vertex)])
         directions = vertex + math.pi + angles
-        parts.append(about[:, None] + rotor.width * np.array([np.cos(directions), np.sin(directions)]))
+        parts.append(
+            about[:, None] + rotor.width * np.array([np.cos(directions), np.sin(directions)])
+        )
     order = sorted(range(rotor.vertices), key=lambda i: (2 * i * arc + math.pi) % (2 * math.pi))
     body_points: Array = np.hstack([parts[i] for i in order]) + np.asarray(centroid)[:, None]
     return body_points
 
 
 def polygon_outline(sides: int, apothem: float, fillet: float = 0.0, points: int = 16) -> Array:
-    """Return the closed outline (2, n) of a regular polygon with an upper side and rounded corners."""
+    """Return the closed outline (2, n) of a regular polygon with an upper side and rounded
+    corners.
+    """
     turn = 2 * math.pi / sides
     centre = (apothem - fillet) / math.cos(turn / 2)
     parts = []

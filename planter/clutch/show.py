@@ -32,7 +32,9 @@ OFFERED = ("sleeve", "shaft", "tooth", "linkage")
 EXPORTS = (
     Export("report", "page, figures and tables of the shape", ("clutch", "geometry")),
     Export("engagement", "page, figures and tables of an engagement", ("clutch", "engage")),
-    Export("optimum", "angle, ratio and linkage of the smallest travel time", ("clutch", "optimise")),
+    Export(
+        "optimum", "angle, ratio and linkage of the smallest travel time", ("clutch", "optimise")
+    ),
 )
 
 
@@ -54,7 +56,9 @@ class ReuleauxClutch:
         return list_controls(self.clutch, paths, {}, {}, load_names(__package__))
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
-        """The body as it turns in the smallest sleeve that lets it, which only its width changes."""
+        """The body as it turns in the smallest sleeve that lets it, which only its width
+        changes.
+        """
         from planter.clutch.geometry import SIDES, VERTICES
         from planter.clutch.report.drawings import build_rotor_scene
         from planter.clutch.rotor import Rotor
@@ -65,24 +69,39 @@ class ReuleauxClutch:
         return [self._latest[1]]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """Return the single numbers of the shape, teeth and travel, and the loads of an engagement in one mode."""
+        """Return the single numbers of the shape, teeth and travel, and the loads of an engagement
+        in one mode.
+        """
         from planter.clutch.geometry import compute_geometry, control_motion, least_travel
         from planter.clutch.modal_engagement import build_engagement
         from planter.clutch.model import collect_values
 
         clutch = self._clutch(values)
-        numbers, shape, loads = collect_values(clutch), compute_geometry(clutch), build_engagement(clutch.si).extremes
+        numbers, shape, loads = (
+            collect_values(clutch),
+            compute_geometry(clutch),
+            build_engagement(clutch.si).extremes,
+        )
         control = control_motion(clutch, numbers) or {}
-        angles = {key: math.degrees(control[key]) if control else None for key in ("rotation", "lift", "alpha_max")}
+        angles = {
+            key: math.degrees(control[key]) if control else None
+            for key in ("rotation", "lift", "alpha_max")
+        }
         return [
             *list_readings(shape.table()),
             Reading("least radius of the tips", "mm", shape.tooth.b1_min_mm),
             Reading("least radius of the roots", "mm", shape.tooth.b2_min_mm),
             Reading("angle of the faces at the tips", "deg", shape.tooth.xi_deg),
             Reading(
-                "least travel of the sleeve", "mm", 1e3 * least_travel(numbers, clutch.si("sleeve.axial_angle_deg"))
+                "least travel of the sleeve",
+                "mm",
+                1e3 * least_travel(numbers, clutch.si("sleeve.axial_angle_deg")),
             ),
-            Reading("time of the sleeve's travel", "s", clutch.sleeve.travel_mm / clutch.sleeve.switching_speed_mm_s),
+            Reading(
+                "time of the sleeve's travel",
+                "s",
+                clutch.sleeve.travel_mm / clutch.sleeve.switching_speed_mm_s,
+            ),
             Reading("rotation of the crank", "deg", angles["rotation"]),
             Reading("teeth that the crank gear turns through", "", control.get("n")),
             Reading("lift of the link", "deg", angles["lift"]),
@@ -109,9 +128,23 @@ class ReuleauxClutch:
 
     def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Return the rotation of the crank at the angles and with the rods of the field test."""
-        head = ("axial angle / deg", "rod / mm", "crank rotation / deg", "lift of the link / deg", "teeth")
-        rows = [(f"{row.axial_angle_deg:g}", row.rod_mm, row.crank_rotation_deg, row.link_lift_deg, row.teeth)
-                for row in self._geometry(values).linkage]  # fmt: skip
+        head = (
+            "axial angle / deg",
+            "rod / mm",
+            "crank rotation / deg",
+            "lift of the link / deg",
+            "teeth",
+        )
+        rows = [
+            (
+                f"{row.axial_angle_deg:g}",
+                row.rod_mm,
+                row.crank_rotation_deg,
+                row.link_lift_deg,
+                row.teeth,
+            )
+            for row in self._geometry(values).linkage
+        ]
         return [DetailTable("Linkage, for the printed travel", head, rows)]
 
     def text(self, values: Values) -> str:

@@ -1,8 +1,10 @@
-"""Sizes of a clutch for a shaft, a space and a travel with the margin of every inequality, and its fastest switching.
+"""Sizes of a clutch for a shaft, a space and a travel with the margin of every inequality, and its
+fastest switching.
 
-The fastest switching minimises the travel time with exact derivatives, by IPOPT, from several starts, and certifies the
-optimum. The links rise at a constant rate, so the time is the lift of the link over that rate; the sleeve makes the
-least travel that its axial angle allows. Forces and rod angle satisfy their limits at stations along the way.
+The fastest switching minimises the travel time with exact derivatives, by IPOPT, from several
+starts, and certifies the optimum. The links rise at a constant rate, so the time is the lift of the
+link over that rate; the sleeve makes the least travel that its axial angle allows. Forces and rod
+angle satisfy their limits at stations along the way.
 """
 
 from __future__ import annotations
@@ -17,7 +19,13 @@ import numpy as np
 
 from planter.clutch.file import ClutchFile
 from planter.clutch.geometry import CrankLinkage, find_linkages, steepest_rod_angle
-from planter.clutch.model import build_condition, collect_values, evaluate_conditions, load_model, pack_crank
+from planter.clutch.model import (
+    build_condition,
+    collect_values,
+    evaluate_conditions,
+    load_model,
+    pack_crank,
+)
 from planter.clutch.results import (
     ClutchBindingLimit,
     FastestSwitching,
@@ -43,17 +51,23 @@ BINDS = 1e-9
 
 
 def size_clutch(clutch: ClutchFile) -> Sizing:
-    """Return the smallest clutch for the file's shaft, travel and space, with the linkage that moves its sleeve.
+    """Return the smallest clutch for the file's shaft, travel and space, with the linkage that
+    moves its sleeve.
 
-    Fillet, teeth and hexagon get their smallest sizes, the taper the angle that the travel requires; lengths of crank,
-    distance, gears and body stay as in the file. `feasible` says whether every inequality holds, `binds` which ones
-    hold with equality and `violated` which do not, the worst first.
+    Fillet, teeth and hexagon get their smallest sizes, the taper the angle that the travel
+    requires; lengths of crank, distance, gears and body stay as in the file. `feasible` says
+    whether every inequality holds, `binds` which ones hold with equality and `violated` which do
+    not, the worst first.
 
     Raises ComputationError if no hexagon or no rod exists.
     """
     values = compute_sizes(clutch)
     linkage, rotation = _linkage(clutch, values)
-    rows = [*evaluate_conditions(values), *_space(clutch, values), *_limits(clutch, values, linkage)]
+    rows = [
+        *evaluate_conditions(values),
+        *_space(clutch, values),
+        *_limits(clutch, values, linkage),
+    ]
     violated = sorted((c for c in rows if not c.holds), key=lambda c: c.share)
     return Sizing(
         clutch=clutch.name,
@@ -75,17 +89,23 @@ def size_clutch(clutch: ClutchFile) -> Sizing:
 
 
 def compute_sizes(clutch: ClutchFile) -> dict[str, float]:
-    """Return the clutch's numbers in SI with fillet, teeth, hexagon, taper and body at their smallest sizes."""
+    """Return the clutch's numbers in SI with fillet, teeth, hexagon, taper and body at their
+    smallest sizes.
+    """
     values = collect_values(clutch) | {"c": clutch.si("wanted_travel_mm")}
     wall = clutch.si("wall_mm")
     values["r"] = load_model().at("fillet", flats=values["flats"])["r"]
     teeth = load_model().at("teeth", flats=values["flats"], r=values["r"])
     values |= {"b1": teeth["b1"], "b2": teeth["b2"], "xi": teeth["xi"]}
-    values["a"] = load_model().at("body", b2=values["b2"], wall=wall, d=values["d"], c=values["c"])["a"]
+    values["a"] = load_model().at("body", b2=values["b2"], wall=wall, d=values["d"], c=values["c"])[
+        "a"
+    ]
     if values["a"] <= 0:
         raise ComputationError(
-            f"no hexagon is large enough: over a body of {values['d'] * 1e3:.4g} mm a taper for a travel of "
-            f"{values['c'] * 1e3:.4g} mm takes off more than there is; the body must be shorter or the travel longer"
+            f"no hexagon is large enough: over a body of {values['d'] * 1e3:.4g} mm a taper for a "
+            f"travel of "
+            f"{values['c'] * 1e3:.4g} mm takes off more than there is; the body must be shorter "
+            f"or the travel longer"
         )
     angle = load_model().at("angle", a=values["a"], c=values["c"])
     values |= {"b": angle["b"], "phi": angle["phi"], "R2": values["b2"] + wall}
@@ -97,7 +117,9 @@ def compute_sizes(clutch: ClutchFile) -> dict[str, float]:
 def _linkage(clutch: ClutchFile, values: dict[str, float]) -> tuple[CrankLinkage, float]:
     """Return the linkage for the travel, and the crank rotation [rad] from the lift of the link."""
     lift = clutch.si("lift_limit_deg")
-    rotation = load_model().at("gears", alpha=lift, k=values["k"], gamma=values["gamma"])["theta_AR"]
+    rotation = load_model().at("gears", alpha=lift, k=values["k"], gamma=values["gamma"])[
+        "theta_AR"
+    ]
     return find_linkages(values["l_AB"], values["l_AC"], values["c"], rotation)[0], rotation
 
 
@@ -106,18 +128,26 @@ def _space(clutch: ClutchFile, values: dict[str, float]) -> Iterator[InequalityR
     for subject, key, used in (
         ("corners of the hexagonal hole within the space", "space_radius_mm", values["a"]),
         ("outline of the body within the space", "space_radius_mm", values["R1"]),
-        ("body and way of the sleeve within the space", "space_length_mm", values["d"] + values["c"]),
+        (
+            "body and way of the sleeve within the space",
+            "space_length_mm",
+            values["d"] + values["c"],
+        ),
     ):
         available = clutch.si(key)
         yield build_condition(subject, f"wanted.{key}", "m", available - used, available)
 
 
-def _limits(clutch: ClutchFile, values: dict[str, float], linkage: CrankLinkage) -> Iterator[InequalityResult]:
+def _limits(
+    clutch: ClutchFile, values: dict[str, float], linkage: CrankLinkage
+) -> Iterator[InequalityResult]:
     """Yield the inequalities of forces, gears and rod by the limits of the file."""
     sleeve = {name: values[name] for name in ("a", "phi", "mu", "F1", "F2")}
     ends = (0.0, values["c"])
     tooth = max(
-        load_model().at("push", shift=s, crank=linkage.packed, F1=values["F1"], r_A=values["r_A"])["tooth_force"]
+        load_model().at("push", shift=s, crank=linkage.packed, F1=values["F1"], r_A=values["r_A"])[
+            "tooth_force"
+        ]
         for s in ends
     )
     limits = clutch.limits
@@ -137,13 +167,23 @@ def _limits(clutch: ClutchFile, values: dict[str, float], linkage: CrankLinkage)
             clutch.si("limits.rod_angle_deg"),
             steepest_rod_angle(linkage, values["c"]),
         ),
-        ("length of the linkage", "length_mm", "m", clutch.si("limits.length_mm"), linkage.distance + values["c"]),
+        (
+            "length of the linkage",
+            "length_mm",
+            "m",
+            clutch.si("limits.length_mm"),
+            linkage.distance + values["c"],
+        ),
     ):
         yield build_condition(subject, f"limits.{key}", unit, limit - used, limit)
     min_radius = clutch.si("rack_least_mm")
-    yield build_condition("radius of the rack", "limits.rack_least_mm", "m", values["r_D"] - min_radius, min_radius)
+    yield build_condition(
+        "radius of the rack", "limits.rack_least_mm", "m", values["r_D"] - min_radius, min_radius
+    )
     teeth = 2 * values["r_A"] / values["m"]
-    yield build_condition("teeth of the crank gear", "limits.teeth_least", "1", teeth - limits.teeth_least, teeth)
+    yield build_condition(
+        "teeth of the crank gear", "limits.teeth_least", "1", teeth - limits.teeth_least, teeth
+    )
 
 
 def _to_sizes(values: dict[str, float]) -> Sizes:
@@ -169,7 +209,9 @@ def build_refusal(sizing: Sizing) -> ComputationError:
     more = len(sizing.violated) - 1
     tail = f" (and {more} more)" if more else ""
     by = f"{-worst.margin:.4g} {worst.unit}"
-    return ComputationError(f"no clutch fits: {worst.condition} fails by {by} ({worst.source}){tail}")
+    return ComputationError(
+        f"no clutch fits: {worst.condition} fails by {by} ({worst.source}){tail}"
+    )
 
 
 STARTS = 8
@@ -183,14 +225,17 @@ ROUNDS = 8
 
 
 def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> FastestSwitching:
-    """Return axial angle, gear ratio and linkage of the smallest travel time under the limits of the file.
+    """Return axial angle, gear ratio and linkage of the smallest travel time under the limits of
+    the file.
 
-    Raises InputError for bounds with linkages that do not close, ComputationError if no start ends at a point that
-    satisfies every limit.
+    Raises InputError for bounds with linkages that do not close, ComputationError if no start ends
+    at a point that satisfies every limit.
     """
     switching = SwitchingProblem(clutch)
     problem, file_design = switching.problem, switching.box.design
-    violated = [switching.names[i] for i in np.flatnonzero(switching.margins.values(file_design) < -BROKEN)]
+    violated = [
+        switching.names[i] for i in np.flatnonzero(switching.margins.values(file_design) < -BROKEN)
+    ]
     first = [problem.start, *np.random.default_rng(seed).random((starts - 1, len(VARIABLES)))]
     for _ in range(ROUNDS):
         try:
@@ -208,7 +253,10 @@ def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> 
         peaks = {limit: share for limit, (margin, share) in margins.items() if margin < -PEAK}
         if not peaks:
             break
-        stations = {w: sorted({*at, *([peaks[w]] if w in peaks else [])}) for w, at in switching.stations.items()}
+        stations = {
+            w: sorted({*at, *([peaks[w]] if w in peaks else [])})
+            for w, at in switching.stations.items()
+        }
         switching, first = SwitchingProblem(clutch, stations), [minimum.u for minimum in good]
         problem = switching.problem
     return FastestSwitching(
@@ -221,16 +269,25 @@ def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> 
         stations={limit: list(at) for limit, at in switching.stations.items()},
         least_margin_along={limit: margin for limit, (margin, _) in margins.items()},
         bounds=_bounds(switching),
-        certificate=_to_certificate(certify_candidates(problem, best.u, good), problem.scale, starts),
+        certificate=_to_certificate(
+            certify_candidates(problem, best.u, good), problem.scale, starts
+        ),
         assumes=list(ASSUMES),
         seed=seed,
     )
 
 
-def _to_certificate(proof: OptimalityCertificate, scale: float, starts: int) -> SwitchingCertificate:
-    """The certificate; a multiplier is the share of the file's own time that a share of the limit is worth."""
+def _to_certificate(
+    proof: OptimalityCertificate, scale: float, starts: int
+) -> SwitchingCertificate:
+    """The certificate; a multiplier is the share of the file's own time that a share of the limit
+    is worth.
+    """
     active = [(bound.name, bound.multiplier) for bound in proof.active_constraints]
-    active += [(f"{bound.name} at its {bound.side} bound", bound.multiplier) for bound in proof.active_bounds]
+    active += [
+        (f"{bound.name} at its {bound.side} bound", bound.multiplier)
+        for bound in proof.active_bounds
+    ]
     return SwitchingCertificate(
         kkt_residual=proof.kkt_residual,
         active=[ClutchBindingLimit(name, multiplier / scale) for name, multiplier in active],
@@ -241,7 +298,9 @@ def _to_certificate(proof: OptimalityCertificate, scale: float, starts: int) -> 
 
 
 def _to_display_units(x: Array) -> dict[str, float]:
-    return {key: float(value) / units.unit_factor(key) for key, value in zip(VARIABLES, x, strict=True)}
+    return {
+        key: float(value) / units.unit_factor(key) for key, value in zip(VARIABLES, x, strict=True)
+    }
 
 
 def _bounds(switching: SwitchingProblem) -> dict[str, tuple[float, float]]:
@@ -250,27 +309,41 @@ def _bounds(switching: SwitchingProblem) -> dict[str, tuple[float, float]]:
 
 
 def _describe_failure(
-    switching: SwitchingProblem, problem: Problem, minima: list[LocalMinimum], starts: int, seed: int
+    switching: SwitchingProblem,
+    problem: Problem,
+    minima: list[LocalMinimum],
+    starts: int,
+    seed: int,
 ) -> str:
-    """Return the message that says what was tried, and which limit the best of the points violates most."""
+    """Return the message that says what was tried, and which limit the best of the points violates
+    most.
+    """
     margins = [switching.margins.values(problem.design(minimum.u)) for minimum in minima]
     best = max(margins, key=lambda m: float(m.min()))
     attempts = f"{starts} start{'s' if starts > 1 else ''} with seed {seed}"
     return (
         f"no design that satisfies all limits was found within the bounds, from {attempts}: "
-        f"{switching.names[int(best.argmin())]} fails by {-100 * best.min():.3g} % of its limit at the closest design"
+        f"{switching.names[int(best.argmin())]} fails by {-100 * best.min():.3g} % of its limit "
+        f"at the closest design"
     )
 
 
 def _build_unfinished(clutch: ClutchFile, problem: Problem) -> dict[str, Any] | None:
-    """Return the best point of a search, or the closest to satisfying the limits, None if it has met none."""
+    """Return the best point of a search, or the closest to satisfying the limits, None if it has
+    met none.
+    """
     best, closest = problem.best, problem.closest
     u = best.u if best is not None else None if closest is None else closest.u
     if u is None:
         return None
     objective = None if best is None else best.objective
     design = _to_display_units(problem.design(u))
-    return {"clutch": clutch.name, "design": design, "travel_time_s": objective, "met": best is not None}
+    return {
+        "clutch": clutch.name,
+        "design": design,
+        "travel_time_s": objective,
+        "met": best is not None,
+    }
 
 
 VARIABLES = {
@@ -296,16 +369,24 @@ _DENSE = np.linspace(0, 1, 401)
 class SwitchingProblem:
     """The least travel time of a clutch as a problem over its `VARIABLES`, x (5,) in SI.
 
-    `stations` are the places along the way, as shares of it, at which each limit of `ALONG` is imposed.
+    `stations` are the places along the way, as shares of it, at which each limit of `ALONG` is
+    imposed.
 
     Raises InputError if the bounds of the file contain linkages that do not close.
     """
 
-    def __init__(self, clutch: ClutchFile, stations: Mapping[str, Sequence[float]] | None = None) -> None:
+    def __init__(
+        self, clutch: ClutchFile, stations: Mapping[str, Sequence[float]] | None = None
+    ) -> None:
         self.clutch, self.values = clutch, collect_values(clutch)
         self.stations = dict(stations) if stations else dict.fromkeys(ALONG, STATIONS)
-        self._limits = {"tooth force": clutch.limits.tooth_force_N, "rod angle": clutch.si("limits.rod_angle_deg")}
-        bounds = np.array([[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()])
+        self._limits = {
+            "tooth force": clutch.limits.tooth_force_N,
+            "rod angle": clutch.si("limits.rod_angle_deg"),
+        }
+        bounds = np.array(
+            [[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()]
+        )
         lower, upper = bounds.T
         design = np.array([self.values[name] for name, _ in VARIABLES.values()])
         self.box = DesignBox.shares(tuple(VARIABLES), lower, upper, np.clip(design, lower, upper))
@@ -319,15 +400,31 @@ class SwitchingProblem:
     @cached_property
     def names(self) -> list[str]:
         """Names of the limits, in their order."""
-        stations = [f"{limit} at {100 * share:.4g} % of the way" for limit in ALONG for share in self.stations[limit]]
-        return ["normal force", "length", "rack radius", "teeth", "outline in the space", "body and way in the space",
-                "lift of the link", *stations]  # fmt: skip
+        stations = [
+            f"{limit} at {100 * share:.4g} % of the way"
+            for limit in ALONG
+            for share in self.stations[limit]
+        ]
+        return [
+            "normal force",
+            "length",
+            "rack radius",
+            "teeth",
+            "outline in the space",
+            "body and way in the space",
+            "lift of the link",
+            *stations,
+        ]
 
     @cached_property
     def problem(self) -> Problem:
-        """The travel time [s], with the margins as shares of their limits, which must be positive."""
+        """The travel time [s], with the margins as shares of their limits, which must be
+        positive.
+        """
         return Problem(
-            SmoothObjective(SymbolicFunction(self._x, self._expressions[0]), len(VARIABLES)), self.box, self.margins
+            SmoothObjective(SymbolicFunction(self._x, self._expressions[0]), len(VARIABLES)),
+            self.box,
+            self.margins,
         )
 
     @cached_property
@@ -336,7 +433,11 @@ class SwitchingProblem:
         count = len(self.names)
         bounds = np.zeros(count), np.full(count, np.inf)
         return SymbolicConstraints(
-            self._x, self._expressions[1], bounds, [NamedConstraint(n) for n in self.names], np.arange(count)
+            self._x,
+            self._expressions[1],
+            bounds,
+            [NamedConstraint(n) for n in self.names],
+            np.arange(count),
         )
 
     @cached_property
@@ -356,7 +457,8 @@ class SwitchingProblem:
         rotation = _entries("limit", packed, c, v["r_A"], v["m"])["theta_Amax"]
         drive = _entries("drive", k, span, v["gamma"], rotation)
         way = [
-            1 - _entries("push", c * share, packed, v["F1"], drive["r_A"])[name] / self._limits[limit]
+            1
+            - _entries("push", c * share, packed, v["F1"], drive["r_A"])[name] / self._limits[limit]
             for limit, name in ALONG.items()
             for share in self.stations[limit]
         ]
@@ -375,16 +477,24 @@ class SwitchingProblem:
         return drive["lift"] / self.clutch.search.lift_rad_s, ca.vertcat(*margins)
 
     def worst_along(self, x: Array) -> dict[str, tuple[float, float]]:
-        """Return smallest margin and position, as shares, of each limit of `ALONG` over the way at a design x."""
+        """Return smallest margin and position, as shares, of each limit of `ALONG` over the way at
+        a design x.
+        """
         design = self.values | self.design(x)
-        c = load_model().at("travel", **{key: design[key] for key in ("a", "phi", "mu", "F1", "F2")})["c_min"]
+        c = load_model().at(
+            "travel", **{key: design[key] for key in ("a", "phi", "mu", "F1", "F2")}
+        )["c_min"]
         span = self.values["r_A"] + self.values["r_D"]
-        r_A = load_model().at("drive", k=design["k"], span=span, gamma=design["gamma"], theta_Amax=0.0)["r_A"]
+        r_A = load_model().at(
+            "drive", k=design["k"], span=span, gamma=design["gamma"], theta_Amax=0.0
+        )["r_A"]
         margins = {}
         for limit, name in ALONG.items():
 
             def margin(share: Array, limit: str = limit, name: str = name) -> Array:
-                at = load_model()("push", shift=c * share, crank=pack_crank(design), F1=design["F1"], r_A=r_A)
+                at = load_model()(
+                    "push", shift=c * share, crank=pack_crank(design), F1=design["F1"], r_A=r_A
+                )
                 return 1 - at[name] / self._limits[limit]
 
             minimum = extrema.find_minimum(margin, _DENSE)
@@ -395,12 +505,16 @@ class SwitchingProblem:
         """Every linkage in the box closes over the longest travel in it."""
         travel_inputs = {key: self.values[key] for key in ("a", "mu", "F1", "F2")}
         longest = load_model().at("travel", phi=self.box.lower[0], **travel_inputs)["c_min"]
-        (shortest, min_rod, min_distance), (_, max_rod, max_distance) = self.box.lower[2:], self.box.upper[2:]
+        (shortest, min_rod, min_distance), (_, max_rod, max_distance) = (
+            self.box.lower[2:],
+            self.box.upper[2:],
+        )
         low, high = max_distance + longest - shortest, shortest + min_distance
         if not (low < min_rod and max_rod < high):
             raise self.clutch.input_error(
                 "search.rod_bounds_mm",
-                f"it must lie between {low * 1e3:.6g} and {high * 1e3:.6g}, where crank and rod always meet",
+                f"it must lie between {low * 1e3:.6g} and {high * 1e3:.6g}, where crank and rod "
+                f"always meet",
                 InputError,
             )
 

@@ -36,7 +36,9 @@ def compare_machines(
     model: ModelOption = ModelName.exact,
     quantity: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="also compare this curve (repeatable)", show_default=False),
+        typer.Option(
+            metavar="NAME", help="also compare this curve (repeatable)", show_default=False
+        ),
     ] = None,
     hold: HoldOption = None,
     set_: SetOption = None,
@@ -48,13 +50,16 @@ def compare_machines(
 
     Values, results, requirements and curves have their differences from A.
 
-    The objective of A and the limits of all files are evaluated for every machine. `--set` and `--speed-rpm` apply
-    to all of them. For example: planter diff wang2017 out/optimum.toml --out compared
+    The objective of A and the limits of all files are evaluated for every machine. `--set` and
+    `--speed-rpm` apply to all of them. For example: planter diff wang2017 out/optimum.toml --out
+    compared
     """
     console = Console(as_json)
     with console.outcome():
         from planter.difference.comparison import ComparisonOptions, compare_machines
         from planter.difference.presentation import present_comparison
 
-        options = ComparisonOptions(parse_changes(set_), speed_rpm, model.value, hold or (), quantity or ())
+        options = ComparisonOptions(
+            parse_changes(set_), speed_rpm, model.value, hold or (), quantity or ()
+        )
         present_comparison(compare_machines(machines, options)).show(console, out)

@@ -49,7 +49,9 @@ MOST_CURVES = 4
 
 @dataclass(frozen=True)
 class ComparisonOptions:
-    """Numbers changed in all machines by name, the speed of their drives, their model, further limits and curves."""
+    """Numbers changed in all machines by name, the speed of their drives, their model, further
+    limits and curves.
+    """
 
     changes: Mapping[str, float]
     speed_rpm: float | None = None
@@ -59,7 +61,9 @@ class ComparisonOptions:
 
 
 class ComparedDesign:
-    """A machine with its cycle, its results by the texts of their measures, and its requirements."""
+    """A machine with its cycle, its results by the texts of their measures, and its
+    requirements.
+    """
 
     def __init__(self, source: str, options: ComparisonOptions) -> None:
         package = find_kind(source)
@@ -75,7 +79,9 @@ class ComparedDesign:
 
     @cached_property
     def peaks(self) -> dict[str, QuantityPeak]:
-        """True extremes and integrals by the names of quantities; empty where a quantity has a pole."""
+        """True extremes and integrals by the names of quantities; empty where a quantity has a
+        pole.
+        """
         summary = self.cycle.result.designer
         return {} if summary is None else {peak.name: peak for peak in summary.peaks}
 
@@ -93,7 +99,9 @@ class ComparedDesign:
         return {check.name: check for check in checks if check.name not in limits}
 
     def evaluate(self, measure: Measure) -> float | None:
-        """Return a measure in its display unit, None if the machine has no such quantity or no mean of it."""
+        """Return a measure in its display unit, None if the machine has no such quantity or no mean
+        of it.
+        """
         try:
             resolved = resolve_measure(self.machine, measure)
         except InputError:
@@ -104,7 +112,9 @@ class ComparedDesign:
         return evaluate_measure(self.machine, resolved)
 
     def judge(self, limit: Limit) -> tuple[float | None, bool | None]:
-        """Return the value of a limit's measure and whether it satisfies the limit, None without its quantity."""
+        """Return the value of a limit's measure and whether it satisfies the limit, None without
+        its quantity.
+        """
         changing = self.cycle.result.not_repeating
         try:
             result = evaluate_limits(replace(self.machine, limits=(limit,)), changing)[0]
@@ -119,8 +129,12 @@ def _find_statistic(peak: QuantityPeak | None, measure: Measure) -> float | None
         return None
     largest = max(abs(peak.max), abs(peak.min)) if measure.size else peak.max
     values: dict[Kind, float | None] = {
-        "max": largest, "min": peak.min, "range": peak.max - peak.min, "mean": peak.mean, "rms": peak.rms,
-    }  # fmt: skip
+        "max": largest,
+        "min": peak.min,
+        "range": peak.max - peak.min,
+        "mean": peak.mean,
+        "rms": peak.rms,
+    }
     if peak.mean is not None and peak.rms is not None:
         variance = max(peak.rms**2 - peak.mean**2, 0.0)
         values |= {"variance": variance, "std": math.sqrt(variance)}
@@ -150,23 +164,33 @@ class DesignComparison:
 def compare_machines(sources: Sequence[str], options: ComparisonOptions) -> DesignComparison:
     """Return the comparison of machines, files or built-in names, with the first one.
 
-    Raises InputError for fewer than two machines, for machines of different kinds, and as `load_machine`;
-    ComputationError if a machine has no cycle.
+    Raises InputError for fewer than two machines, for machines of different kinds, and as
+    `load_machine`; ComputationError if a machine has no cycle.
     """
     if not 2 <= len(sources) <= len(LETTERS):
-        raise InputError(f"MACHINE: {len(sources)} given: name between 2 and {len(LETTERS)} machines to compare")
+        raise InputError(
+            f"MACHINE: {len(sources)} given: name between 2 and {len(LETTERS)} machines to compare"
+        )
     designs = tuple(ComparedDesign(source, options) for source in sources)
     first = designs[0]
     for other in designs[1:]:
         if other.kind != first.kind:
-            kinds = f"{first.source} is of the kind {first.kind}, {other.source} of the kind {other.kind}"
+            kinds = (
+                f"{first.source} is of the kind {first.kind}, {other.source} of the kind "
+                f"{other.kind}"
+            )
             raise InputError(f"MACHINE: {kinds}: machines that are compared must be of one kind")
     limits = _collect_limits(designs, options.holds)
     judged = [*_compare_limits(designs, limits), *_compare_checks(designs)]
     result = MachineComparison(
-        machines=[ComparedMachine(design.machine.name, design.source, design.kind) for design in designs],
+        machines=[
+            ComparedMachine(design.machine.name, design.source, design.kind) for design in designs
+        ],
         values=list(_compare_values([design.machine.document for design in designs])),
-        results=[*_compare_results(designs), *(_compare_margins(sign, row) for sign, row in judged)],
+        results=[
+            *_compare_results(designs),
+            *(_compare_margins(sign, row) for sign, row in judged),
+        ],
         requirements=[row for _, row in judged],
         curves=list(_compare_curves(designs, limits)),
     )
@@ -190,7 +214,9 @@ def _list_entries(document: Document) -> Iterator[tuple[str, Any]]:
 
 
 def _compare_results(designs: Sequence[ComparedDesign]) -> Iterator[ComparedResult]:
-    """Yield the objective of the first machine that has one with its terms, then statistics of all quantities."""
+    """Yield the objective of the first machine that has one with its terms, then statistics of all
+    quantities.
+    """
     owner = find_objective_owner(designs).machine
     objective = owner.objective
     values = [[design.evaluate(term) for term in objective] for design in designs]
@@ -201,7 +227,9 @@ def _compare_results(designs: Sequence[ComparedDesign]) -> Iterator[ComparedResu
         measure = replace(resolve_measure(owner, term), weight=1.0)
         unit = find_display_unit(owner, measure).text
         stated.add(str(measure))
-        yield _compare(str(measure), unit, [terms[index] for terms in values], -1 if term.weight > 0 else 1)
+        yield _compare(
+            str(measure), unit, [terms[index] for terms in values], -1 if term.weight > 0 else 1
+        )
     for name in dict.fromkeys(name for design in designs for name in design.peaks):
         peaks = [design.peaks.get(name) for design in designs]
         unit = next(peak.unit for peak in peaks if peak is not None)
@@ -229,15 +257,24 @@ def _add_terms(objective: Sequence[Measure], values: Sequence[float | None]) -> 
 def _compare(
     name: str, unit: str, values: Sequence[float | None], direction: int, size: float | None = None
 ) -> ComparedResult:
-    """Return a result with its differences; larger is better for a `direction` of 1, smaller for -1.
+    """Return a result with its differences; larger is better for a `direction` of 1, smaller for
+    -1.
 
     Differences below rounding of `size`, by default that of the values, are zero.
     """
     numbers = [value for value in values if value is not None]
-    rounding = ROUNDING * max((abs(value) for value in numbers), default=0.0) if size is None else ROUNDING * size
+    rounding = (
+        ROUNDING * max((abs(value) for value in numbers), default=0.0)
+        if size is None
+        else ROUNDING * size
+    )
     first, better = values[0], None
     differences = [
-        None if first is None or value is None else value - first if abs(value - first) > rounding else 0.0
+        None
+        if first is None or value is None
+        else value - first
+        if abs(value - first) > rounding
+        else 0.0
         for value in values[1:]
     ]
     if direction and len(numbers) == len(values):
@@ -248,7 +285,9 @@ def _compare(
 
 
 def _collect_limits(designs: Sequence[ComparedDesign], holds: Sequence[str]) -> list[Limit]:
-    """Return the limits of all files and those of the call, each once, with whole paths of their curves."""
+    """Return the limits of all files and those of the call, each once, with whole paths of their
+    curves.
+    """
     limits = [
         replace(limit, measure=limit.measure.with_whole_paths(design.source))
         for design in designs
@@ -263,10 +302,15 @@ Judged = tuple[int, ComparedRequirement]
 
 
 def _compare_limits(designs: Sequence[ComparedDesign], limits: Sequence[Limit]) -> Iterator[Judged]:
-    """Yield every limit with its value in every machine. Raises InputError for a limit that no machine can have."""
+    """Yield every limit with its value in every machine.
+
+    Raises InputError for a limit that no machine can have.
+    """
     for limit in limits:
         judged = [design.judge(limit) for design in designs]
-        owner = next((d for d, (_, met) in zip(designs, judged, strict=True) if met is not None), designs[0])
+        owner = next(
+            (d for d, (_, met) in zip(designs, judged, strict=True) if met is not None), designs[0]
+        )
         unit = find_display_unit(owner.machine, resolve_measure(owner.machine, limit.measure)).text
         stated = resolve_limit(owner.machine, limit)
         values, met = [value for value, _ in judged], [met for _, met in judged]
@@ -274,7 +318,9 @@ def _compare_limits(designs: Sequence[ComparedDesign], limits: Sequence[Limit]) 
 
 
 def _compare_checks(designs: Sequence[ComparedDesign]) -> Iterator[Judged]:
-    """Yield the requirements that files state besides limits, each limit once, with the value in every machine."""
+    """Yield the requirements that files state besides limits, each limit once, with the value in
+    every machine.
+    """
     for name in dict.fromkeys(name for design in designs for name in design.checks):
         checks = [design.checks.get(name) for design in designs]
         unit = next(check.unit for check in checks if check is not None)
@@ -282,7 +328,9 @@ def _compare_checks(designs: Sequence[ComparedDesign]) -> Iterator[Judged]:
         for sign, word, side in ((-1, ">=", "lower"), (1, "<=", "upper")):
             limits = [getattr(check, side) for check in checks if check is not None]
             for limit in sorted({limit for limit in limits if limit is not None}):
-                met = [None if value is None else _satisfies(value, sign, limit) for value in values]
+                met = [
+                    None if value is None else _satisfies(value, sign, limit) for value in values
+                ]
                 text = f"{name} {word} {limit:g} {'' if unit == '1' else unit}".rstrip()
                 yield sign, ComparedRequirement(text, limit, unit, values, met)
 
@@ -299,8 +347,11 @@ def _compare_margins(sign: int, row: ComparedRequirement) -> ComparedResult:
     return _compare(f"{MARGIN}{row.limit_on}", row.unit, margins, 1, max(sizes))
 
 
-def _compare_curves(designs: Sequence[ComparedDesign], limits: Sequence[Limit]) -> Iterator[ComparedCurve]:
-    """Yield the quantities of the call, of the objective, of limits and of motors, or else those that differ most.
+def _compare_curves(
+    designs: Sequence[ComparedDesign], limits: Sequence[Limit]
+) -> Iterator[ComparedCurve]:
+    """Yield the quantities of the call, of the objective, of limits and of motors, or else those
+    that differ most.
 
     Raises InputError for a quantity that a machine does not have.
     """
@@ -310,7 +361,9 @@ def _compare_curves(designs: Sequence[ComparedDesign], limits: Sequence[Limit]) 
             return
     keys = [first.machine.find_quantity(name).key for name in first.options.quantities]
     names = [term.name for term in find_objective_owner(designs).machine.objective]
-    names += [name for limit in limits for name in (limit.measure.name,)] + list(first.machine.motors)
+    names += [name for limit in limits for name in (limit.measure.name,)] + list(
+        first.machine.motors
+    )
     keys_by_name = {quantity.name: quantity.key for quantity in first.machine.results}
     keys_by_name |= {key: key for key in keys_by_name.values()}
     keys += [keys_by_name[name] for name in names if name in keys_by_name]
@@ -319,25 +372,33 @@ def _compare_curves(designs: Sequence[ComparedDesign], limits: Sequence[Limit]) 
         columns = [_sample_quantity(design, key) for design in designs]
         quantity = first.machine.find_quantity(key)
         yield ComparedCurve(
-            quantity.name, units.display_unit(key), first.cycle.angles_deg.tolist(), [c.tolist() for c in columns]
+            quantity.name,
+            units.display_unit(key),
+            first.cycle.angles_deg.tolist(),
+            [c.tolist() for c in columns],
         )
 
 
 def _sample_quantity(design: ComparedDesign, key: str) -> Array:
-    """Return a quantity (n,) over the samples of a design's cycle, in the unit of its key: of any that the machine has.
+    """Return a quantity (n,) over the samples of a design's cycle, in the unit of its key: of any
+    that the machine has.
 
     Raises InputError for a quantity that it does not have.
     """
     quantity = design.machine.find_quantity(key)
     if key in design.cycle.columns:
         return design.cycle.columns[key]
-    rows = MachineRows(design.machine, [quantity.name], len(design.cycle.angles_deg), compared=False)
+    rows = MachineRows(
+        design.machine, [quantity.name], len(design.cycle.angles_deg), compared=False
+    )
     values: Array = rows.evaluate(design.machine.data[None], lambda block: block.samples[0])
     return np.resize(values[0], len(design.cycle.angles_deg)) / quantity.factor
 
 
 def _find_differing(designs: Sequence[ComparedDesign]) -> list[str]:
-    """Return the keys of the quantities whose curves differ most from those of the first machine, in their range."""
+    """Return the keys of the quantities whose curves differ most from those of the first machine,
+    in their range.
+    """
     first, *rest = (design.cycle.columns for design in designs)
     shared = [key for key in first if all(key in columns for columns in rest)]
     largest = {key: max(_share(first[key], columns[key]) for columns in rest) for key in shared}
@@ -352,11 +413,17 @@ def _share(first: Array, other: Array) -> float:
 
 
 def list_main_results(comparison: DesignComparison, count: int) -> list[ComparedResult]:
-    """Return the objective with its terms, then `count` loads, those that change most in their own size first."""
+    """Return the objective with its terms, then `count` loads, those that change most in their own
+    size first.
+    """
     results = comparison.result.results
     stated = len(find_objective_owner(comparison.designs).machine.objective)
     first = results[: stated + 1] if stated else []
-    loads = [row for row in results[len(first) :] if row.unit in ("N", "N m", "W") and any(row.difference)]
+    loads = [
+        row
+        for row in results[len(first) :]
+        if row.unit in ("N", "N m", "W") and any(row.difference)
+    ]
     loads = [row for row in loads if not row.name.startswith(MARGIN)]
     return [*first, *sorted(loads, key=_largest_share, reverse=True)[:count]]
 
@@ -365,5 +432,9 @@ def _largest_share(row: ComparedResult) -> float:
     """Return the largest difference as a share of the larger size of both values."""
     first = abs(row.values[0] or 0.0)
     pairs = zip(row.values[1:], row.difference, strict=True)
-    shares = [abs(d) / (max(first, abs(value)) or 1.0) for value, d in pairs if value is not None and d is not None]
+    shares = [
+        abs(d) / (max(first, abs(value)) or 1.0)
+        for value, d in pairs
+        if value is not None and d is not None
+    ]
     return max(shares, default=0.0)

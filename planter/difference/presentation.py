@@ -1,4 +1,6 @@
-"""The presentation of a comparison: a sentence, tables side by side, and curves with their differences."""
+"""The presentation of a comparison: a sentence, tables side by side, and curves with their
+differences.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.difference.comparison import MARGIN, DesignComparison, find_objective_owner, list_main_results
-from planter.difference.results import ComparedCurve, ComparedRequirement, ComparedResult, ComparedValue
+from planter.difference.comparison import (
+    MARGIN,
+    DesignComparison,
+    find_objective_owner,
+    list_main_results,
+)
+from planter.difference.results import (
+    ComparedCurve,
+    ComparedRequirement,
+    ComparedResult,
+    ComparedValue,
+)
 from planter.engine.summary import ROUNDING
 from planter.kernels import Array
 from planter.report import files, style
@@ -25,13 +37,17 @@ MOST_LOADS = 12
 """Forces, torques and powers in the main table; the page has all results that differ."""
 SEARCH = ("bounds.", "genetic_algorithm.")
 """Sections of files that concern the search alone, whose values only the page has."""
-EXACT = "True extremes and integrals of a cycle; smaller is better for the objective, larger for a margin."
+EXACT = (
+    "True extremes and integrals of a cycle; smaller is better for the objective, larger for "
+    "a margin."
+)
 DASHES: Sequence[object] = ("-", (0, (6, 3)), (0, (2, 2)), (0, (6, 2, 2, 2)))
 """Line styles of the machines, in order."""
 LONGEST_LINE = 40
 """Characters of a line of an axis's name."""
 CURVES = (
-    "Curves of the machines on one scale; below, the differences from A. Angles are those of the drive. "
+    "Curves of the machines on one scale; below, the differences from A. Angles are those of the "
+    "drive. "
     "A is solid, the others are dashed."
 )
 
@@ -47,7 +63,10 @@ def present_comparison(comparison: DesignComparison) -> ResultPresentation:
         f"{letter} sha256": files.list_provenance(design.machine.document)["machine_sha256"]
         for letter, design in zip(comparison.letters, comparison.designs, strict=True)
     }
-    provenance = {key: files.list_provenance(first.document)[key] for key in ("planter", "casadi", "numpy", "python")}
+    provenance = {
+        key: files.list_provenance(first.document)[key]
+        for key in ("planter", "casadi", "numpy", "python")
+    }
     return ResultPresentation(
         title=f"Comparison: {', '.join(names)}",
         conclusion=describe_comparison(comparison),
@@ -64,30 +83,48 @@ def present_comparison(comparison: DesignComparison) -> ResultPresentation:
 
 
 def describe_comparison(comparison: DesignComparison) -> str:
-    """Return what differs, which machine has the best objective, and which violate requirements, in a sentence each."""
+    """Return what differs, which machine has the best objective, and which violate requirements, in
+    a sentence each.
+    """
     result, letters = comparison.result, comparison.letters
     if not result.values and not any(any(row.difference) for row in result.results):
         return "No value and no result differs."
     count = len(result.values)
-    sentences = [f"{count or 'No'} value{'s' * (count != 1)} of the files differ{'s' * (count <= 1)}."]
+    sentences = [
+        f"{count or 'No'} value{'s' * (count != 1)} of the files differ{'s' * (count <= 1)}."
+    ]
     objective = next((row for row in result.results if row.name == "objective"), None)
     if objective is not None:
-        parts = ", ".join(f"{letter} {_number(value)}" for letter, value in zip(letters, objective.values, strict=True))
-        best = "no machine is best" if objective.better is None else f"{letters[objective.better]} is best"
+        parts = ", ".join(
+            f"{letter} {_number(value)}"
+            for letter, value in zip(letters, objective.values, strict=True)
+        )
+        best = (
+            "no machine is best"
+            if objective.better is None
+            else f"{letters[objective.better]} is best"
+        )
         owner = letters[comparison.designs.index(find_objective_owner(comparison.designs))]
         sentences.append(f"Objective of {owner}'s file: {parts}; {best}.")
     if result.requirements:
         total = len(result.requirements)
         met = [sum(row.met[k] is True for row in result.requirements) for k in range(len(letters))]
-        other = [sum(row.met[k] is None for row in result.requirements) for k in range(len(letters))]
+        other = [
+            sum(row.met[k] is None for row in result.requirements) for k in range(len(letters))
+        ]
         notes = [f" ({number} do not apply)" if number else "" for number in other]
-        parts = ", ".join(f"{letter} {number}{note}" for letter, number, note in zip(letters, met, notes, strict=True))
+        parts = ", ".join(
+            f"{letter} {number}{note}"
+            for letter, number, note in zip(letters, met, notes, strict=True)
+        )
         sentences.append(f"Requirements that are satisfied, of {total}: {parts}.")
     return " ".join(sentences)
 
 
 def _list_key_figures(comparison: DesignComparison) -> Iterator[KeyFigure]:
-    """Yield the change of the objective or the first other result, satisfied requirements, and changed values."""
+    """Yield the change of the objective or the first other result, satisfied requirements, and
+    changed values.
+    """
     result, last = comparison.result, comparison.letters[-1]
     main = list_main_results(comparison, MOST_LOADS)
     changed = next((row for row in main if row.difference[-1] and row.values[0]), None)
@@ -98,7 +135,9 @@ def _list_key_figures(comparison: DesignComparison) -> Iterator[KeyFigure]:
         yield KeyFigure(percent, "", f"{words}, {last} against A")
     if result.requirements:
         met = sum(row.met[-1] is True for row in result.requirements)
-        yield KeyFigure(f"{met} of {len(result.requirements)}", "", f"requirements satisfied by {last}")
+        yield KeyFigure(
+            f"{met} of {len(result.requirements)}", "", f"requirements satisfied by {last}"
+        )
     yield KeyFigure(str(len(result.values)), "", "values of the files differ")
 
 
@@ -126,7 +165,12 @@ def _tabulate_requirements(comparison: DesignComparison) -> Table:
     """Return values and verdicts of all requirements, and which machine has the largest margin."""
     letters = comparison.letters
     margins = {row.name: row for row in comparison.result.results}
-    head = ("requirement", *(text for letter in letters for text in (letter, f"{letter} is")), "unit", "better")
+    head = (
+        "requirement",
+        *(text for letter in letters for text in (letter, f"{letter} is")),
+        "unit",
+        "better",
+    )
     rows = [
         (
             _typeset_limit(row.limit_on),
@@ -142,7 +186,11 @@ def _tabulate_requirements(comparison: DesignComparison) -> Table:
 def _typeset_limit(limit: str) -> MarkupCell:
     return MarkupCell(
         limit,
-        escape_markup(limit.replace("<=", "\N{LESS-THAN OR EQUAL TO}").replace(">=", "\N{GREATER-THAN OR EQUAL TO}")),
+        escape_markup(
+            limit.replace("<=", "\N{LESS-THAN OR EQUAL TO}").replace(
+                ">=", "\N{GREATER-THAN OR EQUAL TO}"
+            )
+        ),
     )
 
 
@@ -156,7 +204,11 @@ def _describe_result(comparison: DesignComparison, name: str) -> tuple[str, bool
 def _head_result(comparison: DesignComparison, name: str) -> str:
     """Return the name of a result, on a page with the meaning of its quantity below."""
     words, is_named = _describe_result(comparison, name)
-    return MarkupCell(name, f"{escape_markup(words)} <small>{escape_markup(name)}</small>") if is_named else name
+    return (
+        MarkupCell(name, f"{escape_markup(words)} <small>{escape_markup(name)}</small>")
+        if is_named
+        else name
+    )
 
 
 def _list_verdicts(row: ComparedRequirement) -> Iterator[Cell]:
@@ -190,15 +242,21 @@ def _list_cells(comparison: DesignComparison, row: ComparedResult) -> tuple[Cell
 
 
 def _find_share(first: float | None, difference: float | None) -> float | None:
-    """Return a difference in percent of the first value to three digits, None where that is zero or unknown."""
-    return None if not first or difference is None else float(f"{100 * difference / abs(first):.3g}")
+    """Return a difference in percent of the first value to three digits, None where that is zero or
+    unknown.
+    """
+    return (
+        None if not first or difference is None else float(f"{100 * difference / abs(first):.3g}")
+    )
 
 
 def _list_details(comparison: DesignComparison) -> Iterator[Section]:
     """Yield all results that differ, and the values of the search that do."""
     search = [row for row in comparison.result.values if row.name.startswith(SEARCH)]
     if search:
-        yield Section("Values of the search that differ", [_tabulate_values(search, comparison.letters)])
+        yield Section(
+            "Values of the search that differ", [_tabulate_values(search, comparison.letters)]
+        )
     differing = [row for row in comparison.result.results if any(row.difference)]
     if differing:
         yield Section("All results that differ", [_tabulate_results(comparison, differing)])
@@ -210,31 +268,41 @@ def _name_figure(curve: ComparedCurve) -> str:
 
 def _draw(comparison: DesignComparison) -> Mapping[str, Figure]:
     return {
-        _name_figure(curve): draw_comparison(curve, comparison.letters, comparison.meanings.get(curve.name, curve.name))
+        _name_figure(curve): draw_comparison(
+            curve, comparison.letters, comparison.meanings.get(curve.name, curve.name)
+        )
         for curve in comparison.result.curves
     }
 
 
 @style.with_style
 def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) -> Figure:
-    """Draw a quantity of all machines over a cycle, and the differences from the first machine below, if there are any.
+    """Draw a quantity of all machines over a cycle, and the differences from the first machine
+    below, if there are any.
 
     Differences below rounding of the largest value are zero.
     """
     angles, values = np.array(curve.phi_deg), np.array(curve.values)
     differences = values[1:] - values[0]
     differences[np.abs(differences) <= ROUNDING * np.abs(values).max()] = 0.0
-    panes = [(values, letters), (differences, [f"{letter} \N{MINUS SIGN} A" for letter in letters[1:]])]
+    panes = [
+        (values, letters),
+        (differences, [f"{letter} \N{MINUS SIGN} A" for letter in letters[1:]]),
+    ]
     panes = panes if differences.any() else panes[:1]
     figure = style.new_figure(4.4 if len(panes) > 1 else 3.0)
-    all_axes = figure.subplots(len(panes), 1, sharex=True, squeeze=False, height_ratios=(2, 1)[: len(panes)])[:, 0]
+    all_axes = figure.subplots(
+        len(panes), 1, sharex=True, squeeze=False, height_ratios=(2, 1)[: len(panes)]
+    )[:, 0]
     end = round(float(angles[-1] + angles[1]), 6)
     unit = f" / {curve.unit}" if curve.unit else ""
     for axes, (rows, names) in zip(all_axes, panes, strict=True):
         if rows is differences:
             axes.axhline(0, color=style.SOFT, linewidth=0.6)
         ends = []
-        for index, (row, name) in enumerate(zip(rows, names, strict=True), len(letters) - len(names)):
+        for index, (row, name) in enumerate(
+            zip(rows, names, strict=True), len(letters) - len(names)
+        ):
             shade, dashes = style.PALETTE[index % len(style.PALETTE)], DASHES[index % len(DASHES)]
             axes.plot(angles, row, color=shade, linestyle=dashes, linewidth=1.2)
             ends.append((float(row[-1]), name, shade))

@@ -29,8 +29,9 @@ class ComparedValue(Record):
 class ComparedResult(Record):
     """A result of each machine, by true extremes and integrals over a cycle.
 
-    `difference` is that of each further machine from the first. `better` is the index of the best machine where a
-    direction is stated (the objective and its terms, margins of requirements), null if none is or none is best.
+    `difference` is that of each further machine from the first. `better` is the index of the best
+    machine where a direction is stated (the objective and its terms, margins of requirements), null
+    if none is or none is best.
     """
 
     name: str
@@ -42,7 +43,9 @@ class ComparedResult(Record):
 
 @dataclass(frozen=True)
 class ComparedRequirement(Record):
-    """A limit on each machine: the values, and whether they satisfy it; null where a machine has no such value."""
+    """A limit on each machine: the values, and whether they satisfy it; null where a machine has no
+    such value.
+    """
 
     limit_on: str
     limit: float
@@ -63,7 +66,9 @@ class ComparedCurve(Record):
 
 @dataclass(frozen=True)
 class MachineComparison(Record):
-    """`planter diff`: machines of one kind, values that differ, results, requirements and curves side by side."""
+    """`planter diff`: machines of one kind, values that differ, results, requirements and curves
+    side by side.
+    """
 
     machines: list[ComparedMachine]
     values: list[ComparedValue]

@@ -49,12 +49,17 @@ EXTRAS: Mapping[str, tuple[str, str]] = {
     "cluster": ("distributed", "jobs on a Dask cluster"),
     "sampling": ("numpyro", "samplers of posteriors of measured data"),
 }
-"""Extras of pyproject.toml for those who use the package: a module that only the extra brings, and its purpose."""
+"""Extras of pyproject.toml for those who use the package: a module that only the extra brings, and
+its purpose.
+"""
 
 
 def list_extras() -> list[Extra]:
     """Return every extra with its purpose and whether it is installed."""
-    return [Extra(name, find_spec(module) is not None, purpose) for name, (module, purpose) in EXTRAS.items()]
+    return [
+        Extra(name, find_spec(module) is not None, purpose)
+        for name, (module, purpose) in EXTRAS.items()
+    ]
 
 
 VECTORS = {"__AVX512F__": 512, "__AVX__": 256, "__SSE2__": 128, "__ARM_NEON": 128}
@@ -73,19 +78,27 @@ def examine_compiler() -> CompilerFound | NoCompilerFound:
 
 def _bits(compiler: Compiler) -> int:
     """Return the width [bit] of the vectors that compiled functions use, 64 without vectors."""
-    macros = " ".join(_output_lines([*compiler.command, *compiler.flags, "-dM", "-E", "-x", "c", os.devnull])).split()
+    macros = " ".join(
+        _output_lines([*compiler.command, *compiler.flags, "-dM", "-E", "-x", "c", os.devnull])
+    ).split()
     return next((bits for name, bits in VECTORS.items() if name in macros), 64)
 
 
 def examine_cache() -> tuple[Cache, dict[Path, str]]:
-    """Return the folder, which is not created, and the reason for each file in it that is refused."""
+    """Return the folder, which is not created, and the reason for each file in it that is
+    refused.
+    """
     try:
         folder = toolchain.cache_path()
         exists = folder.exists()
         problem = _obstacle(folder) if exists else _unmakeable(folder)
     except (OSError, RuntimeError) as error:
         return Cache(folder=None, exists=False, files=0, bytes=0, damaged=0, problem=str(error)), {}
-    libraries = sorted(folder.resolve().glob(f"*{current_platform().suffix}")) if exists and problem is None else []
+    libraries = (
+        sorted(folder.resolve().glob(f"*{current_platform().suffix}"))
+        if exists and problem is None
+        else []
+    )
     damaged, refused = _strange(libraries)
     size = sum(path.lstat().st_size for path in libraries)
     return Cache(str(folder), exists, len(libraries), size, damaged, problem), refused
@@ -133,18 +146,23 @@ VECTOR_ARCTANGENT = (2, 35)
 
 
 def list_advice(
-    machine: str, compiler: CompilerFound | NoCompilerFound, cache: Cache, kernels: Sequence[KernelFound]
+    machine: str,
+    compiler: CompilerFound | NoCompilerFound,
+    cache: Cache,
+    kernels: Sequence[KernelFound],
 ) -> Iterator[Advice]:
     """Yield what is missing in an installation, each with a remedy."""
     limited = os.environ.get("PLANTER_KERNELS")
     if isinstance(compiler, NoCompilerFound):
         yield Advice(
             compiler.problem,
-            "install gcc (12 or newer), clang or planter[compiler], or name a compiler in the variable CC",
+            "install gcc (12 or newer), clang or planter[compiler], or name a compiler in the "
+            "variable CC",
         )
     elif "clang" in compiler.version and platform.machine() == "x86_64":
         yield Advice(
-            "clang has no vector form of the arc tangent: loops in vectors compute it one angle at a time",
+            "clang has no vector form of the arc tangent: loops in vectors compute it one angle "
+            "at a time",
             "install gcc and set CC=gcc",
         )
     elif platform.machine() == "x86_64" and _library() < VECTOR_ARCTANGENT:
@@ -158,16 +176,26 @@ def list_advice(
         and not (cache.folder and is_prepared(Path(cache.folder)))
     ):
         yield Advice(
-            f"the compiler of planter[compiler] prepares itself at its first use, about {preparation_time_s()} s",
+            f"the compiler of planter[compiler] prepares itself at its first use, about "
+            f"{preparation_time_s()} s",
             "planter doctor --build, or wait at the first use",
         )
     if cache.problem is not None:
-        yield Advice(cache.problem, "name a private folder, on a disk that allows execution, in PLANTER_CACHE")
+        yield Advice(
+            cache.problem,
+            "name a private folder, on a disk that allows execution, in PLANTER_CACHE",
+        )
     if cache.damaged:
-        yield Advice(f"{cache.damaged} compiled functions are damaged", "nothing: they are built again")
+        yield Advice(
+            f"{cache.damaged} compiled functions are damaged", "nothing: they are built again"
+        )
     if limited in backends.BACKENDS[1:]:
-        yield Advice(f"the variable PLANTER_KERNELS allows nothing faster than {limited}", "unset it")
-    waiting = [kernel for kernel in kernels if kernel.way != backends.BACKENDS[-1] and not kernel.compiled]
+        yield Advice(
+            f"the variable PLANTER_KERNELS allows nothing faster than {limited}", "unset it"
+        )
+    waiting = [
+        kernel for kernel in kernels if kernel.way != backends.BACKENDS[-1] and not kernel.compiled
+    ]
     if waiting:
         yield Advice(
             f"{len(waiting)} functions of {machine} are not compiled yet",
@@ -185,7 +213,8 @@ MACHINE = "wang2017"
 
 
 def examine_installation(build: bool = False) -> Examination:
-    """Return versions, compiler, cache, the way of each function of the built-in machine, and advice.
+    """Return versions, compiler, cache, the way of each function of the built-in machine, and
+    advice.
 
     Compiles only with `build`.
     """
@@ -195,18 +224,30 @@ def examine_installation(build: bool = False) -> Examination:
             _build(device)
     compiler, (cache, refused) = examine_compiler(), examine_cache()
     usable, filled = isinstance(compiler, CompilerFound) and cache.problem is None, cache.files > 0
-    kernels = [row for model, device in devices.items() for row in _kernels(model, device, usable, filled, refused)]
+    kernels = [
+        row
+        for model, device in devices.items()
+        for row in _kernels(model, device, usable, filled, refused)
+    ]
     return Examination(
         versions=Versions(
-            planter=__version__, python=platform.python_version(), casadi=metadata.version("casadi"),
-            numpy=np.__version__, c_library=" ".join(platform.libc_ver()).strip() or None,
+            planter=__version__,
+            python=platform.python_version(),
+            casadi=metadata.version("casadi"),
+            numpy=np.__version__,
+            c_library=" ".join(platform.libc_ver()).strip() or None,
         ),
         processor=Processor(platform.machine(), os.cpu_count()),
-        compiler=compiler, cache=cache, machine=MACHINE, kernels=kernels,
+        compiler=compiler,
+        cache=cache,
+        machine=MACHINE,
+        kernels=kernels,
         extras=list_extras(),
-        advice=[*(Advice(reason, "remove it") for reason in refused.values()),
-                *list_advice(MACHINE, compiler, cache, kernels)],
-    )  # fmt: skip
+        advice=[
+            *(Advice(reason, "remove it") for reason in refused.values()),
+            *list_advice(MACHINE, compiler, cache, kernels),
+        ],
+    )
 
 
 def _build(device: Device) -> None:
@@ -225,8 +266,16 @@ def _build(device: Device) -> None:
 
 def _used(device: Device) -> tuple[Kernel, ...]:
     force = device.force.response
-    return (force.hoisting_kernel, force.prologue_kernel, force.prologue_hessian_kernel, force.values_kernel,
-            force.slopes_kernel, force.derivatives_kernel, force.rates_kernel, force.hessian_kernel)  # fmt: skip
+    return (
+        force.hoisting_kernel,
+        force.prologue_kernel,
+        force.prologue_hessian_kernel,
+        force.values_kernel,
+        force.slopes_kernel,
+        force.derivatives_kernel,
+        force.rates_kernel,
+        force.hessian_kernel,
+    )
 
 
 def _kernels(

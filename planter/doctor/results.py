@@ -46,7 +46,9 @@ class NoCompilerFound(Record):
 
 @dataclass(frozen=True)
 class Cache(Record):
-    """The folder of compiled functions, and what is wrong with it; null if it is missing or intact."""
+    """The folder of compiled functions, and what is wrong with it; null if it is missing or
+    intact.
+    """
 
     folder: str | None
     exists: bool
@@ -58,7 +60,9 @@ class Cache(Record):
 
 @dataclass(frozen=True)
 class KernelFound(Record):
-    """A function of the built-in machine, the way it is evaluated, and whether it is compiled already."""
+    """A function of the built-in machine, the way it is evaluated, and whether it is compiled
+    already.
+    """
 
     model: str
     name: str

@@ -1,1 +1,3 @@
-"""The engine: machines as values and functions, their responses with derivatives, measures, and rows of machines."""
+"""The engine: machines as values and functions, their responses with derivatives, measures, and
+rows of machines.
+"""

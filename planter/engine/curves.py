@@ -1,4 +1,6 @@
-"""Curves of a machine over its angle for sums of measures: quantities, events, and the parts that conditions leave."""
+"""Curves of a machine over its angle for sums of measures: quantities, events, and the parts that
+conditions leave.
+"""
 
 from __future__ import annotations
 
@@ -21,17 +23,21 @@ CLOSED = 1e-6
 
 
 class QuantityCurves:
-    """Quantities F(phi, x), (m,), of a machine, in SI, with its events as joints: an `optimise.response.CycleResponse`.
+    """Quantities F(phi, x), (m,), of a machine, in SI, with its events as joints: an
+    `optimise.response.CycleResponse`.
 
-    After them stand the powers `worked`, divided by the speed: their integral over the angle is a work. The order of a
-    joint is that of the machine's forces: a quantity may be smoother there. Where a condition begins or ceases to hold
-    is a joint, too.
+    After them stand the powers `worked`, divided by the speed: their integral over the angle is a
+    work. The order of a joint is that of the machine's forces: a quantity may be smoother there.
+    Where a condition begins or ceases to hold is a joint, too.
     """
 
     def __init__(
-        self, machine: Machine, names: Sequence[str], conditions: Sequence[MeasureCondition] = (),
+        self,
+        machine: Machine,
+        names: Sequence[str],
+        conditions: Sequence[MeasureCondition] = (),
         worked: Sequence[str] = (),
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Raises InputError if the machine has no quantity of one of the names."""
         self.machine, self.conditions = machine, tuple(conditions)
         rates = [_build_rate(machine, name) for name in worked]
@@ -71,12 +77,22 @@ class QuantityCurves:
 
     @cached_property
     def is_closed(self) -> bool:
-        """Whether all curves and their slopes are at the end of a turn what they are at its beginning."""
-        angles, at = np.linspace(0.0, self.machine.turn, 1 + self.machine.samples), self.prologue(self.design)
-        (values, _), rates = self.response.loose_derivatives(at, angles), self.response.loose_rates(at, angles)
+        """Whether all curves and their slopes are at the end of a turn what they are at its
+        beginning.
+        """
+        angles, at = (
+            np.linspace(0.0, self.machine.turn, 1 + self.machine.samples),
+            self.prologue(self.design),
+        )
+        (values, _), rates = (
+            self.response.loose_derivatives(at, angles),
+            self.response.loose_rates(at, angles),
+        )
         gaps = [np.abs(part[:, -1] - part[:, 0]) for part in (values, *rates)]
         sizes = [np.ptp(values, axis=1), *(np.nanmax(np.abs(part), axis=1) for part in rates)]
-        return all(bool((gap <= CLOSED * size).all()) for gap, size in zip(gaps, sizes, strict=True))
+        return all(
+            bool((gap <= CLOSED * size).all()) for gap, size in zip(gaps, sizes, strict=True)
+        )
 
     @property
     def offsets(self) -> tuple[float, ...]:
@@ -84,7 +100,9 @@ class QuantityCurves:
         return self.response.offsets
 
     def with_machine(self, machine: Machine) -> Self:
-        """Return the curves of a machine that differs from this one's in numbers alone: all functions are shared."""
+        """Return the curves of a machine that differs from this one's in numbers alone: all
+        functions are shared.
+        """
         curves = copy.copy(self)
         curves.machine, curves.lower, curves.upper = machine, machine.lower, machine.upper
         return curves
@@ -99,11 +117,16 @@ class QuantityCurves:
         self._joints.restart()
 
     def ends(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as beside a root."""
+        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as
+        beside a root.
+        """
         return self.response.loose_derivatives(at, phi)
 
     def value(self, at: DesignPoint, phi: Array) -> Array:
-        """Return F, (m, n). Raises ComputationError if loops do not close or a value is not finite, as all do."""
+        """Return F, (m, n).
+
+        Raises ComputationError if loops do not close or a value is not finite, as all do.
+        """
         return self.response.values(at, phi)
 
     def rate(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
@@ -119,15 +142,21 @@ class QuantityCurves:
         return self.response.slopes(at, phi)
 
     def hessian(self, at: DesignPoint, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves and angles of weights (m, n) times Hessians in (phi, x), (1 + p, 1 + p)."""
+        """Return the sum over curves and angles of weights (m, n) times Hessians in (phi, x), (1 +
+        p, 1 + p).
+        """
         return self.response.curvature(at, phi, weights)
 
     def hessians(self, at: DesignPoint, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1 + p)."""
+        """Return the sum over curves of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1 +
+        p).
+        """
         return self.response.curvatures(at, phi, weights)
 
     def hessian_along(self, at: DesignPoint, phi: Array, weights: Array, velocity: Array) -> Array:
-        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with `velocity` (n, p)."""
+        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with
+        `velocity` (n, p).
+        """
         return self.response.curvature_along(at, phi, weights, velocity)
 
     @cached_property
@@ -155,7 +184,9 @@ class QuantityCurves:
         return self._joints.curvature(at, np.array([phi]), weights)
 
     def misses(self, at: DesignPoint, phi: Array) -> Array:
-        """Return by how much each condition is missed at angles in SI, (c, n), not positive where it holds."""
+        """Return by how much each condition is missed at angles in SI, (c, n), not positive where
+        it holds.
+        """
         if not self.conditions:
             return np.empty((0, len(phi)))
         rows = self._joints.values(at, phi)[-sum(map(len, self._levels)) :]
@@ -167,10 +198,11 @@ class QuantityCurves:
         return np.array(misses)
 
     def compile(self, refined: bool = False) -> None:
-        """Compile what a search calls again and again, over samples or, `refined`, over true extremes and integrals.
+        """Compile what a search calls again and again, over samples or, `refined`, over true
+        extremes and integrals.
 
-        The Hessian takes longest: it is compiled in the background, and not for the few times that a search over true
-        extremes needs it. What joints need is compiled at its first use.
+        The Hessian takes longest: it is compiled in the background, and not for the few times that
+        a search over true extremes needs it. What joints need is compiled at its first use.
         """
         response = self.response
         if not refined:
@@ -191,7 +223,10 @@ def _list_events(machine: Machine) -> list[BreakpointEvent]:
     kinds: Sequence[Mapping[str, Any]] = machine.event_kinds or [
         {"name": f"event {i + 1}"} for i in range(machine.events.numel_out(0))
     ]
-    return [BreakpointEvent(str(kind["name"]), int(kind.get("order", 0)), kind.get("period")) for kind in kinds]
+    return [
+        BreakpointEvent(str(kind["name"]), int(kind.get("order", 0)), kind.get("period"))
+        for kind in kinds
+    ]
 
 
 def _build_rate(machine: Machine, name: str) -> tuple[Quantity, ca.SX]:
@@ -202,10 +237,13 @@ def _build_rate(machine: Machine, name: str) -> tuple[Quantity, ca.SX]:
 
 
 def _build_levels(machine: Machine, condition: MeasureCondition) -> list[tuple[Quantity, ca.SX]]:
-    """Return functions of the angle in SI that vanish where a condition begins or ceases to hold, with their graphs."""
+    """Return functions of the angle in SI that vanish where a condition begins or ceases to hold,
+    with their graphs.
+    """
     quantity = machine.find_quantity(condition.name)
     graph, level = machine.graph(quantity.name), condition.number * quantity.factor
     signs = (1, -1) if condition.absolute else (1,)
     return [
-        (Quantity(str(condition), quantity.unit, "condition", quantity.key), graph - sign * level) for sign in signs
+        (Quantity(str(condition), quantity.unit, "condition", quantity.key), graph - sign * level)
+        for sign in signs
     ]

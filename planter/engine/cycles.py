@@ -1,4 +1,6 @@
-"""Outputs of many cycles, and their exact gradients, in one compiled call without Python between the rows."""
+"""Outputs of many cycles, and their exact gradients, in one compiled call without Python between
+the rows.
+"""
 
 from __future__ import annotations
 
@@ -24,22 +26,46 @@ if TYPE_CHECKING:
 KINDS = tuple(statistics.REDUCTIONS)
 """Kinds of measures, in the order of their numbers in C."""
 SIZES = (
-    "values", "hoisted", "coordinates", "lanes", "sides", "stride", "places", "guards", "terms", "outputs", "sloped",
+    "values",
+    "hoisted",
+    "coordinates",
+    "lanes",
+    "sides",
+    "stride",
+    "places",
+    "guards",
+    "terms",
+    "outputs",
+    "sloped",
     "parameters",
-)  # fmt: skip
+)
 CALL = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_long, *[ctypes.c_void_p] * 5)
 """Types of the arguments of `cycles` in C."""
 STATISTICS = 5
 """Numbers of `statistics` in C."""
 FUNCTIONS = ("fix", "sample", "slope")
 ARRAYS = (
-    "shared", "states", "term", "phi", "statistics", "q", "h", "dh", "rows", "slopes", "weights", "arg", "res", "iw",
+    "shared",
+    "states",
+    "term",
+    "phi",
+    "statistics",
+    "q",
+    "h",
+    "dh",
+    "rows",
+    "slopes",
+    "weights",
+    "arg",
+    "res",
+    "iw",
     "w",
-)  # fmt: skip
+)
 
 
 class CycleTerm(NamedTuple):
-    """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI.
+    """A measure in the output at an index, of the quantity at a place; `scale` is its part of a
+    unit in SI.
 
     It is a statistic of the samples, or of their sizes, or else the sample at an index.
     """
@@ -60,7 +86,9 @@ class CycleTerm(NamedTuple):
         """Return the measure (rows,) of samples (n, rows)."""
         values = np.abs(samples) if self.size else samples
         reduced = (
-            values[self.sample % len(values)] if self.kind == "at" else statistics.reduce_samples(self.kind, values)
+            values[self.sample % len(values)]
+            if self.kind == "at"
+            else statistics.reduce_samples(self.kind, values)
         )
         return np.asarray(self.scale * reduced)
 
@@ -70,27 +98,34 @@ class CycleTerm(NamedTuple):
             slope = np.zeros_like(samples)
             slope[self.sample % len(samples)] = 1
         else:
-            slope = statistics.differentiate_statistic(self.kind, np.abs(samples) if self.size else samples)
+            slope = statistics.differentiate_statistic(
+                self.kind, np.abs(samples) if self.size else samples
+            )
         return np.asarray(self.scale * (np.sign(samples) * slope if self.size else slope))
 
 
 class _Term(ctypes.Structure):
     """`term` in cycles.c."""
 
-    _fields_ = (*((name, ctypes.c_long) for name in ("output", "place", "kind")), ("scale", ctypes.c_double))
+    _fields_ = (
+        *((name, ctypes.c_long) for name in ("output", "place", "kind")),
+        ("scale", ctypes.c_double),
+    )
 
 
 class _Cycle(ctypes.Structure):
     """`cycle` in cycles.c."""
 
     _fields_ = (
-        *((name, ctypes.c_long) for name in SIZES), ("least_pivot", ctypes.c_double),
+        *((name, ctypes.c_long) for name in SIZES),
+        ("least_pivot", ctypes.c_double),
         *((name, ctypes.c_void_p) for name in (*FUNCTIONS, *ARRAYS)),
-    )  # fmt: skip
+    )
 
 
 class Cycles:
-    """`outputs` sums of terms over the cycle of each row, and the slopes of the first `sloped` of them, compiled.
+    """`outputs` sums of terms over the cycle of each row, and the slopes of the first `sloped` of
+    them, compiled.
 
     Threads may share an object: each computes in separate memory.
     """
@@ -110,11 +145,17 @@ class Cycles:
         terms = sorted(terms)
         self._averages = averages
         self.rows, weighed = rows, [term.place for term in terms if term.output < sloped]
-        stacked, fixed = (rows.find_slopes(1 + max(weighed)), rows.tangents) if weighed else (rows.values, rows.hoist)
+        stacked, fixed = (
+            (rows.find_slopes(1 + max(weighed)), rows.tangents)
+            if weighed
+            else (rows.values, rows.hoist)
+        )
         stacked.kernel.compile()
         if stacked.kernel.loop is None:
             raise NotPrintableError(f"{stacked.kernel.function.name()} is not evaluated in lanes")
-        (fix,) = toolchain.load_functions(backends.build_casadi_library(fixed.work), fixed.function.name())
+        (fix,) = toolchain.load_functions(
+            backends.build_casadi_library(fixed.work), fixed.function.name()
+        )
         text = resources.files(__package__).joinpath("cycles.c").read_text(encoding="utf-8")
         path = toolchain.build_library("cycles", text, toolchain.loop_flags(toolchain.OPTIMISED))
         (self._run,) = toolchain.load_functions(path, "cycles")
@@ -123,30 +164,46 @@ class Cycles:
         self._functions = {"fix": fix, "slope" if weighed else "sample": stacked.kernel.loop}
         self._constants: dict[str, NDArray[Any]] = {
             "shared": np.array(rows.shared, dtype=ctypes.c_long),
-            "states": np.array([guard.role == "states" for guard in rows.guards], dtype=ctypes.c_long),
+            "states": np.array(
+                [guard.role == "states" for guard in rows.guards], dtype=ctypes.c_long
+            ),
             "term": np.array(
-                [(term.output, term.place, KINDS.index(term.kind), term.scale) for term in terms], dtype=_Term
+                [(term.output, term.place, KINDS.index(term.kind), term.scale) for term in terms],
+                dtype=_Term,
             ),
             "phi": align_numbers(rows.steps),
         }
         self._sizes = {
-            "values": len(machine.values), "hoisted": machine.prologue.numel_out(0),
-            "coordinates": machine.loops.size if machine.loops else 0, "lanes": count, "sides": rows.sides,
-            "stride": rows.stride, "places": len(rows.names), "guards": len(rows.guards), "terms": len(terms),
-            "outputs": outputs, "sloped": sloped, "parameters": len(machine.moved),
-        }  # fmt: skip
+            "values": len(machine.values),
+            "hoisted": machine.prologue.numel_out(0),
+            "coordinates": machine.loops.size if machine.loops else 0,
+            "lanes": count,
+            "sides": rows.sides,
+            "stride": rows.stride,
+            "places": len(rows.names),
+            "guards": len(rows.guards),
+            "terms": len(terms),
+            "outputs": outputs,
+            "sloped": sloped,
+            "parameters": len(machine.moved),
+        }
         function = fixed.function
         self._memory_sizes = {
-            "statistics": STATISTICS * len(rows.names), "q": self._sizes["coordinates"] * count,
-            "h": function.nnz_out(0), "dh": function.nnz_out(1) if weighed else 0,
+            "statistics": STATISTICS * len(rows.names),
+            "q": self._sizes["coordinates"] * count,
+            "h": function.nnz_out(0),
+            "dh": function.nnz_out(1) if weighed else 0,
             "rows": stacked.kernel.function.nnz_out(0) * count,
-            "slopes": stacked.kernel.function.nnz_out(1) * count if weighed else 0, "weights": count,
+            "slopes": stacked.kernel.function.nnz_out(1) * count if weighed else 0,
+            "weights": count,
             **{name: getattr(function, f"sz_{name}")() + 1 for name in ("arg", "res", "iw", "w")},
-        }  # fmt: skip
+        }
         self._lent = _Lent(self)
 
     def evaluate(self, d: Array, threads: int = 1) -> tuple[Array, Array]:
-        """Return outputs (r, k) and gradients (r, s, p) of rows of values d (r, v); rows without a cycle have none."""
+        """Return outputs (r, k) and gradients (r, s, p) of rows of values d (r, v); rows without a
+        cycle have none.
+        """
         if self.rows.machine.loops:
             self.rows.machine.loops.compile()
         table = self.rows.split(d, self._evaluate_part, threads)
@@ -156,8 +213,14 @@ class Cycles:
     def _evaluate_part(self, d: Array) -> Array:
         """Return outputs, then gradients, as a row each."""
         closed = self.rows.close(np.ascontiguousarray(d, dtype=float))
-        alive, size = np.flatnonzero(closed.alive), self._sizes["sloped"] * self._sizes["parameters"]
-        outputs, gradients = np.empty((len(alive), self._sizes["outputs"])), np.empty((len(alive), size))
+        alive, size = (
+            np.flatnonzero(closed.alive),
+            self._sizes["sloped"] * self._sizes["parameters"],
+        )
+        outputs, gradients = (
+            np.empty((len(alive), self._sizes["outputs"])),
+            np.empty((len(alive), size)),
+        )
         failures, width = np.empty(len(alive), dtype=np.uint8), closed.places.shape[2]
         index = alive.astype(ctypes.c_long)
         arrays = (closed.d, np.ascontiguousarray(closed.places), outputs, gradients, failures)
@@ -189,25 +252,43 @@ class _Lent(threading.local):
 
 
 class Memory:
-    """Memory that a row is evaluated in: values `d` (v,), results `outputs` (k,) and `gradients` (s, p)."""
+    """Memory that a row is evaluated in: values `d` (v,), results `outputs` (k,) and `gradients`
+    (s, p).
+    """
 
     def __init__(self, cycles: Cycles) -> None:
         sizes = cycles._sizes
-        arrays = {name: align_numbers(np.zeros(size)) for name, size in cycles._memory_sizes.items()}
+        arrays = {
+            name: align_numbers(np.zeros(size)) for name, size in cycles._memory_sizes.items()
+        }
         self._arrays = cycles._constants | arrays
         addresses = {name: array.ctypes.data for name, array in self._arrays.items()}
-        functions = {name: ctypes.cast(function, ctypes.c_void_p) for name, function in cycles._functions.items()}
+        functions = {
+            name: ctypes.cast(function, ctypes.c_void_p)
+            for name, function in cycles._functions.items()
+        }
         self._cycle = _Cycle(least_pivot=LEAST_PIVOT, **sizes, **functions, **addresses)
         self.address = ctypes.addressof(self._cycle)
         self.d, self.outputs = np.zeros(sizes["values"]), np.zeros(sizes["outputs"])
-        self.gradients, self._failures = np.zeros((sizes["sloped"], sizes["parameters"])), np.zeros(1, dtype=np.uint8)
+        self.gradients, self._failures = (
+            np.zeros((sizes["sloped"], sizes["parameters"])),
+            np.zeros(1, dtype=np.uint8),
+        )
         self._index = np.zeros(1, dtype=ctypes.c_long)
         results = (self.d, self.d, self.outputs, self.gradients, self._failures)
-        self.arguments = (self.address, 1, self._index.ctypes.data, 1, *(array.ctypes.data for array in results))
+        self.arguments = (
+            self.address,
+            1,
+            self._index.ctypes.data,
+            1,
+            *(array.ctypes.data for array in results),
+        )
 
 
 def align_numbers(numbers: Array) -> Array:
-    """Return a copy that begins at a whole vector, so that loops over lanes read and write no vector in two parts."""
+    """Return a copy that begins at a whole vector, so that loops over lanes read and write no
+    vector in two parts.
+    """
     memory = np.empty(numbers.size + VECTOR)
     start = -memory.ctypes.data // memory.itemsize % VECTOR
     aligned = memory[start : start + numbers.size]
@@ -216,9 +297,15 @@ def align_numbers(numbers: Array) -> Array:
 
 
 def build_cycles(
-    rows: MachineRows, terms: Sequence[CycleTerm], averages: Sequence[tuple[int, int]], outputs: int, sloped: int = 0
+    rows: MachineRows,
+    terms: Sequence[CycleTerm],
+    averages: Sequence[tuple[int, int]],
+    outputs: int,
+    sloped: int = 0,
 ) -> Cycles | None:
-    """Return `Cycles`, or None where they cannot be compiled, with one warning if there is no compiler."""
+    """Return `Cycles`, or None where they cannot be compiled, with one warning if there is no
+    compiler.
+    """
     if backends.list_allowed()[0] != "lanes":
         return None
     try:

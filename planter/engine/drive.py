@@ -1,8 +1,9 @@
-"""A machine on a motor whose torque falls with the speed along a line, with a flywheel: how its speed fluctuates.
+"""A machine on a motor whose torque falls with the speed along a line, with a flywheel: how its
+speed fluctuates.
 
 The drive's acceleration is a value of the machine. At every angle the torques on the shaft balance,
-M_motor(omega) = M_drive(phi, omega, acceleration) + J acceleration, which gives the acceleration; omega over the angle
-follows by d omega / d phi = acceleration / omega, with coordinates of loops.
+M_motor(omega) = M_drive(phi, omega, acceleration) + J acceleration, which gives the acceleration;
+omega over the angle follows by d omega / d phi = acceleration / omega, with coordinates of loops.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ from planter.numerics.extrema import index_first_extremum
 from planter.records import Record
 
 STEPS = 4
-"""Newton steps to an acceleration: the balance is a line on each side of the places where friction or flanks change."""
+"""Newton steps to an acceleration: the balance is a line on each side of the places where friction
+or flanks change.
+"""
 SOLVED = 1e-12
 """Share of an acceleration below which a step is rounding."""
 STALLED = 1e-2
@@ -39,14 +42,20 @@ TURNS_ALIKE = 1e-8
 """Share of its largest power by which a motor's power may miss torque times speed of the drive."""
 RPM = 30 / np.pi
 INTEGRATOR: dict[str, Any] = {
-    "reltol": 1e-11, "abstol": 1e-12, "max_step_size": np.pi / 180, "max_num_steps": 1_000_000,
-    "linear_multistep_method": "adams", "nonlinear_solver_iteration": "functional",
-}  # fmt: skip
+    "reltol": 1e-11,
+    "abstol": 1e-12,
+    "max_step_size": np.pi / 180,
+    "max_num_steps": 1_000_000,
+    "linear_multistep_method": "adams",
+    "nonlinear_solver_iteration": "functional",
+}
 
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor at the drive: torque at rest [N m], speed without load [rad/s], inertia of all that turns [kg m2]."""
+    """A motor at the drive: torque at rest [N m], speed without load [rad/s], inertia of all that
+    turns [kg m2].
+    """
 
     stall: float
     idle: float
@@ -68,7 +77,9 @@ class Motor:
 
 @dataclass(frozen=True)
 class SpeedHistory:
-    """Angles (n,) [rad], speeds [rad/s] and accelerations [rad/s2] there, and the time that the motion takes [s]."""
+    """Angles (n,) [rad], speeds [rad/s] and accelerations [rad/s2] there, and the time that the
+    motion takes [s].
+    """
 
     phi: Array
     omega: Array
@@ -78,10 +89,12 @@ class SpeedHistory:
 
 @dataclass(frozen=True)
 class DriveState:
-    """Results along a motion, (n,) each: quantities by name in SI, torques [N m], powers [W], inertia [kg m2].
+    """Results along a motion, (n,) each: quantities by name in SI, torques [N m], powers [W],
+    inertia [kg m2].
 
-    `load` is the torque that the machine takes, `stored` the rate of all energies, `lost` the power of friction.
-    `inertia` is the machine's own, as the drive has it: the slope of `load` in the acceleration.
+    `load` is the torque that the machine takes, `stored` the rate of all energies, `lost` the power
+    of friction. `inertia` is the machine's own, as the drive has it: the slope of `load` in the
+    acceleration.
     """
 
     values: dict[str, Array]
@@ -95,21 +108,26 @@ class DriveState:
 class DrivenMachine:
     """A machine at its own design with a motor.
 
-    Raises InputError for a machine without an acceleration among its values, without a single motor at its drive, or
-    that turns backwards.
+    Raises InputError for a machine without an acceleration among its values, without a single motor
+    at its drive, or that turns backwards.
     """
 
     def __init__(self, machine: Machine, motor: Motor, names: Sequence[str] | None = None) -> None:
         self.machine, self.motor = machine, motor
-        self.names = tuple(quantity.name for quantity in machine.results) if names is None else tuple(names)
+        self.names = (
+            tuple(quantity.name for quantity in machine.results) if names is None else tuple(names)
+        )
         if not machine.motors:
             raise InputError(
-                f"{machine.source}: {machine.name} has no torque of a motor, which a motor line could give"
+                f"{machine.source}: {machine.name} has no torque of a motor, which a motor line "
+                f"could give"
             )
         if machine.acceleration is None:
             raise InputError(
-                f"{machine.source}: {machine.name} holds at a constant speed of its drive; state your own mechanism "
-                "as `Mechanism(..., acceleration=q.eps)`, with `eps | rad/s2 | acceleration of the drive | 0` in its "
+                f"{machine.source}: {machine.name} holds at a constant speed of its drive; state "
+                f"your own mechanism "
+                "as `Mechanism(..., acceleration=q.eps)`, with `eps | rad/s2 | acceleration of "
+                "the drive | 0` in its "
                 "table, and derive it again"
             )
         self._response = MachineResponse(machine, [*machine.motors, *self._powers])
@@ -117,7 +135,9 @@ class DrivenMachine:
         if self._point.d[machine.speed] <= 0:
             value, speed = machine.values[machine.speed], self._point.d[machine.speed]
             text = f"{machine.source}: {value.path} = {speed / value.factor:g}"
-            raise InputError(f"{text}: it must be greater than 0, since a motor turns the drive forwards")
+            raise InputError(
+                f"{text}: it must be greater than 0, since a motor turns the drive forwards"
+            )
         self.shaft = self._find_shaft()
         self._motions: dict[tuple[int, int], Kernel] = {}
 
@@ -127,7 +147,9 @@ class DrivenMachine:
         return [f"P_{name}" for name in self.machine.motors if f"P_{name}" in names]
 
     def _find_shaft(self) -> str:
-        """Return the torque of the motor that turns the drive: its power is the torque times the drive's speed."""
+        """Return the torque of the motor that turns the drive: its power is the torque times the
+        drive's speed.
+        """
         machine, speed = self.machine, float(self._point.d[self.machine.speed])
         rows = self._response.values(self._point, TURN * (np.arange(24) + 0.5) / 24)
         values = dict(zip((*machine.motors, *self._powers), rows, strict=True))
@@ -142,15 +164,24 @@ class DrivenMachine:
             return shafts[0]
         names = ", ".join(machine.motors) or "none"
         raise InputError(
-            f"{machine.source}: a motor line needs one motor, which turns the drive itself; {machine.name} has {names}"
+            f"{machine.source}: a motor line needs one motor, which turns the drive itself; "
+            f"{machine.name} has {names}"
         )
 
-    # --- the graph ----------------------------------------------------------------------------------
+    # --- the graph
+    # ----------------------------------------------------------------------------------
 
     @cached_property
     def _symbols(self) -> dict[str, ca.SX]:
         phi, d, h, q = self.machine.symbols
-        return {"phi": phi, "omega": ca.SX.sym("omega"), "rate": ca.SX.sym("rate"), "q": q, "d": d, "h": h}
+        return {
+            "phi": phi,
+            "omega": ca.SX.sym("omega"),
+            "rate": ca.SX.sym("rate"),
+            "q": q,
+            "d": d,
+            "h": h,
+        }
 
     @cached_property
     def _graph(self) -> dict[str, ca.SX]:
@@ -162,26 +193,42 @@ class DrivenMachine:
         inlined = machine.prologue.is_a("SXFunction")
         h = machine.prologue(d) if inlined else symbols["h"]
         names = [*self.names, self.shaft, *machine.energies, *machine.losses, *self._power_law]
-        graphs = ca.substitute([machine.graph(name) for name in names], [symbols["d"], symbols["h"]], [d, h])
+        graphs = ca.substitute(
+            [machine.graph(name) for name in names], [symbols["d"], symbols["h"]], [d, h]
+        )
         rows = dict(zip(names, graphs, strict=True))
         load = rows[self.shaft]
         torque = self.motor.torque(symbols["omega"])
         energy = self.motor.flywheel * symbols["omega"] ** 2 / 2 + sum(
             (rows[name] for name in machine.energies), ca.SX(0)
         )
-        state, rates = ca.vertcat(symbols["phi"], symbols["omega"]), ca.vertcat(symbols["omega"], symbols["rate"])
+        state, rates = (
+            ca.vertcat(symbols["phi"], symbols["omega"]),
+            ca.vertcat(symbols["omega"], symbols["rate"]),
+        )
         lost = sum((rows[name] for name in machine.losses), ca.SX(0))
         stored = ca.jtimes(energy, state, rates)
         if not machine.energies:
-            stored = stored + load * symbols["omega"] - lost - sum((rows[name] for name in self._power_law), ca.SX(0))
+            stored = (
+                stored
+                + load * symbols["omega"]
+                - lost
+                - sum((rows[name] for name in self._power_law), ca.SX(0))
+            )
         return {name: rows[name] for name in self.names} | {
-            "load": load, "torque": torque, "surplus": torque - load - self.motor.flywheel * symbols["rate"],
-            "stored": stored, "lost": lost, "inertia": ca.gradient(load, symbols["rate"]),
-        }  # fmt: skip
+            "load": load,
+            "torque": torque,
+            "surplus": torque - load - self.motor.flywheel * symbols["rate"],
+            "stored": stored,
+            "lost": lost,
+            "inertia": ca.gradient(load, symbols["rate"]),
+        }
 
     @property
     def _power_law(self) -> list[str]:
-        """The law that the power of all forces and of inertia vanishes, of a machine that reports no energies."""
+        """The law that the power of all forces and of inertia vanishes, of a machine that reports
+        no energies.
+        """
         names = {quantity.name for quantity in self.machine.quantities}
         return ["law_power"] if not self.machine.energies and "law_power" in names else []
 
@@ -216,10 +263,12 @@ class DrivenMachine:
     def _coordinates(self, phi: Array) -> Array:
         return self._response.coordinates(self._point.d, phi % TURN)
 
-    # --- the motion ---------------------------------------------------------------------------------
+    # --- the motion
+    # ---------------------------------------------------------------------------------
 
     def acceleration(self, phi: Array, omega: Array) -> Array:
-        """Return that of the drive [rad/s2], (n,), at angles and speeds (n,): the torques on its shaft balance.
+        """Return that of the drive [rad/s2], (n,), at angles and speeds (n,): the torques on its
+        shaft balance.
 
         Raises ComputationError if it does not exist.
         """
@@ -228,12 +277,16 @@ class DrivenMachine:
         if np.all(np.abs(step) <= SOLVED * (1 + np.abs(rate))):
             return rate
         worst = np.degrees(phi[int(np.argmax(np.abs(step)))]) % 360
-        raise ComputationError(f"{self.machine.name}: no acceleration balances the shaft at {worst:.6g} deg")
+        raise ComputationError(
+            f"{self.machine.name}: no acceleration balances the shaft at {worst:.6g} deg"
+        )
 
     def motion(self, at: Array) -> Kernel:
-        """Return the function from a speed at the first of some angles to speed and time at the others, by CVODES.
+        """Return the function from a speed at the first of some angles to speed and time at the
+        others, by CVODES.
 
-        Below a share of the speed without load the motor has stalled, and what follows means nothing.
+        Below a share of the speed without load the motor has stalled, and what follows means
+        nothing.
         """
         symbols, size = self._symbols, self._symbols["q"].numel()
         state = ca.SX.sym("state", 2 + size)
@@ -243,14 +296,18 @@ class DrivenMachine:
         )
         slopes = [drive["rate"] / omega, 1 / omega]
         if self.machine.loops is not None:
-            gaps, jacobian = split_gaps(self.machine.loops.gaps(symbols["phi"], symbols["d"], state[2:]), size)
+            gaps, jacobian = split_gaps(
+                self.machine.loops.gaps(symbols["phi"], symbols["d"], state[2:]), size
+            )
             slopes.append(solve_system(jacobian, -ca.jacobian(gaps, symbols["phi"])).solution)
         p = ca.vertcat(symbols["d"], symbols["h"])
         dae = {"t": symbols["phi"], "x": state, "p": p, "ode": ca.vertcat(*slopes)}
         solver = ca.integrator("motion", "cvodes", dae, float(at[0]), at[1:].tolist(), INTEGRATOR)
         start, q, fixed = ca.MX.sym("start"), ca.MX.sym("q", size), ca.MX.sym("fixed", p.numel())
         ran = solver(x0=ca.vertcat(start, 0, q), p=fixed)["xf"][:2, :]
-        return Kernel(ca.Function("motion", [start, q, fixed], [ran], ["start", "q", "fixed"], ["states"]))
+        return Kernel(
+            ca.Function("motion", [start, q, fixed], [ran], ["start", "q", "fixed"], ["states"])
+        )
 
     @property
     def slowest(self) -> float:
@@ -258,7 +315,8 @@ class DrivenMachine:
         return STALLED * self.motor.idle
 
     def run(self, start: float, turns: int, samples: int) -> SpeedHistory:
-        """Return the motion from a speed [rad/s] at the angle zero on, at `samples` equal steps a turn, with its end.
+        """Return the motion from a speed [rad/s] at the angle zero on, at `samples` equal steps a
+        turn, with its end.
 
         Raises ComputationError, naming the angle, where the motor stalls.
         """
@@ -266,18 +324,22 @@ class DrivenMachine:
         fixed = np.concatenate([self._point.d, self._point.h])
         if (turns, samples) not in self._motions:
             self._motions[turns, samples] = self.motion(at)
-        ran = self._motions[turns, samples](start=start, q=self._coordinates(at[:1])[:, 0], fixed=fixed)["states"]
+        ran = self._motions[turns, samples](
+            start=start, q=self._coordinates(at[:1])[:, 0], fixed=fixed
+        )["states"]
         omega, seconds = np.column_stack([[start, 0.0], ran])
         if np.any(stalled := omega <= self.slowest):
             angle = np.degrees(at[int(np.argmax(stalled))])
             raise ComputationError(
-                f"{self.machine.name}: the motor stalls {angle:.6g} deg after the start; it needs more torque at "
+                f"{self.machine.name}: the motor stalls {angle:.6g} deg after the start; it needs "
+                f"more torque at "
                 "rest, or a larger flywheel"
             )
         return SpeedHistory(at, omega, self.acceleration(at % TURN, omega), float(seconds[-1]))
 
     def settle(self, start: float, samples: int) -> SpeedHistory:
-        """Return the turn that ends at the speed at which it begins, sought from a speed [rad/s] on.
+        """Return the turn that ends at the speed at which it begins, sought from a speed [rad/s]
+        on.
 
         Raises ComputationError if it does not exist, and as `run` does.
         """
@@ -289,7 +351,9 @@ class DrivenMachine:
             missed, x0=start, x1=start + missed(start), xtol=REPEATS * start, rtol=REPEATS
         )
         if not root.converged:
-            raise ComputationError(f"{self.machine.name}: no turn repeats itself near {start * RPM:.6g} r/min")
+            raise ComputationError(
+                f"{self.machine.name}: no turn repeats itself near {start * RPM:.6g} r/min"
+            )
         return self.run(float(root.root), 1, samples)
 
     def report(self, at: SpeedHistory) -> DriveState:
@@ -303,7 +367,9 @@ class DrivenMachine:
     def state(self, phi: Array, omega: Array, rate: Array) -> DriveState:
         """Return what is reported at angles, speeds and accelerations (n,)."""
         folded = phi % TURN
-        reported = self._reporting(phi=folded, omega=omega, rate=rate, q=self._coordinates(folded), **self._fixed)
+        reported = self._reporting(
+            phi=folded, omega=omega, rate=rate, q=self._coordinates(folded), **self._fixed
+        )
         rows = {name: row[0] for name, row in reported.items()}
         values = {name: rows[name] for name in self.names}
         parts = {name: rows[name] for name in ("torque", "load", "stored", "lost", "inertia")}
@@ -321,7 +387,9 @@ class MotorSettings(Record):
 
 @dataclass(frozen=True)
 class DriveSpeed(Record):
-    """The drive's speed over a turn that repeats itself; the fluctuation is the range over the mean."""
+    """The drive's speed over a turn that repeats itself; the fluctuation is the range over the
+    mean.
+    """
 
     mean_rpm: float
     max_rpm: float
@@ -333,7 +401,8 @@ class DriveSpeed(Record):
 
 @dataclass(frozen=True)
 class DrivenQuantity(Record):
-    """A quantity in `unit` over the turn that repeats itself, and at the turn's mean speed, held constant.
+    """A quantity in `unit` over the turn that repeats itself, and at the turn's mean speed, held
+    constant.
 
     `change` is the most by which both differ at an angle.
     """
@@ -352,9 +421,9 @@ class DrivenQuantity(Record):
 class DriveResult(Record):
     """`planter drive`: a turn that repeats itself, and the same at its mean speed, held constant.
 
-    `imbalance_W` is the most by which the motor's power misses the rate of all energies and the power of friction;
-    `turns_rpm` are speeds at the starts of turns; `inertia_*_kgm2` are the machine's own, as the drive has it, without
-    flywheel.
+    `imbalance_W` is the most by which the motor's power misses the rate of all energies and the
+    power of friction; `turns_rpm` are speeds at the starts of turns; `inertia_*_kgm2` are the
+    machine's own, as the drive has it, without flywheel.
     """
 
     machine: str
@@ -373,7 +442,9 @@ class DriveResult(Record):
 
 @dataclass(frozen=True)
 class Drive:
-    """The motion from the start, the turn that repeats itself, what is reported in it and at constant speed."""
+    """The motion from the start, the turn that repeats itself, what is reported in it and at
+    constant speed.
+    """
 
     machine: Machine
     started: SpeedHistory
@@ -386,7 +457,8 @@ class Drive:
         """Return the turn as a table: quantities by keys, each in its unit."""
         chosen = {quantity.name: quantity.key for quantity in self.machine.results}
         driven, constant = (
-            {key: self._evaluate_column(state, name) for name, key in chosen.items()} for state in self._states
+            {key: self._evaluate_column(state, name) for name, key in chosen.items()}
+            for state in self._states
         )
         return {
             "phi_deg": np.degrees(self.turn.phi[:-1]),
@@ -408,9 +480,14 @@ class Drive:
 
 
 def drive_machine(
-    machine: Machine, motor: Motor, turns: int = 5, start: float | None = None, samples: int | None = None
+    machine: Machine,
+    motor: Motor,
+    turns: int = 5,
+    start: float | None = None,
+    samples: int | None = None,
 ) -> Drive:
-    """Return a machine at its own design, driven from a speed [rad/s] on, its own unless one is given.
+    """Return a machine at its own design, driven from a speed [rad/s] on, its own unless one is
+    given.
 
     Raises InputError as `DrivenMachine`, ComputationError where the motor stalls.
     """
@@ -435,7 +512,8 @@ def drive_machine(
         inertia_max_kgm2=float(state.inertia.max()),
         inertia_min_kgm2=float(state.inertia.min()),
         quantities={
-            machine.find_quantity(name).key: _quantity(machine, name, turn, state, constant) for name in driven.names
+            machine.find_quantity(name).key: _quantity(machine, name, turn, state, constant)
+            for name in driven.names
         },
     )
     return Drive(machine, started, turn, state, constant, result)
@@ -446,7 +524,10 @@ def _quantity(
 ) -> DrivenQuantity:
     quantity = machine.find_quantity(name)
     changing, steady = (state.values[name][:-1] / quantity.factor for state in (driven, constant))
-    high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi[:-1], changing, sign)])) for sign in (1, -1))
+    high, low = (
+        to_degrees(float(turn.phi[index_first_extremum(turn.phi[:-1], changing, sign)]))
+        for sign in (1, -1)
+    )
     return DrivenQuantity(
         unit=units.display_unit(quantity.key),
         max=float(changing.max()),
@@ -460,7 +541,10 @@ def _quantity(
 
 
 def _speed(turn: SpeedHistory, mean: float) -> DriveSpeed:
-    high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi, turn.omega, sign)])) for sign in (1, -1))
+    high, low = (
+        to_degrees(float(turn.phi[index_first_extremum(turn.phi, turn.omega, sign)]))
+        for sign in (1, -1)
+    )
     fastest, slowest = float(turn.omega.max()), float(turn.omega.min())
     return DriveSpeed(
         mean_rpm=mean * RPM,

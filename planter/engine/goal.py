@@ -1,7 +1,9 @@
-"""Sums of measures of a machine, and limits on them, as functions of its design: what a search minimises and satisfies.
+"""Sums of measures of a machine, and limits on them, as functions of its design: what a search
+minimises and satisfies.
 
-Every measure has one definition, of `planter.optimise.continuous_cycle`: extremes of the curve wherever they are, and
-integrals between all angles at which it is not smooth. Samples are taken where they are asked for.
+Every measure has one definition, of `planter.optimise.continuous_cycle`: extremes of the curve
+wherever they are, and integrals between all angles at which it is not smooth. Samples are taken
+where they are asked for.
 """
 
 from __future__ import annotations
@@ -35,7 +37,8 @@ EXTREMES: Mapping[Kind, tuple[int, ...]] = {"max": (1,), "min": (-1,), "range": 
 def resolve_measure(machine: Machine, measure: Measure) -> Measure:
     """Return a measure with names of the machine's quantities, conditions in their display units.
 
-    Raises InputError for a name that the machine does not have, a unit of another kind, or a size without a measure.
+    Raises InputError for a name that the machine does not have, a unit of another kind, or a size
+    without a measure.
     """
     quantities = [machine.find_quantity(name) for name in measure.names]
     measure = measure.with_names([quantity.name for quantity in quantities])
@@ -45,14 +48,22 @@ def resolve_measure(machine: Machine, measure: Measure) -> Measure:
         for condition, quantity in zip(measure.during, rest, strict=True)
     )
     if measure.size and measure.kind in WITHOUT_SIZE:
-        raise InputError(f"{machine.source}: {measure}: over a cycle {measure.kind} takes no abs, which has corners")
+        raise InputError(
+            f"{machine.source}: {measure}: over a cycle {measure.kind} takes no abs, which has "
+            f"corners"
+        )
     if measure.kind == "work" and quantities[0].unit not in ("W", "N m"):
-        raise InputError(f"{machine.source}: {measure}: only a power [W] or a torque [N m] does work")
+        raise InputError(
+            f"{machine.source}: {measure}: only a power [W] or a torque [N m] does work"
+        )
     return replace(measure, during=during)
 
 
 def resolve_limit(machine: Machine, limit: Limit) -> Limit:
-    """Return a limit with names of the machine's quantities, in their display units. Raises InputError as above."""
+    """Return a limit with names of the machine's quantities, in their display units.
+
+    Raises InputError as above.
+    """
     measure = resolve_measure(machine, limit.measure)
     display = find_display_unit(machine, measure)
     return _convert(machine, replace(limit, measure=measure), display)
@@ -66,7 +77,9 @@ def find_display_unit(machine: Machine, measure: Measure) -> Unit:
     if measure.kind == "work":
         return parse_unit("J")
     quantity = machine.find_quantity(measure.name)
-    unit = Unit(units.display_unit(quantity.key), quantity.factor, parse_unit(quantity.unit).dimension)
+    unit = Unit(
+        units.display_unit(quantity.key), quantity.factor, parse_unit(quantity.unit).dimension
+    )
     return unit.squared() if measure.kind == "variance" else unit
 
 
@@ -76,13 +89,21 @@ def _convert(machine: Machine, bound: Bound, display: Unit) -> Bound:
         return bound
     unit = parse_unit(bound.unit)
     if not unit.same_kind(display):
-        allowed = f"it must be a unit such as {display.text}" if display.text else "it is a number without a unit"
-        raise InputError(f"{machine.source}: {bound}: {bound.unit} is not a unit of {bound.names[0]}; {allowed}")
+        allowed = (
+            f"it must be a unit such as {display.text}"
+            if display.text
+            else "it is a number without a unit"
+        )
+        raise InputError(
+            f"{machine.source}: {bound}: {bound.unit} is not a unit of {bound.names[0]}; {allowed}"
+        )
     return replace(bound, number=bound.number * (unit.factor / display.factor), unit=display.text)
 
 
 class MeasureCurves:
-    """The curves that measures over a cycle, or parts of it, are of, by which sums of these are objectives."""
+    """The curves that measures over a cycle, or parts of it, are of, by which sums of these are
+    objectives.
+    """
 
     def __init__(self, machine: Machine, measures: Sequence[Measure]) -> None:
         self.machine = machine
@@ -106,7 +127,9 @@ class MeasureCurves:
         return PanelCache(self.curves)
 
     def build(self, terms: Sequence[Measure], sampling: Sampling = "refined") -> JoinedObjective:
-        """Return a sum of measures; of `sampling` samples, those that are of the whole cycle are of these alone."""
+        """Return a sum of measures; of `sampling` samples, those that are of the whole cycle are of
+        these alone.
+        """
         machine, widths = self.machine, self.machine.upper - self.machine.lower
         cyclic = [m for m in terms if _is_span(m) and not m.during]
         partial = [m for m in terms if m.during]
@@ -117,7 +140,9 @@ class MeasureCurves:
             panels = self.panels if sampling == "refined" else None
             parts.append(CurveSumObjective(self.curves, self._build_sum(cyclic), sampling, panels))
         if partial:
-            parts.append(CurveSumObjective(self.curves, self._build_sum(partial), "refined", self.panels))
+            parts.append(
+                CurveSumObjective(self.curves, self._build_sum(partial), "refined", self.panels)
+            )
         parts += [NodeMeasure(machine, m) for m in terms if not _is_span(m)]
         return JoinedObjective(parts, machine.design_names, widths, machine.design)
 
@@ -135,11 +160,15 @@ class MeasureCurves:
                     sides += [CurveSide(len(weights), row, sign, conditions) for sign in signs]
                     weights.append(measure.weight * (side if measure.kind == "min" else 1) / factor)
             elif measure.kind == "work":
-                statistics.append(CurveStatistic("integral", row, measure.weight * self.machine.turn, conditions))
+                statistics.append(
+                    CurveStatistic("integral", row, measure.weight * self.machine.turn, conditions)
+                )
             else:
                 kind = next(kind for kind in SMOOTH if kind == measure.kind)
                 power = 2 if kind == "variance" else 1
-                statistics.append(CurveStatistic(kind, row, measure.weight / factor**power, conditions))
+                statistics.append(
+                    CurveStatistic(kind, row, measure.weight / factor**power, conditions)
+                )
         return CurveSum(tuple(statistics), tuple(sides), np.array(weights))
 
     def is_empty(self, measure: Measure, x: Array) -> bool:
@@ -148,9 +177,18 @@ class MeasureCurves:
         return bool(conditions) and self.panels(x).is_empty(conditions)
 
     def find_spread(self, measure: Measure) -> float:
-        """Return by how much the quantity of a measure varies at the machine's own design, else its size."""
+        """Return by how much the quantity of a measure varies at the machine's own design, else its
+        size.
+        """
         if not _is_span(measure):
-            return float(np.abs(NodeMeasure(self.machine, measure).nodes(self.machine.design).values).max()) or 1.0
+            return (
+                float(
+                    np.abs(
+                        NodeMeasure(self.machine, measure).nodes(self.machine.design).values
+                    ).max()
+                )
+                or 1.0
+            )
         factor = self.machine.find_quantity(measure.name).factor
         return float(find_spreads(self.curves)[self._find_row(measure)]) / factor
 
@@ -171,14 +209,23 @@ def _is_span(measure: Measure) -> bool:
 class Goal:
     """A sum of measures and limits over designs x (p,), by true extremes and integrals.
 
-    With `samples` the sum is that over so many samples of the cycle. Measures and limits are as `resolve_measure` gives
-    them; values are in display units.
+    With `samples` the sum is that over so many samples of the cycle. Measures and limits are as
+    `resolve_measure` gives them; values are in display units.
     """
 
     def __init__(
-        self, machine: Machine, terms: Sequence[Measure], limits: Sequence[Limit] = (), samples: int | None = None
+        self,
+        machine: Machine,
+        terms: Sequence[Measure],
+        limits: Sequence[Limit] = (),
+        samples: int | None = None,
     ) -> None:
-        self.machine, self.terms, self.limits, self.samples = machine, tuple(terms), tuple(limits), samples
+        self.machine, self.terms, self.limits, self.samples = (
+            machine,
+            tuple(terms),
+            tuple(limits),
+            samples,
+        )
         self.size = len(machine.design)
 
     @cached_property
@@ -196,36 +243,53 @@ class Goal:
         return MeasureCurves(self.machine, [bound_measure(limit) for limit in self.limits])
 
     def restart(self) -> None:
-        """Forget all designs so far: what is evaluated next does not depend on them, to the last digit."""
+        """Forget all designs so far: what is evaluated next does not depend on them, to the last
+        digit.
+        """
         for objective in (*([self.objective] if self.terms else []), *self.limited):
             objective.restart()
 
     def evaluate(self, x: Array) -> float:
-        """Return the sum of the measures at a design x (p,). Raises ComputationError where loops do not close."""
+        """Return the sum of the measures at a design x (p,).
+
+        Raises ComputationError where loops do not close.
+        """
         return _evaluate(self.objective, x)
 
     def slope(self, x: Array) -> Array:
-        """Return the gradient (p,) of the sum at a design; an extreme that angles share has that of one."""
+        """Return the gradient (p,) of the sum at a design; an extreme that angles share has that of
+        one.
+        """
         return find_gradient(self.objective, x)
 
     def evaluate_limit(self, x: Array, limit: Limit) -> float | None:
-        """Return what a limit is on at a design; None if its condition never holds, or nothing jumps."""
+        """Return what a limit is on at a design; None if its condition never holds, or nothing
+        jumps.
+        """
         limited = self.limited[self.limits.index(limit)]
         return None if self._of_limits.is_empty(bound_measure(limit), x) else _evaluate(limited, x)
 
     def step(self, limit: Limit) -> float:
-        """Return what counts as one in the violation of a limit: the limit, or the spread of what it is on."""
+        """Return what counts as one in the violation of a limit: the limit, or the spread of what
+        it is on.
+        """
         return abs(limit.number) or self._of_limits.find_spread(bound_measure(limit))
 
 
 def bound_measure(limit: Limit) -> Measure:
     """Return the measure that a limit is on: one that holds everywhere is on an extreme."""
     measure = replace(limit.measure, weight=1.0)
-    return replace(measure, kind="max" if limit.sign > 0 else "min") if measure.kind == "all" else measure
+    return (
+        replace(measure, kind="max" if limit.sign > 0 else "min")
+        if measure.kind == "all"
+        else measure
+    )
 
 
 def evaluate_measure(machine: Machine, measure: Measure, samples: int | None = None) -> float:
-    """Return a measure at a machine's own design in its display unit, true or over samples of the cycle."""
+    """Return a measure at a machine's own design in its display unit, true or over samples of the
+    cycle.
+    """
     return Goal(machine, (replace(measure, weight=1.0),), (), samples).evaluate(machine.design)
 
 

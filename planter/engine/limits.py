@@ -1,4 +1,6 @@
-"""Limits on measures as constraints: one component each over all designs, and the rows that are smooth near one."""
+"""Limits on measures as constraints: one component each over all designs, and the rows that are
+smooth near one.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ PAIRED_SHARE = 0.25
 class MeasureLimits(Constraints):
     """The limits of a goal, each with its true value as the only component, in steps.
 
-    A greatest value has a corner where two angles share it; `at` gives the rows on both sides of it.
+    A greatest value has a corner where two angles share it; `at` gives the rows on both sides of
+    it.
     """
 
     def __init__(self, goal: Goal) -> None:
@@ -29,10 +32,15 @@ class MeasureLimits(Constraints):
         self.steps = np.array([goal.step(limit) for limit in goal.limits])
         numbers = np.array([limit.number for limit in goal.limits]) / self.steps
         is_upper = np.array([limit.sign > 0 for limit in goal.limits])
-        self.lower, self.upper = np.where(is_upper, -np.inf, numbers), np.where(is_upper, numbers, np.inf)
+        self.lower, self.upper = (
+            np.where(is_upper, -np.inf, numbers),
+            np.where(is_upper, numbers, np.inf),
+        )
         self.owner: Integers = np.arange(len(goal.limits))
         self._rows = LastCallCache(lambda x: LimitRows(self, x))
-        self.kinds = [_name(limit, step) for limit, step in zip(goal.limits, self.steps.tolist(), strict=True)]
+        self.kinds = [
+            _name(limit, step) for limit, step in zip(goal.limits, self.steps.tolist(), strict=True)
+        ]
 
     @property
     def windows(self) -> bool:
@@ -43,19 +51,30 @@ class MeasureLimits(Constraints):
         return self._rows(x)
 
     def values(self, x: Array) -> Array:
-        """Return what the limits are on (k,) at a design x (p,). Raises ComputationError without a cycle."""
-        values = [evaluate_summary(limited, limited.look(x)).objective for limited in self.goal.limited]
+        """Return what the limits are on (k,) at a design x (p,).
+
+        Raises ComputationError without a cycle.
+        """
+        values = [
+            evaluate_summary(limited, limited.look(x)).objective for limited in self.goal.limited
+        ]
         return np.array(values) / self.steps
 
     def slopes(self, x: Array) -> Array:
         """Return their gradients (k, p)."""
-        slopes: Array = np.array([find_gradient(limited, x) for limited in self.goal.limited]) / self.steps[:, None]
+        slopes: Array = (
+            np.array([find_gradient(limited, x) for limited in self.goal.limited])
+            / self.steps[:, None]
+        )
         return slopes
 
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the sum (p, p) of their Hessians with weights (k,)."""
         rows = [LimitRow(limited, x, None) for limited in self.goal.limited]
-        parts = [row.curvature(x, weight[None]) for row, weight in zip(rows, weights / self.steps, strict=True)]
+        parts = [
+            row.curvature(x, weight[None])
+            for row, weight in zip(rows, weights / self.steps, strict=True)
+        ]
         total: Array = np.sum(parts, axis=0)
         return total
 
@@ -65,10 +84,12 @@ def _name(limit: Limit, step: float) -> NamedConstraint:
 
 
 class LimitRow:
-    """Rows of one limit near a design: linear functions of the smooth value and the rows of its local model.
+    """Rows of one limit near a design: linear functions of the smooth value and the rows of its
+    local model.
 
-    A limit on a greatest value holds for each row of its group, one on a range for each pair of a peak and a valley; a
-    greatest value that must be reached is that of the row that has it now, as it is for any limit without a `sign`.
+    A limit on a greatest value holds for each row of its group, one on a range for each pair of a
+    peak and a valley; a greatest value that must be reached is that of the row that has it now, as
+    it is for any limit without a `sign`.
     """
 
     def __init__(self, limited: JoinedObjective, x: Array, sign: int | None) -> None:
@@ -105,7 +126,9 @@ class LimitRow:
 
 
 def _pick(rows: Array, places: Integers, unit: float, is_each: bool, is_paired: bool) -> Integers:
-    """Return the rows of a group that count: all of them, those near the largest if they are paired, or the largest."""
+    """Return the rows of a group that count: all of them, those near the largest if they are
+    paired, or the largest.
+    """
     top = rows[places].max()
     if not is_each:
         return places[[rows[places].argmax()]]
@@ -117,7 +140,10 @@ class LimitRows(Constraints):
 
     def __init__(self, limits: MeasureLimits, x: Array) -> None:
         goal = limits.goal
-        self.rows = [LimitRow(limited, x, limit.sign) for limited, limit in zip(goal.limited, goal.limits, strict=True)]
+        self.rows = [
+            LimitRow(limited, x, limit.sign)
+            for limited, limit in zip(goal.limited, goal.limits, strict=True)
+        ]
         self.counts = [len(row.matrix) for row in self.rows]
         self.owner = np.repeat(limits.owner, self.counts)
         self.kinds, self.steps = limits.kinds, limits.steps[self.owner]
@@ -136,5 +162,7 @@ class LimitRows(Constraints):
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the sum (p, p) of their Hessians with weights (k,)."""
         parts = np.split(weights / self.steps, np.cumsum(self.counts)[:-1])
-        total: Array = np.sum([row.curvature(x, part) for row, part in zip(self.rows, parts, strict=True)], axis=0)
+        total: Array = np.sum(
+            [row.curvature(x, part) for row, part in zip(self.rows, parts, strict=True)], axis=0
+        )
         return total

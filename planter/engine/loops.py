@@ -1,8 +1,8 @@
 """Closed loops: their coordinates along a turn, of many machines at once, one machine in each lane.
 
-The coordinates are followed from angle to angle, from an assembly that must not change: secant predictor, then
-Newton's method. A lane that does not close takes half the step; where the least step does not close either, the
-machine has a dead point.
+The coordinates are followed from angle to angle, from an assembly that must not change: secant
+predictor, then Newton's method. A lane that does not close takes half the step; where the least
+step does not close either, the machine has a dead point.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ LEAST_STEP = 1e-5
 class WalkLanes:
     """The state of the lanes of a walk: an entry, or a column, for each.
 
-    `index` is the angle that a lane goes to next, `at` where it is, `before` where it was a step before, `target` where
-    Newton's method closes it now, from `guess`, after `calls`; a lane is `settled` if it needs another target. Lanes
-    that are not `running` repeat one that is.
+    `index` is the angle that a lane goes to next, `at` where it is, `before` where it was a step
+    before, `target` where Newton's method closes it now, from `guess`, after `calls`; a lane is
+    `settled` if it needs another target. Lanes that are not `running` repeat one that is.
     """
 
     lane: Integers
@@ -77,31 +77,45 @@ class WalkLanes:
         """Return the lanes that are running, filled up with others to full vectors."""
         count = np.count_nonzero(self.running)
         order = np.argsort(~self.running, kind="stable")[: count + -count % VECTOR]
-        return WalkLanes(**{name: np.ascontiguousarray(array[..., order]) for name, array in vars(self).items()})
+        return WalkLanes(
+            **{name: np.ascontiguousarray(array[..., order]) for name, array in vars(self).items()}
+        )
 
     def aim(self, angles: Array) -> None:
-        """Set target and guess, by the secant through the last two places, where a lane is settled."""
+        """Set target and guess, by the secant through the last two places, where a lane is
+        settled.
+        """
         reach, following = self.at + self.step, angles[self.index]
         target = np.where(reach > following - LEAST_STEP, following, reach)
         distance = self.at - self.before
-        slope = np.divide(self.q - self.q_before, distance, out=np.zeros_like(self.q), where=distance > 0)
+        slope = np.divide(
+            self.q - self.q_before, distance, out=np.zeros_like(self.q), where=distance > 0
+        )
         guess = self.q + slope * (target - self.at)
         settled = self.settled
         if settled.all():
             self.target, self.guess, self.calls = target, guess, np.zeros_like(self.calls)
         else:
-            self.target, self.guess = np.where(settled, target, self.target), np.where(settled, guess, self.guess)
+            self.target, self.guess = (
+                np.where(settled, target, self.target),
+                np.where(settled, guess, self.guess),
+            )
             self.calls = np.where(settled, 0, self.calls)
 
     def move(self, accepted: Flags, refused: Flags, q: Array) -> None:
-        """Take lanes that closed to their targets and double their steps, halve those of lanes that did not close."""
+        """Take lanes that closed to their targets and double their steps, halve those of lanes that
+        did not close.
+        """
         if accepted.all():
             self.before, self.q_before, self.at, self.q = self.at, self.q, self.target, q
             self.step, self.settled = np.minimum(2 * self.step, LARGEST_STEP), accepted
             return
         self.settled, self.calls = accepted | refused, self.calls + 1
         self.guess = np.where(self.settled, self.guess, q)
-        self.before, self.q_before = np.where(accepted, self.at, self.before), np.where(accepted, self.q, self.q_before)
+        self.before, self.q_before = (
+            np.where(accepted, self.at, self.before),
+            np.where(accepted, self.q, self.q_before),
+        )
         self.at, self.q = np.where(accepted, self.target, self.at), np.where(accepted, q, self.q)
         changed = np.where(accepted, np.minimum(2 * self.step, LARGEST_STEP), self.step / 2)
         self.step = np.where(self.settled, changed, self.step)
@@ -118,29 +132,40 @@ class WalkLanes:
 
 TURN = 2 * np.pi
 UNROLLED = 3
-"""Steps of Newton's method in a call: from the predictor at the largest step, two steps close a loop to rounding."""
+"""Steps of Newton's method in a call: from the predictor at the largest step, two steps close a
+loop to rounding.
+"""
 MOST_ITERATIONS = 16
 """Calls until a lane that has not closed is given up."""
 CLOSED = 1e-13
 """A loop is closed where Newton's next step is below this share of the coordinates' size."""
 SINGULAR = 1e-9
-"""The Jacobian counts as singular if a pivot is below this share of the largest entry of its column."""
+"""The Jacobian counts as singular if a pivot is below this share of the largest entry of its
+column.
+"""
 COMPACTED_SHARE = 0.9
-"""Lanes of a walk are put together, in fewer vectors, where no more than this share of them is running."""
+"""Lanes of a walk are put together, in fewer vectors, where no more than this share of them is
+running.
+"""
 KEPT_COURSES = 8
 """Number of machines whose coordinates over a turn are kept."""
 RETURNED = 1e-6
-"""A coordinate that differs by less after a turn, apart from whole turns, has returned [m or rad]."""
+"""A coordinate that differs by less after a turn, apart from whole turns, has returned [m or
+rad].
+"""
 
 
 def split_gaps(closure: ca.SX, size: int) -> tuple[ca.SX, ca.SX]:
-    """Return the gaps (c,) of loops and their Jacobian (c, c), which follows them row by row in a closure."""
+    """Return the gaps (c,) of loops and their Jacobian (c, c), which follows them row by row in a
+    closure.
+    """
     return closure[:size], ca.reshape(closure[size:], size, size).T
 
 
 @dataclass(frozen=True)
 class KinematicLoops:
-    """The loops of a machine: `gaps` (phi, d, q) -> gaps (c,) and their Jacobian row by row, `assembly` d -> q.
+    """The loops of a machine: `gaps` (phi, d, q) -> gaps (c,) and their Jacobian row by row,
+    `assembly` d -> q.
 
     `names` and `units` are those of the coordinates, `gap_names` those of the gaps.
     """
@@ -158,10 +183,11 @@ class KinematicLoops:
 
     @cached_property
     def steps_function(self) -> ca.Function:
-        """(phi, d, q) -> q after `UNROLLED` steps of Newton's method, relative size of the last, senses, least pivot.
+        """(phi, d, q) -> q after `UNROLLED` steps of Newton's method, relative size of the last,
+        senses, least pivot.
 
-        The senses (l,) are those of the Jacobian at the last step, of each loop that can be closed alone, and the pivot
-        is the least of all steps (`planter.kernels.elimination`).
+        The senses (l,) are those of the Jacobian at the last step, of each loop that can be closed
+        alone, and the pivot is the least of all steps (`planter.kernels.elimination`).
         """
         size = self.size
         phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", self.gaps.numel_in(1)), ca.SX.sym("q", size)
@@ -193,8 +219,14 @@ class KinematicLoops:
 
     @cached_property
     def value_indices(self) -> Integers:
-        """Indices of the values d on which the coordinates depend, such as lengths, but not masses."""
-        phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", self.gaps.numel_in(1)), ca.SX.sym("q", self.size)
+        """Indices of the values d on which the coordinates depend, such as lengths, but not
+        masses.
+        """
+        phi, d, q = (
+            ca.SX.sym("phi"),
+            ca.SX.sym("d", self.gaps.numel_in(1)),
+            ca.SX.sym("q", self.size),
+        )
         graph = ca.vertcat(ca.vec(self.gaps(phi, d, q)), ca.vec(self.assembly(d)))
         return np.flatnonzero(ca.which_depends(graph, d))
 
@@ -211,7 +243,8 @@ class KinematicLoops:
         self._steps.compile()
 
     def close(self, phi: Array, d: Array, q: Array) -> tuple[Array, Array, Flags]:
-        """Return coordinates (c, n) near others, the senses of the loops (l, n), and which lanes closed.
+        """Return coordinates (c, n) near others, the senses of the loops (l, n), and which lanes
+        closed.
 
         A lane has not closed where its Jacobian was singular on the way.
         """
@@ -237,14 +270,16 @@ class KinematicLoops:
         return q if closed.all() and (senses * senses[:, :1] > 0).all() else None
 
     def walk(self, d: Array, angles: Array) -> LoopWalk:
-        """Return a walk of machines with values d (v, lanes) along increasing angles (n,) from 0 on [rad]."""
+        """Return a walk of machines with values d (v, lanes) along increasing angles (n,) from 0 on
+        [rad].
+        """
         return LoopWalk(self, d, angles)
 
     def course(self, name: str, d: Array) -> LoopCoordinates:
         """Return the coordinates of one machine with values d (v,) over a turn.
 
-        The last ones are kept. Raises ComputationError where a loop does not close, at a dead point, and if a turn does
-        not lead back.
+        The last ones are kept. Raises ComputationError where a loop does not close, at a dead
+        point, and if a turn does not lead back.
         """
         key = name, d[self.value_indices].tobytes()
         course = self._courses.get(key)
@@ -262,9 +297,10 @@ class KinematicLoops:
 class LoopWalk:
     """Coordinates of loops along angles, a machine in each lane, none of which waits for another.
 
-    `places` (c, n, lanes) are the coordinates at the angles, without meaning beyond what a lane `reached` (lanes,), the
-    angle at which it ended; `alive` (lanes,) are the lanes that came to the end. `first` and `last` (c, lanes) are the
-    coordinates at the start and at the end, and `assembled` (lanes,) the lanes that closed at the start.
+    `places` (c, n, lanes) are the coordinates at the angles, without meaning beyond what a lane
+    `reached` (lanes,), the angle at which it ended; `alive` (lanes,) are the lanes that came to the
+    end. `first` and `last` (c, lanes) are the coordinates at the start and at the end, and
+    `assembled` (lanes,) the lanes that closed at the start.
     """
 
     def __init__(self, loops: KinematicLoops, d: Array, angles: Array) -> None:
@@ -289,7 +325,9 @@ class LoopWalk:
             self._advance(lanes)
 
     def _advance(self, lanes: WalkLanes) -> None:
-        """Let each lane take a few steps of Newton's method, and go on, or back, where these have ended."""
+        """Let each lane take a few steps of Newton's method, and go on, or back, where these have
+        ended.
+        """
         lanes.aim(self.angles)
         out, finite = self.loops._steps.masked(phi=lanes.target, d=lanes.d, q=lanes.guess)
         good = finite & (out["pivot"][0] > SINGULAR)
@@ -326,7 +364,9 @@ class LoopWalk:
             lanes.stop(ended)
 
     def gains(self) -> tuple[Array, Flags]:
-        """Return what coordinates (c, lanes) gained since the start, as whole turns, and which lanes returned."""
+        """Return what coordinates (c, lanes) gained since the start, as whole turns, and which
+        lanes returned.
+        """
         gained = self.last - self.first
         angular = np.array([unit == "rad" for unit in self.loops.units])[:, None]
         turns = np.where(angular, TURN * np.round(gained / TURN), 0.0)
@@ -341,7 +381,9 @@ class LoopCoordinates:
         with name_step(f"{name}: closing the loops over a turn"):
             walk = loops.walk(self.d[:, None], np.linspace(0.0, TURN, 361))
         if not walk.assembled[0]:
-            raise ComputationError(f"{name}: at 0 deg, from the start that is given, {self._obstacle(0.0, walk.first)}")
+            raise ComputationError(
+                f"{name}: at 0 deg, from the start that is given, {self._obstacle(0.0, walk.first)}"
+            )
         if not walk.alive[0]:
             raise ComputationError(self._dead_point(walk))
         self.gained = self._returned(walk)
@@ -355,7 +397,11 @@ class LoopCoordinates:
         lanes = np.repeat(d[:, None], len(self.angles), axis=1)
         q = self.loops.find_near(self.angles, lanes, self.places)
         first = self.loops.walk(d[:, None], np.empty(0)).first[:, 0]
-        if q is None or np.abs(np.column_stack([q[:, 0] - first, q[:, -1] - first - self.gained])).max() > RETURNED:
+        if (
+            q is None
+            or np.abs(np.column_stack([q[:, 0] - first, q[:, -1] - first - self.gained])).max()
+            > RETURNED
+        ):
             return None
         course = copy.copy(self)
         course.d, course.places = d, q
@@ -377,8 +423,10 @@ class LoopCoordinates:
             gained = walk.last[:, 0] - walk.first[:, 0]
             worst = int(np.argmax(np.abs(gained - turns[:, 0])))
             raise ComputationError(
-                f"{self.name}: after a turn {self.loops.names[worst]} is not what it was (it gains {gained[worst]:.6g} "
-                f"{self.loops.units[worst]}): the mechanism does not repeat after one turn, or its loops have come "
+                f"{self.name}: after a turn {self.loops.names[worst]} is not what it was (it "
+                f"gains {gained[worst]:.6g} "
+                f"{self.loops.units[worst]}): the mechanism does not repeat after one turn, or "
+                f"its loops have come "
                 "into another assembly"
             )
         return turns[:, 0]
@@ -387,12 +435,18 @@ class LoopCoordinates:
         at = float(walk.reached[0])
         names = ", ".join(self.loops.names)
         _, _, closed = self.loops.close(np.array([at + 2 * LEAST_STEP]), self.d[:, None], walk.last)
-        beyond = f"{names} go on in another assembly" if closed[0] else self._obstacle(at + 2 * LEAST_STEP, walk.last)
+        beyond = (
+            f"{names} go on in another assembly"
+            if closed[0]
+            else self._obstacle(at + 2 * LEAST_STEP, walk.last)
+        )
         return f"{self.name}: dead point near {np.degrees(at):.6g} deg: beyond it {beyond}"
 
     def _obstacle(self, angle: float, q: Array) -> str:
         """Return the reason why the loops do not close at an angle."""
-        gaps = self._gaps(phi=np.array([angle]), d=self.d[:, None], q=q)["gaps"][: self.loops.size, 0]
+        gaps = self._gaps(phi=np.array([angle]), d=self.d[:, None], q=q)["gaps"][
+            : self.loops.size, 0
+        ]
         worst = int(np.argmax(np.abs(gaps)))
         if abs(gaps[worst]) <= CLOSED:
             return "the bars lie in line"
@@ -402,5 +456,7 @@ class LoopCoordinates:
     def _gaps(self) -> Kernel:
         gaps = self.loops.gaps
         symbols = [ca.SX.sym(name, gaps.numel_in(i)) for i, name in enumerate(("phi", "d", "q"))]
-        function = ca.Function("gaps", symbols, [ca.densify(gaps(*symbols))], ["phi", "d", "q"], ["gaps"])
+        function = ca.Function(
+            "gaps", symbols, [ca.densify(gaps(*symbols))], ["phi", "d", "q"], ["gaps"]
+        )
         return Kernel(function, lanes=["phi", "d", "q"])

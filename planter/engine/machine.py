@@ -1,7 +1,9 @@
-"""A machine as values and composed functions, in SI units and radians: the input of every general computation.
+"""A machine as values and composed functions, in SI units and radians: the input of every general
+computation.
 
-d (v,) are all values of a machine, x (p,) those of them that a search may move, h (k,) what no angle changes, q (c,)
-the coordinates of its closed loops, and phi the angle of its drive. Equal sides are at `offsets` from each other.
+d (v,) are all values of a machine, x (p,) those of them that a search may move, h (k,) what no
+angle changes, q (c,) the coordinates of its closed loops, and phi the angle of its drive. Equal
+sides are at `offsets` from each other.
 """
 
 from __future__ import annotations
@@ -31,8 +33,9 @@ if TYPE_CHECKING:
     from planter.optimise.sections import GeneticAlgorithm
 
 Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
-"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number of states, a
-coordinate of a point of a body, the distance of a point, or the size of a vector."""
+"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number
+of states, a coordinate of a point of a body, the distance of a point, or the size of a vector.
+"""
 COMPOSED: tuple[Role, ...] = ("place", "distance", "size")
 """Roles of quantities that a machine adds when they are asked for."""
 SIZE_EPS = 1e-12
@@ -47,10 +50,11 @@ MOST_SAMPLES = 100_000
 
 @dataclass(frozen=True)
 class Value:
-    """A number that a machine takes; `path` is its place in the machine's file and ends in the unit there.
+    """A number that a machine takes; `path` is its place in the machine's file and ends in the unit
+    there.
 
-    `source` says where the symbol is from, such as an equation of a paper.
-    `limits` are the least and the greatest number that the file may hold, in its unit, None if the file has no limits.
+    `source` says where the symbol is from, such as an equation of a paper. `limits` are the least
+    and the greatest number that the file may hold, in its unit, None if the file has no limits.
     """
 
     name: str
@@ -73,11 +77,12 @@ class Value:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A result or check of a machine at an angle: of one side, or, if it is a `total`, of all sides together.
+    """A result or check of a machine at an angle: of one side, or, if it is a `total`, of all sides
+    together.
 
-    `key` is its name in results and ends in the unit there. `axes` names the frame by whose axes a component is given,
-    unless it is the world's. `is_push` holds for the force of a contact that cannot pull. `reference` is the source of
-    its equation.
+    `key` is its name in results and ends in the unit there. `axes` names the frame by whose axes a
+    component is given, unless it is the world's. `is_push` holds for the force of a contact that
+    cannot pull. `reference` is the source of its equation.
     """
 
     name: str
@@ -130,21 +135,21 @@ class Documentation:
 class Machine:
     """A machine that an angle drives.
 
-    Functions: `prologue` d -> h, `lane` (phi, d, h, q) -> quantities of a side, `totals` (one, two, d) -> quantities
-    of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks, `tangent` moved values -> (d -> h, dh).
-    `speed` is the index of the drive's speed [rad/s] among the values; `period` [rad] is that of the totals.
-    `turn` [rad] is the angle of a cycle, after which a side repeats. A drive over a limited range goes there and back
-    in a cycle: its lane takes any angle, and it has no loops.
-    `vectors` are the quantities whose size counts; `motors` names the torques of motors.
-    `acceleration` is the index of the drive's acceleration [rad/s2] among the values, if it is one; `losses` names
-    powers of friction, `energies` quantities that add up to all energy, if they are reported.
-    `document` is the file that it was read from, and `build` makes the machine of a file of its kind; pickles can be
-    made of both. `objective` is the sum of measures that the file minimises under `limits`, over true extremes or
-    samples
-    as `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the drive's angle.
-    `requirements` makes the constraints on its own design that the file states besides limits, if it has any.
-    `stages` are further functions along the angle: `places` of points of bodies, `followers` and `meshes` of cams and
-    gears.
+    Functions: `prologue` d -> h, `lane` (phi, d, h, q) -> quantities of a side, `totals` (one, two,
+    d) -> quantities of both sides, `events` (phi, d, h, q) -> values whose zeros are kinks,
+    `tangent` moved values -> (d -> h, dh). `speed` is the index of the drive's speed [rad/s] among
+    the values; `period` [rad] is that of the totals. `turn` [rad] is the angle of a cycle, after
+    which a side repeats. A drive over a limited range goes there and back in a cycle: its lane
+    takes any angle, and it has no loops. `vectors` are the quantities whose size counts; `motors`
+    names the torques of motors. `acceleration` is the index of the drive's acceleration [rad/s2]
+    among the values, if it is one; `losses` names powers of friction, `energies` quantities that
+    add up to all energy, if they are reported. `document` is the file that it was read from, and
+    `build` makes the machine of a file of its kind; pickles can be made of both. `objective` is the
+    sum of measures that the file minimises under `limits`, over true extremes or samples as
+    `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the
+    drive's angle. `requirements` makes the constraints on its own design that the file states
+    besides limits, if it has any. `stages` are further functions along the angle: `places` of
+    points of bodies, `followers` and `meshes` of cams and gears.
     """
 
     document: Document
@@ -208,7 +213,9 @@ class Machine:
 
     @property
     def design_names(self) -> tuple[str, ...]:
-        """Names of the moved values, each of which ends in its unit in the file: keys, or paths if keys are shared."""
+        """Names of the moved values, each of which ends in its unit in the file: keys, or paths if
+        keys are shared.
+        """
         keys = [value.key for value in self.values]
         moved = [self.values[index] for index in self.moved]
         return tuple(value.key if keys.count(value.key) == 1 else value.path for value in moved)
@@ -229,11 +236,12 @@ class Machine:
         return tuple(quantity for quantity in self.quantities if quantity.role == "result")
 
     def find_quantity(self, name: str) -> Quantity:
-        """Return a quantity, the size of a vector, or the distance or clearance of a point, by any spelling of a name.
+        """Return a quantity, the size of a vector, or the distance or clearance of a point, by any
+        spelling of a name.
 
-        Spellings are those of `planter.files.spelling`; coordinates of points of bodies have the names x_BODY__POINT
-        and y_BODY__POINT. Raises InputError, with names that are close, if it is unknown or fits several, and for a
-        file without a curve.
+        Spellings are those of `planter.files.spelling`; coordinates of points of bodies have the
+        names x_BODY__POINT and y_BODY__POINT. Raises InputError, with names that are close, if it
+        is unknown or fits several, and for a file without a curve.
         """
         distance = parse_distance(name)
         if distance is not None:
@@ -251,19 +259,28 @@ class Machine:
 
     @cached_property
     def spellings(self) -> dict[str, tuple[str, ...]]:
-        """The spellings of quantities and of sizes of vectors, by their names; a quantity's come before a vector's."""
+        """The spellings of quantities and of sizes of vectors, by their names; a quantity's come
+        before a vector's.
+        """
         named = {vector.name: self._find_size(vector) for vector in self.vectors}
         parts = {vector.name: vector.components for vector in self.vectors}
         named = {quantity.name: quantity for quantity in self.quantities} | named
-        ways = {name: list_spellings(name, q.key, q.meaning, parts.get(name, ())) for name, q in named.items()}
+        ways = {
+            name: list_spellings(name, q.key, q.meaning, parts.get(name, ()))
+            for name, q in named.items()
+        }
         taken = {way for name, spelled in ways.items() if name not in parts for way in spelled}
         return {
-            name: spelled if name not in parts else tuple(way for way in spelled if way == name or way not in taken)
+            name: spelled
+            if name not in parts
+            else tuple(way for way in spelled if way == name or way not in taken)
             for name, spelled in ways.items()
         }
 
     def _find_coordinate(self, name: str) -> Quantity | None:
-        """Return a quantity of the machine or a coordinate of a point of a body by its name or key, or None."""
+        """Return a quantity of the machine or a coordinate of a point of a body by its name or key,
+        or None.
+        """
         for quantity in self.quantities:
             if name in (quantity.name, quantity.key):
                 return quantity
@@ -286,7 +303,8 @@ class Machine:
         return self.stages[PLACES].function(phi, d, h, closed)
 
     def find_point(self, point: Sequence[str]) -> tuple[Quantity, ...]:
-        """Return the coordinates x, y and, in space, z of a point by its name, or x and y by theirs.
+        """Return the coordinates x, y and, in space, z of a point by its name, or x and y by
+        theirs.
 
         Raises InputError, with names that are close, if it is unknown.
         """
@@ -301,23 +319,39 @@ class Machine:
         raise self._refuse("point", name, self.list_points())
 
     def list_points(self) -> list[str]:
-        """Return the names of the points whose coordinates x and y are results, then of those of bodies."""
+        """Return the names of the points whose coordinates x and y are results, then of those of
+        bodies.
+        """
         stage = self.stages.get(PLACES)
-        names = [q.name for q in (*self.results, *(stage.quantities if stage else ())) if q.unit == "m"]
+        names = [
+            q.name for q in (*self.results, *(stage.quantities if stage else ())) if q.unit == "m"
+        ]
         points = [name[2:] for name in names if name.startswith("x_") and f"y_{name[2:]}" in names]
-        return points + [name[:-2] for name in names if name.endswith("_x") and f"{name[:-2]}_y" in names]
+        return points + [
+            name[:-2] for name in names if name.endswith("_x") and f"{name[:-2]}_y" in names
+        ]
 
     def list_parts(self, name: str) -> tuple[str, ...]:
-        """Return the names of the quantities that one is made of: itself, or those of a distance or a vector."""
+        """Return the names of the quantities that one is made of: itself, or those of a distance or
+        a vector.
+        """
         distance = parse_distance(name)
         if distance is not None:
             points = [self.find_point(point) for point in (distance.point, distance.other) if point]
             return tuple(quantity.name for point in points for quantity in point)
-        vector = next((vector for vector in self.vectors if vector.name == self.find_quantity(name).name), None)
-        return tuple(self.find_quantity(part).name for part in ((name,) if vector is None else vector.components))
+        vector = next(
+            (vector for vector in self.vectors if vector.name == self.find_quantity(name).name),
+            None,
+        )
+        return tuple(
+            self.find_quantity(part).name
+            for part in ((name,) if vector is None else vector.components)
+        )
 
     def _find_size(self, vector: Vector) -> Quantity:
-        first = next(quantity for quantity in self.quantities if quantity.name == vector.components[0])
+        first = next(
+            quantity for quantity in self.quantities if quantity.name == vector.components[0]
+        )
         key = units.display_key(vector.name, first.unit)
         return Quantity(vector.name, first.unit, vector.meaning, key, role="size")
 
@@ -329,23 +363,40 @@ class Machine:
         return size
 
     def _add_distance(self, distance: PointDistance) -> Quantity:
-        """Return a distance as a quantity, and add its graph. Raises InputError as `find_quantity`."""
+        """Return a distance as a quantity, and add its graph.
+
+        Raises InputError as `find_quantity`.
+        """
         coordinates = self.find_point(distance.point)
         other_coordinates = self.find_point(distance.other) if distance.other else ()
         for quantity in (*coordinates, *other_coordinates):
             if quantity.unit != "m":
                 unit = quantity.unit or "1"
-                reason = f"{quantity.name} is in {unit}, but it must be a length, a coordinate of a point"
+                reason = (
+                    f"{quantity.name} is in {unit}, but it must be a length, a coordinate of "
+                    f"a point"
+                )
                 raise InputError(f"{self.source}: {distance}: {reason}")
         if len(coordinates) != (len(other_coordinates) or 2):
-            other = "a curve in a file" if not other_coordinates else f"the {len(other_coordinates)} of the other point"
-            reason = f"{' '.join(distance.point)} has {len(coordinates)} coordinates, which do not go with {other}"
-            raise InputError(f"{self.source}: {distance}: {reason}: give points in the plane by x and y of both")
+            other = (
+                "a curve in a file"
+                if not other_coordinates
+                else f"the {len(other_coordinates)} of the other point"
+            )
+            reason = (
+                f"{' '.join(distance.point)} has {len(coordinates)} coordinates, which do "
+                f"not go with {other}"
+            )
+            raise InputError(
+                f"{self.source}: {distance}: {reason}: give points in the plane by x and y of both"
+            )
         distance = replace(distance, point=_name_point(distance.point, coordinates))
         if other_coordinates:
             distance = replace(distance, other=_name_point(distance.other, other_coordinates))
         point = _describe_point(distance.point)
-        other = _describe_point(distance.other) if distance.other else f"the curve of {distance.file}"
+        other = (
+            _describe_point(distance.other) if distance.other else f"the curve of {distance.file}"
+        )
         meaning = f"distance of {point} from {other}"
         if distance.word == "clearance":
             meaning = f"height of {point} over the ground of {distance.file}"
@@ -358,7 +409,9 @@ class Machine:
                 graph = build_separation(graphs, separated)
             else:
                 keys = coordinates[0].key, coordinates[1].key
-                points = read_curve(distance.find_file(self.source), keys, distance.word == "clearance")
+                points = read_curve(
+                    distance.find_file(self.source), keys, distance.word == "clearance"
+                )
                 build = build_clearance if distance.word == "clearance" else build_distance
                 graph = build(graphs[0], graphs[1], points)
             self._composed[str(distance)] = graph
@@ -369,9 +422,14 @@ class Machine:
         return {}
 
     def find_index(self, path: str) -> int:
-        """Return the index of a value by its path or key. Raises InputError, with names that are close, for none."""
+        """Return the index of a value by its path or key.
+
+        Raises InputError, with names that are close, for none.
+        """
         for attribute in ("path", "key"):
-            indices = [i for i, value in enumerate(self.values) if getattr(value, attribute) == path]
+            indices = [
+                i for i, value in enumerate(self.values) if getattr(value, attribute) == path
+            ]
             if len(indices) == 1:
                 return indices[0]
         raise self._refuse("value", path, [value.path for value in self.values])
@@ -379,25 +437,38 @@ class Machine:
     def _refuse(self, kind: str, name: str, names: Sequence[str]) -> InputError:
         """Return the error for an unknown name, with names that are close."""
         close = paths.find_similar(name, names)
-        hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(names)}"
+        hint = (
+            f"did you mean {' or '.join(close)}?"
+            if close
+            else f"it must be one of {', '.join(names)}"
+        )
         return InputError(f"{self.source}: {self.name} has no {kind} {name}: {hint}")
 
     def with_moved(self, bounds: Mapping[str, tuple[float, float]]) -> Machine:
-        """Return the machine with other values to move, by path, each with its bounds in the unit of the file."""
+        """Return the machine with other values to move, by path, each with its bounds in the unit
+        of the file.
+        """
         moved = tuple(self.find_index(path) for path in bounds)
         factors = np.array([self.values[index].factor for index in moved])
         ends = np.array(list(bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
         return replace(self, moved=moved, lower=ends[:, 0], upper=ends[:, 1])
 
-    def with_ranges(self, ranges: Mapping[str, tuple[float, float]], label: str = "--vary") -> Machine:
+    def with_ranges(
+        self, ranges: Mapping[str, tuple[float, float]], label: str = "--vary"
+    ) -> Machine:
         """Return the machine with other values to move, as `with_moved`, or itself without ranges.
 
-        Raises InputError, which names the range, for an end that its file refuses, for an unknown value, and for a
-        file with requirements, which are on its own design.
+        Raises InputError, which names the range, for an end that its file refuses, for an unknown
+        value, and for a file with requirements, which are on its own design.
         """
         if ranges and self.requirements is not None:
-            reason = "they are on the values of its design; leave out the section, or state limits by --hold"
-            raise InputError(f"{label} does not go with the [requirements] of {self.source}: {reason}")
+            reason = (
+                "they are on the values of its design; leave out the section, or state "
+                "limits by --hold"
+            )
+            raise InputError(
+                f"{label} does not go with the [requirements] of {self.source}: {reason}"
+            )
         for path, (low, high) in ranges.items():
             if not low < high:
                 raise InputError(f"{label} {path}={low:g}:{high:g}: LOW must be below HIGH")
@@ -408,7 +479,9 @@ class Machine:
 
     @property
     def searched(self) -> dict[str, Any]:
-        """The fields that a search may set otherwise than the file does: values, which of them move, between what."""
+        """The fields that a search may set otherwise than the file does: values, which of them
+        move, between what.
+        """
         return {name: getattr(self, name) for name in ("data", "moved", "lower", "upper")}
 
     def with_data(self, data: Array) -> Machine:
@@ -416,22 +489,31 @@ class Machine:
         return replace(self, data=np.asarray(data, dtype=float))
 
     def with_numbers(self, changes: Mapping[str, float]) -> Machine:
-        """Return the machine of its file with some numbers set, by path in the unit of the file. Raises as the file."""
+        """Return the machine of its file with some numbers set, by path in the unit of the file.
+
+        Raises as the file.
+        """
         return self.build(self.document.with_numbers(changes))
 
     def with_speed(self, speed_rpm: float) -> Machine:
         """Return the machine of its file with another speed of the drive [r/min]."""
         speed = self.values[self.speed]
-        return self.with_numbers({speed.path: speed_rpm * units.unit_factor("speed_rpm") / speed.factor})
+        return self.with_numbers(
+            {speed.path: speed_rpm * units.unit_factor("speed_rpm") / speed.factor}
+        )
 
     def list_angles(self, count: int | None = None) -> Array:
-        """Return the angles (n,) [rad] of a cycle in equal steps, `samples` unless a count is given."""
+        """Return the angles (n,) [rad] of a cycle in equal steps, `samples` unless a count is
+        given.
+        """
         count = self.samples if count is None else count
         return self.turn * np.arange(count) / count
 
     @property
     def guards(self) -> tuple[Quantity, ...]:
-        """The quantities that show whether forces are determined: pivots, then numbers of states."""
+        """The quantities that show whether forces are determined: pivots, then numbers of
+        states.
+        """
         return tuple(q for role in ("pivot", "states") for q in self.quantities if q.role == role)
 
     def build_data(self, x: Array) -> Array:
@@ -453,9 +535,11 @@ class Machine:
         return phi, d, h, q
 
     def rows(self, names: Sequence[str]) -> tuple[ca.SX, tuple[bool, ...]]:
-        """Return the graph of quantities (m,) at an angle, and which of them are to be added up over the sides.
+        """Return the graph of quantities (m,) at an angle, and which of them are to be added up
+        over the sides.
 
-        Added up are totals that are sums of equal shares of the sides: their row is the share of one side.
+        Added up are totals that are sums of equal shares of the sides: their row is the share of
+        one side.
         """
         totals = [quantity.name for quantity in self.quantities if quantity.total]
         rows, shared = [], []
@@ -485,10 +569,14 @@ class Machine:
         return self.totals(*(self.lane(phi + offset, d, h, q) for offset in self.offsets), d)
 
     def _share(self, index: int) -> ca.SX | None:
-        """Return the share of a side in a total, or None if the total is not a sum of equal shares."""
+        """Return the share of a side in a total, or None if the total is not a sum of equal
+        shares.
+        """
         assert self.totals is not None
         phi, d, h, q = self.symbols
-        first, second = (ca.SX.sym(name, self.totals.size1_in(i)) for i, name in enumerate(("one", "two")))
+        first, second = (
+            ca.SX.sym(name, self.totals.size1_in(i)) for i, name in enumerate(("one", "two"))
+        )
         total = self.totals(first, second, d)[index]
         if ca.jacobian(ca.gradient(total, first), second).nnz():
             return None
@@ -499,8 +587,12 @@ class Machine:
         return function(self.lane(phi, d, h, q), none, d) - function(none, none, d) / 2
 
 
-def build_vectors(components: Mapping[str, tuple[str, ...]], quantities: Sequence[Quantity]) -> Iterator[Vector]:
-    """Yield vectors by the names of their components, those of which all are there; the first says what they mean."""
+def build_vectors(
+    components: Mapping[str, tuple[str, ...]], quantities: Sequence[Quantity]
+) -> Iterator[Vector]:
+    """Yield vectors by the names of their components, those of which all are there; the first says
+    what they mean.
+    """
     by_name = {quantity.name: quantity for quantity in quantities}
     for name, parts in components.items():
         if all(part in by_name for part in parts):
@@ -513,7 +605,9 @@ def describe_vector(name: str, meaning: str) -> str:
 
 
 def _name_point(point: tuple[str, ...], coordinates: tuple[Quantity, ...]) -> tuple[str, ...]:
-    """Return a point by its name if it has been given by that, else by the names, not the keys, of its coordinates."""
+    """Return a point by its name if it has been given by that, else by the names, not the keys, of
+    its coordinates.
+    """
     return point if len(point) == 1 else tuple(quantity.name for quantity in coordinates)
 
 
@@ -522,7 +616,9 @@ def _describe_point(point: tuple[str, ...]) -> str:
 
 
 def _is_symmetric(total: ca.Function) -> bool:
-    """Return whether a function of both sides stays the same when they are exchanged, at random values."""
+    """Return whether a function of both sides stays the same when they are exchanged, at random
+    values.
+    """
     rng, kernel = np.random.default_rng(1), Kernel(total)
     first, second, d = (rng.uniform(0.5, 1.5, total.size1_in(i)) for i in range(3))
     pairs = ((first, second), (second, first))
@@ -531,20 +627,28 @@ def _is_symmetric(total: ca.Function) -> bool:
 
 
 def load_machine(
-    source: str, changes: Mapping[str, float] | None = None, speed_rpm: float | None = None, **choices: str
+    source: str,
+    changes: Mapping[str, float] | None = None,
+    speed_rpm: float | None = None,
+    **choices: str,
 ) -> Machine:
-    """Return the machine of a file, or of a built-in name, some numbers [in the units of their paths] changed.
+    """Return the machine of a file, or of a built-in name, some numbers [in the units of their
+    paths] changed.
 
-    `changes` holds numbers by path or key, as ``{"r_mm": 50}``; `speed_rpm` is another speed of the drive [r/min].
-    Further keywords are choices that some machines leave, such as the model. Raises InputError if there is no such
-    machine, for an invalid number, or for a choice that the machine does not leave.
+    `changes` holds numbers by path or key, as ``{"r_mm": 50}``; `speed_rpm` is another speed of the
+    drive [r/min]. Further keywords are choices that some machines leave, such as the model. Raises
+    InputError if there is no such machine, for an invalid number, or for a choice that the machine
+    does not leave.
 
     >>> load_machine("wang2017", {"R3_mm": 31.0}).name
     'wang2017'
     """
     module = find_kind(source)
     if module is None:
-        raise InputError(f"{source}: there is no such machine: it must be a machine's file, or a built-in one's name")
+        raise InputError(
+            f"{source}: there is no such machine: it must be a machine's file, or a built-in "
+            f"one's name"
+        )
     for name, choice in choices.items():
         if name not in inspect.signature(module.load).parameters:
             raise InputError(f"--{name} {choice} does not apply to {source}: it has one {name}")
@@ -553,9 +657,13 @@ def load_machine(
 
 
 def check_samples(samples: int | None, fewest: int = 4) -> None:
-    """Raise InputError for a number of samples of a cycle that is out of range; None leaves it to the machine file."""
+    """Raise InputError for a number of samples of a cycle that is out of range; None leaves it to
+    the machine file.
+    """
     if samples is not None and not fewest <= samples <= MOST_SAMPLES:
-        raise InputError.for_value("--samples", samples, f"it must be between {fewest} and {MOST_SAMPLES}")
+        raise InputError.for_value(
+            "--samples", samples, f"it must be between {fewest} and {MOST_SAMPLES}"
+        )
 
 
 @dataclass(frozen=True)
@@ -570,7 +678,8 @@ class FunctionSignature:
 
 @dataclass(frozen=True)
 class Description:
-    """The description of a machine; `data` (v,) are its values in SI, `bounds` in the units of their paths.
+    """The description of a machine; `data` (v,) are its values in SI, `bounds` in the units of
+    their paths.
 
     `origins` has the sources of values by path.
     """
@@ -589,9 +698,12 @@ class Description:
 
 
 def describe_source(source: str, changes: Mapping[str, float]) -> Description:
-    """Return the description of the machine of a file or a built-in name. Raises InputError as `load_machine`.
+    """Return the description of the machine of a file or a built-in name.
 
-    A plug-in for machines without a driving angle describes them by a function `describe(source, changes)`.
+    Raises InputError as `load_machine`.
+
+    A plug-in for machines without a driving angle describes them by a function
+    `describe(source, changes)`.
     """
     module = find_kind(source)
     describe = getattr(module, "describe", None)
@@ -603,10 +715,17 @@ def describe_source(source: str, changes: Mapping[str, float]) -> Description:
 
 def describe_machine(machine: Machine) -> Description:
     """Return the description of a machine that an angle drives."""
-    functions = {"prologue": machine.prologue, "lane": machine.lane, "totals": machine.totals, "events": machine.events}
+    functions = {
+        "prologue": machine.prologue,
+        "lane": machine.lane,
+        "totals": machine.totals,
+        "events": machine.events,
+    }
     if machine.loops is not None:
         functions |= {"assembly": machine.loops.assembly, "closure": machine.loops.gaps}
-    ends = zip(machine.moved, machine.lower / machine.scale, machine.upper / machine.scale, strict=True)
+    ends = zip(
+        machine.moved, machine.lower / machine.scale, machine.upper / machine.scale, strict=True
+    )
     return Description(
         name=machine.name,
         title=machine.name,

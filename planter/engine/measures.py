@@ -1,20 +1,22 @@
-"""Measures of quantities over a cycle, sums of them, and limits, in the language of files and options.
+"""Measures of quantities over a cycle, sums of them, and limits, in the language of files and
+options.
 
-    SUM     = ["-"] TERM { ("+" | "-") TERM }      TERM = [WEIGHT] MEASURE
-    LIMIT   = MEASURE ("<=" | ">=") NUMBER [UNIT]
-    MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" | "greatest") | "while" CONDITION]
-    CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT] { "and" CONDITION }
-    NAME    = words, as a quantity is printed, or its meaning with its name in brackets
+    SUM     = ["-"] TERM { ("+" | "-") TERM }      TERM = [WEIGHT] MEASURE LIMIT   = MEASURE ("<=" |
+    ">=") NUMBER [UNIT] MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" |
+    "greatest") | "while" CONDITION] CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER
+    [UNIT] { "and" CONDITION } NAME    = words, as a quantity is printed, or its meaning with its
+    name in brackets
             | "distance" POINT "to" (FILE | POINT) | "clearance" POINT "over" FILE
     POINT   = NAME of a point | NAME NAME, its coordinates
 
-KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
-the display unit of the quantity. The text of what is parsed reads back to the same. What a sum minimises are values as
-they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME". A `jump` is
-the size of the greatest jump where a law of the machine changes, a distance that of a point from a curve or from
-another point, a clearance its height over the profile of a ground (`planter.engine.piecewise`). A point P has the
-coordinates x_P and y_P, or P_x and P_y; the point P of a body has the name BODY__P. A FILE with spaces, or whose name
-is a single word, has quotes.
+KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers
+without a unit are in the display unit of the quantity. The text of what is parsed reads back to the
+same. What a sum minimises are values as they are: a greatest value or a range can only be made
+smaller, a least one only greater, as "-min NAME". A `jump` is the size of the greatest jump where a
+law of the machine changes, a distance that of a point from a curve or from another point, a
+clearance its height over the profile of a ground (`planter.engine.piecewise`). A point P has the
+coordinates x_P and y_P, or P_x and P_y; the point P of a body has the name BODY__P. A FILE with
+spaces, or whose name is a single word, has quotes.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
@@ -56,7 +58,9 @@ SIGNS = ("<=", ">=", "<", ">")
 TYPO = 0.7
 """Likeness from which on a word is a misspelt one of the language, not part of a name."""
 LINKS = {"distance": "to", "clearance": "over"}
-"""Words before two quantities, unless they are a quantity's name, and the words before what these are measured from."""
+"""Words before two quantities, unless they are a quantity's name, and the words before what these
+are measured from.
+"""
 
 SUM_SYNTAX = (
     "it must be a sum (+ or -) of [WEIGHT] MEASURE [abs] NAME, MEASURE one of "
@@ -65,26 +69,32 @@ SUM_SYNTAX = (
     'where NAME is least|greatest, such as "range F_Ox + 0.5 rms M_in"'
 )
 LIMIT_SYNTAX = (
-    "it must be [MEASURE] [abs] NAME [at DEG | where NAME is least|greatest | while NAME <= NUMBER] <= NUMBER [UNIT] "
+    "it must be [MEASURE] [abs] NAME [at DEG | where NAME is least|greatest | while NAME <= "
+    "NUMBER] <= NUMBER [UNIT] "
     '(or >=), such as "abs F_Ax <= 300 N" or "s at 90 >= 150"'
 )
 MEASURE_SYNTAX = (
-    f"it must be MEASURE [abs] NAME, MEASURE one of {', '.join(KINDS)}, or NAME at ANGLE, or NAME at SECONDS s, such "
+    f"it must be MEASURE [abs] NAME, MEASURE one of {', '.join(KINDS)}, or NAME at ANGLE, or NAME "
+    f"at SECONDS s, such "
     'as "max F_Ax" or "M_in at 90"'
 )
 
 
-_DISTANCE = re.compile(r"(distance|clearance) (\w+(?: \w+)?) (to|over) (?:(\w+(?: \w+)?)|(.+))", re.DOTALL)
+_DISTANCE = re.compile(
+    r"(distance|clearance) (\w+(?: \w+)?) (to|over) (?:(\w+(?: \w+)?)|(.+))", re.DOTALL
+)
 _FILE = re.compile(r"""\"([^"]+)\"|'([^']+)'|([^\s"']+)""")
-_BRACKETED = re.compile(r"(?:(?!\b(?:where|while)\b)[^()<>+]|\([^()]*\s[^()]*\))*\(([A-Za-z_]\w*)\)")
+_BRACKETED = re.compile(
+    r"(?:(?!\b(?:where|while)\b)[^()<>+]|\([^()]*\s[^()]*\))*\(([A-Za-z_]\w*)\)"
+)
 """A quantity as a page prints it, its meaning with its symbol in brackets."""
 _WORD = re.compile(r"\w+(?=[\s<>]|$)")
 
 
 @dataclass(frozen=True)
 class PointDistance:
-    """A `word` with a point, and what it is measured from: a curve, or the profile of a ground, of a `file`, or else
-    another point.
+    """A `word` with a point, and what it is measured from: a curve, or the profile of a ground, of
+    a `file`, or else another point.
 
     A point is its name, or the names of the quantities that are its coordinates.
     """
@@ -101,7 +111,9 @@ class PointDistance:
         return f"{self.word} {' '.join(self.point)} {LINKS[self.word]} {target}"
 
     def find_file(self, source: str) -> Path:
-        """Return the path of the curve's file: in the folder of a machine's file, or else as it is written."""
+        """Return the path of the curve's file: in the folder of a machine's file, or else as it is
+        written.
+        """
         path = Path(source).parent / self.file
         return path if is_file(path) else Path(self.file)
 
@@ -134,10 +146,11 @@ class Extremum:
 
 @dataclass(frozen=True)
 class MeasureCondition:
-    """A quantity, or its size if `absolute`, on one side of a number: at most it (`sign` +1), or at least.
+    """A quantity, or its size if `absolute`, on one side of a number: at most it (`sign` +1), or at
+    least.
 
-    The number is in `unit`, or in the display unit of the quantity if that is empty. `strict` is the sign without
-    equality, which is the same part of a cycle.
+    The number is in `unit`, or in the display unit of the quantity if that is empty. `strict` is
+    the sign without equality, which is the same part of a cycle.
     """
 
     name: str
@@ -154,15 +167,18 @@ class MeasureCondition:
 
     def __str__(self) -> str:
         sign = ("<" if self.sign > 0 else ">") + ("" if self.strict else "=")
-        return f"{'abs ' if self.absolute else ''}{self.name} {sign} {_text(self.number, self.unit)}"
+        return (
+            f"{'abs ' if self.absolute else ''}{self.name} {sign} {_text(self.number, self.unit)}"
+        )
 
 
 @dataclass(frozen=True)
 class Measure:
     """A measure of a quantity over a cycle: `all` is its value everywhere, `at` that at an angle.
 
-    The angle is `angle` [deg], or that of an extremum, `where`. With conditions, `during`, only the part of the cycle
-    counts on which all hold. `size` takes absolute values. Over a motion `angle` is a time [s], and `in_time` is set.
+    The angle is `angle` [deg], or that of an extremum, `where`. With conditions, `during`, only the
+    part of the cycle counts on which all hold. `size` takes absolute values. Over a motion `angle`
+    is a time [s], and `in_time` is set.
     """
 
     kind: Kind
@@ -175,7 +191,9 @@ class Measure:
     during: tuple[MeasureCondition, ...] = ()
 
     def __str__(self) -> str:
-        weight = {1.0: "", -1.0: "-"}.get(self.weight) if abs(self.weight) == 1 else _text(self.weight)
+        weight = (
+            {1.0: "", -1.0: "-"}.get(self.weight) if abs(self.weight) == 1 else _text(self.weight)
+        )
         words = [weight, self.kind if self.kind in KINDS else ""]
         words += ["abs" if self.size else "", self.name]
         if self.angle is not None:
@@ -203,25 +221,34 @@ class Measure:
         return (self.name, *where, *(condition.name for condition in self.during))
 
     def with_whole_paths(self, source: str) -> Measure:
-        """Return the measure with whole paths of its curves, which a machine's file names as seen from its folder."""
+        """Return the measure with whole paths of its curves, which a machine's file names as seen
+        from its folder.
+        """
         curves = [parse_distance(name) for name in self.names]
-        return self.with_names([
-            name if curve is None or not curve.file
-            else str(replace(curve, file=str(curve.find_file(source).resolve())))
-            for name, curve in zip(self.names, curves, strict=True)
-        ])  # fmt: skip
+        return self.with_names(
+            [
+                name
+                if curve is None or not curve.file
+                else str(replace(curve, file=str(curve.find_file(source).resolve())))
+                for name, curve in zip(self.names, curves, strict=True)
+            ]
+        )
 
     def with_names(self, names: Sequence[str]) -> Measure:
         """Return the measure of other quantities, in the order of `names`."""
         first, *rest = names
         where = None if self.where is None else replace(self.where, name=rest.pop(0))
-        during = tuple(replace(condition, name=name) for condition, name in zip(self.during, rest, strict=True))
+        during = tuple(
+            replace(condition, name=name) for condition, name in zip(self.during, rest, strict=True)
+        )
         return replace(self, name=first, where=where, during=during)
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A measure with its limit, in `unit` or else in the display unit: at most it (`sign` +1), or at least."""
+    """A measure with its limit, in `unit` or else in the display unit: at most it (`sign` +1), or
+    at least.
+    """
 
     measure: Measure
     sign: int
@@ -235,7 +262,9 @@ class Limit:
 
     @property
     def is_reached(self) -> bool:
-        """Whether one angle is enough to satisfy it: a least stroke, a greatest value that must be reached."""
+        """Whether one angle is enough to satisfy it: a least stroke, a greatest value that must be
+        reached.
+        """
         return (self.measure.kind, self.sign) in (("max", -1), ("min", 1), ("range", -1))
 
     def __str__(self) -> str:
@@ -243,7 +272,10 @@ class Limit:
 
 
 def parse_sum(text: str, label: str = "--least") -> tuple[Measure, ...]:
-    """Return the measures of a sum that is to be minimised. Raises InputError, which begins with `label`."""
+    """Return the measures of a sum that is to be minimised.
+
+    Raises InputError, which begins with `label`.
+    """
     reader = _Reader(text, label, SUM_SYNTAX)
     terms = [reader.read_measure(weighted=True)]
     while sign := reader.accept("+", "-"):
@@ -259,7 +291,9 @@ def parse_sum(text: str, label: str = "--least") -> tuple[Measure, ...]:
             reader.refuse(f"a least value can only be made greater: write -min {term.name}")
         if term.weight < 0 and (term.kind in SMALLER or (term.kind == "at" and term.size)):
             kind = "abs" if term.kind == "at" else term.kind
-            reader.refuse(f"{kind} {term.name} can only be made smaller: its weight must not be negative")
+            reader.refuse(
+                f"{kind} {term.name} can only be made smaller: its weight must not be negative"
+            )
     return tuple(terms)
 
 
@@ -285,7 +319,10 @@ def parse_limit(text: str, label: str = "--hold") -> Limit:
 
 
 def parse_measure(text: str, label: str) -> Measure:
-    """Return a single measure, or a quantity at an angle or a time. Raises InputError, which begins with `label`."""
+    """Return a single measure, or a quantity at an angle or a time.
+
+    Raises InputError, which begins with `label`.
+    """
     reader = _Reader(text, label, MEASURE_SYNTAX)
     measure = reader.read_measure(timed=True)
     reader.end()
@@ -334,7 +371,9 @@ class _Reader:
         raise InputError(f"{self.label} {self.text!r}: {reason}; {self.syntax}")
 
     def fail(self, reason: str, allowed: Sequence[str] = ()) -> Never:
-        """Raise InputError for the present word, with a close match among the words that are allowed."""
+        """Raise InputError for the present word, with a close match among the words that are
+        allowed.
+        """
         token = self.token
         close = difflib.get_close_matches(token.text, allowed, 1) if token.text else []
         hint = f", did you mean {close[0]}?" if close else ""
@@ -361,7 +400,11 @@ class _Reader:
     def read_measure(self, weighted: bool = False, timed: bool = False) -> Measure:
         """Read a measure, with its weight if it may have one."""
         weight = self._read_weight() if weighted else 1.0
-        kind = next((kind for kind in KINDS if kind == self.token.text), None) if self._qualifies() else None
+        kind = (
+            next((kind for kind in KINDS if kind == self.token.text), None)
+            if self._qualifies()
+            else None
+        )
         self.index += kind is not None
         if kind == "jump" and self.token.text == "abs" and self._qualifies():
             self.fail("does not go with jump, which is a size")
@@ -389,13 +432,20 @@ class _Reader:
         """Read a sign, a number and the unit that may follow it."""
         sign = self.expect(signs, "is not expected") if self.token.kind == "sign" else ""
         if not sign:
-            self.fail("is not expected: a limit is missing" if self.token.kind == "end" else "is not expected", CLAUSES)
+            self.fail(
+                "is not expected: a limit is missing"
+                if self.token.kind == "end"
+                else "is not expected",
+                CLAUSES,
+            )
         return sign, self._read_number(), self._read_unit()
 
     def _qualifies(self) -> bool:
         """Return whether the present word stands before a name, as a measure or abs does."""
         following = self._next()
-        return self.token.kind == "word" and following.kind == "word" and following.text not in CLAUSES
+        return (
+            self.token.kind == "word" and following.kind == "word" and following.text not in CLAUSES
+        )
 
     def _read_weight(self) -> float:
         sign = -1.0 if self.accept("-", "+") == "-" else 1.0
@@ -418,7 +468,11 @@ class _Reader:
         is_typo = self._next().text in (*KINDS, "abs") or difflib.get_close_matches(
             self.token.text, (*before, *LINKS), 1, TYPO
         )
-        if self._qualifies() and is_typo and not difflib.get_close_matches(self._next().text, CLAUSES):
+        if (
+            self._qualifies()
+            and is_typo
+            and not difflib.get_close_matches(self._next().text, CLAUSES)
+        ):
             self.fail("is no measure", (*before, *LINKS))
         return self._read_words()
 
@@ -433,7 +487,9 @@ class _Reader:
         return " ".join(words)
 
     def _is_misspelt_clause(self) -> bool:
-        return self.token.text != "abs" and bool(difflib.get_close_matches(self.token.text, CLAUSES, 1, TYPO))
+        return self.token.text != "abs" and bool(
+            difflib.get_close_matches(self.token.text, CLAUSES, 1, TYPO)
+        )
 
     def _read_distance(self) -> str:
         """Read a distance or a clearance, and return it as the name of a quantity."""
@@ -446,18 +502,26 @@ class _Reader:
         self.expect((LINKS[word],), f"is not expected: {form}")
         start = self.token.start
         if word == "distance" and _WORD.match(self.text, start):
-            return str(PointDistance(word, point, other=self._read_point(form, (*CLAUSES, "is", "and"))))
+            return str(
+                PointDistance(word, point, other=self._read_point(form, (*CLAUSES, "is", "and")))
+            )
         match = _FILE.match(self.text, start)
         if match is None:
-            self.fail("is no file" if self.token.kind == "end" else "opens a quote that nothing closes")
+            self.fail(
+                "is no file" if self.token.kind == "end" else "opens a quote that nothing closes"
+            )
         while self.token.kind != "end" and self.token.start < match.end():
             self.index += 1
         return str(PointDistance(word, point, "".join(filter(None, match.groups()))))
 
     def _read_point(self, form: str, after: Sequence[str]) -> tuple[str, ...]:
-        """Read the name of a point, or the names of two coordinates, up to one of the words that may come after."""
+        """Read the name of a point, or the names of two coordinates, up to one of the words that
+        may come after.
+        """
         names: list[str] = []
-        while not names or (len(names) == 1 and self.token.kind == "word" and self.token.text not in after):
+        while not names or (
+            len(names) == 1 and self.token.kind == "word" and self.token.text not in after
+        ):
             if self.token.kind != "word" or self.token.text in LINKS.values():
                 self.fail(f"is no name of a point or a quantity: {form}")
             names.append(self.token.text)
@@ -488,7 +552,9 @@ class _Reader:
         is_distance = self.token.text in LINKS and self._next().text != "is"
         name = self._read_distance() if is_distance else self._read_words()
         self.expect(("is",), "is not expected")
-        return Extremum(name, 1 if self.expect(("least", "greatest"), "is no extreme") == "greatest" else -1)
+        return Extremum(
+            name, 1 if self.expect(("least", "greatest"), "is no extreme") == "greatest" else -1
+        )
 
     def _read_conditions(self) -> tuple[MeasureCondition, ...]:
         conditions: list[MeasureCondition] = []
@@ -498,5 +564,9 @@ class _Reader:
             if self.token.kind != "sign":
                 self.fail("is not expected: a condition is NAME <= NUMBER")
             sign, number, unit = self.read_bound(SIGNS)
-            conditions.append(MeasureCondition(name, 1 if "<" in sign else -1, number, unit, absolute, "=" not in sign))
+            conditions.append(
+                MeasureCondition(
+                    name, 1 if "<" in sign else -1, number, unit, absolute, "=" not in sign
+                )
+            )
         return tuple(conditions)

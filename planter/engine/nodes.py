@@ -1,8 +1,10 @@
-"""Measures at single angles of a cycle: a fixed one, an extremum of a quantity, jumps; and sums of them.
+"""Measures at single angles of a cycle: a fixed one, an extremum of a quantity, jumps; and sums of
+them.
 
-Angles that move with the design are linear in a few anchors: angles at which an event happens, or at which the
-derivative of a quantity vanishes. With G(phi, x) = 0 at an anchor a(x), implicit differentiation gives
-a' = -G_x / G_phi, and a'' = -H / G_phi, where H is the second derivative of G along (a', 1).
+Angles that move with the design are linear in a few anchors: angles at which an event happens, or
+at which the derivative of a quantity vanishes. With G(phi, x) = 0 at an anchor a(x), implicit
+differentiation gives a' = -G_x / G_phi, and a'' = -H / G_phi, where H is the second derivative of G
+along (a', 1).
 """
 
 from __future__ import annotations
@@ -35,16 +37,20 @@ SCANNED = 360
 SIDE = 1e-9
 """Distance of the nodes on both sides of a switching point [rad]."""
 CORNER = 1e-6
-"""Share of the slopes a step away that a slope keeps at an extremum only if it jumps there: it is a corner."""
+"""Share of the slopes a step away that a slope keeps at an extremum only if it jumps there: it is a
+corner.
+"""
 SPARE_EVENTS = 2
 """Switching points that may appear beyond those of the machine's own design."""
 
 
 @dataclass(frozen=True)
 class NodeValues:
-    """Quantities (m, n) at the nodes of a design in the units of their keys, with Jacobians (m, n, p) in the design.
+    """Quantities (m, n) at the nodes of a design in the units of their keys, with Jacobians (m, n,
+    p) in the design.
 
-    `curvature` of weights (m, n) is the weighted sum of their Hessians, (p, p). `is_empty` holds if there are no nodes.
+    `curvature` of weights (m, n) is the weighted sum of their Hessians, (p, p). `is_empty` holds if
+    there are no nodes.
     """
 
     values: Array
@@ -145,7 +151,9 @@ class MovingNodes(Nodes):
             total = self.response.curvature_along(point, angles, scaled, angle_slopes)
             if len(count):
                 rows = np.zeros((len(self.anchors.quantities), len(count)))
-                rows[placement.rows, count] = -placement.mix.T @ (scaled * slopes[:, :, 0]).sum(axis=0) / rises
+                rows[placement.rows, count] = (
+                    -placement.mix.T @ (scaled * slopes[:, :, 0]).sum(axis=0) / rises
+                )
                 total = total + self.anchors.curvature_along(point, placement.anchors, rows, moving)
             return total
 
@@ -157,7 +165,9 @@ class ExtremumNode(MovingNodes):
     """The angle at which a quantity is greatest or least over the cycle."""
 
     def __init__(self, machine: Machine, names: Sequence[str], extremum: Extremum) -> None:
-        super().__init__(machine, names, MachineResponse(machine, [extremum.name], rates=[extremum.name]))
+        super().__init__(
+            machine, names, MachineResponse(machine, [extremum.name], rates=[extremum.name])
+        )
         self.extremum = extremum
 
     def place(self, point: DesignPoint) -> Placement:
@@ -174,21 +184,27 @@ class ExtremumNode(MovingNodes):
 
         is_corner = ends[0] * ends[1] > 0
         if not is_corner:
-            anchor = roots.find_bracketed_roots(rate, bracket[:1], bracket[1:], (ends[:1], ends[1:]))
+            anchor = roots.find_bracketed_roots(
+                rate, bracket[:1], bracket[1:], (ends[:1], ends[1:])
+            )
             is_corner = abs(float(rate(anchor)[0][0])) > CORNER * np.abs(ends).max()
         if is_corner:
             angle = np.degrees(self.grid[index])
-            raise ComputationError(f"{self.machine.name}: {self.extremum} at a corner, near {angle:.6g} deg")
+            raise ComputationError(
+                f"{self.machine.name}: {self.extremum} at a corner, near {angle:.6g} deg"
+            )
         return Placement(anchor, np.array([1]), np.zeros(1), np.ones((1, 1)))
 
 
 class JumpNodes(MovingNodes):
-    """The jumps of quantities where a law of a machine changes, one a node, in place of their values.
+    """The jumps of quantities where a law of a machine changes, one a node, in place of their
+    values.
 
-    Events of order 0 count: it is the order of the forces, and no result is rougher than they. One-sided values are
-    continued from two points of a side up to the event, so that what does not jump there has no jump but rounding.
-    There are as many nodes as events at the machine's own design, and some to spare; those that are missing are the
-    first event's. Without events every jump is zero.
+    Events of order 0 count: it is the order of the forces, and no result is rougher than they.
+    One-sided values are continued from two points of a side up to the event, so that what does not
+    jump there has no jump but rounding. There are as many nodes as events at the machine's own
+    design, and some to spare; those that are missing are the first event's. Without events every
+    jump is zero.
     """
 
     SIDES = SIDE * np.array([-2.0, -1.0, 1.0, 2.0])
@@ -213,9 +229,13 @@ class JumpNodes(MovingNodes):
         angles, rows = self._find(point)
         if not len(angles):
             count = len(self.SIDES) * self.count
-            return Placement(np.empty(0), rows, np.zeros(count), np.empty((count, 0)), is_empty=True)
+            return Placement(
+                np.empty(0), rows, np.zeros(count), np.empty((count, 0)), is_empty=True
+            )
         if len(angles) > self.count:
-            raise ComputationError(f"{self.machine.name}: a law changes {len(angles)} times in the cycle")
+            raise ComputationError(
+                f"{self.machine.name}: a law changes {len(angles)} times in the cycle"
+            )
         chosen = np.arange(self.count)
         chosen[len(angles) :] = 0
         mix = np.repeat(np.eye(len(angles))[chosen], len(self.SIDES), axis=0)
@@ -229,11 +249,18 @@ class JumpNodes(MovingNodes):
         def curvature(weights: Array) -> Array:
             return at.curvature(weights @ shares)
 
-        return NodeValues(at.values @ shares.T, np.einsum("kn,mnp->mkp", shares, at.slopes), curvature, at.is_empty)
+        return NodeValues(
+            at.values @ shares.T,
+            np.einsum("kn,mnp->mkp", shares, at.slopes),
+            curvature,
+            at.is_empty,
+        )
 
 
 def build_nodes(machine: Machine, measure: Measure) -> Nodes:
-    """Return the nodes of a measure at a fixed angle, where a quantity is greatest or least, or of a jump."""
+    """Return the nodes of a measure at a fixed angle, where a quantity is greatest or least, or of
+    a jump.
+    """
     if measure.kind == "jump":
         return JumpNodes(machine, [measure.name])
     if measure.where is not None:
@@ -243,7 +270,9 @@ def build_nodes(machine: Machine, measure: Measure) -> Nodes:
 
 
 class NodeMeasure:
-    """A measure at nodes as part of an objective: its value, or the largest size of its values as a group of rows."""
+    """A measure at nodes as part of an objective: its value, or the largest size of its values as a
+    group of rows.
+    """
 
     windows, kinks = False, None
 
@@ -272,7 +301,9 @@ class NodeMeasure:
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary at a design x (p,)."""
         values = self.values(x)
-        return ObjectiveSummary(values.smooth, find_tops(values.rows, self.groups, len(self.weights)))
+        return ObjectiveSummary(
+            values.smooth, find_tops(values.rows, self.groups, len(self.weights))
+        )
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> NodeMeasure:
         """Return the local model near a design x (p,): the measure itself."""
@@ -315,5 +346,7 @@ class NodeMeasure:
     def columns(self, x: Array) -> Array:
         """Return gradients (n, p) at a design in shares of the bounds, by their largest."""
         slopes = self.nodes(x).slopes[0]
-        scaled: Array = slopes / (np.abs(slopes).max() or 1.0) * (self.machine.upper - self.machine.lower)
+        scaled: Array = (
+            slopes / (np.abs(slopes).max() or 1.0) * (self.machine.upper - self.machine.lower)
+        )
         return scaled

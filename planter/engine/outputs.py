@@ -1,7 +1,8 @@
 """Outputs of a machine by name: measures of its quantities over a cycle, for rows of its values.
 
-An output is called after its quantity, its measure and its unit, such as `M_in_rms_Nm`; `objective` is the sum that the
-machine's file minimises. Every other measure is an output by its own text and unit, such as `jump F_Ox [N]`.
+An output is called after its quantity, its measure and its unit, such as `M_in_rms_Nm`; `objective`
+is the sum that the machine's file minimises. Every other measure is an output by its own text and
+unit, such as `jump F_Ox [N]`.
 """
 
 from __future__ import annotations
@@ -63,7 +64,8 @@ class Output:
 def list_outputs(machine: Machine) -> dict[str, Output]:
     """Return every output of a machine by its name.
 
-    Quantities that the objective is made of have a variance, too, if the square of their unit has a name.
+    Quantities that the objective is made of have a variance, too, if the square of their unit has a
+    name.
     """
     outputs: list[Output] = []
     if machine.objective:
@@ -79,8 +81,14 @@ def list_outputs(machine: Machine) -> dict[str, Output]:
 
 
 def list_default_outputs(machine: Machine) -> list[str]:
-    """Return the names of the outputs that stand for a machine: its objective, and the torques of its motors."""
-    torques = [_build_output(machine.find_quantity(name), kind, "") for name in machine.motors for kind in MOTOR]
+    """Return the names of the outputs that stand for a machine: its objective, and the torques of
+    its motors.
+    """
+    torques = [
+        _build_output(machine.find_quantity(name), kind, "")
+        for name in machine.motors
+        for kind in MOTOR
+    ]
     return [*([OBJECTIVE] if machine.objective else []), *(output.name for output in torques)]
 
 
@@ -88,7 +96,9 @@ def _build_output(quantity: Quantity, kind: Kind, meaning: str) -> Output:
     suffix = units.unit_suffix(quantity.key)
     unit = SQUARES[suffix] if kind == VARIANCE else suffix
     name = f"{quantity.key.removesuffix(suffix)}_{kind}{unit}"
-    return Output(name, f"{quantity.meaning}: {meaning} over a turn", (Measure(kind, quantity.name),))
+    return Output(
+        name, f"{quantity.meaning}: {meaning} over a turn", (Measure(kind, quantity.name),)
+    )
 
 
 def find_output(machine: Machine, name: str, label: str = "output") -> Output:
@@ -101,7 +111,11 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
         return outputs[name]
     if " " not in name:
         close = paths.find_similar(name, outputs)
-        hint = f"did you mean {' or '.join(close)}?" if close else f"an output is called such as {next(iter(outputs))}"
+        hint = (
+            f"did you mean {' or '.join(close)}?"
+            if close
+            else f"an output is called such as {next(iter(outputs))}"
+        )
         raise InputError(f"{machine.source}: {machine.name} has no output {name}: {hint}")
     text, _, unit = name[:-1].rpartition(" [") if name.endswith("]") else (name, "", "")
     measure = resolve_measure(machine, parse_measure(text, label))
@@ -110,18 +124,24 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
         allowed = "an angle drives it" if measure.in_time else f"it is in {display or 'no unit'}"
         raise InputError(f"{label} {name!r}: {allowed}")
     quantity = machine.find_quantity(measure.name)
-    return Output(f"{measure} [{display}]" if display else str(measure), quantity.meaning, (measure,))
+    return Output(
+        f"{measure} [{display}]" if display else str(measure), quantity.meaning, (measure,)
+    )
 
 
 class SampledOutputs:
     """Outputs by name over rows of values by path, in the units that the names end in.
 
-    They are true extremes and integrals, or, with `samples`, those of that many. A row has no output where the machine
-    has no cycle, and no average of what does not repeat after a turn.
+    They are true extremes and integrals, or, with `samples`, those of that many. A row has no
+    output where the machine has no cycle, and no average of what does not repeat after a turn.
     """
 
     def __init__(
-        self, machine: Machine, inputs: Sequence[str], names: Sequence[str], samples: int | None = None
+        self,
+        machine: Machine,
+        inputs: Sequence[str],
+        names: Sequence[str],
+        samples: int | None = None,
     ) -> None:
         self.machine = machine.with_moved(dict.fromkeys(inputs, (0.0, 0.0)))
         self.outputs = [find_output(machine, name) for name in names]
@@ -136,20 +156,30 @@ class SampledOutputs:
     def _build_term(self, output: int, measure: Measure) -> CycleTerm:
         """Return a measure as a term; work is a mean times the length of a turn."""
         quantity, machine = self.machine.find_quantity(measure.name), self.machine
-        scale = measure.weight / (quantity.factor**2 if measure.kind == VARIANCE else quantity.factor)
+        scale = measure.weight / (
+            quantity.factor**2 if measure.kind == VARIANCE else quantity.factor
+        )
         if measure.kind == "work":
             speed = 1.0 if quantity.unit == "N m" else abs(float(machine.data[machine.speed]))
             scale = measure.weight * machine.turn / speed
         kind: Kind = "mean" if measure.kind == "work" else measure.kind
         sample = 0 if measure.angle is None else round(self._find_sample(measure))
-        return CycleTerm(output, self.quantities.index(measure.name), kind, scale, measure.size, sample)
+        return CycleTerm(
+            output, self.quantities.index(measure.name), kind, scale, measure.size, sample
+        )
 
     def _find_sample(self, measure: Measure) -> float:
         """Return which sample the angle of a measure is, NaN without an angle."""
-        return np.nan if measure.angle is None else np.radians(measure.angle % 360) / self.rows.angles[1]
+        return (
+            np.nan
+            if measure.angle is None
+            else np.radians(measure.angle % 360) / self.rows.angles[1]
+        )
 
     def _is_sampled(self, measure: Measure) -> bool:
-        """Return whether samples of a quantity are all that a measure takes; what else there is, a goal has."""
+        """Return whether samples of a quantity are all that a measure takes; what else there is, a
+        goal has.
+        """
         if measure.kind == "at":
             sample = self._find_sample(measure)
             return self._true is None and bool(abs(sample - np.round(sample)) < SAME_SAMPLE)
@@ -184,13 +214,18 @@ class SampledOutputs:
         values[~has_cycle] = np.nan
         return values
 
-    def gradients(self, points: Array, threads: int, count: int | None = None) -> tuple[Array, Array]:
-        """Return outputs (m, k) at points (m, n) and exact slopes (m, k, n) of them; extremes stay at their samples.
+    def gradients(
+        self, points: Array, threads: int, count: int | None = None
+    ) -> tuple[Array, Array]:
+        """Return outputs (m, k) at points (m, n) and exact slopes (m, k, n) of them; extremes stay
+        at their samples.
 
         Slopes are those of the first `count` outputs, all if it is None.
         """
         if self._true is not None:
-            return self._differentiate(points, threads, len(self.outputs) if count is None else count)
+            return self._differentiate(
+                points, threads, len(self.outputs) if count is None else count
+            )
         count, compiled = len(self.outputs) if count is None else count, len(points) >= COMPILED
         values, slopes = self.sample_slopes(self.data(points), threads, count, compiled)
         for k, goal in self._goals.items():
@@ -203,7 +238,9 @@ class SampledOutputs:
         return values, slopes * self.machine.scale
 
     def _differentiate(self, points: Array, threads: int, count: int) -> tuple[Array, Array]:
-        """Return true outputs (m, k) at points (m, n), and exact slopes (m, count, n) of the first."""
+        """Return true outputs (m, k) at points (m, n), and exact slopes (m, count, n) of the
+        first.
+        """
         values = self.evaluated(points, threads)
         slopes = np.full((len(points), count, len(self.machine.moved)), np.nan)
         for k, goal in enumerate(self._true_goals[:count]):
@@ -214,18 +251,29 @@ class SampledOutputs:
     def sample(self, d: Array, threads: int) -> Array:
         """Return outputs (m, k) of rows of values d (m, v) in SI, as far as samples decide them."""
         cycles = self.find_cycles()
-        return self.rows.evaluate(d, self._reduce, threads) if cycles is None else cycles.evaluate(d, threads)[0]
+        return (
+            self.rows.evaluate(d, self._reduce, threads)
+            if cycles is None
+            else cycles.evaluate(d, threads)[0]
+        )
 
-    def sample_slopes(self, d: Array, threads: int, count: int, compiled: bool) -> tuple[Array, Array]:
-        """Return that and slopes (m, count, n) in SI of the first outputs, compiled if that pays."""
+    def sample_slopes(
+        self, d: Array, threads: int, count: int, compiled: bool
+    ) -> tuple[Array, Array]:
+        """Return that and slopes (m, count, n) in SI of the first outputs, compiled if that
+        pays.
+        """
         pairs = self._pair(count)
         cycles = self.find_cycles(count) if pairs and compiled else None
         if cycles is not None:
             values, slopes = cycles.evaluate(d, threads)
-            # The compiled loop gives a row up that has no slopes at an angle; here those of a side may stand for it.
+            # The compiled loop gives a row up that has no slopes at an angle; here those of a side
+            # may stand for it.
             failed = np.isnan(slopes).any(axis=(1, 2))
             if failed.any():
-                values[failed], slopes[failed] = self._sample_blocks(d[failed], threads, count, pairs)
+                values[failed], slopes[failed] = self._sample_blocks(
+                    d[failed], threads, count, pairs
+                )
             return values, slopes
         if pairs and compiled:
             self.rows.compile_slopes(1 + max(place for _, place in pairs))
@@ -240,28 +288,42 @@ class SampledOutputs:
         def reduce(block: SampleBlock) -> Array:
             slopes = np.zeros((count, size, len(block.rows)))
             if pairs:
-                parts = self.rows.gradients(block, [place for _, place in pairs], self._weigh(block, pairs))
+                parts = self.rows.gradients(
+                    block, [place for _, place in pairs], self._weigh(block, pairs)
+                )
                 for (k, _), part in zip(pairs, parts, strict=True):
                     slopes[k] += part
-            return np.concatenate([self._reduce(block), slopes.reshape(count * size, len(block.rows))])
+            return np.concatenate(
+                [self._reduce(block), slopes.reshape(count * size, len(block.rows))]
+            )
 
         rows = self.rows.evaluate(d, reduce, threads, size if pairs else 0)
-        return rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(len(d), count, size)
+        return rows[:, : len(self.outputs)], rows[:, len(self.outputs) :].reshape(
+            len(d), count, size
+        )
 
     def find_cycles(self, sloped: int = 0) -> Cycles | None:
-        """Return the outputs compiled, with slopes of the first `sloped`; None if they are not evaluated in lanes."""
+        """Return the outputs compiled, with slopes of the first `sloped`; None if they are not
+        evaluated in lanes.
+        """
         if sloped not in self._cycles:
             terms = [term for term in self._terms if term.output not in self._goals]
             if not all(term.is_statistic for term in terms):
                 self._cycles[sloped] = None
                 return None
             averages = [(term.output, term.place) for term in self._terms if term.kind in AVERAGES]
-            self._cycles[sloped] = build_cycles(self.rows, terms, averages, len(self.outputs), sloped)
+            self._cycles[sloped] = build_cycles(
+                self.rows, terms, averages, len(self.outputs), sloped
+            )
         return self._cycles[sloped]
 
     def _pair(self, count: int) -> list[tuple[int, int]]:
-        """Return the pairs of an output, one of the first `count`, and the place of a quantity that it is made of."""
-        sampled = [term for term in self._terms if term.output < count and term.output not in self._goals]
+        """Return the pairs of an output, one of the first `count`, and the place of a quantity that
+        it is made of.
+        """
+        sampled = [
+            term for term in self._terms if term.output < count and term.output not in self._goals
+        ]
         return list(dict.fromkeys((term.output, term.place) for term in sampled))
 
     def _weigh(self, block: SampleBlock, pairs: Sequence[tuple[int, int]]) -> Array:
@@ -269,7 +331,9 @@ class SampledOutputs:
         weights = np.zeros((len(pairs), *block.samples.shape[1:]))
         for term in self._terms:
             if (term.output, term.place) in pairs:
-                weights[pairs.index((term.output, term.place))] += term.differentiate(block.samples[term.place])
+                weights[pairs.index((term.output, term.place))] += term.differentiate(
+                    block.samples[term.place]
+                )
         return weights
 
     def _reduce(self, block: SampleBlock) -> Array:
@@ -297,7 +361,10 @@ class SampledOutputs:
     @cached_property
     def _true_goals(self) -> list[Goal]:
         """Goals of all outputs, which have the slopes of true measures."""
-        return [self._goals[k] if k in self._goals else self._build_goal(o) for k, o in enumerate(self.outputs)]
+        return [
+            self._goals[k] if k in self._goals else self._build_goal(o)
+            for k, o in enumerate(self.outputs)
+        ]
 
     def _designs(self, points: Array, values: Array) -> list[Array | None]:
         """Return the moved values (n,) in SI of rows, None in those that have no value."""
@@ -305,7 +372,10 @@ class SampledOutputs:
         return [None if np.isnan(value) else x for x, value in zip(designs, values, strict=True)]
 
     def slopes(self, point: Array) -> tuple[Array, Array]:
-        """Return outputs (k,) at a point (n,) and their exact slopes (k, n). Raises ComputationError without them."""
+        """Return outputs (k,) at a point (n,) and their exact slopes (k, n).
+
+        Raises ComputationError without them.
+        """
         values, slopes = self.gradients(np.asarray(point, dtype=float)[None], 1)
         if np.isnan(values).any():
             raise ComputationError(self.find_reason(point))
@@ -321,27 +391,46 @@ class SampledOutputs:
                 goal.evaluate(np.asarray(point, dtype=float) * self.machine.scale)
         except ComputationError as error:
             return error.message
-        averages = [output.name for output in self.outputs if any(term.kind in AVERAGES for term in output.terms)]
-        return f"{self.machine.name}: a turn does not end in the state in which it began: it has no {averages[0]}"
+        averages = [
+            output.name
+            for output in self.outputs
+            if any(term.kind in AVERAGES for term in output.terms)
+        ]
+        return (
+            f"{self.machine.name}: a turn does not end in the state in which it began: it has "
+            f"no {averages[0]}"
+        )
 
     def curves(self, keys: Sequence[str], points: Array) -> Mapping[str, Array]:
-        """Return quantities by key over a turn, (m, n) each, at points (m, inputs), and the angles `phi_deg` (n,)."""
+        """Return quantities by key over a turn, (m, n) each, at points (m, inputs), and the angles
+        `phi_deg` (n,).
+        """
         quantities = [self.machine.find_quantity(key) for key in keys]
         rows = MachineRows(
-            self.machine, [quantity.name for quantity in quantities], len(self.rows.angles), compared=False
+            self.machine,
+            [quantity.name for quantity in quantities],
+            len(self.rows.angles),
+            compared=False,
         )
-        samples = rows.evaluate(self.data(points), lambda block: block.samples.reshape(-1, block.samples.shape[2]))
+        samples = rows.evaluate(
+            self.data(points), lambda block: block.samples.reshape(-1, block.samples.shape[2])
+        )
         failed = np.isnan(samples).any(axis=1)
         if failed.any():
             raise ComputationError(self.find_reason(points[np.flatnonzero(failed)[0]]))
         samples = samples.reshape(len(points), len(quantities), -1).transpose(1, 0, 2)
         samples = np.tile(samples, len(rows.angles) // samples.shape[2])
-        curves = {key: row / quantity.factor for key, row, quantity in zip(keys, samples, quantities, strict=True)}
+        curves = {
+            key: row / quantity.factor
+            for key, row, quantity in zip(keys, samples, quantities, strict=True)
+        }
         return curves | {"phi_deg": np.degrees(rows.angles)}
 
 
 def _evaluate(goal: Goal, x: Array | None, with_slope: bool = False) -> tuple[float, Array | float]:
-    """Return a goal at a design (n,) and, if it is asked for, its slope (n,); NaN without a cycle."""
+    """Return a goal at a design (n,) and, if it is asked for, its slope (n,); NaN without a
+    cycle.
+    """
     if x is None:
         return np.nan, np.nan
     try:
@@ -351,7 +440,9 @@ def _evaluate(goal: Goal, x: Array | None, with_slope: bool = False) -> tuple[fl
 
 
 def _read_measure(measures: Array, term: CycleTerm) -> Array:
-    """Return the measure (m,) of a term, or of the size of its quantity, of the measures (m, k) of the quantity."""
+    """Return the measure (m,) of a term, or of the size of its quantity, of the measures (m, k) of
+    the quantity.
+    """
     if term.size and term.kind == "max":
         return np.maximum(measures[:, KINDS.index("max")], -measures[:, KINDS.index("min")])
     return np.asarray(measures[:, KINDS.index(term.kind)])
@@ -363,9 +454,11 @@ CHUNK = 10_000
 
 @dataclass(frozen=True)
 class OutputBatch:
-    """Outputs by name of many designs, (m, k), each in the unit that its name ends in; NaN without a cycle.
+    """Outputs by name of many designs, (m, k), each in the unit that its name ends in; NaN without
+    a cycle.
 
-    `gradient` (m, k, p) has the derivatives of each output in the design [1/SI], None if they were not asked for.
+    `gradient` (m, k, p) has the derivatives of each output in the design [1/SI], None if they were
+    not asked for.
     """
 
     names: tuple[str, ...]
@@ -377,27 +470,41 @@ class OutputBatch:
         return np.asarray(self.values[:, self.names.index(name)])
 
     def to_frame(self) -> DataFrame:
-        """Return a table of pandas, a row for each design. Raises InputError if pandas is missing."""
+        """Return a table of pandas, a row for each design.
+
+        Raises InputError if pandas is missing.
+        """
         return build_frame(dict(zip(self.names, self.values.T, strict=True)))
 
 
 def evaluate_outputs(
-    machine: Machine, designs: Array, outputs: Sequence[str], samples: int | None = None,
-    progress: Listener | None = None, threads: int | None = None, gradients: bool = False,
-) -> OutputBatch:  # fmt: skip
+    machine: Machine,
+    designs: Array,
+    outputs: Sequence[str],
+    samples: int | None = None,
+    progress: Listener | None = None,
+    threads: int | None = None,
+    gradients: bool = False,
+) -> OutputBatch:
     """Return outputs of a machine at designs (m, p) of its moved values [SI].
 
-    Raises InputError for an output that the machine does not have, or a machine without moved values; CallError for
-    designs of another shape.
+    Raises InputError for an output that the machine does not have, or a machine without moved
+    values; CallError for designs of another shape.
     """
     if not machine.moved:
         hint = 'give it [bounds], or choose some by machine.with_moved({"values.r_mm": (40, 60)})'
         raise InputError(f"{machine.source}: no values are to be varied; {hint}")
     if np.ndim(designs) != 2 or np.shape(designs)[1] != len(machine.moved):
-        raise CallError(f"designs have the shape (m, {len(machine.moved)}), and were given as {np.shape(designs)}")
+        raise CallError(
+            f"designs have the shape (m, {len(machine.moved)}), and were given as "
+            f"{np.shape(designs)}"
+        )
     check_outputs(machine, outputs)
     inputs = [machine.values[index].path for index in machine.moved]
-    sampled, count = SampledOutputs(machine, inputs, outputs, samples), threads or os.cpu_count() or 1
+    sampled, count = (
+        SampledOutputs(machine, inputs, outputs, samples),
+        threads or os.cpu_count() or 1,
+    )
     values = np.empty((len(designs), len(outputs)))
     slopes = np.empty((*values.shape, len(inputs))) if gradients else None
     phase = ProgressPhase("evaluate", "design", len(designs), progress)
@@ -414,9 +521,13 @@ def evaluate_outputs(
 
 
 def check_outputs(machine: Machine, names: Sequence[str]) -> None:
-    """Raise InputError for an unknown output of a machine, with names that are close, and for no names."""
+    """Raise InputError for an unknown output of a machine, with names that are close, and for no
+    names.
+    """
     if not names:
         example = next(iter(list_outputs(machine)))
-        raise InputError(f"{machine.source}: outputs is empty: name at least one, such as {example}")
+        raise InputError(
+            f"{machine.source}: outputs is empty: name at least one, such as {example}"
+        )
     for name in names:
         find_output(machine, name, f"{machine.source}: output")

@@ -18,19 +18,28 @@ from planter.optimise.range_variance import CurveSumObjective, Sampling
 
 
 class DesignProblem(Problem):
-    """A goal of a machine, searched in shares of the machine's bounds, under further constraints (k,) on the design.
+    """A goal of a machine, searched in shares of the machine's bounds, under further constraints
+    (k,) on the design.
 
-    `sampling` says whether the sum is of true extremes and integrals ("refined") or of samples; limits are true.
-    `objective` stands for the sum of the goal if it is another.
+    `sampling` says whether the sum is of true extremes and integrals ("refined") or of samples;
+    limits are true. `objective` stands for the sum of the goal if it is another.
     """
 
     def __init__(
-        self, goal: Goal, sampling: Sampling, further: Sequence[Constraints] = (), objective: Objective | None = None
+        self,
+        goal: Goal,
+        sampling: Sampling,
+        further: Sequence[Constraints] = (),
+        objective: Objective | None = None,
     ) -> None:
         self.goal, self.sampling, self.further, machine = goal, sampling, further, goal.machine
         limits = [MeasureLimits(goal)] if goal.limits else []
         box = DesignBox.shares(machine.design_names, machine.lower, machine.upper, machine.design)
-        super().__init__(goal.objective if objective is None else objective, box, join_constraints([*limits, *further]))
+        super().__init__(
+            goal.objective if objective is None else objective,
+            box,
+            join_constraints([*limits, *further]),
+        )
         if machine.loops is not None:
             self.restart()
             _ = (
@@ -53,17 +62,25 @@ class DesignProblem(Problem):
     @property
     def is_slow(self) -> bool:
         """Whether evaluations take so long that other searches are better run beside them."""
-        parts = self.objective.parts if isinstance(self.objective, JoinedObjective) else (self.objective,)
+        parts = (
+            self.objective.parts
+            if isinstance(self.objective, JoinedObjective)
+            else (self.objective,)
+        )
         curves = [part.response for part in parts if isinstance(part, CurveSumObjective)]
-        return any(c.response.slopes_kernel.way != "lanes" for c in curves if isinstance(c, QuantityCurves))
+        return any(
+            c.response.slopes_kernel.way != "lanes" for c in curves if isinstance(c, QuantityCurves)
+        )
 
 
 def build_problem(
     machine: Machine, terms: Sequence[Measure], limits: Sequence[Limit], sampling: Sampling
-) -> DesignProblem:  # fmt: skip
-    """Return the problem of a sum of measures under limits, which are as `goal.resolve_measure` gives them.
+) -> DesignProblem:
+    """Return the problem of a sum of measures under limits, which are as `goal.resolve_measure`
+    gives them.
 
-    The requirements of the machine's file are satisfied, too. Raises InputError for a machine without bounds.
+    The requirements of the machine's file are satisfied, too. Raises InputError for a machine
+    without bounds.
     """
     if not machine.moved:
         raise InputError(f"{machine.source}: it has no [bounds], so there is nothing to search in")

@@ -21,7 +21,9 @@ from planter.optimise.proof.objective import (
 
 @dataclass(frozen=True)
 class ProvedQuantity:
-    """A result by name, or its size; times the length of a cycle, whose mean is a work, if it `is_work`."""
+    """A result by name, or its size; times the length of a cycle, whose mean is a work, if it
+    `is_work`.
+    """
 
     name: str
     size: bool = False
@@ -39,7 +41,9 @@ class ProvedQuantity:
         return f"work of {name}" if self.is_work else f"{name} [{quantity.unit}]"
 
     def convert(self, machine: Machine, xp: Any, value: Any, x: Sequence[Any]) -> Any:
-        """Return the quantity in display units from the value of the result, in code of designs x (p,)."""
+        """Return the quantity in display units from the value of the result, in code of designs x
+        (p,).
+        """
         quantity = machine.find_quantity(self.name)
         value = xp.absolute(value) if self.size else xp.lift(value)
         value = value if quantity.factor == 1 else value / quantity.factor
@@ -58,9 +62,13 @@ EncloseQuantities = Callable[[Sequence[ProvedQuantity]], EnclosedResponse]
 
 
 def build_provable_objective(
-    machine: Machine, terms: Sequence[Measure], count: int | None, enclose: EncloseQuantities,
-    limits: Sequence[Limit] = (), find_kinks: FindKinks | None = None,
-) -> ProvableObjective:  # fmt: skip
+    machine: Machine,
+    terms: Sequence[Measure],
+    count: int | None,
+    enclose: EncloseQuantities,
+    limits: Sequence[Limit] = (),
+    find_kinks: FindKinks | None = None,
+) -> ProvableObjective:
     """Return a sum of measures over `count` samples, or the true one, as a proof bounds it.
 
     Of the limits, those at angles that the design moves are left out.
@@ -76,11 +84,17 @@ def build_provable_objective(
         return BoundedMeasure(kind, index, measure.size, measure.weight, measure.angle)
 
     return ProvableObjective(
-        enclose(quantities), [bound(term) for term in terms],
-        [BoundedLimit(bound(limit.measure, limit.sign), limit.sign, limit.number) for limit in fixed],
-        count, find_kinks, heeds_all=len(fixed) == len(limits),
+        enclose(quantities),
+        [bound(term) for term in terms],
+        [
+            BoundedLimit(bound(limit.measure, limit.sign), limit.sign, limit.number)
+            for limit in fixed
+        ],
+        count,
+        find_kinks,
+        heeds_all=len(fixed) == len(limits),
         labels=[quantity.describe(machine) for quantity in quantities],
-    )  # fmt: skip
+    )
 
 
 def is_fixed(machine: Machine, measure: Measure) -> bool:
@@ -93,9 +107,17 @@ def check_provable(machine: Machine, terms: Sequence[Measure], label: str) -> No
     for measure in terms:
         if measure.is_moving:
             word = "jump" if measure.kind == "jump" else "while" if measure.during else "where"
-            raise InputError(f"{label}: {measure}: a proof takes angles that are fixed, so leave out `{word}`")
+            raise InputError(
+                f"{label}: {measure}: a proof takes angles that are fixed, so leave out `{word}`"
+            )
         quantity = machine.find_quantity(measure.name)
         if quantity.role != "result":
-            raise InputError(f"{label}: {measure}: a proof bounds results, and {quantity.name} is a {quantity.role}")
+            raise InputError(
+                f"{label}: {measure}: a proof bounds results, and {quantity.name} is a "
+                f"{quantity.role}"
+            )
     if not machine.moved:
-        raise InputError(f"{label}: {machine.source}: it has no [bounds], so there is no box to prove anything of")
+        raise InputError(
+            f"{label}: {machine.source}: it has no [bounds], so there is no box to prove anything "
+            f"of"
+        )

@@ -1,8 +1,9 @@
-"""Quantities of a machine along its angle, with exact derivatives in the angle and the design, for every machine.
+"""Quantities of a machine along its angle, with exact derivatives in the angle and the design, for
+every machine.
 
-Derivatives cross the prologue's cut as inputs: along the design h moves by its tangent `dh`, so that no lane is
-differentiated by the coefficients of a series. Coordinates of loops are inputs; the lane carries
-their derivatives itself, by Newton steps in its graph.
+Derivatives cross the prologue's cut as inputs: along the design h moves by its tangent `dh`, so
+that no lane is differentiated by the coefficients of a series. Coordinates of loops are inputs; the
+lane carries their derivatives itself, by Newton steps in its graph.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ DIFFERENTIATING = "differentiating the quantities of a cycle"
 
 @dataclass(frozen=True)
 class DesignPoint:
-    """A design: all values d (v,), what it hoists h (k,), and the entries of the tangent of h in the design."""
+    """A design: all values d (v,), what it hoists h (k,), and the entries of the tangent of h in
+    the design.
+    """
 
     d: Array
     h: Array
@@ -39,10 +42,12 @@ class DesignPoint:
 
 
 class MachineResponse:
-    """Quantities by name (m,), all if none are named, at angles phi (n,) [rad] over designs x (p,), in SI units.
+    """Quantities by name (m,), all if none are named, at angles phi (n,) [rad] over designs x (p,),
+    in SI units.
 
-    After them stand the derivatives in phi of the quantities that `rates` names, then, `with_events`, the functions
-    whose zeros are the machine's switching points, then `more` quantities, by their graphs in the machine's symbols.
+    After them stand the derivatives in phi of the quantities that `rates` names, then,
+    `with_events`, the functions whose zeros are the machine's switching points, then `more`
+    quantities, by their graphs in the machine's symbols.
     """
 
     def __init__(
@@ -60,7 +65,9 @@ class MachineResponse:
         if with_events and machine.events is not None:
             events = machine.events(*machine.symbols)
             self._graph = ca.densify(ca.vertcat(self._graph, events))
-            self.quantities += tuple(Quantity(f"event {i}", "1", "switching", "") for i in range(events.numel()))
+            self.quantities += tuple(
+                Quantity(f"event {i}", "1", "switching", "") for i in range(events.numel())
+            )
             self.shared += (False,) * events.numel()
         if rates:
             quantities, rated = self._graph[: len(chosen)], self._graph[len(chosen) :]
@@ -74,7 +81,9 @@ class MachineResponse:
         self.restart()
 
     def restart(self) -> None:
-        """Forget where loops were closed before, near which they are closed else: what follows has the same digits."""
+        """Forget where loops were closed before, near which they are closed else: what follows has
+        the same digits.
+        """
         self._places: tuple[Array, Array, Array] | None = None
         self._course: LoopCoordinates | None = None
 
@@ -90,10 +99,15 @@ class MachineResponse:
     def at_data(self, d: Array) -> DesignPoint:
         """Return the point of values d (v,)."""
         prologue = self.prologue_kernel(d=d)
-        return DesignPoint(np.asarray(d, dtype=float), prologue["h"][:, 0], prologue["dh"][self._entries])
+        return DesignPoint(
+            np.asarray(d, dtype=float), prologue["h"][:, 0], prologue["dh"][self._entries]
+        )
 
     def values(self, point: DesignPoint, phi: Array) -> Array:
-        """Return the quantities (m, n). Raises ComputationError where loops do not close or one is not finite."""
+        """Return the quantities (m, n).
+
+        Raises ComputationError where loops do not close or one is not finite.
+        """
         return self._fold(self._evaluate(self.values_kernel, point, phi)["rows"])
 
     def slopes(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
@@ -114,7 +128,9 @@ class MachineResponse:
         return self._fold(result["first"]), self._fold(result["second"])
 
     def loose_derivatives(self, point: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Return what `derivatives` returns, with NaN where something is not finite, as at the zero of a root."""
+        """Return what `derivatives` returns, with NaN where something is not finite, as at the zero
+        of a root.
+        """
         result = self._evaluate(self.derivatives_kernel, point, phi, is_loose=True)
         return self._fold(result["rows"]), self._fold(result["first"])
 
@@ -124,13 +140,17 @@ class MachineResponse:
         return self._fold(result["first"]), self._fold(result["second"])
 
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
-        """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x), (1 + p, 1 + p).
+        """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x),
+        (1 + p, 1 + p).
 
-        The first call waits for the compiler: otherwise a race would decide with which rounding a search continues.
+        The first call waits for the compiler: otherwise a race would decide with which rounding a
+        search continues.
         """
         self.hessian_kernel.settle()
         try:
-            result = self._evaluate(self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+            result = self._evaluate(
+                self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights)
+            )
         except ComputationError:  # a sum does not show which angle has no derivative
             return np.asarray(self.curvatures(point, phi, weights).sum(axis=0))
         hessian: Array = self._unpack(result["packed"])[0]
@@ -138,24 +158,38 @@ class MachineResponse:
         return hessian
 
     def curvatures(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
-        """Return the sum over quantities of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1 + p)."""
-        lanes = self._evaluate(self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+        """Return the sum over quantities of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1
+        + p).
+        """
+        lanes = self._evaluate(
+            self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights)
+        )
         hessians = self._unpack(self._add_sides(lanes["packed"]))
         for hessian, h_slopes in zip(hessians, self._add_sides(lanes["along"]).T, strict=True):
             hessian[1:, 1:] += self._bend_prologue(point, h_slopes)
         return hessians
 
-    def curvature_along(self, point: DesignPoint, phi: Array, weights: Array, angle_slopes: Array) -> Array:
-        """Return that sum in the design alone, (p, p), of angles with slopes (n, p), but not for their bending."""
-        lanes = self._evaluate(self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
+    def curvature_along(
+        self, point: DesignPoint, phi: Array, weights: Array, angle_slopes: Array
+    ) -> Array:
+        """Return that sum in the design alone, (p, p), of angles with slopes (n, p), but not for
+        their bending.
+        """
+        lanes = self._evaluate(
+            self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights)
+        )
         hessians = self._unpack(self._add_sides(lanes["packed"]))
         mixed = hessians[:, 1:, 0].T @ angle_slopes
-        total = hessians[:, 1:, 1:].sum(axis=0) + self._bend_prologue(point, lanes["along"].sum(axis=1))
+        total = hessians[:, 1:, 1:].sum(axis=0) + self._bend_prologue(
+            point, lanes["along"].sum(axis=1)
+        )
         bent: Array = total + mixed + mixed.T + angle_slopes.T @ (hessians[:, 0, :1] * angle_slopes)
         return bent
 
     def _spread(self, weights: Array) -> Array:
-        """Return weights (m, n) of angles as those of lanes; what is not shared has its first side alone."""
+        """Return weights (m, n) of angles as those of lanes; what is not shared has its first side
+        alone.
+        """
         spread = np.tile(weights, len(self.offsets))
         spread[~np.array(self.shared, dtype=bool), weights.shape[1] :] = 0.0
         return spread
@@ -173,7 +207,9 @@ class MachineResponse:
         return self.prologue_hessian_kernel(d=point.d, weights=h_slopes)["hessian"]
 
     def check(self, values: Array, phi: Array) -> None:
-        """Raise ComputationError where forces (m, n) of all quantities are not determined, or friction holds fast."""
+        """Raise ComputationError where forces (m, n) of all quantities are not determined, or
+        friction holds fast.
+        """
         for quantity, row in zip(self.quantities, values, strict=True):
             worst = int(np.argmin(row))
             angle = np.degrees(phi[worst])
@@ -186,7 +222,9 @@ class MachineResponse:
             raise ComputationError(f"{self.machine.name}: {reason}")
 
     def coordinates(self, d: Array, phi: Array) -> Array:
-        """Return the coordinates of loops (c, n), near those that were found last, else by a walk along the turn."""
+        """Return the coordinates of loops (c, n), near those that were found last, else by a walk
+        along the turn.
+        """
         if self.machine.loops is None:
             return np.empty((0, len(phi)))
         if self._places is not None and np.array_equal(self._places[0], phi):
@@ -201,7 +239,9 @@ class MachineResponse:
         return self._places[2]
 
     def _follow(self, d: Array) -> LoopCoordinates:
-        """Return the coordinates over a turn, near those of the design before if they lead there."""
+        """Return the coordinates over a turn, near those of the design before if they lead
+        there.
+        """
         course = self._course
         if course is None or not self._loops.are_same(course.d, d):
             course = None if course is None else course.move_to(d)
@@ -210,7 +250,9 @@ class MachineResponse:
         return self._course
 
     def compile(self) -> None:
-        """Compile what a search calls again and again; what else there is, but Hessians, at its first use."""
+        """Compile what a search calls again and again; what else there is, but Hessians, at its
+        first use.
+        """
         for kernel in (self.prologue_kernel, self.values_kernel, self.slopes_kernel):
             kernel.compile()
         self.is_compiled = True
@@ -235,25 +277,35 @@ class MachineResponse:
             settled = self._settle(kernel.masked(**inputs, **more)[0]) if self.settles else None
             if settled is not None:
                 return settled
-            raise ComputationError(f"{self.machine.name}: {self._locate(error, kernel, lanes)}") from None
+            raise ComputationError(
+                f"{self.machine.name}: {self._locate(error, kernel, lanes)}"
+            ) from None
 
     def _take_sides(
         self, kernel: Kernel, inputs: Mapping[str, Array], more: Mapping[str, Array]
     ) -> dict[str, Array] | None:
-        """Return outputs whose derivatives are those of one side of an angle that has none, None if no side has.
+        """Return outputs whose derivatives are those of one side of an angle that has none, None if
+        no side has.
 
-        A norm that vanishes at an angle has such derivatives, 0/0 in its graph; each side has its own.
+        A norm that vanishes at an angle has such derivatives, 0/0 in its graph; each side has its
+        own.
         """
         outputs, finite = kernel.masked(**inputs, **more)
         if kernel.work.summed or not np.isfinite(outputs.get(VALUES, 0.0)).all():
             return None
-        shifted = {**inputs, "phi": np.where(finite, inputs["phi"], inputs["phi"] + ONE_SIDED_OFFSET)}
+        shifted = {
+            **inputs,
+            "phi": np.where(finite, inputs["phi"], inputs["phi"] + ONE_SIDED_OFFSET),
+        }
         if self.machine.loops is not None:
             shifted["q"] = self._follow(inputs["d"]).evaluate(shifted["phi"])
         sides, has_sides = kernel.masked(**shifted, **more)
         if not has_sides.all():
             return None
-        return {name: rows if name == VALUES else np.where(finite, rows, sides[name]) for name, rows in outputs.items()}
+        return {
+            name: rows if name == VALUES else np.where(finite, rows, sides[name])
+            for name, rows in outputs.items()
+        }
 
     def _locate(self, error: NotFiniteError, kernel: Kernel, lanes: Array) -> str:
         """Return which quantity, or which one's derivative, is not finite at which angle."""
@@ -272,7 +324,8 @@ class MachineResponse:
         Such are those of a root of a part that is 0: the part is level there, and so is its root.
         """
         settled = {
-            name: rows if name == "rows" else np.where(np.isnan(rows), 0.0, rows) for name, rows in outputs.items()
+            name: rows if name == "rows" else np.where(np.isnan(rows), 0.0, rows)
+            for name, rows in outputs.items()
         }
         return settled if all(np.isfinite(rows).all() for rows in settled.values()) else None
 
@@ -284,21 +337,28 @@ class MachineResponse:
         return self._fold(result["rows"]), self._fold(slopes).transpose(0, 2, 1)
 
     def _fold(self, rows: Array) -> Array:
-        """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the first side."""
+        """Return rows (m, ..., sides n) of lanes as those of angles: shares added up, others of the
+        first side.
+        """
         if len(self.offsets) == 1:
             return rows
         if all(self.shared):
             return self._add_sides(rows)
         shared = np.array(self.shared).reshape(-1, *[1] * (rows.ndim - 1))
-        return np.where(shared, self._add_sides(rows), rows[..., : rows.shape[-1] // len(self.offsets)])
+        return np.where(
+            shared, self._add_sides(rows), rows[..., : rows.shape[-1] // len(self.offsets)]
+        )
 
     def _add_sides(self, lanes: Array) -> Array:
         """Return rows (..., sides n) of lanes added up over the sides, (..., n)."""
         sides = len(self.offsets)
-        total: Array = lanes.reshape(*lanes.shape[:-1], sides, lanes.shape[-1] // sides).sum(axis=-2)
+        total: Array = lanes.reshape(*lanes.shape[:-1], sides, lanes.shape[-1] // sides).sum(
+            axis=-2
+        )
         return total
 
-    # --- the functions behind it ---------------------------------------------------------------------
+    # --- the functions behind it
+    # ---------------------------------------------------------------------
 
     @cached_property
     def tangent(self) -> ca.Function:
@@ -308,7 +368,9 @@ class MachineResponse:
             return machine.tangent(machine.moved)
         d = machine.create_symbol("d", len(machine.values))
         h = machine.prologue(d)
-        return ca.Function("tangent", [d], [h, ca.jacobian(h, d)[:, list(machine.moved)]], ["d"], ["h", "dh"])
+        return ca.Function(
+            "tangent", [d], [h, ca.jacobian(h, d)[:, list(machine.moved)]], ["d"], ["h", "dh"]
+        )
 
     @cached_property
     def _pattern(self) -> ca.Sparsity:
@@ -337,7 +399,11 @@ class MachineResponse:
     @name_step(DIFFERENTIATING)
     def prologue_hessian_kernel(self) -> Kernel:
         machine = self.machine
-        sizes = {"d": len(machine.values), "x": len(machine.moved), "weights": machine.prologue.numel_out(0)}
+        sizes = {
+            "d": len(machine.values),
+            "x": len(machine.moved),
+            "weights": machine.prologue.numel_out(0),
+        }
         d, x, weights = (machine.create_symbol(name, size) for name, size in sizes.items())
         moved = type(d)(d)
         for place, index in enumerate(machine.moved):
@@ -345,26 +411,38 @@ class MachineResponse:
         hessian, _ = ca.hessian(ca.dot(weights, machine.prologue(moved)), x)
         inner = ca.Function("bent", [x, d, weights], [ca.densify(hessian)])
         hessian = inner(d[list(machine.moved)], d, weights)
-        return Kernel(ca.Function("prologue_bent", [d, weights], [hessian], ["d", "weights"], ["hessian"]))
+        return Kernel(
+            ca.Function("prologue_bent", [d, weights], [hessian], ["d", "weights"], ["hessian"])
+        )
 
     @cached_property
     def values_function(self) -> ca.Function:
         """(phi, d, h, q) -> rows (m,)."""
-        return ca.Function("rows", list(self.machine.symbols), ca.cse([self._graph]), list(INPUTS), ["rows"])
+        return ca.Function(
+            "rows", list(self.machine.symbols), ca.cse([self._graph]), list(INPUTS), ["rows"]
+        )
 
     @cached_property
     @name_step(DIFFERENTIATING)
     def slopes_function(self) -> ca.Function:
-        """(phi, d, h, q, dh) -> rows (m,) and their Jacobian in (phi, x), (m (1 + p),), quantity by quantity."""
+        """(phi, d, h, q, dh) -> rows (m,) and their Jacobian in (phi, x), (m (1 + p),), quantity by
+        quantity.
+        """
         phi, d, h, q = self.machine.symbols
         jacobian = ca.jacobian(self._graph, ca.vertcat(phi, d, h))
         size = 1 + d.numel()
-        design = jacobian[:, [1 + i for i in self.machine.moved]] + jacobian[:, size:] @ ca.SX(self._pattern, self._dh)
+        design = jacobian[:, [1 + i for i in self.machine.moved]] + jacobian[:, size:] @ ca.SX(
+            self._pattern, self._dh
+        )
         slopes = ca.densify(ca.vec(ca.horzcat(jacobian[:, 0], design).T))
         outputs = ca.cse([self._graph, slopes])
-        return ca.Function("slopes", [phi, d, h, q, self._dh], outputs, [*INPUTS, "dh"], ["rows", "slopes"])
+        return ca.Function(
+            "slopes", [phi, d, h, q, self._dh], outputs, [*INPUTS, "dh"], ["rows", "slopes"]
+        )
 
-    def _build(self, function: ca.Function, lanes: Sequence[str] = (), summed: bool = False) -> Kernel:
+    def _build(
+        self, function: ca.Function, lanes: Sequence[str] = (), summed: bool = False
+    ) -> Kernel:
         """Return a kernel whose lanes are the angles; without q if there are no loops."""
         lanes = ["phi", "q", *lanes]
         if self.machine.loops is None:
@@ -391,7 +469,9 @@ class MachineResponse:
     def derivatives_kernel(self) -> Kernel:
         phi, *rest = self.machine.symbols
         outputs = [self._graph, _differentiate(self._graph, phi)]
-        function = ca.Function("derivatives", [phi, *rest], outputs, list(INPUTS), ["rows", "first"])
+        function = ca.Function(
+            "derivatives", [phi, *rest], outputs, list(INPUTS), ["rows", "first"]
+        )
         return self._build(function)
 
     @cached_property
@@ -412,7 +492,8 @@ class MachineResponse:
     @cached_property
     @name_step(DIFFERENTIATING)
     def hessians_kernel(self) -> Kernel:
-        """(phi, d, h, q, dh, weights) -> weighted Hessian in (phi, x), h along its tangent, and slope in h.
+        """(phi, d, h, q, dh, weights) -> weighted Hessian in (phi, x), h along its tangent, and
+        slope in h.
 
         The Hessian is packed: the rows of its lower triangle, one after another.
         """
@@ -427,18 +508,24 @@ class MachineResponse:
             moved[index] = d[index] + step[place]
         total = ca.dot(weights, self._graph)
         bent = ca.substitute(
-            [total], [ca.vertcat(d, h)], [ca.vertcat(moved, h + ca.SX(self._pattern, self._dh) @ step)]
+            [total],
+            [ca.vertcat(d, h)],
+            [ca.vertcat(moved, h + ca.SX(self._pattern, self._dh) @ step)],
         )
         hessian, _ = ca.hessian(bent[0], ca.vertcat(phi, step))
         packed = ca.vertcat(*(hessian[i, j] for i in range(hessian.size1()) for j in range(i + 1)))
         packed = ca.substitute(ca.densify(packed), step, ca.SX.zeros(step.numel()))
         outputs = ca.cse([packed, ca.densify(ca.gradient(total, h))])
         names = [*INPUTS, "dh", "weights"]
-        return ca.Function(name, [phi, d, h, q, self._dh, weights], outputs, names, ["packed", "along"])
+        return ca.Function(
+            name, [phi, d, h, q, self._dh, weights], outputs, names, ["packed", "along"]
+        )
 
 
 def _differentiate(rows: ca.SX, angle: ca.SX) -> ca.SX:
-    """Return the derivative of rows (m, 1) in an angle; of one row in reverse mode, which takes fewer operations."""
+    """Return the derivative of rows (m, 1) in an angle; of one row in reverse mode, which takes
+    fewer operations.
+    """
     return ca.densify(ca.gradient(rows, angle) if rows.numel() == 1 else ca.jacobian(rows, angle))
 
 
@@ -452,43 +539,65 @@ class Switching:
 
 
 class Switchings:
-    """The events of a machine over designs, and zeros of `more` quantities, by their graphs in the machine's symbols.
+    """The events of a machine over designs, and zeros of `more` quantities, by their graphs in the
+    machine's symbols.
 
     More than two of one event that lie within a step of the scan are missed.
     """
 
-    def __init__(self, machine: Machine, count: int, more: Sequence[tuple[Quantity, ca.SX]] = ()) -> None:
+    def __init__(
+        self, machine: Machine, count: int, more: Sequence[tuple[Quantity, ca.SX]] = ()
+    ) -> None:
         """Scan `count` steps of a cycle."""
-        self.machine, self.response = machine, MachineResponse(machine, (), with_events=True, more=more)
+        self.machine, self.response = (
+            machine,
+            MachineResponse(machine, (), with_events=True, more=more),
+        )
         size = len(self.response.quantities) - len(more)
         kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
-        self.kinds = (*kinds, *({"name": f"zero of {quantity.name}", "order": 1} for quantity, _ in more))
+        self.kinds = (
+            *kinds,
+            *({"name": f"zero of {quantity.name}", "order": 1} for quantity, _ in more),
+        )
         self.periods = np.array([kind.get("period") or np.inf for kind in self.kinds])
         self.count = count
 
     def find(self, point: DesignPoint) -> tuple[Array, Integers]:
-        """Return the angles (s,) at which events of the first side happen, in order, and the rows of these."""
+        """Return the angles (s,) at which events of the first side happen, in order, and the rows
+        of these.
+        """
         crossings = self.find_crossings(point)
         return crossings.angles, crossings.rows
 
     def find_crossings(self, point: DesignPoint) -> Crossings:
-        """Return the events of the first side, and where one nearly happens, or happens twice at one angle."""
+        """Return the events of the first side, and where one nearly happens, or happens twice at
+        one angle.
+        """
         if not len(self.periods):
             none = np.empty(0), np.empty(0, dtype=np.int64)
             return Crossings(*none, *none)
         response = self.response
         return find_crossings(
-            lambda phi: response.loose_derivatives(point, phi), self.periods, self.count, self.machine.turn,
+            lambda phi: response.loose_derivatives(point, phi),
+            self.periods,
+            self.count,
+            self.machine.turn,
             lambda phi: response.loose_rates(point, phi),
-        )  # fmt: skip
+        )
 
     def find_all(self, point: DesignPoint) -> tuple[list[Switching], Array]:
-        """Return the events of all sides, by their angles, and the angles where functions of events touch zero."""
+        """Return the events of all sides, by their angles, and the angles where functions of events
+        touch zero.
+        """
         crossings = self.find_crossings(point)
         switchings = [
-            Switching(str(self.kinds[row]["name"]), side, float(np.mod(angle - offset, self.machine.turn)))
+            Switching(
+                str(self.kinds[row]["name"]), side, float(np.mod(angle - offset, self.machine.turn))
+            )
             for side, offset in enumerate(self.machine.offsets, 1)
             for angle, row in zip(crossings.angles, crossings.rows, strict=True)
         ]
-        touches = np.mod(np.subtract.outer(crossings.touches, self.machine.offsets), self.machine.turn).ravel()
+        touches = np.mod(
+            np.subtract.outer(crossings.touches, self.machine.offsets), self.machine.turn
+        ).ravel()
         return sorted(switchings, key=lambda switching: switching.angle), touches

@@ -24,15 +24,19 @@ from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress
 
 INTERVAL_S = 1.0
-"""Time between two designs that an unfinished search hands over, while it goes from step to step."""
+"""Time between two designs that an unfinished search hands over, while it goes from step to
+step.
+"""
 
 
 @dataclass(frozen=True)
 class CandidateDesign:
-    """The best design x (p,) in SI of an unfinished search, or, if none is feasible, the closest one.
+    """The best design x (p,) in SI of an unfinished search, or, if none is feasible, the closest
+    one.
 
-    `objective` is None where only the constraints were evaluated, `violation` the largest one in steps; of a search
-    that has ended, `violated` names that constraint. `seconds` is how long the search has run.
+    `objective` is None where only the constraints were evaluated, `violation` the largest one in
+    steps; of a search that has ended, `violated` names that constraint. `seconds` is how long the
+    search has run.
     """
 
     x: Array
@@ -78,7 +82,9 @@ class DesignOptimum:
 
 
 class InterruptedSearch(errors.Interrupted):
-    """The user stopped a search; `best` is the optimum so far, else `candidate` the closest design, if there is one."""
+    """The user stopped a search; `best` is the optimum so far, else `candidate` the closest design,
+    if there is one.
+    """
 
     def __init__(self, best: DesignOptimum | None, candidate: CandidateDesign | None) -> None:
         super().__init__()
@@ -86,7 +92,9 @@ class InterruptedSearch(errors.Interrupted):
 
 
 class FailedSearchError(ComputationError):
-    """A search ended without a result; `candidate` is the best or closest design, None if none could be evaluated."""
+    """A search ended without a result; `candidate` is the best or closest design, None if none
+    could be evaluated.
+    """
 
     name = "ComputationError"
 
@@ -96,21 +104,30 @@ class FailedSearchError(ComputationError):
 
 
 def minimise(
-    problem: DesignProblem, spec: SearchSpec, listener: Listener | None = None, task: Task | None = None,
-    means: Means = AUTO, feasible: Sequence[Array] = (), keep: Keep | None = None,
-) -> DesignOptimum:  # fmt: skip
-    """Return the design within the bounds that minimises the objective of a problem under its constraints.
+    problem: DesignProblem,
+    spec: SearchSpec,
+    listener: Listener | None = None,
+    task: Task | None = None,
+    means: Means = AUTO,
+    feasible: Sequence[Array] = (),
+    keep: Keep | None = None,
+) -> DesignOptimum:
+    """Return the design within the bounds that minimises the objective of a problem under its
+    constraints.
 
-    `feasible` are points u (p,) that satisfy the constraints, `keep` takes the best design so far as it is met, the
-    closest one while none is feasible, and the last one if the search ends without a result. `means` says what runs the
-    descents, whose results do not depend on it; workers take those of a task, whose jobs are points. Raises InputError
-    for an unknown method, FailedSearchError if no start leads to a design that satisfies the limits, and
-    InterruptedSearch on KeyboardInterrupt.
+    `feasible` are points u (p,) that satisfy the constraints, `keep` takes the best design so far
+    as it is met, the closest one while none is feasible, and the last one if the search ends
+    without a result. `means` says what runs the descents, whose results do not depend on it;
+    workers take those of a task, whose jobs are points. Raises InputError for an unknown method,
+    FailedSearchError if no start leads to a design that satisfies the limits, and InterruptedSearch
+    on KeyboardInterrupt.
     """
     if spec.method not in METHODS:
         raise InputError(f"method = {spec.method!r}: choose one of {', '.join(METHODS)}")
     early = _choose_early_means(problem, means)
-    search = OptimiserRun(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early)
+    search = OptimiserRun(
+        problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early
+    )
     keeper = _Keeper(problem, search, keep, listener)
     search.progress = keeper
     try:
@@ -119,7 +136,11 @@ def minimise(
         points = error.points if isinstance(error, NoFeasiblePointError) else ()
         candidate = keeper.finish(points)
         is_infeasible = candidate is not None and not candidate.is_feasible
-        reason = _describe_infeasibility(problem, spec, candidate) if candidate and is_infeasible else error.message
+        reason = (
+            _describe_infeasibility(problem, spec, candidate)
+            if candidate and is_infeasible
+            else error.message
+        )
         raise FailedSearchError(reason, candidate) from None
     except KeyboardInterrupt:
         result = search.so_far(spec.method)
@@ -132,32 +153,44 @@ def _build_optimum(problem: DesignProblem, result: OptimiserResult) -> DesignOpt
 
 
 class _Keeper:
-    """A listener that hands over the best or closest design of a search when there is a better one, not too often.
+    """A listener that hands over the best or closest design of a search when there is a better one,
+    not too often.
 
-    It evaluates nothing before the search has ended, whose last digits would depend on when it was asked.
+    It evaluates nothing before the search has ended, whose last digits would depend on when it was
+    asked.
     """
 
     def __init__(
-        self, problem: DesignProblem, search: OptimiserRun, keep: Keep | None, listener: Listener | None
+        self,
+        problem: DesignProblem,
+        search: OptimiserRun,
+        keep: Keep | None,
+        listener: Listener | None,
     ) -> None:
         self._problem, self._search, self._keep, self._listener = problem, search, keep, listener
         self._begun, self._last = time.perf_counter(), 0.0
         self._best: CandidateDesign | None = None
 
     def __call__(self, step: Progress) -> None:
-        if self._keep is not None and (step.done == step.total or time.perf_counter() - self._last > INTERVAL_S):
+        if self._keep is not None and (
+            step.done == step.total or time.perf_counter() - self._last > INTERVAL_S
+        ):
             for candidate in self._list_met():
                 self._hand_over(candidate)
         if self._listener is not None:
             self._listener(step)
 
     def finish(self, points: Sequence[Array]) -> CandidateDesign | None:
-        """Hand over and return the best design of all, points (p,) included, None if there is none."""
+        """Hand over and return the best design of all, points (p,) included, None if there is
+        none.
+        """
         met = self._list_met()
         designs = [design for design in met if design.is_feasible]
         if not designs:
             places = [*(design.x for design in met), *map(self._problem.design, points)]
-            designs = [design for design in map(self._evaluate, places) if design is not None] or met
+            designs = [
+                design for design in map(self._evaluate, places) if design is not None
+            ] or met
         best = min(designs, key=lambda design: design.rank, default=None)
         if best is not None and self._keep is not None:
             self._keep(best)
@@ -181,7 +214,9 @@ class _Keeper:
                 self._keep(candidate)
 
     def _evaluate(self, x: Array) -> CandidateDesign | None:
-        """Return a design x (p,) with its objective and what it violates most, None if it has no cycle."""
+        """Return a design x (p,) with its objective and what it violates most, None if it has no
+        cycle.
+        """
         problem, seconds = self._problem, time.perf_counter() - self._begun
         try:
             objective, name, violation = problem.score(x).objective, None, 0.0
@@ -195,7 +230,9 @@ class _Keeper:
 
 
 def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
-    """Return what runs the starts while the genetic algorithm runs here; None if they come after it."""
+    """Return what runs the starts while the genetic algorithm runs here; None if they come after
+    it.
+    """
     if means != AUTO:
         return means
     spare = count_cores() - 1
@@ -207,17 +244,24 @@ def prepare_descents(problem: DesignProblem) -> Callable[[Descent], SearchRecord
     return lambda descent: run_search(problem, descent)
 
 
-def _describe_infeasibility(problem: DesignProblem, spec: SearchSpec, candidate: CandidateDesign) -> str:
-    """Return which limit the closest design violates most, and the attempts: not that there is no other design."""
+def _describe_infeasibility(
+    problem: DesignProblem, spec: SearchSpec, candidate: CandidateDesign
+) -> str:
+    """Return which limit the closest design violates most, and the attempts: not that there is no
+    other design.
+    """
     limit = next((limit for limit in problem.goal.limits if str(limit) == candidate.violated), None)
     value = None if limit is None else problem.goal.evaluate_limit(candidate.x, limit)
     unit = "" if limit is None else find_display_unit(problem.goal.machine, limit.measure).text
-    reached = "" if value is None else f"; the closest design reaches {f'{value:.6g} {unit}'.rstrip()}"
+    reached = (
+        "" if value is None else f"; the closest design reaches {f'{value:.6g} {unit}'.rstrip()}"
+    )
     count = f"{spec.starts} start{'s' if spec.starts > 1 else ''}"
     attempts = {"ga": "the genetic algorithm", "ipopt": f"local searches from {count}"}
     both = f"the genetic algorithm and {attempts['ipopt']}"
     method = attempts.get(spec.method, both)
     return (
-        f"no design that satisfies {candidate.violated} was found within the bounds by {method} with "
+        f"no design that satisfies {candidate.violated} was found within the bounds by {method} "
+        f"with "
         f"seed {spec.seed}{reached}; more --starts may find one, or relax the limit or the bounds"
     )

@@ -13,7 +13,9 @@ from planter.files.fields import FileSection, Line
 
 HOLD = "requirements.hold"
 """Path of the limits in files."""
-HOLD_MEANING = "limits on measures of the cycle, such as 'abs F_Ax <= 300 N': every search satisfies them"
+HOLD_MEANING = (
+    "limits on measures of the cycle, such as 'abs F_Ax <= 300 N': every search satisfies them"
+)
 Holds = Annotated[list[Line], Field(min_length=1, description=HOLD_MEANING)]
 
 
@@ -24,14 +26,25 @@ class LimitsSection(FileSection):
 
 
 def parse_holds(section: Any, source: str) -> tuple[Limit, ...]:
-    """Return the limits of a file's [requirements], none if it has none. Raises InputError if one cannot be parsed."""
+    """Return the limits of a file's [requirements], none if it has none.
+
+    Raises InputError if one cannot be parsed.
+    """
     texts: Sequence[str] = (None if section is None else section.hold) or ()
-    return tuple(parse_limit(text, f"{source}: {HOLD}[{index}] =") for index, text in enumerate(texts))
+    return tuple(
+        parse_limit(text, f"{source}: {HOLD}[{index}] =") for index, text in enumerate(texts)
+    )
 
 
-def with_whole_limits(table: Mapping[str, Any], limits: Sequence[Limit], source: str) -> dict[str, Any]:
-    """Return the table of a file with whole paths of the curves in its limits, for a file in any folder."""
+def with_whole_limits(
+    table: Mapping[str, Any], limits: Sequence[Limit], source: str
+) -> dict[str, Any]:
+    """Return the table of a file with whole paths of the curves in its limits, for a file in any
+    folder.
+    """
     if not limits:
         return dict(table)
-    texts = [str(replace(limit, measure=limit.measure.with_whole_paths(source))) for limit in limits]
+    texts = [
+        str(replace(limit, measure=limit.measure.with_whole_paths(source))) for limit in limits
+    ]
     return {**table, "requirements": {**table["requirements"], "hold": texts}}

@@ -1,4 +1,6 @@
-"""How a sum of measures changes with a machine's values, and which combinations of these its curves depend on."""
+"""How a sum of measures changes with a machine's values, and which combinations of these its curves
+depend on.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,11 @@ from planter.engine.measures import Measure, format_sum
 from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.optimise.range_variance import WEIGHT_TOLERANCE, InsensitiveDirections, find_insensitive
+from planter.optimise.range_variance import (
+    WEIGHT_TOLERANCE,
+    InsensitiveDirections,
+    find_insensitive,
+)
 from planter.records import Record
 
 Direction = list[dict[str, float]]
@@ -25,7 +31,8 @@ Direction = list[dict[str, float]]
 class Combination(Record):
     """A combination of values, by weights in parts of their widths, whose squares sum to 1.
 
-    `strength` is how much moving along it changes the curves, as a share of the strongest combination's.
+    `strength` is how much moving along it changes the curves, as a share of the strongest
+    combination's.
     """
 
     strength: float
@@ -34,12 +41,14 @@ class Combination(Record):
 
 @dataclass(frozen=True)
 class SensitivityResult(Record):
-    """`planter sensitivity`: gradient per display unit, and a basis of directions on which the curves do not depend.
+    """`planter sensitivity`: gradient per display unit, and a basis of directions on which the
+    curves do not depend.
 
-    `objective` and `gradient` are those of true extremes and integrals (`kind` "true", `samples` null) or of a number
-    of `samples` ("sampled"); an extreme that two angles share has the gradient of one. `scaled` is the gradient times
-    the width of each value's bounds, or the size of a value without. The curves are those of the quantities in `least`,
-    in parts of their ranges; `combinations` are those that they depend on, the strongest first.
+    `objective` and `gradient` are those of true extremes and integrals (`kind` "true", `samples`
+    null) or of a number of `samples` ("sampled"); an extreme that two angles share has the gradient
+    of one. `scaled` is the gradient times the width of each value's bounds, or the size of a value
+    without. The curves are those of the quantities in `least`, in parts of their ranges;
+    `combinations` are those that they depend on, the strongest first.
     """
 
     samples: int | None
@@ -59,15 +68,19 @@ def compute_sensitivity(
 ) -> SensitivityResult:
     """Return the sensitivity of a sum of measures at a machine's own design, in its moved values.
 
-    Measures are as `goal.resolve_measure` gives them, over `samples` of a cycle, or by true extremes if None; curves
-    over `count` samples then. Raises ComputationError where loops do not close.
+    Measures are as `goal.resolve_measure` gives them, over `samples` of a cycle, or by true
+    extremes if None; curves over `count` samples then. Raises ComputationError where loops do not
+    close.
     """
     x, curve = machine.design, samples or count or machine.samples
     goal, names = Goal(machine, terms, (), samples), machine.design_names
     gradient = goal.slope(x)
     columns = _scaled_slopes(machine, _list_names(terms), curve)
     if not columns.any():
-        raise InputError(f"{machine.source}: no value that moves has an effect on {' or '.join(_list_names(terms))}")
+        raise InputError(
+            f"{machine.source}: no value that moves has an effect on "
+            f"{' or '.join(_list_names(terms))}"
+        )
     directions = find_insensitive(names, columns)
     return SensitivityResult(
         samples=samples,
@@ -83,23 +96,32 @@ def compute_sensitivity(
     )
 
 
-def find_directions(machine: Machine, terms: Sequence[Measure], samples: int) -> InsensitiveDirections:
-    """Return on how many combinations of a machine's moved values the curves of a sum depend, and on which not.
+def find_directions(
+    machine: Machine, terms: Sequence[Measure], samples: int
+) -> InsensitiveDirections:
+    """Return on how many combinations of a machine's moved values the curves of a sum depend, and
+    on which not.
 
     That is to first order at the machine's own design, over samples of a cycle.
     """
-    return find_insensitive(machine.design_names, _scaled_slopes(machine, _list_names(terms), samples))
+    return find_insensitive(
+        machine.design_names, _scaled_slopes(machine, _list_names(terms), samples)
+    )
 
 
 def move_all(machine: Machine) -> Machine:
-    """Return the machine with all its values to move; those that it does not move yet have no bounds."""
+    """Return the machine with all its values to move; those that it does not move yet have no
+    bounds.
+    """
     lower, upper = np.full(len(machine.values), np.nan), np.full(len(machine.values), np.nan)
     lower[list(machine.moved)], upper[list(machine.moved)] = machine.lower, machine.upper
     return replace(machine, moved=tuple(range(len(machine.values))), lower=lower, upper=upper)
 
 
 def find_widths(machine: Machine) -> Array:
-    """Return the widths (p,) of bounds in SI; of values without bounds their size, or one display unit if zero."""
+    """Return the widths (p,) of bounds in SI; of values without bounds their size, or one display
+    unit if zero.
+    """
     sizes = np.where(machine.design == 0.0, machine.scale, np.abs(machine.design))
     widths: Array = np.where(np.isnan(machine.lower), sizes, machine.upper - machine.lower)
     return widths
@@ -110,7 +132,9 @@ def _list_names(terms: Sequence[Measure]) -> list[str]:
 
 
 def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:
-    """Return the slopes (n, p) of curves at samples, in parts of their ranges, times the widths of the values."""
+    """Return the slopes (n, p) of curves at samples, in parts of their ranges, times the widths of
+    the values.
+    """
     response = MachineResponse(machine, names)
     values, slopes = response.slopes(response.at(machine.design), machine.list_angles(samples))
     ranges = np.ptp(values, axis=1)
@@ -125,7 +149,11 @@ def _combinations(names: tuple[str, ...], columns: Array, rank: int) -> list[Com
     combinations = []
     for strength, weights in zip(strengths[:rank], right, strict=False):
         signed = weights * np.sign(weights[np.abs(weights).argmax()])
-        named = {name: float(w) for name, w in zip(names, signed, strict=True) if abs(w) > WEIGHT_TOLERANCE}
+        named = {
+            name: float(w)
+            for name, w in zip(names, signed, strict=True)
+            if abs(w) > WEIGHT_TOLERANCE
+        }
         combinations.append(Combination(float(strength / strengths[0]), named))
     return combinations
 

@@ -1,7 +1,8 @@
-"""What a designer reads off a cycle: true peaks with their angles, means, and jumps where a law changes.
+"""What a designer reads off a cycle: true peaks with their angles, means, and jumps where a law
+changes.
 
-A cycle is split at its switching points; between them quantities are smooth, so that extremes are roots of exact
-derivatives and integrals are right to rounding (`planter.numerics.piecewise`).
+A cycle is split at its switching points; between them quantities are smooth, so that extremes are
+roots of exact derivatives and integrals are right to rounding (`planter.numerics.piecewise`).
 """
 
 from __future__ import annotations
@@ -30,12 +31,16 @@ SAME_ANGLE = 1e-8
 SCANNED = 360
 """Steps of a cycle in which switching points are looked for."""
 REPEATS = 1e-7
-"""Share of the largest value by which a quantity may miss after a cycle what it was at its beginning."""
+"""Share of the largest value by which a quantity may miss after a cycle what it was at its
+beginning.
+"""
 
 
 @dataclass(frozen=True)
 class MotorTorque(Record):
-    """Torque of the motor on the drive over a cycle: true extremes with their angles, integrals, power."""
+    """Torque of the motor on the drive over a cycle: true extremes with their angles, integrals,
+    power.
+    """
 
     max_Nm: float
     max_phi_deg: float
@@ -48,7 +53,8 @@ class MotorTorque(Record):
 
 @dataclass(frozen=True)
 class QuantityPeak(Record):
-    """True extremes of a quantity, or of the size of a vector, in `unit`, with their angles; one-sided where it jumps.
+    """True extremes of a quantity, or of the size of a vector, in `unit`, with their angles;
+    one-sided where it jumps.
 
     Mean and root mean square are null if the quantity does not end the cycle as it began it.
     """
@@ -66,7 +72,9 @@ class QuantityPeak(Record):
 
 @dataclass(frozen=True)
 class Shock(Record):
-    """A finite jump over a turn: the event of a side, the quantity with its unit, its values just before and after."""
+    """A finite jump over a turn: the event of a side, the quantity with its unit, its values just
+    before and after.
+    """
 
     event: str
     side: int
@@ -81,7 +89,8 @@ class Shock(Record):
 class CycleSummary(Record):
     """Design loads of a machine; `motor` is null unless a single motor turns the drive.
 
-    `peaks` are those of all quantities and of sizes of vectors; `shocks` is empty where nothing jumps.
+    `peaks` are those of all quantities and of sizes of vectors; `shocks` is empty where nothing
+    jumps.
     """
 
     motor: MotorTorque | None
@@ -91,7 +100,8 @@ class CycleSummary(Record):
 
 @dataclass(frozen=True)
 class CycleRow:
-    """A function of the angle by its graph in the machine's symbols, and whether its extremes or its jumps count.
+    """A function of the angle by its graph in the machine's symbols, and whether its extremes or
+    its jumps count.
 
     The graph of the size of a vector is that of its square (`is_square`).
     """
@@ -131,7 +141,9 @@ class PiecewiseCycle:
         self.switchings, touches = Switchings(machine, SCANNED, squares).find_all(self.point)
         breaks = np.append([switching.angle for switching in self.switchings], touches)
         self.pieces = PiecewiseFunctions(
-            lambda phi: self._take_roots(*response.loose_derivatives(self.point, phi)), breaks, machine.turn
+            lambda phi: self._take_roots(*response.loose_derivatives(self.point, phi)),
+            breaks,
+            machine.turn,
         )
 
     def _take_roots(self, values: Array, slopes: Array) -> tuple[Array, Array]:
@@ -139,16 +151,26 @@ class PiecewiseCycle:
         squares = self._squares
         sizes = np.sqrt(np.maximum(values[squares], 0.0))
         values[squares] = sizes
-        slopes[squares] = np.divide(slopes[squares], 2 * sizes, out=np.zeros_like(sizes), where=sizes > 0)
+        slopes[squares] = np.divide(
+            slopes[squares], 2 * sizes, out=np.zeros_like(sizes), where=sizes > 0
+        )
         return values, slopes
 
     @cached_property
     def _extremes(self) -> dict[str, tuple[ExtremePoint, ExtremePoint]]:
-        chosen = [index for index, row in enumerate(self.rows) if row.has_peaks and index not in self.pieces.poles]
+        chosen = [
+            index
+            for index, row in enumerate(self.rows)
+            if row.has_peaks and index not in self.pieces.poles
+        ]
         response = MachineResponse(
-            self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
+            self.machine,
+            (),
+            more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen],
         )
-        extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.loose_rates(self.point, phi))
+        extremes = self.pieces.extremes(
+            np.array(chosen), lambda phi: response.loose_rates(self.point, phi)
+        )
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
 
     def extreme(self, name: str, sign: int) -> ExtremePoint:
@@ -156,11 +178,15 @@ class PiecewiseCycle:
         return self._extremes[name][sign > 0]
 
     def find_pole(self, name: str) -> float | None:
-        """Return an angle at which a row has a pole, or is not finite [rad]: it has no true extremes or means."""
+        """Return an angle at which a row has a pole, or is not finite [rad]: it has no true
+        extremes or means.
+        """
         return self.pieces.poles.get(self.names.index(name))
 
     def angle_deg(self, name: str, extreme: ExtremePoint) -> float:
-        """Return where a row has an extreme, in [0, 360), or at the end of a turn that does not end as it began."""
+        """Return where a row has an extreme, in [0, 360), or at the end of a turn that does not end
+        as it began.
+        """
         first, last = (side[self.names.index(name)] for side in self.pieces.ends)
         at_end = extreme.place >= self.machine.turn * (1 - SAME_ANGLE)
         if at_end and abs(last - first) > REPEATS * self.largest(name).value:
@@ -169,7 +195,9 @@ class PiecewiseCycle:
 
     def largest(self, name: str) -> ExtremePoint:
         """Return the size of the value of a row that is largest in size."""
-        extreme = max((self.extreme(name, sign) for sign in (1, -1)), key=lambda side: abs(side.value))
+        extreme = max(
+            (self.extreme(name, sign) for sign in (1, -1)), key=lambda side: abs(side.value)
+        )
         return ExtremePoint(extreme.place, abs(extreme.value))
 
     def motor(self, name: str, repeats: bool = True) -> MotorTorque:
@@ -191,7 +219,9 @@ class PiecewiseCycle:
         before, after = self.pieces.sides
         largest = np.abs(self.pieces.values).max(axis=1)
         for k, angle in enumerate(self.pieces.breaks):
-            switching = next((s for s in self.switchings if abs(s.angle - angle) < SAME_ANGLE), None)
+            switching = next(
+                (s for s in self.switchings if abs(s.angle - angle) < SAME_ANGLE), None
+            )
             if switching is None:
                 continue
             for row, entry in enumerate(self.rows):
@@ -214,7 +244,9 @@ class PiecewiseCycle:
 def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, float]:
     """Return the values of two extremes, zero where one is rounding of the other."""
     rounding = ROUNDING * max(abs(high.value), abs(low.value))
-    first, second = (extreme.value if abs(extreme.value) > rounding else 0.0 for extreme in (high, low))
+    first, second = (
+        extreme.value if abs(extreme.value) > rounding else 0.0 for extreme in (high, low)
+    )
     return first, second
 
 
@@ -222,14 +254,18 @@ def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, floa
 def summarise(cycle: PiecewiseCycle, changing: Collection[str] = ()) -> CycleSummary:
     """Return the designer's summary of a cycle, in display units, of what has no pole.
 
-    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises ComputationError
-    where loops do not close.
+    `changing` are the keys of quantities that do not repeat after a cycle, which have no mean.
+    Raises ComputationError where loops do not close.
     """
     machine = cycle.machine
     rows = [row for row in cycle.rows if cycle.find_pole(row.quantity.name) is None]
     factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
     display_units = {row.quantity.name: units.display_unit(row.quantity.key) for row in cycle.rows}
-    motors = [name for name in machine.motors if cycle.find_pole(name) is None and _turns_the_drive(cycle, name)]
+    motors = [
+        name
+        for name in machine.motors
+        if cycle.find_pole(name) is None and _turns_the_drive(cycle, name)
+    ]
     motor = None
     if len(motors) == 1:
         motor = cycle.motor(motors[0], repeats=machine.find_quantity(motors[0]).key not in changing)
@@ -238,12 +274,17 @@ def summarise(cycle: PiecewiseCycle, changing: Collection[str] = ()) -> CycleSum
         peaks=[_peak(cycle, row, is_changing(machine, row, changing)) for row in rows],
         shocks=[
             Shock(
-                shock.event, shock.side, shock.phi_deg, shock.quantity, display_units[shock.quantity],
-                shock.before / factors[shock.quantity], shock.after / factors[shock.quantity],
+                shock.event,
+                shock.side,
+                shock.phi_deg,
+                shock.quantity,
+                display_units[shock.quantity],
+                shock.before / factors[shock.quantity],
+                shock.after / factors[shock.quantity],
             )
             for shock in cycle.shocks()
         ],
-    )  # fmt: skip
+    )
 
 
 def summarise_machine(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
@@ -258,13 +299,16 @@ def _turns_the_drive(cycle: PiecewiseCycle, name: str) -> bool:
     torque, power = (cycle.pieces.values[cycle.names.index(key)] for key in (name, f"P_{name}"))
     speed = float(cycle.point.d[cycle.machine.speed])
     return bool(
-        np.abs(power - torque * speed).max() <= ROUNDING * max(float(np.abs(power).max()), np.finfo(float).tiny)
+        np.abs(power - torque * speed).max()
+        <= ROUNDING * max(float(np.abs(power).max()), np.finfo(float).tiny)
     )
 
 
 def is_changing(machine: Machine, row: CycleRow, changing: Collection[str]) -> bool:
     """Return whether a row is, or is made of, a quantity that does not repeat."""
-    parts = next((v.components for v in machine.vectors if v.name == row.quantity.name), (row.quantity.name,))
+    parts = next(
+        (v.components for v in machine.vectors if v.name == row.quantity.name), (row.quantity.name,)
+    )
     return any(machine.find_quantity(part).key in changing for part in parts)
 
 
@@ -272,7 +316,11 @@ def _peak(cycle: PiecewiseCycle, row: CycleRow, is_changing: bool) -> QuantityPe
     quantity, index = row.quantity, cycle.names.index(row.quantity.name)
     high, low = (cycle.extreme(quantity.name, sign) for sign in (1, -1))
     largest, smallest = without_rounding(high, low)
-    mean, rms, factor = float(cycle.pieces.mean[index]), float(cycle.pieces.rms[index]), quantity.factor
+    mean, rms, factor = (
+        float(cycle.pieces.mean[index]),
+        float(cycle.pieces.rms[index]),
+        quantity.factor,
+    )
     return QuantityPeak(
         name=quantity.name,
         meaning=quantity.meaning,

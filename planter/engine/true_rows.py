@@ -1,7 +1,8 @@
 """Extremes and integrals of many machines of one build, between all their events.
 
-Events of a block of machines are located together; every piece between them has the nodes of `PiecewiseFunctions`,
-which are not halved. A machine whose series do not fall off is evaluated again with more panels, at last by itself.
+Events of a block of machines are located together; every piece between them has the nodes of
+`PiecewiseFunctions`, which are not halved. A machine whose series do not fall off is evaluated
+again with more panels, at last by itself.
 """
 
 from __future__ import annotations
@@ -31,9 +32,13 @@ ATTEMPTS = (24, 72, 216)
 FEWEST = 2
 """Panels of a piece at least."""
 TOLERANCE = 3e-10
-"""A series falls off if its share of the cycle times a last coefficient is below this share of the mean size."""
+"""A series falls off if its share of the cycle times a last coefficient is below this share of the
+mean size.
+"""
 DENSE, CANDIDATES, STEPS = 25, 4, 5
-"""Points of a panel among which its extremum is looked for, panels that are refined, and steps of Newton's method."""
+"""Points of a panel among which its extremum is looked for, panels that are refined, and steps of
+Newton's method.
+"""
 
 Measures = Mapping[str, Array]
 """Measures (m, rows) by kind."""
@@ -58,10 +63,12 @@ class TrueRows:
             self.machine.loops.compile()
 
     def evaluate(self, d: Array, threads: int = 1) -> Array:
-        """Return measures (r, m, k) of machines with values d (r, v), k as in `KINDS`; NaN without a cycle."""
-        return self.rows.split(d, lambda part: self._evaluate(part).reshape(len(part), -1), threads).reshape(
-            len(d), len(self.rows.names), len(KINDS)
-        )
+        """Return measures (r, m, k) of machines with values d (r, v), k as in `KINDS`; NaN without
+        a cycle.
+        """
+        return self.rows.split(
+            d, lambda part: self._evaluate(part).reshape(len(part), -1), threads
+        ).reshape(len(d), len(self.rows.names), len(KINDS))
 
     def _evaluate(self, d: Array) -> Array:
         closed = self.rows.close(np.ascontiguousarray(d, dtype=float))
@@ -87,7 +94,9 @@ class TrueRows:
         except ComputationError:  # a root of one of them, which takes no digit from the others
             if len(rows) == 1:
                 return self._measure_alone(closed.d[rows[0]])[None]
-            return np.concatenate([self._measure(closed, rows[[index]]) for index in range(len(rows))])
+            return np.concatenate(
+                [self._measure(closed, rows[[index]]) for index in range(len(rows))]
+            )
 
     def _measure_together(self, closed: ClosedRows, rows: Integers) -> Array:
         table = np.full((len(rows), len(self.rows.names), len(KINDS)), np.nan)
@@ -103,7 +112,9 @@ class TrueRows:
 
     @cached_property
     def _attempts(self) -> tuple[int, ...]:
-        """The attempts from the first on that resolves the machine's own values: rows do not influence each other."""
+        """The attempts from the first on that resolves the machine's own values: rows do not
+        influence each other.
+        """
         closed = self.rows.close(self.machine.data[None])
         if closed.alive.all():
             with np.errstate(all="ignore"):
@@ -116,7 +127,9 @@ class TrueRows:
         """Return the measures (m, k) of one machine."""
         table = np.full((len(self.rows.names), len(KINDS)), np.nan)
         machine = self.machine.with_data(d)
-        rows = [CycleRow(quantity, machine.graph(quantity.name)) for quantity in self.rows.quantities]
+        rows = [
+            CycleRow(quantity, machine.graph(quantity.name)) for quantity in self.rows.quantities
+        ]
         try:
             cycle = PiecewiseCycle(machine, rows)
             for k, row in enumerate(rows):
@@ -124,12 +137,15 @@ class TrueRows:
                 if cycle.find_pole(name) is None:
                     high, low = (cycle.extreme(name, sign).value for sign in (1, -1))
                     mean, rms = float(cycle.pieces.mean[k]), float(cycle.pieces.rms[k])
-                    table[k] = _list_measures(*map(np.asarray, (high, low, mean, rms, cycle.pieces.variance[k])))
+                    table[k] = _list_measures(
+                        *map(np.asarray, (high, low, mean, rms, cycle.pieces.variance[k]))
+                    )
         except ComputationError:
             pass
         return table
 
-    # --- the functions behind it ---------------------------------------------------------------------
+    # --- the functions behind it
+    # ---------------------------------------------------------------------
 
     @cached_property
     def _events(self) -> ca.SX:
@@ -144,11 +160,15 @@ class TrueRows:
     def _scan(self) -> StackedKernel:
         """(phi, d, h, q) -> values of events and slopes."""
         slopes = ca.jacobian(self._events, self.machine.symbols[0])
-        return StackedKernel(self._build("scanned", {"g": self._events, "dg": slopes}), ["phi", "q"], ["d", "h", "q"])
+        return StackedKernel(
+            self._build("scanned", {"g": self._events, "dg": slopes}), ["phi", "q"], ["d", "h", "q"]
+        )
 
     @cached_property
     def _point(self) -> Kernel:
-        """(phi, d, h, q) -> values of events, slopes and second derivatives, a machine in each lane."""
+        """(phi, d, h, q) -> values of events, slopes and second derivatives, a machine in each
+        lane.
+        """
         first = ca.densify(ca.jacobian(self._events, self.machine.symbols[0]))
         second = ca.jacobian(first, self.machine.symbols[0])
         function = self._build("passed", {"g": self._events, "dg": first, "ddg": second})
@@ -176,14 +196,21 @@ class _Block:
         owner, turn = self.owner, self.machine.turn
         grid = np.append(owner.rows.steps, turn)
         count = len(owner._periods)
-        q = np.concatenate([self.places, self.places[:, :1] + self._gained[:, None]], axis=1).transpose(2, 0, 1)
+        q = np.concatenate(
+            [self.places, self.places[:, :1] + self._gained[:, None]], axis=1
+        ).transpose(2, 0, 1)
         scan = owner._scan(phi=grid[None], d=self.data.T, h=self.h.T, q=np.ascontiguousarray(q))
         size = len(self.rows) * count
         periods = np.tile(owner._periods, len(self.rows))
         return locate_crossings(
-            grid, scan["g"].reshape(size, -1), scan["dg"].reshape(size, -1), periods, turn,
-            lambda functions: self._pick(functions, "g", "dg"), lambda functions: self._pick(functions, "dg", "ddg"),
-        )  # fmt: skip
+            grid,
+            scan["g"].reshape(size, -1),
+            scan["dg"].reshape(size, -1),
+            periods,
+            turn,
+            lambda functions: self._pick(functions, "g", "dg"),
+            lambda functions: self._pick(functions, "dg", "ddg"),
+        )
 
     @property
     def _gained(self) -> Array:
@@ -197,13 +224,17 @@ class _Block:
             if not len(points):
                 return points, points
             q = self._close(points[None], rows)[0]
-            result = self.owner._point.masked(phi=points, d=self.data[:, rows], h=self.h[:, rows], q=q)[0]
+            result = self.owner._point.masked(
+                phi=points, d=self.data[:, rows], h=self.h[:, rows], q=q
+            )[0]
             return result[first][events, lanes], result[second][events, lanes]
 
         return picked
 
     def _close(self, phi: Array, rows: Integers) -> tuple[Array, Flags]:
-        """Return coordinates of loops (c, n) at angles (1, n) of machines (n,), and which closed."""
+        """Return coordinates of loops (c, n) at angles (1, n) of machines (n,), and which
+        closed.
+        """
         loops = self.machine.loops
         if loops is None:
             return np.empty((0, phi.size)), np.ones(phi.size, dtype=bool)
@@ -223,10 +254,14 @@ class _Block:
             angles = np.concatenate([angles[rows // count == row] for angles, rows in parts])
         angles = np.sort(np.mod(np.subtract.outer(angles, self.machine.offsets), turn).ravel())
         angles = angles[(angles > MERGED_DISTANCE) & (angles < turn - MERGED_DISTANCE)]
-        return np.concatenate([[0.0], angles[np.diff(angles, prepend=0.0) > MERGED_DISTANCE], [turn]])
+        return np.concatenate(
+            [[0.0], angles[np.diff(angles, prepend=0.0) > MERGED_DISTANCE], [turn]]
+        )
 
     def measure(self, pieces: int) -> tuple[Array, Flags]:
-        """Return measures (rows, m, k) by that many panels of a turn at least, and which rows these resolve."""
+        """Return measures (rows, m, k) by that many panels of a turn at least, and which rows these
+        resolve.
+        """
         phi, weights = self._place(pieces)
         values, is_finite = self._evaluate(phi)
         series = values @ piecewise.to_series()
@@ -241,13 +276,19 @@ class _Block:
         return _list_measures(high, low, mean, np.sqrt(square), variance), is_resolved
 
     def _place(self, pieces: int) -> tuple[Array, Array]:
-        """Return angles and weights (rows, p, n) of nodes; short rows repeat their first panel without weight."""
+        """Return angles and weights (rows, p, n) of nodes; short rows repeat their first panel
+        without weight.
+        """
         turn = self.machine.turn
         rows = [piecewise.place_panels(edges, pieces, turn, FEWEST) for edges in self.edges]
         widest = max(len(angles) for angles, _ in rows)
         phi, weights = np.empty((len(rows), widest, NODES)), np.zeros((len(rows), widest, NODES))
         for row, (angles, row_weights) in enumerate(rows):
-            phi[row], phi[row, : len(angles)], weights[row, : len(angles)] = angles[0], angles, row_weights / turn
+            phi[row], phi[row, : len(angles)], weights[row, : len(angles)] = (
+                angles[0],
+                angles,
+                row_weights / turn,
+            )
         return phi, weights
 
     def _evaluate(self, phi: Array) -> tuple[Array, Flags]:
@@ -284,7 +325,9 @@ def _list_measures(high: Array, low: Array, mean: Array, rms: Array, variance: A
 
 
 def _find_greatest(series: Array) -> Array:
-    """Return the greatest values (r, m) of Legendre series (r, m, p, n) over all panels, their ends included."""
+    """Return the greatest values (r, m) of Legendre series (r, m, p, n) over all panels, their ends
+    included.
+    """
     legendre = np.polynomial.legendre
     points = np.linspace(-1, 1, DENSE)
     dense = series @ legendre.legvander(points, NODES - 1).T

@@ -10,9 +10,18 @@ from planter.engine.measures import Measure
 from planter.files import units
 
 MINUS, DEGREE = "\N{MINUS SIGN}", "\N{DEGREE SIGN}"
-KIND_WORDS = {"max": "largest", "min": "least", "rms": "root mean square of", "std": "standard deviation of",
-              "jump": "largest jump of", "all": "", "at": ""}  # fmt: skip
-"""Words of kinds of measures before a quantity; the others are said as they are written, with "of"."""
+KIND_WORDS = {
+    "max": "largest",
+    "min": "least",
+    "rms": "root mean square of",
+    "std": "standard deviation of",
+    "jump": "largest jump of",
+    "all": "",
+    "at": "",
+}
+"""Words of kinds of measures before a quantity; the others are said as they are written, with
+"of".
+"""
 
 
 def name_angle(machine: Machine) -> str:
@@ -26,7 +35,8 @@ def name_quantity(quantity: Quantity) -> str:
 
 
 def describe_measure(machine: Machine, measure: Measure, unit: str = "") -> str:
-    """Return a measure in words, the quantity by its name and key, with a `unit` in brackets if there is one.
+    """Return a measure in words, the quantity by its name and key, with a `unit` in brackets if
+    there is one.
 
     Extremes and conditions follow as a file has them.
     """
@@ -35,7 +45,9 @@ def describe_measure(machine: Machine, measure: Measure, unit: str = "") -> str:
         "size of" if measure.size else "",
         name_quantity(machine.find_quantity(measure.name)),
         f"[{units.typeset_unit(unit)}]" if units.typeset_unit(unit) else "",
-        "" if measure.angle is None else f"at {measure.angle:g}{' s' if measure.in_time else DEGREE}",
+        ""
+        if measure.angle is None
+        else f"at {measure.angle:g}{' s' if measure.in_time else DEGREE}",
         "" if measure.where is None else f"where {measure.where}",
         f"while {' and '.join(map(str, measure.during))}" if measure.during else "",
     )

@@ -19,14 +19,17 @@ def explain(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="a symbol, key or column, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a machine, whose drawings have "
+            help="a symbol, key or column, as F_B1x, mass.sun_kg, range_N, tip_x_mm; or a "
+            "machine, whose drawings have "
             "all symbols of its geometry; or your mechanism's file",
             show_default=False,
         ),
     ] = None,
     key: Annotated[
         str | None,
-        typer.Argument(help="with a machine: a symbol, key, column or quantity of it alone", show_default=False),
+        typer.Argument(
+            help="with a machine: a symbol, key, column or quantity of it alone", show_default=False
+        ),
     ] = None,
     out: OutOption = None,
     set_: SetOption = None,
@@ -35,8 +38,8 @@ def explain(
     """Explain a symbol, a key or a column: meaning, unit, source.
 
     Of a machine, every symbol of its geometry; `--out` writes its drawings with tables:
-    `planter explain wang2017 --out drawn`. Of your mechanism, every value with its bounds, every quantity, and the
-    functions: `planter explain own/slider_crank.toml`.
+    `planter explain wang2017 --out drawn`. Of your mechanism, every value with its bounds, every
+    quantity, and the functions: `planter explain own/slider_crank.toml`.
     """
     console = Console(as_json)
     with console.outcome():

@@ -1,4 +1,6 @@
-"""The dictionary of all meanings by name, with the figures that draw them, and suggestions for unknown names."""
+"""The dictionary of all meanings by name, with the figures that draw them, and suggestions for
+unknown names.
+"""
 
 from __future__ import annotations
 
@@ -32,51 +34,78 @@ from planter.records import schema
 def collect_meanings() -> tuple[Meaning, ...]:
     """Return all meanings: symbols, keys of files, columns, keys of results."""
     symbol_meanings, columns = list(list_symbols()), list(_list_columns())
-    symbols = {(meaning.machine, meaning.key): meaning.meaning for meaning in symbol_meanings if meaning.key}
-    symbol_meanings += _list_vectors({(meaning.machine, meaning.name): meaning for meaning in symbol_meanings})
+    symbols = {
+        (meaning.machine, meaning.key): meaning.meaning
+        for meaning in symbol_meanings
+        if meaning.key
+    }
+    symbol_meanings += _list_vectors(
+        {(meaning.machine, meaning.name): meaning for meaning in symbol_meanings}
+    )
     figures = dict(_list_figures())
     meanings = [
         *symbol_meanings,
         *list_input_keys(symbols),
         *(meaning for meaning in columns if (meaning.machine, meaning.name) not in symbols),
-        *list_result_keys({(meaning.machine, meaning.name): meaning.meaning for meaning in columns}),
+        *list_result_keys(
+            {(meaning.machine, meaning.name): meaning.meaning for meaning in columns}
+        ),
     ]
     listed = [
-        replace(meaning, figures=figures.get((meaning.machine, meaning.key or meaning.name))) for meaning in meanings
+        replace(meaning, figures=figures.get((meaning.machine, meaning.key or meaning.name)))
+        for meaning in meanings
     ]
     unique: dict[tuple[str, ...], Meaning] = {}
     for meaning in listed:
-        unique.setdefault((meaning.kind, meaning.machine, meaning.name, meaning.unit, meaning.meaning), meaning)
+        unique.setdefault(
+            (meaning.kind, meaning.machine, meaning.name, meaning.unit, meaning.meaning), meaning
+        )
     return tuple(unique.values())
 
 
 def explain_name(name: str) -> Explained:
     """Return every meaning of a symbol, key or column, as `select_meanings`."""
     return select_meanings(
-        collect_meanings(), name, "NAME", "is not a symbol, key or column", "`planter explain` lists all names"
+        collect_meanings(),
+        name,
+        "NAME",
+        "is not a symbol, key or column",
+        "`planter explain` lists all names",
     )
 
 
 def explain_in_package(package: str, key: str) -> Explained:
-    """Return every meaning of a symbol, key or column in a kind of machine, as `select_meanings`."""
+    """Return every meaning of a symbol, key or column in a kind of machine, as
+    `select_meanings`.
+    """
     meanings = [meaning for meaning in collect_meanings() if meaning.machine == package]
     reason = f"is not a symbol, key or column of {package}"
     return select_meanings(meanings, key, "KEY", reason, "`planter explain` lists all names")
 
 
-def select_meanings(meanings: Sequence[Meaning], name: str, label: str, reason: str, otherwise: str) -> Explained:
-    """Return the meanings of a name, of a file's key by its last part as well, or else of all keys of a section.
+def select_meanings(
+    meanings: Sequence[Meaning], name: str, label: str, reason: str, otherwise: str
+) -> Explained:
+    """Return the meanings of a name, of a file's key by its last part as well, or else of all keys
+    of a section.
 
-    Raises InputError for an unknown name: `label` and `reason`, then similar names or, without one, `otherwise`.
+    Raises InputError for an unknown name: `label` and `reason`, then similar names or, without one,
+    `otherwise`.
     """
     selected = [m for m in meanings if name in (m.name, m.key, paths.last_part(m.key or ""))]
     if not selected:
-        matches = find_spelled(name, {index: _list_spellings(meaning) for index, meaning in enumerate(meanings)})
+        matches = find_spelled(
+            name, {index: _list_spellings(meaning) for index, meaning in enumerate(meanings)}
+        )
         selected = [meanings[index] for index in matches]
-    selected = selected or [m for m in meanings if m.kind == "file key" and (m.key or "").startswith(f"{name}.")]
+    selected = selected or [
+        m for m in meanings if m.kind == "file key" and (m.key or "").startswith(f"{name}.")
+    ]
     if not selected:
         names = sorted({key for meaning in meanings for key in (meaning.name, meaning.key) if key})
-        raise InputError.for_value(label, name, f"it {reason}: {paths.suggest_names(name, names, otherwise)}")
+        raise InputError.for_value(
+            label, name, f"it {reason}: {paths.suggest_names(name, names, otherwise)}"
+        )
     return Explained(name, selected)
 
 
@@ -90,14 +119,22 @@ def list_names() -> KnownNames:
     by_machine: dict[str, set[str]] = {}
     for meaning in collect_meanings():
         by_machine.setdefault(meaning.machine, set()).add(meaning.name)
-    return KnownNames({machine: sorted(machine_names) for machine, machine_names in sorted(by_machine.items())})
+    return KnownNames(
+        {machine: sorted(machine_names) for machine, machine_names in sorted(by_machine.items())}
+    )
 
 
-def find_meanings(machine: str, requested: Sequence[str], command: str) -> list[tuple[str, Meaning]]:
-    """Return names with their meanings in a machine, a command's result first; names without a meaning are omitted."""
+def find_meanings(
+    machine: str, requested: Sequence[str], command: str
+) -> list[tuple[str, Meaning]]:
+    """Return names with their meanings in a machine, a command's result first; names without a
+    meaning are omitted.
+    """
     by_name: dict[str, Meaning] = {}
     meanings = [meaning for meaning in collect_meanings() if meaning.machine == machine]
-    for meaning in sorted(meanings, key=lambda meaning: command not in meaning.source.replace(",", "").split()):
+    for meaning in sorted(
+        meanings, key=lambda meaning: command not in meaning.source.replace(",", "").split()
+    ):
         by_name.setdefault(meaning.key or meaning.name, meaning)
         by_name.setdefault(meaning.name, meaning)
     return [(name, by_name[name]) for name in requested if name in by_name]
@@ -146,11 +183,21 @@ def list_symbols() -> Iterator[Meaning]:
             yield _describe_symbol(machine, entry, papers.pop((machine, entry["name"]), None))
     yield from _list_parameters()
     for (machine, symbol), equations in papers.items():
-        yield Meaning(symbol, "symbol", machine, "", equations[0].claims, equations[0].paper, equations=equations)
+        yield Meaning(
+            symbol,
+            "symbol",
+            machine,
+            "",
+            equations[0].claims,
+            equations[0].paper,
+            equations=equations,
+        )
 
 
 def _list_vectors(symbols: Mapping[tuple[str, str], Meaning]) -> Iterator[Meaning]:
-    """Yield the sizes of the vectors that machines report; `symbols` are meanings by machine and name."""
+    """Yield the sizes of the vectors that machines report; `symbols` are meanings by machine and
+    name.
+    """
     for module in (*plugins.load_modules("model"), *plugins.load_modules("machines")):
         package = plugins.name_package(module)
         for name, components in getattr(module, "VECTORS", {}).items():
@@ -159,7 +206,14 @@ def _list_vectors(symbols: Mapping[tuple[str, str], Meaning]) -> Iterator[Meanin
                 meaning = f"size of {', '.join(components)}: {describe_vector(name, first.meaning)}"
                 key = units.display_key(name, first.unit)
                 yield Meaning(
-                    name, "symbol", package, first.unit, meaning, first.source, key, components=list(components)
+                    name,
+                    "symbol",
+                    package,
+                    first.unit,
+                    meaning,
+                    first.source,
+                    key,
+                    components=list(components),
                 )
 
 
@@ -177,13 +231,17 @@ def find_display_key(entry: Mapping[str, str]) -> str | None:
 
 
 def _list_entries(sidecar: Mapping[str, Any]) -> Iterator[Mapping[str, str]]:
-    """Yield the quantities of all vectors and parameters; of vectors with open length the declared ones."""
+    """Yield the quantities of all vectors and parameters; of vectors with open length the declared
+    ones.
+    """
     vectors = sidecar.get("vectors", {})
     for vector in (*vectors.values(), sidecar.get("parameters", ())):
         yield from vector if isinstance(vector, Sequence) else vector["known"].values()
 
 
-def _describe_symbol(machine: str, entry: Mapping[str, str], equations: list[DefiningEquation] | None) -> Meaning:
+def _describe_symbol(
+    machine: str, entry: Mapping[str, str], equations: list[DefiningEquation] | None
+) -> Meaning:
     return Meaning(
         name=entry["name"],
         kind="symbol",
@@ -207,35 +265,58 @@ def _list_parameters() -> Iterator[Meaning]:
 def _describe_stage(machine: str, vector: Mapping[str, Any]) -> Iterator[Meaning]:
     for family in families.list_families():
         sidecar = families.load_sidecar(family)
-        for key, entry in zip(stage.list_design_names(family, dict(vector)), sidecar["parameters"], strict=True):
+        for key, entry in zip(
+            stage.list_design_names(family, dict(vector)), sidecar["parameters"], strict=True
+        ):
             yield Meaning(
-                name=key, kind="file key", machine=machine, unit=units.display_unit(key), source=entry["source"],
-                meaning=f"{entry['meaning']} ({sidecar['title']}; {vector['meaning'].partition(',')[0]})",
+                name=key,
+                kind="file key",
+                machine=machine,
+                unit=units.display_unit(key),
+                source=entry["source"],
+                meaning=f"{entry['meaning']} ({sidecar['title']}; "
+                f"{vector['meaning'].partition(',')[0]})",
                 key=f"design.{key}",
-            )  # fmt: skip
+            )
 
 
 def _load_definitions() -> dict[tuple[str, str], list[DefiningEquation]]:
     """Return the equations of the papers with their verdicts, by machine and defined symbol."""
     papers = {
-        file.name.removesuffix(".toml"): package for package, folder in plugins.find_folders("printed").items()
-        for file in folder.iterdir() if file.name.endswith(".toml")
-    }  # fmt: skip
+        file.name.removesuffix(".toml"): package
+        for package, folder in plugins.find_folders("printed").items()
+        for file in folder.iterdir()
+        if file.name.endswith(".toml")
+    }
     equations: dict[tuple[str, str], list[DefiningEquation]] = {}
     for entry in verdicts.load_verdicts()["equations"]:
         if entry["defines"]:
             key = papers[entry["paper"]], entry["defines"]
-            definition = DefiningEquation(entry["paper"], entry["equation"], entry["verdict"], entry["claims"])
+            definition = DefiningEquation(
+                entry["paper"], entry["equation"], entry["verdict"], entry["claims"]
+            )
             equations.setdefault(key, []).append(definition)
     return equations
 
 
-BOUNDS = {Gt: ("greater than", "gt"), Ge: ("at least", "ge"), Lt: ("less than", "lt"), Le: ("at most", "le")}
-TIGHTEST: dict[str, Callable[..., float]] = {"greater than": max, "at least": max, "less than": min, "at most": min}
+BOUNDS = {
+    Gt: ("greater than", "gt"),
+    Ge: ("at least", "ge"),
+    Lt: ("less than", "lt"),
+    Le: ("at most", "le"),
+}
+TIGHTEST: dict[str, Callable[..., float]] = {
+    "greater than": max,
+    "at least": max,
+    "less than": min,
+    "at most": min,
+}
 
 
 def list_input_keys(symbols: Mapping[tuple[str, str], str]) -> Iterator[Meaning]:
-    """Yield every key with a value; `symbols` has meanings by machine and path of the value in the file."""
+    """Yield every key with a value; `symbols` has meanings by machine and path of the value in the
+    file.
+    """
     for module in plugins.load_modules("file"):
         package = plugins.name_package(module)
         for kind in vars(module).values():
@@ -256,10 +337,16 @@ def _list_section(
 
 
 def _describe_key(
-    package: str, kind: type[BaseModel], path: str, field: FieldInfo, symbols: Mapping[tuple[str, str], str]
+    package: str,
+    kind: type[BaseModel],
+    path: str,
+    field: FieldInfo,
+    symbols: Mapping[tuple[str, str], str],
 ) -> Meaning:
     meaning = symbols.get((package, path)) or "; ".join(
-        text for (owner, place), text in symbols.items() if owner == package and place.startswith(f"{path}[")
+        text
+        for (owner, place), text in symbols.items()
+        if owner == package and place.startswith(f"{path}[")
     )
     section = " ".join((kind.__doc__ or "").split()).partition(". ")[0].rstrip(".")
     return Meaning(
@@ -297,7 +384,9 @@ def _list_bounds(metadata: Sequence[Any], annotation: Any) -> Iterator[tuple[str
             yield from _list_bounds(item.metadata, None)
     if get_origin(annotation) is not None:
         for inner in get_args(annotation):
-            yield from _list_bounds(getattr(inner, "__metadata__", ()), getattr(inner, "__origin__", inner))
+            yield from _list_bounds(
+                getattr(inner, "__metadata__", ()), getattr(inner, "__origin__", inner)
+            )
 
 
 NUMBERS = {"number", "integer"}
@@ -330,16 +419,23 @@ def _list_numbers(command: str, kind: Any) -> Iterator[tuple[str, str]]:
 
 
 def carries_number(value: Mapping[str, Any]) -> bool:
-    """Return whether a key's schema allows a number, directly or within lists and tables of plain values."""
+    """Return whether a key's schema allows a number, directly or within lists and tables of plain
+    values.
+    """
     if value.get("type") in NUMBERS:
         return True
     inner = [*value.get("anyOf", ()), *value.get("prefixItems", ())]
-    inner += [value[name] for name in ("items", "additionalProperties") if isinstance(value.get(name), Mapping)]
+    inner += [
+        value[name]
+        for name in ("items", "additionalProperties")
+        if isinstance(value.get(name), Mapping)
+    ]
     return any(carries_number(option) for option in inner)
 
 
 def find_description(key: str, text: str) -> str:
-    """Return the sentences of a record's description that name a key, else the first with the words of the key.
+    """Return the sentences of a record's description that name a key, else the first with the words
+    of the key.
 
     >>> find_description("spread", "A certificate. `spread` is how far starts end apart.")
     '`spread` is how far starts end apart.'

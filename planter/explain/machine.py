@@ -1,4 +1,6 @@
-"""Machines with their labelled drawings, and the meaning and drawing of every symbol, key and column."""
+"""Machines with their labelled drawings, and the meaning and drawing of every symbol, key and
+column.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,10 @@ class LabelledMachine:
 
     def explained(self, files: list[str]) -> ExplainedMachine:
         """Return the result of the command; `files` are those that were written."""
-        sheets = [DrawnSheet(sheet.name, sheet.title, sorted(sheet.names)) for sheet in self.labelled.sheets]
+        sheets = [
+            DrawnSheet(sheet.name, sheet.title, sorted(sheet.names))
+            for sheet in self.labelled.sheets
+        ]
         return ExplainedMachine(self.labelled.name, self.package, sheets, self.symbols(), files)
 
     def symbols(self) -> list[DrawnSymbol]:
@@ -39,18 +44,28 @@ class LabelledMachine:
         return [self._symbol(meaning) for meaning in list_geometry(self.package)]
 
     def _symbol(self, meaning: Meaning) -> DrawnSymbol:
-        sheet = next((sheet.name for sheet in self.labelled.sheets if meaning.name in sheet.names), None)
+        sheet = next(
+            (sheet.name for sheet in self.labelled.sheets if meaning.name in sheet.names), None
+        )
         key = _find_key(meaning, self.labelled.numbers, self.labels)
         column = meaning.name if meaning.kind == "column" else meaning.key
         return DrawnSymbol(
-            meaning.name, meaning.unit, meaning.meaning, key, column if key is None else None, sheet,
+            meaning.name,
+            meaning.unit,
+            meaning.meaning,
+            key,
+            column if key is None else None,
+            sheet,
             explain_omission(self.labels, meaning) or NO_SUCH_PART if sheet is None else None,
-        )  # fmt: skip
+        )
 
 
 def find_drawings() -> dict[str, Draughtsman]:
     """Return the drawing modules by kind of machine."""
-    return {plugins.name_package(module): cast(Draughtsman, module) for module in plugins.load_modules("labelled")}
+    return {
+        plugins.name_package(module): cast(Draughtsman, module)
+        for module in plugins.load_modules("labelled")
+    }
 
 
 def find_package(source: str) -> str | None:
@@ -70,18 +85,22 @@ def draw_machine(source: str, changes: Mapping[str, float]) -> LabelledMachine:
         return LabelledMachine(package, labels, labels.draw_labelled(source, changes))
     names = ", ".join(sorted(find_drawings()))
     raise InputError(
-        f"{source}: there is no such machine with a labelled drawing: it must be a file of one ({names}), or the name "
+        f"{source}: there is no such machine with a labelled drawing: it must be a file of one "
+        f"({names}), or the name "
         f"of a built-in one"
     )
 
 
 def list_geometry(package: str) -> list[Meaning]:
-    """Return lengths, angles and coordinates of a machine: symbols, then keys and columns without a symbol.
+    """Return lengths, angles and coordinates of a machine: symbols, then keys and columns without a
+    symbol.
 
     Each name appears once, with its first meaning.
     """
     meanings = [
-        meaning for meaning in dictionary.collect_meanings() if meaning.machine == package and meaning.unit in GEOMETRIC
+        meaning
+        for meaning in dictionary.collect_meanings()
+        if meaning.machine == package and meaning.unit in GEOMETRIC
     ]
     symbol_keys = {_strip_index(meaning.key) for meaning in meanings if meaning.kind == "symbol"}
     unique: dict[str, Meaning] = {}
@@ -97,7 +116,11 @@ def list_geometry(package: str) -> list[Meaning]:
 def explain_omission(labels: Draughtsman, meaning: Meaning) -> str | None:
     """Return the declared reason for a name without a sheet, or None."""
     return next(
-        (reason for reason, patterns in labels.UNDRAWN.items() if any(matches_pattern(meaning, p) for p in patterns)),
+        (
+            reason
+            for reason, patterns in labels.UNDRAWN.items()
+            if any(matches_pattern(meaning, p) for p in patterns)
+        ),
         None,
     )
 

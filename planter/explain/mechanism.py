@@ -1,4 +1,6 @@
-"""Description of a user-defined mechanism: its values with bounds, its quantities, its functions."""
+"""Description of a user-defined mechanism: its values with bounds, its quantities, its
+functions.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMec
             *(_describe_vector(description, vector) for vector in description.vectors),
         ],
         functions=[
-            ExplainedFunction(function.name, list(function.inputs), function.outputs, function.operations)
+            ExplainedFunction(
+                function.name, list(function.inputs), function.outputs, function.operations
+            )
             for function in description.functions
         ],
         files=[],
@@ -42,7 +46,8 @@ def draw_sheet(source: str, changes: Mapping[str, float]) -> Sheet | None:
 
 
 def find_meanings(mechanism: ExplainedMechanism, source: str, key: str) -> Explained:
-    """Return every meaning of a symbol, key or function in the mechanism of a source, and of the keys of its file.
+    """Return every meaning of a symbol, key or function in the mechanism of a source, and of the
+    keys of its file.
 
     Raises InputError as `dictionary.select_meanings`.
     """
@@ -52,7 +57,11 @@ def find_meanings(mechanism: ExplainedMechanism, source: str, key: str) -> Expla
         *mechanism.values,
         *mechanism.quantities,
         *(_describe_function(mechanism, meaning) for meaning in mechanism.functions),
-        *(m for m in dictionary.collect_meanings() if m.machine == package and m.kind == "file key"),
+        *(
+            m
+            for m in dictionary.collect_meanings()
+            if m.machine == package and m.kind == "file key"
+        ),
     ]
     reason = f"is not a value, quantity, function or key of {mechanism.machine}"
     return dictionary.select_meanings(meanings, key, "KEY", reason, "without KEY all are listed")
@@ -93,7 +102,9 @@ def _describe_quantity(description: Description, quantity: Quantity) -> Meaning:
 
 
 def _describe_vector(description: Description, vector: Vector) -> Meaning:
-    first = next(quantity for quantity in description.quantities if quantity.name == vector.components[0])
+    first = next(
+        quantity for quantity in description.quantities if quantity.name == vector.components[0]
+    )
     return Meaning(
         name=vector.name,
         kind="quantity",

@@ -1,4 +1,6 @@
-"""The presentation of `planter explain`: meanings, labelled drawings of machines, and statements of mechanisms."""
+"""The presentation of `planter explain`: meanings, labelled drawings of machines, and statements of
+mechanisms.
+"""
 
 from __future__ import annotations
 
@@ -15,37 +17,74 @@ from planter.report.presentation import WIDTH, PlacedFigure, ResultPresentation
 from planter.view.sheet import Sheet, draw_figure
 
 MACHINE_FIELDS = ("name", "unit", "meaning", "key", "column", "sheet", "left_out")
-MECHANISM_FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value", "allowed", "origin")
+MECHANISM_FIELDS = (
+    "name",
+    "kind",
+    "unit",
+    "meaning",
+    "source",
+    "key",
+    "value",
+    "allowed",
+    "origin",
+)
 
 
 def present_machine(machine: LabelledMachine, is_written: bool) -> ResultPresentation:
-    """Return the presentation of a machine: its drawings, each with its symbols; those on no drawing follow."""
+    """Return the presentation of a machine: its drawings, each with its symbols; those on no
+    drawing follow.
+    """
     sheets = machine.labelled.sheets
     explained = machine.explained(_list_files(sheets) if is_written else [])
     symbols = explained.symbols
-    undrawn = [(symbol.name, symbol.unit, symbol.meaning, symbol.left_out) for symbol in symbols if not symbol.sheet]
+    undrawn = [
+        (symbol.name, symbol.unit, symbol.meaning, symbol.left_out)
+        for symbol in symbols
+        if not symbol.sheet
+    ]
     return _present(
         ResultPresentation(
             title=f"{explained.machine}: symbols, keys and columns",
-            conclusion=f"{count_things(len(symbols), 'symbol')}; {count_things(len(sheets), 'drawing')}; "
-                       f"{len(undrawn)} on no drawing.",
+            conclusion=f"{count_things(len(symbols), 'symbol')}; "
+            f"{count_things(len(sheets), 'drawing')}; "
+            f"{len(undrawn)} on no drawing.",
             record=explained,
             sections=[
-                *(Section(sheet.title, [PlacedFigure(sheet.name), _tabulate_symbols(
-                    [symbol for symbol in symbols if symbol.name in sheet.names])]) for sheet in sheets),
+                *(
+                    Section(
+                        sheet.title,
+                        [
+                            PlacedFigure(sheet.name),
+                            _tabulate_symbols(
+                                [symbol for symbol in symbols if symbol.name in sheet.names]
+                            ),
+                        ],
+                    )
+                    for sheet in sheets
+                ),
                 Section("On no drawing", [Table(("symbol", "unit", "meaning", "reason"), undrawn)]),
             ],
-        ), sheets, MACHINE_FIELDS, symbols,
-    )  # fmt: skip
+        ),
+        sheets,
+        MACHINE_FIELDS,
+        symbols,
+    )
 
 
-def present_mechanism(mechanism: ExplainedMechanism, sheet: Sheet | None, is_written: bool) -> ResultPresentation:
-    """Return the presentation of a mechanism: its statement, values, quantities and functions, and its drawing."""
+def present_mechanism(
+    mechanism: ExplainedMechanism, sheet: Sheet | None, is_written: bool
+) -> ResultPresentation:
+    """Return the presentation of a mechanism: its statement, values, quantities and functions, and
+    its drawing.
+    """
     sheets = [] if sheet is None else [sheet]
     # A value is in the unit of its key, which need not be the SI unit of its symbol.
     values = [replace(item, unit=units.display_unit(item.key or "")) for item in mechanism.values]
     quantities = mechanism.quantities
-    functions = [(item.name, ", ".join(item.inputs), item.outputs, item.operations) for item in mechanism.functions]
+    functions = [
+        (item.name, ", ".join(item.inputs), item.outputs, item.operations)
+        for item in mechanism.functions
+    ]
     statement: list[Block] = [
         Text(f"{mechanism.title}, from {mechanism.source}. Assumptions:"),
         Items(mechanism.assumptions),
@@ -54,28 +93,66 @@ def present_mechanism(mechanism: ExplainedMechanism, sheet: Sheet | None, is_wri
         ResultPresentation(
             title=f"{mechanism.machine}: values, quantities and functions",
             conclusion=f"{count_things(len(values), 'value')}, "
-                       f"{count_things(len(quantities), 'quantity', 'quantities')} "
-                       f"and {count_things(len(functions), 'function')}.",
+            f"{count_things(len(quantities), 'quantity', 'quantities')} "
+            f"and {count_things(len(functions), 'function')}.",
             key_figures=[
-                KeyFigure(f"{len(values)}", "", "values"), KeyFigure(f"{len(quantities)}", "", "quantities"),
+                KeyFigure(f"{len(values)}", "", "values"),
+                KeyFigure(f"{len(quantities)}", "", "quantities"),
                 KeyFigure(f"{len(functions)}", "", "functions"),
             ],
             record=replace(mechanism, files=_list_files(sheets) if is_written else []),
             sections=[
                 Section("Statement", [*(PlacedFigure(sheet.name) for sheet in sheets), *statement]),
-                Section("Values", [Table(
-                    ("symbol", "unit", "meaning", "key", "value", "bounds", "origin"),
-                    [(item.name, item.unit, item.meaning, item.key, item.value, item.allowed,
-                      item.origin)
-                     for item in values], page_columns=("unit", "origin"))]),
-                Section("Quantities", [Table(
-                    ("symbol", "unit", "meaning", "key", "kind", "source"),
-                    [(item.name, item.unit, item.meaning, item.key, item.kind, item.source) for item in quantities],
-                    page_columns=("key", "kind", "source"))]),
-                Section("Functions", [Table(("function", "inputs", "results", "operations"), functions)]),
+                Section(
+                    "Values",
+                    [
+                        Table(
+                            ("symbol", "unit", "meaning", "key", "value", "bounds", "origin"),
+                            [
+                                (
+                                    item.name,
+                                    item.unit,
+                                    item.meaning,
+                                    item.key,
+                                    item.value,
+                                    item.allowed,
+                                    item.origin,
+                                )
+                                for item in values
+                            ],
+                            page_columns=("unit", "origin"),
+                        )
+                    ],
+                ),
+                Section(
+                    "Quantities",
+                    [
+                        Table(
+                            ("symbol", "unit", "meaning", "key", "kind", "source"),
+                            [
+                                (
+                                    item.name,
+                                    item.unit,
+                                    item.meaning,
+                                    item.key,
+                                    item.kind,
+                                    item.source,
+                                )
+                                for item in quantities
+                            ],
+                            page_columns=("key", "kind", "source"),
+                        )
+                    ],
+                ),
+                Section(
+                    "Functions", [Table(("function", "inputs", "results", "operations"), functions)]
+                ),
             ],
-        ), sheets, MECHANISM_FIELDS, [*values, *quantities],
-    )  # fmt: skip
+        ),
+        sheets,
+        MECHANISM_FIELDS,
+        [*values, *quantities],
+    )
 
 
 def _list_files(sheets: Iterable[Sheet]) -> list[str]:
@@ -84,10 +161,15 @@ def _list_files(sheets: Iterable[Sheet]) -> list[str]:
 
 
 def _present(
-    presentation: ResultPresentation, sheets: Sequence[Sheet], fields: Sequence[str], items: Iterable[object]
+    presentation: ResultPresentation,
+    sheets: Sequence[Sheet],
+    fields: Sequence[str],
+    items: Iterable[object],
 ) -> ResultPresentation:
     """Return a presentation with drawings, and with `fields` of `items` as symbols.csv."""
-    rows = [["" if (cell := getattr(item, name)) is None else cell for name in fields] for item in items]
+    rows = [
+        ["" if (cell := getattr(item, name)) is None else cell for name in fields] for item in items
+    ]
     return replace(
         presentation,
         figures=lambda: {sheet.name: draw_figure(sheet) for sheet in sheets},
@@ -97,7 +179,10 @@ def _present(
 
 
 def _tabulate_symbols(symbols: Iterable[DrawnSymbol]) -> Table:
-    rows = [(symbol.name, symbol.unit, symbol.meaning, symbol.key or symbol.column) for symbol in symbols]
+    rows = [
+        (symbol.name, symbol.unit, symbol.meaning, symbol.key or symbol.column)
+        for symbol in symbols
+    ]
     return Table(("symbol", "unit", "meaning", "key or column"), rows)
 
 
@@ -121,8 +206,14 @@ def format_meaning(meaning: Meaning) -> list[str]:
     facts += [f"defined by {e.paper} ({e.equation}): {e.verdict}" for e in meaning.equations or ()]
     if meaning.figures:
         facts.append(f"drawn in {', '.join(meaning.figures)}")
-    return [*lines, *(line for fact in facts for line in textwrap.wrap(
-        fact, WIDTH, initial_indent="  ", subsequent_indent="    "))]  # fmt: skip
+    return [
+        *lines,
+        *(
+            line
+            for fact in facts
+            for line in textwrap.wrap(fact, WIDTH, initial_indent="  ", subsequent_indent="    ")
+        ),
+    ]
 
 
 def format_value(meaning: Meaning) -> str:
@@ -135,5 +226,13 @@ def show_names(known_names: KnownNames) -> None:
     """Print all names by machine."""
     for machine, names in known_names.names.items():
         print(f"{machine}:")
-        print(textwrap.fill(", ".join(names), WIDTH, initial_indent="  ", subsequent_indent="  ",
-                            break_long_words=False, break_on_hyphens=False))  # fmt: skip
+        print(
+            textwrap.fill(
+                ", ".join(names),
+                WIDTH,
+                initial_indent="  ",
+                subsequent_indent="  ",
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+        )

@@ -19,11 +19,13 @@ class DefiningEquation(Record):
 
 @dataclass(frozen=True)
 class Meaning(Record):
-    """The meaning of a name in a machine: kind, unit, description, source, key, figures and verdicts.
+    """The meaning of a name in a machine: kind, unit, description, source, key, figures and
+    verdicts.
 
-    `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number; `key` is the name
-    under which files and results show a symbol. In a mechanism `kind` is value, quantity or check; `value` is in
-    the unit of its key, and `origin` is its source. `components` are those of a vector, whose size the name means.
+    `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number;
+    `key` is the name under which files and results show a symbol. In a mechanism `kind` is value,
+    quantity or check; `value` is in the unit of its key, and `origin` is its source. `components`
+    are those of a vector, whose size the name means.
     """
 
     name: str
@@ -69,8 +71,8 @@ class DrawnSheet(Record):
 class DrawnSymbol(Record):
     """A length, angle or coordinate of a machine, and its drawing.
 
-    `key` is the key of its value in the machine's file, `column` its name in CSV files, `sheet` the first drawing with
-    it; `left_out` is the reason for its absence from all drawings.
+    `key` is the key of its value in the machine's file, `column` its name in CSV files, `sheet` the
+    first drawing with it; `left_out` is the reason for its absence from all drawings.
     """
 
     name: str
@@ -84,7 +86,9 @@ class DrawnSymbol(Record):
 
 @dataclass(frozen=True)
 class ExplainedMachine(Record):
-    """`planter explain MACHINE`: its drawings and every symbol of its geometry; `files` were written by `--out`."""
+    """`planter explain MACHINE`: its drawings and every symbol of its geometry; `files` were
+    written by `--out`.
+    """
 
     machine: str
     kind: str
@@ -105,7 +109,9 @@ class ExplainedFunction(Record):
 
 @dataclass(frozen=True)
 class ExplainedMechanism(Record):
-    """`planter explain FILE` of a mechanism: its values, quantities and functions; `files` were written by `--out`."""
+    """`planter explain FILE` of a mechanism: its values, quantities and functions; `files` were
+    written by `--out`.
+    """
 
     machine: str
     title: str

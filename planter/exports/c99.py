@@ -1,6 +1,8 @@
-"""A machine as self-contained C: a header with units and equations, the kernels, and a small program.
+"""A machine as self-contained C: a header with units and equations, the kernels, and a small
+program.
 
-The templates are in the folder of this file: `machine.h`, `machine.c`, `loops.c`, `objective.c`, `main.c`.
+The templates are in the folder of this file: `machine.h`, `machine.c`, `loops.c`, `objective.c`,
+`main.c`.
 """
 
 from __future__ import annotations
@@ -36,14 +38,18 @@ from planter.version import __version__
 
 STATUSES = {
     "NOT_FINITE": "a result is not finite",
-    "NOT_CLOSED": "the loops do not close over the turn: the machine has a dead point, or cannot be assembled",
+    "NOT_CLOSED": (
+        "the loops do not close over the turn: the machine has a dead point, or cannot be assembled"
+    ),
     "NOT_RETURNED": "after a turn the loops are not what they were",
     "UNDETERMINED": "the balances do not determine the forces",
     "STUCK": "friction holds the machine fast",
 }
 """Status codes of functions, from 1 on, with their meanings."""
 CHUNK = 32
-"""Angles at which loops are closed and forces proved determined before all quantities are computed there."""
+"""Angles at which loops are closed and forces proved determined before all quantities are computed
+there.
+"""
 PLACES = 361
 """Places of a turn at which loops are closed first."""
 WIDTH = 116
@@ -55,13 +61,22 @@ def build_source_files(machine: Machine) -> dict[str, str]:
     Raises InputError for an objective of what the machine does not have.
     """
     text = MachineText(machine)
-    targets = {f"{text.name}.h": "machine.h", f"{text.name}.c": "machine.c", f"{text.name}_main.c": "main.c"}
+    targets = {
+        f"{text.name}.h": "machine.h",
+        f"{text.name}.c": "machine.c",
+        f"{text.name}_main.c": "main.c",
+    }
     parts = {"machine.h": text.header, "machine.c": text.source, "main.c": text.program}
-    return {target: read_template(file).substitute(text.common | parts[file]()) for target, file in targets.items()}
+    return {
+        target: read_template(file).substitute(text.common | parts[file]())
+        for target, file in targets.items()
+    }
 
 
 def build_casadi_text(file: str, both: Iterable[ca.Function]) -> str:
-    """Return CasADi's C of functions; its helpers carry the file's name, so that they meet no others."""
+    """Return CasADi's C of functions; its helpers carry the file's name, so that they meet no
+    others.
+    """
     generator = ca.CodeGenerator(f"{file}.c")
     for function in both:
         generator.add(function)
@@ -71,14 +86,20 @@ def build_casadi_text(file: str, both: Iterable[ca.Function]) -> str:
 def build_loops_text(loops_: KinematicLoops, name: str) -> str:
     """Return what closes loops, in C, behind the kernels `newton` and `assemble`."""
     fields = {
-        "coordinates": loops_.size, "loops": loops_.count,
+        "coordinates": loops_.size,
+        "loops": loops_.count,
         "angular": ", ".join(str(int(unit == "rad")) for unit in loops_.units),
-        "places": PLACES, "turn": repr(engine_loops.TURN), "largest_step": repr(engine_loops.LARGEST_STEP),
-        "least_step": repr(engine_loops.LEAST_STEP), "most_iterations": engine_loops.MOST_ITERATIONS,
-        "singular": repr(engine_loops.SINGULAR), "closed": repr(engine_loops.CLOSED),
-        "returned": repr(engine_loops.RETURNED), "not_closed": f"{name}_NOT_CLOSED",
+        "places": PLACES,
+        "turn": repr(engine_loops.TURN),
+        "largest_step": repr(engine_loops.LARGEST_STEP),
+        "least_step": repr(engine_loops.LEAST_STEP),
+        "most_iterations": engine_loops.MOST_ITERATIONS,
+        "singular": repr(engine_loops.SINGULAR),
+        "closed": repr(engine_loops.CLOSED),
+        "returned": repr(engine_loops.RETURNED),
+        "not_closed": f"{name}_NOT_CLOSED",
         "not_returned": f"{name}_NOT_RETURNED",
-    }  # fmt: skip
+    }
     return read_template("loops.c").substitute(fields)
 
 
@@ -106,15 +127,19 @@ class MachineText:
         """Values that several templates have in common."""
         return {
             **describe_machine(self.machine),
-            "name": self.name, "NAME": self.name.upper(),
-            "turn": repr(float(self.machine.turn)), "samples": self._samples_field,
+            "name": self.name,
+            "NAME": self.name.upper(),
+            "turn": repr(float(self.machine.turn)),
+            "samples": self._samples_field,
             "design_size": self._size("PARAMETERS", len(self.machine.moved)),
             "machine_size": self._size("MACHINE", len(self.fixed)),
-        }  # fmt: skip
+        }
 
     @property
     def _samples_field(self) -> str:
-        """The name of the samples in the memory: `force` for a single row of forces, as in earlier versions."""
+        """The name of the samples in the memory: `force` for a single row of forces, as in earlier
+        versions.
+        """
         rows = self.goal.rows
         return "force" if len(rows) == 1 and rows[0].quantity.unit == "N" else "samples"
 
@@ -122,26 +147,45 @@ class MachineText:
         """Return an array's size, at least one as the language asks."""
         return f"{self.name.upper()}_{word}" if count else "1"
 
-    # --- the header ------------------------------------------------------------------------------------------
+    # --- the header
+    # ------------------------------------------------------------------------------------------
 
     def header(self) -> dict[str, Any]:
         """Return what `machine.h` asks for."""
         machine, goal, name, big = self.machine, self.goal, self.name, self.name.upper()
         sides, count = len(machine.offsets), sum(not q.total for q in machine.results)
-        work = {key: max(int(getattr(f, f"sz_{key}")()) for f in self.prologues) + 1 for key in ("arg", "res", "iw")}
+        work = {
+            key: max(int(getattr(f, f"sz_{key}")()) for f in self.prologues) + 1
+            for key in ("arg", "res", "iw")
+        }
         statuses = ", ".join(f"{big}_{status} = {i}" for i, status in enumerate(STATUSES, 1))
         order = "Side 1 comes first, then the others in their order, then what all do together."
-        loops_note = f" Loops are closed from place to place over a turn: {big}_NOT_CLOSED where they do not close."
+        loops_note = (
+            f" Loops are closed from place to place over a turn: {big}_NOT_CLOSED where "
+            f"they do not close."
+        )
         return {
-            "parameters": len(machine.moved), "constants": len(self.fixed), "samples": goal.samples,
-            "angles": goal.angles, "side": count, "totals": len(machine.results) - count, "sides": sides,
-            "statuses": statuses, "fields": ";\n  ".join(self._fields()), **work,
-            "quantities": describe_quantities(machine), "equations": describe_equations(machine),
+            "parameters": len(machine.moved),
+            "constants": len(self.fixed),
+            "samples": goal.samples,
+            "angles": goal.angles,
+            "side": count,
+            "totals": len(machine.results) - count,
+            "sides": sides,
+            "statuses": statuses,
+            "fields": ";\n  ".join(self._fields()),
+            **work,
+            "quantities": describe_quantities(machine),
+            "equations": describe_equations(machine),
             "sides_order": _fill_comment(f" {order}") if sides > 1 else "",
             "loops_note": _fill_comment(loops_note) if self.coordinates else "",
-            "scope": self._scope(), "found": self._found_text(), "after": self._after_text(),
-            "objective": read_template("objective.h").substitute(name=name) if self.has_objective else "",
-        }  # fmt: skip
+            "scope": self._scope(),
+            "found": self._found_text(),
+            "after": self._after_text(),
+            "objective": read_template("objective.h").substitute(name=name)
+            if self.has_objective
+            else "",
+        }
 
     def _scope(self) -> str:
         if self.has_objective:
@@ -153,29 +197,45 @@ class MachineText:
         if not self.has_objective:
             return ""
         names = ", ".join(field.name for field in self.goal.fields)
-        sum_ = f"Objective {self.goal.text}, in units of the machine's file; range, variance and mean of rows [SI]."
-        return "\n".join([
-            "/* A turn of samples.", wrap_comment(sum_), " */", "typedef struct {", f"  double {names};",
-            f"}} {self.name}_found;", "", "",
-        ])  # fmt: skip
+        sum_ = (
+            f"Objective {self.goal.text}, in units of the machine's file; range, variance and "
+            f"mean of rows [SI]."
+        )
+        return "\n".join(
+            [
+                "/* A turn of samples.",
+                wrap_comment(sum_),
+                " */",
+                "typedef struct {",
+                f"  double {names};",
+                f"}} {self.name}_found;",
+                "",
+                "",
+            ]
+        )
 
     def _after_text(self) -> str:
         if not self.has_objective:
             return ""
         goal, big = self.goal, self.name.upper()
         rows = ", ".join(f"{row.label} [{row.quantity.unit}]" for row in goal.rows)
-        part = f", 1/{len(self.machine.offsets)} of a turn: the rest is the same" * (goal.angles < goal.samples)
+        part = f", 1/{len(self.machine.offsets)} of a turn: the rest is the same" * (
+            goal.angles < goal.samples
+        )
         return _fill_comment(
-            f" After a call `{self._samples_field}` holds {rows} at the first {big}_ANGLES of `phi`{part}."
+            f" After a call `{self._samples_field}` holds {rows} at the first {big}_ANGLES of "
+            f"`phi`{part}."
         )
 
     def _fields(self) -> list[str]:
         """Return the members of the memory, numbers first."""
         prologue = self.prologues[1]
         sizes = {
-            "d": len(self.machine.values), "h": prologue.nnz_out(0), "dh": prologue.nnz_out(1),
+            "d": len(self.machine.values),
+            "h": prologue.nnz_out(0),
+            "dh": prologue.nnz_out(1),
             "w": max(int(f.sz_w()) for f in self.prologues) + 1,
-        }  # fmt: skip
+        }
         if self.has_objective:
             rows = len(self.goal.rows) * self.lanes
             sizes = {
@@ -197,25 +257,33 @@ class MachineText:
         numbers = ", ".join(f"{name}[{max(size, 1)}]" for name, size in sizes.items())
         return [f"double {numbers}", *(["int followed"] if self.coordinates else [])]
 
-    # --- the source ------------------------------------------------------------------------------------------
+    # --- the source
+    # ------------------------------------------------------------------------------------------
 
     def source(self) -> dict[str, Any]:
         """Return what `machine.c` asks for."""
         machine, big = self.machine, self.name.upper()
         return {
-            "prologue": build_casadi_text(f"{self.name}_prologue", self.prologues), "kernels": self._kernels(),
-            "own": join_numbers(machine.design), "lower": join_numbers(machine.lower),
-            "upper": join_numbers(machine.upper), "data": join_numbers(machine.data[self.fixed]),
-            "quantity": quote_strings(quantity.name for quantity in self.quantities), "values": len(machine.values),
-            "design_places": join_integers(machine.moved), "machine_places": join_integers(self.fixed),
+            "prologue": build_casadi_text(f"{self.name}_prologue", self.prologues),
+            "kernels": self._kernels(),
+            "own": join_numbers(machine.design),
+            "lower": join_numbers(machine.lower),
+            "upper": join_numbers(machine.upper),
+            "data": join_numbers(machine.data[self.fixed]),
+            "quantity": quote_strings(quantity.name for quantity in self.quantities),
+            "values": len(machine.values),
+            "design_places": join_integers(machine.moved),
+            "machine_places": join_integers(self.fixed),
             "guards": self._guards_text(),
             "status": "int status" if self.is_in_chunks else "const int status",
             "failures": quote_strings(["there is a result", *STATUSES.values()]),
             "loops": build_loops_text(machine.loops, big) if machine.loops else "",
             "follow": _FOLLOW if machine.loops else "",
-            "tangent_word": "`tangent`", "tangent": self._tangent_text(), "cycle": self._cycle_text(),
+            "tangent_word": "`tangent`",
+            "tangent": self._tangent_text(),
+            "cycle": self._cycle_text(),
             "evaluation": self._evaluation_text(),
-        }  # fmt: skip
+        }
 
     @cached_property
     def prologues(self) -> list[ca.Function]:
@@ -227,17 +295,31 @@ class MachineText:
         lanes = [name for name in ("phi", "q") if name == "phi" or self.coordinates]
         printed = [(build_cycle(self.machine), lanes)]
         if self.machine.loops:
-            printed += [(self.machine.loops.steps_function, []), (self.machine.loops.start_function, [])]
+            printed += [
+                (self.machine.loops.steps_function, []),
+                (self.machine.loops.start_function, []),
+            ]
         if self.guards:
             guards = MachineResponse(self.machine, self.guards).values_function
             inputs = guards.sx_in()
-            printed.append((ca.Function("guards", inputs, guards.call(inputs), guards.name_in(), ["rows"]), lanes))
+            printed.append(
+                (
+                    ca.Function("guards", inputs, guards.call(inputs), guards.name_in(), ["rows"]),
+                    lanes,
+                )
+            )
         if self.has_objective:
-            printed += [(self.response.values_function, lanes), (self.response.slopes_function, lanes),
-                        (self.goal.function, [])]  # fmt: skip
+            printed += [
+                (self.response.values_function, lanes),
+                (self.response.slopes_function, lanes),
+                (self.goal.function, []),
+            ]
         graphs = [LaneGraph.from_function(function, names) for function, names in printed]
         return "\n".join(
-            [lane_source.print_functions(self.name), *(f"static {print_function(g, summed=False)}" for g in graphs)]
+            [
+                lane_source.print_functions(self.name),
+                *(f"static {print_function(g, summed=False)}" for g in graphs),
+            ]
         )
 
     @property
@@ -248,34 +330,61 @@ class MachineText:
     def _guards_text(self) -> str:
         if not self.guards:
             return ""
-        kinds = join_integers(int(self.machine.find_quantity(name).role == "states") for name in self.guards)
-        fields = {"name": self.name, "NAME": self.name.upper(), "guards": len(self.guards), "kinds": kinds,
-                 "least_pivot": repr(LEAST_PIVOT)}  # fmt: skip
+        kinds = join_integers(
+            int(self.machine.find_quantity(name).role == "states") for name in self.guards
+        )
+        fields = {
+            "name": self.name,
+            "NAME": self.name.upper(),
+            "guards": len(self.guards),
+            "kinds": kinds,
+            "least_pivot": repr(LEAST_PIVOT),
+        }
         return Template(_GUARDS).substitute(fields)
 
     def _tangent_text(self) -> str:
         call = "(m->arg, m->res, m->iw, m->w, 0)"
         failed = f"{self.name.upper()}_NOT_FINITE : 0;\n"
         if self.has_objective:
-            return f"  m->res[1] = m->dh;\n  return (tangent ? prologue : hoisting){call} ? {failed}"
+            return (
+                f"  m->res[1] = m->dh;\n  return (tangent ? prologue : hoisting){call} ? {failed}"
+            )
         return f"  (void)tangent;\n  return hoisting{call} ? {failed}"
 
     def _cycle_text(self) -> str:
-        """Return what fills q: all angles at once, or a few after the other where loops are closed before."""
+        """Return what fills q: all angles at once, or a few after the other where loops are closed
+        before.
+        """
         big, sides = self.name.upper(), len(self.machine.offsets)
-        check = f"  for (long i = 0; i < angles; ++i)\n    if (!is_finite(phi[i])) return {big}_NOT_FINITE;\n"
+        check = (
+            f"  for (long i = 0; i < angles; ++i)\n    if (!is_finite(phi[i])) return "
+            f"{big}_NOT_FINITE;\n"
+        )
 
         def outputs(start: str, count: str) -> str:
-            places = [start, *(f"{start} + {'' if k == 1 else f'{k} * '}{big}_SIDE * {count}" for k in range(1, sides))]
-            return ", ".join([*places, *([f"{start} + {sides} * {big}_SIDE * {count}"] if self.machine.totals else [])])
+            places = [
+                start,
+                *(
+                    f"{start} + {'' if k == 1 else f'{k} * '}{big}_SIDE * {count}"
+                    for k in range(1, sides)
+                ),
+            ]
+            return ", ".join(
+                [
+                    *places,
+                    *([f"{start} + {sides} * {big}_SIDE * {count}"] if self.machine.totals else []),
+                ]
+            )
 
         if not self.is_in_chunks:
             return f"{check}  cycle(angles, phi, m->d, m->h, NULL, {outputs('q', 'angles')});"
         fields = {
-            "chunk": CHUNK, "NAME": big, "outputs": outputs("m->part", "count"),
+            "chunk": CHUNK,
+            "NAME": big,
+            "outputs": outputs("m->part", "count"),
             "place": _CHUNK_PLACES if self.coordinates else "",
             "guard": _CHUNK_GUARDS if self.guards else "",
-        }  # fmt: skip
+        }
         return check + Template(_CHUNKS).substitute(fields)
 
     def _evaluation_text(self) -> str:
@@ -287,33 +396,49 @@ class MachineText:
         goal = self.goal
         results = ["objective"]
         for k in range(len(goal.rows)):
-            high, low, mean, variance = (f"statistics[{len(STATISTICS) * k + i}]" for i in range(len(STATISTICS)))
+            high, low, mean, variance = (
+                f"statistics[{len(STATISTICS) * k + i}]" for i in range(len(STATISTICS))
+            )
             results += [f"{high} - {low}", variance, mean]
         coordinates = "m->coordinates" if self.coordinates else "NULL"
-        return read_template("objective.c").substitute(self.common | {
-            "rows": len(goal.rows), "shares": len(self.response.offsets), "nodes": len(goal.nodes),
-            "shared": join_integers(int(row.shared) for row in goal.rows),
-            "absolute": join_integers(int(row.absolute) for row in goal.rows),
-            "node_rows": join_integers(row for row, _ in goal.nodes),
-            "node_angles": join_numbers([angle for _, angle in goal.nodes]),
-            "offsets": join_numbers(self.response.offsets), "count": goal.samples, "reset": reset,
-            "coordinates": coordinates, "found": ", ".join(results),
-            "place": _PLACE if self.coordinates else "",
-            "guard": _GUARD.replace("COORDINATES_OF", coordinates) if self.guards else "",
-        })  # fmt: skip
+        return read_template("objective.c").substitute(
+            self.common
+            | {
+                "rows": len(goal.rows),
+                "shares": len(self.response.offsets),
+                "nodes": len(goal.nodes),
+                "shared": join_integers(int(row.shared) for row in goal.rows),
+                "absolute": join_integers(int(row.absolute) for row in goal.rows),
+                "node_rows": join_integers(row for row, _ in goal.nodes),
+                "node_angles": join_numbers([angle for _, angle in goal.nodes]),
+                "offsets": join_numbers(self.response.offsets),
+                "count": goal.samples,
+                "reset": reset,
+                "coordinates": coordinates,
+                "found": ", ".join(results),
+                "place": _PLACE if self.coordinates else "",
+                "guard": _GUARD.replace("COORDINATES_OF", coordinates) if self.guards else "",
+            }
+        )
 
-    # --- the program -----------------------------------------------------------------------------------------
+    # --- the program
+    # -----------------------------------------------------------------------------------------
 
     def program(self) -> dict[str, Any]:
         """Return what `main.c` asks for."""
         turn = f" *     ./{self.name} turn     all quantities over a turn, as CSV"
         if not self.has_objective:
-            return {"usage": turn.replace(" turn ", "      ", 1), "objective": "", "first": "quantities"}
+            return {
+                "usage": turn.replace(" turn ", "      ", 1),
+                "objective": "",
+                "first": "quantities",
+            }
         formats = "".join(f"{field.printed} %.17g\\n" for field in self.goal.fields)
         values = {
-            "names": quote_strings(self.machine.design_names) or '""', "formats": formats,
+            "names": quote_strings(self.machine.design_names) or '""',
+            "formats": formats,
             "numbers": ", ".join(f"found.{field.name}" for field in self.goal.fields),
-        }  # fmt: skip
+        }
         objective = read_template("main_objective.c").substitute(self.common | values)
         return {
             "usage": f" *     ./{self.name}          objective and gradient\n{turn}",
@@ -343,7 +468,9 @@ _CHUNK_PLACES = """\
       for (int k = 0; k < COORDINATES; ++k) m->places[k * count + i] = place[k];
     }
 """
-_CHUNK_GUARDS = "    if ((status = check_guards(m, count, phi + first, m->places))) return status;\n"
+_CHUNK_GUARDS = (
+    "    if ((status = check_guards(m, count, phi + first, m->places))) return status;\n"
+)
 _PLACE = """\
   for (long i = 0; i < LANES; ++i) {
     double place[COORDINATES];
@@ -384,14 +511,20 @@ def read_template(file: str) -> Template:
 
 
 def describe_machine(machine: Machine) -> dict[str, str]:
-    """Return lines of comments: `headline`, `version`, and each number of `design` and `machine`."""
+    """Return lines of comments: `headline`, `version`, and each number of `design` and
+    `machine`.
+    """
     fixed = [machine.values[index] for index in list_fixed(machine)]
     moved = [machine.values[index] for index in machine.moved]
     return {
         "headline": to_plain(build_headline(machine)),
         "version": __version__,
-        "design": list_lines("Design x:", _number_values(moved, [value.key for value in moved], "x")),
-        "machine": list_lines("Machine:", _number_values(fixed, [value.path for value in fixed], "machine")),
+        "design": list_lines(
+            "Design x:", _number_values(moved, [value.key for value in moved], "x")
+        ),
+        "machine": list_lines(
+            "Machine:", _number_values(fixed, [value.path for value in fixed], "machine")
+        ),
     }
 
 
@@ -401,10 +534,17 @@ def describe_quantities(machine: Machine) -> str:
 
 
 def describe_equations(machine: Machine) -> str:
-    """Return where the model comes from, what it assumes, and its equations, as lines of comments."""
+    """Return where the model comes from, what it assumes, and its equations, as lines of
+    comments.
+    """
     reference, assumptions = machine.documentation.reference, "; ".join(machine.assumptions)
-    parts = [*([f"Source: {reference}."] if reference else []), *([f"Assumes: {assumptions}."] if assumptions else [])]
-    return "\n".join([*map(wrap_comment, parts), list_lines("Equations:", machine.documentation.equations)])
+    parts = [
+        *([f"Source: {reference}."] if reference else []),
+        *([f"Assumes: {assumptions}."] if assumptions else []),
+    ]
+    return "\n".join(
+        [*map(wrap_comment, parts), list_lines("Equations:", machine.documentation.equations)]
+    )
 
 
 def list_lines(title: str, lines: Iterable[str]) -> str:
@@ -416,9 +556,13 @@ def list_lines(title: str, lines: Iterable[str]) -> str:
 def wrap_comment(text: str, indent: str = "") -> str:
     """Return a text as lines of a comment."""
     return textwrap.fill(
-        to_plain(text), WIDTH, initial_indent=f" * {indent}", subsequent_indent=f" *   {indent}",
-        break_long_words=False, break_on_hyphens=False,
-    )  # fmt: skip
+        to_plain(text),
+        WIDTH,
+        initial_indent=f" * {indent}",
+        subsequent_indent=f" *   {indent}",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def to_plain(text: str) -> str:

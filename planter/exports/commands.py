@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 
 export = typer.Typer(
     help="Write a machine for other programs: C, FMI, tables.\n\n"
-    "MACHINE is a machine file, the file of a mechanism of your own that an angle drives, or a built-in machine. Its "
+    "MACHINE is a machine file, the file of a mechanism of your own that an angle drives, or a "
+    "built-in machine. Its "
     "values with bounds are the design, the others the machine's data.\n\n"
-    "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or as LaTeX.",
+    "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or "
+    "as LaTeX.",
     invoke_without_command=True,
     rich_markup_mode=None,
 )
@@ -37,10 +39,14 @@ app = typer.Typer()
 app.add_typer(export, name="export")
 
 
-FolderOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)]
+FolderOption = Annotated[
+    Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)
+]
 
 
-def _load(source: str, model: ModelName, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
+def _load(
+    source: str, model: ModelName, set_: Sequence[str] | None, speed_rpm: float | None
+) -> Machine:
     from planter.engine.machine import load_machine
 
     choices = {} if model is ModelName.exact else {"model": model.value}
@@ -66,11 +72,12 @@ def write_c(
 ) -> None:
     """Write motions, forces and the objective as C99.
 
-    The text needs no library, and holds the gradient of the objective too. Closed loops are followed over a turn; a
-    status says where they do not close. The objective is that of the file, over samples of a turn; without one there
-    are only motions and forces.
+    The text needs no library, and holds the gradient of the objective too. Closed loops are
+    followed over a turn; a status says where they do not close. The objective is that of the file,
+    over samples of a turn; without one there are only motions and forces.
 
-    planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn > turn.csv
+    planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wang2017 turn >
+    turn.csv
     """
     console = Console(as_json)
     with console.outcome():
@@ -96,10 +103,13 @@ planter export motion wang2017 --format adams --turns 2 --out adams
 def motion(
     machine: MachineArgument,
     out: FolderOption,
-    format_: Annotated[MotionFormat, typer.Option("--format", help="target program")] = MotionFormat.csv,
+    format_: Annotated[
+        MotionFormat, typer.Option("--format", help="target program")
+    ] = MotionFormat.csv,
     turns: Annotated[int, typer.Option(help="number of revolutions of the drive")] = 1,
     samples: Annotated[
-        int | None, typer.Option(help="angles of a turn [default: the machine file's]", show_default=False)
+        int | None,
+        typer.Option(help="angles of a turn [default: the machine file's]", show_default=False),
     ] = None,
     model: ModelOption = ModelName.exact,
     set_: SetOption = None,
@@ -116,7 +126,9 @@ def motion(
 
         motion_ = build_motion(_load(machine, model, set_, speed_rpm), turns, samples)
         paths = write_all(out, FORMATS[format_](motion_))
-        result = MotionWritten(paths, format_.value, len(motion_.columns), len(motion_.time), float(motion_.time[-1]))
+        result = MotionWritten(
+            paths, format_.value, len(motion_.columns), len(motion_.time), float(motion_.time[-1])
+        )
         console.result(result, lambda: print("\n".join(paths)))
 
 
@@ -132,7 +144,10 @@ class Fmi(enum.StrEnum):
 def fmu(
     machine: MachineArgument,
     out: Annotated[
-        Path, typer.Option("--out", metavar="FILE", help="the unit's file, which ends in .fmu", show_default=False)
+        Path,
+        typer.Option(
+            "--out", metavar="FILE", help="the unit's file, which ends in .fmu", show_default=False
+        ),
     ],
     fmi: Annotated[Fmi, typer.Option(help="version of the interface")] = Fmi.fmi2,
     model: ModelOption = ModelName.exact,
@@ -142,9 +157,10 @@ def fmu(
 ) -> None:
     """Write a co-simulation unit (FMI).
 
-    The drive's speed goes in; its angle, all motions and forces are outputs. The speed is given; loads do not slow the
-    drive (one-way coupling). Design and machine data are tunable parameters. The unit holds its C
-    sources, a library for Linux and, with planter[compiler] installed, one for Windows.
+    The drive's speed goes in; its angle, all motions and forces are outputs. The speed is given;
+    loads do not slow the drive (one-way coupling). Design and machine data are tunable parameters.
+    The unit holds its C sources, a library for Linux and, with planter[compiler] installed, one for
+    Windows.
 
     planter export fmu wang2017 --out wang2017.fmu
     """

@@ -1,4 +1,5 @@
-"""A machine as a unit for co-simulation: its drive's speed is the input, angle, motions and forces are outputs.
+"""A machine as a unit for co-simulation: its drive's speed is the input, angle, motions and forces
+are outputs.
 
 The templates are `fmu.c` in the folder of this file, and those of `c99`.
 """
@@ -39,7 +40,8 @@ def build_model(machine: Machine) -> UnitModel:
     return UnitModel(
         name=quantities.build_name(machine),
         title=machine.name,
-        meaning=f"{quantities.build_headline(machine)}. The drive's speed is prescribed: motions and forces are those "
+        meaning=f"{quantities.build_headline(machine)}. The drive's speed is prescribed: motions "
+        f"and forces are those "
         "of a constant speed of its value, and loads do not change it; over a step it is constant. "
         f"Assumes: {'; '.join(machine.assumptions)}.",
         tool=f"planter {__version__}",
@@ -55,12 +57,19 @@ def build_sources(machine: Machine) -> dict[str, str]:
     settable = [variable for variable in _list_variables(machine) if variable.causality != "output"]
     order = [*machine.moved, *quantities.list_fixed(machine)]
     values = {
-        **c99.describe_machine(machine), "name": name, "NAME": name.upper(), "speed": order.index(machine.speed),
+        **c99.describe_machine(machine),
+        "name": name,
+        "NAME": name.upper(),
+        "speed": order.index(machine.speed),
         "starts": ", ".join(repr(variable.start) for variable in settable),
         "names": quote_strings(f"{variable.name} is not finite" for variable in settable),
-    }  # fmt: skip
+    }
     plain = machine if machine.objective == () else replace(machine, objective=())
-    texts = {file: text for file, text in c99.build_source_files(plain).items() if not file.endswith("_main.c")}
+    texts = {
+        file: text
+        for file, text in c99.build_source_files(plain).items()
+        if not file.endswith("_main.c")
+    }
     return texts | {MAIN: read_template("fmu.c").substitute(values)}
 
 
@@ -68,34 +77,61 @@ def _list_variables(machine: Machine) -> Iterator[Variable]:
     """Yield the variables in the order of `fmu.c`."""
     value, speed = machine.values[machine.speed], float(machine.data[machine.speed])
     yield Variable(
-        "speed", "rad/s", f"{value.meaning}, prescribed, held over a step", "input", speed, 0.0 if speed >= 0 else None,
+        "speed",
+        "rad/s",
+        f"{value.meaning}, prescribed, held over a step",
+        "input",
+        speed,
+        0.0 if speed >= 0 else None,
         **_display(value.path, "rad/s"),
-    )  # fmt: skip
-    yield Variable("phi_start", "rad", "angle of the drive at the start", "parameter", 0.0, fixed=True, **DEGREES)
+    )
+    yield Variable(
+        "phi_start",
+        "rad",
+        "angle of the drive at the start",
+        "parameter",
+        0.0,
+        fixed=True,
+        **DEGREES,
+    )
     bounds = zip(machine.lower, machine.upper, strict=True)
     for index, (low, high) in zip(machine.moved, bounds, strict=True):
         if index != machine.speed:
             number = float(machine.data[index])
             key = machine.values[index].key
             name = f"design.{key.removesuffix(units.unit_suffix(key))}"
-            yield _build_parameter(machine, index, name, min(number, float(low)), max(number, float(high)))
+            yield _build_parameter(
+                machine, index, name, min(number, float(low)), max(number, float(high))
+            )
     for index in quantities.list_fixed(machine):
         if index != machine.speed:
             fixed = machine.values[index]
-            lower, upper = (None if limit is None else limit * fixed.factor for limit in fixed.limits)
+            lower, upper = (
+                None if limit is None else limit * fixed.factor for limit in fixed.limits
+            )
             yield _build_parameter(machine, index, f"machine.{fixed.name}", lower, upper)
     yield Variable("phi", "rad", "angle of the drive", "output", **DEGREES)
     for entry in quantities.list_quantities(machine):
         q = entry.quantity
-        yield Variable(build_output_name(entry), q.unit, q.meaning, "output", **_display(entry.key, q.unit))
+        yield Variable(
+            build_output_name(entry), q.unit, q.meaning, "output", **_display(entry.key, q.unit)
+        )
 
 
-def _build_parameter(machine: Machine, index: int, name: str, low: float | None, high: float | None) -> Variable:
+def _build_parameter(
+    machine: Machine, index: int, name: str, low: float | None, high: float | None
+) -> Variable:
     value: Value = machine.values[index]
     return Variable(
-        name, value.unit, f"{value.meaning}, {value.path}", "parameter", float(machine.data[index]), low, high,
+        name,
+        value.unit,
+        f"{value.meaning}, {value.path}",
+        "parameter",
+        float(machine.data[index]),
+        low,
+        high,
         **_display(value.path, value.unit),
-    )  # fmt: skip
+    )
 
 
 def build_output_name(entry: SideQuantity) -> str:
@@ -140,14 +176,26 @@ def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
     write_bytes(target, co_simulation.pack_unit(version, model, texts, token, built))
     causes = Counter(variable.causality for variable in model.variables)
     return UnitWritten(
-        [str(target)], fmi, token, causes["input"], causes["parameter"], causes["output"], list(built), left_out
+        [str(target)],
+        fmi,
+        token,
+        causes["input"],
+        causes["parameter"],
+        causes["output"],
+        list(built),
+        left_out,
     )
 
 
 def print_unit(console: Console, result: UnitWritten) -> None:
     """Print what a unit for co-simulation holds, and what it does not."""
-    rows = [("file", ", ".join(result.files)), ("inputs", result.inputs), ("parameters", result.parameters),
-            ("outputs", result.outputs), ("libraries", ", ".join(result.platforms) or None)]  # fmt: skip
+    rows = [
+        ("file", ", ".join(result.files)),
+        ("inputs", result.inputs),
+        ("parameters", result.parameters),
+        ("outputs", result.outputs),
+        ("libraries", ", ".join(result.platforms) or None),
+    ]
     console.table("Unit for co-simulation", ("", f"FMI {result.fmi}"), rows)
     for library in result.left_out:
         print(f"no library for {library.platform}: {library.reason}")

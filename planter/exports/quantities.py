@@ -1,6 +1,8 @@
-"""What exports take of a machine: quantities of its sides, its sum of measures over samples, motions over time.
+"""What exports take of a machine: quantities of its sides, its sum of measures over samples,
+motions over time.
 
-A row is a quantity, or its size, at the samples; its statistics are `STATISTICS`. Values at single angles are nodes.
+A row is a quantity, or its size, at the samples; its statistics are `STATISTICS`. Values at single
+angles are nodes.
 """
 
 from __future__ import annotations
@@ -35,8 +37,8 @@ MOST_ROWS = 200_000
 class SideQuantity:
     """A quantity of side 1, 2, .. of a machine or, with side 0, of all sides together.
 
-    `name` is a plain word, beyond side 1 with the side's number behind it, as `key`, which ends in the unit of tables.
-    `sides` is the number of the machine's sides.
+    `name` is a plain word, beyond side 1 with the side's number behind it, as `key`, which ends in
+    the unit of tables. `sides` is the number of the machine's sides.
     """
 
     name: str
@@ -54,8 +56,15 @@ class SideQuantity:
 def list_quantities(machine: Machine) -> list[SideQuantity]:
     """Return the results side by side, then those of all sides together."""
     sides = len(machine.offsets)
-    quantities = [_number_side(q, side, sides) for side in range(1, sides + 1) for q in machine.results if not q.total]
-    return quantities + [SideQuantity(q.name, q.key, 0, sides, q) for q in machine.results if q.total]
+    quantities = [
+        _number_side(q, side, sides)
+        for side in range(1, sides + 1)
+        for q in machine.results
+        if not q.total
+    ]
+    return quantities + [
+        SideQuantity(q.name, q.key, 0, sides, q) for q in machine.results if q.total
+    ]
 
 
 def _number_side(quantity: Quantity, side: int, sides: int) -> SideQuantity:
@@ -72,7 +81,9 @@ def list_fixed(machine: Machine) -> list[int]:
 
 
 def build_name(machine: Machine) -> str:
-    """Return the machine's name as a C identifier, with the model where that is not the usual one."""
+    """Return the machine's name as a C identifier, with the model where that is not the usual
+    one.
+    """
     name, variant = to_identifier(machine.name), machine.documentation.variant
     return f"{name}_{variant}" if variant else name
 
@@ -107,13 +118,22 @@ def build_cycle(machine: Machine) -> ca.Function:
     phi, d, h, q = machine.symbols
     sides = [machine.lane(phi + offset, d, h, q) for offset in machine.offsets]
     results, total_results = (
-        [i for i, q in enumerate(q for q in machine.quantities if q.total == total) if q.role == "result"]
+        [
+            i
+            for i, q in enumerate(q for q in machine.quantities if q.total == total)
+            if q.role == "result"
+        ]
         for total in (False, True)
     )
-    outputs, names = [side[results] for side in sides], [f"side{index}" for index in range(1, 1 + len(sides))]
+    outputs, names = (
+        [side[results] for side in sides],
+        [f"side{index}" for index in range(1, 1 + len(sides))],
+    )
     if machine.totals is not None:
         outputs, names = [*outputs, machine.totals(*sides, d)[total_results]], [*names, "totals"]
-    return ca.Function("cycle", [phi, d, h, q], [ca.densify(output) for output in outputs], list(INPUTS), names)
+    return ca.Function(
+        "cycle", [phi, d, h, q], [ca.densify(output) for output in outputs], list(INPUTS), names
+    )
 
 
 @dataclass(frozen=True)
@@ -141,8 +161,8 @@ class ReportedField:
 class SampledGoal:
     """A machine's sum over equal samples of a turn; without a sum, statistics of all its results.
 
-    `samples` make a turn, of which the first `angles` differ; `response` has the rows (m,). Raises InputError for a
-    sum of what the machine does not have.
+    `samples` make a turn, of which the first `angles` differ; `response` has the rows (m,). Raises
+    InputError for a sum of what the machine does not have.
     """
 
     def __init__(self, machine: Machine) -> None:
@@ -150,20 +170,25 @@ class SampledGoal:
         self.measures = tuple(resolve_measure(machine, measure) for measure in machine.objective)
         if self.reason_missing:
             self.measures = ()
-        pairs = [(m.name, m.size) for m in self.measures] or [(q.name, False) for q in machine.results]
+        pairs = [(m.name, m.size) for m in self.measures] or [
+            (q.name, False) for q in machine.results
+        ]
         names = tuple(dict.fromkeys(pairs))
         self.response = MachineResponse(machine, [name for name, _ in names])
         shared = self.response.shared
         quantities = (machine.find_quantity(name) for name, _ in names)
         self.rows = tuple(
-            SampledRow(q, size, share) for q, (_, size), share in zip(quantities, names, shared, strict=True)
+            SampledRow(q, size, share)
+            for q, (_, size), share in zip(quantities, names, shared, strict=True)
         )
         self._names = names
         self.samples = machine.objective_samples if self.measures else machine.samples
         self.angles = self.count_angles(self.samples)
 
     def count_angles(self, samples: int) -> int:
-        """Return how many samples of a turn differ: a part of them where all rows are sums over equal sides."""
+        """Return how many samples of a turn differ: a part of them where all rows are sums over
+        equal sides.
+        """
         sides = len(self.machine.offsets)
         return samples // sides if all(self.response.shared) and samples % sides == 0 else samples
 
@@ -172,7 +197,10 @@ class SampledGoal:
         """The reason why an objective has no form in C, empty if it has one."""
         for measure in self.machine.objective:
             if measure.is_moving:
-                return f"{measure} is of a part of the cycle that the design moves, and has no form in C"
+                return (
+                    f"{measure} is of a part of the cycle that the design moves, and has no "
+                    f"form in C"
+                )
             if any(parse_distance(name) for name in measure.names):
                 return f"{measure} is of a distance of a point, and has no form in C"
         return ""
@@ -180,26 +208,39 @@ class SampledGoal:
     @cached_property
     def nodes(self) -> tuple[tuple[int, float], ...]:
         """Rows and angles [rad] of values at single angles."""
-        at = [(self._row(m), float(np.radians(m.angle % 360))) for m in self.measures if m.angle is not None]
+        at = [
+            (self._row(m), float(np.radians(m.angle % 360)))
+            for m in self.measures
+            if m.angle is not None
+        ]
         return tuple(dict.fromkeys(at))
 
     @property
     def phi(self) -> Array:
         """The samples and the angles of the nodes [rad], (n,)."""
         return np.concatenate(
-            [self.machine.list_angles(self.samples)[: self.angles], [angle for _, angle in self.nodes]]
+            [
+                self.machine.list_angles(self.samples)[: self.angles],
+                [angle for _, angle in self.nodes],
+            ]
         )
 
     @property
     def fields(self) -> list[ReportedField]:
-        """The numbers that are reported of a cycle: the objective if there is one, then `FIELDS` of each row."""
+        """The numbers that are reported of a cycle: the objective if there is one, then `FIELDS` of
+        each row.
+        """
         fields = [ReportedField("objective", "objective")] if self.measures else []
         for row in self.rows:
             suffix = f"_{row.label}" if len(self.rows) > 1 else ""
             unit = row.quantity.unit
             for name in FIELDS:
                 field = f"{name}{suffix}"
-                fields.append(ReportedField(field, f"{field}{_unit_suffix(unit, 2 if name == 'variance' else 1)}"))
+                fields.append(
+                    ReportedField(
+                        field, f"{field}{_unit_suffix(unit, 2 if name == 'variance' else 1)}"
+                    )
+                )
         return fields
 
     @property
@@ -209,7 +250,9 @@ class SampledGoal:
 
     @cached_property
     def function(self) -> ca.Function:
-        """(d, statistics (4 m,), nodes (n,)) -> the sum, its slopes in statistics, nodes and moved values."""
+        """(d, statistics (4 m,), nodes (n,)) -> the sum, its slopes in statistics, nodes and moved
+        values.
+        """
         machine = self.machine
         d = ca.SX.sym("d", len(machine.values))
         statistics = ca.SX.sym("statistics", len(STATISTICS) * len(self.rows))
@@ -220,9 +263,12 @@ class SampledGoal:
         moved = ca.gradient(total, d)[list(machine.moved)] if machine.moved else ca.SX(0)
         outputs = [total, ca.gradient(total, statistics), ca.gradient(total, nodes), moved]
         return ca.Function(
-            "weigh", [d, statistics, nodes], ca.cse([ca.densify(output) for output in outputs]),
-            ["d", "statistics", "nodes"], ["objective", "slope", "node_slope", "moved_slope"],
-        )  # fmt: skip
+            "weigh",
+            [d, statistics, nodes],
+            ca.cse([ca.densify(output) for output in outputs]),
+            ["d", "statistics", "nodes"],
+            ["objective", "slope", "node_slope", "moved_slope"],
+        )
 
     def _row(self, measure: Measure) -> int:
         return self._names.index((measure.name, measure.size))
@@ -233,13 +279,22 @@ class SampledGoal:
         if measure.angle is not None:
             value = nodes[self.nodes.index((row, float(np.radians(measure.angle % 360))))]
             return value / find_display_unit(machine, measure).factor
-        high, low, mean, variance = (statistics[len(STATISTICS) * row + i] for i in range(len(STATISTICS)))
+        high, low, mean, variance = (
+            statistics[len(STATISTICS) * row + i] for i in range(len(STATISTICS))
+        )
         values = {
-            "max": high, "min": low, "range": high - low, "mean": mean, "variance": variance,
-            "std": _root(variance), "rms": _root(variance + mean**2),
-        }  # fmt: skip
+            "max": high,
+            "min": low,
+            "range": high - low,
+            "mean": mean,
+            "variance": variance,
+            "std": _root(variance),
+            "rms": _root(variance + mean**2),
+        }
         if measure.kind == "work":
-            turn = machine.turn / (ca.fabs(d[machine.speed]) if machine.find_quantity(measure.name).unit == "W" else 1)
+            turn = machine.turn / (
+                ca.fabs(d[machine.speed]) if machine.find_quantity(measure.name).unit == "W" else 1
+            )
             return turn * mean
         return values[measure.kind] / find_display_unit(machine, measure).factor
 
@@ -267,11 +322,12 @@ def _factor(word: str, power: int) -> str:
 
 
 def build_motion(machine: Machine, turns: int = 1, samples: int | None = None) -> MotionTable:
-    """Return all quantities, and places of the bodies' points, over whole turns at the machine's speed.
+    """Return all quantities, and places of the bodies' points, over whole turns at the machine's
+    speed.
 
-    There are `samples` to a turn, and the last turn's end is included. Raises InputError for numbers of turns or
-    samples out of range, or a machine that stands still; ComputationError where loops do not close, or forces are not
-    determined.
+    There are `samples` to a turn, and the last turn's end is included. Raises InputError for
+    numbers of turns or samples out of range, or a machine that stands still; ComputationError where
+    loops do not close, or forces are not determined.
     """
     count = _check_numbers(machine, turns, samples)
     speed = float(machine.data[machine.speed])
@@ -283,7 +339,8 @@ def build_motion(machine: Machine, turns: int = 1, samples: int | None = None) -
     )
     rpm = f"{speed * 30 / np.pi:g} r/min"
     notes = (
-        f"{build_headline(machine)}; {turns} {'turn' if turns == 1 else 'turns'} at a constant speed of {rpm}",
+        f"{build_headline(machine)}; {turns} {'turn' if turns == 1 else 'turns'} at a constant "
+        f"speed of {rpm}",
         *([f"Assumes: {'; '.join(machine.assumptions)}."] if machine.assumptions else []),
     )
     return MotionTable(build_name(machine), notes, columns)
@@ -298,7 +355,8 @@ def _check_numbers(machine: Machine, turns: int, samples: int | None) -> int:
         raise InputError.for_value("--turns", turns, allowed)
     if not machine.data[machine.speed]:
         raise InputError(
-            f"{machine.source}: {machine.values[machine.speed].path} = 0: at rest there is no time of a turn"
+            f"{machine.source}: {machine.values[machine.speed].path} = 0: at rest there is no "
+            f"time of a turn"
         )
     return count
 
@@ -312,7 +370,11 @@ def _build_columns(machine: Machine, phi: Array) -> list[Column]:
     quantities = list_quantities(machine)
     labels = [(q.name, q.key, q.quantity.unit, q.meaning, q.quantity.source) for q in quantities]
     inputs = {"phi": phi, "d": d, "h": point.h, "q": q}
-    rows = [row for part in Kernel(build_cycle(machine), lanes=["phi", "q"])(**inputs).values() for row in part]
+    rows = [
+        row
+        for part in Kernel(build_cycle(machine), lanes=["phi", "q"])(**inputs).values()
+        for row in part
+    ]
     if places := machine.stages.get("places"):
         labels += [(q.name, q.key, q.unit, q.meaning, q.source) for q in places.quantities]
         rows += list(Kernel(places.function, lanes=["phi", "q"])(**inputs)["y"])

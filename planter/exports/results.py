@@ -16,7 +16,9 @@ class WrittenFiles(Record):
 
 @dataclass(frozen=True)
 class MotionWritten(Record):
-    """`planter export motion`: the files that were written, how many columns and rows, and how long they last."""
+    """`planter export motion`: the files that were written, how many columns and rows, and how long
+    they last.
+    """
 
     files: list[str]
     format: str

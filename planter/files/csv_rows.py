@@ -1,7 +1,7 @@
 """CSV text read as rows with line numbers for messages, and rows formatted as CSV text.
 
-Lines that start with `#` are comments, and empty lines are skipped. The first other line is the header; columns are
-separated by commas, and decimals written with a point.
+Lines that start with `#` are comments, and empty lines are skipped. The first other line is the
+header; columns are separated by commas, and decimals written with a point.
 """
 
 from __future__ import annotations
@@ -31,11 +31,17 @@ _OTHER_KIND = re.compile(r"\s*(\[[^\],]*\]\s*(#.*)?|\[\[.*|[\w.-]+\s*=.*|\{.*)")
 """The first line of a TOML or JSON file."""
 
 
-def format_csv(comments: Iterable[str], head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """Return CSV text with comment lines that start with `#`, the header and rows; None is an empty cell."""
+def format_csv(
+    comments: Iterable[str], head: Iterable[str], rows: Iterable[Iterable[object]]
+) -> str:
+    """Return CSV text with comment lines that start with `#`, the header and rows; None is an empty
+    cell.
+    """
     text = io.StringIO()
     for comment in comments:
-        text.writelines(f"# {line}".rstrip() + "\n" for line in safe_text.sanitise_text(comment).split("\n"))
+        text.writelines(
+            f"# {line}".rstrip() + "\n" for line in safe_text.sanitise_text(comment).split("\n")
+        )
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(map(safe_text.sanitise_line, head))
     writer.writerows(rows)
@@ -57,12 +63,20 @@ class CsvTable:
         index = self.header.index(name)
         cells = [row[index] for row in self.rows]
         if "" in cells:
-            raise InputError(f"{self.place(cells.index(''), name)}: it is empty: fill it in, or leave the line out")
+            raise InputError(
+                f"{self.place(cells.index(''), name)}: it is empty: fill it in, or leave the line "
+                f"out"
+            )
         return cells
 
     def numbers(self, name: str, largest: float = LARGEST) -> list[float]:
-        """Return the cells of a column as numbers of at most `largest` in size. Raises InputError for other cells."""
-        return [self._number(row, name, cell, largest) for row, cell in enumerate(self.column(name))]
+        """Return the cells of a column as numbers of at most `largest` in size.
+
+        Raises InputError for other cells.
+        """
+        return [
+            self._number(row, name, cell, largest) for row, cell in enumerate(self.column(name))
+        ]
 
     def place(self, row: int, name: str) -> str:
         """Return the file, line and column of a cell, for messages."""
@@ -72,7 +86,11 @@ class CsvTable:
         value = parse_number(cell)
         if value is None or not abs(value) <= largest:
             pointed = cell.replace(",", ".")
-            hint = f" (with a decimal point: {pointed})" if pointed != cell and is_finite_number(pointed) else ""
+            hint = (
+                f" (with a decimal point: {pointed})"
+                if pointed != cell and is_finite_number(pointed)
+                else ""
+            )
             allowed = f"it must be a finite number of at most {largest:g} in size{hint}"
             raise InputError(f"{self.place(row, name)}: {shorten_text(cell)}: {allowed}")
         return value
@@ -102,14 +120,18 @@ def shorten_text(text: str) -> str:
 
 
 def read_table(text: str, source: str, columns: Sequence[str] = ()) -> CsvTable:
-    """Read the table of a CSV text, which must have exactly the `columns`, if any are named, in any order.
+    """Read the table of a CSV text, which must have exactly the `columns`, if any are named, in any
+    order.
 
-    Raises InputError, which names source and line, if the header or the rows are missing, column names are empty, occur
-    twice or differ from `columns`, a row and the header differ in length, or the text is not CSV.
+    Raises InputError, which names source and line, if the header or the rows are missing, column
+    names are empty, occur twice or differ from `columns`, a row and the header differ in length, or
+    the text is not CSV.
     """
     expected = f"the header {','.join(columns)}" if columns else "a header"
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    comments = tuple((i, line.lstrip()[1:].strip()) for i, line in enumerate(lines, 1) if _is_comment(line))
+    comments = tuple(
+        (i, line.lstrip()[1:].strip()) for i, line in enumerate(lines, 1) if _is_comment(line)
+    )
     records = _records(["" if _is_comment(line) else line for line in lines], source)
     first = next(records, None)
     if first is None:
@@ -119,14 +141,20 @@ def read_table(text: str, source: str, columns: Sequence[str] = ()) -> CsvTable:
     _check_header(header, f"{source}: line {line}", columns)
     rows = list(records)
     if not rows:
-        raise InputError(f"{source}: there is nothing below the header in line {line}, at least one row must follow")
+        raise InputError(
+            f"{source}: there is nothing below the header in line {line}, at least one row must "
+            f"follow"
+        )
     for at, row in rows:
         if len(row) != len(header):
             raise InputError(
-                f"{source}: line {at} has {len(row)} cells, but it must have {len(header)} as the header "
+                f"{source}: line {at} has {len(row)} cells, but it must have {len(header)} as the "
+                f"header "
                 f"has{_cut_by_commas(row, len(header))}"
             )
-    return CsvTable(source, comments, header, tuple(n for n, _ in rows), tuple(row for _, row in rows))
+    return CsvTable(
+        source, comments, header, tuple(n for n, _ in rows), tuple(row for _, row in rows)
+    )
 
 
 def _is_comment(line: str) -> bool:
@@ -150,14 +178,16 @@ def _records(lines: Sequence[str], source: str) -> Iterator[tuple[int, tuple[str
 
 def _too_long(source: str, line: int) -> str:
     return (
-        f"{source}: line {line} has a cell of more than {LONGEST} characters, but it must not have (is a quote open?)"
+        f"{source}: line {line} has a cell of more than {LONGEST} characters, but it must not "
+        f"have (is a quote open?)"
     )
 
 
 def _check_kind(line: str, source: str, at: int, expected: str) -> None:
     if _OTHER_KIND.fullmatch(line):
         raise InputError(
-            f"{source}: line {at} is {shorten_text(line)}, as in a file of another kind, but it must be a CSV file: "
+            f"{source}: line {at} is {shorten_text(line)}, as in a file of another kind, but it "
+            f"must be a CSV file: "
             f"{expected}, then rows"
         )
 
@@ -165,7 +195,8 @@ def _check_kind(line: str, source: str, at: int, expected: str) -> None:
 def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> None:
     if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
         raise InputError(
-            f"{place}: the header is {shorten_text(header[0])}, but columns must be separated by commas, and decimals "
+            f"{place}: the header is {shorten_text(header[0])}, but columns must be separated by "
+            f"commas, and decimals "
             f"written with a point"
         )
     if columns and set(header) != set(columns):
@@ -174,10 +205,14 @@ def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> 
             f"{' (the line holds numbers, the names of the columns must stand above)' if _all_numbers(header) else ''}"
         )
     if "" in header:
-        raise InputError(f"{place}: column {header.index('') + 1} has no name, but every column must have one")
+        raise InputError(
+            f"{place}: column {header.index('') + 1} has no name, but every column must have one"
+        )
     twice = next((name for i, name in enumerate(header) if name in header[:i]), None)
     if twice is not None:
-        raise InputError(f"{place}: the header names {twice} twice, but the names of columns must differ")
+        raise InputError(
+            f"{place}: the header names {twice} twice, but the names of columns must differ"
+        )
     if _all_numbers(header):
         raise InputError(f"{place}: the header holds numbers, but it must name the columns")
 
@@ -203,7 +238,8 @@ Points = Annotated[list[Point], Field(min_length=1, max_length=MOST)]
 def inline_points(table: Mapping[str, Any], section: str, source: str) -> dict[str, Any]:
     """Return the table of a file with `points_mm` in a section instead of its `points_csv`.
 
-    Raises InputError, which names file and line, if the CSV is invalid or the section has both keys.
+    Raises InputError, which names file and line, if the CSV is invalid or the section has both
+    keys.
     """
     values, entries = dict(table), table.get(section)
     if not isinstance(entries, Mapping) or not isinstance(entries.get("points_csv"), str):
@@ -212,10 +248,15 @@ def inline_points(table: Mapping[str, Any], section: str, source: str) -> dict[s
     if "points_mm" in rest:
         allowed = "points stand in points_mm or in a CSV, not in both"
         raise value_error(f"{section}.points_csv", entries["points_csv"], allowed, source)
-    return values | {section: rest | {"points_mm": read_points(Path(source).parent / entries["points_csv"])}}
+    return values | {
+        section: rest | {"points_mm": read_points(Path(source).parent / entries["points_csv"])}
+    }
 
 
 def read_points(path: Path) -> list[list[float]]:
-    """Read the points of a CSV with the header `x_mm,y_mm,tube_mm`. Raises InputError for other files."""
+    """Read the points of a CSV with the header `x_mm,y_mm,tube_mm`.
+
+    Raises InputError for other files.
+    """
     rows = read_table(read_text(path), str(path), COLUMNS)
     return [list(row) for row in zip(*(rows.numbers(name) for name in COLUMNS), strict=True)]

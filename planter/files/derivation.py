@@ -15,11 +15,15 @@ BENCHMARK = "benchmark.json"
 """Name of the file with the scores on a corpus."""
 
 
-def derive_file(source: Path, out: Path | None = None, targets: Iterable[str] = (), overwrite: bool = False) -> Path:
-    """Derive a file or folder and return the folder of the results: `out`, else ``generated`` next to the file.
+def derive_file(
+    source: Path, out: Path | None = None, targets: Iterable[str] = (), overwrite: bool = False
+) -> Path:
+    """Derive a file or folder and return the folder of the results: `out`, else ``generated`` next
+    to the file.
 
-    ``targets`` are additional languages; ``overwrite`` replaces files that were not derived, or were edited since.
-    Raises InputError for an error in the file, with its line, and ComputationError for any other failure.
+    ``targets`` are additional languages; ``overwrite`` replaces files that were not derived, or
+    were edited since. Raises InputError for an error in the file, with its line, and
+    ComputationError for any other failure.
     """
     if not source.exists():
         raise InputError(f"{source}: there is no such file or folder")
@@ -33,10 +37,11 @@ def derive_file(source: Path, out: Path | None = None, targets: Iterable[str] = 
 
 
 def judge_text(text: Path, against: Path, names: Path | None, folder: Path) -> None:
-    """Compare a text with the mechanism of a Python file, and write verdicts and functions into a folder.
+    """Compare a text with the mechanism of a Python file, and write verdicts and functions into a
+    folder.
 
-    ``names`` says what names of the text mean. Raises InputError for an error in one of the files, ComputationError for
-    any other failure.
+    ``names`` says what names of the text mean. Raises InputError for an error in one of the files,
+    ComputationError for any other failure.
     """
     for path in (text, against, *([] if names is None else [names])):
         if not path.exists():
@@ -47,7 +52,8 @@ def judge_text(text: Path, against: Path, names: Path | None, folder: Path) -> N
 
 
 def score_corpus(corpus: Path, folder: Path, slips: int, seed: int, answers: Path | None) -> None:
-    """Score the audit, and the answers of another checker, on a corpus, and write the scores into a folder.
+    """Score the audit, and the answers of another checker, on a corpus, and write the scores into a
+    folder.
 
     Raises InputError for an error in one of the files, ComputationError for any other failure.
     """
@@ -57,8 +63,12 @@ def score_corpus(corpus: Path, folder: Path, slips: int, seed: int, answers: Pat
 
 def _run_derive(source: Path, folder: Path, options: list[str]) -> None:
     with name_step(f"deriving {source}"):
-        done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *options))
-    messages = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
+        done = workers.run_command(
+            workers.program_command("derive", str(source), "--out", str(folder), *options)
+        )
+    messages = done.stderr.strip().splitlines() or [
+        f"{source}: deriving ended with code {done.returncode}"
+    ]
     if done.returncode == InputError.exit_code:
         raise InputError(messages[0])
     if done.returncode:

@@ -7,7 +7,14 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self, get_args
 
-from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError, field_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    field_validator,
+)
 
 from planter import safe_text
 from planter.errors import InputError
@@ -33,20 +40,30 @@ from planter.files.text import parse_toml
 
 
 def format_lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines of the keys outside sections, then of the sections; `notes` by full path become comments."""
+    """Yield the lines of the keys outside sections, then of the sections; `notes` by full path
+    become comments.
+    """
     sections = {key: value for key, value in table.items() if _sections(value)}
-    yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in sections)
+    yield from (
+        f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in sections
+    )
     for section, values in sections.items():
         if isinstance(values, Mapping):
             yield from ("", f"[{_key(section)}]", *_section(section, values, notes))
         else:
             for index, entry in enumerate(values):
-                yield from ("", f"[[{_key(section)}]]", *_section(f"{section}[{index}]", entry, notes))
+                yield from (
+                    "",
+                    f"[[{_key(section)}]]",
+                    *_section(f"{section}[{index}]", entry, notes),
+                )
 
 
 def _sections(value: Any) -> bool:
     """Return whether a value is a section, or a list of sections."""
-    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
+    return isinstance(value, Mapping) or (
+        isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
+    )
 
 
 def _section(path: str, values: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
@@ -75,8 +92,9 @@ def apply_overrides(
 ) -> tuple[dict[str, Any], list[str]]:
     """Return a copy of the table of a file with changed numbers, and their full paths.
 
-    A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one path only; values are in
-    the unit that the name ends in. Raises InputError for an unknown or ambiguous name.
+    A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one path
+    only; values are in the unit that the name ends in. Raises InputError for an unknown or
+    ambiguous name.
     """
     full_table = fill_defaults(model, table)
     locations = _numbers(full_table)
@@ -90,13 +108,19 @@ def apply_overrides(
         kind = find_annotation(model, location)
         is_integer = int in (kind, *get_args(kind)) and float(value).is_integer()
         values[location] = int(value) if is_integer else value
-    return paths.with_values(full_table, values), [paths.join_location(location) for location in values]
+    return paths.with_values(full_table, values), [
+        paths.join_location(location) for location in values
+    ]
 
 
 def _numbers(table: Mapping[str, Any]) -> dict[str, Location]:
     """Return the locations of the numbers of a table by path, including numbers in quotes."""
-    rows: Iterable[tuple[Location, Any]] = paths.walk_locations({k: v for k, v in table.items() if k != "origin"})
-    return {paths.join_location(location): location for location, value in rows if _is_number(value)}
+    rows: Iterable[tuple[Location, Any]] = paths.walk_locations(
+        {k: v for k, v in table.items() if k != "origin"}
+    )
+    return {
+        paths.join_location(location): location for location, value in rows if _is_number(value)
+    }
 
 
 def _is_number(value: Any) -> bool:
@@ -121,15 +145,18 @@ def _flat(value: Any) -> Any:
 Origins = Annotated[
     dict[str, Words],
     BeforeValidator(_flat),
-    Field(description="where numbers are from: paper, assumed, calibrated or measured, by key, or as default"),
+    Field(
+        description="where numbers are from: paper, assumed, calibrated or measured, by key, or "
+        "as default"
+    ),
 ]
 
 
 class Document(FileSection):
     """A file: its sections, and the origins of their numbers.
 
-    Sections have values in the units of the file; `si` converts them. The class of a file ends with the field
-    `origins: Origins = Field(alias="origin")`.
+    Sections have values in the units of the file; `si` converts them. The class of a file ends with
+    the field `origins: Origins = Field(alias="origin")`.
     """
 
     name: Annotated[Line, Field(min_length=1, max_length=80)]
@@ -143,10 +170,13 @@ class Document(FileSection):
     _changed: tuple[str, ...] = PrivateAttr(default=())
 
     @classmethod
-    def load(cls, source: str | Path, kind: str, changes: Mapping[str, float] | None = None) -> Self:
+    def load(
+        cls, source: str | Path, kind: str, changes: Mapping[str, float] | None = None
+    ) -> Self:
         """Load the file at a path, or the built-in file of that name; `changes` as in `read`.
 
-        Raises InputError as `read`, and if the file cannot be read or belongs to another kind of machine.
+        Raises InputError as `read`, and if the file cannot be read or belongs to another kind of
+        machine.
         """
         label = str(source)
         table = parse_toml(examples.read_source(source, kind), label)
@@ -164,11 +194,12 @@ class Document(FileSection):
         changes: Mapping[str, float] | None = None,
         changed: tuple[str, ...] = (),
     ) -> Self:
-        """Validate the table of a file; `source` is its name in messages, `changed` the paths set in `table` before.
+        """Validate the table of a file; `source` is its name in messages, `changed` the paths set
+        in `table` before.
 
-        `changes` are numbers set on the command line, which replace those of the file before validation. A name
-        is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one path only; values are in the
-        unit that the name ends in.
+        `changes` are numbers set on the command line, which replace those of the file before
+        validation. A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part
+        that fits one path only; values are in the unit that the name ends in.
 
         Raises InputError, which names file, key, value and the allowed values.
         """
@@ -194,7 +225,8 @@ class Document(FileSection):
         return self._changed
 
     def si(self, name: str) -> float:
-        """Return the number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in SI units and radians.
+        """Return the number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in SI units
+        and radians.
 
         The last part of a path suffices if it is unique. Raises InputError for other names.
         """
@@ -203,9 +235,11 @@ class Document(FileSection):
         return float(numbers[path]) * units.unit_factor(path)
 
     def origin(self, name: str) -> str:
-        """Return the origin of a value: its entry in [origin], else that of its section, else the default.
+        """Return the origin of a value: its entry in [origin], else that of its section, else the
+        default.
 
-        It is "this file" if the entry is that of a built-in file, and the value another one than there.
+        It is "this file" if the entry is that of a built-in file, and the value another one than
+        there.
         """
         values = self._values()
         return self._origin(self._path(name, values), values, self._entries(values))
@@ -226,7 +260,9 @@ class Document(FileSection):
 
     def numbers(self) -> dict[str, float]:
         """Return all numbers of the file by full path, in the units of the file."""
-        return {path: value for path, value in self._values().items() if isinstance(value, int | float)}
+        return {
+            path: value for path, value in self._values().items() if isinstance(value, int | float)
+        }
 
     def table(self) -> dict[str, Any]:
         """Return the nested table of the file, with changes."""
@@ -236,17 +272,27 @@ class Document(FileSection):
         """Return the table as it is written into another folder."""
         return self.table()
 
-    def input_error(self, name: str, allowed: str, kind: type[InputError] = InputError) -> InputError:
+    def input_error(
+        self, name: str, allowed: str, kind: type[InputError] = InputError
+    ) -> InputError:
         """Return the error for an invalid value, for checks that need more than its file.
 
         `allowed` states the condition: "it must be ...".
         """
         values = self._values()
         path = self._path(name, values)
-        return kind(str(value_error(path, values[path], allowed, self.source, is_changed=path in self.changed)))
+        return kind(
+            str(
+                value_error(
+                    path, values[path], allowed, self.source, is_changed=path in self.changed
+                )
+            )
+        )
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
-        """Return a copy with numbers set on the command line, as in `read`, and with the other files that were read."""
+        """Return a copy with numbers set on the command line, as in `read`, and with the other
+        files that were read.
+        """
         copy = self.read(self.table(), self.source, changes, self.changed)
         for name, value in (self.__pydantic_private__ or {}).items():
             if name not in ("_source", "_changed"):
@@ -260,14 +306,22 @@ class Document(FileSection):
         holder = next(holder for holder in holders if holder in entries)
         words = entries[holder]
         # An entry that was copied with a built-in file speaks of the numbers there.
-        templates = [template for template in _list_templates(type(self)) if template.entries.get(holder) == words]
-        is_changed = templates and all(template.values.get(path) != values[path] for template in templates)
+        templates = [
+            template
+            for template in _list_templates(type(self))
+            if template.entries.get(holder) == words
+        ]
+        is_changed = templates and all(
+            template.values.get(path) != values[path] for template in templates
+        )
         return OWN if is_changed else words
 
     def _entries(self, values: Mapping[str, Any]) -> dict[str, str]:
         """Return the entries of [origin] by full path."""
         names = paths.Names(values)
-        return {(names.candidates(entry) or [entry])[0]: text for entry, text in self.origins.items()}
+        return {
+            (names.candidates(entry) or [entry])[0]: text for entry, text in self.origins.items()
+        }
 
     def _values(self) -> dict[str, Any]:
         return _values_of(self.table())
@@ -284,7 +338,9 @@ class Document(FileSection):
     def _origins_are_known_words(cls, origins: dict[str, str]) -> dict[str, str]:
         allowed = "it must start with paper, assumed, calibrated, measured or optimised"
         problems = [
-            invalid_value_problem(entry, text, allowed) for entry, text in origins.items() if not _ORIGIN.match(text)
+            invalid_value_problem(entry, text, allowed)
+            for entry, text in origins.items()
+            if not _ORIGIN.match(text)
         ]
         if "default" not in origins:
             missing = "it must say where the numbers come from that have no entry of their own"

@@ -27,12 +27,18 @@ _ALIKE = 0.5
 
 def list_examples(kind: str | None = None, suffix: Suffix | None = None) -> list[str]:
     """Return the sorted names of built-in files: all, or those of one package or of one suffix."""
-    return sorted(file.name.rpartition(".")[0] for file in _files(kind) if file.name.endswith(suffix or ""))
+    return sorted(
+        file.name.rpartition(".")[0] for file in _files(kind) if file.name.endswith(suffix or "")
+    )
 
 
 def describe_examples() -> dict[str, str]:
-    """Return the built-in files by name, each with the first sentence of the comment that it begins with."""
-    texts = {file.name.rpartition(".")[0]: file.read_text(encoding="utf-8") for file in _files(None)}
+    """Return the built-in files by name, each with the first sentence of the comment that it begins
+    with.
+    """
+    texts = {
+        file.name.rpartition(".")[0]: file.read_text(encoding="utf-8") for file in _files(None)
+    }
     return {name: _read_sentence(texts[name]) for name in sorted(texts)}
 
 
@@ -51,30 +57,48 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
     similar = paths.find_similar(name, builtin)
     noun = "machine" if suffix == ".toml" else "example"
     if kind and (other := _elsewhere(name)):
-        raise InputError(f"{name}: {other}, but it must be one of {', '.join(builtin)} or the path of a {suffix} file")
+        raise InputError(
+            f"{name}: {other}, but it must be one of {', '.join(builtin)} or the path of a "
+            f"{suffix} file"
+        )
     hint = f": did you mean {similar[0]}?" if similar else ""
     raise InputError(
         f"{name or safe_text.quote_name(name)}: there is no built-in {noun} of that name{hint} "
-        f"(built in: {', '.join(builtin)}; anything else must be the path of a {suffix or '.toml or .csv'} file)"
+        f"(built in: {', '.join(builtin)}; anything else must be the path of a "
+        f"{suffix or '.toml or .csv'} file)"
     )
 
 
 def read_source(source: str | Path, kind: str | None = None, suffix: Suffix = ".toml") -> str:
-    """Return the text of the file at a path, or of the built-in file of that name, of any package or of one.
+    """Return the text of the file at a path, or of the built-in file of that name, of any package
+    or of one.
 
-    Raises InputError if there is neither, if the file cannot be read, or if its name has the other suffix.
+    Raises InputError if there is neither, if the file cannot be read, or if its name has the other
+    suffix.
     """
     if _is_name(source, kind, suffix):
         return example(str(source), kind, suffix)
-    other = next((ending for ending in SUFFIXES if ending != suffix and str(source).lower().endswith(ending)), None)
+    other = next(
+        (
+            ending
+            for ending in SUFFIXES
+            if ending != suffix and str(source).lower().endswith(ending)
+        ),
+        None,
+    )
     if other is not None:
         builtin = ", ".join(list_examples(kind, suffix))
-        raise InputError(f"{source}: this is a {other} file, but it must be a {suffix} file or built in ({builtin})")
+        raise InputError(
+            f"{source}: this is a {other} file, but it must be a {suffix} file or built in "
+            f"({builtin})"
+        )
     return read_text(source)
 
 
 def belongs_to_package(source: str, kind: str, tables: set[str]) -> bool:
-    """Return whether a source is a built-in machine of a package, or a TOML file with the tables of its machines."""
+    """Return whether a source is a built-in machine of a package, or a TOML file with the tables of
+    its machines.
+    """
     if source in list_examples(kind, ".toml"):
         return True
     try:
@@ -84,7 +108,9 @@ def belongs_to_package(source: str, kind: str, tables: set[str]) -> bool:
 
 
 def resembles_package(source: str, kind: str) -> bool:
-    """Return whether a source is a built-in machine of a package, or a TOML file most similar to its files."""
+    """Return whether a source is a built-in machine of a package, or a TOML file most similar to
+    its files.
+    """
     if source in list_examples(kind, ".toml"):
         return True
     try:
@@ -100,15 +126,22 @@ def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
     best = max(alike, key=lambda package: alike[package])
     if best != kind and alike[best] > max(_ALIKE, alike.get(kind, 0)):
         builtin = ", ".join(list_examples(kind, ".toml"))
-        raise InputError(f"{source}: this is a file for {_takers(best)}, but it must be one like {builtin}")
+        raise InputError(
+            f"{source}: this is a file for {_takers(best)}, but it must be one like {builtin}"
+        )
 
 
 def _elsewhere(name: str) -> str | None:
-    """Return a description of a built-in file of another command, or of another kind; None without one."""
+    """Return a description of a built-in file of another command, or of another kind; None without
+    one.
+    """
     for package in sorted(plugins.find_folders("examples")):
         for file in _files(package):
             if file.name.rpartition(".")[0] == name:
-                return f"this is a built-in {file.name.rpartition('.')[2].upper()} file for {_takers(package)}"
+                return (
+                    f"this is a built-in {file.name.rpartition('.')[2].upper()} file for "
+                    f"{_takers(package)}"
+                )
     return None
 
 
@@ -122,15 +155,24 @@ def _alike(table: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _likeness(table: Mapping[str, Any], package: str) -> float:
-    """Return the largest share of top-level keys that a table has in common with a built-in file of a package."""
+    """Return the largest share of top-level keys that a table has in common with a built-in file of
+    a package.
+    """
     keys = set(table) - _EVERYWHERE
-    return max((len(keys & other) / len(keys | other) for other in _tables(package) if keys | other), default=0)
+    return max(
+        (len(keys & other) / len(keys | other) for other in _tables(package) if keys | other),
+        default=0,
+    )
 
 
 @cache
 def _tables(package: str) -> list[set[str]]:
     """Return the names of the tables of each built-in file of a package."""
-    builtin = ((file.read_text(encoding="utf-8"), file.name) for file in _files(package) if file.name.endswith(".toml"))
+    builtin = (
+        (file.read_text(encoding="utf-8"), file.name)
+        for file in _files(package)
+        if file.name.endswith(".toml")
+    )
     return [set(parse_toml(content, name)) - _EVERYWHERE for content, name in builtin]
 
 
@@ -139,7 +181,9 @@ def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
         return False
     if source in list_examples(kind, suffix):
         return True
-    return not (source.lower().endswith(SUFFIXES) or Path(source).name != source or os.path.exists(source))
+    return not (
+        source.lower().endswith(SUFFIXES) or Path(source).name != source or os.path.exists(source)
+    )
 
 
 @cache

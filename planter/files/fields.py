@@ -1,11 +1,21 @@
-"""What a file's class says of its tables: the kind of the value at a place, the values that a file may leave out."""
+"""What a file's class says of its tables: the kind of the value at a place, the values that a file
+may leave out.
+"""
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, Self, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
@@ -16,7 +26,9 @@ from planter.files.paths import Location
 
 
 def find_annotation(model: type[BaseModel], location: Location) -> Any:
-    """Return the type of the value at a location, for items that of their list; None for an unknown location."""
+    """Return the type of the value at a location, for items that of their list; None for an unknown
+    location.
+    """
     kind: Any = model
     for part in location:
         if isinstance(part, str) and get_origin(kind) is dict:
@@ -29,7 +41,9 @@ def find_annotation(model: type[BaseModel], location: Location) -> Any:
 
 
 def find_section(kind: Any) -> type[BaseModel] | None:
-    """Return the class of a table in a type such as `Section`, `Section | None` or `list[Section]`."""
+    """Return the class of a table in a type such as `Section`, `Section | None` or
+    `list[Section]`.
+    """
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         return kind
     inner = () if get_origin(kind) is dict else get_args(kind)
@@ -88,11 +102,14 @@ OWN = "this file"
 
 
 def invalid_value_problem(key: str, value: object, allowed: str) -> PydanticCustomError:
-    """Return the error of a validator for an invalid value at `key`, relative to the table of the validator.
+    """Return the error of a validator for an invalid value at `key`, relative to the table of the
+    validator.
 
     `allowed` is the rule that the value violates: "it must ...".
     """
-    return PydanticCustomError("refused", "{allowed}", {"key": key, "value": value, "allowed": allowed})
+    return PydanticCustomError(
+        "refused", "{allowed}", {"key": key, "value": value, "allowed": allowed}
+    )
 
 
 def missing_value_problem(key: str, allowed: str) -> PydanticCustomError:
@@ -103,26 +120,35 @@ def missing_value_problem(key: str, allowed: str) -> PydanticCustomError:
 def raise_problems(problems: Sequence[PydanticCustomError]) -> None:
     """Raise all problems of a validator together, if any."""
     if problems:
-        raise ValidationError.from_exception_data("", [InitErrorDetails(type=error, input=None) for error in problems])
+        raise ValidationError.from_exception_data(
+            "", [InitErrorDetails(type=error, input=None) for error in problems]
+        )
 
 
 def describe_problems(
     error: ValidationError, source: str, model: type[BaseModel], changed: Collection[str] = ()
 ) -> InputError:
-    """Return an error with the problems of `source` that pydantic reports, at most 8, and the number of the others.
+    """Return an error with the problems of `source` that pydantic reports, at most 8, and the
+    number of the others.
 
-    Unknown keys come first, since a misspelt key usually explains a missing one. The message marks values whose path is
-    in `changed` as set on the command line.
+    Unknown keys come first, since a misspelt key usually explains a missing one. The message marks
+    values whose path is in `changed` as set on the command line.
     """
-    errors = sorted(error.errors(include_url=False), key=lambda details: details["type"] != "extra_forbidden")
+    errors = sorted(
+        error.errors(include_url=False), key=lambda details: details["type"] != "extra_forbidden"
+    )
     problems = "; ".join(_problem(details, model, changed) for details in errors[:_LISTED])
     more = len(errors) - _LISTED
     tail = f" (and {more} more problem{'s' if more > 1 else ''})" if more > 0 else ""
     return InputError(f"{source}: {problems}{tail}")
 
 
-def value_error(path: str, value: object, rule: str, source: str = "", *, is_changed: bool = False) -> InputError:
-    """Return the error of an invalid value of a file, written as in TOML, and marked if the command line set it."""
+def value_error(
+    path: str, value: object, rule: str, source: str = "", *, is_changed: bool = False
+) -> InputError:
+    """Return the error of an invalid value of a file, written as in TOML, and marked if the command
+    line set it.
+    """
     text = f"{safe_text.format_value(value)}{f' ({SET})' if is_changed else ''}"
     return InputError.for_value(safe_text.quote_name(path), text, rule, source)
 
@@ -142,7 +168,9 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
         allowed = _ALLOWED.get(details["type"], _OTHERWISE).format(**context)
     if details["type"] in ("float_type", "int_type") and isinstance(value, str):
         pointed = safe_text.replace_decimal_comma(value)
-        allowed += f" without quotes, with a decimal point: {pointed}" if pointed else ", without quotes"
+        allowed += (
+            f" without quotes, with a decimal point: {pointed}" if pointed else ", without quotes"
+        )
     set_here = any(name == path or name.startswith(f"{path}[") for name in changed)
     return str(value_error(path, value, allowed, is_changed=set_here))
 
@@ -163,11 +191,15 @@ def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
 
 
 LEAST, LARGEST = 1e-15, 1e15
-"""Of a positive number of a file, and of any in size: beyond any machine's, so that powers and products stay finite."""
+"""Of a positive number of a file, and of any in size: beyond any machine's, so that powers and
+products stay finite.
+"""
 
 
 NEGLIGIBLE = 1e-100
-"""Of any number that is not zero, in size: squares and quotients of smaller ones leave the range of numbers."""
+"""Of any number that is not zero, in size: squares and quotients of smaller ones leave the range of
+numbers.
+"""
 
 
 def _not_tiny(value: float) -> float:
@@ -187,7 +219,9 @@ Whole = Annotated[int, Field(strict=True)]
 
 
 def _words(text: str) -> str:
-    if any(safe_text.is_invisible(char) and char not in safe_text.ALLOWED_CONTROLS for char in text):
+    if any(
+        safe_text.is_invisible(char) and char not in safe_text.ALLOWED_CONTROLS for char in text
+    ):
         raise invalid_value_problem("", text, "it must hold no control characters")
     return text
 
@@ -245,29 +279,45 @@ def _numbers(place: str, value: object) -> Iterator[tuple[str, float]]:
 class FileSection(BaseModel):
     """An immutable table of a file, with a fixed set of keys and finite numbers.
 
-    After the validation of each value all methods marked as `check` run, and all their problems are reported.
+    After the validation of each value all methods marked as `check` run, and all their problems are
+    reported.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
     @check
     def _numbers_are_not_negligible(self) -> Problems:
         for name, field in type(self).model_fields.items():
             for place, value in _numbers(field.alias or name, getattr(self, name)):
                 if 0 < abs(value) < NEGLIGIBLE:
-                    yield invalid_value_problem(place, value, f"it must be at least {NEGLIGIBLE:g} in size")
+                    yield invalid_value_problem(
+                        place, value, f"it must be at least {NEGLIGIBLE:g} in size"
+                    )
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        methods = [method for owner in reversed(type(self).__mro__) for method in vars(owner).values()]
-        raise_problems([problem for method in methods if getattr(method, "checks", False) for problem in method(self)])
+        methods = [
+            method for owner in reversed(type(self).__mro__) for method in vars(owner).values()
+        ]
+        raise_problems(
+            [
+                problem
+                for method in methods
+                if getattr(method, "checks", False)
+                for problem in method(self)
+            ]
+        )
         return self
 
 
 def read_range(model: type[BaseModel], path: str) -> tuple[float | None, float | None]:
-    """Return the smallest and largest number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in its unit.
+    """Return the smallest and largest number at a path such as `mass.sun_kg` or
+    `nozzle.hinge_A_mm[0]`, in its unit.
 
-    None stands for the general limit of all numbers. Raises KeyError if the class does not have the path.
+    None stands for the general limit of all numbers. Raises KeyError if the class does not have the
+    path.
     """
     root = _schema(model)
     node = root

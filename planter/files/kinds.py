@@ -1,7 +1,9 @@
-"""The kinds of machines: packages whose module `machines` takes a source, and further modules of such a package.
+"""The kinds of machines: packages whose module `machines` takes a source, and further modules of
+such a package.
 
-A package takes a built-in name, or a file by its tables (`machines.takes`). Its other modules serve what it takes:
-`show` a page, `toothed` gears, `labelled` and `sheets` drawings, `swept` sweeps and tolerances.
+A package takes a built-in name, or a file by its tables (`machines.takes`). Its other modules serve
+what it takes: `show` a page, `toothed` gears, `labelled` and `sheets` drawings, `swept` sweeps and
+tolerances.
 """
 
 from __future__ import annotations
@@ -14,17 +16,24 @@ from planter.files import examples
 
 def find_kind(source: str) -> ModuleType | None:
     """Return the module `machines` of the package that takes a source, or None."""
-    return next((module for module in plugins.load_modules("machines") if module.takes(source)), None)
+    return next(
+        (module for module in plugins.load_modules("machines") if module.takes(source)), None
+    )
 
 
 def load_part(source: str, part: str) -> ModuleType | None:
-    """Return a module by its name of the package that takes a source, or of the one whose files a file resembles.
+    """Return a module by its name of the package that takes a source, or of the one whose files a
+    file resembles.
 
     None if there is no such package, or if it has no such module.
     """
     kind = find_kind(source)
     for module in plugins.load_modules(part):
         package = plugins.name_package(module)
-        if package == plugins.name_package(kind) if kind else examples.resembles_package(source, package):
+        if (
+            package == plugins.name_package(kind)
+            if kind
+            else examples.resembles_package(source, package)
+        ):
             return module
     return None

@@ -1,4 +1,6 @@
-"""Names of values in nested tables: `mass`, `mass.sun_kg`, `nozzle.hinge_A_mm`, `nozzle.hinge_A_mm[0]`."""
+"""Names of values in nested tables: `mass`, `mass.sun_kg`, `nozzle.hinge_A_mm`,
+`nozzle.hinge_A_mm[0]`.
+"""
 
 import copy
 import difflib
@@ -26,7 +28,9 @@ def last_part(path: str) -> str:
 
 
 def walk_paths(table: Table) -> Iterator[tuple[str, Any]]:
-    """Yield every path of a nested table with its value: tables, keys and the items of lists, outer ones first."""
+    """Yield every path of a nested table with its value: tables, keys and the items of lists, outer
+    ones first.
+    """
     return ((join_location(location), value) for location, value in walk_locations(table))
 
 
@@ -43,7 +47,9 @@ def walk_locations(value: Any, location: Location = ()) -> Iterator[tuple[Locati
 
 
 def with_values(table: Table, values: Mapping[Location, Any]) -> dict[str, Any]:
-    """Return a copy of a table of dicts and lists in which the values at existing locations are replaced."""
+    """Return a copy of a table of dicts and lists in which the values at existing locations are
+    replaced.
+    """
     changed = copy.deepcopy(dict(table))
     for (*inner, last), value in values.items():
         holder: Any = changed
@@ -63,7 +69,9 @@ class Names:
             self._ends.setdefault(last_part(path), []).append(path)
 
     def candidates(self, name: str) -> list[str]:
-        """Return the paths that a name may mean: itself, else those that end in it, bounds only without others."""
+        """Return the paths that a name may mean: itself, else those that end in it, bounds only
+        without others.
+        """
         matches = [name] if name in self._paths else self._ends.get(name, [])
         return [path for path in matches if not path.startswith("bounds.")] or matches
 
@@ -73,11 +81,15 @@ class Names:
         if candidates:
             return f"it fits several values, name one of {', '.join(candidates)}"
         first = next(iter(self._paths), "section.length_mm")
-        return f"the file has no such value, {suggest_names(name, self._paths, f'names look like {first}')}"
+        return (
+            f"the file has no such value, "
+            f"{suggest_names(name, self._paths, f'names look like {first}')}"
+        )
 
 
 def suggest_names(name: str, allowed: Collection[str], otherwise: str = "") -> str:
-    """Return a hint for an unknown name: similar allowed names, else `otherwise`, by default all allowed names.
+    """Return a hint for an unknown name: similar allowed names, else `otherwise`, by default all
+    allowed names.
 
     >>> suggest_names("ellips", ["ellipse", "sine"]), suggest_names("x", ["ellipse", "sine"])
     ('did you mean ellipse?', 'it must be one of ellipse, sine')

@@ -1,7 +1,9 @@
-"""Spellings of a quantity's name: results, tables and pages print it in several, and each is accepted everywhere.
+"""Spellings of a quantity's name: results, tables and pages print it in several, and each is
+accepted everywhere.
 
-A name is a symbol (`F_A1x`), a key with its unit (`F_A1x_N`), or its words (`bearing A1`); a page writes the meaning
-with the symbol in brackets. A force with components has their common name (`F_A1`), too.
+A name is a symbol (`F_A1x`), a key with its unit (`F_A1x_N`), or its words (`bearing A1`); a page
+writes the meaning with the symbol in brackets. A force with components has their common name
+(`F_A1`), too.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 def find_spelled(name: str, spellings: Mapping[Key, Iterable[str]]) -> list[Key]:
-    """Return the keys one of whose `spellings` a text is: exactly, or else with other spaces, or capital letters.
+    """Return the keys one of whose `spellings` a text is: exactly, or else with other spaces, or
+    capital letters.
 
     >>> forces = {"bearing_A1": list_spellings("bearing_A1", "bearing_A1_N", "", ("F_A1x", "F_A1y"))}
     >>> [find_spelled(name, forces) for name in ("bearing A1", "F_A1", "Bearing A1", "bearing_A1_N", "bearing")]
@@ -35,7 +38,9 @@ def find_spelled(name: str, spellings: Mapping[Key, Iterable[str]]) -> list[Key]
     return []
 
 
-def list_spellings(name: str, key: str, meaning: str = "", components: tuple[str, ...] = ()) -> tuple[str, ...]:
+def list_spellings(
+    name: str, key: str, meaning: str = "", components: tuple[str, ...] = ()
+) -> tuple[str, ...]:
     """Return the spellings of a quantity with a key, or of the size of a vector with components."""
     stem = key.removesuffix(units.unit_suffix(key))
     spellings = [name, key, stem, meaning]

@@ -1,4 +1,7 @@
-"""What a file may hold at most: how deep it is nested, how many values, how long a name. All of it in linear time."""
+"""What a file may hold at most: how deep it is nested, how many values, how long a name.
+
+All of it in linear time.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,9 @@ DEEPEST = 16
 MOST_VALUES = 10_000
 """Names of tables and values, and items of lists."""
 MARKS_PER_VALUE = 5
-"""Brackets, points and signs between values for each value: more are told before anything is parsed."""
+"""Brackets, points and signs between values for each value: more are told before anything is
+parsed.
+"""
 LONGEST_NAME = 200
 """Characters of a name."""
 LARGEST_WHOLE = 2**63
@@ -46,10 +51,12 @@ _STEPS = {"[": 1, "{": 1, "]": -1, "}": -1}
 
 
 def check_nesting(text: str, source: str, most_values: int = MOST_VALUES) -> None:
-    """Raise InputError for a TOML or JSON text nested too deep, in brackets or by dots, or with too many values.
+    """Raise InputError for a TOML or JSON text nested too deep, in brackets or by dots, or with too
+    many values.
 
-    Parsing dots takes memory without end, parsing brackets the stack. An open string ends with the file or its line;
-    that it is open the parser will tell. What is a comment or a string in TOML alone is where a parser of JSON stops.
+    Parsing dots takes memory without end, parsing brackets the stack. An open string ends with the
+    file or its line; that it is open the parser will tell. What is a comment or a string in TOML
+    alone is where a parser of JSON stops.
     """
     brackets = dots = marks = 0
     for token in _TOKENS.finditer(text):
@@ -64,21 +71,36 @@ def check_nesting(text: str, source: str, most_values: int = MOST_VALUES) -> Non
             raise InputError(f"{source}: {_too_many(most_values)}")
         if max(brackets, dots) > DEEPEST:
             line = text.count("\n", 0, token.start()) + 1
-            raise InputError(f"{source}: line {line}: this is nested too deep, it must not exceed {DEEPEST} levels")
+            raise InputError(
+                f"{source}: line {line}: this is nested too deep, it must not exceed {DEEPEST} "
+                f"levels"
+            )
 
 
 def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_VALUES) -> None:
-    """Raise InputError for a parsed table that is too deep or too large, for long names and numbers beyond 64 bits."""
+    """Raise InputError for a parsed table that is too deep or too large, for long names and numbers
+    beyond 64 bits.
+    """
     for count, (location, value) in enumerate(paths.walk_locations(table), 1):
         name = str(location[-1])
         if len(name) > LONGEST_NAME:
             short = safe_text.quote_name(name)
-            raise InputError(f"{source}: the name {short} is too long, it must not exceed {LONGEST_NAME} characters")
+            raise InputError(
+                f"{source}: the name {short} is too long, it must not exceed {LONGEST_NAME} "
+                f"characters"
+            )
         if len(location) > DEEPEST:
-            raise InputError(f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels")
+            raise InputError(
+                f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels"
+            )
         if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
-            entry = f"{safe_text.quote_name(paths.join_location(location))} = {safe_text.format_value(value)}"
-            raise InputError(f"{source}: {entry}: it must be a number of fewer digits, or have a point")
+            entry = (
+                f"{safe_text.quote_name(paths.join_location(location))} = "
+                f"{safe_text.format_value(value)}"
+            )
+            raise InputError(
+                f"{source}: {entry}: it must be a number of fewer digits, or have a point"
+            )
         if count > most_values:
             raise InputError(f"{source}: {_too_many(most_values)}")
 
@@ -88,7 +110,9 @@ def _too_many(most_values: int) -> str:
 
 
 def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
-    """Raise InputError for what JSON can write and nothing here can take: 1e999, a surrogate, a control character."""
+    """Raise InputError for what JSON can write and nothing here can take: 1e999, a surrogate, a
+    control character.
+    """
     for location, value in paths.walk_locations(table):
         if any(isinstance(text, str) and CONTROL.search(text) for text in (location[-1], value)):
             problem = "holds a character that no text has"
@@ -96,7 +120,9 @@ def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
             problem = "is not a finite number"
         else:
             continue
-        raise InputError(f"{source}: {safe_text.quote_name(paths.join_location(location))} {problem}")
+        raise InputError(
+            f"{source}: {safe_text.quote_name(paths.join_location(location))} {problem}"
+        )
 
 
 LIMIT_BYTES = 1_000_000
@@ -105,8 +131,12 @@ ENCODING_SAMPLE = 1000
 LONGEST_ARGUMENT = 10_000
 """Characters of a word on the command line."""
 _DECIMAL_COMMA = re.compile(r"=\s*(\S+)\s*(?:#.*)?")
-_NO_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-"""A pipe that takes the place of a file between two looks at it must not make the opening wait for a writer."""
+_NO_WAITING = (
+    getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+)
+"""A pipe that takes the place of a file between two looks at it must not make the opening wait for
+a writer.
+"""
 
 
 _READ: set[str] = set()
@@ -120,15 +150,22 @@ def was_read(path: str | Path) -> bool:
 def check_arguments(arguments: Sequence[str]) -> None:
     """Raises InputError for more words on a command line, or longer ones, than anybody types."""
     if len(arguments) > MOST_VALUES:
-        raise InputError(f"there are {len(arguments)} words on the command line, at most {MOST_VALUES} can be")
+        raise InputError(
+            f"there are {len(arguments)} words on the command line, at most {MOST_VALUES} can be"
+        )
     longest = max(arguments, key=len, default="")
     if len(longest) > LONGEST_ARGUMENT:
         short = safe_text.quote_name(longest)
-        raise InputError(f"{short} is too long, a word on the command line has at most {LONGEST_ARGUMENT} characters")
+        raise InputError(
+            f"{short} is too long, a word on the command line has at most {LONGEST_ARGUMENT} "
+            f"characters"
+        )
 
 
 def check_regular(path: str | Path) -> None:
-    """Raises InputError where there is no regular file: nothing there, a folder, a device, a pipe."""
+    """Raises InputError where there is no regular file: nothing there, a folder, a device, a
+    pipe.
+    """
     try:
         _check_mode(os.stat(path).st_mode, path)
     except FileNotFoundError:
@@ -175,9 +212,10 @@ def read_text(path: str | Path, limit: int = LIMIT_BYTES) -> str:
 def read_text_in_any_encoding(path: str | Path, limit: int = LIMIT_BYTES) -> tuple[str, str]:
     """Return the text of a regular file of at most `limit` bytes, and the name of its encoding.
 
-    The encoding is that of the byte order mark, else UTF-16 if every other byte is zero, else UTF-8, else Windows-1252
-    or Latin-1. A mark of the end of the file behind the text (Ctrl-Z, zeros) is dropped. Raises InputError as
-    `read_bytes` does, and for a text with control characters.
+    The encoding is that of the byte order mark, else UTF-16 if every other byte is zero, else
+    UTF-8, else Windows-1252 or Latin-1. A mark of the end of the file behind the text (Ctrl-Z,
+    zeros) is dropped. Raises InputError as `read_bytes` does, and for a text with control
+    characters.
     """
     content = read_bytes(path, limit)
     for encoding in _list_encodings(content):
@@ -187,16 +225,22 @@ def read_text_in_any_encoding(path: str | Path, limit: int = LIMIT_BYTES) -> tup
         except UnicodeDecodeError:
             continue
     else:
-        raise InputError(f"{path}: the file is cut off within a character of {encoding}; save it again as UTF-8")
+        raise InputError(
+            f"{path}: the file is cut off within a character of {encoding}; save it again as UTF-8"
+        )
     text = text.removeprefix("\ufeff").rstrip("\x00\x1a")
     check_text(text, str(path), len(content))
     return text, _ENCODINGS[encoding]
 
 
 _ENCODINGS = {
-    "utf-8": "UTF-8", "utf-16": "UTF-16", "utf-16-le": "UTF-16", "utf-16-be": "UTF-16", "cp1252": "Windows-1252",
+    "utf-8": "UTF-8",
+    "utf-16": "UTF-16",
+    "utf-16-le": "UTF-16",
+    "utf-16-be": "UTF-16",
+    "cp1252": "Windows-1252",
     "latin-1": "Latin-1",
-}  # fmt: skip
+}
 
 
 def _list_encodings(content: bytes) -> tuple[str, ...]:
@@ -204,7 +248,10 @@ def _list_encodings(content: bytes) -> tuple[str, ...]:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return ("utf-16",)
     first = content[:ENCODING_SAMPLE]
-    for encoding, high, low in (("utf-16-le", first[1::2], first[::2]), ("utf-16-be", first[::2], first[1::2])):
+    for encoding, high, low in (
+        ("utf-16-le", first[1::2], first[::2]),
+        ("utf-16-be", first[::2], first[1::2]),
+    ):
         if 2 * high.count(0) > len(high) > 0 and 2 * low.count(0) < len(low):
             return (encoding,)
     return ("utf-8", "cp1252", "latin-1")
@@ -215,25 +262,34 @@ def read_toml(path: str | Path, parse_float: Callable[[str], float] = float) -> 
     return parse_toml(read_text(path), str(path), parse_float)
 
 
-def read_json(path: str | Path, limit: int = LIMIT_BYTES, most_values: int = MOST_VALUES) -> dict[str, Any]:
+def read_json(
+    path: str | Path, limit: int = LIMIT_BYTES, most_values: int = MOST_VALUES
+) -> dict[str, Any]:
     """Return the object of a JSON file. Raises InputError as `read_text` and `parse_json` do."""
     return parse_json(read_text(path, limit), str(path), limit, most_values)
 
 
 def check_text(text: str, source: str, limit: int = LIMIT_BYTES) -> None:
-    """Raises InputError for a text that is too long, or that holds control characters or surrogates."""
+    """Raises InputError for a text that is too long, or that holds control characters or
+    surrogates.
+    """
     if len(text) > limit:
         raise InputError(f"{source}: the text is too long, it must not exceed {limit} characters")
     if control := CONTROL.search(text):
         line = text.count("\n", 0, control.start()) + 1
-        raise InputError(f"{source}: line {line} holds the control character {control[0]!r}, which it must not")
+        raise InputError(
+            f"{source}: line {line} holds the control character {control[0]!r}, which it must not"
+        )
 
 
-def parse_toml(text: str, source: str, parse_float: Callable[[str], float] = float) -> dict[str, Any]:
-    """Return the tables of a TOML text; `source` names it in the error, `parse_float` reads numbers with a point.
+def parse_toml(
+    text: str, source: str, parse_float: Callable[[str], float] = float
+) -> dict[str, Any]:
+    """Return the tables of a TOML text; `source` names it in the error, `parse_float` reads numbers
+    with a point.
 
-    Raises InputError with the line of the first syntax error, for control characters, and for what is nested too deep
-    or too large to be such a file (`planter.files.text`).
+    Raises InputError with the line of the first syntax error, for control characters, and for what
+    is nested too deep or too large to be such a file (`planter.files.text`).
     """
     check_text(text, source)
     check_nesting(text, source)
@@ -242,25 +298,34 @@ def parse_toml(text: str, source: str, parse_float: Callable[[str], float] = flo
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{source}: {_syntax_error(str(error), text)}") from None
     except ValueError:
-        raise InputError(f"{source}: this is not usable TOML: a number has too many digits") from None
+        raise InputError(
+            f"{source}: this is not usable TOML: a number has too many digits"
+        ) from None
     check_values(table, source)
     return table
 
 
-def parse_json(text: str, source: str, limit: int = LIMIT_BYTES, most_values: int = MOST_VALUES) -> dict[str, Any]:
+def parse_json(
+    text: str, source: str, limit: int = LIMIT_BYTES, most_values: int = MOST_VALUES
+) -> dict[str, Any]:
     """Return the object of a JSON text; `source` names it in the error.
 
-    Raises InputError for what is no JSON or no object, for numbers that are not finite, strings with control characters
-    or surrogates, and for what is nested too deep or too large (`planter.files.text`).
+    Raises InputError for what is no JSON or no object, for numbers that are not finite, strings
+    with control characters or surrogates, and for what is nested too deep or too large
+    (`planter.files.text`).
     """
     check_text(text, source, limit)
     check_nesting(text, source, most_values)
     try:
         table = json.loads(text, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
-        raise InputError(f"{source}: line {error.lineno}: this is not valid JSON: {error.msg}") from None
+        raise InputError(
+            f"{source}: line {error.lineno}: this is not valid JSON: {error.msg}"
+        ) from None
     except ValueError:
-        raise InputError(f"{source}: this is not usable JSON: a number is not finite or has too many digits") from None
+        raise InputError(
+            f"{source}: this is not usable JSON: a number is not finite or has too many digits"
+        ) from None
     if not isinstance(table, dict):
         raise InputError(f"{source}: this is not a JSON object, which it must be")
     check_values(table, source, most_values)
@@ -274,7 +339,10 @@ def _refuse_constant(name: str) -> NoReturn:
 
 @contextmanager
 def _opened(path: str | Path) -> Iterator[BufferedReader]:
-    """Open a file for reading. Raises OSError, and InputError if it is not a regular file any more."""
+    """Open a file for reading.
+
+    Raises OSError, and InputError if it is not a regular file any more.
+    """
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAITING)) as file:
         _check_mode(os.fstat(file.fileno()).st_mode, path)
         yield file

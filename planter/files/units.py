@@ -1,4 +1,5 @@
-"""Units of keys, whose names end in the unit of their value, and units as papers print them; all else is SI and rad.
+"""Units of keys, whose names end in the unit of their value, and units as papers print them; all
+else is SI and rad.
 
 >>> unit_factor("R3_mm"), display_unit("R3_mm")
 (0.001, 'mm')
@@ -87,13 +88,17 @@ def display_unit(key: str) -> str:
 
 _SIGNS = {"deg": "\N{DEGREE SIGN}", "um": "\N{MICRO SIGN}m", "1": ""}
 _EXPONENTS = {
-    "2": "\N{SUPERSCRIPT TWO}", "3": "\N{SUPERSCRIPT THREE}", "4": "\N{SUPERSCRIPT FOUR}",
-    "5": "\N{SUPERSCRIPT FIVE}", "6": "\N{SUPERSCRIPT SIX}",
-}  # fmt: skip
+    "2": "\N{SUPERSCRIPT TWO}",
+    "3": "\N{SUPERSCRIPT THREE}",
+    "4": "\N{SUPERSCRIPT FOUR}",
+    "5": "\N{SUPERSCRIPT FIVE}",
+    "6": "\N{SUPERSCRIPT SIX}",
+}
 
 
 def typeset_unit(unit: str) -> str:
-    """Return a unit as pages and figures show it: exponents as superscripts, and nothing for the unit 1.
+    """Return a unit as pages and figures show it: exponents as superscripts, and nothing for the
+    unit 1.
 
     >>> typeset_unit("rad/s2"), typeset_unit("deg"), typeset_unit("1"), typeset_unit("km/h")
     ('rad/s²', '°', '', 'km/h')
@@ -103,7 +108,8 @@ def typeset_unit(unit: str) -> str:
 
 
 def typeset_label(label: str) -> str:
-    """Return a label with the unit behind the last stroke of each line typeset, and without one for the unit 1.
+    """Return a label with the unit behind the last stroke of each line typeset, and without one for
+    the unit 1.
 
     >>> typeset_label("variance / N2"), typeset_label("ratio / 1"), typeset_label("angle / deg\\nof the carrier")
     ('variance / N²', 'ratio', 'angle / °\\nof the carrier')
@@ -112,11 +118,14 @@ def typeset_label(label: str) -> str:
 
 
 _DEGREES = re.compile(r'(`[^`]*`|"[^"]*")|(?<=\d) deg\b(?![/\\]|\.\w)|(?<= / )deg$')
-"""Angles of a sentence, and the unit that ends a label; code and quotations stand in a group, which stays."""
+"""Angles of a sentence, and the unit that ends a label; code and quotations stand in a group, which
+stays.
+"""
 
 
 def typeset_degrees(text: str) -> str:
-    """Return a sentence or a label whose angles have the sign of degrees, except in code and quotations.
+    """Return a sentence or a label whose angles have the sign of degrees, except in code and
+    quotations.
 
     >>> typeset_degrees("at 12.5 deg of 360 deg, 5 deg/s, from 5 deg.csv, as `--at '5 deg'`")
     "at 12.5° of 360°, 5 deg/s, from 5 deg.csv, as `--at '5 deg'`"
@@ -153,7 +162,9 @@ def display_key(name: str, si_unit: str) -> str:
     """
     suffix = _SHOWN_IN.get(si_unit)
     if suffix is None:
-        suffix = next((s for s, unit in _UNITS.items() if unit.display == si_unit and unit.si == 1.0), None)
+        suffix = next(
+            (s for s, unit in _UNITS.items() if unit.display == si_unit and unit.si == 1.0), None
+        )
     if suffix is None:
         units = ", ".join(unit.display for unit in _UNITS.values() if unit.si == 1.0)
         raise InputError(f"{name}: unit = {si_unit}: results can be in {units}, or without unit")
@@ -162,7 +173,9 @@ def display_key(name: str, si_unit: str) -> str:
 
 def has_key(si_unit: str) -> bool:
     """Return whether quantities of an SI unit have a display unit."""
-    return si_unit in _SHOWN_IN or any(unit.display == si_unit and unit.si == 1.0 for unit in _UNITS.values())
+    return si_unit in _SHOWN_IN or any(
+        unit.display == si_unit and unit.si == 1.0 for unit in _UNITS.values()
+    )
 
 
 def _unit(key: str) -> _Unit:
@@ -191,7 +204,17 @@ _BASE: dict[str, tuple[float, Dimension]] = {
     "Pa": (1.0, (1, -1, -2, 0)),
 }
 _ALSO = {"rpm": "r/min"}
-_PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "k": 1e3, "M": 1e6, "G": 1e9}
+_PREFIXES = {
+    "n": 1e-9,
+    "u": 1e-6,
+    "µ": 1e-6,
+    "m": 1e-3,
+    "c": 1e-2,
+    "d": 1e-1,
+    "k": 1e3,
+    "M": 1e6,
+    "G": 1e9,
+}
 _PREFIXED = ("g", "m", "s", "rad", "N", "J", "W", "Pa")
 _FACTOR = re.compile(r"([^\W\d]+|%|°|1)\^?(-?\d+(?:\.\d+)?)?")
 
@@ -216,7 +239,8 @@ class Unit:
 
 
 def parse_unit(text: str) -> Unit:
-    """Parse a unit such as ``N m``, ``kg m2``, ``mm/s2`` or ``r/min``; an empty text is a pure number.
+    """Parse a unit such as ``N m``, ``kg m2``, ``mm/s2`` or ``r/min``; an empty text is a pure
+    number.
 
     Units after a stroke divide. Raises ValueError, which names the part, if the text is not a unit.
     """

@@ -1,7 +1,9 @@
-"""Contacts of the flanks of two gears, solved from a displaced start, also at a larger centre distance.
+"""Contacts of the flanks of two gears, solved from a displaced start, also at a larger centre
+distance.
 
-The solution uses only the points of the flanks, so that it verifies that they are conjugate. Involutes of circles stay
-conjugate at any distance; flanks on other curves do not, so each contact is solved.
+The solution uses only the points of the flanks, so that it verifies that they are conjugate.
+Involutes of circles stay conjugate at any distance; flanks on other curves do not, so each contact
+is solved.
 """
 
 from __future__ import annotations
@@ -44,7 +46,9 @@ class FlankMeshing(Protocol):
         """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
 
     def arc_lengths(self, at: Array) -> tuple[Array, Array]:
-        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,) [m]."""
+        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,)
+        [m].
+        """
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,9 @@ class Contacts:
 
     @property
     def points(self) -> Array:
-        """Contact points (2, n) [m] of flanks without backlash, from the gear's axis, the line of centres along x."""
+        """Contact points (2, n) [m] of flanks without backlash, from the gear's axis, the line of
+        centres along x.
+        """
         return self.cut_flanks(self.faced.xi, self._touching[:2], self._touching[2])[0].points
 
     @property
@@ -77,9 +83,11 @@ class Contacts:
 
     @property
     def lost_motion(self) -> Array:
-        """Rotation (p, 2) of the mate from the central position [rad] until a side of the teeth stops it, by SIDES.
+        """Rotation (p, 2) of the mate from the central position [rad] until a side of the teeth
+        stops it, by SIDES.
 
-        The p positions are the distinct `faced.at` in rising order; NaN where no flank of a side is in contact.
+        The p positions are the distinct `faced.at` in rising order; NaN where no flank of a side is
+        in contact.
         """
         turns = self.solve(self.thinned, self._start)[2]
         position = np.unique(self.faced.at, return_inverse=True)[1]
@@ -87,7 +95,9 @@ class Contacts:
 
     @property
     def gaps(self) -> Array:
-        """Distance (n,) of flanks along their common normal, in the central position [m]; below 0 they overlap."""
+        """Distance (n,) of flanks along their common normal, in the central position [m]; below 0
+        they overlap.
+        """
         still = np.zeros_like(self.faced.at)
 
         def system(at: Array) -> tuple[Array, Array]:
@@ -97,10 +107,15 @@ class Contacts:
                 _dot(gear_cut.tangents, mate_cut.tangents),
                 cross_product(gear_cut.tangents, mate_cut.tangents),
             )
-            slopes = np.array([
-                [gear_cut.turning * cross_product(gear_cut.tangents, gap) - gear_cut.rate, mate_cut.rate * cosine],
-                [-gear_cut.turning * cosine, mate_cut.turning * cosine],
-            ])  # fmt: skip
+            slopes = np.array(
+                [
+                    [
+                        gear_cut.turning * cross_product(gear_cut.tangents, gap) - gear_cut.rate,
+                        mate_cut.rate * cosine,
+                    ],
+                    [-gear_cut.turning * cosine, mate_cut.turning * cosine],
+                ]
+            )
             return np.array([_dot(gap, gear_cut.tangents), sine]), slopes
 
         start = self._start[:2] + _START_OFFSET * self.mesh.pitch
@@ -120,12 +135,18 @@ class Contacts:
 
     @cached_property
     def _touching(self) -> Array:
-        """Arc lengths at both contacts and rotation of the mate (3, n) for flanks without backlash."""
+        """Arc lengths at both contacts and rotation of the mate (3, n) for flanks without
+        backlash.
+        """
         offset = _START_OFFSET * self.mesh.pitch
-        return self.solve(self.faced.xi, self._start + np.array([[offset], [-2 * offset], [_START_TURN]]))
+        return self.solve(
+            self.faced.xi, self._start + np.array([[offset], [-2 * offset], [_START_TURN]])
+        )
 
     def solve(self, xi: Array, start: Array) -> Array:
-        """Return arc lengths at both contacts and rotation of the mate (3, n) for flanks at arc lengths (2, n) [m]."""
+        """Return arc lengths at both contacts and rotation of the mate (3, n) for flanks at arc
+        lengths (2, n) [m].
+        """
 
         def system(at: Array) -> tuple[Array, Array]:
             return self.residuals(*self.cut_flanks(xi, at[:2], at[2]))
@@ -134,14 +155,20 @@ class Contacts:
         return roots.solve_systems(system, start, np.array([step, step, turn]))
 
     def residuals(self, gear_cut: Cut, mate_cut: Cut) -> tuple[Array, Array]:
-        """Return the residuals (3, n) of a contact, distance in x and y [m] and sine between the tangents, and the
-        Jacobian.
+        """Return the residuals (3, n) of a contact, distance in x and y [m] and sine between the
+        tangents, and the Jacobian.
 
         The Jacobian (3, 3, n) is by the arc lengths of both contacts and the rotation of the mate.
         """
         cosine = _dot(gear_cut.tangents, mate_cut.tangents)
         arm = mate_cut.points - np.array([[self.mesh.pair.distance], [0.0]])
-        moved = np.array([gear_cut.rate * gear_cut.tangents, -mate_cut.rate * mate_cut.tangents, [arm[1], -arm[0]]])
+        moved = np.array(
+            [
+                gear_cut.rate * gear_cut.tangents,
+                -mate_cut.rate * mate_cut.tangents,
+                [arm[1], -arm[0]],
+            ]
+        )
         bent = np.array([-gear_cut.turning * cosine, mate_cut.turning * cosine, cosine])
         slopes = np.concatenate([moved.swapaxes(0, 1), bent[None]])
         return np.vstack(
@@ -149,7 +176,9 @@ class Contacts:
         ), slopes
 
     def cut_flanks(self, xi: Array, at: Array, turned: Array) -> tuple[Cut, Cut]:
-        """Return both flanks at arc lengths (2, n) [m] in the frame of the axes, the mate rotated by `turned` [rad]."""
+        """Return both flanks at arc lengths (2, n) [m] in the frame of the axes, the mate rotated
+        by `turned` [rad].
+        """
         positions = self.mesh.places(self.faced.at)
         positions[1][0] += turned
         gear_cut, mate_cut = (
@@ -160,14 +189,18 @@ class Contacts:
 
 
 def find_smallest_turns(turns: Array, position: Integers, side: Array) -> Array:
-    """Return the least size (p, 2) of turns (n,) by their position (n,) and by SIDES, NaN without a contact."""
+    """Return the least size (p, 2) of turns (n,) by their position (n,) and by SIDES, NaN without a
+    contact.
+    """
     smallest = np.full((int(position.max()) + 1, 2), np.inf)
     np.minimum.at(smallest, (position, (side > 0).astype(int)), np.abs(turns))
     return np.where(np.isfinite(smallest), smallest, np.nan)
 
 
 def _move_cut(cut: Cut, position: Array) -> Cut:
-    px, py, ex, ey = RACK("placed", own=np.vstack([cut.points, cut.tangents]), where=position).values()
+    px, py, ex, ey = RACK(
+        "placed", own=np.vstack([cut.points, cut.tangents]), where=position
+    ).values()
     return Cut(np.array([px, py]), np.array([ex, ey]), cut.rate, cut.turning)
 
 
@@ -181,17 +214,23 @@ def cross_product(first: Array, second: Array) -> Array:
 
 
 _DISTANCE_STEP = 0.1
-"""Largest step of the centre distance in modules: contacts are followed from one distance to the next."""
+"""Largest step of the centre distance in modules: contacts are followed from one distance to the
+next.
+"""
 _MAX_CONTACT_STEPS = 0.25, 0.05, 0.5
-"""Longest steps of a search: along a pitch curve in pitches, of the mate's turn [rad], of the rolling length in
-pitches."""
+"""Longest steps of a search: along a pitch curve in pitches, of the mate's turn [rad], of the
+rolling length in pitches.
+"""
 S_GEAR, S_MATE, TURNED, AT = range(4)
-"""Rows of a contact: arc lengths of both curves where its flanks are cut, turn of the mate [rad], rolling length."""
+"""Rows of a contact: arc lengths of both curves where its flanks are cut, turn of the mate [rad],
+rolling length.
+"""
 
 
 @dataclass(frozen=True)
 class WiderMesh:
-    """Contacts (4, n) at which each pair of a mesh begins and ends, with flanks thinned by the backlash.
+    """Contacts (4, n) at which each pair of a mesh begins and ends, with flanks thinned by the
+    backlash.
 
     The mesh has the larger centre distance.
     """
@@ -213,7 +252,9 @@ class WiderMesh:
 
     @property
     def lost_motion(self) -> Array:
-        """Turn (p, 2) of the mate from the central position [rad] until each side stops it, at the mesh's positions."""
+        """Turn (p, 2) of the mate from the central position [rad] until each side stops it, at the
+        mesh's positions.
+        """
         mesh, period = self.mesh, self.mesh.period * self.mesh.pitch
         middle, half = (self.first[AT] + self.last[AT]) / 2, (self.last[AT] - self.first[AT]) / 2
         rolled = wrap_angle(mesh.positions - middle[:, None], period)
@@ -223,11 +264,14 @@ class WiderMesh:
         faced = _select_pairs(mesh.pairs, middle[pair] + offset, pair)
         start = ((1 - share) * self.first[:, pair] + share * self.last[:, pair])[:AT]
         contacts = Contacts(mesh, faced)
-        return find_smallest_turns(contacts.solve(contacts.thinned, start)[TURNED], position, faced.side)
+        return find_smallest_turns(
+            contacts.solve(contacts.thinned, start)[TURNED], position, faced.side
+        )
 
 
 def move_apart(mesh: Mesh, more: float) -> WiderMesh | None:
-    """Return the teeth of a mesh with their axes `more` > 0 [m] farther apart, None if teeth lose contact.
+    """Return the teeth of a mesh with their axes `more` > 0 [m] farther apart, None if teeth lose
+    contact.
 
     Teeth that lose contact at a smaller distance count as without contact at all larger ones.
     """
@@ -248,7 +292,10 @@ def move_apart(mesh: Mesh, more: float) -> WiderMesh | None:
 def _limit_contacts(mesh: Mesh, limits: tuple[Array, ...]) -> WiderMesh:
     """Return the part of each pair's rolling length on which the flanks of both gears exist."""
     (low, high), (other_low, other_high) = (
-        (np.where(first[AT] < second[AT], first, second), np.where(first[AT] < second[AT], second, first))
+        (
+            np.where(first[AT] < second[AT], first, second),
+            np.where(first[AT] < second[AT], second, first),
+        )
         for first, second in (limits[:2], limits[2:])
     )
     first = np.where(low[AT] > other_low[AT], low, other_low)
@@ -257,20 +304,26 @@ def _limit_contacts(mesh: Mesh, limits: tuple[Array, ...]) -> WiderMesh:
 
 
 def _find_limits(mesh: Mesh, starts: tuple[Array, ...] | None) -> tuple[Array, ...]:
-    """Return the contacts (4, n) of all pairs at the tip and at the end of the gear's flank, then of the mate's."""
+    """Return the contacts (4, n) of all pairs at the tip and at the end of the gear's flank, then
+    of the mate's.
+    """
     pairs, contacts = mesh.pairs, list[Array]()
     flanks = Contacts(mesh, pairs).thinned
     for k in (0, 1):
         tip, end = (reach[pairs.numbers[k]] for reach in mesh.reaches[k])
         for depth in (-tip, end):
             fixed = flanks[k] + pairs.side * depth
-            start = _start_at_pitch_point(mesh, k, fixed) if starts is None else starts[len(contacts)]
+            start = (
+                _start_at_pitch_point(mesh, k, fixed) if starts is None else starts[len(contacts)]
+            )
             contacts.append(_solve_contacts(mesh, k, fixed, start))
     return tuple(contacts)
 
 
 def _start_at_pitch_point(mesh: Mesh, k: int, fixed: Array) -> Array:
-    """Return contacts (4, n) of all pairs in the pitch point, at arc lengths (n,) of one of the gears."""
+    """Return contacts (4, n) of all pairs in the pitch point, at arc lengths (n,) of one of the
+    gears.
+    """
     at = mesh.pair.senses[k] * fixed
     gear_arc, mate_arc = mesh.arc_lengths(at)
     return np.array([gear_arc, mate_arc, np.zeros_like(at), at])
@@ -295,21 +348,33 @@ def _solve_contacts(mesh: Mesh, k: int, fixed: Array, start: Array) -> Array:
         residuals, slopes = contacts.residuals(gear_cut, mate_cut)
         rates = _rotation_rates(mesh, rows[AT])
         arm = mate_cut.points - np.array([[mesh.pair.distance], [0.0]])
-        rolling = np.array([
-            -rates[0] * gear_cut.points[1] + rates[1] * arm[1],
-            rates[0] * gear_cut.points[0] - rates[1] * arm[0],
-            (rates[1] - rates[0]) * (gear_cut.tangents * mate_cut.tangents).sum(axis=0),
-        ])  # fmt: skip
+        rolling = np.array(
+            [
+                -rates[0] * gear_cut.points[1] + rates[1] * arm[1],
+                rates[0] * gear_cut.points[0] - rates[1] * arm[0],
+                (rates[1] - rates[0]) * (gear_cut.tangents * mate_cut.tangents).sum(axis=0),
+            ]
+        )
         return residuals, np.stack([slopes[:, 1 - k], slopes[:, 2], rolling], axis=1)
 
-    largest = np.array([_MAX_CONTACT_STEPS[0] * mesh.pitch, _MAX_CONTACT_STEPS[1], _MAX_CONTACT_STEPS[2] * mesh.pitch])
+    largest = np.array(
+        [
+            _MAX_CONTACT_STEPS[0] * mesh.pitch,
+            _MAX_CONTACT_STEPS[1],
+            _MAX_CONTACT_STEPS[2] * mesh.pitch,
+        ]
+    )
     return fill_rows(roots.solve_systems(system, start[unknown], largest))
 
 
 def _rotation_rates(mesh: Mesh, at: Array) -> Array:
-    """Return the rotation of both gears (2, n) per rolling length [rad/m] at rolling lengths (n,)."""
+    """Return the rotation of both gears (2, n) per rolling length [rad/m] at rolling lengths
+    (n,).
+    """
     rates = []
-    for curve, s, sense in zip(mesh.pair.curves, mesh.arc_lengths(at), mesh.pair.senses, strict=True):
+    for curve, s, sense in zip(
+        mesh.pair.curves, mesh.arc_lengths(at), mesh.pair.senses, strict=True
+    ):
         x, y, tx, ty = curve.at(s)[:4]
         rates.append(-sense * (x * ty - y * tx) / (x**2 + y**2))
     return np.array(rates)
@@ -319,5 +384,9 @@ def _select_pairs(pairs: FacingFlanks, at: Array, index: Integers) -> FacingFlan
     """Return some of the pairs, by number, at rolling lengths (n,)."""
     gear_numbers, mate_numbers = pairs.numbers
     return FacingFlanks(
-        at, pairs.side[index], (gear_numbers[index], mate_numbers[index]), pairs.xi[:, index], np.full_like(at, np.nan)
+        at,
+        pairs.side[index],
+        (gear_numbers[index], mate_numbers[index]),
+        pairs.xi[:, index],
+        np.full_like(at, np.nan),
     )

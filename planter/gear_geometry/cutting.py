@@ -1,8 +1,9 @@
-"""Orders of teeth, the limits of cutting and use, and the pairs of toothed gears that an order gives.
+"""Orders of teeth, the limits of cutting and use, and the pairs of toothed gears that an order
+gives.
 
-Errors name the first violated limit and its position. On a concave pitch curve the tips of the mate reach deep, and may
-penetrate fillets that the tip radius of the rack leaves. A smaller radius clears them, and so does the same radius on a
-deeper rack, whose fillets stay strong.
+Errors name the first violated limit and its position. On a concave pitch curve the tips of the mate
+reach deep, and may penetrate fillets that the tip radius of the rack leaves. A smaller radius
+clears them, and so does the same radius on a deeper rack, whose fillets stay strong.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ Keep = Literal["size", "module"]
 
 MIN_TEETH = 6
 MAX_TEETH = 1000
-"""Largest number of teeth on a gear: every flank is solved, which takes some ten milliseconds per tooth."""
+"""Largest number of teeth on a gear: every flank is solved, which takes some ten milliseconds per
+tooth.
+"""
 DEFAULT_MODULE = 2e-3
 """Module without an order of module or teeth [m]."""
 _INTEGER_TOLERANCE = 1e-9
@@ -42,10 +45,11 @@ _SCALE_TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class ToothOrder:
-    """Tooth count of the gear, module [m], which of size and module to keep, rack in modules, backlash [m], process.
+    """Tooth count of the gear, module [m], which of size and module to keep, rack in modules,
+    backlash [m], process.
 
-    The default of `keep` is the size if teeth are given without a module, else the module. `cutter_teeth` is the tooth
-    count of the pinion cutter with which a shaper cuts concave curves.
+    The default of `keep` is the size if teeth are given without a module, else the module.
+    `cutter_teeth` is the tooth count of the pinion cutter with which a shaper cuts concave curves.
     """
 
     teeth: int | None = None
@@ -63,13 +67,22 @@ class ToothOrder:
 
     def rack(self, module: float) -> Rack:
         """Return the gear's rack; its mate's has the opposite profile shift."""
-        return Rack(module, self.pressure_angle, self.addendum, self.clearance, self.shift, self.play,
-                    self.tip_radius)  # fmt: skip
+        return Rack(
+            module,
+            self.pressure_angle,
+            self.addendum,
+            self.clearance,
+            self.shift,
+            self.play,
+            self.tip_radius,
+        )
 
 
 @dataclass(frozen=True)
 class SizedPair:
-    """A pair with integer tooth counts: scaled from its designed size by `scale`, with its module [m]."""
+    """A pair with integer tooth counts: scaled from its designed size by `scale`, with its module
+    [m].
+    """
 
     pair: CurvePair
     scale: float
@@ -78,14 +91,18 @@ class SizedPair:
 
 
 def size_pair(pair: CurvePair, order: ToothOrder, name: str) -> SizedPair:
-    """Return the pair with integer tooth counts. Raises InputError, naming the pair, for an impossible order."""
+    """Return the pair with integer tooth counts.
+
+    Raises InputError, naming the pair, for an impossible order.
+    """
     module = order.module or (None if order.teeth else DEFAULT_MODULE)
     length = pair.gear.length
     exact_count = length / (np.pi * module) if module else float(order.teeth or 0)
     z = order.teeth or round(exact_count)
     if order.teeth and module and abs(exact_count - z) > 0.5:
         raise InputError(
-            f"{name}: teeth = {z} and module = {module * 1e3:g} mm disagree: the pitch curve is {length * 1e3:.6g} mm "
+            f"{name}: teeth = {z} and module = {module * 1e3:g} mm disagree: the pitch curve is "
+            f"{length * 1e3:.6g} mm "
             f"long, which makes {round(exact_count)} teeth of that module"
         )
     keep = order.keep or ("module" if module else "size")
@@ -95,12 +112,15 @@ def size_pair(pair: CurvePair, order: ToothOrder, name: str) -> SizedPair:
     mate = pair.mate.length * z / length
     if abs(mate - round(mate)) > _INTEGER_TOLERANCE * mate:
         raise InputError(
-            f"{name}: teeth = {z}: the mate, whose pitch curve is {pair.mate.length / length:.6g} times "
+            f"{name}: teeth = {z}: the mate, whose pitch curve is {pair.mate.length / length:.6g} "
+            f"times "
             f"as long, would have {mate:.6g} teeth"
         )
     for count in (z, round(mate)):
         if not MIN_TEETH <= count <= MAX_TEETH:
-            raise InputError(f"{name}: {count} teeth: there must be {MIN_TEETH} to {MAX_TEETH} on a gear")
+            raise InputError(
+                f"{name}: {count} teeth: there must be {MIN_TEETH} to {MAX_TEETH} on a gear"
+            )
     return SizedPair(pair.scaled(scale), float(scale), float(fitted_module), (z, round(mate)))
 
 
@@ -116,22 +136,28 @@ _SAMPLES = 33
 _NAMED_TEETH = 6
 """Number of teeth that an error names; the others are counted."""
 MAX_PENETRATION = 3e-4
-"""Largest penetration of the polygons of outlines that touch, in modules. Concave chords stay within half of it; the
-finest gears of ISO 1328-1 have tolerances of some 1e-3 modules."""
+"""Largest penetration of the polygons of outlines that touch, in modules.
+
+Concave chords stay within half of it; the finest gears of ISO 1328-1 have tolerances of some 1e-3
+modules.
+"""
 
 
 def check_rack(order: ToothOrder, module: float, name: str) -> None:
     """Raise GeometryError if the rack does not exist, or its backlash is too large."""
     if order.play > MAX_PLAY * module:
         raise GeometryError(
-            f"{name}: play = {order.play * 1e3:g} mm: the backlash must be at most {MAX_PLAY} modules, "
+            f"{name}: play = {order.play * 1e3:g} mm: the backlash must be at most {MAX_PLAY} "
+            f"modules, "
             f"{MAX_PLAY * module * 1e3:.4g} mm"
         )
     for rack in (order.rack(module), order.rack(module).mate()):
         if rack.sizes["round_"] <= 0 or rack.sizes["half"] <= 0:
             raise GeometryError(
-                f"{name}: a rack with addendum {order.addendum:g}, clearance {order.clearance:g} and profile shift "
-                f"{rack.shift:g} has pointed tips at {np.degrees(order.pressure_angle):g} deg: reduce one of them"
+                f"{name}: a rack with addendum {order.addendum:g}, clearance {order.clearance:g} "
+                f"and profile shift "
+                f"{rack.shift:g} has pointed tips at {np.degrees(order.pressure_angle):g} deg: "
+                f"reduce one of them"
             )
 
 
@@ -155,7 +181,8 @@ def check_curve(curve: PitchCurve, order: ToothOrder, tip: float, root: float, n
     cutter = order.cutter_teeth * (tip + root) / (2 * (2 * order.addendum + order.clearance))
     if order.process == "shaper" and bow <= cutter:
         raise GeometryError(
-            f"{finding}, which a shaper's cutter of {order.cutter_teeth} teeth, {cutter * 1e3:.4g} mm in pitch "
+            f"{finding}, which a shaper's cutter of {order.cutter_teeth} teeth, "
+            f"{cutter * 1e3:.4g} mm in pitch "
             f"radius, cannot cut: the process must be wire"
         )
     if bow <= tip:
@@ -171,17 +198,22 @@ def check_gear(gear: Gear, order: ToothOrder) -> None:
     )
     if not order.allow_undercut:
         _refuse_flanks(
-            gear, gear.flanks.margins < 0, "are undercut: use more teeth or a larger pressure angle, or allow undercut"
+            gear,
+            gear.flanks.margins < 0,
+            "are undercut: use more teeth or a larger pressure angle, or allow undercut",
         )
     begin, end = gear.flanks.tips[1].reshape(2, -1)
     lands = np.where(end > begin, gear.top_lands, 0.0) / gear.rack.module
     thin = int(np.argmin(lands))
     if lands[thin] < MIN_TOP_LAND:
         finding = (
-            f"a top land of {lands[thin]:.3g} modules" if lands[thin] > 0 else "no top land: its flanks meet below"
+            f"a top land of {lands[thin]:.3g} modules"
+            if lands[thin] > 0
+            else "no top land: its flanks meet below"
         )
         raise GeometryError(
-            f"{gear.name}: tooth {thin} has {finding}, where {MIN_TOP_LAND} modules are the least allowed"
+            f"{gear.name}: tooth {thin} has {finding}, where {MIN_TOP_LAND} modules are the least "
+            f"allowed"
         )
 
 
@@ -190,9 +222,12 @@ def check_mesh(mesh: Mesh, name: str) -> None:
     ratios, laps, pairs = mesh.contact_ratios, mesh.laps, mesh.pairs
     weakest, gap_index = int(np.argmin(ratios)), int(np.argmin(laps))
     if ratios[weakest] < MIN_CONTACT_RATIO:
-        tooth, mate_tooth = (int(n[weakest]) % g.z for n, g in zip(pairs.numbers, mesh.gears, strict=True))
+        tooth, mate_tooth = (
+            int(n[weakest]) % g.z for n, g in zip(pairs.numbers, mesh.gears, strict=True)
+        )
         raise GeometryError(
-            f"{name}: the contact ratio of tooth {tooth} of {mesh.gear.name} with tooth {mate_tooth} of "
+            f"{name}: the contact ratio of tooth {tooth} of {mesh.gear.name} with tooth "
+            f"{mate_tooth} of "
             f"{mesh.mate.name} is {ratios[weakest]:.4g}; it must be at least "
             f"{MIN_CONTACT_RATIO:g}"
         )
@@ -205,12 +240,15 @@ def check_mesh(mesh: Mesh, name: str) -> None:
 
 
 def check_penetration(mesh: Mesh, deepest: ExtremePoint, name: str) -> None:
-    """Raise GeometryError if the teeth overlap; `deepest` is the rolling length [m] and the depth [m]."""
+    """Raise GeometryError if the teeth overlap; `deepest` is the rolling length [m] and the depth
+    [m].
+    """
     module = mesh.gear.rack.module
     if deepest.value > MAX_PENETRATION * module:
         place = _describe_place(mesh.pair.gear, mesh.pair.sense * deepest.place)
         raise GeometryError(
-            f"{name}: the teeth overlap by {deepest.value / module:.3g} modules, {deepest.value * 1e3:.3g} "
+            f"{name}: the teeth overlap by {deepest.value / module:.3g} modules, "
+            f"{deepest.value * 1e3:.3g} "
             f"mm, {place} of {mesh.gear.name}"
         )
 
@@ -221,7 +259,9 @@ def is_concave(kappa: Array) -> bool:
 
 
 def sample_curvature(curve: PitchCurve) -> tuple[Array, Array]:
-    """Return arc lengths (n,) [m] of a curve and its curvature there [1/m], on both sides of breakpoints."""
+    """Return arc lengths (n,) [m] of a curve and its curvature there [1/m], on both sides of
+    breakpoints.
+    """
     ends = curve.rows.ends
     shares = np.linspace(0, 1, _SAMPLES)
     places = ends[:-1, None] + np.diff(ends)[:, None] * shares
@@ -245,7 +285,10 @@ def _refuse_flanks(gear: Gear, broken: Flags, finding: str) -> None:
 
 @dataclass(frozen=True)
 class ToothedPair:
-    """A pair of toothed gears. The gear has a tooth centred where its arc length is 0, the mate a space."""
+    """A pair of toothed gears.
+
+    The gear has a tooth centred where its arc length is 0, the mate a space.
+    """
 
     name: str
     order: ToothOrder
@@ -268,7 +311,9 @@ class ToothedPair:
 
     @cached_property
     def lost_motion(self) -> Array:
-        """Turn (n, 2) of the mate until each side of the teeth stops it, at the positions of the mesh [rad]."""
+        """Turn (n, 2) of the mate until each side of the teeth stops it, at the positions of the
+        mesh [rad].
+        """
         return self.contacts.lost_motion
 
     def farther(self, more: float) -> WiderMesh | None:
@@ -281,7 +326,9 @@ class ToothedPair:
 
     @cached_property
     def deepest(self) -> ExtremePoint:
-        """Rolling length at which the gears as polygons reach deepest into each other, and that depth [m]."""
+        """Rolling length at which the gears as polygons reach deepest into each other, and that
+        depth [m].
+        """
         return Overlay.from_mesh(self.mesh, FINE_CHORDS).deepest
 
     @cached_property
@@ -296,11 +343,16 @@ class ToothedPair:
 
     @cached_property
     def pressure_angles(self) -> tuple[float, float]:
-        """Smallest and largest angle [rad] of the tooth normal to the perpendicular of the line of centres."""
+        """Smallest and largest angle [rad] of the tooth normal to the perpendicular of the line of
+        centres.
+        """
         curve, alpha = self.mesh.gear.curve, self.order.pressure_angle
 
         def angle(s: Array) -> Array:
-            columns = (RACK("pressure", place=curve.at(s)[:POLAR], side=side, alpha=alpha) for side in (1.0, -1.0))
+            columns = (
+                RACK("pressure", place=curve.at(s)[:POLAR], side=side, alpha=alpha)
+                for side in (1.0, -1.0)
+            )
             return np.array([column["pressure"] for column in columns])
 
         places = np.linspace(0, curve.length, len(self.mesh.positions), endpoint=False)
@@ -312,8 +364,8 @@ class ToothedPair:
 def cut_teeth(pair: CurvePair, order: ToothOrder, name: str, gears: tuple[str, str]) -> ToothedPair:
     """Cut the teeth of a pair by an order; errors name the pair `name` and its two `gears`.
 
-    Raises InputError for an impossible order, GeometryError, with its position, for the first limit that the teeth
-    violate.
+    Raises InputError for an impossible order, GeometryError, with its position, for the first limit
+    that the teeth violate.
     """
     size = size_pair(pair, order, name)
     check_rack(order, size.module, name)
@@ -343,25 +395,36 @@ def check_pair_penetration(pair: ToothedPair) -> None:
 
 
 def suggest_racks(pair: ToothedPair) -> str:
-    """Return a text with the largest sufficient tip radius of the rack, and the smallest sufficient clearance."""
+    """Return a text with the largest sufficient tip radius of the rack, and the smallest sufficient
+    clearance.
+    """
     hundredths = math.floor(100 * pair.order.rack(1.0).sizes["round_"])
     radius = hundredths / 100
     rounds = [replace(pair.order, tip_radius=k / 100) for k in range(hundredths, 0, -1)]
     depths = range(math.floor(100 * pair.order.clearance) + 1, round(100 * MAX_CLEARANCE) + 1)
     smaller = find_first_order(pair, rounds)
-    deeper = find_first_order(pair, [replace(pair.order, clearance=k / 100, tip_radius=radius) for k in depths])
+    deeper = find_first_order(
+        pair, [replace(pair.order, clearance=k / 100, tip_radius=radius) for k in depths]
+    )
     remedies = [] if smaller is None else [f"a tip radius of {smaller.tip_radius:g}"]
-    remedies += [] if deeper is None else [f"a clearance of {deeper.clearance:g} with a tip radius of {radius:g}"]
+    remedies += (
+        []
+        if deeper is None
+        else [f"a clearance of {deeper.clearance:g} with a tip radius of {radius:g}"]
+    )
     if not remedies:
         return (
-            f"no smaller tip radius of the rack and no clearance up to {MAX_CLEARANCE:g} modules would do; a "
+            f"no smaller tip radius of the rack and no clearance up to {MAX_CLEARANCE:g} modules "
+            f"would do; a "
             f"smaller module or addendum might"
         )
     return f"{' or '.join(remedies)} would do"
 
 
 def find_first_order(pair: ToothedPair, orders: Sequence[ToothOrder]) -> ToothOrder | None:
-    """Return the first order with which the teeth pass, if all later ones pass too; None if the last does not."""
+    """Return the first order with which the teeth pass, if all later ones pass too; None if the
+    last does not.
+    """
     if not orders or not passes_limits(pair, orders[-1]):
         return None
     low, high = -1, len(orders) - 1
@@ -375,7 +438,9 @@ def passes_limits(pair: ToothedPair, order: ToothOrder) -> bool:
     """Return whether the teeth of a pair pass all limits with another order at the same size."""
     fixed = replace(order, teeth=pair.sized.teeth[0], module=None, keep="size")
     try:
-        other = cut_teeth(pair.sized.pair, fixed, pair.name, (pair.gears[0].name, pair.gears[1].name))
+        other = cut_teeth(
+            pair.sized.pair, fixed, pair.name, (pair.gears[0].name, pair.gears[1].name)
+        )
         check_penetration(other.mesh, other.deepest, pair.name)
     except GeometryError:
         return False

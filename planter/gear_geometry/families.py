@@ -1,8 +1,10 @@
-"""The generated families of pitch curves, each also described by its size and swing (`NAME-relative`).
+"""The generated families of pitch curves, each also described by its size and swing
+(`NAME-relative`).
 
-A family `limacon` is also there as `limacon-relative`, with the design names `size3_mm`, `swing3`, those of its shapes
-if it has any, and its deformation coefficient. The size is the mean pitch radius of both gears in the limit of a small
-swing; the swing is (largest - smallest) / (largest + smallest) ratio, or close to it without a closed form.
+A family `limacon` is also there as `limacon-relative`, with the design names `size3_mm`, `swing3`,
+those of its shapes if it has any, and its deformation coefficient. The size is the mean pitch
+radius of both gears in the limit of a small swing; the swing is (largest - smallest) / (largest +
+smallest) ratio, or close to it without a closed form.
 """
 
 from __future__ import annotations
@@ -41,7 +43,11 @@ def load_functions(name: str) -> ModuleType:
 def load_sidecar(name: str) -> dict[str, Any]:
     """Return the sidecar of a family's functions."""
     family = find_family(name)
-    return generated.sidecar(_PREFIX + name) if family is None else describe_relative(load_sidecar(family))
+    return (
+        generated.sidecar(_PREFIX + name)
+        if family is None
+        else describe_relative(load_sidecar(family))
+    )
 
 
 def check_family(name: str, where: str) -> str:
@@ -50,7 +56,9 @@ def check_family(name: str, where: str) -> str:
     Raises InputError for an unknown family.
     """
     if (find_family(name) or name) not in list_families():
-        raise InputError.for_value(where, safe_text.format_value(name), paths.suggest_names(name, list_families()))
+        raise InputError.for_value(
+            where, safe_text.format_value(name), paths.suggest_names(name, list_families())
+        )
     return name
 
 
@@ -75,12 +83,28 @@ def find_family(name: str) -> str | None:
 
 def describe_relative(family: dict[str, Any]) -> dict[str, Any]:
     """Return the sidecar of the description, from that of the family."""
-    size = {"name": "size", "unit": "m", "meaning": "mean pitch radius", "source": "described", "shown": "size_mm"}
-    swing = {"name": "swing", "unit": "1", "meaning": "relative swing of the ratio", "source": "described"}
+    size = {
+        "name": "size",
+        "unit": "m",
+        "meaning": "mean pitch radius",
+        "source": "described",
+        "shown": "size_mm",
+    }
+    swing = {
+        "name": "swing",
+        "unit": "1",
+        "meaning": "relative swing of the ratio",
+        "source": "described",
+    }
     shapes = [{**shape, "shown": shape["name"]} for shape in family["shapes"]]
     parameters = [size, {**swing, "shown": "swing"}, *shapes, family["parameters"][-1]]
-    conditions = [{"name": "size", "allowed": "greater than 0"}, {"name": "swing", "allowed": "greater than 0"}]
-    family_conditions = [{**c, "name": "m" if c["name"] == "m" else "swing"} for c in family["conditions"]]
+    conditions = [
+        {"name": "size", "allowed": "greater than 0"},
+        {"name": "swing", "allowed": "greater than 0"},
+    ]
+    family_conditions = [
+        {**c, "name": "m" if c["name"] == "m" else "swing"} for c in family["conditions"]
+    ]
     return {
         **family,
         "name": family["name"] + SUFFIX,
@@ -89,7 +113,9 @@ def describe_relative(family: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def build_relative_module(name: str, family: ModuleType, family_sidecar: dict[str, Any]) -> ModuleType:
+def build_relative_module(
+    name: str, family: ModuleType, family_sidecar: dict[str, Any]
+) -> ModuleType:
     """Return the functions of a generated module in terms of the description."""
     functions = ModuleType(name)
     lengths = [entry["unit"] == "m" for entry in family_sidecar["parameters"][:-1]]
@@ -113,7 +139,10 @@ def _build_mapping(family: ModuleType, lengths: list[bool], shapes: int) -> ca.F
     p = ca.SX.sym("described", 3 + shapes)
     unit = _compute_unit(family)
     relative = family.relative().call([p[1], p[2:-1]])
-    parts = [value * p[0] / unit if length else value for value, length in zip(relative, lengths, strict=True)]
+    parts = [
+        value * p[0] / unit if length else value
+        for value, length in zip(relative, lengths, strict=True)
+    ]
     return ca.Function("own", [p], [ca.vertcat(*parts, p[-1])], ["described"], ["parameters"])
 
 
@@ -131,8 +160,12 @@ def _compose(f: ca.Function, mapping: ca.Function) -> ca.Function:
     """Return a function of the family with the description in place of the parameters."""
     names, sym = f.name_in(), ca.SX.sym if f.is_a("SXFunction") else ca.MX.sym
     count = mapping.size1_in(0)
-    inputs: Any = [sym(name, count if name == "parameters" else f.size1_in(i)) for i, name in enumerate(names)]
-    arguments: Any = [mapping(v) if name == "parameters" else v for name, v in zip(names, inputs, strict=True)]
+    inputs: Any = [
+        sym(name, count if name == "parameters" else f.size1_in(i)) for i, name in enumerate(names)
+    ]
+    arguments: Any = [
+        mapping(v) if name == "parameters" else v for name, v in zip(names, inputs, strict=True)
+    ]
     return ca.Function(f.name(), inputs, f.call(arguments), names, f.name_out())
 
 
@@ -141,11 +174,15 @@ def _compose_tangent(f: ca.Function, mapping: ca.Function) -> ca.Function:
     p, hoisted = ca.MX.sym("parameters", mapping.size1_in(0)), ca.MX.sym("hoisted", f.size1_in(1))
     v = ca.SX.sym("described", mapping.size1_in(0))
     inner = ca.Function("along", [v], [ca.jacobian(mapping(v), v)])
-    return ca.Function("tangent", [p, hoisted], [f(mapping(p), hoisted) @ inner(p)], f.name_in(), f.name_out())
+    return ca.Function(
+        "tangent", [p, hoisted], [f(mapping(p), hoisted) @ inner(p)], f.name_in(), f.name_out()
+    )
 
 
 def _compose_conditions(family: ModuleType, mapping: ca.Function) -> ca.Function:
     p = ca.SX.sym("parameters", mapping.size1_in(0))
     conditions = family.conditions()
     outputs = [p[0], p[1], *conditions.call([mapping(p)])]
-    return ca.Function("conditions", [p], outputs, ["parameters"], [f"g{i}" for i in range(len(outputs))])
+    return ca.Function(
+        "conditions", [p], outputs, ["parameters"], [f"g{i}" for i in range(len(outputs))]
+    )

@@ -1,7 +1,9 @@
-"""The basic rack, the flanks and fillets that it cuts on a pitch curve, and the lines of the outline along them.
+"""The basic rack, the flanks and fillets that it cuts on a pitch curve, and the lines of the
+outline along them.
 
-A flank or fillet that turns back leaves a loop in the removed material. The outline follows a line to its first
-intersection with the line that leaves the loop: the fillet, or the flank itself farther down.
+A flank or fillet that turns back leaves a loop in the removed material. The outline follows a line
+to its first intersection with the line that leaves the loop: the fillet, or the flank itself
+farther down.
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ from planter.numerics.arrays import Integers
 
 @dataclass(frozen=True)
 class Cut:
-    """Curve cut by a rack: points (2, n) [m], unit tangents (2, n), rate and turning (n,) of `rack_teeth`."""
+    """Curve cut by a rack: points (2, n) [m], unit tangents (2, n), rate and turning (n,) of
+    `rack_teeth`.
+    """
 
     points: Array
     tangents: Array
@@ -40,10 +44,11 @@ class Cut:
 
 @dataclass(frozen=True)
 class Rack:
-    """Module [m], pressure angle [rad], heights and profile shift in modules, backlash of a pair [m].
+    """Module [m], pressure angle [rad], heights and profile shift in modules, backlash of a pair
+    [m].
 
-    The tip radius is the largest with which the straight flanks end at the addendum, but at most `tip_radius` modules;
-    a smaller one lets them reach deeper.
+    The tip radius is the largest with which the straight flanks end at the addendum, but at most
+    `tip_radius` modules; a smaller one lets them reach deeper.
     """
 
     module: float
@@ -74,12 +79,16 @@ class Rack:
         return replace(self, play=0.0)
 
     def run(self, depth: float) -> float:
-        """Return the length of the pitch curve [m] on which a straight flank is cut down to a depth [m]."""
+        """Return the length of the pitch curve [m] on which a straight flank is cut down to a depth
+        [m].
+        """
         return RACK.at("reach", kappa=0.0, height=depth, alpha=self.pressure_angle)["reach"]
 
 
 TEETH = formulas.load("gear_teeth")
-"""Functions of teeth at the curvatures of two pitch curves; `teeth`: module, addenda in modules, pressure angle."""
+"""Functions of teeth at the curvatures of two pitch curves; `teeth`: module, addenda in modules,
+pressure angle.
+"""
 
 
 _CELLS = 16
@@ -90,10 +99,11 @@ EMPTY_SHARE = 1e-12
 
 @dataclass(frozen=True)
 class Flanks:
-    """Both flanks of z teeth that a rack cuts on a curve, (2 z,) each: all that begin a tooth, then all that end one.
+    """Both flanks of z teeth that a rack cuts on a curve, (2 z,) each: all that begin a tooth, then
+    all that end one.
 
-    Tooth 0 is centred at arc length `phase` [m]; `d` is the length of the pitch curve from a flank's crossing to
-    where a point of it is cut, towards its root.
+    Tooth 0 is centred at arc length `phase` [m]; `d` is the length of the pitch curve from a
+    flank's crossing to where a point of it is cut, towards its root.
     """
 
     curve: PitchCurve
@@ -121,7 +131,9 @@ class Flanks:
 
     @cached_property
     def middle(self) -> Array:
-        """Arc lengths of the centres of the rack's tip radius next to each flank, at which its fillet ends."""
+        """Arc lengths of the centres of the rack's tip radius next to each flank, at which its
+        fillet ends.
+        """
         return self.centre + self.side * self.rack.sizes["beside"]
 
     @cached_property
@@ -130,9 +142,13 @@ class Flanks:
         return self.centre + self.side * self.rack.pitch / 2
 
     def line(self, s: Array, xi: Array, side: Array, towards: Array | None = None) -> Cut:
-        """Return the cuts at arc lengths s (n,) of straight rack flanks that cross the pitch line at xi (n,) [m]."""
+        """Return the cuts at arc lengths s (n,) of straight rack flanks that cross the pitch line
+        at xi (n,) [m].
+        """
         place = self.curve.at(s, towards)[:POLAR]
-        return Cut.from_columns(RACK("flank", place=place, s=s, xi=xi, side=side, alpha=self.rack.pressure_angle))
+        return Cut.from_columns(
+            RACK("flank", place=place, s=s, xi=xi, side=side, alpha=self.rack.pressure_angle)
+        )
 
     def flank(self, s: Array, index: Integers, towards: Array | None = None) -> Cut:
         """Return flanks (n,) by their numbers at arc lengths (n,) [m]."""
@@ -142,7 +158,14 @@ class Flanks:
         """Return fillets (n,) by their numbers at arc lengths (n,) [m]."""
         place, sizes = self.curve.at(s, towards)[:POLAR], self.rack.sizes
         return Cut.from_columns(
-            RACK("fillet", place=place, s=s, middle=self.middle[index], depth=sizes["sunk"], rho=sizes["round_"])
+            RACK(
+                "fillet",
+                place=place,
+                s=s,
+                middle=self.middle[index],
+                depth=sizes["sunk"],
+                rho=sizes["round_"],
+            )
         )
 
     def root(self, s: Array, index: Integers, towards: Array | None = None) -> Cut:
@@ -151,7 +174,9 @@ class Flanks:
 
     def equidistant(self, s: Array, height: float, towards: Array | None = None) -> Cut:
         """Return the line at a height [m] over the pitch curve."""
-        return Cut.from_columns(RACK("equidistant", place=self.curve.at(s, towards)[:POLAR], height=height))
+        return Cut.from_columns(
+            RACK("equidistant", place=self.curve.at(s, towards)[:POLAR], height=height)
+        )
 
     @cached_property
     def tips(self) -> tuple[Array, Array]:
@@ -170,7 +195,8 @@ class Flanks:
             flank, tip = roots.solve_systems(gap, start, np.full(2, self.rack.module))
         except roots.UnsolvedSystemError as error:
             raise GeometryError(
-                f"a flank of tooth {self.tooth[error.index]} does not reach its tip on a concave pitch curve: "
+                f"a flank of tooth {self.tooth[error.index]} does not reach its tip on a concave "
+                f"pitch curve: "
                 f"reduce the addendum"
             ) from error
         return flank, tip
@@ -182,13 +208,17 @@ class Flanks:
 
     @cached_property
     def margins(self) -> Array:
-        """Smallest rate of each flank from its crossing down to the rack's addendum, 1 on a rack; undercut below 0."""
+        """Smallest rate of each flank from its crossing down to the rack's addendum, 1 on a rack;
+        undercut below 0.
+        """
         ends = self.xi + self.side * self.rack.run(self.rack.sizes["form"])
         return self._find_minima(self.xi, ends).value
 
     @cached_property
     def upper_margins(self) -> Array:
-        """Smallest rate of each flank from its crossing up to its tip, which concave curves reduce."""
+        """Smallest rate of each flank from its crossing up to its tip, which concave curves
+        reduce.
+        """
         return self._find_minima(self.tips[0], self.xi).value
 
     @cached_property
@@ -197,8 +227,12 @@ class Flanks:
         return self._find_minima(self.xi, self.straight_ends)
 
     def _find_minima(self, start: Array, end: Array) -> Extremes:
-        """Return the minima of each flank's rate, relative to a rack, between two arc lengths (2 z,) [m]."""
-        index, low, high = split_at_breakpoints(self.curve, np.minimum(start, end), np.maximum(start, end))
+        """Return the minima of each flank's rate, relative to a rack, between two arc lengths (2
+        z,) [m].
+        """
+        index, low, high = split_at_breakpoints(
+            self.curve, np.minimum(start, end), np.maximum(start, end)
+        )
         grid = low[:, None] + np.outer(high - low, np.linspace(0, 1, _CELLS + 1))
         middle = np.broadcast_to((low + high)[:, None] / 2, grid.shape).ravel()
         owner, places = np.repeat(index, _CELLS + 1), grid.ravel()
@@ -207,7 +241,10 @@ class Flanks:
         if len(part):
             ends = slopes[part, cell], slopes[part, cell + 1]
             inside = roots.find_bracketed_roots(
-                lambda s: self.compute_rates(s, index[part])[1:], grid[part, cell], grid[part, cell + 1], ends
+                lambda s: self.compute_rates(s, index[part])[1:],
+                grid[part, cell],
+                grid[part, cell + 1],
+                ends,
             )
             owner, places = np.append(owner, index[part]), np.append(places, inside)
             middle = np.append(middle, inside)
@@ -216,10 +253,16 @@ class Flanks:
         first = order[np.searchsorted(owner[order], np.arange(2 * self.z))]
         return Extremes(places[first], rates[first])
 
-    def compute_rates(self, s: Array, index: Integers, towards: Array | None = None) -> tuple[Array, Array, Array]:
-        """Return the rate of flanks relative to a rack, and its first two derivatives by arc length."""
+    def compute_rates(
+        self, s: Array, index: Integers, towards: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return the rate of flanks relative to a rack, and its first two derivatives by arc
+        length.
+        """
         bends, alpha = self.curve.bends(s, towards), self.rack.pressure_angle
-        columns = RACK("regularity", bends=bends, s=s, xi=self.xi[index], side=self.side[index], alpha=alpha)
+        columns = RACK(
+            "regularity", bends=bends, s=s, xi=self.xi[index], side=self.side[index], alpha=alpha
+        )
         value, first, second = columns.values()
         return value, first, second
 
@@ -232,8 +275,12 @@ class Extremes:
     value: Array
 
 
-def split_at_breakpoints(curve: PitchCurve, low: Array, high: Array) -> tuple[Integers, Array, Array]:
-    """Return intervals (n,) of arc length split at the breakpoints of a curve: interval number, start and end [m]."""
+def split_at_breakpoints(
+    curve: PitchCurve, low: Array, high: Array
+) -> tuple[Integers, Array, Array]:
+    """Return intervals (n,) of arc length split at the breakpoints of a curve: interval number,
+    start and end [m].
+    """
     index, cuts = np.arange(len(low)), [(np.arange(len(low)), low)]
     for joint in curve.joints:
         ahead = np.mod(joint - low, curve.length)
@@ -252,14 +299,20 @@ def split_at_breakpoints(curve: PitchCurve, low: Array, high: Array) -> tuple[In
 _SAMPLES = 65
 """Points of each smooth part of a line at which a reversal is checked."""
 _GRADED_SHARES = np.append(np.linspace(1, 0.5, 81)[:-1], np.geomspace(0.5, 1e-9, 160))
-"""Trial points for intersections, as shares of the lengths from the reversal: smaller loops intersect nearer to it."""
+"""Trial points for intersections, as shares of the lengths from the reversal: smaller loops
+intersect nearer to it.
+"""
 _ROUNDING = 8 * np.finfo(float).eps
-"""Relative accuracy of an intersection: at a reversal the arc length determines the point less accurately."""
+"""Relative accuracy of an intersection: at a reversal the arc length determines the point less
+accurately.
+"""
 
 
 @dataclass(frozen=True)
 class FlankLine:
-    """A part of a flank, of its fillet or of half its root, by the arc lengths at which upper and lower end are cut."""
+    """A part of a flank, of its fillet or of half its root, by the arc lengths at which upper and
+    lower end are cut.
+    """
 
     kind: Literal["flank", "fillet", "root"]
     upper: float
@@ -267,13 +320,18 @@ class FlankLine:
 
 
 def build_flank_lines(flanks: Flanks) -> list[list[FlankLine]]:
-    """Return the lines of the outline along each flank (2 z), from the tip to the middle of the adjacent root.
+    """Return the lines of the outline along each flank (2 z), from the tip to the middle of the
+    adjacent root.
 
     Raises GeometryError for a tooth whose flank meets no fillet.
     """
     ends = np.array([flanks.tips[0], flanks.straight_ends, flanks.middle, flanks.spaces]).T.tolist()
     lines = [
-        [FlankLine("flank", tip, end), FlankLine("fillet", end, middle), FlankLine("root", middle, space)]
+        [
+            FlankLine("flank", tip, end),
+            FlankLine("fillet", end, middle),
+            FlankLine("root", middle, space),
+        ]
         for tip, end, middle, space in ends
     ]
     for flank in _find_loops(flanks):
@@ -294,16 +352,21 @@ def _find_loops(flanks: Flanks) -> Integers:
 
 
 def _follow_outline(flanks: Flanks, flank: int) -> list[FlankLine]:
-    """Return the outline along a flank with loops: its forward parts, each up to the first intersection."""
+    """Return the outline along a flank with loops: its forward parts, each up to the first
+    intersection.
+    """
     lines, outline = list(_list_forward_parts(flanks, flank)), []
     current, at = 0, lines[0].upper
     while current < len(lines) - 1:
         line, later = lines[current], lines[current + 1 :]
         smooth = line.lower == later[0].upper
-        crossed = _find_crossing(flanks, flank, FlankLine(line.kind, at, line.lower), later[smooth:])
+        crossed = _find_crossing(
+            flanks, flank, FlankLine(line.kind, at, line.lower), later[smooth:]
+        )
         if crossed is None and not smooth:
             raise GeometryError(
-                f"a flank of tooth {flanks.tooth[flank]} meets no fillet: it is cut away, or the round on the tips of "
+                f"a flank of tooth {flanks.tooth[flank]} meets no fillet: it is cut away, or the "
+                f"round on the tips of "
                 f"the rack is too small for a hollow place"
             )
         number, end, start = crossed or (0, line.lower, later[0].upper)
@@ -313,22 +376,43 @@ def _follow_outline(flanks: Flanks, flank: int) -> list[FlankLine]:
 
 
 def _list_forward_parts(flanks: Flanks, flank: int) -> Iterator[FlankLine]:
-    """Yield the parts of a flank and its fillet that do not turn back, from the tip down, and half of the root."""
+    """Yield the parts of a flank and its fillet that do not turn back, from the tip down, and half
+    of the root.
+    """
     xi, tip, straight, middle, space = (
-        float(s[flank]) for s in (flanks.xi, flanks.tips[0], flanks.straight_ends, flanks.middle, flanks.spaces)
+        float(s[flank])
+        for s in (flanks.xi, flanks.tips[0], flanks.straight_ends, flanks.middle, flanks.spaces)
     )
     index = np.array([flank])
-    turns = list(_find_turns(flanks, xi, straight,
-                        lambda s, towards: -flanks.compute_rates(s, np.repeat(index, len(s)), towards)[0]))  # fmt: skip
-    back = list(_find_turns(flanks, straight, middle,
-                       lambda s, towards: flanks.fillet(s, np.repeat(index, len(s)), towards).rate))  # fmt: skip
+    turns = list(
+        _find_turns(
+            flanks,
+            xi,
+            straight,
+            lambda s, towards: -flanks.compute_rates(s, np.repeat(index, len(s)), towards)[0],
+        )
+    )
+    back = list(
+        _find_turns(
+            flanks,
+            straight,
+            middle,
+            lambda s, towards: flanks.fillet(s, np.repeat(index, len(s)), towards).rate,
+        )
+    )
     yield from (FlankLine("flank", a, b) for a, b in list(pairwise([tip, *turns, straight]))[::2])
-    yield from (FlankLine("fillet", a, b) for a, b in list(pairwise([straight, *back, middle]))[::2])
+    yield from (
+        FlankLine("fillet", a, b) for a, b in list(pairwise([straight, *back, middle]))[::2]
+    )
     yield FlankLine("root", middle, space)
 
 
-def _find_turns(flanks: Flanks, start: float, end: float, bad: Callable[[Array, Array], Array]) -> Iterator[float]:
-    """Yield arc lengths [m] from `start` to `end` at which a function of arc length and side changes its sign."""
+def _find_turns(
+    flanks: Flanks, start: float, end: float, bad: Callable[[Array, Array], Array]
+) -> Iterator[float]:
+    """Yield arc lengths [m] from `start` to `end` at which a function of arc length and side
+    changes its sign.
+    """
     low, high = sorted((start, end))
     _, lows, highs = split_at_breakpoints(flanks.curve, np.array([low]), np.array([high]))
     parts = np.array([lows, highs]).T
@@ -339,25 +423,36 @@ def _find_turns(flanks: Flanks, start: float, end: float, bad: Callable[[Array, 
         if signs[0] != before:
             yield float(a)
         for k in np.flatnonzero(signs[1:] != signs[:-1]):
-            yield scipy.optimize.brentq(lambda s: bad(np.array([s]), towards[:1])[0], grid[k], grid[k + 1], xtol=1e-15)  # noqa: B023
+            inside = towards[:1]
+            yield scipy.optimize.brentq(
+                lambda s, inside=inside: bad(np.array([s]), inside)[0],
+                grid[k],
+                grid[k + 1],
+                xtol=1e-15,
+            )
         before = bool(signs[-1])
 
 
 def _find_crossing(
     flanks: Flanks, flank: int, line: FlankLine, candidates_below: Sequence[FlankLine]
 ) -> tuple[int, float, float] | None:
-    """Return the number of the line that a line intersects first on its way down, and both arc lengths [m]."""
+    """Return the number of the line that a line intersects first on its way down, and both arc
+    lengths [m].
+    """
     index = np.repeat(np.array([flank]), len(_GRADED_SHARES))
     arcs = line.lower + (line.upper - line.lower) * _GRADED_SHARES
     candidates = []
     for number, lower_line in enumerate(candidates_below):
         other_arcs = lower_line.upper + (lower_line.lower - lower_line.upper) * _GRADED_SHARES
         chords = _find_chords(
-            _select_cut(flanks, line)(arcs, index).points, _select_cut(flanks, lower_line)(other_arcs, index).points
+            _select_cut(flanks, line)(arcs, index).points,
+            _select_cut(flanks, lower_line)(other_arcs, index).points,
         )
         if chords is not None:
             k, i = chords
-            candidates.append((k, number, np.array([arcs[k : k + 2].mean(), other_arcs[i : i + 2].mean()])))
+            candidates.append(
+                (k, number, np.array([arcs[k : k + 2].mean(), other_arcs[i : i + 2].mean()]))
+            )
     if not candidates:
         return None
     _, number, start = min(candidates, key=lambda candidate: candidate[:2])
@@ -377,10 +472,14 @@ def _select_cut(flanks: Flanks, line: FlankLine) -> Callable[[Array, Integers], 
 
 
 def _find_chords(line: Array, other: Array) -> tuple[int, int] | None:
-    """Return the first chord of a line (2, n) that intersects another line, and the first chord there; else None."""
+    """Return the first chord of a line (2, n) that intersects another line, and the first chord
+    there; else None.
+    """
     a, b = line[:, :-1, None], line[:, 1:, None]
     c, d = other[:, None, :-1], other[:, None, 1:]
-    across = (_double_area(a, b, c) * _double_area(a, b, d) < 0) & (_double_area(c, d, a) * _double_area(c, d, b) < 0)
+    across = (_double_area(a, b, c) * _double_area(a, b, d) < 0) & (
+        _double_area(c, d, a) * _double_area(c, d, b) < 0
+    )
     if not across.any():
         return None
     first = int(np.argmax(across.any(axis=1)))

@@ -28,10 +28,12 @@ Kind = Literal["tip", "flank", "fillet", "root", "wall", "convex arc", "concave 
 
 
 class OutlinePiece(Protocol):
-    """A smooth piece of an outline by a parameter s that runs from 0 to 1 in the outline's direction, anticlockwise.
+    """A smooth piece of an outline by a parameter s that runs from 0 to 1 in the outline's
+    direction, anticlockwise.
 
-    `tooth` is the number of the tooth; a root has that of the tooth before it. `side` is +1 on the flank that ends a
-    tooth in the outline's direction and on its fillet, -1 on the one that begins it, 0 for tip and root.
+    `tooth` is the number of the tooth; a root has that of the tooth before it. `side` is +1 on the
+    flank that ends a tooth in the outline's direction and on its fillet, -1 on the one that begins
+    it, 0 for tip and root.
     """
 
     @property
@@ -55,10 +57,11 @@ class OutlinePiece(Protocol):
 
 @dataclass(frozen=True)
 class ToothOutline:
-    """The closed outline of a gear, in the frame of its axis: each piece ends where the next begins.
+    """The closed outline of a gear, in the frame of its axis: each piece ends where the next
+    begins.
 
-    `centre` is the gear's axis (0, 0) or where an assembly puts it [m]; `pitch` gives points (n, 2) [m] of the closed
-    pitch curve, by a parameter (n,) that runs from 0 to 1.
+    `centre` is the gear's axis (0, 0) or where an assembly puts it [m]; `pitch` gives points (n, 2)
+    [m] of the closed pitch curve, by a parameter (n,) that runs from 0 to 1.
     """
 
     name: str
@@ -72,8 +75,9 @@ KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
 
 @dataclass(frozen=True)
 class OutlinePieces:
-    """Pieces (n,) of an outline in its order: index into KINDS, number of the flank or -1, tooth, side, and the arc
-    lengths of the pitch curve at which their start and end are cut."""
+    """Pieces (n,) of an outline in its order: index into KINDS, number of the flank or -1, tooth,
+    side, and the arc lengths of the pitch curve at which their start and end are cut.
+    """
 
     kind: Integers
     flank: Integers
@@ -92,7 +96,9 @@ class OutlinePieces:
 
 
 def split_at_joints(curve: PitchCurve, pieces: OutlinePieces) -> OutlinePieces:
-    """Return pieces split where the curvature of the pitch curve jumps, each in the outline's direction."""
+    """Return pieces split where the curvature of the pitch curve jumps, each in the outline's
+    direction.
+    """
     backwards = pieces.end < pieces.start
     low, high = np.minimum(pieces.start, pieces.end), np.maximum(pieces.start, pieces.end)
     index, starts, ends = split_at_breakpoints(curve, low, high)
@@ -135,8 +141,12 @@ class GearPiece:
 
     @cached_property
     def _cut(self) -> LastCallCache[Cut]:
-        """Evaluation at shares (n,), cached because points and tangents are often requested in turn."""
-        return LastCallCache(lambda s: self.gear.cut(self._pieces.select(np.zeros(len(s), dtype=int)), s))
+        """Evaluation at shares (n,), cached because points and tangents are often requested in
+        turn.
+        """
+        return LastCallCache(
+            lambda s: self.gear.cut(self._pieces.select(np.zeros(len(s), dtype=int)), s)
+        )
 
     @property
     def kind(self) -> Kind:
@@ -159,7 +169,9 @@ class GearPiece:
         return self._cut(s).tangents.T
 
     def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
+        the left.
+        """
         cut = self._cut(s)
         return np.asarray(cut.turning / cut.rate)
 
@@ -190,7 +202,9 @@ class Gear:
 
     @cached_property
     def pieces(self) -> OutlinePieces:
-        """Pieces tooth by tooth: fillet, flank, tip, flank, fillet, root; split at breakpoints of the pitch curve."""
+        """Pieces tooth by tooth: fillet, flank, tip, flank, fillet, root; split at breakpoints of
+        the pitch curve.
+        """
         rows = np.array(list(self._ordered()))
         kind, flank, tooth, side = rows[:, :4].astype(int).T
         pieces = OutlinePieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
@@ -228,12 +242,16 @@ class Gear:
         return cut
 
     def sampled(self, shares: Array, index: Integers | None = None) -> Cut:
-        """Return points (2, m, n) and derivatives of all pieces, or those of an index (m,), at shares (n,)."""
+        """Return points (2, m, n) and derivatives of all pieces, or those of an index (m,), at
+        shares (n,).
+        """
         pieces = self.pieces if index is None else self.pieces.select(index)
         count = len(pieces.kind)
         repeated = pieces.select(np.repeat(np.arange(count), len(shares)))
         cut = self.cut(repeated, np.tile(shares, count))
-        return Cut(*(rows.reshape(*rows.shape[:-1], count, len(shares)) for rows in vars(cut).values()))
+        return Cut(
+            *(rows.reshape(*rows.shape[:-1], count, len(shares)) for rows in vars(cut).values())
+        )
 
     @property
     def _cutting(self) -> tuple[Callable[[Array, Integers, Array], Cut], ...]:
@@ -243,7 +261,9 @@ class Gear:
 
     @cached_property
     def _quadrature(self) -> tuple[Cut, Array]:
-        """All pieces at the nodes of a quadrature, and weights (m, n) of arc lengths of the outline."""
+        """All pieces at the nodes of a quadrature, and weights (m, n) of arc lengths of the
+        outline.
+        """
         shares, weights = piecewise.gauss_panels(np.array([0.0, 1.0]), _NODES)
         cut = self.sampled(shares[0])
         stretch = (self.pieces.end - self.pieces.start)[:, None]

@@ -1,14 +1,17 @@
-"""Incomplete gears with locking arcs for the dwell: phase of the teeth, arcs, and end teeth truncated for the entry.
+"""Incomplete gears with locking arcs for the dwell: phase of the teeth, arcs, and end teeth
+truncated for the entry.
 
-During the dwell a convex arc on the driving gear runs in a concave one on the driven gear, both about the driving
-gear's axis. The concave arc is cut into the driven gear's teeth. The driving gear's end teeth are truncated to the
-convex arc, and to the circle of the tips of the horns, with which they would collide.
+During the dwell a convex arc on the driving gear runs in a concave one on the driven gear, both
+about the driving gear's axis. The concave arc is cut into the driven gear's teeth. The driving
+gear's end teeth are truncated to the convex arc, and to the circle of the tips of the horns, with
+which they would collide.
 
-The phase is that with the smallest angle over which no tooth drives. The arcs remove driving flanks next to the dwell.
-A flank that crosses the pitch curve at x from the dwell can drive while the pitch point is sigma from it if the point
-of contact remains on both gears: below both tips; on the driving gear inside the convex arc's circle, or after the
-horns have passed; on the driven gear, in its position in the dwell, outside of the concave arc's. Flanks are a pitch
-apart; the part of sigma that none covers is undriven.
+The phase is that with the smallest angle over which no tooth drives. The arcs remove driving flanks
+next to the dwell. A flank that crosses the pitch curve at x from the dwell can drive while the
+pitch point is sigma from it if the point of contact remains on both gears: below both tips; on the
+driving gear inside the convex arc's circle, or after the horns have passed; on the driven gear, in
+its position in the dwell, outside of the concave arc's. Flanks are a pitch apart; the part of sigma
+that none covers is undriven.
 """
 
 from __future__ import annotations
@@ -20,7 +23,14 @@ import numpy as np
 
 from planter.errors import GeometryError, InputError
 from planter.gear_geometry.contacts import cross_product
-from planter.gear_geometry.cutting import MAX_TEETH, MIN_TEETH, ToothOrder, check_curve, check_gear, check_rack
+from planter.gear_geometry.cutting import (
+    MAX_TEETH,
+    MIN_TEETH,
+    ToothOrder,
+    check_curve,
+    check_gear,
+    check_rack,
+)
 from planter.gear_geometry.flanks import Flanks, Rack
 from planter.gear_geometry.gear import (
     ROOT,
@@ -61,10 +71,12 @@ _COUNT_ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class ToothPhase:
-    """Teeth of the driving gear, and the distance of the first tooth's centre from the start of the rolling [m].
+    """Teeth of the driving gear, and the distance of the first tooth's centre from the start of the
+    rolling [m].
 
-    `undriven` are the angles of the driving gear [rad] after the dwell and before it over which no tooth drives;
-    `best_undriven` are those of the best phase of either end only. `horns` are those of both ends.
+    `undriven` are the angles of the driving gear [rad] after the dwell and before it over which no
+    tooth drives; `best_undriven` are those of the best phase of either end only. `horns` are those
+    of both ends.
     """
 
     teeth: int
@@ -75,9 +87,11 @@ class ToothPhase:
 
 
 def find_best_phase(rolling: Rolling, rack: Rack, radius: float, clearance: float) -> ToothPhase:
-    """Return the phase with the smallest undriven angle in total, for arcs of a radius and a clearance [m].
+    """Return the phase with the smallest undriven angle in total, for arcs of a radius and a
+    clearance [m].
 
-    Driven gears have their first and last space next to their horns. Raises GeometryError if no tooth fits.
+    Driven gears have their first and last space next to their horns. Raises GeometryError if no
+    tooth fits.
     """
     ends = [_DwellEnd.build(rolling, rack, radius, clearance, end) for end in (0, 1)]
     after, before = (end.undriven for end in ends)
@@ -86,18 +100,27 @@ def find_best_phase(rolling: Rolling, rack: Rack, radius: float, clearance: floa
     chosen = int(np.argmin(after + before[opposite]))
     centre = chosen / _PHASES * rack.pitch - _DRIVES * rack.sizes["full"]
     first = ends[0].margin + (centre - ends[0].margin) % rack.pitch
-    teeth = int(np.floor((rolling.length - ends[1].margin - first) / rack.pitch + 1 + _COUNT_ROUNDING))
+    teeth = int(
+        np.floor((rolling.length - ends[1].margin - first) / rack.pitch + 1 + _COUNT_ROUNDING)
+    )
     if teeth < 1:
-        raise GeometryError("no tooth fits between the locking arcs: reduce the dwell or the module")
+        raise GeometryError(
+            "no tooth fits between the locking arcs: reduce the dwell or the module"
+        )
     return ToothPhase(
-        teeth, float(first), (float(after[chosen]), float(before[opposite[chosen]])),
-        (float(after.min()), float(before.min())), (ends[0].horn, ends[1].horn),
-    )  # fmt: skip
+        teeth,
+        float(first),
+        (float(after[chosen]), float(before[opposite[chosen]])),
+        (float(after.min()), float(before.min())),
+        (ends[0].horn, ends[1].horn),
+    )
 
 
 @dataclass(frozen=True)
 class _DwellEnd:
-    """An end of the rolling, 0 at its start, with its horn, and the circles of the arcs and of the horn's tips."""
+    """An end of the rolling, 0 at its start, with its horn, and the circles of the arcs and of the
+    horn's tips.
+    """
 
     rolling: Rolling
     rack: Rack
@@ -108,28 +131,39 @@ class _DwellEnd:
     cut: TrimmingCircle
 
     @classmethod
-    def build(cls, rolling: Rolling, rack: Rack, radius: float, clearance: float, end: int) -> _DwellEnd:
+    def build(
+        cls, rolling: Rolling, rack: Rack, radius: float, clearance: float, end: int
+    ) -> _DwellEnd:
         sizes = rack.mate().sizes
         horn = compute_horn(rolling, end, radius + clearance, sizes["tip"], sizes["root"])
         return cls(
-            rolling, rack, end, horn,
+            rolling,
+            rack,
+            end,
+            horn,
             TrimmingCircle(np.zeros(2), radius, "topping", inside=False),
             TrimmingCircle(rolling.driven_axis(end), horn.tips + clearance, "topping"),
             TrimmingCircle(rolling.driving_axis, radius + clearance, "concave arc"),
-        )  # fmt: skip
+        )
 
     @property
     def margin(self) -> float:
-        """Smallest distance of the driving gear's first tooth centre from the end [m] for a solid horn."""
+        """Smallest distance of the driving gear's first tooth centre from the end [m] for a solid
+        horn.
+        """
         return self.horn.solid + self.rack.pitch / 2
 
     @property
     def undriven(self) -> Array:
-        """Angles (_PHASES,) [rad] over which no flank drives, by the places of flanks in parts of a pitch.
+        """Angles (_PHASES,) [rad] over which no flank drives, by the places of flanks in parts of a
+        pitch.
 
         Raises GeometryError if the horn leaves no such flanks.
         """
-        pitch, run = self.rack.pitch, self.rack.run(max(rack.sizes["tip"] for rack in (self.rack, self.rack.mate())))
+        pitch, run = (
+            self.rack.pitch,
+            self.rack.run(max(rack.sizes["tip"] for rack in (self.rack, self.rack.mate()))),
+        )
         sigma, ahead = np.linspace(0, _FAR * pitch, _PITCH_POINTS), int(np.ceil(run / pitch))
         x = pitch * (np.arange(_PHASES * (2 * ahead + _FAR + 1)) / _PHASES - ahead)
         first = self.margin + self.rack.sizes["full"] * (_DRIVES if self.end == 0 else -_DRIVES)
@@ -137,7 +171,8 @@ class _DwellEnd:
         if not in_reach.any():
             spare = (_FAR * pitch + run - first + self.horn.solid) / self.rack.module
             raise GeometryError(
-                f"a horn of the locking arcs takes {self.horn.solid * 1e3:.4g} mm next to the dwell, where a module of "
+                f"a horn of the locking arcs takes {self.horn.solid * 1e3:.4g} mm next to the "
+                f"dwell, where a module of "
                 f"{self.rack.module * 1e3:g} mm has no teeth that drive: it must be about "
                 f"{self.horn.solid / spare * 1e3:.2g} mm or more"
             )
@@ -160,7 +195,9 @@ class _DwellEnd:
         below_tips = (at - place <= _compute_reach(gear.curve, rolling.lead + at, self.rack)) & (
             place - at <= _compute_reach(mate.curve, seen, self.rack.mate())
         )
-        untopped = np.maximum(self.inside.beyond(gear_points), self.gone_by.beyond(gear_points)) >= 0
+        untopped = (
+            np.maximum(self.inside.beyond(gear_points), self.gone_by.beyond(gear_points)) >= 0
+        )
         remains: Flags = below_tips & untopped & (self.cut.beyond(mate_points) >= 0)
         return remains
 
@@ -170,8 +207,9 @@ class _DwellEnd:
 
 
 def _compute_reach(curve: PitchCurve, s: Array, rack: Rack) -> Array:
-    """Return lengths (n,) [m] of a pitch curve on which teeth that touch at arc lengths (n,) are cut up to their "
-    "tips."""
+    """Return lengths (n,) [m] of a pitch curve on which teeth that touch at arc lengths (n,) are
+    cut up to their " "tips.
+    """
     kappa = np.maximum(curve.at(s)[KAPPA], 0.0)
     return RACK("reach", kappa=kappa, height=rack.sizes["tip"], alpha=rack.pressure_angle)["reach"]
 
@@ -183,10 +221,11 @@ _CLOSURE_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class IntermittentPair:
-    """The driving and the driven gear, with the radius of the convex arc [m] and the clearance of the arcs [m].
+    """The driving and the driven gear, with the radius of the convex arc [m] and the clearance of
+    the arcs [m].
 
-    `cut` removes the concave arc from the driven gear's teeth; `truncations` removes from the driving gear's first and
-    last teeth the parts that would meet the horns.
+    `cut` removes the concave arc from the driven gear's teeth; `truncations` removes from the
+    driving gear's first and last teeth the parts that would meet the horns.
     """
 
     rolling: Rolling
@@ -206,20 +245,25 @@ class IntermittentPair:
 def build_intermittent_pair(
     rolling: Rolling, module: float, order: ToothOrder, name: str, gears: tuple[str, str]
 ) -> IntermittentPair:
-    """Build gears with teeth of a module [m] on the toothed arc, which need not be an integer number of pitches long.
+    """Build gears with teeth of a module [m] on the toothed arc, which need not be an integer
+    number of pitches long.
 
-    The arcs have the radius of `compute_arc_radius` and a clearance of half the backlash; the phase of the teeth is
-    that of `find_best_phase`. Raises InputError for too few teeth, GeometryError for a driven gear that does not turn
-    once, for arcs that do not lock, and, with its position, for the first limit that the teeth violate.
+    The arcs have the radius of `compute_arc_radius` and a clearance of half the backlash; the phase
+    of the teeth is that of `find_best_phase`. Raises InputError for too few teeth, GeometryError
+    for a driven gear that does not turn once, for arcs that do not lock, and, with its position,
+    for the first limit that the teeth violate.
     """
     if abs(rolling.turned - TURN) > _CLOSURE_TOLERANCE:
         raise GeometryError(
-            f"{name}: {gears[1]} turns by {np.degrees(rolling.turned):.6g} deg over the teeth; it must turn by "
+            f"{name}: {gears[1]} turns by {np.degrees(rolling.turned):.6g} deg over the teeth; it "
+            f"must turn by "
             f"360 deg because it rests over the remaining turn"
         )
     pitches = rolling.length / (np.pi * module)
     if not MIN_TEETH <= pitches <= MAX_TEETH:
-        raise InputError(f"{name}: {pitches:.4g} teeth: there must be {MIN_TEETH} to {MAX_TEETH} on a gear")
+        raise InputError(
+            f"{name}: {pitches:.4g} teeth: there must be {MIN_TEETH} to {MAX_TEETH} on a gear"
+        )
     check_rack(order, module, name)
     rack = order.rack(module)
     radius, clearance = compute_arc_radius(rolling, rack.mate().sizes["tip"]), order.play / 2
@@ -231,7 +275,9 @@ def build_intermittent_pair(
         check_gear(row, order)
     cut = Region((TrimmingCircle(rolling.driving_axis, radius + clearance, "concave arc"),))
     mate = _build_driven_gear(rows[1], rolling, cut)
-    first, last = (_find_truncation(rolling, mate, end, radius, rack.sizes["tip"], clearance) for end in (0, 1))
+    first, last = (
+        _find_truncation(rolling, mate, end, radius, rack.sizes["tip"], clearance) for end in (0, 1)
+    )
     return IntermittentPair(
         rolling,
         phase,
@@ -244,14 +290,27 @@ def build_intermittent_pair(
     )
 
 
-def _build_rows(rolling: Rolling, rack: Rack, phase: ToothPhase, names: tuple[str, str]) -> tuple[ToothRow, ToothRow]:
-    """Build the teeth of both gears; those of the driven gear lie in the spaces of the driving gear and at its ends."""
-    gear_range, mate_range = ((start, start + rolling.length) for start in (rolling.lead, rolling.behind))
+def _build_rows(
+    rolling: Rolling, rack: Rack, phase: ToothPhase, names: tuple[str, str]
+) -> tuple[ToothRow, ToothRow]:
+    """Build the teeth of both gears; those of the driven gear lie in the spaces of the driving gear
+    and at its ends.
+    """
+    gear_range, mate_range = (
+        (start, start + rolling.length) for start in (rolling.lead, rolling.behind)
+    )
     last = rolling.length - phase.first - (phase.teeth - 0.5) * rack.pitch
     gear, mate = rolling.pair.curves
     return (
-        ToothRow(names[0], Flanks(gear, rack, phase.teeth, gear_range[0] + phase.first), *gear_range),
-        ToothRow(names[1], Flanks(mate, rack.mate(), phase.teeth + 1, mate_range[0] + last), *mate_range, tipped=True),
+        ToothRow(
+            names[0], Flanks(gear, rack, phase.teeth, gear_range[0] + phase.first), *gear_range
+        ),
+        ToothRow(
+            names[1],
+            Flanks(mate, rack.mate(), phase.teeth + 1, mate_range[0] + last),
+            *mate_range,
+            tipped=True,
+        ),
     )
 
 
@@ -259,7 +318,9 @@ def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> Incomple
     line = row.line()
     closing = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
     pieces = trim_line(start_outside([*line, closing], cut), cut)
-    return IncompleteGear(row, tuple(pieces), PitchLine(row.curve, rolling.behind, rolling.behind + rolling.length))
+    return IncompleteGear(
+        row, tuple(pieces), PitchLine(row.curve, rolling.behind, rolling.behind + rolling.length)
+    )
 
 
 def _build_driving_gear(
@@ -271,8 +332,11 @@ def _build_driving_gear(
     arc = CircularArc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
     down = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], arc.at(np.zeros(1))[0])
     up = StraightWall(0, arc.at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
-    return IncompleteGear(row, (*line, down, arc, up),
-                          PitchLine(row.curve, rolling.lead, rolling.lead + rolling.length))  # fmt: skip
+    return IncompleteGear(
+        row,
+        (*line, down, arc, up),
+        PitchLine(row.curve, rolling.lead, rolling.lead + rolling.length),
+    )
 
 
 def _find_truncation(
@@ -284,7 +348,9 @@ def _find_truncation(
     ahead = (axis[0] * out[:, 1] - axis[1] * out[:, 0]) * (1 if end else -1) > 0
     horn = points[ahead & (np.hypot(*out.T) < radius + 2 * tip)]
     if not len(horn):
-        raise GeometryError(f"{mate.name}: the locking arc has no adjacent horn: it cannot lock the dwell")
+        raise GeometryError(
+            f"{mate.name}: the locking arc has no adjacent horn: it cannot lock the dwell"
+        )
     reach = float(np.hypot(*horn.T).max()) + clearance
     return Region(
         (
@@ -302,9 +368,11 @@ _SAMPLES = 17
 
 @dataclass(frozen=True)
 class ToothRow(Gear):
-    """Teeth in a row along part of a pitch curve that does not close, between two of its arc lengths [m].
+    """Teeth in a row along part of a pitch curve that does not close, between two of its arc
+    lengths [m].
 
-    Beyond them the outline is root or, if `tipped`, tip, which extends the first and the last tooth.
+    Beyond them the outline is root or, if `tipped`, tip, which extends the first and the last
+    tooth.
     """
 
     low: float = 0.0
@@ -338,7 +406,8 @@ class ToothRow(Gear):
 
 @dataclass(frozen=True)
 class IncompleteGear:
-    """An incomplete gear: its teeth as the rack cuts them, all pieces of its outline, and the rolling pitch line.
+    """An incomplete gear: its teeth as the rack cuts them, all pieces of its outline, and the
+    rolling pitch line.
 
     Its frame is that of its axis, anticlockwise.
     """
@@ -370,7 +439,9 @@ class IncompleteGear:
     @cached_property
     def points(self) -> Array:
         """Vertices (n, 2) [m] of the outline, in its order."""
-        return np.vstack([piece.at(_chord_shares(piece, self._sagitta)[:-1]) for piece in self.pieces])
+        return np.vstack(
+            [piece.at(_chord_shares(piece, self._sagitta)[:-1]) for piece in self.pieces]
+        )
 
     @cached_property
     def inside(self) -> Array:
@@ -399,10 +470,18 @@ def _chord_shares(piece: OutlinePiece, sagitta: float) -> Array:
 
 
 def _inner_polygon(piece: OutlinePiece, sagitta: float) -> Array:
-    """Return a piece without its end point as chords or, if concave, as tangents at the ends of the chords."""
+    """Return a piece without its end point as chords or, if concave, as tangents at the ends of the
+    chords.
+    """
     shares = _chord_shares(piece, sagitta)
     points, tangents, bends = piece.at(shares), piece.tangent(shares), piece.curvature(shares)
     concave = np.flatnonzero((bends[:-1] < 0) & (bends[1:] < 0))
-    chord, start, end = (points[1:] - points[:-1])[concave], tangents[concave], tangents[concave + 1]
+    chord, start, end = (
+        (points[1:] - points[:-1])[concave],
+        tangents[concave],
+        tangents[concave + 1],
+    )
     reach = cross_product(chord.T, end.T) / cross_product(start.T, end.T)
-    return np.asarray(np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0))
+    return np.asarray(
+        np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0)
+    )

@@ -1,4 +1,6 @@
-"""Proof of incomplete gears over a turn: rows of teeth in mesh, overlap of outlines, driving range, loose motion."""
+"""Proof of incomplete gears over a turn: rows of teeth in mesh, overlap of outlines, driving range,
+loose motion.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 
 POSITIONS = 720
-"""Positions over the teeth, from the first contact of the pitch curves to the last, and as many over the dwell."""
+"""Positions over the teeth, from the first contact of the pitch curves to the last, and as many
+over the dwell.
+"""
 _WINDOW = 0.45
 """Half the height of the window about the line of centres, as a share of the centre distance."""
 _OVERLAP_TOLERANCE = 2.5e-5
@@ -33,10 +37,12 @@ _LOOSE_SAMPLES = 13
 
 @dataclass(frozen=True)
 class LooseAngles:
-    """Free rotation (n,) [rad] of the driven gear clockwise, behind its law, and anticlockwise, ahead of it.
+    """Free rotation (n,) [rad] of the driven gear clockwise, behind its law, and anticlockwise,
+    ahead of it.
 
-    `at` are angles of the driving gear [rad] from the end of a dwell to the end of the next; `part` is 0 after the
-    dwell while teeth do not limit both directions, 1 while they do, 2 before the dwell, 3 in it.
+    `at` are angles of the driving gear [rad] from the end of a dwell to the end of the next; `part`
+    is 0 after the dwell while teeth do not limit both directions, 1 while they do, 2 before the
+    dwell, 3 in it.
     """
 
     at: Array
@@ -67,15 +73,21 @@ class IncompleteGearCycle:
         return self.overlaps(*self.gears.rolling.dwell_positions(np.linspace(0, 1, POSITIONS)))
 
     def overlaps(self, gear: Array, mate: Array) -> Array:
-        """Return the overlap (n,) [m2] of the outlines with both gears at angles [rad] and axes [m] (3, n)."""
+        """Return the overlap (n,) [m2] of the outlines with both gears at angles [rad] and axes [m]
+        (3, n).
+        """
         return _intersect_areas(self._clip_gear(0, gear), self._clip_gear(1, mate))
 
     def _clip_gear(self, k: int, positions: Array) -> Shapes:
-        """Return the parts of a gear near the line of centres, at angles [rad] and axes [m] (3, n)."""
+        """Return the parts of a gear near the line of centres, at angles [rad] and axes [m] (3,
+        n).
+        """
         distance = self.gears.rolling.pair.distance
         high = _WINDOW * distance
         outlines = np.repeat(shapely.Polygon(self.gears.gears[k].inside), positions.shape[1])
-        clipped: Shapes = shapely.clip_by_rect(move_shapes(outlines, positions), 0, -high, distance, high)
+        clipped: Shapes = shapely.clip_by_rect(
+            move_shapes(outlines, positions), 0, -high, distance, high
+        )
         return clipped
 
     @cached_property
@@ -85,7 +97,9 @@ class IncompleteGearCycle:
 
     @cached_property
     def drives(self) -> tuple[Flags, Flags]:
-        """Whether teeth drive the mate at each position over the teeth, and whether they brake it."""
+        """Whether teeth drive the mate at each position over the teeth, and whether they brake
+        it.
+        """
         driven, holds = (self.mesh.touching(self.rolled, side).any(axis=1) for side in (-1, 1))
         return np.asarray(driven), np.asarray(holds)
 
@@ -96,17 +110,22 @@ class IncompleteGearCycle:
 
     @property
     def undriven(self) -> tuple[float, float]:
-        """Angles [rad] of the gear after the dwell and before it over which teeth do not drive throughout."""
+        """Angles [rad] of the gear after the dwell and before it over which teeth do not drive
+        throughout.
+        """
         return self._find_lost_angles(self.drives[0])
 
     @property
     def unheld(self) -> tuple[float, float]:
-        """Angles [rad] of the gear after the dwell and before it over which teeth do not brake throughout."""
+        """Angles [rad] of the gear after the dwell and before it over which teeth do not brake
+        throughout.
+        """
         return self._find_lost_angles(self.drives[1])
 
     def _find_lost_angles(self, present: Flags) -> tuple[float, float]:
-        """Return the angles [rad] from the dwell to the longest uninterrupted presence, and from its end to the "
-        "dwell."""
+        """Return the angles [rad] from the dwell to the longest uninterrupted presence, and from
+        its end to the " "dwell.
+        """
         lost = np.concatenate([[-1], np.flatnonzero(~present), [len(self.rolled)]])
         longest = int(np.argmax(np.diff(lost)))
         first, last = lost[longest] + 1, lost[longest + 1] - 1
@@ -129,11 +148,15 @@ class IncompleteGearCycle:
             np.hstack(parts)
             for parts in zip(
                 rolling.places(rolling.rolled(on_teeth)),
-                rolling.dwell_positions((turned[part == 3] - last) / rolling.dwell), strict=True,
+                rolling.dwell_positions((turned[part == 3] - last) / rolling.dwell),
+                strict=True,
             )
-        )  # fmt: skip
+        )
         return LooseAngles(
-            turned, self.measure_loose_angle(gear, mate, -1), self.measure_loose_angle(gear, mate, 1), part
+            turned,
+            self.measure_loose_angle(gear, mate, -1),
+            self.measure_loose_angle(gear, mate, 1),
+            part,
         )
 
     def farther(self, distance: float) -> IncompleteGearCycle:
@@ -143,20 +166,23 @@ class IncompleteGearCycle:
         return IncompleteGearCycle(replace(self.gears, rolling=replace(rolling, pair=pair)))
 
     def measure_loose_angle(self, gear: Array, mate: Array, sense: int) -> Array:
-        """Return the free rotation (n,) [rad] of the driven gear in one direction, both gears at angles and axes (3,
-        n).
+        """Return the free rotation (n,) [rad] of the driven gear in one direction, both gears at
+        angles and axes (3, n).
 
         A value of `FREE_ANGLE` means that nothing limits it.
         """
         distance, still = self.gears.rolling.pair.distance, np.zeros(gear.shape[1])
         seen = _OVERLAP_TOLERANCE * self.gears.gear.rack.module**2
         gear_shapes = self._clip_gear(0, gear)
-        mate_shapes = move_shapes(self._clip_gear(1, mate), np.array([still, still - distance, still]))
+        mate_shapes = move_shapes(
+            self._clip_gear(1, mate), np.array([still, still - distance, still])
+        )
 
         def blocked(turn: Array) -> Flags:
             blocked_now: Flags = (
                 _intersect_areas(
-                    gear_shapes, move_shapes(mate_shapes, np.array([sense * turn, still + distance, still]))
+                    gear_shapes,
+                    move_shapes(mate_shapes, np.array([sense * turn, still + distance, still])),
                 )
                 > seen
             )
@@ -187,7 +213,9 @@ _END_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class RowMesh:
-    """The teeth of an intermittent pair (`FlankMeshing`); rolling lengths count from the first contact."""
+    """The teeth of an intermittent pair (`FlankMeshing`); rolling lengths count from the first
+    contact.
+    """
 
     gears_pair: IntermittentPair
 
@@ -208,69 +236,102 @@ class RowMesh:
         return self.gears_pair.rolling.places(at)
 
     def arc_lengths(self, at: Array) -> tuple[Array, Array]:
-        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,) [m]."""
+        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,)
+        [m].
+        """
         rolling = self.gears_pair.rolling
         return rolling.lead + at, rolling.behind + rolling.length - at
 
     def touching(self, at: Array, side: float) -> Flags:
-        """Return whether teeth of the gear touch with their flanks of a side at rolling lengths, (n, z)."""
+        """Return whether teeth of the gear touch with their flanks of a side at rolling lengths,
+        (n, z).
+        """
         z = self.gears[0].z
         tooth = np.tile(np.arange(z), len(at))
-        touching: Flags = self._remain_on_gears(np.repeat(at, z), tooth, np.full(len(tooth), side)).reshape(-1, z)
+        touching: Flags = self._remain_on_gears(
+            np.repeat(at, z), tooth, np.full(len(tooth), side)
+        ).reshape(-1, z)
         return touching
 
     def facing(self, at: Array) -> FacingFlanks:
         """Return the flanks that touch at rolling lengths (n,), on both sides."""
-        side_index, position, tooth = np.nonzero(np.array([self.touching(at, side) for side in SIDES]))
+        side_index, position, tooth = np.nonzero(
+            np.array([self.touching(at, side) for side in SIDES])
+        )
         return self._facing(at[position], tooth, np.array(SIDES)[side_index])
 
     @cached_property
     def contact_ratios(self) -> Array:
-        """Contact ratios (n,) of the pairs of flanks that the arcs leave complete, over all teeth and both sides."""
+        """Contact ratios (n,) of the pairs of flanks that the arcs leave complete, over all teeth
+        and both sides.
+        """
         z = self.gears[0].z
         tooth, side = np.tile(np.arange(z), 2), np.repeat(SIDES, z)
         faced = self._facing(np.zeros(2 * z), tooth, side)
         (tip, end), (mate_tip, mate_end) = (
-            (np.abs(gear.flanks.tips[0] - gear.flanks.xi)[number],
-             np.abs([path[0].lower for path in gear.paths] - gear.flanks.xi)[number])
+            (
+                np.abs(gear.flanks.tips[0] - gear.flanks.xi)[number],
+                np.abs([path[0].lower for path in gear.paths] - gear.flanks.xi)[number],
+            )
             for gear, number in zip(self.gears, faced.numbers, strict=True)
-        )  # fmt: skip
+        )
         above, below = np.minimum(tip, mate_end), np.minimum(mate_tip, end)
         meets = faced.xi[0] - self.gears_pair.rolling.lead
         inside = (1 - _END_TOLERANCE) * np.array([-above, below])
         begins, ends = meets + side * inside
-        complete = self._remain_on_gears(begins, tooth, side) & self._remain_on_gears(ends, tooth, side)
+        complete = self._remain_on_gears(begins, tooth, side) & self._remain_on_gears(
+            ends, tooth, side
+        )
         inside_range = np.minimum(begins, ends) >= 0
         inside_range &= np.maximum(begins, ends) <= self.gears_pair.rolling.length
         return np.asarray(((above + below) / self.pitch)[complete & inside_range])
 
     def pressure_angles(self, at: Array) -> Array:
-        """Return pressure angles (2, n) [rad] of both sides of the teeth in the pitch point at rolling lengths (n,)."""
+        """Return pressure angles (2, n) [rad] of both sides of the teeth in the pitch point at
+        rolling lengths (n,).
+        """
         gear = self.gears[0]
         place = gear.curve.at(self.arc_lengths(at)[0])[:POLAR]
         alpha = gear.rack.pressure_angle
-        return np.array([RACK("pressure", place=place, side=np.full(len(at), side), alpha=alpha)["pressure"]
-                         for side in SIDES])  # fmt: skip
+        return np.array(
+            [
+                RACK("pressure", place=place, side=np.full(len(at), side), alpha=alpha)["pressure"]
+                for side in SIDES
+            ]
+        )
 
     def _facing(self, at: Array, tooth: Integers, side: Array) -> FacingFlanks:
         """Return teeth (n,) of the gear with their flanks of a side, and those of the mate."""
         gear, mate = self.gears
         later = (side > 0).astype(int)
         mate_tooth = mate.z - 1 - tooth - later
-        xi = [gear.flanks.centre[number] + side * gear.rack.sizes["full"]
-              for gear, number in ((gear, tooth), (mate, mate_tooth))]  # fmt: skip
+        xi = [
+            gear.flanks.centre[number] + side * gear.rack.sizes["full"]
+            for gear, number in ((gear, tooth), (mate, mate_tooth))
+        ]
         numbers = tooth + gear.z * later, mate_tooth + mate.z * later
-        return FacingFlanks(at, side, numbers, np.array(xi), side * (self.arc_lengths(at)[0] - xi[0]))
+        return FacingFlanks(
+            at, side, numbers, np.array(xi), side * (self.arc_lengths(at)[0] - xi[0])
+        )
 
     def _remain_on_gears(self, at: Array, tooth: Integers, side: Array) -> Flags:
-        """Return whether the contact points of flanks (n,) at rolling lengths (n,) remain on both gears."""
+        """Return whether the contact points of flanks (n,) at rolling lengths (n,) remain on both
+        gears.
+        """
         faced = self._facing(at, tooth, side)
         rows = list(
-            zip((self.gears_pair.gear.row, self.gears_pair.mate.row), self.arc_lengths(at), faced.numbers, strict=True)
+            zip(
+                (self.gears_pair.gear.row, self.gears_pair.mate.row),
+                self.arc_lengths(at),
+                faced.numbers,
+                strict=True,
+            )
         )
         point, back = (row.flanks.flank(place, number).points.T for row, place, number in rows)
         present = np.all([_are_cut(row, place, number) for row, place, number in rows], axis=0)
-        untopped = np.all([region.beyond(point) >= 0 for region in self.gears_pair.truncations], axis=0)
+        untopped = np.all(
+            [region.beyond(point) >= 0 for region in self.gears_pair.truncations], axis=0
+        )
         remains: Flags = present & untopped & (self.gears_pair.cut.beyond(back) >= 0)
         return remains
 

@@ -1,4 +1,6 @@
-"""Pitch curves that roll over part of a turn and then rest, and the arcs and horns that lock them in the dwell."""
+"""Pitch curves that roll over part of a turn and then rest, and the arcs and horns that lock them
+in the dwell.
+"""
 
 from __future__ import annotations
 
@@ -49,24 +51,31 @@ class RollingCurves(Protocol):
         """The driving gear's axis in the driven gear's frame in the dwell (2,) [m]."""
 
     def place_near_end(self, end: int, at: float) -> Array:
-        """Return the driven gear's pitch curve (5, 1), in the form of `rack_teeth`, at a distance [m] from an end."""
+        """Return the driven gear's pitch curve (5, 1), in the form of `rack_teeth`, at a distance
+        [m] from an end.
+        """
 
 
 def compute_arc_radius(rolling: RollingCurves, addendum: float) -> float:
-    """Return the radius [m] of arcs that lock the driven gear, with an addendum [m], in both directions.
+    """Return the radius [m] of arcs that lock the driven gear, with an addendum [m], in both
+    directions.
 
-    It is the smaller pitch radius of the driving gear at the ends of its teeth or, if a horn would not lock there, the
-    smallest radius at which both do. Raises GeometryError without such a radius.
+    It is the smaller pitch radius of the driving gear at the ends of its teeth or, if a horn would
+    not lock there, the smallest radius at which both do. Raises GeometryError without such a
+    radius.
     """
-    return max(min(rolling.ends), *(_OffsetLine(rolling, end, addendum).min_radius for end in (0, 1)))
+    return max(
+        min(rolling.ends), *(_OffsetLine(rolling, end, addendum).min_radius for end in (0, 1))
+    )
 
 
 @dataclass(frozen=True)
 class Horn:
     """A horn of the driven gear next to the concave arc, after the dwell or before it.
 
-    `reach` is its angle at the driving axis [rad], `tips` its largest distance from the driven axis [m], `solid` the
-    rolling length from the end of the dwell up to which it must have no space in order to lock [m].
+    `reach` is its angle at the driving axis [rad], `tips` its largest distance from the driven axis
+    [m], `solid` the rolling length from the end of the dwell up to which it must have no space in
+    order to lock [m].
     """
 
     reach: float
@@ -74,8 +83,12 @@ class Horn:
     solid: float
 
 
-def compute_horn(rolling: RollingCurves, end: int, radius: float, addendum: float, dedendum: float) -> Horn:
-    """Return the horn of arcs of a radius at the end 0 or 1 of the rolling. Raises GeometryError without a horn.
+def compute_horn(
+    rolling: RollingCurves, end: int, radius: float, addendum: float, dedendum: float
+) -> Horn:
+    """Return the horn of arcs of a radius at the end 0 or 1 of the rolling.
+
+    Raises GeometryError without a horn.
 
     Its spaces do not matter if the material under them locks.
     """
@@ -85,8 +98,13 @@ def compute_horn(rolling: RollingCurves, end: int, radius: float, addendum: floa
     return Horn(tips.reach(radius), max(distances), 0.0 if roots.holds(radius) else tips.holding)
 
 
-def compute_horn_reaches(rolling: RollingCurves, radius: float, addendum: float) -> tuple[float, float]:
-    """Return the angles [rad] of the horns at the driving axis, after and before the dwell. Raises GeometryError."""
+def compute_horn_reaches(
+    rolling: RollingCurves, radius: float, addendum: float
+) -> tuple[float, float]:
+    """Return the angles [rad] of the horns at the driving axis, after and before the dwell.
+
+    Raises GeometryError.
+    """
     first, last = (_OffsetLine(rolling, end, addendum).reach(radius) for end in (0, 1))
     return first, last
 
@@ -110,7 +128,10 @@ class _OffsetLine:
         return self._find_crossing(lambda at: self._spare(*self.seen(at)))
 
     def edge(self, radius: float) -> float:
-        """Return the rolling length [m] at which an arc reaches the line. Raises GeometryError if it never does."""
+        """Return the rolling length [m] at which an arc reaches the line.
+
+        Raises GeometryError if it never does.
+        """
         if self.seen(0.0)[0] > radius:
             raise GeometryError(NO_HORN)
         return self._find_crossing(lambda at: self.seen(at)[0] - radius)
@@ -127,18 +148,34 @@ class _OffsetLine:
         return self._spare(radius, self.seen(self.edge(radius))[1]) >= 0
 
     def seen(self, at: float) -> tuple[float, float]:
-        """Return the distances [m] of a point, `at` [m] from the end, from the driving axis and the driven axis."""
-        columns = RACK("equidistant", place=self.rolling.place_near_end(self.end, at), height=self.height)
+        """Return the distances [m] of a point, `at` [m] from the end, from the driving axis and the
+        driven axis.
+        """
+        columns = RACK(
+            "equidistant", place=self.rolling.place_near_end(self.end, at), height=self.height
+        )
         point = np.array([columns["px"][0], columns["py"][0]])
         return float(np.hypot(*(point - self.rolling.driving_axis))), float(np.hypot(*point))
 
     def _spare(self, radius: float, tips: float) -> float:
-        """Return the excess [m] of a radius over the smallest that locks an edge at a distance from the driven axis."""
-        return radius - ARCS.at("least", distance=self.rolling.distance, tips=tips, friction=FRICTION)["radius"]
+        """Return the excess [m] of a radius over the smallest that locks an edge at a distance from
+        the driven axis.
+        """
+        return (
+            radius
+            - ARCS.at("least", distance=self.rolling.distance, tips=tips, friction=FRICTION)[
+                "radius"
+            ]
+        )
 
     def _find_crossing(self, spare: Callable[[float], float]) -> float:
-        """Return the first rolling length [m] from the end at which `spare` is not negative. Raises GeometryError."""
-        trials = np.linspace(0, min(_SEARCH_ANGLE * self.rolling.ends[self.end], self.rolling.length / 2), _SAMPLES)
+        """Return the first rolling length [m] from the end at which `spare` is not negative.
+
+        Raises GeometryError.
+        """
+        trials = np.linspace(
+            0, min(_SEARCH_ANGLE * self.rolling.ends[self.end], self.rolling.length / 2), _SAMPLES
+        )
         if spare(0.0) >= 0:
             return 0.0
         for low, high in pairwise(trials.tolist()):
@@ -153,10 +190,11 @@ EXTENSION = 0.75
 
 @dataclass(frozen=True)
 class Rolling:
-    """Pitch curves that roll over angles `over` of the driving gear [rad]; then the driven gear rests.
+    """Pitch curves that roll over angles `over` of the driving gear [rad]; then the driven gear
+    rests.
 
-    `pair` are the curves with their extensions; `lead` and `behind` are the lengths [m] of the extension that comes
-    first on the gear and on its mate, `length` is the rolling length.
+    `pair` are the curves with their extensions; `lead` and `behind` are the lengths [m] of the
+    extension that comes first on the gear and on its mate, `length` is the rolling length.
     """
 
     pair: CurvePair
@@ -167,14 +205,21 @@ class Rolling:
 
     @classmethod
     def from_radius(
-        cls, radius: Callable[[Array], Array], over: tuple[float, float], joints: Array, distance: float
+        cls,
+        radius: Callable[[Array], Array],
+        over: tuple[float, float],
+        joints: Array,
+        distance: float,
     ) -> Rolling:
-        """Return the rolling of pitch radii (n,) [m] of a gear at its polar angles (n,) [rad], smooth between joints.
+        """Return the rolling of pitch radii (n,) [m] of a gear at its polar angles (n,) [rad],
+        smooth between joints.
 
         Beyond its ends the radius is extrapolated by its value, slope and second derivative.
         """
         first, last = over
-        inner = np.unique(np.concatenate([[first, last], joints[(joints > first) & (joints < last)]]))
+        inner = np.unique(
+            np.concatenate([[first, last], joints[(joints > first) & (joints < last)]])
+        )
         panels = ChebyshevPanels.fit(lambda t: radius(t)[None], inner)
         rows = panels, panels.slope, panels.slope.slope
 
@@ -206,16 +251,21 @@ class Rolling:
         return cls(CurvePair(*curves, distance), over, lead, curves[1].length - end, end - lead)
 
     def rolled(self, turned: Array) -> Array:
-        """Return rolling lengths (n,) [m] from the first contact at angles of the driving gear (n,) [rad] within "
-        "`over`."""
+        """Return rolling lengths (n,) [m] from the first contact at angles of the driving gear (n,)
+        [rad] within " "`over`.
+        """
         return self.pair.gear.arc_within(turned) - self.lead
 
     def places(self, at: Array) -> tuple[Array, Array]:
-        """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m] from the first contact."""
+        """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m] from the
+        first contact.
+        """
         gear = self.pair.gear.at(self.lead + at)[POLAR]
         mate = self.pair.mate.at(self.behind + self.length - at)[POLAR]
         zero = np.zeros_like(at)
-        return np.array([-gear, zero, zero]), np.array([np.pi - mate, np.full_like(at, self.pair.distance), zero])
+        return np.array([-gear, zero, zero]), np.array(
+            [np.pi - mate, np.full_like(at, self.pair.distance), zero]
+        )
 
     def dwell_positions(self, share: Array) -> tuple[Array, Array]:
         """Return angle [rad] and axis [m] (3, n) of both gears at shares (n,) of the dwell."""
@@ -252,8 +302,12 @@ class Rolling:
         return self.pair.distance
 
     def place_near_end(self, end: int, at: float) -> Array:
-        """Return the mate's pitch curve (5, 1), in the form of `rack_teeth`, at a distance [m] from an end."""
-        return self.pair.mate.at(np.array([self.behind + (at if end else self.length - at)]))[:POLAR]
+        """Return the mate's pitch curve (5, 1), in the form of `rack_teeth`, at a distance [m] from
+        an end.
+        """
+        return self.pair.mate.at(np.array([self.behind + (at if end else self.length - at)]))[
+            :POLAR
+        ]
 
     def driven_axis(self, end: int) -> Array:
         """Return the mate's axis in the gear's frame (2,) [m] at the end 0 or 1 of the rolling."""
@@ -261,6 +315,8 @@ class Rolling:
 
 
 def _project_axis(curve: PitchCurve, at: float, distance: float) -> Array:
-    """Return the other gear's axis (2,) [m] in a gear's frame, at a distance along the pitch point's radius."""
+    """Return the other gear's axis (2,) [m] in a gear's frame, at a distance along the pitch
+    point's radius.
+    """
     place = curve.at(np.array([at]))[[X, Y], 0]
     return np.asarray(distance * place / np.hypot(*place))

@@ -1,8 +1,10 @@
-"""Meshes of two gears: positions, facing flanks, length of contact of each pair, and the pairs that bear a load.
+"""Meshes of two gears: positions, facing flanks, length of contact of each pair, and the pairs that
+bear a load.
 
-At rolling length S both gears are turned so that their pitch curves touch on the line of centres, which is x from the
-gear's axis to its mate's: the central position. Places `d` on a flank are lengths of the pitch curve towards its root.
-Rigid bodies do not determine how several pairs in contact share a load; each result names the assumed sharing.
+At rolling length S both gears are turned so that their pitch curves touch on the line of centres,
+which is x from the gear's axis to its mate's: the central position. Places `d` on a flank are
+lengths of the pitch curve towards its root. Rigid bodies do not determine how several pairs in
+contact share a load; each result names the assumed sharing.
 """
 
 from __future__ import annotations
@@ -25,10 +27,11 @@ _NEIGHBOURS = 4
 
 @dataclass(frozen=True)
 class FacingFlanks:
-    """Flanks of both gears (n,) that face each other at rolling lengths `at` (n,): their side and their numbers.
+    """Flanks of both gears (n,) that face each other at rolling lengths `at` (n,): their side and
+    their numbers.
 
-    `xi` (2, n) are their crossings of both pitch curves without backlash, in arc lengths [m] over any number of turns;
-    `d` is the position of the central position down the gear's flank [m].
+    `xi` (2, n) are their crossings of both pitch curves without backlash, in arc lengths [m] over
+    any number of turns; `d` is the position of the central position down the gear's flank [m].
     """
 
     at: Array
@@ -65,18 +68,24 @@ class Mesh:
         return np.arange(POSITIONS) * self.period * self.pitch / POSITIONS
 
     def rolled(self, polar: Array) -> Array:
-        """Return rolling lengths (n,) [m] at which the gear touches at polar angles (n,) [rad], in the pair's sense."""
+        """Return rolling lengths (n,) [m] at which the gear touches at polar angles (n,) [rad], in
+        the pair's sense.
+        """
         sense = self.pair.sense
         return np.asarray(sense * self.gear.curve.arc(sense * polar))
 
     def arc_lengths(self, at: Array) -> tuple[Array, Array]:
-        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,) [m]."""
+        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,)
+        [m].
+        """
         sense, mate_sense = self.pair.senses
         return sense * at, mate_sense * at
 
     def places(self, at: Array) -> tuple[Array, Array]:
         """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
-        turned = [c.at(s)[POLAR] for c, s in zip(self.pair.curves, self.arc_lengths(at), strict=True)]
+        turned = [
+            c.at(s)[POLAR] for c, s in zip(self.pair.curves, self.arc_lengths(at), strict=True)
+        ]
         zero = np.zeros_like(at)
         return (
             np.array([-turned[0], zero, zero]),
@@ -85,9 +94,14 @@ class Mesh:
 
     @cached_property
     def reaches(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Lengths (2 z,) [m] of each gear from its flanks' crossings to their tips and to their ends."""
+        """Lengths (2 z,) [m] of each gear from its flanks' crossings to their tips and to their
+        ends.
+        """
         gear_reach, mate_reach = (
-            (np.abs(g.flanks.tips[0] - g.flanks.xi), np.abs([path[0].lower for path in g.paths] - g.flanks.xi))
+            (
+                np.abs(g.flanks.tips[0] - g.flanks.xi),
+                np.abs([path[0].lower for path in g.paths] - g.flanks.xi),
+            )
             for g in self.gears
         )
         return gear_reach, mate_reach
@@ -99,7 +113,9 @@ class Mesh:
         return self._facing(None, tooth.astype(float), np.tile([-1.0, 1.0], self.period))
 
     def _facing(self, at: Array | None, tooth: Array, side: Array) -> FacingFlanks:
-        """Return the gear's flanks (n,), by tooth over any number of turns and side, with those of the mate."""
+        """Return the gear's flanks (n,), by tooth over any number of turns and side, with those of
+        the mate.
+        """
         flanks, p = [g.flanks for g in self.gears], self.pitch
         full = [f.rack.sizes["full"] for f in flanks]
         arc = flanks[0].phase + p * tooth + side * full[0]
@@ -114,23 +130,32 @@ class Mesh:
         return FacingFlanks(meets, side, (numbers[0], numbers[1]), np.array([arc, mate]), d)
 
     def facing(self, at: Array) -> FacingFlanks:
-        """Return the facing flanks at rolling lengths (n,) [m], on both sides of all teeth in reach."""
+        """Return the facing flanks at rolling lengths (n,) [m], on both sides of all teeth in
+        reach.
+        """
         base: Array = np.rint((self.pair.sense * at - self.gear.flanks.phase) / self.pitch)
-        grid = np.array([(k, side) for k in range(-_NEIGHBOURS, _NEIGHBOURS + 1) for side in (-1.0, 1.0)])
+        grid = np.array(
+            [(k, side) for k in range(-_NEIGHBOURS, _NEIGHBOURS + 1) for side in (-1.0, 1.0)]
+        )
         tooth: Array = (base[:, None] + grid[:, 0]).ravel()
         flanks = self._facing(np.repeat(at, len(grid)), tooth, np.tile(grid[:, 1], len(at)))
         (tip, end), (mate_tip, mate_end) = (
             (r[0][n], r[1][n]) for r, n in zip(self.reaches, flanks.numbers, strict=True)
         )
         thinned = self.gear.rack.play / 4
-        low, high = np.maximum(-tip - thinned, thinned - mate_end), np.minimum(mate_tip + thinned, end - thinned)
+        low, high = (
+            np.maximum(-tip - thinned, thinned - mate_end),
+            np.minimum(mate_tip + thinned, end - thinned),
+        )
         return _select_flanks(flanks, (flanks.d >= low) & (flanks.d <= high))
 
     @cached_property
     def arcs(self) -> tuple[Array, Array]:
-        """Rolling lengths in contact of each of `pairs` on the gear's addendum and on its mate's [m].
+        """Rolling lengths in contact of each of `pairs` on the gear's addendum and on its mate's
+        [m].
 
-        Each tip is counted from its own flank, and a flank that ends before the other's tip ends them.
+        Each tip is counted from its own flank, and a flank that ends before the other's tip ends
+        them.
         """
         (tip, end), (mate_tip, mate_end) = (
             (r[0][n], r[1][n]) for r, n in zip(self.reaches, self.pairs.numbers, strict=True)
@@ -139,7 +164,9 @@ class Mesh:
 
     @property
     def spans(self) -> tuple[Array, Array]:
-        """Rolling lengths in contact of each of `pairs` before the pitch point and behind it [m]."""
+        """Rolling lengths in contact of each of `pairs` before the pitch point and behind it
+        [m].
+        """
         above, below = self.arcs
         forward = self.pair.sense * self.pairs.side > 0
         return np.where(forward, above, below), np.where(forward, below, above)
@@ -151,7 +178,8 @@ class Mesh:
 
     @property
     def laps(self) -> Array:
-        """Rolling length (n,) for which each of `pairs` is in contact together with the next of its side [m].
+        """Rolling length (n,) for which each of `pairs` is in contact together with the next of its
+        side [m].
 
         Below 0 no teeth touch for so long between the two.
         """
@@ -159,7 +187,8 @@ class Mesh:
         return self.shared(pairs.at - before, pairs.at + behind)
 
     def shared(self, start: Array, end: Array) -> Array:
-        """Return the rolling length (n,) [m] for which each of `pairs` touches together with the next of its side.
+        """Return the rolling length (n,) [m] for which each of `pairs` touches together with the
+        next of its side.
 
         They touch from rolling lengths `start` (n,) to `end` (n,) [m].
         """
@@ -178,26 +207,36 @@ class Mesh:
         gear_numbers, mate_numbers = pairs.numbers
         sense = self.pair.sense * pairs.side
         return FacingFlanks(
-            np.concatenate([pairs.at - sense * above, pairs.at + sense * below]), np.tile(pairs.side, 2),
-            (np.tile(gear_numbers, 2), np.tile(mate_numbers, 2)), np.tile(pairs.xi, 2), np.concatenate([-above, below]),
-        )  # fmt: skip
+            np.concatenate([pairs.at - sense * above, pairs.at + sense * below]),
+            np.tile(pairs.side, 2),
+            (np.tile(gear_numbers, 2), np.tile(mate_numbers, 2)),
+            np.tile(pairs.xi, 2),
+            np.concatenate([-above, below]),
+        )
 
 
 def _select_flanks(faced: FacingFlanks, mask: Flags) -> FacingFlanks:
     gear_numbers, mate_numbers = faced.numbers
     return FacingFlanks(
-        faced.at[mask], faced.side[mask], (gear_numbers[mask], mate_numbers[mask]), faced.xi[:, mask], faced.d[mask]
+        faced.at[mask],
+        faced.side[mask],
+        (gear_numbers[mask], mate_numbers[mask]),
+        faced.xi[:, mask],
+        faced.d[mask],
     )
 
 
 SIDES = (-1.0, 1.0)
-"""Sides of the gear's teeth: those that turn the mate anticlockwise, and those that turn it clockwise."""
+"""Sides of the gear's teeth: those that turn the mate anticlockwise, and those that turn it
+clockwise.
+"""
 
 
 @dataclass(frozen=True)
 class SharedLoad:
-    """A shared load, (2, n) each by SIDES: its share ahead of the pitch point minus the share behind, and its mean
-    distance from the pitch point [m], both along the normals into the gear."""
+    """A shared load, (2, n) each by SIDES: its share ahead of the pitch point minus the share
+    behind, and its mean distance from the pitch point [m], both along the normals into the gear.
+    """
 
     lead: Array
     away: Array
@@ -205,7 +244,8 @@ class SharedLoad:
 
 @dataclass(frozen=True)
 class BearingPairs:
-    """Distances (2, k, n) [m] of pairs in contact from the pitch point at n positions, along the normals into the gear.
+    """Distances (2, k, n) [m] of pairs in contact from the pitch point at n positions, along the
+    normals into the gear.
 
     They rise for each of SIDES, and are NaN where fewer than k pairs are in contact.
     """
@@ -219,7 +259,9 @@ class BearingPairs:
         rolled = wrap_angle(at - pairs.at[:, None], mesh.period * mesh.pitch)
         pair, position = np.nonzero((rolled >= -before[:, None]) & (rolled <= behind[:, None]))
         side, s = pairs.side[pair], sense * rolled[pair, position]
-        beyond = RACK("action", s=s, xi=np.zeros_like(s), side=side, alpha=mesh.gear.rack.pressure_angle)["beyond"]
+        beyond = RACK(
+            "action", s=s, xi=np.zeros_like(s), side=side, alpha=mesh.gear.rack.pressure_angle
+        )["beyond"]
         return cls(_group_values(beyond, np.where(side > 0, len(at), 0) + position, len(at)))
 
     @property
@@ -230,7 +272,9 @@ class BearingPairs:
     @property
     def equal(self) -> SharedLoad:
         """Load shared equally by all pairs in contact."""
-        return SharedLoad(np.nanmean(np.sign(self.beyond), axis=1), np.nanmean(np.abs(self.beyond), axis=1))
+        return SharedLoad(
+            np.nanmean(np.sign(self.beyond), axis=1), np.nanmean(np.abs(self.beyond), axis=1)
+        )
 
     @property
     def nearest(self) -> SharedLoad:
@@ -263,7 +307,8 @@ def _group_values(values: Array, group: Integers, positions: int) -> Array:
 
 
 def find_changes(mesh: Mesh) -> tuple[Array, Array]:
-    """Return rolling lengths (m,) [m] of a period at which tooth pairs begin, pass the pitch point and end, and "
-    "sides."""
+    """Return rolling lengths (m,) [m] of a period at which tooth pairs begin, pass the pitch point
+    and end, and " "sides.
+    """
     pairs, (before, behind) = mesh.pairs, mesh.spans
     return np.concatenate([pairs.at - before, pairs.at, pairs.at + behind]), np.tile(pairs.side, 3)

@@ -29,19 +29,24 @@ _SIDE_SHIFT = 1e-9
 """Shift towards the requested side of a breakpoint, as a share."""
 
 Trace = Callable[[Array], tuple[Array, Array]]
-"""Polar places (4, n) of a curve at parameters (n,), as `rack_teeth` takes them, and polar angle per parameter (n,)."""
+"""Polar places (4, n) of a curve at parameters (n,), as `rack_teeth` takes them, and polar angle
+per parameter (n,).
+"""
 
 
 @dataclass(frozen=True)
 class PitchCurve:
-    """A closed curve round its gear's axis, anticlockwise; `joints` are arc lengths in [0, L) where curvature jumps."""
+    """A closed curve round its gear's axis, anticlockwise; `joints` are arc lengths in [0, L) where
+    curvature jumps.
+    """
 
     rows: ChebyshevPanels
     joints: Array
 
     @classmethod
     def from_trace(cls, trace: Trace, breaks: Array, sense: int) -> PitchCurve:
-        """Return a curve whose polar angle runs anticlockwise (sense +1) or clockwise (-1) with its parameter.
+        """Return a curve whose polar angle runs anticlockwise (sense +1) or clockwise (-1) with its
+        parameter.
 
         `breaks` are the parameters (m,) from its start to its end between which it is smooth.
         """
@@ -87,8 +92,9 @@ class PitchCurve:
         return float(self.rows.ends[-1])
 
     def at(self, s: Array, towards: Array | None = None) -> Array:
-        """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that lies `towards` (n,) "
-        "[m]."""
+        """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that
+        lies `towards` (n,) " "[m].
+        """
         seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
         turns = np.floor(seen / self.length)
         past = turns * self.length
@@ -111,17 +117,22 @@ class PitchCurve:
             return self.rows(s, index)[POLAR] - polar, slope(s, index)[POLAR]
 
         ends = np.minimum(starts[index] - polar, -0.0), np.maximum(starts[index + 1] - polar, 0.0)
-        return roots.find_bracketed_roots(rates, self.rows.ends[index], self.rows.ends[index + 1], ends)
+        return roots.find_bracketed_roots(
+            rates, self.rows.ends[index], self.rows.ends[index + 1], ends
+        )
 
     @cached_property
     def _starts(self) -> Array:
         """Polar angles at the ends of the panels."""
         count = np.arange(len(self.rows.series))
-        return np.append(self.rows(self.rows.ends[:-1], count)[POLAR], self.rows(self.rows.ends[-1:])[POLAR])
+        return np.append(
+            self.rows(self.rows.ends[:-1], count)[POLAR], self.rows(self.rows.ends[-1:])[POLAR]
+        )
 
     def bends(self, s: Array, towards: Array | None = None) -> Array:
-        """Return curvature [1/m] and its first two derivatives by arc length (3, n), on the side that lies "
-        "`towards`."""
+        """Return curvature [1/m] and its first two derivatives by arc length (3, n), on the side
+        that lies " "`towards`.
+        """
         seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
         past = np.floor(seen / self.length) * self.length
         panel, arcs = self.rows.panel(seen - past), s - past
@@ -132,7 +143,8 @@ class PitchCurve:
         """Return the curve with all lengths multiplied by a factor."""
         factors = np.array([factor, factor, 1.0, 1.0, 1 / factor, 1.0])
         return PitchCurve(
-            ChebyshevPanels(self.rows.ends * factor, self.rows.series * factors[:, None]), self.joints * factor
+            ChebyshevPanels(self.rows.ends * factor, self.rows.series * factors[:, None]),
+            self.joints * factor,
         )
 
     def places(self, share: Array) -> Array:
@@ -141,12 +153,15 @@ class PitchCurve:
 
 
 Contact = Callable[[Array], Array]
-"""Radius, its two derivatives, ratio, its derivative, and the mate's rotation (6, n) at polar angles (n,) of a gear."""
+"""Radius, its two derivatives, ratio, its derivative, and the mate's rotation (6, n) at polar
+angles (n,) of a gear.
+"""
 
 
 @dataclass(frozen=True)
 class CurvePair:
-    """A gear's pitch curve and its mate's, the distance of their axes [m], and the sense of the gear's polar angle.
+    """A gear's pitch curve and its mate's, the distance of their axes [m], and the sense of the
+    gear's polar angle.
 
     At rolling length s the gear touches at its arc length sense * s, the mate at -sense * s.
     """
@@ -167,11 +182,18 @@ class CurvePair:
 
     def scaled(self, factor: float) -> CurvePair:
         """Return the pair with all lengths multiplied by a factor."""
-        return CurvePair(self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense)
+        return CurvePair(
+            self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense
+        )
 
 
 def build_contact_pair(
-    contact: Contact, distance: float, breaks: Array, sense: int = 1, turns: int = 1, mate_turns: int = 1
+    contact: Contact,
+    distance: float,
+    breaks: Array,
+    sense: int = 1,
+    turns: int = 1,
+    mate_turns: int = 1,
 ) -> CurvePair:
     """Build the pair of a contact that is smooth between breaks (m,) [rad].
 
@@ -197,7 +219,9 @@ def build_contact_pair(
 
 
 def build_stage_pair(stage: Stage, parameters: Array, sense: int = 1) -> CurvePair:
-    """Build the pair of a gear stage with its parameters (q,) in SI, with separate segments of the deformed curve."""
+    """Build the pair of a gear stage with its parameters (q,) in SI, with separate segments of the
+    deformed curve.
+    """
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
 
     def contact(t: Array) -> Array:
@@ -212,7 +236,9 @@ def build_circle_pair(radius: float, mate: float) -> CurvePair:
 
     def trace_circle(r: float, sense: int) -> PitchCurve:
         def trace(t: Array) -> tuple[Array, Array]:
-            return np.array([t, np.full_like(t, r), np.zeros_like(t), np.zeros_like(t)]), np.ones_like(t)
+            return np.array(
+                [t, np.full_like(t, r), np.zeros_like(t), np.zeros_like(t)]
+            ), np.ones_like(t)
 
         return PitchCurve.from_trace(trace, np.linspace(0, TURN, 3), sense)
 
@@ -222,28 +248,38 @@ def build_circle_pair(radius: float, mate: float) -> CurvePair:
 _SLOPE_SAMPLES = 9
 """Points between neighbouring samples at which the curve is checked."""
 _BRACKET_MARGIN = 1e-9
-"""Share by which the bracket of the centre distance is widened, because that of a circle is at its end."""
+"""Share by which the bracket of the centre distance is widened, because that of a circle is at its
+end.
+"""
 
 
 class RadiusFunction(Protocol):
-    """Function that returns radii (n,) [m] at angles (n,) [rad] from the first point, or their derivatives."""
+    """Function that returns radii (n,) [m] at angles (n,) [rad] from the first point, or their
+    derivatives.
+    """
 
     def __call__(self, at: Array, derivative: int = 0, /) -> Array: ...
 
 
 MAX_SLOPE_ANGLE = np.radians(80)
-"""Largest angle [rad] between a pitch curve and the circle about its axis: at a pressure angle of 10 deg the normals
-of flanks then pass through the axis, and no torque turns the gear."""
+"""Largest angle [rad] between a pitch curve and the circle about its axis: at a pressure angle of
+10 deg the normals of flanks then pass through the axis, and no torque turns the gear.
+"""
 MAX_HALVINGS = 8
-"""How often the gap between the gear's largest radius and the mate's axis is halved, from `turns` of those radii, until
-the mate turns too far: a pitch curve closer to its axis cannot carry teeth."""
+"""How often the gap between the gear's largest radius and the mate's axis is halved, from `turns`
+of those radii, until the mate turns too far: a pitch curve closer to its axis cannot carry
+teeth.
+"""
 
 
 CORNER_RATIO = 8.0
-"""Ratio of the change of the radius's slope at a row to those two and three rows away from which on it is a corner:
-smooth features of three rows or more stay below 4."""
+"""Ratio of the change of the radius's slope at a row to those two and three rows away from which on
+it is a corner: smooth features of three rows or more stay below 4.
+"""
 CORNER_ANGLE = np.radians(0.5)
-"""Smallest corner [rad]: above the rounding of tables with three decimals of a millimetre and steps of a degree."""
+"""Smallest corner [rad]: above the rounding of tables with three decimals of a millimetre and steps
+of a degree.
+"""
 CORNER_SPAN = np.radians(45)
 """Widest span of seven rows [rad] in which a corner is told from a curve with few points."""
 REPEATS = 1e-4
@@ -255,10 +291,11 @@ def build_sampled_pair(
 ) -> CurvePair:
     """Return the pair of radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn.
 
-    The mate turns `mate_turns` times in `turns` of the gear, one of which is 1. Of the pair the gear is always the
-    faster one: with several `mate_turns` it is the mate. Errors begin with `name`. Raises GeometryError if the curve
-    through the points has a corner, reaches its axis, is too steep for any teeth, does not repeat as often as the mate
-    turns, or has no centre distance that closes the mate.
+    The mate turns `mate_turns` times in `turns` of the gear, one of which is 1. Of the pair the
+    gear is always the faster one: with several `mate_turns` it is the mate. Errors begin with
+    `name`. Raises GeometryError if the curve through the points has a corner, reaches its axis, is
+    too steep for any teeth, does not repeat as often as the mate turns, or has no centre distance
+    that closes the mate.
     """
     knots = np.append(polar, polar[0] + TURN) - polar[0]
     curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
@@ -269,12 +306,15 @@ def build_sampled_pair(
         _check_corners(polar, radius, sense, name)
         pair = _build_pair(curve, knots, distance, turns, sense, mate_turns)
     except RoughFunctionError as error:
-        raise GeometryError(f"{name}: the curve through the points is too rough to be rolled on: {error}") from error
+        raise GeometryError(
+            f"{name}: the curve through the points is too rough to be rolled on: {error}"
+        ) from error
     return pair if mate_turns == 1 else CurvePair(pair.mate, pair.gear, pair.distance, -pair.sense)
 
 
 def find_centre_distance(polar: Array, radius: Array, turns: float, name: str) -> float:
-    """Return the distance of the axes [m] at which the mate of radii (n,) at polar angles turns once in `turns`.
+    """Return the distance of the axes [m] at which the mate of radii (n,) at polar angles turns
+    once in `turns`.
 
     Raises GeometryError without one.
     """
@@ -284,7 +324,9 @@ def find_centre_distance(polar: Array, radius: Array, turns: float, name: str) -
 
 
 def find_repeat(polar: Array, radius: Array, parts: int) -> tuple[int, float]:
-    """Return the point whose radius (n,) differs most from that a part of a turn later, and that radius [m]."""
+    """Return the point whose radius (n,) differs most from that a part of a turn later, and that
+    radius [m].
+    """
     knots = np.append(polar, polar[0] + TURN)
     curve = scipy.interpolate.CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
     later = curve(polar[0] + np.mod(polar - polar[0] + TURN / parts, TURN))
@@ -293,18 +335,24 @@ def find_repeat(polar: Array, radius: Array, parts: int) -> tuple[int, float]:
 
 
 def _check_repeats(polar: Array, radius: Array, sense: int, parts: int, name: str) -> None:
-    """Raise GeometryError, with the polar angle, if a curve does not repeat a number of times in a turn."""
+    """Raise GeometryError, with the polar angle, if a curve does not repeat a number of times in a
+    turn.
+    """
     worst, later = find_repeat(polar, radius, parts)
     if abs(later - radius[worst]) > REPEATS * radius[worst]:
         raise GeometryError(
-            f"{name}: the mate turns {parts} times in a turn, so the radius must repeat after {360 / parts:.6g} deg, "
-            f"but it is {radius[worst] * 1e3:.6g} mm at the polar angle {np.degrees(sense * polar[worst]):.4g} deg and "
+            f"{name}: the mate turns {parts} times in a turn, so the radius must repeat after "
+            f"{360 / parts:.6g} deg, "
+            f"but it is {radius[worst] * 1e3:.6g} mm at the polar angle "
+            f"{np.degrees(sense * polar[worst]):.4g} deg and "
             f"{later * 1e3:.6g} mm there"
         )
 
 
 def _check_corners(polar: Array, radius: Array, sense: int, name: str) -> None:
-    """Raise GeometryError, with the polar angle, if the radii have a corner, through which a spline would swing."""
+    """Raise GeometryError, with the polar angle, if the radii have a corner, through which a spline
+    would swing.
+    """
     steps = np.diff(polar, append=polar[0] + TURN)
     slopes = np.diff(radius, append=radius[0]) / steps
     bends = slopes - np.roll(slopes, 1)
@@ -320,8 +368,10 @@ def _check_corners(polar: Array, radius: Array, sense: int, name: str) -> None:
     if is_corner.any():
         worst = int(np.argmax(np.where(is_corner, turn, 0.0)))
         raise GeometryError(
-            f"{name}: the radius has a corner at the polar angle {np.degrees(sense * polar[worst]):.4g} deg, where its "
-            f"direction changes by {np.degrees(turn[worst]):.3g} deg from row to row, but hardly beside it; a pitch "
+            f"{name}: the radius has a corner at the polar angle "
+            f"{np.degrees(sense * polar[worst]):.4g} deg, where its "
+            f"direction changes by {np.degrees(turn[worst]):.3g} deg from row to row, but hardly "
+            f"beside it; a pitch "
             "curve must be smooth: round the corner over several rows, or state more rows there"
         )
 
@@ -329,7 +379,9 @@ def _check_corners(polar: Array, radius: Array, sense: int, name: str) -> None:
 def _build_pair(
     curve: RadiusFunction, knots: Array, distance: float, turns: int, sense: int, mate_turns: int
 ) -> CurvePair:
-    """Return the pair of a curve smooth between knots (n + 1,) [rad], at a distance of the axes [m]."""
+    """Return the pair of a curve smooth between knots (n + 1,) [rad], at a distance of the axes
+    [m].
+    """
 
     def ratios(t: Array) -> Array:
         u = np.mod(t, TURN)
@@ -347,11 +399,15 @@ def _build_pair(
 
 def _sample_angles(knots: Array) -> Array:
     """Return angles [rad] between knots (n + 1,) at which a curve is checked."""
-    return np.asarray((knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0, 1, _SLOPE_SAMPLES)).ravel())
+    return np.asarray(
+        (knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0, 1, _SLOPE_SAMPLES)).ravel()
+    )
 
 
 def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, name: str) -> None:
-    """Raise GeometryError, with the polar angle, if the curve reaches its axis or is too steep for teeth."""
+    """Raise GeometryError, with the polar angle, if the curve reaches its axis or is too steep for
+    teeth.
+    """
     places = _sample_angles(knots)
     radius, slope = curve(places), curve(places, 1)
 
@@ -361,13 +417,15 @@ def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, 
     smallest, steep = int(np.argmin(radius)), int(np.argmax(np.abs(slope) / radius))
     if radius[smallest] <= 0:
         raise GeometryError(
-            f"{name}: the curve through the points has a radius of {radius[smallest] * 1e3:.4g} mm {at(smallest)}: it "
+            f"{name}: the curve through the points has a radius of {radius[smallest] * 1e3:.4g} "
+            f"mm {at(smallest)}: it "
             f"must be above 0"
         )
     angle = np.arctan(np.abs(slope[steep]) / radius[steep])
     if angle > MAX_SLOPE_ANGLE:
         raise GeometryError(
-            f"{name}: the curve through the points is {np.degrees(angle):.4g} deg from a circle about its axis "
+            f"{name}: the curve through the points is {np.degrees(angle):.4g} deg from a circle "
+            f"about its axis "
             f"{at(steep)}; it must be at most {np.degrees(MAX_SLOPE_ANGLE):g} deg for teeth to "
             "turn it"
         )
@@ -394,6 +452,7 @@ def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: float, nam
             return float(scipy.optimize.brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
         farther = nearer
     raise GeometryError(
-        f"{name}: no mate rolls on this curve: where its radius is largest, {high * 1e3:.4g} mm, the mate's would be "
+        f"{name}: no mate rolls on this curve: where its radius is largest, {high * 1e3:.4g} mm, "
+        f"the mate's would be "
         f"below {gap * high * 1e3:.3g} mm; reduce the largest radius"
     )

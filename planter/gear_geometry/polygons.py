@@ -1,4 +1,6 @@
-"""Overlay of the outlines of two gears as polygons: a check of the mesh that is independent of flanks and racks."""
+"""Overlay of the outlines of two gears as polygons: a check of the mesh that is independent of
+flanks and racks.
+"""
 
 from __future__ import annotations
 
@@ -22,18 +24,25 @@ CHORDS = {"fillet": 16, "flank": 24, "tip": 2, "root": 2}
 FINE_CHORDS = {"fillet": 64, "flank": 48, "tip": 16, "root": 16}
 """Chords for the depth of penetration: they deviate by 2e-4 modules, concave ones by 1.5e-4."""
 POSITIONS_PER_PITCH, MAX_POSITIONS = 48, 4800
-"""Positions per pitch of a period in the search for the depth of penetration, and their largest number."""
+"""Positions per pitch of a period in the search for the depth of penetration, and their largest
+number.
+"""
 _LARGEST, _DEEPEST, _BETWEEN = 60, 3, 8
-"""Number of positions with the largest overlap, of the deepest among them that are refined, and of refined positions on
-either side of each."""
+"""Number of positions with the largest overlap, of the deepest among them that are refined, and of
+refined positions on either side of each.
+"""
 _PART_MARGIN = 0.75
-"""Pitches about a tooth's centre that belong to its part of a gear, in addition to half the contact ratio."""
+"""Pitches about a tooth's centre that belong to its part of a gear, in addition to half the contact
+ratio.
+"""
 
 Shapes = NDArray[np.object_]
 
 
 def build_polygon(gear: Gear, chords: Mapping[str, int] = CHORDS) -> Array:
-    """Return vertices (n, 2) [m] of the outline in order, with a number of chords for each kind of piece."""
+    """Return vertices (n, 2) [m] of the outline in order, with a number of chords for each kind of
+    piece.
+    """
     pieces = gear.pieces
     vertices: dict[int, Array] = {}
     for kind, count in chords.items():
@@ -53,7 +62,9 @@ class Overlay:
     @classmethod
     def from_mesh(cls, mesh: Mesh, chords: Mapping[str, int] = CHORDS) -> Overlay:
         """Return the polygons of a mesh with a number of chords for each kind of piece."""
-        polygon, mate_polygon = (shapely.Polygon(build_polygon(gear, chords)) for gear in mesh.gears)
+        polygon, mate_polygon = (
+            shapely.Polygon(build_polygon(gear, chords)) for gear in mesh.gears
+        )
         return cls(mesh, (polygon, mate_polygon))
 
     @property
@@ -65,19 +76,24 @@ class Overlay:
     def parts(self) -> tuple[Shapes, Shapes]:
         """Parts (z,) of each gear near each of its teeth."""
         gear_parts, mate_parts = (
-            self._parts(gear, outline) for gear, outline in zip(self.mesh.gears, self.outlines, strict=True)
+            self._parts(gear, outline)
+            for gear, outline in zip(self.mesh.gears, self.outlines, strict=True)
         )
         return gear_parts, mate_parts
 
     def _parts(self, gear: Gear, outline: Any) -> Shapes:
         centres = gear.curve.at(gear.flanks.centre[: gear.z])[:2].T
         radius = self.mesh.contact_ratios.max() / 2 + _PART_MARGIN
-        parts: Shapes = shapely.intersection(outline, shapely.buffer(shapely.points(centres), radius * self.mesh.pitch))
+        parts: Shapes = shapely.intersection(
+            outline, shapely.buffer(shapely.points(centres), radius * self.mesh.pitch)
+        )
         return parts
 
     @cached_property
     def placed(self) -> LastCallCache[tuple[Shapes, Shapes]]:
-        """Parts (n,) of both gears near the pitch point at rolling lengths (n,), in their positions."""
+        """Parts (n,) of both gears near the pitch point at rolling lengths (n,), in their
+        positions.
+        """
         return LastCallCache(self._placed)
 
     def _placed(self, at: Array) -> tuple[Shapes, Shapes]:
@@ -99,16 +115,22 @@ class Overlay:
     def depths(self, at: Array) -> Array:
         """Return the depth (n,) [m] of mutual penetration at rolling lengths (n,) [m].
 
-        That is the largest distance of a point of one outline, inside the other, from the other outline.
+        That is the largest distance of a point of one outline, inside the other, from the other
+        outline.
         """
         gear_shapes, mate_shapes = self.placed(at)
-        depths, touch = np.zeros(len(at)), np.flatnonzero(shapely.intersects(gear_shapes, mate_shapes))
+        depths, touch = (
+            np.zeros(len(at)),
+            np.flatnonzero(shapely.intersects(gear_shapes, mate_shapes)),
+        )
         corners, owner = shapely.get_coordinates(
             shapely.intersection(gear_shapes[touch], mate_shapes[touch]), return_index=True
         )
         build_polygon, number = shapely.points(corners), touch[owner]
         for shapes in (gear_shapes, mate_shapes):
-            np.maximum.at(depths, number, shapely.distance(build_polygon, shapely.boundary(shapes)[number]))
+            np.maximum.at(
+                depths, number, shapely.distance(build_polygon, shapely.boundary(shapes)[number])
+            )
         return depths
 
     @cached_property
@@ -133,6 +155,10 @@ def move_shapes(shapes: Shapes, position: Array) -> Shapes:
     """Return shapes (n,) rotated and moved to positions (3, n): angle [rad], x and y [m]."""
     build_polygon, index = shapely.get_coordinates(shapes, return_index=True)
     angle, x, y = position
-    turned = (build_polygon[:, 0] + 1j * build_polygon[:, 1]) * np.exp(1j * angle)[index] + (x + 1j * y)[index]
-    placed: Shapes = shapely.set_coordinates(shapes.copy(), np.column_stack([turned.real, turned.imag]))
+    turned = (build_polygon[:, 0] + 1j * build_polygon[:, 1]) * np.exp(1j * angle)[index] + (
+        x + 1j * y
+    )[index]
+    placed: Shapes = shapely.set_coordinates(
+        shapes.copy(), np.column_stack([turned.real, turned.imag])
+    )
     return placed

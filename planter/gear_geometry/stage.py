@@ -1,7 +1,9 @@
-"""Gear stages of a machine: a generated pitch-curve family, its names in the design vector, checks, and pitch lengths.
+"""Gear stages of a machine: a generated pitch-curve family, its names in the design vector, checks,
+and pitch lengths.
 
-Arc length per parameter u is even and periodic on either segment, so that its mean over midpoints converges faster than
-any power of their number (Trefethen and Weideman, The exponentially convergent trapezoidal rule, 2014).
+Arc length per parameter u is even and periodic on either segment, so that its mean over midpoints
+converges faster than any power of their number (Trefethen and Weideman, The exponentially
+convergent trapezoidal rule, 2014).
 """
 
 from __future__ import annotations
@@ -34,13 +36,17 @@ class StageCandidate:
 
 
 def list_design_names(family: str, vector: dict[str, Any]) -> tuple[str, ...]:
-    """Return the design names of a family's parameters, numbered with the gear, the deformation coefficient last.
+    """Return the design names of a family's parameters, numbered with the gear, the deformation
+    coefficient last.
 
     >>> list_design_names("ellipse", {"suffix": "6", "known": {"-1": {"shown": "m61"}}})
     ('A6_mm', 'k6', 'm61')
     """
     *shown_names, _ = (entry["shown"] for entry in families.load_sidecar(family)["parameters"])
-    numbered = (f"{base}{vector['suffix']}{dash}{unit}" for base, dash, unit in (n.partition("_") for n in shown_names))
+    numbered = (
+        f"{base}{vector['suffix']}{dash}{unit}"
+        for base, dash, unit in (n.partition("_") for n in shown_names)
+    )
     return (*numbered, vector["known"]["-1"]["shown"])
 
 
@@ -71,7 +77,9 @@ class Stage:
 
     @cached_property
     def curvature(self) -> Kernel:
-        """(u, parameters, hoisted) -> curvatures [1/m] of the gear and its conjugate on both segments, u in [0, pi]."""
+        """(u, parameters, hoisted) -> curvatures [1/m] of the gear and its conjugate on both
+        segments, u in [0, pi].
+        """
         return Kernel(families.load_functions(self.family).curvature(self.terms), lanes=["u"])
 
     @cached_property
@@ -81,11 +89,15 @@ class Stage:
 
     @cached_property
     def conditions(self) -> Kernel:
-        """(parameters) -> values that must be positive, in the order of the sidecar's conditions."""
+        """(parameters) -> values that must be positive, in the order of the sidecar's
+        conditions.
+        """
         return Kernel(families.load_functions(self.family).conditions())
 
     def check_parameters(self, candidate: StageCandidate) -> None:
-        """Raise GeometryError, naming file, key, value and bound, if a condition of the family fails."""
+        """Raise GeometryError, naming file, key, value and bound, if a condition of the family
+        fails.
+        """
         order = [entry["name"] for entry in self.sidecar["parameters"]]
         values = self.conditions(parameters=candidate.parameters).values()
         for condition, value in zip(self.sidecar["conditions"], values, strict=True):
@@ -97,7 +109,9 @@ class Stage:
                 raise GeometryError.for_value(candidate.key(name), f"{value_shown:.12g}", allowed)
 
     def check_radius(self, candidate: StageCandidate) -> None:
-        """Raise GeometryError, naming curve and angle, if a radius is not between 0 and the centre distance."""
+        """Raise GeometryError, naming curve and angle, if a radius is not between 0 and the centre
+        distance.
+        """
         hoisted = self.prologue(parameters=candidate.parameters)["hoisted"]
         t = np.linspace(0, 2 * np.pi, 720, endpoint=False)
         radius = self.contact(t=t, parameters=candidate.parameters, hoisted=hoisted)["r"][0]
@@ -105,13 +119,17 @@ class Stage:
         worst = int(np.argmax(np.abs(radius - distance / 2)))
         if not 0 < radius[worst] < distance:
             raise GeometryError(
-                f"{candidate.key(self.names[0])}: on the {self.sidecar['title']} r = {radius[worst] * 1e3:.6g} mm at "
-                f"t = {np.degrees(t[worst]):.6g} deg: it must be between 0 and the centre distance, "
+                f"{candidate.key(self.names[0])}: on the {self.sidecar['title']} r = "
+                f"{radius[worst] * 1e3:.6g} mm at "
+                f"t = {np.degrees(t[worst]):.6g} deg: it must be between 0 and the centre "
+                f"distance, "
                 f"{distance * 1e3:.6g} mm"
             )
 
     def tail(self, parameters: Array) -> float:
-        """Return the magnitude of the last coefficients of the series [-], enough to span the gaps of a lobed curve."""
+        """Return the magnitude of the last coefficients of the series [-], enough to span the gaps
+        of a lobed curve.
+        """
         hoisted = self.prologue(parameters=parameters)["hoisted"][:, 0]
         return float(np.abs(hoisted[1:][-max(3, self.terms // 8) :]).max(initial=0.0))
 
@@ -131,7 +149,10 @@ def build_stage(family: str, vector: dict[str, Any], candidates: Sequence[StageC
 
 
 def converge_series(stage: Stage, candidates: Sequence[StageCandidate]) -> Stage:
-    """Return the stage with as many terms as its series needs. Raises GeometryError if it does not converge."""
+    """Return the stage with as many terms as its series needs.
+
+    Raises GeometryError if it does not converge.
+    """
     terms = FIRST_TERMS if stage.sidecar["series"] else 0
     while terms <= MAX_TERMS:
         stage = Stage(stage.family, stage.names, terms)
@@ -141,7 +162,8 @@ def converge_series(stage: Stage, candidates: Sequence[StageCandidate]) -> Stage
         terms += terms // 2
     worst = candidates[int(np.argmax(tails))]
     raise GeometryError(
-        f"{worst.key(stage.names[0])}: the series of the {stage.sidecar['title']}'s rotation has not converged to "
+        f"{worst.key(stage.names[0])}: the series of the {stage.sidecar['title']}'s rotation has "
+        f"not converged to "
         f"{SERIES_TOLERANCE:g} with {stage.terms} terms: the curve must be rounder"
     )
 
@@ -161,14 +183,17 @@ class LengthDerivatives:
 
 
 class PitchLength:
-    """The length of a stage's inner pitch curve and of its mate's, accurate to rounding at `candidates`.
+    """The length of a stage's inner pitch curve and of its mate's, accurate to rounding at
+    `candidates`.
 
-    `at` returns it at parameters (q,) in SI. Raises GeometryError, naming the candidate, if a curve needs too many
-    nodes.
+    `at` returns it at parameters (q,) in SI. Raises GeometryError, naming the candidate, if a curve
+    needs too many nodes.
     """
 
     def __init__(self, stage: Stage, candidates: Sequence[StageCandidate]) -> None:
-        self._kernel = Kernel(_build_rates(families.load_functions(stage.family).speed()), lanes=["u"])
+        self._kernel = Kernel(
+            _build_rates(families.load_functions(stage.family).speed()), lanes=["u"]
+        )
         self.nodes = max(self._count_nodes(stage, candidate) for candidate in candidates)
         self.at = LastCallCache(lambda parameters: self._integrate(parameters, self.nodes))
 
@@ -191,13 +216,16 @@ class PitchLength:
                 return nodes
             nodes *= 2
         raise GeometryError(
-            f"{candidate.key(stage.names[0])}: the length of the {stage.sidecar['title']} has not converged to "
+            f"{candidate.key(stage.names[0])}: the length of the {stage.sidecar['title']} has not "
+            f"converged to "
             f"{LENGTH_TOLERANCE:g} with {MAX_NODES} nodes: the curve must be rounder"
         )
 
 
 def _build_rates(speed: ca.Function) -> ca.Function:
-    """Return the function (u, parameters) -> arc length per u of both segments, gradient and Hessian in a column."""
+    """Return the function (u, parameters) -> arc length per u of both segments, gradient and
+    Hessian in a column.
+    """
     u, p = ca.SX.sym("u"), ca.SX.sym("parameters", speed.size1_in(1))
     first, second = speed.call([u, p])
     hessian, gradient = ca.hessian(first + second, p)

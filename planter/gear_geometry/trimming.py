@@ -1,4 +1,5 @@
-"""Outlines trimmed by circles, and the pieces of outlines that no rack cuts: arcs, walls, parts, the pitch line.
+"""Outlines trimmed by circles, and the pieces of outlines that no rack cuts: arcs, walls, parts,
+the pitch line.
 
 Every intersection is solved, and the remaining pieces are joined by arcs.
 """
@@ -33,7 +34,9 @@ class TrimmingCircle:
     inside: bool = True
 
     def beyond(self, points: Array) -> Array:
-        """Return the distance (n,) [m] of points (n, 2) from the removed region, negative inside it."""
+        """Return the distance (n,) [m] of points (n, 2) from the removed region, negative inside
+        it.
+        """
         distance = np.hypot(*(points - self.centre).T) - self.radius
         return distance if self.inside else -distance
 
@@ -46,7 +49,12 @@ class TrimmingCircle:
         sense = -1.0 if self.inside else 1.0
         low = self.angle(start)
         return CircularArc(
-            self.kind, tooth, self.centre, self.radius, low, sense * (sense * (self.angle(end) - low) % TURN)
+            self.kind,
+            tooth,
+            self.centre,
+            self.radius,
+            low,
+            sense * (sense * (self.angle(end) - low) % TURN),
         )
 
 
@@ -57,7 +65,9 @@ class Region:
     circles: tuple[TrimmingCircle, ...]
 
     def beyond(self, points: Array) -> Array:
-        """Return the largest distance (n,) [m] of the circles, positive for points (n, 2) that remain."""
+        """Return the largest distance (n,) [m] of the circles, positive for points (n, 2) that
+        remain.
+        """
         return np.max([circle.beyond(points) for circle in self.circles], axis=0)
 
     def at(self, point: Array) -> TrimmingCircle:
@@ -70,7 +80,10 @@ class Region:
         if first is second:
             yield first.arc(start, end, tooth)
             return
-        corner = min(_intersect_circles(first, second), key=lambda point: abs(first.arc(start, point, tooth).sweep))
+        corner = min(
+            _intersect_circles(first, second),
+            key=lambda point: abs(first.arc(start, point, tooth).sweep),
+        )
         yield first.arc(start, corner, tooth)
         yield second.arc(corner, end, tooth)
 
@@ -92,7 +105,8 @@ def trim_line(pieces: Sequence[OutlinePiece], region: Region) -> list[OutlinePie
 
 
 def start_outside(pieces: Sequence[OutlinePiece], region: Region) -> list[OutlinePiece]:
-    """Return the pieces of a closed line, beginning with the first whose start lies outside a region.
+    """Return the pieces of a closed line, beginning with the first whose start lies outside a
+    region.
 
     Raises GeometryError if none does.
     """
@@ -104,13 +118,18 @@ def start_outside(pieces: Sequence[OutlinePiece], region: Region) -> list[Outlin
 
 
 def _split_piece(piece: OutlinePiece, region: Region) -> Iterator[tuple[float, float, bool]]:
-    """Yield parameter intervals of a piece on one side of a region's edge, and whether they remain."""
+    """Yield parameter intervals of a piece on one side of a region's edge, and whether they
+    remain.
+    """
     grid = np.linspace(0, 1, _SAMPLES)
     beyond = region.beyond(piece.at(grid))
     cuts = [
         float(
             scipy.optimize.brentq(
-                lambda s: float(region.beyond(piece.at(np.array([s])))[0]), grid[k], grid[k + 1], xtol=_XTOL
+                lambda s: float(region.beyond(piece.at(np.array([s])))[0]),
+                grid[k],
+                grid[k + 1],
+                xtol=_XTOL,
             )
         )
         for k in np.flatnonzero((beyond[1:] > 0) != (beyond[:-1] > 0))
@@ -127,7 +146,10 @@ def _intersect_circles(first: TrimmingCircle, second: TrimmingCircle) -> tuple[A
     across = np.sqrt(first.radius**2 - offset**2)
     unit = vector / distance
     normal = np.array([-unit[1], unit[0]])
-    return first.centre + offset * unit + across * normal, first.centre + offset * unit - across * normal
+    return (
+        first.centre + offset * unit + across * normal,
+        first.centre + offset * unit - across * normal,
+    )
 
 
 @dataclass(frozen=True)
@@ -155,7 +177,9 @@ class CircularArc:
         return np.sign(self.sweep) * self._spoke(s)[:, ::-1] * [-1.0, 1.0]
 
     def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
+        the left.
+        """
         return np.full(len(s), np.sign(self.sweep) / self.radius)
 
 
@@ -179,7 +203,9 @@ class StraightWall:
         return np.tile(direction, (len(s), 1))
 
     def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
+        the left.
+        """
         return np.zeros(len(s))
 
 
@@ -215,7 +241,9 @@ class PartialPiece:
         return self.piece.tangent(self._to_piece(s))
 
     def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
+        the left.
+        """
         return self.piece.curvature(self._to_piece(s))
 
 
@@ -240,5 +268,7 @@ class PitchLine:
         return self._rows(s)[[TX, TY]].T
 
     def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
+        the left.
+        """
         return np.asarray(self._rows(s)[KAPPA])

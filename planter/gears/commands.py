@@ -33,7 +33,14 @@ from planter.gears.options import (
 )
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, find_unused, parse_changes
+from planter.terminal.options import (
+    JsonOption,
+    OutOption,
+    SetOption,
+    SpeedOption,
+    find_unused,
+    parse_changes,
+)
 
 app = typer.Typer()
 
@@ -64,19 +71,25 @@ each gear, the assembly, figures and a page; --step and --stl solids too.
 @writes_files("summary.json", "report.html", "assembly.dxf", "assembly.svg")
 def gears(
     machine: Annotated[
-        str | None, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)
+        str | None,
+        typer.Argument(
+            help="a machine file, or the name of a built-in machine", show_default=False
+        ),
     ] = None,
     curve: Annotated[
-        str | None, typer.Option(metavar="FILE[:PREFIX]", help="pitch curve of a gear", show_default=False)
+        str | None,
+        typer.Option(metavar="FILE[:PREFIX]", help="pitch curve of a gear", show_default=False),
     ] = None,
     mate: Annotated[
-        str | None, typer.Option(metavar="FILE[:PREFIX]", help="pitch curve of its mate", show_default=False)
+        str | None,
+        typer.Option(metavar="FILE[:PREFIX]", help="pitch curve of its mate", show_default=False),
     ] = None,
     turns: Annotated[
         str,
         typer.Option(
             metavar="N|N:1|1:N",
-            help="with --curve: turns of the gear for one of the mate, or 1:N for a mate that turns N times in one",
+            help="with --curve: turns of the gear for one of the mate, or 1:N for a mate that "
+            "turns N times in one",
         ),
     ] = "1",
     module: ModuleOption = None,
@@ -114,8 +127,13 @@ def gears(
         _check("needs --out DIR", {"--step": step and not out, "--stl": stl and not out})
         of_files = ["--tolerance-um"] if out is None else []
         if unused := find_unused(*of_files, *([] if step or stl else ["--width-mm"])):
-            console.say(f"no effect without the files that they shape (--out, --step, --stl): {', '.join(unused)}")
-        settings = request.parse_part_settings(tolerance_um, bore_mm, keyway_mm, width_mm, step, stl)
+            console.say(
+                f"no effect without the files that they shape (--out, --step, --stl): "
+                f"{', '.join(unused)}"
+            )
+        settings = request.parse_part_settings(
+            tolerance_um, bore_mm, keyway_mm, width_mm, step, stl
+        )
         rack_options = {"pressure_angle": pressure_angle, "addendum": addendum, "shift": shift}
         explicit = {name: value for name, value in rack_options.items() if value is not None}
         rack = request.Teeth(
@@ -129,15 +147,30 @@ def gears(
         )
         if curve is not None:
             stages = {"--module1": module1, "--module2": module2}
-            _check("goes with MACHINE, not with --curve", {**stages, "--set": set_, "--speed-rpm": speed_rpm})
-            gear_pair = gear_set.build_curve_set(curve, mate, request.GearTurns.parse(turns), rack, module, teeth, keep)
+            _check(
+                "goes with MACHINE, not with --curve",
+                {**stages, "--set": set_, "--speed-rpm": speed_rpm},
+            )
+            gear_pair = gear_set.build_curve_set(
+                curve, mate, request.GearTurns.parse(turns), rack, module, teeth, keep
+            )
             result = gear_set.make_gear_set(gear_pair, rack, settings, out, console.progress)
         else:
             assert machine is not None
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != "1"})
-            modules, numbers = request.parse_modules(module, module1, module2), request.parse_tooth_counts(teeth)
+            modules, numbers = (
+                request.parse_modules(module, module1, module2),
+                request.parse_tooth_counts(teeth),
+            )
             options = request.GearOptions(
-                rack, settings, frozenset(explicit), modules, numbers, keep, parse_changes(set_), speed_rpm
+                rack,
+                settings,
+                frozenset(explicit),
+                modules,
+                numbers,
+                keep,
+                parse_changes(set_),
+                speed_rpm,
             )
             result = request.find_adapter(machine).make(machine, options, out, console.progress)
         present_gears(result).show(console)

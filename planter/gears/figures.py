@@ -40,9 +40,21 @@ def plot_assembly(gears: Sequence[PlacedGear]) -> Figure:
     figure = style.new_figure(5.4)
     axes = figure.subplots()
     for index, placed in enumerate(gears):
-        _draw_gear(axes, placed.gear, placed.angle, placed.centre, style.PALETTE[index % len(style.PALETTE)])
+        _draw_gear(
+            axes,
+            placed.gear,
+            placed.angle,
+            placed.centre,
+            style.PALETTE[index % len(style.PALETTE)],
+        )
     for pair in zip(gears[::2], gears[1::2], strict=True):
-        axes.plot(*(_MM * np.array([placed.centre for placed in pair]).T), "-+", color=style.INK, lw=0.6, markersize=7)
+        axes.plot(
+            *(_MM * np.array([placed.centre for placed in pair]).T),
+            "-+",
+            color=style.INK,
+            lw=0.6,
+            markersize=7,
+        )
     axes.legend(loc="upper left", frameon=False)
     style.drawing_board(axes)
     return figure
@@ -50,7 +62,9 @@ def plot_assembly(gears: Sequence[PlacedGear]) -> Figure:
 
 @style.with_style
 def plot_mesh(pair: ToothedPair) -> Figure:
-    """Plot the teeth about the pitch point at four positions over a period, with the contacts of the flanks."""
+    """Plot the teeth about the pitch point at four positions over a period, with the contacts of
+    the flanks.
+    """
     figure = style.new_figure(6.4)
     mesh, period = pair.mesh, pair.mesh.period
     for axes, quarter in zip(figure.subplots(2, 2).flat, range(4), strict=True):
@@ -58,7 +72,12 @@ def plot_mesh(pair: ToothedPair) -> Figure:
         gear, mate = mesh.places(contact_arc)
         _draw_gear(axes, mesh.gear, gear[0, 0], (0.0, 0.0), style.BLUE)
         _draw_gear(axes, mesh.mate, mate[0, 0], (mate[1, 0], mate[2, 0]), style.VERMILION)
-        axes.plot(*(_MM * Contacts(mesh, mesh.facing(contact_arc)).points), ".", color=style.INK, markersize=4)
+        axes.plot(
+            *(_MM * Contacts(mesh, mesh.facing(contact_arc)).points),
+            ".",
+            color=style.INK,
+            markersize=4,
+        )
         radius = _MM * float(np.hypot(*mesh.gear.curve.at(mesh.pair.sense * contact_arc)[:2])[0])
         width = _MM * _WINDOW * mesh.pitch
         axes.plot(radius, 0, "o", color=style.PAPER, markeredgecolor=style.INK, markersize=4)
@@ -72,7 +91,9 @@ def plot_mesh(pair: ToothedPair) -> Figure:
 
 @style.with_style
 def plot_teeth(pair: ToothedPair) -> Figure:
-    """Plot the contact ratio of each tooth pair, and the undercut margin and top land of each tooth."""
+    """Plot the contact ratio of each tooth pair, and the undercut margin and top land of each
+    tooth.
+    """
     figure = style.new_figure(5.6)
     above, middle, below = figure.subplots(3, 1)
     mesh = pair.mesh
@@ -81,7 +102,9 @@ def plot_teeth(pair: ToothedPair) -> Figure:
         degrees = _polar_angles(mesh.gear, mesh.pair.sense * mesh.pairs.at[on_side])
         order = np.argsort(degrees)
         label = f"flanks that {label}"
-        above.plot(degrees[order], mesh.contact_ratios[on_side][order], ".-", label=label, linewidth=0.8)
+        above.plot(
+            degrees[order], mesh.contact_ratios[on_side][order], ".-", label=label, linewidth=0.8
+        )
     above.set_ylabel("contact ratio")
     above.margins(y=0.2)
     above.legend(frameon=False, ncols=2, loc="upper left")
@@ -104,19 +127,30 @@ def plot_teeth(pair: ToothedPair) -> Figure:
 
 @style.with_style
 def plot_play(pair: ToothedPair) -> Figure:
-    """Plot lost motion to either side and of both, polygon gap and transmission error over a period.
+    """Plot lost motion to either side and of both, polygon gap and transmission error over a
+    period.
 
     What is zero everywhere is named instead of drawn.
     """
     mesh = pair.mesh
     share = mesh.positions / (mesh.period * mesh.pitch)
     lost, errors = clean_zero(np.degrees(pair.lost_motion)), clean_zero(pair.contacts.errors)
-    panels = {"lost motion": bool(lost.any()), "gap": True, "transmission error": bool(errors.any())}
+    panels = {
+        "lost motion": bool(lost.any()),
+        "gap": True,
+        "transmission error": bool(errors.any()),
+    }
     names = [name for name, is_drawn in panels.items() if is_drawn]
     figure = style.new_figure(0.4 + 1.4 * len(names))
-    rows = dict(zip(names, figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0], strict=True))
+    rows = dict(
+        zip(names, figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0], strict=True)
+    )
     if axes := rows.get("lost motion"):
-        for values, label in ((lost[:, 1], "anticlockwise"), (lost[:, 0], "clockwise"), (lost.sum(axis=1), "both")):
+        for values, label in (
+            (lost[:, 1], "anticlockwise"),
+            (lost[:, 0], "clockwise"),
+            (lost.sum(axis=1), "both"),
+        ):
             axes.plot(share, values, label=label)
         axes.set_ylim(bottom=0)
         axes.set_ylabel("lost motion / deg")
@@ -146,7 +180,9 @@ def build_figures(
     return plots | ({"friction": plot_friction(rubbing)} if rubbing else {})
 
 
-def _draw_gear(axes: Axes, gear: AnyGear, angle: float, centre: tuple[float, float], shade: str) -> None:
+def _draw_gear(
+    axes: Axes, gear: AnyGear, angle: float, centre: tuple[float, float], shade: str
+) -> None:
     outline, pitch = (
         _MM * (_rotate(line, angle) + np.asarray(centre))
         for line in (_find_vertices(gear), gear.outline().pitch(np.linspace(0, 1, 361)))
@@ -187,12 +223,20 @@ def plot_friction(curves: FrictionCurves) -> Figure:
         spare.set_visible(False)
     for axes, (key, kinds) in zip(all_axes, curves.curves.items(), strict=False):
         for kind, shade in _SHADES.items():
-            axes.plot(curves.phi_deg, kinds[kind] - kinds["without"], color=shade, label=kind, linewidth=0.8)
+            axes.plot(
+                curves.phi_deg,
+                kinds[kind] - kinds["without"],
+                color=shade,
+                label=kind,
+                linewidth=0.8,
+            )
         unit = units.unit_suffix(key)
         name = textwrap.fill(curves.names.get(key, key.removesuffix(unit)), TITLE_WIDTH)
         axes.set_title(units.typeset_label(f"{name} / {units.display_unit(key)}"))
         style.over_a_turn(axes, label=False)
-    figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside upper right", frameon=False, ncols=2)
+    figure.legend(
+        *all_axes[0].get_legend_handles_labels(), loc="outside upper right", frameon=False, ncols=2
+    )
     figure.supxlabel("carrier angle φ / deg", fontsize=8.5)
     figure.supylabel("change by friction of the teeth", fontsize=8.5)
     return figure
@@ -236,7 +280,9 @@ def build_scene(pair: ToothedPair) -> Scene:
 
 def build_outline(vertices: Array, module: float, shade: int) -> Outline:
     """Return a gear's outline (n, 2) [m], simplified to `OUTLINE_TOLERANCE` modules."""
-    return Outline(_MM * simplify_outline(vertices, OUTLINE_TOLERANCE * module), "gear", shade=shade)
+    return Outline(
+        _MM * simplify_outline(vertices, OUTLINE_TOLERANCE * module), "gear", shade=shade
+    )
 
 
 _DRIVE_SIDES = ("flanks that drive", "flanks that hold back")
@@ -244,7 +290,9 @@ _HIGH = 5.0
 """Largest loose motion in the figure [deg]; larger values are clipped."""
 
 
-def build_dwell_figures(turn: IncompleteGearCycle, gears: Sequence[PlacedGear]) -> dict[str, Figure]:
+def build_dwell_figures(
+    turn: IncompleteGearCycle, gears: Sequence[PlacedGear]
+) -> dict[str, Figure]:
     """Return all figures by the names of their files."""
     return {
         "assembly": plot_assembly(gears),
@@ -264,11 +312,17 @@ def plot_dwell(turn: IncompleteGearCycle) -> Figure:
         "the middle of the dwell": rolling.dwell_positions(np.array([0.5])),
         "the dwell ends": rolling.places(np.zeros(1)),
     }
-    for axes, (title, places) in zip(figure.subplots(1, 3, sharey=True), positions.items(), strict=True):
-        for gear, place, shade in zip(gears.gears, places, (style.BLUE, style.VERMILION), strict=True):
+    for axes, (title, places) in zip(
+        figure.subplots(1, 3, sharey=True), positions.items(), strict=True
+    ):
+        for gear, place, shade in zip(
+            gears.gears, places, (style.BLUE, style.VERMILION), strict=True
+        ):
             outline = np.vstack([gear.points, gear.points[:1]])
             line = outline @ np.array([1, 1j]) * np.exp(1j * place[0]) + place[1]
-            axes.fill(_MM * line.real, _MM * line.imag, facecolor=shade, alpha=0.12, edgecolor="none")
+            axes.fill(
+                _MM * line.real, _MM * line.imag, facecolor=shade, alpha=0.12, edgecolor="none"
+            )
             axes.plot(_MM * line.real, _MM * line.imag, color=shade, linewidth=0.8, label=gear.name)
         axes.set_aspect("equal")
         axes.set_xlim(_MM * gears.radius - 12, _MM * gears.radius + 12)
@@ -286,19 +340,42 @@ def plot_loose(turn: IncompleteGearCycle) -> Figure:
     above, below = figure.subplots(2, 1, sharex=True)
     rolling, motion = turn.gears.rolling, turn.loose
     angles = np.degrees(-rolling.places(turn.rolled)[0][0])
-    for side, label, shade, width in zip(SIDES, _DRIVE_SIDES, (style.BLUE, style.ORANGE), (2.2, 0.9), strict=True):
-        above.step(angles, turn.mesh.touching(turn.rolled, side).sum(axis=1), where="mid", label=label, color=shade,
-                   linewidth=width)  # fmt: skip
+    for side, label, shade, width in zip(
+        SIDES, _DRIVE_SIDES, (style.BLUE, style.ORANGE), (2.2, 0.9), strict=True
+    ):
+        above.step(
+            angles,
+            turn.mesh.touching(turn.rolled, side).sum(axis=1),
+            where="mid",
+            label=label,
+            color=shade,
+            linewidth=width,
+        )
     above.set_ylabel("flanks in contact")
     above.set_yticks(range(4))
     above.set_ylim(-0.2, 3.6)
     above.legend(loc="upper left", frameon=False, ncols=2)
-    for values, label, shade in ((-motion.behind, "behind its law", style.BLUE), (motion.ahead, "ahead", style.ORANGE)):
+    for values, label, shade in (
+        (-motion.behind, "behind its law", style.BLUE),
+        (motion.ahead, "ahead", style.ORANGE),
+    ):
         stopped = np.abs(values) < FREE_ANGLE
-        below.plot(np.degrees(motion.at), np.degrees(np.where(stopped, values, np.nan)), ".-", label=label, color=shade,
-                   linewidth=0.8, markersize=3)  # fmt: skip
-        below.plot(np.degrees(motion.at[~stopped]), np.full((~stopped).sum(), 0.88 * _HIGH), "^", color=shade,
-                   label="not limited" if not stopped.all() else None)  # fmt: skip
+        below.plot(
+            np.degrees(motion.at),
+            np.degrees(np.where(stopped, values, np.nan)),
+            ".-",
+            label=label,
+            color=shade,
+            linewidth=0.8,
+            markersize=3,
+        )
+        below.plot(
+            np.degrees(motion.at[~stopped]),
+            np.full((~stopped).sum(), 0.88 * _HIGH),
+            "^",
+            color=shade,
+            label="not limited" if not stopped.all() else None,
+        )
     below.axvspan(
         *np.degrees([rolling.over[1], rolling.over[1] + rolling.dwell]),
         color=style.FAINT,
@@ -315,7 +392,9 @@ def plot_loose(turn: IncompleteGearCycle) -> Figure:
 
 @style.with_style
 def plot_lands(turn: IncompleteGearCycle) -> Figure:
-    """Plot the undercut margin of both flanks and the top land of each tooth as the rack cuts it."""
+    """Plot the undercut margin of both flanks and the top land of each tooth as the rack cuts
+    it.
+    """
     figure = style.new_figure(4.2)
     above, below = figure.subplots(2, 1)
     for gear, shade in zip(turn.gears.gears, (style.BLUE, style.VERMILION), strict=True):
@@ -350,7 +429,9 @@ def build_dwell_scene(turn: IncompleteGearCycle) -> Scene:
     axes = (0.0, 0.0), (_MM * rolling.pair.distance, 0.0)
     bodies = [
         Body(gear.name, (build_outline(gear.points, gear.rack.module, shade),), axis, angle)
-        for shade, (gear, axis, angle) in enumerate(zip(turn.gears.gears, axes, angles, strict=True))
+        for shade, (gear, axis, angle) in enumerate(
+            zip(turn.gears.gears, axes, angles, strict=True)
+        )
     ]
     turned = np.degrees(moments - first)
     return Scene(
@@ -360,6 +441,8 @@ def build_dwell_scene(turn: IncompleteGearCycle) -> Scene:
         places=turned,
         seconds=SECONDS,
         bodies=bodies,
-        curves=(Curve(f"rotation of {turn.gears.mate.name}", "deg", np.abs(angles[1] - angles[1][0])),),
+        curves=(
+            Curve(f"rotation of {turn.gears.mate.name}", "deg", np.abs(angles[1] - angles[1][0])),
+        ),
         events=[Event("the dwell begins", float(np.degrees(last - first)))],
     )

@@ -1,4 +1,6 @@
-"""Results of toothed pairs, with teeth all round or on part of the turn, and the files that are written."""
+"""Results of toothed pairs, with teeth all round or on part of the turn, and the files that are
+written.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,12 @@ from planter.gear_geometry.contacts import Contacts
 from planter.gear_geometry.cutting import ToothedPair, cut_teeth
 from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.intermittent_gears import IncompleteGear, IntermittentPair
-from planter.gear_geometry.intermittent_proof import FREE_ANGLE, POSITIONS, IncompleteGearCycle, LooseAngles
+from planter.gear_geometry.intermittent_proof import (
+    FREE_ANGLE,
+    POSITIONS,
+    IncompleteGearCycle,
+    LooseAngles,
+)
 from planter.gears.options import Keep
 from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
 from planter.gears.request import GearTurns, Teeth, find_curve_path, load_pair, parse_tooth_counts
@@ -54,12 +61,16 @@ class GearSet:
 
 
 def make_gear_set(
-    gears: GearSet, teeth: Teeth, settings: PartSettings, out: Path | None, progress: Listener | None = None
+    gears: GearSet,
+    teeth: Teeth,
+    settings: PartSettings,
+    out: Path | None,
+    progress: Listener | None = None,
 ) -> GearsFound:
     """Return the result of a set of gears, and write its files if a folder is given.
 
-    Raises InputError for a bore that leaves too thin a rim or a folder that cannot be written, GeometryError if teeth
-    overlap.
+    Raises InputError for a bore that leaves too thin a rim or a folder that cannot be written,
+    GeometryError if teeth overlap.
     """
     parts = check_parts(gears.placed, settings)
     stages = [
@@ -67,7 +78,12 @@ def make_gear_set(
         for k, pair in enumerate(gears.pairs)
     ]
     result = _collect_result(
-        gears.machine, teeth, stages, gears.scaled, None, gears.rubbing.result if gears.rubbing else None
+        gears.machine,
+        teeth,
+        stages,
+        gears.scaled,
+        None,
+        gears.rubbing.result if gears.rubbing else None,
     )
     if out is None:
         return result
@@ -80,19 +96,38 @@ def make_gear_set(
 
 
 def _collect_result(
-    machine: str, teeth: Teeth, stages: list[StageCut], scaled: Scaled | None = None,
-    intermittent: Intermittent | None = None, friction: Friction | None = None,
-) -> GearsFound:  # fmt: skip
+    machine: str,
+    teeth: Teeth,
+    stages: list[StageCut],
+    scaled: Scaled | None = None,
+    intermittent: Intermittent | None = None,
+    friction: Friction | None = None,
+) -> GearsFound:
     return GearsFound(
-        machine, teeth.pressure_angle, teeth.addendum, teeth.clearance, teeth.backlash_mm, teeth.centre_error_mm,
-        teeth.process.value, stages, scaled, intermittent, friction, [],
-    )  # fmt: skip
+        machine,
+        teeth.pressure_angle,
+        teeth.addendum,
+        teeth.clearance,
+        teeth.backlash_mm,
+        teeth.centre_error_mm,
+        teeth.process.value,
+        stages,
+        scaled,
+        intermittent,
+        friction,
+        [],
+    )
 
 
 def build_curve_set(
-    curve: str, mate: str | None, turns: GearTurns, teeth: Teeth, module_mm: float | None, count: str | None,
+    curve: str,
+    mate: str | None,
+    turns: GearTurns,
+    teeth: Teeth,
+    module_mm: float | None,
+    count: str | None,
     keep: Keep | None,
-) -> GearSet:  # fmt: skip
+) -> GearSet:
     """Build the pair of a curve in a file, the faster gear first.
 
     Raises InputError for tooth counts that contradict the ratio of the mate.
@@ -100,17 +135,21 @@ def build_curve_set(
     numbers = parse_tooth_counts(count)
     if numbers and numbers[0] * turns.gear % turns.mate:
         raise InputError(
-            f"--teeth {count}: the mate turns {turns.mate} times in a turn of the gear, whose teeth must be a multiple "
+            f"--teeth {count}: the mate turns {turns.mate} times in a turn of the gear, whose "
+            f"teeth must be a multiple "
             f"of {turns.mate}"
         )
     if len(numbers) == 2 and numbers[1] * turns.mate != turns.gear * numbers[0]:
         raise InputError(
-            f"--teeth {count}: the mate turns {turns.mate} times in {turns.gear} turns of the gear and needs "
+            f"--teeth {count}: the mate turns {turns.mate} times in {turns.gear} turns of the "
+            f"gear and needs "
             f"{turns.gear * numbers[0] // turns.mate} teeth if the gear has {numbers[0]}"
         )
     first = numbers[0] // turns.mate if numbers else None
     names = ("gear", "mate") if turns.mate == 1 else ("mate", "gear")
-    pair = cut_teeth(load_pair(curve, mate, turns), teeth.order(first, module_mm, keep), curve, names)
+    pair = cut_teeth(
+        load_pair(curve, mate, turns), teeth.order(first, module_mm, keep), curve, names
+    )
     return GearSet(Path(curve).stem, [pair], _place_in_mesh(pair), None, _provenance(curve, mate))
 
 
@@ -118,7 +157,9 @@ def _place_in_mesh(pair: ToothedPair) -> list[PlacedGear]:
     """Return both gears in the position in which the start of the gear's curve is in contact."""
     return [
         PlacedGear(gear, float(angle), (float(x), float(y)))
-        for gear, ((angle,), (x,), (y,)) in zip(pair.gears, pair.mesh.places(np.zeros(1)), strict=True)
+        for gear, ((angle,), (x,), (y,)) in zip(
+            pair.gears, pair.mesh.places(np.zeros(1)), strict=True
+        )
     ]
 
 
@@ -133,7 +174,9 @@ def _provenance(*sources: str | None) -> dict[str, Any]:
 _MM = 1e3
 
 
-def summarise_stage(number: int, pair: ToothedPair, parts: Sequence[GearPart], farther: float = 0.0) -> StageCut:
+def summarise_stage(
+    number: int, pair: ToothedPair, parts: Sequence[GearPart], farther: float = 0.0
+) -> StageCut:
     """Return the result of a pair with its solved mesh and its two gears as manufactured.
 
     `farther` is an error of the centre distance [m].
@@ -156,9 +199,15 @@ def summarise_stage(number: int, pair: ToothedPair, parts: Sequence[GearPart], f
         gap_mm=_find_extent(pair.gaps * _MM),
         lost_motion_deg=_find_extent(np.degrees(pair.lost_motion)),
         lost_motion_total_deg=_find_extent(np.degrees(pair.lost_motion.sum(axis=1))),
-        farther_lost_motion_deg=_find_extent(np.degrees(farther_pair.lost_motion)) if farther_pair else None,
-        farther_total_deg=_find_extent(np.degrees(farther_pair.lost_motion.sum(axis=1))) if farther_pair else None,
-        farther_contact_ratio=_summarise_ratio(farther_pair.contact_ratios) if farther_pair else None,
+        farther_lost_motion_deg=_find_extent(np.degrees(farther_pair.lost_motion))
+        if farther_pair
+        else None,
+        farther_total_deg=_find_extent(np.degrees(farther_pair.lost_motion.sum(axis=1)))
+        if farther_pair
+        else None,
+        farther_contact_ratio=_summarise_ratio(farther_pair.contact_ratios)
+        if farther_pair
+        else None,
         sliding_max_mm=float(Contacts(pair.mesh, pair.mesh.ends).sliding.max()) * _MM,
         penetration_modules=pair.deepest.value / pair.sized.module,
         overlap_mm2=float(pair.overlaps.max()) * _MM**2,
@@ -178,7 +227,10 @@ def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
         area_mm2=gear.area * _MM**2,
         margin=float(margins[weakest]),
         margin_tooth=int(tooth[weakest]),
-        undercut=[Undercut(int(tooth[k]), int(side[k]), float(margins[k])) for k in np.flatnonzero(margins < 0)],
+        undercut=[
+            Undercut(int(tooth[k]), int(side[k]), float(margins[k]))
+            for k in np.flatnonzero(margins < 0)
+        ],
         top_land_mm=float(lands[thin]) * _MM,
         top_land_tooth=thin,
         root_radius_min_mm=gear.root_radius * _MM,
@@ -214,8 +266,8 @@ def make_intermittent_pair(
 ) -> GearsFound:
     """Return the result of an intermittent pair, and write its files if a folder is given.
 
-    Raises GeometryError if the outlines overlap, InputError for a bore that leaves too thin a rim or a
-    folder that cannot be written.
+    Raises GeometryError if the outlines overlap, InputError for a bore that leaves too thin a rim
+    or a folder that cannot be written.
     """
     parts = check_parts(_place_in_dwell(pair), settings)
     turn = IncompleteGearCycle(pair)
@@ -234,7 +286,8 @@ def make_intermittent_pair(
 def summarise_intermittent_pair(
     turn: IncompleteGearCycle, machine: str, parts: Sequence[GearPart], farther: float = 0.0
 ) -> Intermittent:
-    """Return the result of a pair and its manufactured gears, whose outlines are intersected over a turn.
+    """Return the result of a pair and its manufactured gears, whose outlines are intersected over a
+    turn.
 
     `farther` is an error of the centre distance [m].
 
@@ -246,7 +299,8 @@ def summarise_intermittent_pair(
     if max(overlap, dwell_overlap) > OVERLAP_TOLERANCE * gears.gear.rack.module**2:
         where = "over the teeth" if overlap > dwell_overlap else "in the dwell"
         raise GeometryError(
-            f"{machine}: the gears overlap by {max(overlap, dwell_overlap) * _MM**2:.3g} mm2 {where}: reduce the "
+            f"{machine}: the gears overlap by {max(overlap, dwell_overlap) * _MM**2:.3g} mm2 "
+            f"{where}: reduce the "
             f"addendum or add backlash"
         )
     middle = np.argmin(np.abs(turn.loose.at - rolling.over[1] - rolling.dwell / 2))
@@ -261,7 +315,10 @@ def summarise_intermittent_pair(
         horns_deg=_to_degrees(tuple(horn.reach for horn in gears.phase.horns)),
         apart_mm=gears.arc_clearance * _MM,
         dwell_deg=float(np.degrees(rolling.dwell)),
-        gears=[_summarise_incomplete_gear(gear, part) for gear, part in zip(gears.gears, parts, strict=True)],
+        gears=[
+            _summarise_incomplete_gear(gear, part)
+            for gear, part in zip(gears.gears, parts, strict=True)
+        ],
         undriven_deg=_to_degrees(turn.undriven),
         undriven_least_deg=_to_degrees(gears.phase.best_undriven),
         unheld_deg=_to_degrees(turn.unheld),
@@ -285,7 +342,12 @@ def _to_degrees(angles: Sequence[float]) -> tuple[float, float]:
 
 def _summarise_loose(motion: LooseAngles) -> LooseTurn:
     after, driven, before, dwell = (
-        LooseMotion(*(_find_largest(angles[motion.part == part]) for angles in (motion.behind, motion.ahead)))
+        LooseMotion(
+            *(
+                _find_largest(angles[motion.part == part])
+                for angles in (motion.behind, motion.ahead)
+            )
+        )
         for part in range(4)
     )
     return LooseTurn(after, driven, before, dwell)
@@ -301,9 +363,17 @@ def _summarise_incomplete_gear(gear: IncompleteGear, part: GearPart) -> Incomple
     margins, lands = gear.row.flanks.margins, gear.row.top_lands
     worst, thin = int(np.argmin(margins)), int(np.argmin(lands))
     return IncompleteCut(
-        gear.name, gear.z, float(shapely.Polygon(gear.points).area) * _MM**2, float(margins[worst]),
-        int(gear.row.flanks.tooth[worst]), float(lands[thin]) * _MM, thin, len(gear.pieces), gear.joins * _MM, part.rim,
-    )  # fmt: skip
+        gear.name,
+        gear.z,
+        float(shapely.Polygon(gear.points).area) * _MM**2,
+        float(margins[worst]),
+        int(gear.row.flanks.tooth[worst]),
+        float(lands[thin]) * _MM,
+        thin,
+        len(gear.pieces),
+        gear.joins * _MM,
+        part.rim,
+    )
 
 
 def _place_in_dwell(pair: IntermittentPair) -> list[PlacedGear]:

@@ -18,8 +18,9 @@ from planter.workshop.arcs import Arcs, ClosedCurve
 from planter.workshop.drawing import Bore, DrawingLine
 
 MIN_RIM = 0.5
-"""Smallest rim between a bore with its keyway and the roots, in tooth depths: the rim thickness factors of ISO 6336-3
-and AGMA 2001 end there."""
+"""Smallest rim between a bore with its keyway and the roots, in tooth depths: the rim thickness
+factors of ISO 6336-3 and AGMA 2001 end there.
+"""
 _ROWS = 8
 """Steps of a piece in a table of flanks."""
 
@@ -30,7 +31,9 @@ AnyGear = Gear | IncompleteGear
 
 @dataclass(frozen=True)
 class PartSettings:
-    """Settings of the files: arc tolerance [m], bore, width of the gears [m], and whether to write solids."""
+    """Settings of the files: arc tolerance [m], bore, width of the gears [m], and whether to write
+    solids.
+    """
 
     tolerance: float
     bore: Bore | None
@@ -41,8 +44,9 @@ class PartSettings:
 
 @dataclass(frozen=True)
 class PlacedGear:
-    """A gear rotated by an angle [rad] with its axis at a centre [m], and the direction of its keyway [rad] in its "
-    "frame."""
+    """A gear rotated by an angle [rad] with its axis at a centre [m], and the direction of its
+    keyway [rad] in its " "frame.
+    """
 
     gear: AnyGear
     angle: float = 0.0
@@ -84,7 +88,10 @@ class GearPart:
 
     @cached_property
     def rim(self) -> Rim | None:
-        """The rim between the bore and the roots, None without a bore. Raises InputError if it is too thin."""
+        """The rim between the bore and the roots, None without a bore.
+
+        Raises InputError if it is too thin.
+        """
         if self.bore is None:
             return None
         sizes = self.placed.gear.rack.sizes
@@ -92,8 +99,12 @@ class GearPart:
         wall = drawing.check_wall(self.bore, self.teeth, self.placed.gear.name, MIN_RIM * depth)
         return Rim(wall * 1e3, wall / depth)
 
-    def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[DrawingLine]:
-        """Yield the lines of a drawing of the gear, rotated by `turn` [rad], its axis at a centre [m]."""
+    def lines(
+        self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)
+    ) -> Iterator[DrawingLine]:
+        """Yield the lines of a drawing of the gear, rotated by `turn` [rad], its axis at a centre
+        [m].
+        """
         yield DrawingLine("TEETH", self.teeth.moved(turn, centre))
         yield DrawingLine("PITCH", self.pitch.moved(turn, centre))
         if self.bore is not None:
@@ -109,13 +120,22 @@ class GearPart:
         holes = [] if self.bore is None else [self.bore.edge]
         if self.settings.step:
             pieces = self.placed.gear.outline().pieces
-            yield f"{self.stem}.step", solids.format_prism(self.placed.gear.name, pieces, holes, self.settings.width)
+            yield (
+                f"{self.stem}.step",
+                solids.format_prism(self.placed.gear.name, pieces, holes, self.settings.width),
+            )
         if self.settings.stl:
-            yield f"{self.stem}.stl", solids.format_stl(self.teeth, holes, self.settings.width, self.settings.tolerance)
+            yield (
+                f"{self.stem}.stl",
+                solids.format_stl(self.teeth, holes, self.settings.width, self.settings.tolerance),
+            )
 
 
 def check_parts(gears: Sequence[PlacedGear], settings: PartSettings) -> list[GearPart]:
-    """Return the gears with their settings. Raises InputError for a bore that leaves too thin a rim."""
+    """Return the gears with their settings.
+
+    Raises InputError for a bore that leaves too thin a rim.
+    """
     parts = [GearPart(gear, settings) for gear in gears]
     for part in parts:
         _ = part.rim
@@ -132,12 +152,16 @@ def build_part_files(parts: Sequence[GearPart]) -> Iterator[tuple[str, bytes]]:
 
 
 def _tabulate_flanks(gear: AnyGear) -> str:
-    """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal, curvature."""
+    """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal,
+    curvature.
+    """
     pieces = gear.outline().pieces
     samples = arcs.sample_outline(pieces, _ROWS)
     labels = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
     columns = samples.columns()
     values: Array = np.column_stack(list(columns.values()))
-    rows = ((*labels[k], *row) for k, row in zip(samples.piece.tolist(), values.tolist(), strict=True))
+    rows = (
+        (*labels[k], *row) for k, row in zip(samples.piece.tolist(), values.tolist(), strict=True)
+    )
     comments = (f"gear: {gear.name}", f"teeth: {gear.z}", f"module_mm: {gear.rack.module * 1e3!r}")
     return csv_rows.format_csv(comments, ("piece", "tooth", "side", *columns), rows)

@@ -1,7 +1,8 @@
-"""Requests for gears: options in SI units, pitch curves from files, and the machines whose gears can be cut.
+"""Requests for gears: options in SI units, pitch curves from files, and the machines whose gears
+can be cut.
 
-A machine's package brings a module `toothed` with the functions of `GearMachineAdapter`. A file of a pitch curve has
-the columns `polar_deg` and `radius_mm`, optionally with a prefix, `FILE:PREFIX`.
+A machine's package brings a module `toothed` with the functions of `GearMachineAdapter`. A file of
+a pitch curve has the columns `polar_deg` and `radius_mm`, optionally with a prefix, `FILE:PREFIX`.
 """
 
 from __future__ import annotations
@@ -56,7 +57,9 @@ class Teeth:
         options["pressure_angle"] = float(np.radians(self.pressure_angle))
         options["process"] = self.process.value
         module = None if module_mm is None else module_mm * 1e-3
-        return ToothOrder(teeth=teeth, module=module, keep=keep.value if keep else None, play=play, **options)
+        return ToothOrder(
+            teeth=teeth, module=module, keep=keep.value if keep else None, play=play, **options
+        )
 
 
 def parse_tooth_counts(argument: str | None, limit: int = 2) -> tuple[int, ...]:
@@ -64,20 +67,35 @@ def parse_tooth_counts(argument: str | None, limit: int = 2) -> tuple[int, ...]:
     if argument is None:
         return ()
     parse_part_settings = [part.strip() for part in argument.split(",")]
-    if not all(part.isdecimal() for part in parse_part_settings) or len(parse_part_settings) > limit:
-        raise InputError(f"--teeth {argument}: give {' or '.join(('Z', 'Z1,Z2')[:limit])} with integers")
+    if (
+        not all(part.isdecimal() for part in parse_part_settings)
+        or len(parse_part_settings) > limit
+    ):
+        raise InputError(
+            f"--teeth {argument}: give {' or '.join(('Z', 'Z1,Z2')[:limit])} with integers"
+        )
     return tuple(map(int, parse_part_settings))
 
 
-def parse_modules(both: float | None, first: float | None, second: float | None) -> tuple[float | None, float | None]:
-    """Return the modules [mm] of both stages. Raises InputError for `--module` together with one of a stage."""
+def parse_modules(
+    both: float | None, first: float | None, second: float | None
+) -> tuple[float | None, float | None]:
+    """Return the modules [mm] of both stages.
+
+    Raises InputError for `--module` together with one of a stage.
+    """
     if both is not None and (first is not None or second is not None):
         raise InputError("--module sets both stages: leave out --module1 and --module2")
     return (both, both) if both is not None else (first, second)
 
 
 def parse_part_settings(
-    tolerance_um: float, bore_mm: float | None, keyway_mm: str | None, width_mm: float, step: bool, stl: bool
+    tolerance_um: float,
+    bore_mm: float | None,
+    keyway_mm: str | None,
+    width_mm: float,
+    step: bool,
+    stl: bool,
 ) -> PartSettings:
     """Return the settings of the files. Raises InputError for an invalid keyway."""
     bore = None
@@ -95,7 +113,9 @@ def _parse_keyway(bore_mm: float, argument: str | None) -> Keyway | None:
         return Keyway(*find_standard_keyway(bore_mm * 1e-3))
     values = [csv_rows.parse_number(part) for part in argument.split(",")]
     if len(values) != 2 or not all(value is not None and 0 < value < bore_mm for value in values):
-        raise InputError(f"--keyway-mm {argument}: give WIDTH,DEPTH, both above 0 and below the bore, or none")
+        raise InputError(
+            f"--keyway-mm {argument}: give WIDTH,DEPTH, both above 0 and below the bore, or none"
+        )
     width, depth = (value * 1e-3 for value in values if value is not None)
     return Keyway(width, depth)
 
@@ -104,9 +124,9 @@ def _parse_keyway(bore_mm: float, argument: str | None) -> Keyway | None:
 class GearOptions:
     """Options of the command for a machine's gears, in the units of the command line.
 
-    `explicit` names the options of `teeth` that the user set; a machine's file may set the others. `modules_mm` and
-    `counts` belong to stages 1 and 2, `changes` are new values of the machine's file by name. An adapter refuses
-    options that do not apply to its machines.
+    `explicit` names the options of `teeth` that the user set; a machine's file may set the others.
+    `modules_mm` and `counts` belong to stages 1 and 2, `changes` are new values of the machine's
+    file by name. An adapter refuses options that do not apply to its machines.
     """
 
     teeth: Teeth
@@ -123,7 +143,11 @@ class GearMachineAdapter(Protocol):
     """Protocol of the module `toothed` of a kind of machine."""
 
     def make(
-        self, source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None
+        self,
+        source: str,
+        options: GearOptions,
+        out: Path | None = None,
+        progress: Listener | None = None,
     ) -> GearsFound:
         """Return the gears of a machine, and write their files if a folder is given.
 
@@ -132,13 +156,19 @@ class GearMachineAdapter(Protocol):
 
 
 def find_adapter(source: str) -> GearMachineAdapter:
-    """Return the module of a machine file or built-in name. Raises InputError if its kind has none."""
+    """Return the module of a machine file or built-in name.
+
+    Raises InputError if its kind has none.
+    """
     module = load_part(source, "toothed")
     if module is not None:
         return cast(GearMachineAdapter, module)
     text.parse_toml(examples.read_source(source), source)
     names = [name for name in examples.list_examples(suffix=".toml") if load_part(name, "toothed")]
-    raise InputError(f"{source}: `planter gears` does not cut gears of this machine; use one like {', '.join(names)}")
+    raise InputError(
+        f"{source}: `planter gears` does not cut gears of this machine; use one like "
+        f"{', '.join(names)}"
+    )
 
 
 MIN_POINTS = 8
@@ -159,12 +189,16 @@ MATE_TOLERANCE = 5e-5
 
 
 NEARLY_REPEATS = 1e-2
-"""Share of the radius within which a curve repeats so that its mate could also be the faster gear."""
+"""Share of the radius within which a curve repeats so that its mate could also be the faster
+gear.
+"""
 
 
 @dataclass(frozen=True)
 class GearTurns:
-    """Turns of a gear and of its mate in the same time, one of which is 1; `is_stated` if both were given."""
+    """Turns of a gear and of its mate in the same time, one of which is 1; `is_stated` if both were
+    given.
+    """
 
     gear: int = 1
     mate: int = 1
@@ -174,12 +208,20 @@ class GearTurns:
     def parse(cls, argument: str) -> GearTurns:
         """Return the turns of `--turns`, N or GEAR:MATE. Raises InputError for other texts."""
         parts = argument.split(":")
-        numbers = [int(part) for part in parts if part.isascii() and part.isdecimal() and len(part) <= 2]
-        if not (len(numbers) == len(parts) <= 2 and all(1 <= number <= MAX_TURNS for number in numbers)):
-            raise InputError(f"--turns {argument}: give N, N:1 or 1:N with an integer from 1 to {MAX_TURNS}")
+        numbers = [
+            int(part) for part in parts if part.isascii() and part.isdecimal() and len(part) <= 2
+        ]
+        if not (
+            len(numbers) == len(parts) <= 2 and all(1 <= number <= MAX_TURNS for number in numbers)
+        ):
+            raise InputError(
+                f"--turns {argument}: give N, N:1 or 1:N with an integer from 1 to {MAX_TURNS}"
+            )
         gear, mate = (*numbers, 1)[:2]
         if min(gear, mate) != 1:
-            raise InputError(f"--turns {argument}: one of both gears must turn once: give N:1 or 1:N")
+            raise InputError(
+                f"--turns {argument}: one of both gears must turn once: give N:1 or 1:N"
+            )
         return cls(gear, mate, len(parts) == 2)
 
 
@@ -189,9 +231,10 @@ MAX_TURNS = 20
 def load_pair(source: str, mate: str | None, turns: GearTurns = GearTurns()) -> CurvePair:
     """Return the pair of a pitch curve in a file and its conjugate, the faster gear first.
 
-    A mate in a separate file, whose first point meets the first of the gear, is compared with the conjugate.
-    Raises InputError, naming file and row, for a curve that cannot be read or is not closed, a mate that deviates, or
-    turns that are not clear as the mate could be the slower or the faster gear.
+    A mate in a separate file, whose first point meets the first of the gear, is compared with the
+    conjugate. Raises InputError, naming file and row, for a curve that cannot be read or is not
+    closed, a mate that deviates, or turns that are not clear as the mate could be the slower or the
+    faster gear.
     """
     polar, radius = _read_curve(source)
     sense = 1 if polar[1] > polar[0] else -1
@@ -199,50 +242,71 @@ def load_pair(source: str, mate: str | None, turns: GearTurns = GearTurns()) -> 
         _check_turns(sense * polar, radius, source, turns.gear)
     pair = build_sampled_pair(sense * polar, radius, source, turns.gear, sense, turns.mate)
     if mate is not None:
-        _check_mate(*((pair.mate, -pair.sense) if turns.mate == 1 else (pair.gear, pair.sense)), mate)
+        _check_mate(
+            *((pair.mate, -pair.sense) if turns.mate == 1 else (pair.gear, pair.sense)), mate
+        )
     return pair
 
 
 def _check_turns(polar: Array, radius: Array, source: str, turns: int) -> None:
-    """Raise InputError if the mate of a curve could turn once in several turns, or several times in one."""
+    """Raise InputError if the mate of a curve could turn once in several turns, or several times in
+    one.
+    """
     worst, later = find_repeat(polar, radius, turns)
     if abs(later - radius[worst]) <= NEARLY_REPEATS * radius[worst]:
-        nearer, farther = (find_centre_distance(polar, radius, ratio, source) for ratio in (1 / turns, float(turns)))
+        nearer, farther = (
+            find_centre_distance(polar, radius, ratio, source)
+            for ratio in (1 / turns, float(turns))
+        )
         raise InputError(
-            f"--turns {turns}: {source} repeats {turns} times in a turn, so its mate may turn once in {turns} turns "
-            f"(axes {farther * 1e3:.6g} mm apart) or {turns} times in one ({nearer * 1e3:.6g} mm): give --turns "
+            f"--turns {turns}: {source} repeats {turns} times in a turn, so its mate may turn "
+            f"once in {turns} turns "
+            f"(axes {farther * 1e3:.6g} mm apart) or {turns} times in one ({nearer * 1e3:.6g} "
+            f"mm): give --turns "
             f"{turns}:1 or --turns 1:{turns}"
         )
 
 
 def _read_curve(source: str) -> tuple[Array, Array]:
-    """Return polar angles [rad] and radii [m] (n,) over one closed turn, without the row that repeats the first.
+    """Return polar angles [rad] and radii [m] (n,) over one closed turn, without the row that
+    repeats the first.
 
     Raises InputError for a table that cannot be read or is not one closed turn.
     """
     path, prefix = _split_prefix(source)
     table = csv_rows.read_table(text.read_text(path), str(path))
-    names = [f"{prefix}_polar_deg" if prefix else "polar_deg", f"{prefix}_radius_mm" if prefix else "radius_mm"]
+    names = [
+        f"{prefix}_polar_deg" if prefix else "polar_deg",
+        f"{prefix}_radius_mm" if prefix else "radius_mm",
+    ]
     missing = [name for name in names if name not in table.header]
     if missing:
         hint = "" if prefix else " (of several curves in a file, name one: FILE:PREFIX)"
-        raise InputError(f"{path}: the header has no column {missing[0]}, but {' and '.join(names)} are needed{hint}")
+        raise InputError(
+            f"{path}: the header has no column {missing[0]}, but {' and '.join(names)} are "
+            f"needed{hint}"
+        )
     polar, radius = (
-        np.array(table.numbers(n, limit)) for n, limit in zip(names, (ANGLE_MAX_DEG, RADIUS_MAX_MM), strict=True)
+        np.array(table.numbers(n, limit))
+        for n, limit in zip(names, (ANGLE_MAX_DEG, RADIUS_MAX_MM), strict=True)
     )
     if not MIN_POINTS <= len(polar) <= MAX_POINTS:
         raise InputError(f"{path}: {len(polar)} points; a curve needs {MIN_POINTS} to {MAX_POINTS}")
     steps = np.diff(polar)
     if not ((steps > 0).all() or (steps < 0).all()):
         row = int(np.argmax(steps * np.sign(steps.sum()) <= 0)) + 1
-        raise InputError(f"{table.place(row, names[0])}: {polar[row]:g}: angles must go one way round")
+        raise InputError(
+            f"{table.place(row, names[0])}: {polar[row]:g}: angles must go one way round"
+        )
     if (radius < RADIUS_MIN_MM).any():
         row = int(np.argmax(radius < RADIUS_MIN_MM))
         allowed = f"it must be at least {RADIUS_MIN_MM:g} mm"
         raise InputError(f"{table.place(row, names[1])}: {radius[row]:g}: {allowed}")
     turn = abs(polar[-1] - polar[0])
     if turn > 360 + CLOSURE_TOLERANCE:
-        raise InputError(f"{path}: {names[0]} goes over {turn:g} deg, but it must be one closed turn")
+        raise InputError(
+            f"{path}: {names[0]} goes over {turn:g} deg, but it must be one closed turn"
+        )
     if abs(turn - 360) < CLOSURE_TOLERANCE:
         if abs(radius[-1] - radius[0]) > RADIUS_TOLERANCE * radius[0]:
             allowed = f"it must be {radius[0]:g}, the radius a turn before, where the curve closes"
@@ -261,14 +325,16 @@ def _check_turn(path: str, name: str, polar: Array) -> None:
     if 360 - span > CLOSING_STEP * widest:
         hint = " (are these radians?)" if abs(span + widest - TURN) < widest else ""
         raise InputError(
-            f"{path}: {name} covers {span:.6g} deg instead of a closed turn; the step from the last row to the "
+            f"{path}: {name} covers {span:.6g} deg instead of a closed turn; the step from the "
+            f"last row to the "
             f"first must be at most {CLOSING_STEP:g} times the largest step, {widest:.4g} deg{hint}"
         )
     gap = find_gap(np.append(steps, 360 - span))
     if gap is not None:
         ends = f"{polar[gap]:g} to {polar[(gap + 1) % len(polar)]:g}"
         raise InputError(
-            f"{path}: {name} has no row from {ends} deg; no step may exceed {MAX_GAP_RATIO:g} times the median step "
+            f"{path}: {name} has no row from {ends} deg; no step may exceed {MAX_GAP_RATIO:g} "
+            f"times the median step "
             f"of one closed turn"
         )
 
@@ -299,16 +365,21 @@ def _split_prefix(source: str) -> tuple[Path, str]:
 
 
 def _check_mate(curve: PitchCurve, sense: int, source: str) -> None:
-    """Raise InputError if a mate in a file is not the conjugate of its gear, a curve that it passes in a sense."""
+    """Raise InputError if a mate in a file is not the conjugate of its gear, a curve that it passes
+    in a sense.
+    """
     polar, radius = _read_curve(source)
     share = np.linspace(0, 1, 4001)
     rows = curve.at(share * curve.length)
-    conjugate = np.interp(np.mod(sense * np.abs(polar - polar[0]), TURN), rows[POLAR], np.hypot(*rows[:2]))
+    conjugate = np.interp(
+        np.mod(sense * np.abs(polar - polar[0]), TURN), rows[POLAR], np.hypot(*rows[:2])
+    )
     missed = np.abs(conjugate - radius)
     worst = int(np.argmax(missed))
     if missed[worst] > MATE_TOLERANCE:
         raise InputError(
-            f"{source}: at {np.degrees(polar[worst]):.6g} deg the radius is {radius[worst] * 1e3:.6g} mm, but the "
+            f"{source}: at {np.degrees(polar[worst]):.6g} deg the radius is "
+            f"{radius[worst] * 1e3:.6g} mm, but the "
             f"conjugate of the gear has {conjugate[worst] * 1e3:.6g} mm there: it must be within "
             f"{MATE_TOLERANCE * 1e3:g} mm"
         )

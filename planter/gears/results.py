@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Undercut(Record):
-    """A flank that is undercut: its tooth, +1 where it ends the tooth anticlockwise and -1 where it begins it."""
+    """A flank that is undercut: its tooth, +1 where it ends the tooth anticlockwise and -1 where it
+    begins it.
+    """
 
     tooth: int
     flank: int
@@ -23,15 +25,18 @@ class Undercut(Record):
 
 
 FULL_RIM = 1.2
-"""Rim in tooth depths below which it weakens the roots (rim thickness factor of ISO 6336-3 and AGMA 2001)."""
+"""Rim in tooth depths below which it weakens the roots (rim thickness factor of ISO 6336-3 and AGMA
+2001).
+"""
 
 
 @dataclass(frozen=True)
 class Rim(Record):
-    """The least rim between a bore, its keyway included, and the roots, in mm and in depths of the teeth.
+    """The least rim between a bore, its keyway included, and the roots, in mm and in depths of the
+    teeth.
 
-    Below 1.2 tooth depths it weakens the roots (rim thickness factor of ISO 6336-3 and AGMA 2001); below 0.5 the gear
-    is refused.
+    Below 1.2 tooth depths it weakens the roots (rim thickness factor of ISO 6336-3 and AGMA 2001);
+    below 0.5 the gear is refused.
     """
 
     thickness_mm: float
@@ -40,10 +45,11 @@ class Rim(Record):
 
 @dataclass(frozen=True)
 class GearCut(Record):
-    """A toothed gear: its least margin against undercut and where it is, its least top land and root radius.
+    """A toothed gear: its least margin against undercut and where it is, its least top land and
+    root radius.
 
-    `keyway_phase_deg` is the direction of its shaft's mark in its own frame, whose x points to where its pitch curve
-    begins; null where no shaft is known. `rim` is null without a bore.
+    `keyway_phase_deg` is the direction of its shaft's mark in its own frame, whose x points to
+    where its pitch curve begins; null where no shaft is known. `rim` is null without a bore.
     """
 
     name: str
@@ -83,13 +89,15 @@ class Ratio(Record):
 class StageCut(Record):
     """A pair of toothed gears, and the proof that they mesh.
 
-    `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions, `penetration_modules` is how deep
-    these polygons reach into each other at most, in modules, over the whole period; all else is solved exactly.
-    `lost_motion_deg` is how far the second gear turns from its central position to contact on one side, the first
-    gear fixed; `lost_motion_total_deg` is the turn from contact on one side to contact on the other at the same
-    position, as it is measured on a machine. `farther_lost_motion_deg`, `farther_total_deg` and `farther_contact_ratio`
-    are those with an error of the centre distance, null without one and where teeth lose contact at any position.
-    `sliding_max_mm` is the sliding speed of flanks per rotation rate of the first gear.
+    `overlap_mm2` and `polygon_gap_mm` are those of polygons at `positions` positions,
+    `penetration_modules` is how deep these polygons reach into each other at most, in modules, over
+    the whole period; all else is solved exactly. `lost_motion_deg` is how far the second gear turns
+    from its central position to contact on one side, the first gear fixed; `lost_motion_total_deg`
+    is the turn from contact on one side to contact on the other at the same position, as it is
+    measured on a machine. `farther_lost_motion_deg`, `farther_total_deg` and
+    `farther_contact_ratio` are those with an error of the centre distance, null without one and
+    where teeth lose contact at any position. `sliding_max_mm` is the sliding speed of flanks per
+    rotation rate of the first gear.
     """
 
     stage: int
@@ -119,8 +127,8 @@ class StageCut(Record):
 class Scaled(Record):
     """Effect of scaling a machine to a standard module.
 
-    `tip_moved_max_mm` is the largest displacement of the path of its tip; `broken_before`, `broken` are the
-    requirements that it breaks as designed and as scaled, null if it has no requirements.
+    `tip_moved_max_mm` is the largest displacement of the path of its tip; `broken_before`, `broken`
+    are the requirements that it breaks as designed and as scaled, null if it has no requirements.
     """
 
     design: dict[str, float]
@@ -133,8 +141,9 @@ class Scaled(Record):
 class FrictionTurn(Record):
     """A machine over a turn with one kind of tooth friction.
 
-    `largest_N` and `rms_N` are those of forces by name, `lost_J` the work lost by place, of all sides together.
-    `efficiency` (stage 1, stage 2) is the share of the supplied work that a mesh transmits, seen from the carrier.
+    `largest_N` and `rms_N` are those of forces by name, `lost_J` the work lost by place, of all
+    sides together. `efficiency` (stage 1, stage 2) is the share of the supplied work that a mesh
+    transmits, seen from the carrier.
     """
 
     largest_N: dict[str, float]
@@ -147,12 +156,14 @@ class FrictionTurn(Record):
 
 @dataclass(frozen=True)
 class Friction(Record):
-    """Effect of tooth friction on a machine: without friction, by the convention of its paper, and against the sliding.
+    """Effect of tooth friction on a machine: without friction, by the convention of its paper, and
+    against the sliding.
 
-    `sliding` has all pairs in contact bear the same; with `nearest` the one nearest to the pitch point bears all, with
-    `farthest` the one farthest from there. `at_most_N` bounds the forces over all ways to share a load, and `pairs` are
-    the most pairs of a stage that bear at once. The support force, and with it the `objective`, does not depend
-    on friction: `support_changed_N` is its largest change.
+    `sliding` has all pairs in contact bear the same; with `nearest` the one nearest to the pitch
+    point bears all, with `farthest` the one farthest from there. `at_most_N` bounds the forces over
+    all ways to share a load, and `pairs` are the most pairs of a stage that bear at once. The
+    support force, and with it the `objective`, does not depend on friction: `support_changed_N` is
+    its largest change.
     """
 
     friction_angle_deg: float
@@ -171,7 +182,8 @@ class Friction(Record):
 
 @dataclass(frozen=True)
 class IncompleteCut(Record):
-    """An incomplete gear: its teeth including cut ones, the pieces of its outline and the largest gap between them.
+    """An incomplete gear: its teeth including cut ones, the pieces of its outline and the largest
+    gap between them.
 
     Margin and top land are those that the rack leaves, before the arcs.
     """
@@ -190,7 +202,9 @@ class IncompleteCut(Record):
 
 @dataclass(frozen=True)
 class LooseMotion(Record):
-    """Largest rotation of a driven gear behind its law and ahead of it; null if nothing limits it."""
+    """Largest rotation of a driven gear behind its law and ahead of it; null if nothing limits
+    it.
+    """
 
     behind_deg: float | None
     ahead_deg: float | None
@@ -198,7 +212,9 @@ class LooseMotion(Record):
 
 @dataclass(frozen=True)
 class LooseTurn(Record):
-    """Loose motion over the parts of a turn; in `driven` teeth limit it in both directions throughout."""
+    """Loose motion over the parts of a turn; in `driven` teeth limit it in both directions
+    throughout.
+    """
 
     after_dwell: LooseMotion
     driven: LooseMotion
@@ -208,17 +224,20 @@ class LooseTurn(Record):
 
 @dataclass(frozen=True)
 class Intermittent(Record):
-    """A pair with teeth on part of its turn and locking arcs over the rest, both laid over each other as polygons.
+    """A pair with teeth on part of its turn and locking arcs over the rest, both laid over each
+    other as polygons.
 
-    `z` are the teeth of the driving gear, `pitches` the pitches on the toothed arc. `horns_deg` are the angles
-    at the driving axis over which the driven gear lies in the arc after the dwell and before it. Pairs of angles of the
-    driving gear, after the dwell and before it: `undriven_deg`, over which no teeth drive all the time;
-    `undriven_least_deg`, the same with the best phase for either side only; `unheld_deg`, over which no teeth
-    hold back. `slack_deg` is what the driven gear can turn by in the middle of the dwell, clockwise and anticlockwise;
-    `farther_loose` is its loose motion with an error of the centre distance, null without one. `contact_ratio` is of
-    the pairs of flanks that the arcs leave whole, pressure angle, error of transmission and sliding (per rotation rate
-    of the driving gear) are over all positions, without play. `overlap_mm2` is the largest area that the outlines share
-    at `positions` positions over the teeth, `dwell_overlap_mm2` at as many over the dwell.
+    `z` are the teeth of the driving gear, `pitches` the pitches on the toothed arc. `horns_deg` are
+    the angles at the driving axis over which the driven gear lies in the arc after the dwell and
+    before it. Pairs of angles of the driving gear, after the dwell and before it: `undriven_deg`,
+    over which no teeth drive all the time; `undriven_least_deg`, the same with the best phase for
+    either side only; `unheld_deg`, over which no teeth hold back. `slack_deg` is what the driven
+    gear can turn by in the middle of the dwell, clockwise and anticlockwise; `farther_loose` is its
+    loose motion with an error of the centre distance, null without one. `contact_ratio` is of the
+    pairs of flanks that the arcs leave whole, pressure angle, error of transmission and sliding
+    (per rotation rate of the driving gear) are over all positions, without play. `overlap_mm2` is
+    the largest area that the outlines share at `positions` positions over the teeth,
+    `dwell_overlap_mm2` at as many over the dwell.
     """
 
     z: int
@@ -249,10 +268,11 @@ class Intermittent(Record):
 
 @dataclass(frozen=True)
 class GearsFound(Record):
-    """`planter gears`: every pair of gears, what they are cut with, and the files that were written.
+    """`planter gears`: every pair of gears, what they are cut with, and the files that were
+    written.
 
-    `intermittent` is the pair of a machine with a dwell, else null; such a machine has no `stages`. `friction` is null
-    if the forces of the machine are not available.
+    `intermittent` is the pair of a machine with a dwell, else null; such a machine has no `stages`.
+    `friction` is null if the forces of the machine are not available.
     """
 
     machine: str
@@ -279,7 +299,8 @@ KINDS = {
 
 @dataclass(frozen=True)
 class FrictionCurves:
-    """Friction result, and quantities (n,) at carrier angles (n,) [deg] by key with display unit, then by kind.
+    """Friction result, and quantities (n,) at carrier angles (n,) [deg] by key with display unit,
+    then by kind.
 
     `names` are those of the quantities by key.
     """

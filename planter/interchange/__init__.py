@@ -1,1 +1,3 @@
-"""What other programs take: units for co-simulation, tables over time for multibody programs and Simulink."""
+"""What other programs take: units for co-simulation, tables over time for multibody programs and
+Simulink.
+"""

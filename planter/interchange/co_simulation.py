@@ -1,4 +1,6 @@
-"""Units for co-simulation (FMI): their variables, descriptions in XML, C sources, libraries and archives."""
+"""Units for co-simulation (FMI): their variables, descriptions in XML, C sources, libraries and
+archives.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +32,15 @@ INTERFACE = "interface.c"
 """The file that `MAIN` includes last."""
 
 _POWERS: dict[str, Mapping[str, int]] = {
-    "m": {"m": 1}, "kg": {"kg": 1}, "s": {"s": 1}, "rad": {"rad": 1}, "1": {},
-    "N": {"kg": 1, "m": 1, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2}, "W": {"kg": 1, "m": 2, "s": -3},
-}  # fmt: skip
+    "m": {"m": 1},
+    "kg": {"kg": 1},
+    "s": {"s": 1},
+    "rad": {"rad": 1},
+    "1": {},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+}
 _FACTOR = re.compile(r"([A-Za-z]+|1)(\d*)")
 _VARIABILITY = {"input": "continuous", "output": "continuous", "parameter": "tunable"}
 _DATE = (1980, 1, 1, 0, 0, 0)
@@ -44,8 +52,8 @@ _PERMISSIONS = 0o100644
 class Variable:
     """A number of a unit, in SI units and radians.
 
-    `factor` is the size of `display_unit` in SI; `start` and the range from `low` to `high` are in SI, None
-    without one. A `fixed` parameter does not change after the start.
+    `factor` is the size of `display_unit` in SI; `start` and the range from `low` to `high` are in
+    SI, None without one. A `fixed` parameter does not change after the start.
     """
 
     name: str
@@ -62,7 +70,8 @@ class Variable:
 
 @dataclass(frozen=True)
 class UnitModel:
-    """A unit with inputs and parameters first among its variables, outputs after them; `name` is a C identifier.
+    """A unit with inputs and parameters first among its variables, outputs after them; `name` is a
+    C identifier.
 
     The reference of a variable is its index. The proposed simulation is a `period` [s] in `steps`.
     """
@@ -78,13 +87,16 @@ class UnitModel:
     @property
     def outputs(self) -> list[int]:
         """Indices of the outputs, from 0."""
-        return [index for index, variable in enumerate(self.variables) if variable.causality == "output"]
+        return [
+            index for index, variable in enumerate(self.variables) if variable.causality == "output"
+        ]
 
 
 @dataclass(frozen=True)
 class Version:
-    """A version of the interface: its C file, its folders of libraries by platform, and a function that returns the
-    descriptions of a model with a token by their paths in the archive."""
+    """A version of the interface: its C file, its folders of libraries by platform, and a function
+    that returns the descriptions of a model with a token by their paths in the archive.
+    """
 
     source: str
     folders: Mapping[str, str]
@@ -92,7 +104,9 @@ class Version:
 
 
 def decompose_unit(unit: str) -> dict[str, int]:
-    """Return the powers of the base units kg, m, s and rad in an SI unit. Raises ValueError for another unit.
+    """Return the powers of the base units kg, m, s and rad in an SI unit.
+
+    Raises ValueError for another unit.
 
     >>> decompose_unit("N m"), decompose_unit("rad/s2"), decompose_unit("1")
     ({'kg': 1, 'm': 2, 's': -2}, {'rad': 1, 's': -2}, {})
@@ -111,7 +125,11 @@ def decompose_unit(unit: str) -> dict[str, int]:
 
 def _describe_fmi2(model: UnitModel, token: str) -> dict[str, bytes]:
     """Return `modelDescription.xml` of FMI 2.0, section 2.2 of the standard."""
-    abilities = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
+    abilities = (
+        "canNotUseMemoryManagementFunctions",
+        "canGetAndSetFMUstate",
+        "canSerializeFMUstate",
+    )
     root, unit = _begin_description(model, "2.0", {"guid": token}, abilities)
     SubElement(SubElement(unit, "SourceFiles"), "File", name=MAIN)
     variables = SubElement(root, "ModelVariables")
@@ -127,14 +145,25 @@ def _describe_fmi2(model: UnitModel, token: str) -> dict[str, bytes]:
 
 
 def _describe_fmi3(model: UnitModel, token: str) -> dict[str, bytes]:
-    """Return `modelDescription.xml` and `buildDescription.xml` of FMI 3.0, sections 2.4 and 2.5 of the standard."""
+    """Return `modelDescription.xml` and `buildDescription.xml` of FMI 3.0, sections 2.4 and 2.5 of
+    the standard.
+    """
     abilities = ("canGetAndSetFMUState", "canSerializeFMUState")
     root, _ = _begin_description(model, "3.0", {"instantiationToken": token}, abilities)
     variables = SubElement(root, "ModelVariables")
     for index, variable in enumerate(model.variables):
-        SubElement(variables, "Float64", _describe_role(index, variable) | _describe_values(variable))
-    SubElement(variables, "Float64", name="time", valueReference=str(len(model.variables)), description="time",
-               causality="independent", variability="continuous")  # fmt: skip
+        SubElement(
+            variables, "Float64", _describe_role(index, variable) | _describe_values(variable)
+        )
+    SubElement(
+        variables,
+        "Float64",
+        name="time",
+        valueReference=str(len(model.variables)),
+        description="time",
+        causality="independent",
+        variability="continuous",
+    )
     structure = SubElement(root, "ModelStructure")
     for name in ("Output", "InitialUnknown"):
         for index in model.outputs:
@@ -142,12 +171,17 @@ def _describe_fmi3(model: UnitModel, token: str) -> dict[str, bytes]:
     build = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(build, "BuildConfiguration", modelIdentifier=model.name)
     SubElement(SubElement(configuration, "SourceFileSet", language="C99"), "SourceFile", name=MAIN)
-    return {"modelDescription.xml": _format_xml(root), "sources/buildDescription.xml": _format_xml(build)}
+    return {
+        "modelDescription.xml": _format_xml(root),
+        "sources/buildDescription.xml": _format_xml(build),
+    }
 
 
 VERSIONS = {
     "2.0": Version("fmi2.c", {"linux64": "linux64", "win64": "win64"}, _describe_fmi2),
-    "3.0": Version("fmi3.c", {"linux64": "x86_64-linux", "win64": "x86_64-windows"}, _describe_fmi3),
+    "3.0": Version(
+        "fmi3.c", {"linux64": "x86_64-linux", "win64": "x86_64-windows"}, _describe_fmi3
+    ),
 }
 
 
@@ -155,22 +189,36 @@ def _begin_description(
     model: UnitModel, version: str, token: dict[str, str], abilities: Sequence[str]
 ) -> tuple[Element, Element]:
     """Return the root of a description, up to its variables, and the element of co-simulation."""
-    root = Element("fmiModelDescription", {
-        "fmiVersion": version, "modelName": model.title, **token, "description": model.meaning,
-        "generationTool": model.tool, "variableNamingConvention": "structured",
-    })  # fmt: skip
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": version,
+            "modelName": model.title,
+            **token,
+            "description": model.meaning,
+            "generationTool": model.tool,
+            "variableNamingConvention": "structured",
+        },
+    )
     flags = dict.fromkeys(("canHandleVariableCommunicationStepSize", *abilities), "true")
     co_simulation = SubElement(root, "CoSimulation", {"modelIdentifier": model.name, **flags})
     _add_units(SubElement(root, "UnitDefinitions"), model.variables)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what went wrong")
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(model.period),
-               stepSize=repr(model.period / model.steps))  # fmt: skip
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0",
+        stopTime=repr(model.period),
+        stepSize=repr(model.period / model.steps),
+    )
     return root, co_simulation
 
 
 def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
-    """Add each unit with its powers of base units, and its display units: display value = factor * SI value."""
+    """Add each unit with its powers of base units, and its display units: display value = factor *
+    SI value.
+    """
     display_units: dict[str, dict[str, float]] = {}
     for variable in variables:
         units = display_units.setdefault(variable.unit, {})
@@ -178,7 +226,9 @@ def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
             units[variable.display_unit] = 1 / variable.factor
     for unit, factors in sorted(display_units.items()):
         element = SubElement(parent, "Unit", name=unit)
-        SubElement(element, "BaseUnit", {base: str(power) for base, power in decompose_unit(unit).items()})
+        SubElement(
+            element, "BaseUnit", {base: str(power) for base, power in decompose_unit(unit).items()}
+        )
         for name, factor in sorted(factors.items()):
             SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
@@ -186,9 +236,12 @@ def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
 def _describe_role(index: int, variable: Variable) -> dict[str, str]:
     """Return name, reference, causality and variability of a variable."""
     attributes = {
-        "name": variable.name, "valueReference": str(index), "description": variable.meaning,
-        "causality": variable.causality, "variability": "fixed" if variable.fixed else _VARIABILITY[variable.causality],
-    }  # fmt: skip
+        "name": variable.name,
+        "valueReference": str(index),
+        "description": variable.meaning,
+        "causality": variable.causality,
+        "variability": "fixed" if variable.fixed else _VARIABILITY[variable.causality],
+    }
     if variable.causality != "input":
         attributes["initial"] = "calculated" if variable.start is None else "exact"
     return attributes
@@ -197,7 +250,9 @@ def _describe_role(index: int, variable: Variable) -> dict[str, str]:
 def _describe_values(variable: Variable) -> dict[str, str]:
     """Return units, range and start of a variable."""
     limits = {"min": variable.low, "max": variable.high, "start": variable.start}
-    attributes = {"unit": variable.unit} | ({"displayUnit": variable.display_unit} if variable.display_unit else {})
+    attributes = {"unit": variable.unit} | (
+        {"displayUnit": variable.display_unit} if variable.display_unit else {}
+    )
     return attributes | {name: repr(value) for name, value in limits.items() if value is not None}
 
 
@@ -207,16 +262,23 @@ def _format_xml(root: Element) -> bytes:
     return ElementTree.tostring(root, "utf-8", xml_declaration=True) + b"\n"
 
 
-def complete_sources(version: Version, model: UnitModel, texts: Mapping[str, str]) -> tuple[str, dict[str, str]]:
-    """Return the unit's token, a hash of its description and sources, and all sources with it, by name.
+def complete_sources(
+    version: Version, model: UnitModel, texts: Mapping[str, str]
+) -> tuple[str, dict[str, str]]:
+    """Return the unit's token, a hash of its description and sources, and all sources with it, by
+    name.
 
     `texts` are the model's own sources; among them `MAIN`, which contains the word `TOKEN`.
     """
     folder = resources.files(__package__)
     interface = {INTERFACE: version.source, "core.c": "core.c"}
-    code = dict(texts) | {name: folder.joinpath(file).read_text(encoding="utf-8") for name, file in interface.items()}
-    parts = [*version.describe(model, TOKEN).values(),
-             *(part.encode() for pair in sorted(code.items()) for part in pair)]  # fmt: skip
+    code = dict(texts) | {
+        name: folder.joinpath(file).read_text(encoding="utf-8") for name, file in interface.items()
+    }
+    parts = [
+        *version.describe(model, TOKEN).values(),
+        *(part.encode() for pair in sorted(code.items()) for part in pair),
+    ]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()
     token = "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))
     return token, code | {MAIN: code[MAIN].replace(TOKEN, token)}
@@ -231,12 +293,15 @@ FLAGS = ("-O2", "-fvisibility=hidden", "-Werror=implicit-function-declaration")
 
 
 def build_library(platform_name: str, texts: Mapping[str, str], name: str) -> tuple[str, bytes]:
-    """Return file name and content of a unit's library for any processor of a platform, from its sources.
+    """Return file name and content of a unit's library for any processor of a platform, from its
+    sources.
 
     This system's compiler builds for this system, the bundled one for others. Raises CompilerError.
     """
     target, system = PLATFORMS[platform_name]
-    is_here = platform_name == "linux64" and sys.platform == "linux" and platform.machine() == "x86_64"
+    is_here = (
+        platform_name == "linux64" and sys.platform == "linux" and platform.machine() == "x86_64"
+    )
     native = is_here and not find_compiler().bundled
     file = f"{name}{system.suffix}"
     with tempfile.TemporaryDirectory(prefix="planter-") as temporary:
@@ -245,7 +310,9 @@ def build_library(platform_name: str, texts: Mapping[str, str], name: str) -> tu
             (folder / source).write_text(text, encoding="utf-8")
         command = find_compiler().command if native else compiler.bundled_command(target)
         if not command:
-            raise CompilerError("planter[compiler] is not installed, which builds for other systems")
+            raise CompilerError(
+                "planter[compiler] is not installed, which builds for other systems"
+            )
         compiled = folder / "fmu.o"
         steps = (
             system.compile(command, FLAGS, folder / MAIN, compiled),
@@ -259,19 +326,29 @@ def build_library(platform_name: str, texts: Mapping[str, str], name: str) -> tu
                     toolchain.run_bundled(target, step, folder)
             return file, (folder / file).read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
-            raise CompilerError(f"{command[0]} did not build {file}: {toolchain.summarise_error(error)}") from error
+            raise CompilerError(
+                f"{command[0]} did not build {file}: {toolchain.summarise_error(error)}"
+            ) from error
 
 
 def pack_unit(
-    version: Version, model: UnitModel, texts: Mapping[str, str], token: str, libraries: Mapping[str, tuple[str, bytes]]
+    version: Version,
+    model: UnitModel,
+    texts: Mapping[str, str],
+    token: str,
+    libraries: Mapping[str, tuple[str, bytes]],
 ) -> bytes:
     """Return a unit's file, a zip archive with the same bytes for the same content.
 
-    `texts` and `token` are those of `complete_sources`, `libraries` are file names and contents by platform.
+    `texts` and `token` are those of `complete_sources`, `libraries` are file names and contents by
+    platform.
     """
     files = version.describe(model, token)
     files |= {f"sources/{name}": text.encode() for name, text in sorted(texts.items())}
-    files |= {f"binaries/{version.folders[place]}/{name}": data for place, (name, data) in sorted(libraries.items())}
+    files |= {
+        f"binaries/{version.folders[place]}/{name}": data
+        for place, (name, data) in sorted(libraries.items())
+    }
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():

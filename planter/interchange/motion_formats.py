@@ -1,4 +1,6 @@
-"""Formats of motions over time, from which the choices of the command, its help and the studio follow."""
+"""Formats of motions over time, from which the choices of the command, its help and the studio
+follow.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,8 @@ import enum
 
 
 class MotionFormat(enum.StrEnum):
-    """Formats by their names in commands, each with its purpose in words and the files that are written.
+    """Formats by their names in commands, each with its purpose in words and the files that are
+    written.
 
     `planter.interchange.motion_tables` has the function of each.
     """
@@ -20,11 +23,16 @@ class MotionFormat(enum.StrEnum):
         return member
 
     csv = "csv", "as CSV", "motion.csv"
-    adams = "adams", "for Adams", "motion.cmd, which makes splines for AKISPL and CUBSPL (mm, N, N mm, deg, s)"
+    adams = (
+        "adams",
+        "for Adams",
+        "motion.cmd, which makes splines for AKISPL and CUBSPL (mm, N, N mm, deg, s)",
+    )
     solidworks = (
-        "solidworks", "for SolidWorks Motion",
+        "solidworks",
+        "for SolidWorks Motion",
         "a CSV file of time and value for each quantity, for motors and forces by data points",
-    )  # fmt: skip
+    )
     simulink = "simulink", "for Simulink", "motion.mat for the block From File (SI, rad)"
 
 

@@ -1,14 +1,15 @@
 """Motions and forces over time as files of other programs, each with a dictionary of its columns.
 
-Adams: a command file with a spline over time of each quantity, for AKISPL and CUBSPL in functions, by the commands in
-the reference of Adams View: `data_element create spline` with `spline_name`, `comments`, `x`, `y`,
-`linear_extrapolate`. Numbers are in millimetre, newton, degree, second.
+Adams: a command file with a spline over time of each quantity, for AKISPL and CUBSPL in functions,
+by the commands in the reference of Adams View: `data_element create spline` with `spline_name`,
+`comments`, `x`, `y`, `linear_extrapolate`. Numbers are in millimetre, newton, degree, second.
 
-SolidWorks Motion: data points of motors and forces, a file for each quantity, by the program's help: one point a line,
-time and value, with a comma between them and without a header. The name of a file ends in the unit.
+SolidWorks Motion: data points of motors and forces, a file for each quantity, by the program's
+help: one point a line, time and value, with a comma between them and without a header. The name of
+a file ends in the unit.
 
-Simulink: a MAT-file for the block From File, by the block's reference: one matrix of doubles, the time in its first
-row, a signal in each other row. From Workspace takes its transpose.
+Simulink: a MAT-file for the block From File, by the block's reference: one matrix of doubles, the
+time in its first row, a signal in each other row. From Workspace takes its transpose.
 """
 
 from __future__ import annotations
@@ -28,8 +29,15 @@ from planter.kernels import Array
 
 DICTIONARY = "dictionary.csv"
 _HEAD = ("name", "unit", "si_per_unit", "meaning", "source")
-_MILLIMETRES = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "J": ("N mm", 1e3), "W": ("N mm/s", 1e3)}
-"""SI units in the system of millimetre, newton, degree, second: their name there, and their size in it."""
+_MILLIMETRES = {
+    "m": ("mm", 1e3),
+    "rad": ("deg", 180 / math.pi),
+    "J": ("N mm", 1e3),
+    "W": ("N mm/s", 1e3),
+}
+"""SI units in the system of millimetre, newton, degree, second: their name there, and their size in
+it.
+"""
 _NUMBERS_PER_LINE, _LINE_WIDTH = 4, 110
 _MAT_HEADER_BYTES = 116
 """Length of the text at the beginning of a MAT-file of version 5, in which SciPy puts the date."""
@@ -37,7 +45,9 @@ _MAT_HEADER_BYTES = 116
 
 @dataclass(frozen=True)
 class Column:
-    """A quantity over time: values (n,) in SI; `name` is a plain word, `key` ends in the display unit."""
+    """A quantity over time: values (n,) in SI; `name` is a plain word, `key` ends in the display
+    unit.
+    """
 
     name: str
     key: str
@@ -49,7 +59,9 @@ class Column:
 
 @dataclass(frozen=True)
 class MotionTable:
-    """Columns of one length, the time [s] first, which rises; `notes` are comments on all of them."""
+    """Columns of one length, the time [s] first, which rises; `notes` are comments on all of
+    them.
+    """
 
     name: str
     notes: tuple[str, ...]
@@ -78,11 +90,15 @@ class PlacedColumn:
 
 def convert_to_key_unit(column: Column, place: str) -> PlacedColumn:
     """Return a column in the unit that its key ends in."""
-    return PlacedColumn(place, units.display_unit(column.key) or "1", units.unit_factor(column.key), column)
+    return PlacedColumn(
+        place, units.display_unit(column.key) or "1", units.unit_factor(column.key), column
+    )
 
 
 def convert_to_millimetres(column: Column, place: str) -> PlacedColumn:
-    """Return a column in millimetres, newtons, degrees, seconds and units of these, as torques in N mm."""
+    """Return a column in millimetres, newtons, degrees, seconds and units of these, as torques in N
+    mm.
+    """
     above, slash, below = column.unit.partition("/")
     (top, up), (bottom, down) = (_convert_product(part) for part in (above, below))
     return PlacedColumn(place, f"{top}{slash}{bottom}", down / up, column)
@@ -98,10 +114,19 @@ def _convert_product(product: str) -> tuple[str, float]:
     return " ".join(words), factor
 
 
-def _format_dictionary(title: str, motion: MotionTable, columns: Iterable[PlacedColumn]) -> dict[str, bytes]:
+def _format_dictionary(
+    title: str, motion: MotionTable, columns: Iterable[PlacedColumn]
+) -> dict[str, bytes]:
     """Return the dictionary with name, unit, meaning and source of each column as CSV."""
     rows = (
-        (entry.place, entry.column.name, entry.unit, repr(entry.factor), entry.column.meaning, entry.column.source)
+        (
+            entry.place,
+            entry.column.name,
+            entry.unit,
+            repr(entry.factor),
+            entry.column.meaning,
+            entry.column.source,
+        )
         for entry in columns
     )
     return {DICTIONARY: csv_rows.format_csv(motion.notes, (title, *_HEAD), rows).encode()}
@@ -109,7 +134,10 @@ def _format_dictionary(title: str, motion: MotionTable, columns: Iterable[Placed
 
 def format_adams(motion: MotionTable) -> dict[str, bytes]:
     """Return `motion.cmd` and the dictionary of its splines."""
-    columns = [convert_to_millimetres(column, f"{motion.name}_{column.name}") for column in motion.columns[1:]]
+    columns = [
+        convert_to_millimetres(column, f"{motion.name}_{column.name}")
+        for column in motion.columns[1:]
+    ]
     notes = (*motion.notes, "Units: mm, N, N mm, deg, s.")
     lines = [f"! {line}" for note in notes for line in textwrap.wrap(note, _LINE_WIDTH)]
     time = motion.time.tolist()
@@ -125,7 +153,9 @@ def format_adams(motion: MotionTable) -> dict[str, bytes]:
             "   linear_extrapolate = no",
         ]
     text = "\n".join(lines) + "\n"
-    return {"motion.cmd": text.encode("ascii", "replace")} | _format_dictionary("spline", motion, columns)
+    return {"motion.cmd": text.encode("ascii", "replace")} | _format_dictionary(
+        "spline", motion, columns
+    )
 
 
 def _format_numbers(name: str, values: Sequence[float]) -> Iterator[str]:
@@ -141,24 +171,37 @@ def format_solidworks(motion: MotionTable) -> dict[str, bytes]:
     columns = [convert_to_key_unit(column, f"{column.key}.csv") for column in motion.columns[1:]]
     time = motion.time.tolist()
     points = {
-        column.place: "".join(f"{t!r},{v!r}\n" for t, v in zip(time, column.values.tolist(), strict=True)).encode()
+        column.place: "".join(
+            f"{t!r},{v!r}\n" for t, v in zip(time, column.values.tolist(), strict=True)
+        ).encode()
         for column in columns
     }
     return points | _format_dictionary("file", motion, columns)
 
 
 def format_simulink(motion: MotionTable) -> dict[str, bytes]:
-    """Return `motion.mat` with the matrix `motion` in SI units and radians, and the dictionary of its rows."""
-    columns = [PlacedColumn(str(row), column.unit, 1.0, column) for row, column in enumerate(motion.columns, 1)]
+    """Return `motion.mat` with the matrix `motion` in SI units and radians, and the dictionary of
+    its rows.
+    """
+    columns = [
+        PlacedColumn(str(row), column.unit, 1.0, column)
+        for row, column in enumerate(motion.columns, 1)
+    ]
     stream = io.BytesIO()
-    scipy.io.savemat(stream, {"motion": np.array([column.values for column in columns])}, format="5")
-    text = f"MATLAB 5.0 MAT-file, {motion.name}, rows: see {DICTIONARY}".encode("ascii", "replace")[:_MAT_HEADER_BYTES]
+    scipy.io.savemat(
+        stream, {"motion": np.array([column.values for column in columns])}, format="5"
+    )
+    text = f"MATLAB 5.0 MAT-file, {motion.name}, rows: see {DICTIONARY}".encode("ascii", "replace")[
+        :_MAT_HEADER_BYTES
+    ]
     content = text.ljust(_MAT_HEADER_BYTES) + stream.getvalue()[_MAT_HEADER_BYTES:]
     return {"motion.mat": content} | _format_dictionary("row", motion, columns)
 
 
 def format_csv(motion: MotionTable) -> dict[str, bytes]:
-    """Return `motion.csv`, with a column for each quantity under a name that ends in its unit, and its dictionary."""
+    """Return `motion.csv`, with a column for each quantity under a name that ends in its unit, and
+    its dictionary.
+    """
     columns = [convert_to_key_unit(column, column.key) for column in motion.columns]
     rows = zip(*(column.values.tolist() for column in columns), strict=True)
     table = csv_rows.format_csv(motion.notes, [column.place for column in columns], rows)
@@ -166,6 +209,9 @@ def format_csv(motion: MotionTable) -> dict[str, bytes]:
 
 
 FORMATS: dict[str, Callable[[MotionTable], dict[str, bytes]]] = {
-    "adams": format_adams, "solidworks": format_solidworks, "simulink": format_simulink, "csv": format_csv,
-}  # fmt: skip
+    "adams": format_adams,
+    "solidworks": format_solidworks,
+    "simulink": format_simulink,
+    "csv": format_csv,
+}
 """Functions that return names and contents of the files of a motion."""

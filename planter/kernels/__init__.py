@@ -1,4 +1,6 @@
-"""Compiled functions behind exact names and shapes: the strict call layer, the ways to evaluate, what was generated."""
+"""Compiled functions behind exact names and shapes: the strict call layer, the ways to evaluate,
+what was generated.
+"""
 
 from planter.kernels.kernel import Array, BoundKernel, CallError, Kernel
 

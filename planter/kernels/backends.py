@@ -1,12 +1,14 @@
-"""Three ways to evaluate a function over lanes: vector loops, CasADi's own C, CasADi's virtual machine.
+"""Three ways to evaluate a function over lanes: vector loops, CasADi's own C, CasADi's virtual
+machine.
 
-Each takes the inputs as arrays of shape (rows, lanes) or, shared by all lanes, (rows, columns), and returns outputs
-(rows, lanes), or (rows, 1) summed over the lanes. All agree to 1e-12.
+Each takes the inputs as arrays of shape (rows, lanes) or, shared by all lanes, (rows, columns), and
+returns outputs (rows, lanes), or (rows, 1) summed over the lanes. All agree to 1e-12.
 
-CasADi lets other threads run during a call, so each thread evaluates in its own memory, without a lock. CasADi's
-functions are built one at a time, and a fork waits for that. `multiprocessing` forks by default on Linux up to Python
-3.13, and in the child only the forking thread goes on: a lock that another thread holds would never open again. The
-lock that `functools.cached_property` has before Python 3.12 is therefore replaced in the child.
+CasADi lets other threads run during a call, so each thread evaluates in its own memory, without a
+lock. CasADi's functions are built one at a time, and a fork waits for that. `multiprocessing` forks
+by default on Linux up to Python 3.13, and in the child only the forking thread goes on: a lock that
+another thread holds would never open again. The lock that `functools.cached_property` has before
+Python 3.12 is therefore replaced in the child.
 """
 
 from __future__ import annotations
@@ -41,9 +43,11 @@ _defers = False
 
 
 def defer_interrupt(call: Callable[[], T]) -> T:
-    """Turn a Ctrl-C within a call into KeyboardInterrupt after it: inside, CasADi's wrappers make other errors of it.
+    """Turn a Ctrl-C within a call into KeyboardInterrupt after it: inside, CasADi's wrappers make
+    other errors of it.
 
-    What asks between its steps, as CasADi's solvers do, ends the call then. Calls within such a call cost nothing more.
+    What asks between its steps, as CasADi's solvers do, ends the call then. Calls within such a
+    call cost nothing more.
     """
     global _defers
     if _defers or threading.current_thread() is not threading.main_thread():
@@ -76,11 +80,15 @@ def defer_interrupt(call: Callable[[], T]) -> T:
 def guard_fork(lock: Any) -> None:
     """Let a fork wait for a reentrant lock, so that its child finds it open."""
     if hasattr(os, "register_at_fork"):
-        os.register_at_fork(before=lock.acquire, after_in_parent=lock.release, after_in_child=lock.release)
+        os.register_at_fork(
+            before=lock.acquire, after_in_parent=lock.release, after_in_child=lock.release
+        )
 
 
 def _renew_locks() -> None:
-    """Renew the locks of all cached properties: the child computes the values that another thread was computing."""
+    """Renew the locks of all cached properties: the child computes the values that another thread
+    was computing.
+    """
     for held_object in gc.get_objects():
         if type(held_object) is cached_property:
             vars(held_object)["lock"] = threading.RLock()
@@ -95,14 +103,18 @@ Array = NDArray[np.float64]
 LARGE_FUNCTION = 10_000
 """Instructions from which a function is compiled with fewer passes."""
 MAX_LOOP_SIZE = 20_000
-"""Instructions of a loop over lanes at most: one of 84,000 takes a compiler half an hour, CasADi's own C a second."""
+"""Instructions of a loop over lanes at most: one of 84,000 takes a compiler half an hour, CasADi's
+own C a second.
+"""
 
 
 @dataclass(frozen=True)
 class LaneTask:
-    """A function to be evaluated: `varying` inputs have a column for each lane; `summed` outputs are added up.
+    """A function to be evaluated: `varying` inputs have a column for each lane; `summed` outputs
+    are added up.
 
-    With `few_passes` it is compiled as a large one is: in a third of the time, and a tenth slower afterwards.
+    With `few_passes` it is compiled as a large one is: in a third of the time, and a tenth slower
+    afterwards.
     """
 
     function: ca.Function
@@ -116,16 +128,27 @@ class LaneTask:
 
     @cached_property
     def loop(self) -> str:
-        """The function as a loop over lanes. Raises NotPrintableError if it has no such form, or is too large."""
-        return print_file([LaneGraph.from_function(self.function, self.varying, MAX_LOOP_SIZE)], [self.summed])
+        """The function as a loop over lanes.
+
+        Raises NotPrintableError if it has no such form, or is too large.
+        """
+        return print_file(
+            [LaneGraph.from_function(self.function, self.varying, MAX_LOOP_SIZE)], [self.summed]
+        )
 
     @property
     def passes(self) -> tuple[str, ...]:
-        return toolchain.FEW_PASSES if self.few_passes or self.size > LARGE_FUNCTION else toolchain.OPTIMISED
+        return (
+            toolchain.FEW_PASSES
+            if self.few_passes or self.size > LARGE_FUNCTION
+            else toolchain.OPTIMISED
+        )
 
 
 CACHE_BYTES = 16_000_000
-"""Memory that a kernel keeps in each thread for the numbers of lanes it was last called with; the last always."""
+"""Memory that a kernel keeps in each thread for the numbers of lanes it was last called with; the
+last always.
+"""
 
 _BUILD_LOCK = threading.RLock()
 guard_fork(_BUILD_LOCK)
@@ -184,7 +207,9 @@ class _Call:
         self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
         self._places = [_find_nonzeros(function.sparsity_out(i)) for i in range(function.n_out())]
         self._shapes = [function.size_out(i) for i in range(function.n_out())]
-        self.bytes = 8 * function.sz_w() + sum(memory.nbytes for memory in (*self._inputs, *self._outputs))
+        self.bytes = 8 * function.sz_w() + sum(
+            memory.nbytes for memory in (*self._inputs, *self._outputs)
+        )
         self._buffer, self._run = function.buffer()
         buffer: Any = self._buffer
         for i, memory in enumerate(self._inputs):
@@ -242,26 +267,37 @@ class LaneBackend:
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
         pairs = zip(arrays, self._varies, strict=True)
-        inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in pairs]
+        inputs = [
+            np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in pairs
+        ]
         outputs = self.memory(count)
         self.loop(*self._arguments(inputs, outputs, count))
         return self.results(outputs)
 
     def memory(self, count: int) -> list[Array]:
-        """Return the memory of the loop's results: a row per element of an output, by columns, over the lanes."""
+        """Return the memory of the loop's results: a row per element of an output, by columns, over
+        the lanes.
+        """
         columns = 1 if self.work.summed else count
         return [np.empty((height * width, columns)) for height, width in self._shapes]
 
     def results(self, memory: Sequence[Array]) -> list[Array]:
         """The outputs in what the loop has written; those of one column are the memory itself."""
-        return [_side_by_side(elements, *shape) for elements, shape in zip(memory, self._shapes, strict=True)]
+        return [
+            _side_by_side(elements, *shape)
+            for elements, shape in zip(memory, self._shapes, strict=True)
+        ]
 
-    def prepared(self, inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Callable[[], object]:
+    def prepared(
+        self, inputs: Sequence[Array], outputs: Sequence[Array], count: int
+    ) -> Callable[[], object]:
         """The loop on arrays as they are laid out for it; who calls it keeps them."""
         return partial(self.loop, *self._arguments(inputs, outputs, count))
 
     @staticmethod
-    def _arguments(inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Iterator[object]:
+    def _arguments(
+        inputs: Sequence[Array], outputs: Sequence[Array], count: int
+    ) -> Iterator[object]:
         yield ctypes.c_long(count)
         for array in (*inputs, *outputs):
             yield ctypes.c_void_p(array.ctypes.data)
@@ -271,7 +307,10 @@ class LaneBackend:
 
         Inputs and outputs that vary are (lanes, rows). Raises CompilerError.
         """
-        function, interface_name = self.work.function, lane_source.interface_name(self.work.function, count)
+        function, interface_name = (
+            self.work.function,
+            lane_source.interface_name(self.work.function, count),
+        )
         text = lane_source.print_interface(function, self.work.varying, self.work.summed, count)
         path = toolchain.build_library(interface_name, text, toolchain.OPTIMISED, (self.library,))
         toolchain.load_functions(path, interface_name)
@@ -279,7 +318,9 @@ class LaneBackend:
 
 
 def _side_by_side(elements: Array, height: int, width: int) -> Array:
-    """A matrix for each lane, its elements column by column, (height width, lanes), as (height, lanes width)."""
+    """A matrix for each lane, its elements column by column, (height width, lanes), as (height,
+    lanes width).
+    """
     if width == 1:
         return elements
     lanes = elements.shape[1]
@@ -310,7 +351,10 @@ def build_casadi_backend(work: LaneTask) -> Backend:
 
 
 def build_lane_library(work: LaneTask) -> Path:
-    """Return the library of a function as a loop over lanes. Raises CompilerError or NotPrintableError."""
+    """Return the library of a function as a loop over lanes.
+
+    Raises CompilerError or NotPrintableError.
+    """
     return toolchain.build_library(*_library_source(work, "lanes"))
 
 
@@ -320,12 +364,18 @@ def build_lane_backend(work: LaneTask) -> Backend:
 
 
 def library_path(work: LaneTask, way: str) -> Path:
-    """Return the path of the library of a way, `lanes` or `casadi-c`, existing or not. Raises CompilerError."""
+    """Return the path of the library of a way, `lanes` or `casadi-c`, existing or not.
+
+    Raises CompilerError.
+    """
     return toolchain.library_path(*_library_source(work, way))
 
 
 def _library_source(work: LaneTask, way: str) -> tuple[str, str, tuple[str, ...]]:
-    """Name, C text and flags of a function's library in a way, `lanes` or `casadi-c`. Raises what its text raises."""
+    """Name, C text and flags of a function's library in a way, `lanes` or `casadi-c`.
+
+    Raises what its text raises.
+    """
     if way == "lanes":
         return work.function.name(), work.loop, toolchain.loop_flags(work.passes)
     return work.function.name(), print_casadi_c(work), work.passes
@@ -357,7 +407,9 @@ def is_compiled(work: LaneTask) -> bool:
 
 
 def list_allowed() -> tuple[str, ...]:
-    """Names of the ways that the variable PLANTER_KERNELS allows: the one it names and all slower ones, else all."""
+    """Names of the ways that the variable PLANTER_KERNELS allows: the one it names and all slower
+    ones, else all.
+    """
     fastest = os.environ.get("PLANTER_KERNELS", BACKENDS[0])
     return BACKENDS[BACKENDS.index(fastest) :] if fastest in BACKENDS else BACKENDS
 

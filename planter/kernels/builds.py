@@ -1,7 +1,8 @@
 """Running compilers, each in a separate folder inside the cache.
 
-A folder goes when its build ends, also if the process ends during it, on a daemon thread. It is named by the system and
-the process that made it, so that the next build removes what a process that was killed has left.
+A folder goes when its build ends, also if the process ends during it, on a daemon thread. It is
+named by the system and the process that made it, so that the next build removes what a process that
+was killed has left.
 """
 
 from __future__ import annotations
@@ -79,15 +80,22 @@ def run_program(
 
     `variables` are added to the environment of this process.
 
-    Raises OSError, CalledProcessError, or TimeoutExpired; in all cases nothing of it goes on running.
+    Raises OSError, CalledProcessError, or TimeoutExpired; in all cases nothing of it goes on
+    running.
     """
-    environment = os.environ | {"LC_ALL": "C"} | (dict.fromkeys(TEMPORARY, str(folder)) if folder else {})
+    environment = (
+        os.environ | {"LC_ALL": "C"} | (dict.fromkeys(TEMPORARY, str(folder)) if folder else {})
+    )
     with _open.lock:
         _open.go_on()
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env=environment | dict(variables), **workers.detached_process_options(),
-        )  # fmt: skip
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=environment | dict(variables),
+            **workers.detached_process_options(),
+        )
         _open.processes.add(process)
     with process:
         try:
@@ -116,7 +124,10 @@ def _kill_group(process: Process) -> None:
 
 @contextmanager
 def scratch_folder(folder: Path) -> Iterator[Path]:
-    """An empty folder inside another, for the time of a build. Raises OSError where there can be none."""
+    """An empty folder inside another, for the time of a build.
+
+    Raises OSError where there can be none.
+    """
     _remove_abandoned(folder)
     with _open.lock:
         _open.go_on()
@@ -161,7 +172,8 @@ def _is_abandoned(path: Path) -> bool:
 
 @cache
 def _identify_system() -> str:
-    """Return a name of the system, its start time and its container, since each numbers processes separately.
+    """Return a name of the system, its start time and its container, since each numbers processes
+    separately.
 
     If they are unknown, every process counts as a separate system.
     """
@@ -174,7 +186,9 @@ def _identify_system() -> str:
 
 
 def _start_time(process: int) -> str:
-    """When a process was started, in the system's ticks; empty for one that is not there, or not any more."""
+    """When a process was started, in the system's ticks; empty for one that is not there, or not
+    any more.
+    """
     try:
         state, *fields = Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()
     except (OSError, ValueError):

@@ -1,7 +1,9 @@
-"""The C compiler: how it is called, its version, the flags that it accepts, and what a shared library needs.
+"""The C compiler: how it is called, its version, the flags that it accepts, and what a shared
+library needs.
 
-Without a C compiler, the extra `compiler` provides one: clang, with headers and libraries of many systems, as `zig cc`.
-On its first use for a system it builds its libraries, and stores them next to the compiled functions.
+Without a C compiler, the extra `compiler` provides one: clang, with headers and libraries of many
+systems, as `zig cc`. On its first use for a system it builds its libraries, and stores them next to
+the compiled functions.
 """
 
 from __future__ import annotations
@@ -24,9 +26,11 @@ from planter.kernels import builds
 
 @dataclass(frozen=True)
 class Platform:
-    """A system: how names of its shared libraries end, what its compilers take to compile and to link one.
+    """A system: how names of its shared libraries end, what its compilers take to compile and to
+    link one.
 
-    `placed` is a flag that writes into a library where others find it; elsewhere the name it is linked under says it.
+    `placed` is a flag that writes into a library where others find it; elsewhere the name it is
+    linked under says it.
     """
 
     suffix: str
@@ -34,16 +38,41 @@ class Platform:
     linking: tuple[str, ...] = ()
     placed: str = ""
 
-    def compile(self, command: Sequence[str], flags: Sequence[str], source: Path, compiled: Path) -> list[str]:
+    def compile(
+        self, command: Sequence[str], flags: Sequence[str], source: Path, compiled: Path
+    ) -> list[str]:
         """The command that compiles a C text for a library."""
-        return [*command, "-std=gnu99", *flags, *self.compiling, "-c", str(source), "-o", str(compiled)]
+        return [
+            *command,
+            "-std=gnu99",
+            *flags,
+            *self.compiling,
+            "-c",
+            str(source),
+            "-o",
+            str(compiled),
+        ]
 
     def link(
-        self, command: Sequence[str], compiled: Path, linked: Path, place: Path, needed: Sequence[Path] = ()
+        self,
+        command: Sequence[str],
+        compiled: Path,
+        linked: Path,
+        place: Path,
+        needed: Sequence[Path] = (),
     ) -> list[str]:
         """The command that links a library, for the `place` that it will have, to others."""
         placed = [self.placed + str(place)] if self.placed else []
-        return [*command, "-shared", str(compiled), "-o", str(linked), *placed, *map(str, needed), *self.linking]
+        return [
+            *command,
+            "-shared",
+            str(compiled),
+            "-o",
+            str(linked),
+            *placed,
+            *map(str, needed),
+            *self.linking,
+        ]
 
 
 LINUX = Platform(".so", ("-fPIC",), ("-lm",))
@@ -59,20 +88,26 @@ def current_platform() -> Platform:
 
 
 def vector_library_flags() -> tuple[str, ...]:
-    """The flag of clang for mathematics in vectors where the C library has them, which is GNU's alone."""
+    """The flag of clang for mathematics in vectors where the C library has them, which is GNU's
+    alone.
+    """
     return ("-fveclib=libmvec",) if platform.libc_ver()[0] == "glibc" else ()
 
 
 THIS_SYSTEM = ""
 """The target that stands for this system."""
 PREPARATION_S = {THIS_SYSTEM: 20, "x86_64-windows-gnu": 100, "wasm32-wasi": 20}
-"""How long its first use for a target takes beside what is compiled, measured on two cores; others as this one."""
+"""How long its first use for a target takes beside what is compiled, measured on two cores; others
+as this one.
+"""
 CACHE_VARIABLE = "ZIG_GLOBAL_CACHE_DIR"
 """The variable that names the folder where it keeps what it builds for itself."""
 
 
 def bundled_command(target: str = THIS_SYSTEM) -> tuple[str, ...]:
-    """Return the words that call the bundled compiler, for another system by its target; empty without the extra."""
+    """Return the words that call the bundled compiler, for another system by its target; empty
+    without the extra.
+    """
     spec = importlib.util.find_spec("ziglang")
     if spec is None or spec.origin is None:
         return ()
@@ -81,7 +116,9 @@ def bundled_command(target: str = THIS_SYSTEM) -> tuple[str, ...]:
 
 
 def bundled_variables(cache: Path) -> dict[str, str]:
-    """Return variables of its environment: it builds its libraries in the cache unless the user names a folder."""
+    """Return variables of its environment: it builds its libraries in the cache unless the user
+    names a folder.
+    """
     return {CACHE_VARIABLE: os.environ.get(CACHE_VARIABLE) or str(cache / "zig")}
 
 
@@ -109,9 +146,13 @@ def _mark_path(cache: Path, target: str) -> Path:
 PROBE_TIMEOUT_S = 20
 """How long a compiler may take to say its version, or whether it takes a flag."""
 MACHINE_FLAGS = ("-march=native", "-mprefer-vector-width=512", *vector_library_flags())
-"""Wanted where the compiler knows them: the processor's own instructions, whole vectors, clang's vector library."""
+"""Wanted where the compiler knows them: the processor's own instructions, whole vectors, clang's
+vector library.
+"""
 ORDER_FLAGS = ("-fschedule-insns", "-fsched-pressure", "--param=sched-pressure-algorithm=2")
-"""Wanted for loops but the largest: an order of instructions that keeps fewer values waiting, a tenth faster."""
+"""Wanted for loops but the largest: an order of instructions that keeps fewer values waiting, a
+tenth faster.
+"""
 
 
 class CompilerError(Exception):
@@ -120,7 +161,8 @@ class CompilerError(Exception):
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: its path, its version in a line, which of `MACHINE_FLAGS` it takes, and which of `ORDER_FLAGS`.
+    """A C compiler: its path, its version in a line, which of `MACHINE_FLAGS` it takes, and which
+    of `ORDER_FLAGS`.
 
     `words` follow the path in every call: `cc` of `python -m ziglang cc`; `bundled` says
     whether it is the one of the extra `compiler`.
@@ -139,7 +181,8 @@ class Compiler:
 
 
 def find_compiler() -> Compiler:
-    """The compiler that the variable CC names, in one or several words, else `cc`, else the bundled one.
+    """The compiler that the variable CC names, in one or several words, else `cc`, else the bundled
+    one.
 
     Raises CompilerError.
     """
@@ -154,17 +197,26 @@ def find_compiler() -> Compiler:
 
 @cache
 def _probe_compiler(name: str | tuple[str, ...], _search: str | None) -> Compiler | str:
-    """Return a compiler, or the reason why it cannot be used; each is probed once, even if it fails.
+    """Return a compiler, or the reason why it cannot be used; each is probed once, even if it
+    fails.
 
     A name is one of the user's, words are those of the bundled compiler.
     """
     title = name if isinstance(name, str) else " ".join(name)
     try:
         command = _split_command(name) if isinstance(name, str) else list(name)
-        version = _run_compiler(command, "--version").stdout.decode(errors="backslashreplace").partition("\n")[0]
+        version = (
+            _run_compiler(command, "--version")
+            .stdout.decode(errors="backslashreplace")
+            .partition("\n")[0]
+        )
         with TemporaryDirectory(prefix="planter-") as folder:
             flags, order = (
-                tuple(flag for flag in candidates if _accepts_flag(command, flag, Path(folder) / "probe.o"))
+                tuple(
+                    flag
+                    for flag in candidates
+                    if _accepts_flag(command, flag, Path(folder) / "probe.o")
+                )
                 for candidates in (MACHINE_FLAGS, ORDER_FLAGS)
             )
     except CompilerError as reason:
@@ -173,7 +225,9 @@ def _probe_compiler(name: str | tuple[str, ...], _search: str | None) -> Compile
         return f"the C compiler {title} does not answer within {PROBE_TIMEOUT_S:g} s"
     except (OSError, subprocess.CalledProcessError):
         return f"the C compiler {title} does not run"
-    return Compiler(command[0], version, flags, order, tuple(command[1:]), not isinstance(name, str))
+    return Compiler(
+        command[0], version, flags, order, tuple(command[1:]), not isinstance(name, str)
+    )
 
 
 def _split_command(name: str) -> list[str]:
@@ -198,12 +252,16 @@ def _split_words(name: str) -> list[str]:
 
 
 def _accepts_flag(command: list[str], flag: str, target: Path) -> bool:
-    """Whether a compiler takes a flag: it neither fails nor warns because of it, whatever else it may warn of."""
+    """Whether a compiler takes a flag: it neither fails nor warns because of it, whatever else it
+    may warn of.
+    """
     probe, folder = (flag, "-x", "c", "-c", os.devnull, "-o", str(target)), target.parent
     try:
         _run_compiler(command, "-Werror", *probe, folder=folder)
     except subprocess.CalledProcessError as error:
-        return flag.partition("=")[0].encode() not in error.stderr and _succeeds(command, *probe, folder=folder)
+        return flag.partition("=")[0].encode() not in error.stderr and _succeeds(
+            command, *probe, folder=folder
+        )
     return True
 
 

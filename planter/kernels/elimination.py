@@ -1,9 +1,11 @@
-"""Linear systems of graphs, solved at every place: sparse elimination whose pivots are chosen where it runs.
+"""Linear systems of graphs, solved at every place: sparse elimination whose pivots are chosen where
+it runs.
 
-The blocks that can be solved alone, as single closed loops can, are solved one after the other (Dulmage and Mendelsohn,
-Canadian Journal of Mathematics 10, 1958). In a block the order of the columns is fixed, by the least fill-in for any
-choice of rows (George and Ng, SIAM Journal on Scientific and Statistical Computing 8, 1987); the row with the largest
-entry of a column is brought up by selection, since a row that is a good pivot at one angle is none at another.
+The blocks that can be solved alone, as single closed loops can, are solved one after the other
+(Dulmage and Mendelsohn, Canadian Journal of Mathematics 10, 1958). In a block the order of the
+columns is fixed, by the least fill-in for any choice of rows (George and Ng, SIAM Journal on
+Scientific and Statistical Computing 8, 1987); the row with the largest entry of a column is brought
+up by selection, since a row that is a good pivot at one angle is none at another.
 """
 
 from __future__ import annotations
@@ -19,11 +21,12 @@ DEPTH = 1_000_000
 
 @dataclass(frozen=True)
 class Elimination:
-    """A solved system of n equations: `solution` (n, m), `senses` (b,) and `pivot` (1,), graphs of the matrix.
+    """A solved system of n equations: `solution` (n, m), `senses` (b,) and `pivot` (1,), graphs of
+    the matrix.
 
-    `senses` has the sign of the determinant of each block that is solved alone, up to a fixed factor of 1 or -1.
-    `pivot` is the least pivot over the largest entry of its column: zero where the matrix is singular, as it is at
-    dead points. The solution is not finite there.
+    `senses` has the sign of the determinant of each block that is solved alone, up to a fixed
+    factor of 1 or -1. `pivot` is the least pivot over the largest entry of its column: zero where
+    the matrix is singular, as it is at dead points. The solution is not finite there.
     """
 
     solution: ca.SX
@@ -32,7 +35,9 @@ class Elimination:
 
 
 def solve_system(matrix: ca.SX, right: ca.SX) -> Elimination:
-    """Return the solution x of ``matrix x = right`` for a square matrix (n, n) and right-hand sides (n, m)."""
+    """Return the solution x of ``matrix x = right`` for a square matrix (n, n) and right-hand sides
+    (n, m).
+    """
     matrix = ca.sparsify(matrix)
     if ca.sprank(matrix) < matrix.size2():  # whatever its entries are
         return Elimination(ca.SX(ca.DM.nan(right.shape)), ca.SX(0), ca.SX(0))
@@ -41,8 +46,15 @@ def solve_system(matrix: ca.SX, right: ca.SX) -> Elimination:
     sizes = [size + (size == 0) for size in largest]  # of a column of zeros the share is 0, not 0/0
     solution = ca.SX(right.size1(), right.size2())
     senses, pivot = [], ca.SX(1)
-    bounds = zip(row_bounds[:-1], row_bounds[1:], column_bounds[:-1], column_bounds[1:], strict=True)
-    for first, last, left, end in bounds:  # CasADi's form is lower triangular: the first block needs no other
+    bounds = zip(
+        row_bounds[:-1], row_bounds[1:], column_bounds[:-1], column_bounds[1:], strict=True
+    )
+    for (
+        first,
+        last,
+        left,
+        end,
+    ) in bounds:  # CasADi's form is lower triangular: the first block needs no other
         rows, columns = row_order[first:last], column_order[left:end]
         remainder = right[rows, :] - matrix[rows, :] @ solution
         block = _Block(matrix[rows, columns], remainder)
@@ -54,9 +66,11 @@ def solve_system(matrix: ca.SX, right: ca.SX) -> Elimination:
 
 
 def solve_inertia(inertia: ca.SX, forces: ca.SX) -> ca.SX:
-    """Return accelerations (k, m) of an inertia (k, k): by L D L^T, which needs no pivots, if it is symmetric.
+    """Return accelerations (k, m) of an inertia (k, k): by L D L^T, which needs no pivots, if it is
+    symmetric.
 
-    The inertia of a mechanism is positive definite; actions that depend on accelerations may make it unsymmetric.
+    The inertia of a mechanism is positive definite; actions that depend on accelerations may make
+    it unsymmetric.
     """
     inertia = ca.sparsify(inertia)
     if ca.sprank(inertia) < inertia.size2() or not ca.is_equal(inertia, inertia.T, DEPTH):
@@ -66,7 +80,9 @@ def solve_inertia(inertia: ca.SX, forces: ca.SX) -> ca.SX:
 
 
 class _Block:
-    """A block that cannot be divided; `pivots` has that of each column, `sense` the sign of their product."""
+    """A block that cannot be divided; `pivots` has that of each column, `sense` the sign of their
+    product.
+    """
 
     def __init__(self, matrix: ca.SX, right: ca.SX) -> None:
         count = matrix.size1()
@@ -96,7 +112,9 @@ class _Block:
         return [i for i in sorted(self._active) if column in self._rows[i]]
 
     def _count_fill(self, column: int) -> int:
-        """Return the most products that elimination of a column takes, whichever of its rows is the pivot."""
+        """Return the most products that elimination of a column takes, whichever of its rows is the
+        pivot.
+        """
         candidates = self._find_candidates(column)
         width = len(set().union(*(self._rows[i].keys() for i in candidates)))
         return (len(candidates) - 1) * width
@@ -124,7 +142,10 @@ class _Block:
         self.sense = ca.if_else(is_larger, -self.sense, self.sense)
         for j in sorted(above.keys() | below.keys()):
             upper, lower = above.get(j, ca.SX(0)), below.get(j, ca.SX(0))
-            above[j], below[j] = ca.if_else(is_larger, lower, upper), ca.if_else(is_larger, upper, lower)
+            above[j], below[j] = (
+                ca.if_else(is_larger, lower, upper),
+                ca.if_else(is_larger, upper, lower),
+            )
         upper, lower = self._right[pivot], self._right[other]
         self._right[pivot] = ca.if_else(is_larger, lower, upper)
         self._right[other] = ca.if_else(is_larger, upper, lower)

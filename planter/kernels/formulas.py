@@ -1,4 +1,6 @@
-"""Generated models of independent functions, called with named arguments, over any number of lanes."""
+"""Generated models of independent functions, called with named arguments, over any number of
+lanes.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ HOISTED = "hoisted"
 class Formulas:
     """A generated model without functions that are composed at run time. SI units and radians.
 
-    `folder` is where a model of the user's own was generated; else it is one of ours or of an installed package.
+    `folder` is where a model of the user's own was generated; else it is one of ours or of an
+    installed package.
 
     >>> load("clutch_exact")("taper", R2=0.013, d=0.010, phi=0.0)
     {'R1': array([0.013])}
@@ -66,27 +69,35 @@ class Formulas:
         return [entry["name"] for entry in self.sidecar["vectors"][vector]]
 
     def composed(self, stage: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """A stage as part of a graph: its outputs by name, from what is known by name, entries of packed inputs too."""
+        """A stage as part of a graph: its outputs by name, from what is known by name, entries of
+        packed inputs too.
+        """
         function = self.function(stage)
         packed = self.sidecar["vectors"]
         arguments = [
-            ca.vertcat(*(values[entry] for entry in self.entries(name))) if name in packed else values[name]
+            ca.vertcat(*(values[entry] for entry in self.entries(name)))
+            if name in packed
+            else values[name]
             for name in function.name_in()
         ]
         return dict(zip(self.outputs(stage), ca.vertsplit(function(*arguments)), strict=True))
 
     def __call__(self, stage: str, **inputs: object) -> dict[str, Array]:
-        """Outputs by name, each (n,): single inputs are numbers or (n,), packed ones (rows,) or (rows, n).
+        """Outputs by name, each (n,): single inputs are numbers or (n,), packed ones (rows,) or
+        (rows, n).
 
-        What a lane takes from its prologue is found from the other inputs. Raises CallError for inputs that do not
-        fit, ComputationError where a result is not finite.
+        What a lane takes from its prologue is found from the other inputs. Raises CallError for
+        inputs that do not fit, ComputationError where a result is not finite.
         """
         kernel = self._kernel(stage)
         if HOISTED in kernel.names and HOISTED not in inputs:
             inputs[HOISTED] = self._hoisted(inputs)
         packed = {name: _columns(kernel, name, value) for name, value in inputs.items()}
         count = max((columns.shape[1] for columns in packed.values()), default=1)
-        lanes = {k: np.broadcast_to(v, (v.shape[0], count)) if v.shape[1] == 1 else v for k, v in packed.items()}
+        lanes = {
+            k: np.broadcast_to(v, (v.shape[0], count)) if v.shape[1] == 1 else v
+            for k, v in packed.items()
+        }
         (result,) = kernel(**lanes).values()
         return dict(zip(self.outputs(stage), result, strict=True))
 
@@ -96,7 +107,9 @@ class Formulas:
 
     def _hoisted(self, inputs: Mapping[str, object]) -> Array:
         prologue = self._kernel("prologue")
-        return prologue(**{name: inputs[name] for name in prologue.names if name in inputs})[HOISTED]
+        return prologue(**{name: inputs[name] for name in prologue.names if name in inputs})[
+            HOISTED
+        ]
 
     def _kernel(self, stage: str) -> Kernel:
         if stage not in self._kernels:

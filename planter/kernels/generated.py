@@ -1,4 +1,5 @@
-"""Generated models, modules and sidecars, of this project, of installed packages, or in a user's folder.
+"""Generated models, modules and sidecars, of this project, of installed packages, or in a user's
+folder.
 
 `extract_outputs` and `find_periodic` read the source of a generated function over arrays.
 """
@@ -27,12 +28,16 @@ DERIVE_AGAIN = "run `planter derive` again on the file that states the mechanism
 MANIFEST = ".planter.json"
 """File beside derived ones with the hashes of what was written."""
 MOST_BYTES = 200_000_000
-"""Bytes of a generated file, and values of a sidecar: the limits of files are for what users write."""
+"""Bytes of a generated file, and values of a sidecar: the limits of files are for what users
+write.
+"""
 
 
 @cache
 def _package() -> str:
-    """Return the package of the generated code: in a wheel a part of `planter`, in a checkout a package next to it."""
+    """Return the package of the generated code: in a wheel a part of `planter`, in a checkout a
+    package next to it.
+    """
     return "planter.generated" if importlib.util.find_spec("planter.generated") else "generated"
 
 
@@ -41,7 +46,10 @@ def _places() -> dict[str, Traversable]:
     """Packages of generated code with their folders: ours first."""
     package = _package()
     packages = plugins.find_packages()
-    modules = {f"{packages[name]}.generated": place for name, place in plugins.find_folders("generated").items()}
+    modules = {
+        f"{packages[name]}.generated": place
+        for name, place in plugins.find_folders("generated").items()
+    }
     return {package: files(package)} | modules
 
 
@@ -59,9 +67,13 @@ def text(name: str) -> str:
 
 
 def hash_modules(modules: Sequence[ModuleType]) -> dict[str, str]:
-    """Return the SHA-256 of the sources of generated modules, by their names within their package."""
+    """Return the SHA-256 of the sources of generated modules, by their names within their
+    package.
+    """
     return {
-        module.__name__.rpartition("generated.")[2]: hashlib.sha256(inspect.getsource(module).encode()).hexdigest()
+        module.__name__.rpartition("generated.")[2]: hashlib.sha256(
+            inspect.getsource(module).encode()
+        ).hexdigest()
         for module in modules
     }
 
@@ -73,9 +85,15 @@ def list_installed(modules: Iterable[str]) -> list[str]:
 
 
 def find_changed(hashes: Mapping[str, str]) -> list[str]:
-    """Return which modules, of those with the hashes of their sources by name, are here with another source."""
+    """Return which modules, of those with the hashes of their sources by name, are here with
+    another source.
+    """
     loaded_modules = {name: module(name) for name in list_installed(hashes)}
-    return sorted(name for name, loaded in loaded_modules.items() if hash_modules([loaded])[name] != hashes[name])
+    return sorted(
+        name
+        for name, loaded in loaded_modules.items()
+        if hash_modules([loaded])[name] != hashes[name]
+    )
 
 
 @cache
@@ -89,11 +107,20 @@ def sidecar(name: str, folder: Path | None = None) -> dict[str, Any]:
 
 def names(prefix: str = "") -> list[str]:
     """Names of what was generated, sorted: all, or those that begin alike."""
-    return sorted({name for place in _places().values() for name in _sidecars(place) if name.startswith(prefix)})
+    return sorted(
+        {
+            name
+            for place in _places().values()
+            for name in _sidecars(place)
+            if name.startswith(prefix)
+        }
+    )
 
 
 def _sidecars(place: Traversable) -> Iterator[str]:
-    return (file.name.removesuffix(".json") for file in place.iterdir() if file.name.endswith(".json"))
+    return (
+        file.name.removesuffix(".json") for file in place.iterdir() if file.name.endswith(".json")
+    )
 
 
 def _holder(name: str) -> str:
@@ -106,7 +133,9 @@ def _holder(name: str) -> str:
 
 
 class _UserSidecar(dict[str, Any]):
-    """An object of a user's sidecar, of which a key that is missing is one sentence wherever it is looked up."""
+    """An object of a user's sidecar, of which a key that is missing is one sentence wherever it is
+    looked up.
+    """
 
     place: str = ""
 
@@ -115,18 +144,25 @@ class _UserSidecar(dict[str, Any]):
 
 
 def _read_user_sidecar(path: Path) -> dict[str, Any]:
-    """Return the sidecar of a user's mechanism. Raises InputError for one that `planter derive` did not write."""
+    """Return the sidecar of a user's mechanism.
+
+    Raises InputError for one that `planter derive` did not write.
+    """
 
     def wrap(entry: Any, place: str) -> Any:
         if isinstance(entry, dict):
-            wrapped = _UserSidecar((key, wrap(value, f"{place}: {key}")) for key, value in entry.items())
+            wrapped = _UserSidecar(
+                (key, wrap(value, f"{place}: {key}")) for key, value in entry.items()
+            )
             wrapped.place = place
             return wrapped
         return [wrap(value, place) for value in entry] if isinstance(entry, list) else entry
 
     try:
         source = read_text(path, MOST_BYTES)
-        content: dict[str, Any] = wrap(parse_json(source, str(path), MOST_BYTES, MOST_BYTES), str(path))
+        content: dict[str, Any] = wrap(
+            parse_json(source, str(path), MOST_BYTES, MOST_BYTES), str(path)
+        )
         written = read_json(path.parent / MANIFEST) if (path.parent / MANIFEST).is_file() else {}
     except InputError as error:
         raise InputError(f"{error.message}; {DERIVE_AGAIN}") from None
@@ -152,7 +188,9 @@ def _read_user_sidecar(path: Path) -> dict[str, Any]:
 
 
 def check_user_model(name: str, folder: Path) -> None:
-    """Raise InputError unless a folder holds the sidecar of a user's mechanism, and modules with its functions."""
+    """Raise InputError unless a folder holds the sidecar of a user's mechanism, and modules with
+    its functions.
+    """
     needed = sidecar(name, folder)["functions"].keys()
     for path in (folder / f"{name}.py", folder / "array" / f"{name}.py") if needed else ():
         if not path.is_file():
@@ -187,9 +225,11 @@ def _from_file(path: Path) -> ModuleType:
 def extract_outputs(
     module: ModuleType, stage: str, outputs: Sequence[int], bindings: Mapping[str, Any]
 ) -> Callable[..., tuple[Any, ...]]:
-    """Return a straight-line function of a generated module that yields some of its outputs, by their indices.
+    """Return a straight-line function of a generated module that yields some of its outputs, by
+    their indices.
 
-    `bindings` are values of variables, which are not computed then, and functions that replace those of the module.
+    `bindings` are values of variables, which are not computed then, and functions that replace
+    those of the module.
     """
     tree = ast.parse(inspect.getsource(getattr(module, stage)))
     (function,) = tree.body
@@ -212,7 +252,9 @@ def extract_outputs(
 
 
 def find_periodic(module: ModuleType, stage: str, argument: str, size: int) -> list[bool]:
-    """Return of which entries (size,) of an argument a function takes nothing but sine and cosine."""
+    """Return of which entries (size,) of an argument a function takes nothing but sine and
+    cosine.
+    """
     (function,) = ast.parse(inspect.getsource(getattr(module, stage))).body
     names, unsafe = dict[str, int](), set[int]()
     for node in ast.walk(function):
@@ -227,7 +269,12 @@ def find_periodic(module: ModuleType, stage: str, argument: str, size: int) -> l
         if isinstance(node, ast.Call) and ast.unparse(node.func) in waves
     }
     for node in ast.walk(function):
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in names and id(node) not in taken:
+        if (
+            isinstance(node, ast.Name)
+            and isinstance(node.ctx, ast.Load)
+            and node.id in names
+            and id(node) not in taken
+        ):
             unsafe.add(names[node.id])
     return [index in names.values() and index not in unsafe for index in range(size)]
 

@@ -1,8 +1,9 @@
 """The strict call layer: no `casadi.Function` is called but here.
 
-CasADi fills a missing input with zeros, spreads a scalar over a vector and returns NaN; here every input is required by
-name, in its exact shape and finite, and so is every output. A `BoundKernel` is called on arrays that stay in place,
-a `StackedKernel` for each matrix of a stack, both without the cost of a strict call.
+CasADi fills a missing input with zeros, spreads a scalar over a vector and returns NaN; here every
+input is required by name, in its exact shape and finite, and so is every output. A `BoundKernel` is
+called on arrays that stay in place, a `StackedKernel` for each matrix of a stack, both without the
+cost of a strict call.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ from planter.progress import name_step
 
 
 def build_finite_check(arrays: Sequence[Array]) -> Callable[[], int]:
-    """Return a check: the number, from 1, of the first of some contiguous arrays that is not finite; 0 if all are.
+    """Return a check: the number, from 1, of the first of some contiguous arrays that is not
+    finite; 0 if all are.
 
     The caller must keep the arrays alive.
     """
@@ -45,16 +47,23 @@ def build_finite_check(arrays: Sequence[Array]) -> Callable[[], int]:
 def _load_finite_check() -> Callable[..., int]:
     source = resources.files(__package__).joinpath("finite.c").read_text(encoding="utf-8")
     look: Callable[..., int]
-    (look,) = toolchain.load_functions(toolchain.build_library("finite", source, toolchain.OPTIMISED), "not_finite")
+    (look,) = toolchain.load_functions(
+        toolchain.build_library("finite", source, toolchain.OPTIMISED), "not_finite"
+    )
     return look
 
 
 def _find_non_finite(arrays: Sequence[Array]) -> int:
-    return next((number for number, array in enumerate(arrays, 1) if not np.isfinite(array).all()), 0)
+    return next(
+        (number for number, array in enumerate(arrays, 1) if not np.isfinite(array).all()), 0
+    )
 
 
-def bind_lanes(way: LaneBackend, inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Callable[[], bool]:
-    """A call that writes the outputs and says whether all numbers are finite; with others, it may write nothing.
+def bind_lanes(
+    way: LaneBackend, inputs: Sequence[Array], outputs: Sequence[Array], count: int
+) -> Callable[[], bool]:
+    """A call that writes the outputs and says whether all numbers are finite; with others, it may
+    write nothing.
 
     Inputs are laid out as the loop takes them, outputs (height, width lanes) row by row.
     """
@@ -89,13 +98,19 @@ class CallError(PlanterError):
 
 
 class Kernel:
-    """A CasADi function behind exact names and shapes; `lanes` inputs may carry a column for each lane.
+    """A CasADi function behind exact names and shapes; `lanes` inputs may carry a column for each
+    lane.
 
-    Raises CallError for a missing, unknown, misshapen or non-finite input, ComputationError for a non-finite output.
+    Raises CallError for a missing, unknown, misshapen or non-finite input, ComputationError for a
+    non-finite output.
     """
 
     def __init__(
-        self, function: ca.Function, lanes: Sequence[str] = (), summed: bool = False, few_passes: bool = False
+        self,
+        function: ca.Function,
+        lanes: Sequence[str] = (),
+        summed: bool = False,
+        few_passes: bool = False,
     ) -> None:
         self.function = function
         self.names: list[str] = function.name_in()
@@ -108,7 +123,9 @@ class Kernel:
         self._compiling: threading.Thread | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the function only: a loaded kernel uses the virtual machine until it is compiled there."""
+        """Pickle the function only: a loaded kernel uses the virtual machine until it is compiled
+        there.
+        """
         return Kernel, (self.function, self.lanes, self.work.summed, self.work.few_passes)
 
     @property
@@ -118,39 +135,58 @@ class Kernel:
 
     @property
     def compiled(self) -> ca.Function | None:
-        """The function in CasADi's own C, for the use in its graphs; None where it is evaluated otherwise."""
-        return self._way.function if isinstance(self._way, VirtualMachine) and self.way == "casadi-c" else None
+        """The function in CasADi's own C, for the use in its graphs; None where it is evaluated
+        otherwise.
+        """
+        return (
+            self._way.function
+            if isinstance(self._way, VirtualMachine) and self.way == "casadi-c"
+            else None
+        )
 
     @property
     def loop(self) -> Any:
-        """The compiled loop over lanes as a function of C; None where it is not evaluated in lanes (yet)."""
+        """The compiled loop over lanes as a function of C; None where it is not evaluated in lanes
+        (yet).
+        """
         return self._way.loop if isinstance(self._way, backends.LaneBackend) else None
 
     def interface(self, count: int) -> ca.Function | None:
-        """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated in lanes (yet)."""
+        """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated
+        in lanes (yet).
+        """
         return self._way.interface(count) if isinstance(self._way, backends.LaneBackend) else None
 
     def compile(self, wait: bool = True) -> None:
-        """Run the fastest way that there is here from now on; without waiting, from when it has been compiled."""
+        """Run the fastest way that there is here from now on; without waiting, from when it has
+        been compiled.
+        """
         if wait or backends.is_compiled(self.work):
             with name_step(f"compiling {self._name}"):
                 self._way = backends.select_fastest(self.work)
         else:
-            self._compiling = threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True)
+            self._compiling = threading.Thread(
+                target=self.compile, name=f"compile {self._name}", daemon=True
+            )
             self._compiling.start()
 
     def settle(self) -> None:
-        """Wait for what is compiled in the background: from then on all calls are evaluated the same way."""
+        """Wait for what is compiled in the background: from then on all calls are evaluated the
+        same way.
+        """
         if self._compiling is not None:
             self._compiling.join()
             self._compiling = None
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
-        """Outputs by name, each (rows, columns) [in the function's units]; lanes have a column each."""
+        """Outputs by name, each (rows, columns) [in the function's units]; lanes have a column
+        each.
+        """
         return self._evaluated(*self._flatten_inputs(inputs))
 
     def masked(self, **inputs: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-        """Return the outputs by name, each (rows, lanes), and the lanes (n,) that are finite [units of the function].
+        """Return the outputs by name, each (rows, lanes), and the lanes (n,) that are finite [units
+        of the function].
 
         Inputs are not checked. Raises CallError for a missing, unknown or misshapen input.
         """
@@ -168,31 +204,44 @@ class Kernel:
             raise CallError(f"{self._name} takes {self.names}, and was given {sorted(inputs)}")
         arrays = {name: self._array(value) for name, value in inputs.items()}
         count = self._count(arrays)
-        return [self._shaped(i, name, arrays[name], count) for i, name in enumerate(self.names)], count
+        return [
+            self._shaped(i, name, arrays[name], count) for i, name in enumerate(self.names)
+        ], count
 
     def _evaluated(self, arrays: Sequence[Array], count: int) -> dict[str, Array]:
         self._check_finite(arrays)
         try:
             results = self._way(arrays, count)
         except RuntimeError as error:
-            raise ComputationError(f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}") from error
-        return {name: self._finite(name, result) for name, result in zip(self.outputs, results, strict=True)}
+            raise ComputationError(
+                f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}"
+            ) from error
+        return {
+            name: self._finite(name, result)
+            for name, result in zip(self.outputs, results, strict=True)
+        }
 
     def bind(self, **inputs: Array) -> BoundKernel:
         """The kernel on arrays that stay: what is written into them is what the next call takes.
 
-        Inputs are arrays of float64 in the shapes and units [of the function] of a call, contiguous: those of lanes row
-        by row, others column by column. Raises CallError for others.
+        Inputs are arrays of float64 in the shapes and units [of the function] of a call,
+        contiguous: those of lanes row by row, others column by column. Raises CallError for others.
         """
         for name, array in inputs.items():
-            if not (isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.aligned):
-                raise CallError(f"{self._name}: input {name} must be an array of float64 to be bound")
+            if not (
+                isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.aligned
+            ):
+                raise CallError(
+                    f"{self._name}: input {name} must be an array of float64 to be bound"
+                )
         arrays, count = self._flatten_inputs(inputs)
         for name, array in zip(self.names, arrays, strict=True):
             lanes = name in self.lanes
             if not (array.flags.c_contiguous if lanes else array.flags.f_contiguous):
                 order = "row by row" if lanes else "column by column"
-                raise CallError(f"{self._name}: input {name} must be contiguous, {order}, to be bound")
+                raise CallError(
+                    f"{self._name}: input {name} must be contiguous, {order}, to be bound"
+                )
         return BoundKernel(self, arrays, count)
 
     @property
@@ -205,27 +254,36 @@ class Kernel:
         return array.reshape(-1, 1) if array.ndim < 2 else array
 
     def _count(self, arrays: dict[str, Array]) -> int:
-        """Number of lanes: a lane input that is scalar in the function may come as a row or as a plain list."""
+        """Number of lanes: a lane input that is scalar in the function may come as a row or as a
+        plain list.
+        """
         for name in self.lanes:
             rows = self._shapes[self.names.index(name)][0]
             if rows == 1 and arrays[name].shape[1] == 1:
                 arrays[name] = arrays[name].T
         counts = {arrays[name].shape[1] for name in self.lanes}
         if len(counts) > 1:
-            raise CallError(f"{self._name}: lane inputs {self.lanes} have different numbers of lanes: {sorted(counts)}")
+            raise CallError(
+                f"{self._name}: lane inputs {self.lanes} have different numbers of lanes: "
+                f"{sorted(counts)}"
+            )
         return counts.pop() if counts else 1
 
     def _shaped(self, index: int, name: str, array: Array, count: int) -> Array:
         rows, columns = self._shapes[index]
         expected = (rows, count if name in self.lanes else columns)
         if array.shape != expected:
-            raise CallError(f"{self._name}: input {name} has the shape {array.shape}; expected {expected}")
+            raise CallError(
+                f"{self._name}: input {name} has the shape {array.shape}; expected {expected}"
+            )
         return array
 
     def _check_finite(self, arrays: Sequence[Array]) -> None:
         for name, array in zip(self.names, arrays, strict=True):
             if not np.isfinite(array).all():
-                raise CallError(f"{self._name}: input {name} is not finite: {array[~np.isfinite(array)][0]}")
+                raise CallError(
+                    f"{self._name}: input {name} is not finite: {array[~np.isfinite(array)][0]}"
+                )
 
     def _finite(self, name: str, array: Array) -> Array:
         if not np.isfinite(array).all():
@@ -237,9 +295,9 @@ class Kernel:
 class BoundKernel:
     """A kernel on arrays that stay, made by `Kernel.bind`: nothing is made for a call.
 
-    Each call writes into `outputs`, by name and in the shapes that a call of the kernel gives. The arrays are those of
-    the thread that bound them; another binds its own.
-    Raises what the kernel raises, and CallError in another thread.
+    Each call writes into `outputs`, by name and in the shapes that a call of the kernel gives. The
+    arrays are those of the thread that bound them; another binds its own. Raises what the kernel
+    raises, and CallError in another thread.
     """
 
     def __init__(self, kernel: Kernel, inputs: Sequence[Array], count: int) -> None:
@@ -248,12 +306,15 @@ class BoundKernel:
         columns = 1 if kernel.work.summed else count
         sizes = map(kernel.function.size_out, range(len(kernel.outputs)))
         shapes = ((height, width * columns) for height, width in sizes)
-        self.outputs: dict[str, Array] = dict(zip(kernel.outputs, map(np.zeros, shapes), strict=True))
+        self.outputs: dict[str, Array] = dict(
+            zip(kernel.outputs, map(np.zeros, shapes), strict=True)
+        )
         self._prepare()
 
     def __reduce__(self) -> Never:
         raise TypeError(
-            f"{self._kernel._name} is bound to arrays of this process: pickle the kernel, and bind it there"
+            f"{self._kernel._name} is bound to arrays of this process: pickle the kernel, and "
+            f"bind it there"
         )
 
     def __call__(self) -> dict[str, Array]:
@@ -266,7 +327,9 @@ class BoundKernel:
 
     def _attend(self) -> None:
         if get_ident() != self._thread:
-            raise CallError(f"{self._kernel._name} was bound in another thread: bind it to arrays of this one")
+            raise CallError(
+                f"{self._kernel._name} was bound in another thread: bind it to arrays of this one"
+            )
         self._prepare()
 
     def _prepare(self) -> None:
@@ -274,7 +337,9 @@ class BoundKernel:
         self._way = self._kernel._way
         self._run: Callable[[], bool] = self._by_a_call
         if isinstance(self._way, backends.LaneBackend):
-            self._run = bind_lanes(self._way, self._inputs, list(self.outputs.values()), self._count)
+            self._run = bind_lanes(
+                self._way, self._inputs, list(self.outputs.values()), self._count
+            )
 
     def _by_a_call(self) -> bool:
         for name, result in self._kernel._evaluated(self._inputs, self._count).items():
@@ -294,10 +359,16 @@ class StackedKernel:
     """
 
     def __init__(
-        self, function: ca.Function, lanes: Sequence[str], stacked: Sequence[str], summed: bool = False,
+        self,
+        function: ca.Function,
+        lanes: Sequence[str],
+        stacked: Sequence[str],
+        summed: bool = False,
         few_passes: bool = False,
-    ) -> None:  # fmt: skip
-        """`few_passes` are for a function that is not called often enough to pay for the compiler's time."""
+    ) -> None:
+        """`few_passes` are for a function that is not called often enough to pay for the compiler's
+        time.
+        """
         self.kernel, self.stacked = Kernel(function, lanes, summed, few_passes), tuple(stacked)
         self._inputs = {name: function.numel_in(i) for i, name in enumerate(self.kernel.names)}
         self._outputs = {name: function.numel_out(i) for i, name in enumerate(self.kernel.outputs)}
@@ -312,24 +383,37 @@ class StackedKernel:
             self._run = self._load() if self.kernel.way == "lanes" else None
 
     def __call__(self, **inputs: Array) -> dict[str, Array]:
-        """Return the outputs by name; inputs are (rows, lanes) or (rows,), with the calls before them if stacked.
+        """Return the outputs by name; inputs are (rows, lanes) or (rows,), with the calls before
+        them if stacked.
 
         Numbers that are not finite are passed on. Raises CallError for an input of another shape.
         """
         lanes, calls = inputs[self.kernel.lanes[0]].shape[-1], len(inputs[self.stacked[0]])
         arrays = {}
         for name, height in self._inputs.items():
-            expected = (*([calls] if name in self.stacked else []), height, *([lanes] if self._varies(name) else []))
+            expected = (
+                *([calls] if name in self.stacked else []),
+                height,
+                *([lanes] if self._varies(name) else []),
+            )
             if inputs[name].shape != expected:
-                raise CallError(f"{self._name}: input {name} has the shape {inputs[name].shape}; expected {expected}")
+                raise CallError(
+                    f"{self._name}: input {name} has the shape {inputs[name].shape}; expected "
+                    f"{expected}"
+                )
             arrays[name] = np.ascontiguousarray(inputs[name], dtype=float)
         columns = () if self.kernel.work.summed else (lanes,)
-        results = {name: np.empty((calls, height, *columns)) for name, height in self._outputs.items()}
+        results = {
+            name: np.empty((calls, height, *columns)) for name, height in self._outputs.items()
+        }
         if self._run is None:
             for call in range(calls):
                 self._call(call, arrays, results)
         else:
-            pointers = (ctypes.c_void_p(array.ctypes.data) for array in (*arrays.values(), *results.values()))
+            pointers = (
+                ctypes.c_void_p(array.ctypes.data)
+                for array in (*arrays.values(), *results.values())
+            )
             self._run(ctypes.c_long(calls), ctypes.c_long(lanes), *pointers)
         return results
 
@@ -337,8 +421,12 @@ class StackedKernel:
         return name in self.kernel.lanes
 
     def _call(self, call: int, arrays: dict[str, Array], results: dict[str, Array]) -> None:
-        now = {name: array[call] if name in self.stacked else array for name, array in arrays.items()}
-        shaped = {name: array if self._varies(name) else array[:, None] for name, array in now.items()}
+        now = {
+            name: array[call] if name in self.stacked else array for name, array in arrays.items()
+        }
+        shaped = {
+            name: array if self._varies(name) else array[:, None] for name, array in now.items()
+        }
         for name, result in self.kernel.masked(**shaped)[0].items():
             results[name][call] = result.reshape(results[name][call].shape)
 
@@ -346,7 +434,9 @@ class StackedKernel:
         """Return the compiled loop, None if there is no compiler."""
         try:
             library = backends.build_lane_library(self.kernel.work)
-            path = toolchain.build_library(self._name, self._print(), toolchain.OPTIMISED, (library,))
+            path = toolchain.build_library(
+                self._name, self._print(), toolchain.OPTIMISED, (library,)
+            )
             (run,) = toolchain.load_functions(path, self._name)
         except CompilerError as reason:
             toolchain.warn_once(reason)
@@ -363,14 +453,16 @@ class StackedKernel:
         function = self.kernel.function
         inputs = [f"const double *{name}" for name in self._inputs]
         outputs = [f"double *{name}" for name in self._outputs]
-        return "\n".join([
-            f"{print_prototype(function)};",
-            f"void {self._name}(long calls, long lanes, {', '.join([*inputs, *outputs])})",
-            "{",
-            "  for (long call = 0; call < calls; ++call)",
-            f"    {function.name()}(lanes, {', '.join(self._print_arguments())});",
-            "}\n",
-        ])  # fmt: skip
+        return "\n".join(
+            [
+                f"{print_prototype(function)};",
+                f"void {self._name}(long calls, long lanes, {', '.join([*inputs, *outputs])})",
+                "{",
+                "  for (long call = 0; call < calls; ++call)",
+                f"    {function.name()}(lanes, {', '.join(self._print_arguments())});",
+                "}\n",
+            ]
+        )
 
     def _print_arguments(self) -> Iterator[str]:
         for name, height in self._inputs.items():

@@ -1,10 +1,11 @@
-"""A CasADi function as single assignments, each marked as the same in all lanes or different in every lane.
+"""A CasADi function as single assignments, each marked as the same in all lanes or different in
+every lane.
 
-The instructions of an SXFunction use numbered work elements again and again; here every value has its own name, and
-values that occur twice are computed once. `OPERATIONS` has the scalar operations as C text; truth values are 1.0 and
-0.0, as in CasADi. A select prints as `c != 0.0 ? a : 0.0`, never as `c * a`: 0 times an infinity would be NaN. Logic is
-arithmetic of ones and zeros, because compilers turn chains of selects between truth values into masks that they cannot
-vectorise.
+The instructions of an SXFunction use numbered work elements again and again; here every value has
+its own name, and values that occur twice are computed once. `OPERATIONS` has the scalar operations
+as C text; truth values are 1.0 and 0.0, as in CasADi. A select prints as `c != 0.0 ? a : 0.0`,
+never as `c * a`: 0 times an infinity would be NaN. Logic is arithmetic of ones and zeros, because
+compilers turn chains of selects between truth values into masks that they cannot vectorise.
 """
 
 from __future__ import annotations
@@ -112,7 +113,9 @@ class ArrayElement:
 
 @dataclass(frozen=True)
 class Assignment:
-    """A named value: an element of an input, or an operation on other values (names or constants as text)."""
+    """A named value: an element of an input, or an operation on other values (names or constants as
+    text).
+    """
 
     name: str
     varies: bool
@@ -138,11 +141,13 @@ class LaneGraph:
     stores: tuple[OutputStore, ...]
 
     @classmethod
-    def from_function(cls, function: ca.Function, lanes: Sequence[str], limit: int | None = None) -> LaneGraph:
+    def from_function(
+        cls, function: ca.Function, lanes: Sequence[str], limit: int | None = None
+    ) -> LaneGraph:
         """The graph of a function; an MXFunction is expanded first.
 
-        Raises NotPrintableError for a function that has no such form: a sparse input or output, a solver inside, a
-        reserved name, more than `limit` instructions.
+        Raises NotPrintableError for a function that has no such form: a sparse input or output, a
+        solver inside, a reserved name, more than `limit` instructions.
         """
         _check_printable(function, lanes)
         return _GraphBuilder(_expand_function(function, limit), lanes).graph()
@@ -160,12 +165,18 @@ def _check_printable(function: ca.Function, lanes: Sequence[str]) -> None:
     inputs, outputs = function.name_in(), function.name_out()
     for name in lanes:
         if name not in inputs:
-            raise NotPrintableError(f"{function.name()} has no input {name}, which is to vary over the lanes")
+            raise NotPrintableError(
+                f"{function.name()} has no input {name}, which is to vary over the lanes"
+            )
         if function.size2_in(name) != 1:
-            raise NotPrintableError(f"{function.name()}: {name} varies over the lanes and must be a column")
+            raise NotPrintableError(
+                f"{function.name()}: {name} varies over the lanes and must be a column"
+            )
     for name in (*inputs, *outputs):
         if RESERVED.fullmatch(name):
-            raise NotPrintableError(f"{function.name()}: the name {name} is used by the loop itself")
+            raise NotPrintableError(
+                f"{function.name()}: the name {name} is used by the loop itself"
+            )
     sparse = [n for i, n in enumerate(inputs) if not function.sparsity_in(i).is_dense()]
     sparse += [n for i, n in enumerate(outputs) if not function.sparsity_out(i).is_dense()]
     if sparse:
@@ -173,13 +184,17 @@ def _check_printable(function: ca.Function, lanes: Sequence[str]) -> None:
 
 
 def _expand_function(function: ca.Function, limit: int | None) -> ca.Function:
-    """Return a function as at most `limit` scalar operations, with equal subexpressions computed once."""
+    """Return a function as at most `limit` scalar operations, with equal subexpressions computed
+    once.
+    """
     try:
         flat = function if function.is_a("SXFunction") else function.expand()
     except RuntimeError as error:
         raise NotPrintableError(f"{function.name()} has no scalar form") from error
     if limit is not None and flat.n_instructions() > limit:
-        raise NotPrintableError(f"{function.name()} has {flat.n_instructions()} instructions, more than {limit}")
+        raise NotPrintableError(
+            f"{function.name()} has {flat.n_instructions()} instructions, more than {limit}"
+        )
     inputs = flat.sx_in()
     outputs = flat.call(inputs)
     return ca.Function(flat.name(), inputs, ca.cse(outputs), flat.name_in(), flat.name_out())
@@ -192,7 +207,9 @@ def _print_constant(value: float) -> str:
 
 
 class _GraphBuilder:
-    """One pass over the instructions: `self.places` holds the name of the value in each numbered place."""
+    """One pass over the instructions: `self.places` holds the name of the value in each numbered
+    place.
+    """
 
     def __init__(self, function: ca.Function, lanes: Sequence[str]) -> None:
         self.function, self.lanes = function, tuple(lanes)
@@ -211,7 +228,11 @@ class _GraphBuilder:
 
     def _instruction(self, number: int) -> None:
         f = self.function
-        code, taken, results = f.instruction_id(number), f.instruction_input(number), f.instruction_output(number)
+        code, taken, results = (
+            f.instruction_id(number),
+            f.instruction_input(number),
+            f.instruction_output(number),
+        )
         if code == ca.OP_CONST:
             self.places[results[0]] = _print_constant(f.instruction_constant(number))
         elif code == ca.OP_INPUT:
@@ -226,17 +247,23 @@ class _GraphBuilder:
             arguments = tuple(self.places[place] for place in taken[: operation.arguments])
             self.places[results[0]] = self._operation(operation, arguments)
         else:
-            raise NotPrintableError(f"{f.name()}: instruction {number} (operation {code}) has no form in C")
+            raise NotPrintableError(
+                f"{f.name()}: instruction {number} (operation {code}) has no form in C"
+            )
 
     def _operation(self, operation: ScalarOperation, arguments: tuple[str, ...]) -> str:
         if operation.logical:
             arguments = tuple(map(self._truth, arguments))
-        return self._value(operation, arguments, any(self.varies.get(name, False) for name in arguments))
+        return self._value(
+            operation, arguments, any(self.varies.get(name, False) for name in arguments)
+        )
 
     def _truth(self, name: str) -> str:
         return name if name in self.truths else self._operation(OPERATIONS[ca.OP_NE], (name, "0.0"))
 
-    def _value(self, source: ArrayElement | ScalarOperation, arguments: tuple[str, ...], varies: bool) -> str:
+    def _value(
+        self, source: ArrayElement | ScalarOperation, arguments: tuple[str, ...], varies: bool
+    ) -> str:
         if (source, arguments) not in self.names:
             name = f"{'t' if varies else 's'}{len(self.assignments)}"
             self.names[source, arguments] = name

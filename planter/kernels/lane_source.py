@@ -1,19 +1,23 @@
-"""Lane graphs as C99: a loop over lanes that a compiler turns into vector instructions, and its CasADi interface.
+"""Lane graphs as C99: a loop over lanes that a compiler turns into vector instructions, and its
+CasADi interface.
 
-    void NAME(long lanes, const double *restrict phi, const double *restrict x, ..., double *restrict force, ...)
+    void NAME(long lanes, const double *restrict phi, const double *restrict x, ..., double
+    *restrict force, ...)
 
-An input that varies has a row of `lanes` numbers for each of its elements, one that does not its elements column by
-column; an output has a row for each element or, summed, the sum of each over the lanes. A CasADi solver can call the
-loop for a fixed number of lanes without Python, by an external function printed after it, in which matrices are
-column-major, so inputs and outputs that vary are (lanes, rows).
+An input that varies has a row of `lanes` numbers for each of its elements, one that does not its
+elements column by column; an output has a row for each element or, summed, the sum of each over the
+lanes. A CasADi solver can call the loop for a fixed number of lanes without Python, by an external
+function printed after it, in which matrices are column-major, so inputs and outputs that vary are
+(lanes, rows).
 
-A compiler merges `sin(x)` and `cos(x)` into one call that no vector library has, and every call makes it spill all
-registers. Where the processor has a fused multiply-add, both are printed instead, from one reduction of the angle:
-x = k pi + r with |r| <= pi/2, k pi subtracted in parts (Cody and Waite, Software Manual for the Elementary
-Functions, 1980), then Taylor's series in r, whose first omitted term is below 1e-17. WebAssembly, which has no fused
-multiply-add, takes parts of pi so short that their products with k are exact. Elsewhere both are library calls,
-separated by a zero that the compiler cannot see through. Floor has no vector instruction before SSE4.1; there it is
-taken by way of integers, and numbers too large to be angles are not changed.
+A compiler merges `sin(x)` and `cos(x)` into one call that no vector library has, and every call
+makes it spill all registers. Where the processor has a fused multiply-add, both are printed
+instead, from one reduction of the angle: x = k pi + r with |r| <= pi/2, k pi subtracted in parts
+(Cody and Waite, Software Manual for the Elementary Functions, 1980), then Taylor's series in r,
+whose first omitted term is below 1e-17. WebAssembly, which has no fused multiply-add, takes parts
+of pi so short that their products with k are exact. Elsewhere both are library calls, separated by
+a zero that the compiler cannot see through. Floor has no vector instruction before SSE4.1; there it
+is taken by way of integers, and numbers too large to be angles are not changed.
 """
 
 from __future__ import annotations
@@ -72,7 +76,9 @@ INLINED double turned_cos(double x)
 
 
 FUSED = _Arithmetic("fma({}, {}, {})", f"fma(-k, {PI_REST!r}, fma(-k, {pi!r}, x))")
-SPLIT = _Arithmetic("(({}) * ({}) + ({}))", f"((x - k * {SHORT_PI[0]!r}) - k * {SHORT_PI[1]!r}) - k * {PI_REST!r}")
+SPLIT = _Arithmetic(
+    "(({}) * ({}) + ({}))", f"((x - k * {SHORT_PI[0]!r}) - k * {SHORT_PI[1]!r}) - k * {PI_REST!r}"
+)
 
 
 def _print_library_calls(name: str) -> str:
@@ -84,7 +90,8 @@ INLINED double turned_cos(double x) {{ return cos(x + {name}_zero); }}
 
 
 def print_functions(name: str, wasm: bool = False) -> str:
-    """Definitions of `turned_sin`, `turned_cos`, `whole_floor`; `name` is put before what other files can see.
+    """Definitions of `turned_sin`, `turned_cos`, `whole_floor`; `name` is put before what other
+    files can see.
 
     Those for WebAssembly want a compiler that does not reorder sums.
     """
@@ -119,7 +126,9 @@ INLINED double whole_floor(double x) {{ return floor(x); }}
 def print_file(graphs: Sequence[LaneGraph], summed: Sequence[bool], wasm: bool = False) -> str:
     """A C file with a lane kernel for each graph, for WebAssembly or any other processor."""
     kernels = [print_function(graph, total) for graph, total in zip(graphs, summed, strict=True)]
-    return "\n".join(["#include <math.h>\n", print_functions(graphs[0].function.name(), wasm), *kernels])
+    return "\n".join(
+        ["#include <math.h>\n", print_functions(graphs[0].function.name(), wasm), *kernels]
+    )
 
 
 def print_prototype(f: ca.Function) -> str:
@@ -130,7 +139,9 @@ def print_prototype(f: ca.Function) -> str:
 
 
 def print_function(graph: LaneGraph, summed: bool) -> str:
-    """The kernel: what all lanes share, then the loop; `summed` outputs are added up over the lanes."""
+    """The kernel: what all lanes share, then the loop; `summed` outputs are added up over the
+    lanes.
+    """
     totals = [f"a{index}" for index in range(len(graph.stores))] if summed else []
     lines = [print_prototype(graph.function), "{"]
     lines += [f"  {_print_assignment(a)}" for a in graph.invariant]
@@ -138,14 +149,19 @@ def print_function(graph: LaneGraph, summed: bool) -> str:
     lines += ["INDEPENDENT_LANES", "  for (long i = 0; i < lanes; ++i) {"]
     lines += [f"    {line}" for line in (_print_sums(graph) if summed else _print_stores(graph))]
     lines += ["  }"]
-    lines += [f"  {s.place.name}[{s.place.index}] = {name};" for s, name in zip(graph.stores, totals, strict=False)]
+    lines += [
+        f"  {s.place.name}[{s.place.index}] = {name};"
+        for s, name in zip(graph.stores, totals, strict=False)
+    ]
     unused = _print_unused(graph)
     lines[2:2] = [f"  (void){name};" for name in unused]
     return "\n".join([*lines, "}", ""])
 
 
 def _print_stores(graph: LaneGraph) -> Iterable[str]:
-    """Assignments of the loop; a result is stored as soon as it is computed, which frees its register."""
+    """Assignments of the loop; a result is stored as soon as it is computed, which frees its
+    register.
+    """
     waiting: dict[str, list[OutputStore]] = {}
     for store in graph.stores:
         waiting.setdefault(store.value, []).append(store)
@@ -193,21 +209,33 @@ def interface_name(function: ca.Function, lanes: int) -> str:
 
 
 def print_interface(f: ca.Function, varies: Sequence[str], summed: bool, lanes: int) -> str:
-    """A C file with the interface of a function whose inputs `varies` vary; the raw loop is linked to it."""
+    """A C file with the interface of a function whose inputs `varies` vary; the raw loop is linked
+    to it.
+    """
     interface = interface_name(f, lanes)
     varying = [n in varies for n in f.name_in()]
-    inputs = [(lanes, f.numel_in(i)) if column else f.size_in(i) for i, column in enumerate(varying)]
+    inputs = [
+        (lanes, f.numel_in(i)) if column else f.size_in(i) for i, column in enumerate(varying)
+    ]
     outputs = [(1 if summed else lanes, f.numel_out(i)) for i in range(f.n_out())]
-    return "\n".join([
-        "typedef long long casadi_int;", "",
-        f"{print_prototype(f)};", "",
-        _print_evaluation(f.name(), interface, lanes, len(inputs), outputs),
-        _print_sparsities(interface, "in", inputs), _print_sparsities(interface, "out", outputs),
-        _print_names(interface, "in", f.name_in()), _print_names(interface, "out", f.name_out()),
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            "typedef long long casadi_int;",
+            "",
+            f"{print_prototype(f)};",
+            "",
+            _print_evaluation(f.name(), interface, lanes, len(inputs), outputs),
+            _print_sparsities(interface, "in", inputs),
+            _print_sparsities(interface, "out", outputs),
+            _print_names(interface, "in", f.name_in()),
+            _print_names(interface, "out", f.name_out()),
+        ]
+    )
 
 
-def _print_evaluation(raw: str, interface: str, lanes: int, inputs: int, outputs: Sequence[Shape]) -> str:
+def _print_evaluation(
+    raw: str, interface: str, lanes: int, inputs: int, outputs: Sequence[Shape]
+) -> str:
     """The call; a result that is not wanted, a null pointer, goes to working memory."""
     places, offset = [], 0
     for index, (rows, columns) in enumerate(outputs):

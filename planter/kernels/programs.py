@@ -1,12 +1,15 @@
-"""Programs of CasADi functions on vectors with names: evaluated here, or printed as C99 or WebAssembly.
+"""Programs of CasADi functions on vectors with names: evaluated here, or printed as C99 or
+WebAssembly.
 
-The C99 has a file of loops over lanes, and a file of CasADi's own C with the functions that call both:
+The C99 has a file of loops over lanes, and a file of CasADi's own C with the functions that call
+both:
 
-    double *NAME_numbers(void);    all vectors one after another; the inputs are reset to their initial values
-    int NAME(void);                runs the program on them; nonzero if a result is not finite
+    double *NAME_numbers(void);    all vectors one after another; the inputs are reset to their
+    initial values int NAME(void);                runs the program on them; nonzero if a result is
+    not finite
 
-The WebAssembly module has vector instructions and is built by the compiler of the extra `compiler`. It imports nothing,
-and exports its memory and both functions of each program.
+The WebAssembly module has vector instructions and is built by the compiler of the extra `compiler`.
+It imports nothing, and exports its memory and both functions of each program.
 """
 
 from __future__ import annotations
@@ -33,17 +36,20 @@ from planter.kernels.lane_source import print_file, print_prototype
 
 @dataclass(frozen=True)
 class ProgramStep:
-    """A function; inputs that vary over `lanes` are rows of numbers, and so are then its outputs."""
+    """A function; inputs that vary over `lanes` are rows of numbers, and so are then its
+    outputs.
+    """
 
     function: ca.Function
     lanes: tuple[str, ...] = ()
 
 
 class Program:
-    """Steps whose inputs are `start` or results of earlier steps; their functions have different names.
+    """Steps whose inputs are `start` or results of earlier steps; their functions have different
+    names.
 
-    All vectors are flat: what varies over lanes row by row, other matrices column by column. Inside a program a name
-    belongs to one vector alone.
+    All vectors are flat: what varies over lanes row by row, other matrices column by column. Inside
+    a program a name belongs to one vector alone.
     """
 
     def __init__(self, name: str, start: Mapping[str, Array], steps: Sequence[ProgramStep]) -> None:
@@ -80,14 +86,22 @@ class Program:
         vectors = self.start | changed
         for step, kernel in zip(self.steps, self._kernels, strict=True):
             before = vectors
-            inputs = {name: self._matrix(step, name, before[name]) for name in step.function.name_in()}
-            vectors = before | {name: _flatten(step, value) for name, value in kernel(**inputs).items()}
+            inputs = {
+                name: self._matrix(step, name, before[name]) for name in step.function.name_in()
+            }
+            vectors = before | {
+                name: _flatten(step, value) for name, value in kernel(**inputs).items()
+            }
         return vectors
 
     @staticmethod
     def _matrix(step: ProgramStep, name: str, vector: Array) -> Array:
         rows, columns = step.function.size_in(name)
-        return vector.reshape(rows, -1) if name in step.lanes else vector.reshape((rows, columns), order="F")
+        return (
+            vector.reshape(rows, -1)
+            if name in step.lanes
+            else vector.reshape((rows, columns), order="F")
+        )
 
 
 def _flatten(step: ProgramStep, value: Array) -> Array:
@@ -98,10 +112,16 @@ LOOPS_FILE, MAIN_FILE = "loops.c", "programs.c"
 
 
 def print_programs(programs: Sequence[Program]) -> dict[str, str]:
-    """The texts by file name. Raises NotPrintableError where a function over lanes has no such form."""
+    """The texts by file name.
+
+    Raises NotPrintableError where a function over lanes has no such form.
+    """
     steps = [step for program in programs for step in program.steps]
     graphs = [LaneGraph.from_function(step.function, step.lanes) for step in steps if step.lanes]
-    return {LOOPS_FILE: print_file(graphs, [False] * len(graphs), wasm=True), MAIN_FILE: _print_main(programs, steps)}
+    return {
+        LOOPS_FILE: print_file(graphs, [False] * len(graphs), wasm=True),
+        MAIN_FILE: _print_main(programs, steps),
+    }
 
 
 def _print_main(programs: Sequence[Program], steps: Sequence[ProgramStep]) -> str:
@@ -110,8 +130,10 @@ def _print_main(programs: Sequence[Program], steps: Sequence[ProgramStep]) -> st
         if not step.lanes:
             generator.add(step.function)
     functions = [step.function for step in steps if not step.lanes]
-    work = {key: max((int(getattr(f, f"sz_{key}")()) for f in functions), default=0) + 1
-            for key in ("arg", "res", "iw", "w")}  # fmt: skip
+    work = {
+        key: max((int(getattr(f, f"sz_{key}")()) for f in functions), default=0) + 1
+        for key in ("arg", "res", "iw", "w")
+    }
     text = resources.files(__package__).joinpath("program.c").read_text(encoding="utf-8")
     prototypes = "\n".join(f"{print_prototype(step.function)};" for step in steps if step.lanes)
     head = Template(text).substitute(work, functions=str(generator.dump()), prototypes=prototypes)
@@ -123,15 +145,25 @@ def _print_program(program: Program) -> str:
     place = {name: f"{program.name}_all + {offset}" for name, offset in program.offsets.items()}
     start = [repr(float(value)) for vector in program.start.values() for value in vector]
     count = len(start)
-    return "\n".join([
-        f"static double {program.name}_all[{program.size}];", "",
-        f"double *{interface}(void)", "{",
-        f"  static const double start[{count}] = {{{', '.join(start)}}};",
-        f"  memcpy({program.name}_all, start, sizeof start);",
-        f"  return {program.name}_all;", "}", "",
-        f"int {program.name}(void)", "{", *(_print_call(program, step, place) for step in program.steps),
-        f"  return any_not_finite({program.name}_all + {count}, {program.size - count});", "}", "",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            f"static double {program.name}_all[{program.size}];",
+            "",
+            f"double *{interface}(void)",
+            "{",
+            f"  static const double start[{count}] = {{{', '.join(start)}}};",
+            f"  memcpy({program.name}_all, start, sizeof start);",
+            f"  return {program.name}_all;",
+            "}",
+            "",
+            f"int {program.name}(void)",
+            "{",
+            *(_print_call(program, step, place) for step in program.steps),
+            f"  return any_not_finite({program.name}_all + {count}, {program.size - count});",
+            "}",
+            "",
+        ]
+    )
 
 
 def _print_call(program: Program, step: ProgramStep, place: dict[str, str]) -> str:
@@ -146,12 +178,17 @@ def _print_call(program: Program, step: ProgramStep, place: dict[str, str]) -> s
 
 WASM_TARGET = "wasm32-wasi"
 COMMON_FLAGS = ("-std=gnu99", "-O3", "-msimd128", "-mexec-model=reactor", "-ffp-contract=off")
-FILE_FLAGS = {LOOPS_FILE: ("-ffinite-math-only", "-fno-signed-zeros", "-fno-math-errno", "-fno-trapping-math")}
+FILE_FLAGS = {
+    LOOPS_FILE: ("-ffinite-math-only", "-fno-signed-zeros", "-fno-math-errno", "-fno-trapping-math")
+}
 """For loops, that they can become vector instructions; the order of additions stays what it is."""
 
 
 def build_webassembly(programs: Sequence[Program]) -> bytes:
-    """Return the module. Raises CompilerError, or NotPrintableError for operations without a form in C."""
+    """Return the module.
+
+    Raises CompilerError, or NotPrintableError for operations without a form in C.
+    """
     command = compiler.bundled_command(WASM_TARGET)
     if not command:
         raise CompilerError("planter[compiler] is not installed: pip install 'planter[compiler]'")
@@ -165,7 +202,10 @@ def build_webassembly(programs: Sequence[Program]) -> bytes:
             objects.append(f"{source}.o")
             flags = (*COMMON_FLAGS, *FILE_FLAGS.get(name, ()))
             _run_step([*command, *flags, "-c", str(source), "-o", objects[-1]], folder)
-        _run_step([*command, *COMMON_FLAGS, *objects, "-o", str(folder / "all.wasm"), "-s", *exports], folder)
+        _run_step(
+            [*command, *COMMON_FLAGS, *objects, "-o", str(folder / "all.wasm"), "-s", *exports],
+            folder,
+        )
         return (folder / "all.wasm").read_bytes()
 
 
@@ -173,4 +213,6 @@ def _run_step(command: list[str], folder: Path) -> None:
     try:
         toolchain.run_bundled(WASM_TARGET, command, folder)
     except (OSError, subprocess.SubprocessError) as error:
-        raise CompilerError(f"{command[0]} did not build the functions: {toolchain.summarise_error(error)}") from error
+        raise CompilerError(
+            f"{command[0]} did not build the functions: {toolchain.summarise_error(error)}"
+        ) from error

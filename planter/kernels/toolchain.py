@@ -1,8 +1,9 @@
 """Shared libraries compiled from C text, in the user's private cache.
 
-A library is named by the hash of its C text, the compiler, its flags and the processor, and ends with the hash of its
-bytes, so that a damaged one is noticed and built again. It is put in its place in one step: processes that start
-together never see half of it. A library runs when it is loaded, so nobody else may be able to write to the folder.
+A library is named by the hash of its C text, the compiler, its flags and the processor, and ends
+with the hash of its bytes, so that a damaged one is noticed and built again. It is put in its place
+in one step: processes that start together never see half of it. A library runs when it is loaded,
+so nobody else may be able to write to the folder.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from typing import Any
 from planter.kernels import builds, compiler
 from planter.kernels.compiler import CompilerError, find_compiler
 
-OPEN_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+OPEN_FLAGS = (
+    getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+)
 """To open what may be a link, or a pipe that nobody writes to."""
 DIGEST_BYTES = 32
 
@@ -32,7 +35,8 @@ class RefusedFileError(CompilerError):
 
 
 def cache_path() -> Path:
-    """Return the cache of compiled functions: PLANTER_CACHE, else `planter` in XDG_CACHE_HOME, else `~/.cache/planter`.
+    """Return the cache of compiled functions: PLANTER_CACHE, else `planter` in XDG_CACHE_HOME, else
+    `~/.cache/planter`.
 
     A relative XDG_CACHE_HOME does not count, as the XDG Base Directory Specification has it.
     Raises RuntimeError for a user without a home.
@@ -44,9 +48,11 @@ def cache_path() -> Path:
 
 
 def cache_folder() -> Path:
-    """The user's private folder of compiled functions, `cache_path` without links, made where it is missing.
+    """The user's private folder of compiled functions, `cache_path` without links, made where it is
+    missing.
 
-    Raises CompilerError if it cannot be made, RefusedFileError if others could write to it or replace it.
+    Raises CompilerError if it cannot be made, RefusedFileError if others could write to it or
+    replace it.
     """
     try:
         _make(cache_path())
@@ -57,7 +63,8 @@ def cache_folder() -> Path:
     for place, reason in zip((folder, *folder.parents), reasons, strict=True):
         if reason:
             raise RefusedFileError(
-                f"the folder for compiled functions, {folder}, is open to other users: {place} {reason}"
+                f"the folder for compiled functions, {folder}, is open to other users: {place} "
+                f"{reason}"
             )
     if not os.access(folder, os.W_OK | os.X_OK):
         raise CompilerError(f"the folder for compiled functions, {folder}, cannot be written")
@@ -72,9 +79,14 @@ def _make(folder: Path) -> None:
 
 
 def is_intact(path: Path) -> bool:
-    """Return whether a library exists and is as written. Raises RefusedFileError if others could have written it."""
+    """Return whether a library exists and is as written.
+
+    Raises RefusedFileError if others could have written it.
+    """
     content = _content(path)
-    return content is not None and compute_digest(content[:-DIGEST_BYTES]) == content[-DIGEST_BYTES:]
+    return (
+        content is not None and compute_digest(content[:-DIGEST_BYTES]) == content[-DIGEST_BYTES:]
+    )
 
 
 def compute_digest(content: bytes) -> bytes:
@@ -119,7 +131,8 @@ def _explain_foreign(state: os.stat_result) -> str:
 
 
 def _explain_exposed(parent: Path) -> str:
-    """Why others could put something else in the place of what is in a folder; empty if they could not.
+    """Why others could put something else in the place of what is in a folder; empty if they could
+    not.
 
     Root may, whoever owns all folders may, and in a sticky folder everybody keeps his own.
     """
@@ -128,11 +141,18 @@ def _explain_exposed(parent: Path) -> str:
     state = parent.stat()
     if state.st_uid not in (os.getuid(), 0, os.stat("/").st_uid):
         return "belongs to another user"
-    return "may be written by others" if _is_writable_by_others(state) and not state.st_mode & stat.S_ISVTX else ""
+    return (
+        "may be written by others"
+        if _is_writable_by_others(state) and not state.st_mode & stat.S_ISVTX
+        else ""
+    )
 
 
 def _is_writable_by_others(state: os.stat_result) -> bool:
-    return bool(state.st_mode & stat.S_IWOTH or (state.st_mode & stat.S_IWGRP and not _is_private_group(state.st_gid)))
+    return bool(
+        state.st_mode & stat.S_IWOTH
+        or (state.st_mode & stat.S_IWGRP and not _is_private_group(state.st_gid))
+    )
 
 
 @cache
@@ -153,7 +173,9 @@ OPTIMISED = ("-O3",)
 FEW_PASSES = ("-O1", "-ftree-vectorize")
 """For large functions: vectors, without the passes that take minutes."""
 FAST_MATH = ("-ffast-math",)
-"""For compiling, never for linking: there it would set the processor to flush subnormal numbers, for the process."""
+"""For compiling, never for linking: there it would set the processor to flush subnormal numbers,
+for the process.
+"""
 DISK_FULL = {number: os.strerror(number) for number in (errno.ENOSPC, errno.EDQUOT)}
 """A disk that takes no more, in the words of compilers."""
 _full_folders: set[Path] = set()
@@ -161,12 +183,20 @@ _full_folders: set[Path] = set()
 
 
 def loop_flags(passes: tuple[str, ...]) -> tuple[str, ...]:
-    """Flags for a loop over lanes, `OPTIMISED` or `SWIFT`, besides those of all functions. Raises CompilerError."""
+    """Flags for a loop over lanes, `OPTIMISED` or `SWIFT`, besides those of all functions.
+
+    Raises CompilerError.
+    """
     return (*passes, *FAST_MATH, *(find_compiler().order if passes == OPTIMISED else ()))
 
 
-def build_library(name: str, source: str, flags: tuple[str, ...], needed: tuple[Path, ...] = ()) -> Path:
-    """The shared library of a C text, linked to others: from the cache or built now. Raises CompilerError."""
+def build_library(
+    name: str, source: str, flags: tuple[str, ...], needed: tuple[Path, ...] = ()
+) -> Path:
+    """The shared library of a C text, linked to others: from the cache or built now.
+
+    Raises CompilerError.
+    """
     path = library_path(name, source, (*flags, *map(str, needed)))
     if is_intact(path):
         return path
@@ -187,7 +217,9 @@ def build_library(name: str, source: str, flags: tuple[str, ...], needed: tuple[
 
 def _is_disk_full(error: Exception) -> bool:
     message = getattr(error, "stderr", None) or b""
-    return getattr(error, "errno", None) in DISK_FULL or any(words.encode() in message for words in DISK_FULL.values())
+    return getattr(error, "errno", None) in DISK_FULL or any(
+        words.encode() in message for words in DISK_FULL.values()
+    )
 
 
 def _describe_full_disk(path: Path) -> str:
@@ -203,7 +235,10 @@ def _describe_failure(name: str, error: Exception) -> str:
 
 
 def library_path(name: str, source: str, flags: tuple[str, ...]) -> Path:
-    """Return the path of the library of a C text, whether or not it exists. Raises CompilerError."""
+    """Return the path of the library of a C text, whether or not it exists.
+
+    Raises CompilerError.
+    """
     active = find_compiler()
     parts = [*active.command, active.version, *active.flags, *flags, _describe_processor(), source]
     key = hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
@@ -211,7 +246,10 @@ def library_path(name: str, source: str, flags: tuple[str, ...]) -> Path:
 
 
 def load_library(path: Path) -> ctypes.CDLL:
-    """Load a library. Raises CompilerError if the system refuses it, as on a disk that forbids execution."""
+    """Load a library.
+
+    Raises CompilerError if the system refuses it, as on a disk that forbids execution.
+    """
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:
@@ -219,7 +257,9 @@ def load_library(path: Path) -> ctypes.CDLL:
 
 
 def load_functions(path: Path, *names: str) -> list[Any]:
-    """Load a library and return some of its functions. Raises CompilerError, or RefusedFileError if it lacks one.
+    """Load a library and return some of its functions.
+
+    Raises CompilerError, or RefusedFileError if it lacks one.
 
     What a library does as it is loaded does not happen where already its bytes lack a name.
     """
@@ -235,7 +275,9 @@ def load_functions(path: Path, *names: str) -> list[Any]:
     raise RefusedFileError(f"{path} is not used: it lacks one of the functions {', '.join(names)}")
 
 
-def _compile_library(source: str, path: Path, flags: tuple[str, ...], needed: tuple[Path, ...]) -> None:
+def _compile_library(
+    source: str, path: Path, flags: tuple[str, ...], needed: tuple[Path, ...]
+) -> None:
     active, system = find_compiler(), compiler.current_platform()
     variables = compiler.bundled_variables(path.parent) if active.bundled else {}
     if active.bundled:
@@ -257,17 +299,21 @@ def _compile_library(source: str, path: Path, flags: tuple[str, ...], needed: tu
 
 
 def announce_preparation(folder: Path, target: str = compiler.THIS_SYSTEM) -> None:
-    """Say, before its first use for a target, how long the bundled compiler takes more; `folder` is the cache."""
+    """Say, before its first use for a target, how long the bundled compiler takes more; `folder` is
+    the cache.
+    """
     if not compiler.is_prepared(folder, target):
         logging.getLogger("planter").warning(
-            "planter: the compiler of planter[compiler] prepares itself%s, once: this takes about %d s",
+            "planter: the compiler of planter[compiler] prepares itself%s, once: this takes about "
+            "%d s",
             f" for {target}" if target else "",
             compiler.preparation_time_s(target),
         )
 
 
 def run_bundled(target: str, command: list[str], folder: Path) -> None:
-    """A step of the bundled compiler for another system; a folder is where it may leave something for a while.
+    """A step of the bundled compiler for another system; a folder is where it may leave something
+    for a while.
 
     Raises CompilerError, OSError, or SubprocessError.
     """
@@ -298,8 +344,12 @@ _warnings: list[str] = []
 
 
 def warn_once(reason: CompilerError) -> None:
-    """Say, once for a process and once for each thing that is refused, that everything works, but slower."""
+    """Say, once for a process and once for each thing that is refused, that everything works, but
+    slower.
+    """
     key = str(reason) if isinstance(reason, RefusedFileError) else ""
     if key not in _warnings:
         _warnings.append(key)
-        logging.getLogger("planter").warning("planter: slower without compiled functions: %s", reason)
+        logging.getLogger("planter").warning(
+            "planter: slower without compiled functions: %s", reason
+        )

@@ -8,7 +8,10 @@ OF_CURVES = {
     "carrier_deg": "rotation of the carrier",
     "relative_deg": "rotation of the arm relative to the carrier",
     "crank_deg": "rotation of the crank",
-    "assembly": "side of the line between the moving hinge 1 and the fixed hinge 2 on which the moving hinge 2 lies",
+    "assembly": (
+        "side of the line between the moving hinge 1 and the fixed hinge 2 on which the "
+        "moving hinge 2 lies"
+    ),
     "phi_deg": "rotation of the coupler",
     "tip_x_mm": "pose point, x",
     "tip_y_mm": "pose point, y",

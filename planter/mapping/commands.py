@@ -1,4 +1,6 @@
-"""Commands of the design by kinematic mapping: from poses to dyads, from an angle curve to a gear train."""
+"""Commands of the design by kinematic mapping: from poses to dyads, from an angle curve to a gear
+train.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,11 @@ from planter.terminal.options import JsonOption, OutOption, SetOption, parse_cha
 
 PosesArgument = Annotated[
     str,
-    typer.Argument(metavar="POSES", help="a file of poses (TOML), or the name of a built-in one", show_default=False),
+    typer.Argument(
+        metavar="POSES",
+        help="a file of poses (TOML), or the name of a built-in one",
+        show_default=False,
+    ),
 ]
 CurveArgument = Annotated[
     str,
@@ -36,8 +42,12 @@ app = typer.Typer()
 def synthesise(
     poses: PosesArgument,
     carrier: CarrierOption = 1,
-    least_slope: Annotated[float, typer.Option(help="minimum slope of the monotone angle curve")] = 0.1,
-    largest_slope: Annotated[float, typer.Option(help="maximum slope of the monotone angle curve")] = 10.0,
+    least_slope: Annotated[
+        float, typer.Option(help="minimum slope of the monotone angle curve")
+    ] = 0.1,
+    largest_slope: Annotated[
+        float, typer.Option(help="maximum slope of the monotone angle curve")
+    ] = 10.0,
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
@@ -55,8 +65,12 @@ def synthesise(
         if not 0 < least_slope < 1:
             raise InputError(f"--least-slope {least_slope:g}: the value must be between 0 and 1")
         if not 1 < largest_slope <= 1e3:
-            raise InputError(f"--largest-slope {largest_slope:g}: the value must be above 1 and at most 1000")
-        solution = synthesis(load_poses(poses, parse_changes(set_)), carrier, (least_slope, largest_slope))
+            raise InputError(
+                f"--largest-slope {largest_slope:g}: the value must be above 1 and at most 1000"
+            )
+        solution = synthesis(
+            load_poses(poses, parse_changes(set_)), carrier, (least_slope, largest_slope)
+        )
         present_synthesis(solution).show(console, out)
 
 
@@ -64,10 +78,15 @@ def synthesise(
 @writes_files("summary.json", "cycle.csv", "pitch_curves.csv", "report.html")
 def train(
     curve: CurveArgument,
-    centre_distance_mm: Annotated[float, typer.Option(help="centre distance of both stages")] = 70.0,
-    crank_mm: Annotated[float | None, typer.Option(help="length of the carrier", show_default=False)] = None,
+    centre_distance_mm: Annotated[
+        float, typer.Option(help="centre distance of both stages")
+    ] = 70.0,
+    crank_mm: Annotated[
+        float | None, typer.Option(help="length of the carrier", show_default=False)
+    ] = None,
     poses: Annotated[
-        str | None, typer.Option(help="poses to compare the path of the tip with", show_default=False)
+        str | None,
+        typer.Option(help="poses to compare the path of the tip with", show_default=False),
     ] = None,
     carrier: CarrierOption = 1,
     as_json: JsonOption = False,
@@ -75,9 +94,9 @@ def train(
 ) -> None:
     """Find the gear train that turns an arm by an angle curve.
 
-    It has two stages of non-circular gears.
-    The curve is one closed turn: over 360 deg of the carrier the arm's rotation against it falls by 360 deg, or rises,
-    and never stands still. The command warns about very small radii, near-cusps and concave pitch curves.
+    It has two stages of non-circular gears. The curve is one closed turn: over 360 deg of the
+    carrier the arm's rotation against it falls by 360 deg, or rises, and never stands still. The
+    command warns about very small radii, near-cusps and concave pitch curves.
     """
     console = Console(as_json)
     with console.outcome():
@@ -103,5 +122,7 @@ def train(
 def _length(option: str, value_mm: float) -> float:
     """Return a length [m]. Raises InputError if it is not positive and at most LARGEST_MM."""
     if not (math.isfinite(value_mm) and 0 < value_mm <= LARGEST_MM):
-        raise InputError(f"{option} {value_mm:g}: the value must be above 0 and at most {LARGEST_MM:g}")
+        raise InputError(
+            f"{option} {value_mm:g}: the value must be above 0 and at most {LARGEST_MM:g}"
+        )
     return value_mm * 1e-3

@@ -1,4 +1,6 @@
-"""Figures of syntheses and gear trains: poses with dyads, coupler paths, angle curve, ratios, pitch curves, tip."""
+"""Figures of syntheses and gear trains: poses with dyads, coupler paths, angle curve, ratios, pitch
+curves, tip.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,9 @@ _WIDEST = 4
 
 
 def drawn_shares(bar: FourBar, circuit: int) -> Array:
-    """Shares (n,) of the way along a circuit, from 0 to below 1, at which straight pieces follow its curves."""
+    """Shares (n,) of the way along a circuit, from 0 to below 1, at which straight pieces follow
+    its curves.
+    """
 
     def sample(shares: Array) -> list[Array]:
         path = bar.path_at(circuit, shares)
@@ -48,16 +52,29 @@ def drawn_shares(bar: FourBar, circuit: int) -> Array:
 
 @style.with_style
 def dyads(synthesis: Synthesis) -> Figure:
-    """Poses, and for each dyad its circle, fixed hinge and the places of its moving hinge; members of a family."""
+    """Poses, and for each dyad its circle, fixed hinge and the places of its moving hinge; members
+    of a family.
+    """
     figure = style.new_figure(6.4)
     axes = figure.subplots()
     extent = _extent(synthesis.poses)
     for number, dyad in enumerate(synthesis.solution.dyads, 1):
         if dyad.radius < _WIDEST * extent:
-            _circle(axes, dyad, synthesis.poses, style.PALETTE[(number - 1) % len(style.PALETTE)], f"dyad {number}")
+            _circle(
+                axes,
+                dyad,
+                synthesis.poses,
+                style.PALETTE[(number - 1) % len(style.PALETTE)],
+                f"dyad {number}",
+            )
     if synthesis.members:
         _family(
-            axes, [d for d in synthesis.members if np.hypot(*(d.centre - synthesis.poses[0, :2])) < _WIDEST * extent]
+            axes,
+            [
+                d
+                for d in synthesis.members
+                if np.hypot(*(d.centre - synthesis.poses[0, :2])) < _WIDEST * extent
+            ],
         )
     poses(axes, synthesis.poses)
     style.drawing_board(axes, "X / mm", "Y / mm")
@@ -83,13 +100,19 @@ def _circle(axes: Axes, dyad: Dyad, poses: Array, shade: str, label: str) -> Non
 def _family(axes: Axes, members: list[Dyad]) -> None:
     for places, label, shade in (
         (np.array([d.centre for d in members]), "centres of the family", style.BLUE),
-        (np.array([d.point for d in members]), "moving points, in the frame of the arm", style.VERMILION),
+        (
+            np.array([d.point for d in members]),
+            "moving points, in the frame of the arm",
+            style.VERMILION,
+        ),
     ):
         axes.plot(*MM * places.T, ".", color=shade, markersize=3, label=label)
 
 
 def poses(axes: Axes, placements: Array) -> None:
-    """Poses (n, 3) as numbered arrows along the arm's x axis; numbers of ends close together stand in one text."""
+    """Poses (n, 3) as numbered arrows along the arm's x axis; numbers of ends close together stand
+    in one text.
+    """
     length = _ARROW * _extent(placements)
     named: list[tuple[Array, Array, str]] = []
     for number, (x, y, angle) in enumerate(placements, 1):
@@ -97,7 +120,9 @@ def poses(axes: Axes, placements: Array) -> None:
         ahead = place + length * direction
         axes.update_datalim([MM * (place + 1.3 * (ahead - place))])
         end, begin = ((float(a), float(b)) for a, b in (MM * ahead, MM * place))
-        axes.annotate("", end, begin, arrowprops={"arrowstyle": "-|>", "color": style.INK, "lw": 0.9})
+        axes.annotate(
+            "", end, begin, arrowprops={"arrowstyle": "-|>", "color": style.INK, "lw": 0.9}
+        )
         axes.plot(*MM * place, "o", color=style.INK, markersize=3, zorder=5)
         named.append((MM * ahead, 7 * direction, str(number)))
     gap = _LEAST_GAP * max(axes.dataLim.width, axes.dataLim.height)
@@ -105,9 +130,21 @@ def poses(axes: Axes, placements: Array) -> None:
         ahead, offset, _ = named[0]
         group = [entry for entry in named if np.hypot(*(entry[0] - ahead)) < gap]
         named = [entry for entry in named if np.hypot(*(entry[0] - ahead)) >= gap]
-        text, (x, y), (dx, dy) = ", ".join(number for *_, number in group), ahead.tolist(), offset.tolist()
-        axes.annotate(text, (x, y), (dx, dy), textcoords="offset points", ha="center", va="center", zorder=6,
-                      bbox=style.CLEAR)  # fmt: skip
+        text, (x, y), (dx, dy) = (
+            ", ".join(number for *_, number in group),
+            ahead.tolist(),
+            offset.tolist(),
+        )
+        axes.annotate(
+            text,
+            (x, y),
+            (dx, dy),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            zorder=6,
+            bbox=style.CLEAR,
+        )
 
 
 @style.with_style
@@ -118,14 +155,20 @@ def linkage(solution: Linkage, pose_rows: Array) -> Figure:
     for circuit in range(1, len(solution.bar.reaches) + 1):
         path = solution.bar.path_at(circuit, drawn_shares(solution.bar, circuit))
         tip = MM * np.column_stack([path.tip, path.tip[:, :1]])
-        axes.plot(*tip, color=style.PALETTE[circuit - 1], label=f"path of the tip, circuit {circuit}")
+        axes.plot(
+            *tip, color=style.PALETTE[circuit - 1], label=f"path of the tip, circuit {circuit}"
+        )
     for standing, tip in zip(solution.standings, pose_rows[:, :2], strict=True):
         shade = style.PALETTE[standing.circuit - 1]
-        chain = np.array([solution.bar.crank.centre, *standing.hinges, solution.bar.follower.centre])
+        chain = np.array(
+            [solution.bar.crank.centre, *standing.hinges, solution.bar.follower.centre]
+        )
         axes.plot(*MM * chain.T, color=shade, linewidth=0.7, alpha=0.7)
         body = np.array([*standing.hinges, tip])
         axes.fill(*MM * body.T, facecolor=shade, alpha=0.08, edgecolor=shade, linewidth=0.4)
-        axes.plot(*MM * standing.hinges.T, "o", color=style.PAPER, markeredgecolor=shade, markersize=3.5)
+        axes.plot(
+            *MM * standing.hinges.T, "o", color=style.PAPER, markeredgecolor=shade, markersize=3.5
+        )
     for centre in (solution.bar.crank.centre, solution.bar.follower.centre):
         axes.plot(*MM * centre, "^", color=style.INK, markersize=6)
     poses(axes, pose_rows)
@@ -137,18 +180,31 @@ def linkage(solution: Linkage, pose_rows: Array) -> Figure:
 
 @style.with_style
 def angle_curve(synthesis: Synthesis) -> Figure:
-    """Rotation of the arm against the carrier over a turn: through the exact poses, and the curves of the results."""
+    """Rotation of the arm against the carrier over a turn: through the exact poses, and the curves
+    of the results.
+    """
     figure = style.new_figure(6.2)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.5, 1])
     curves = [
         ("through the poses", synthesis.exact, style.SOFT, (0, (4, 3))),
-        ("closest monotone", synthesis.nearest.curve if synthesis.nearest else None, style.BLUE, "-"),
+        (
+            "closest monotone",
+            synthesis.nearest.curve if synthesis.nearest else None,
+            style.BLUE,
+            "-",
+        ),
         ("points of both paths", synthesis.path_curve, style.VERMILION, "-"),
     ]
     start = _start(synthesis)
     for label, curve, shade, dashes in curves:
         if curve is not None:
-            top.plot(np.degrees(DENSE), _falling(curve, start), color=shade, linestyle=dashes, label=label)
+            top.plot(
+                np.degrees(DENSE),
+                _falling(curve, start),
+                color=shade,
+                linestyle=dashes,
+                label=label,
+            )
             bottom.plot(np.degrees(DENSE), curve.slopes(DENSE)[0], color=shade, linestyle=dashes)
     if synthesis.carrier is not None and synthesis.exact is not None:
         _exact_poses(top, synthesis.exact, synthesis.carrier, synthesis.poses, start)
@@ -162,7 +218,11 @@ def angle_curve(synthesis: Synthesis) -> Figure:
 
 
 def _start(synthesis: Synthesis) -> float:
-    curve = synthesis.exact or (synthesis.nearest.curve if synthesis.nearest else None) or synthesis.path_curve
+    curve = (
+        synthesis.exact
+        or (synthesis.nearest.curve if synthesis.nearest else None)
+        or synthesis.path_curve
+    )
     return 0.0 if curve is None else float(curve.at(np.array([0.0]))[0])
 
 
@@ -177,7 +237,15 @@ def _exact_poses(axes: Axes, curve: AngleCurve, dyad: Dyad, poses: Array, start:
     theta = np.mod(np.arctan2(away[:, 1], away[:, 0]), TURN)
     shift = TURN * np.round((float(curve.at(np.array([0.0]))[0]) - start) / TURN)
     relative = np.degrees(curve.at(theta) - shift)
-    axes.plot(np.degrees(theta), relative, "o", color=style.PAPER, markeredgecolor=style.INK, markersize=5, zorder=5)
+    axes.plot(
+        np.degrees(theta),
+        relative,
+        "o",
+        color=style.PAPER,
+        markeredgecolor=style.INK,
+        markersize=5,
+        zorder=5,
+    )
     for number, (x, y) in enumerate(zip(np.degrees(theta), relative, strict=True), 1):
         axes.annotate(str(number), (float(x), float(y)), (6, 6), textcoords="offset points")
 
@@ -202,8 +270,14 @@ def ratios(training: Training) -> Figure:
     figure = style.new_figure(6.2)
     top, bottom = figure.subplots(2, 1, sharex=True)
     top.plot(degrees, np.degrees(curve.at(theta)), color=style.BLUE)
-    top.plot(np.degrees(curve.carrier), np.degrees(curve.relative), "o", color=style.PAPER,
-             markeredgecolor=style.BLUE, markersize=4)  # fmt: skip
+    top.plot(
+        np.degrees(curve.carrier),
+        np.degrees(curve.relative),
+        "o",
+        color=style.PAPER,
+        markeredgecolor=style.BLUE,
+        markersize=4,
+    )
     top.set_ylabel("arm angle relative to carrier / deg")
     for index, (name, label) in enumerate(named):
         bottom.plot(degrees, gears[name], color=style.PALETTE[index], label=label)
@@ -221,7 +295,9 @@ def ratios(training: Training) -> Figure:
 
 @style.with_style
 def pitch_curves(training: Training) -> Figure:
-    """The four pitch curves in mesh on the carrier at the first carrier angle, named where not convex."""
+    """The four pitch curves in mesh on the carrier at the first carrier angle, named where not
+    convex.
+    """
     figure = style.new_figure(5.4)
     axes = figure.subplots()
     hinges = MM * centres(training)
@@ -229,7 +305,11 @@ def pitch_curves(training: Training) -> Figure:
         shade = style.PALETTE[index]
         place = hinges[:, (0, 1, 1, 2)[index]][:, None]
         axes.fill(*place + outline, facecolor=shade, alpha=0.06, edgecolor="none")
-        axes.plot(*place + outline, color=shade, label=name if training.train.convex[index] else f"{name}, not convex")
+        axes.plot(
+            *place + outline,
+            color=shade,
+            label=name if training.train.convex[index] else f"{name}, not convex",
+        )
     axes.plot(*hinges, color=style.INK, linewidth=0.7, linestyle=(0, (8, 2, 1, 2)), zorder=3)
     axes.plot(*hinges, "+", color=style.INK, markersize=7, zorder=4)
     style.drawing_board(axes)
@@ -238,7 +318,9 @@ def pitch_curves(training: Training) -> Figure:
 
 
 def centres(training: Training) -> Array:
-    """Hinges of the carrier (2, 3) [m]: fixed, middle, moving; straight where the carrier's length is not known."""
+    """Hinges of the carrier (2, 3) [m]: fixed, middle, moving; straight where the carrier's length
+    is not known.
+    """
     distance = training.train.distance
     bend = _STRAIGHT if training.crank is None else training.train.bend(training.crank)
     end = np.pi - bend
@@ -246,17 +328,22 @@ def centres(training: Training) -> Array:
 
 
 def outlines(training: Training) -> list[Array]:
-    """Pitch curves (2, n) [mm] about their centres, each turned to its mesh at the first carrier angle.
+    """Pitch curves (2, n) [mm] about their centres, each turned to its mesh at the first carrier
+    angle.
 
-    A driver's contact lies towards its follower, a follower's towards its driver; on the gear the contact moves
-    against its rotation, which is that of its mate reversed.
+    A driver's contact lies towards its follower, a follower's towards its driver; on the gear the
+    contact moves against its rotation, which is that of its mate reversed.
     """
     psi, radii = polar_curves(training.train)
     bend = _STRAIGHT if training.crank is None else training.train.bend(training.crank)
     towards = np.array([0.0, np.pi, np.pi - bend, -bend])
     senses = (1, -1, -1, 1)
     return [
-        MM * radii[k] * np.array([np.cos(towards[k] + senses[k] * psi[k]), np.sin(towards[k] + senses[k] * psi[k])])
+        MM
+        * radii[k]
+        * np.array(
+            [np.cos(towards[k] + senses[k] * psi[k]), np.sin(towards[k] + senses[k] * psi[k])]
+        )
         for k in range(4)
     ]
 
@@ -276,7 +363,9 @@ def tip_path(training: Training) -> Figure:
     places = sample(theta)
     figure = style.new_figure(6.4)
     axes = figure.subplots()
-    axes.plot(*places[2:], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 3)), label="moving hinge")
+    axes.plot(
+        *places[2:], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 3)), label="moving hinge"
+    )
     axes.plot(*places[:2], color=style.BLUE, linewidth=1.5, label="tip")
     _arms(axes, theta, places, MM * training.dyad.centre)
     axes.plot(*MM * training.dyad.centre, "^", color=style.INK, markersize=6)
@@ -290,4 +379,6 @@ def _arms(axes: Axes, theta: Array, places: Array, centre: Array) -> None:
     for angle in theta[0] + TURN * np.arange(_ARMS) / _ARMS:
         k = int(np.argmin(np.abs(theta - angle)))
         axes.plot(*np.array([centre, places[2:, k]]).T, color=style.FAINT, linewidth=0.7)
-        axes.plot(*np.array([places[2:, k], places[:2, k]]).T, color=style.SOFT, linewidth=0.6, alpha=0.7)
+        axes.plot(
+            *np.array([places[2:, k], places[:2, k]]).T, color=style.SOFT, linewidth=0.6, alpha=0.7
+        )

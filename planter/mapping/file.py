@@ -1,4 +1,7 @@
-"""Files of poses, with what else a user may say in them. Values are returned in SI units and radians."""
+"""Files of poses, with what else a user may say in them.
+
+Values are returned in SI units and radians.
+"""
 
 from __future__ import annotations
 
@@ -38,8 +41,8 @@ from planter.numerics.arrays import TURN
 class Choice:
     """Carrier angles [rad] of the points: on the path of either assembly, and free ones in between.
 
-    The ordinates of the second path are shifted by `second_shift`. Free ordinates that are not given lie on the
-    periodic monotone cubic (Fritsch and Carlson) through the points of the paths.
+    The ordinates of the second path are shifted by `second_shift`. Free ordinates that are not
+    given lie on the periodic monotone cubic (Fritsch and Carlson) through the points of the paths.
     """
 
     first_assembly: int
@@ -52,26 +55,44 @@ class Choice:
 
 
 def build_path_curve(linkage: FourBar, choice: Choice) -> AngleCurve:
-    """The curve through the chosen points. Raises ComputationError where a path has no such point."""
-    parts = [(choice.first, choice.first_assembly, 0.0), (choice.second, choice.second_assembly, choice.second_shift)]
+    """The curve through the chosen points.
+
+    Raises ComputationError where a path has no such point.
+    """
+    parts = [
+        (choice.first, choice.first_assembly, 0.0),
+        (choice.second, choice.second_assembly, choice.second_shift),
+    ]
     theta = np.concatenate([angles for angles, _, _ in parts])
-    relative = np.concatenate([_on_path(linkage, a, assembly) + shift for a, assembly, shift in parts])
+    relative = np.concatenate(
+        [_on_path(linkage, a, assembly) + shift for a, assembly, shift in parts]
+    )
     order = np.argsort(theta)
     theta, relative = theta[order], unwrap_rotations(relative[order])
     if relative[-1] <= relative[0] - TURN:
         raise ComputationError(
-            "the points of the two paths do not lie on one closed turn of the carrier: the arm would have to turn "
-            f"against the carrier by {np.degrees(relative[0] - relative[-1]):.6g} deg, which must be less than 360"
+            "the points of the two paths do not lie on one closed turn of the carrier: the arm "
+            "would have to turn "
+            f"against the carrier by {np.degrees(relative[0] - relative[-1]):.6g} deg, which must "
+            f"be less than 360"
         )
-    free = choice.free_relative if choice.free_relative is not None else _between(theta, relative, choice.free)
+    free = (
+        choice.free_relative
+        if choice.free_relative is not None
+        else _between(theta, relative, choice.free)
+    )
     return closed_turn(np.concatenate([theta, choice.free]), np.concatenate([relative, free]))
 
 
 def _on_path(linkage: FourBar, theta: Array, assembly: int) -> Array:
-    """Relative rotation [rad], up to whole turns, of the points of a path at carrier angles (n,)."""
+    """Relative rotation [rad], up to whole turns, of the points of a path at carrier angles
+    (n,).
+    """
     for angle in theta:
         if not _within_reach(linkage, float(angle)):
-            raise ComputationError(f"the path of assembly {assembly:+d} has no point at {np.degrees(angle):.6g} deg")
+            raise ComputationError(
+                f"the path of assembly {assembly:+d} has no point at {np.degrees(angle):.6g} deg"
+            )
     phi = linkage.arm_angle(theta, np.full(len(theta), assembly))
     relative: Array = phi - theta
     return _unwrap_near(relative, 0.0)
@@ -83,18 +104,25 @@ def _unwrap_near(relative: Array, start: float) -> Array:
 
 
 def _within_reach(linkage: FourBar, theta: float) -> bool:
-    return any(reach.is_full_turn or np.mod(theta - reach.start, TURN) <= reach.span for reach in linkage.reaches)
+    return any(
+        reach.is_full_turn or np.mod(theta - reach.start, TURN) <= reach.span
+        for reach in linkage.reaches
+    )
 
 
 def _between(theta: Array, relative: Array, free: Array) -> Array:
     turns = np.array([-1, 0, 1])[:, None] * TURN
-    return scipy.interpolate.PchipInterpolator((theta + turns).ravel(), (relative - turns).ravel())(free)
+    return scipy.interpolate.PchipInterpolator((theta + turns).ravel(), (relative - turns).ravel())(
+        free
+    )
 
 
 def duplicates(angles: Sequence[float]) -> list[float]:
     """Carrier angles [rad] that are given more than once, up to whole turns."""
     ordered = np.sort(np.mod(angles, TURN))
-    return [float(a) for a, b in zip(ordered, np.roll(ordered, -1), strict=True) if abs(a - b) < 1e-9]
+    return [
+        float(a) for a, b in zip(ordered, np.roll(ordered, -1), strict=True) if abs(a - b) < 1e-9
+    ]
 
 
 LARGEST, SMALLEST = 1e100, 1e-100
@@ -107,7 +135,9 @@ Angles = Annotated[list[Angle], Field(max_length=MOST)]
 
 
 class PoseEntry(FileSection):
-    """A pose of the arm: place of its tip and direction of its x axis, from X, counter-clockwise."""
+    """A pose of the arm: place of its tip and direction of its x axis, from X,
+    counter-clockwise.
+    """
 
     x_mm: Coordinate
     y_mm: Coordinate
@@ -144,9 +174,11 @@ class CurveData(FileSection):
 
 
 class PointsData(FileSection):
-    """Carrier angles of the points of the curve: on the path of either assembly of a linkage, and free ones.
+    """Carrier angles of the points of the curve: on the path of either assembly of a linkage, and
+    free ones.
 
-    `linkage` counts as in the results. Free ordinates are given, or lie on a monotone cubic through the others.
+    `linkage` counts as in the results. Free ordinates are given, or lie on a monotone cubic through
+    the others.
     """
 
     linkage: Annotated[int, Field(strict=True, ge=1)] = 1
@@ -170,22 +202,33 @@ class PointsData(FileSection):
     def _points_make_a_curve(self) -> Problems:
         angles = [*self.first_carrier_deg, *self.second_carrier_deg, *self.free_carrier_deg]
         if len(angles) < 3:
-            yield invalid_value_problem("first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all")
+            yield invalid_value_problem(
+                "first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all"
+            )
         twice = duplicates(np.radians(angles).tolist())
         if twice:
-            allowed = f"no two points may have one carrier angle, as at {np.degrees(twice[0]):.6g} deg"
+            allowed = (
+                f"no two points may have one carrier angle, as at {np.degrees(twice[0]):.6g} deg"
+            )
             yield invalid_value_problem("first_carrier_deg", self.first_carrier_deg, allowed)
         ordinates = self.free_relative_deg
         if ordinates is not None and len(ordinates) != len(self.free_carrier_deg):
-            yield invalid_value_problem("free_relative_deg", ordinates, "it must be as long as free_carrier_deg")
+            yield invalid_value_problem(
+                "free_relative_deg", ordinates, "it must be as long as free_carrier_deg"
+            )
 
     def choice(self, first_assembly: int, second_assembly: int) -> Choice:
         """The points in radians, for the assemblies of the two poses."""
         free = None if self.free_relative_deg is None else np.radians(self.free_relative_deg)
         return Choice(
-            first_assembly, np.radians(self.first_carrier_deg), second_assembly, np.radians(self.second_carrier_deg),
-            float(np.radians(self.second_shift_deg)), np.radians(self.free_carrier_deg), free,
-        )  # fmt: skip
+            first_assembly,
+            np.radians(self.first_carrier_deg),
+            second_assembly,
+            np.radians(self.second_carrier_deg),
+            float(np.radians(self.second_shift_deg)),
+            np.radians(self.free_carrier_deg),
+            free,
+        )
 
 
 class PoseFile(Document):
@@ -201,7 +244,9 @@ class PoseFile(Document):
     curve: CurveData | None = None
     points: PointsData | None = None
     requirements: LimitsSection | None = None
-    origins: Origins = Field(alias="origin", default_factory=lambda: {"default": "assumed (the file does not say)"})
+    origins: Origins = Field(
+        alias="origin", default_factory=lambda: {"default": "assumed (the file does not say)"}
+    )
 
     @property
     def measure_limits(self) -> tuple[Limit, ...]:
@@ -234,7 +279,8 @@ def load_poses(source: str | Path, changes: Mapping[str, float] | None = None) -
     """
     if str(source).lower().endswith(".csv"):
         raise InputError(
-            f"{source}: this is a CSV file, but poses are read from a TOML file with [[pose]] with x_mm, y_mm, "
+            f"{source}: this is a CSV file, but poses are read from a TOML file with [[pose]] "
+            f"with x_mm, y_mm, "
             f"phi_deg (planter example sun2019 prints one; a curve of angles goes to planter train)"
         )
     file = PoseFile.load(source, "mapping", changes)
@@ -246,6 +292,10 @@ def _check_spread(file: PoseFile) -> None:
     places = file.poses[:, :2]
     size = float(np.abs(places - places.mean(axis=0)).max())
     if 0 < size < SMALLEST * 1e-3:
-        raise file.input_error("pose[0].x_mm", f"places of poses must differ by {SMALLEST:g} mm or more, or not at all")
+        raise file.input_error(
+            "pose[0].x_mm", f"places of poses must differ by {SMALLEST:g} mm or more, or not at all"
+        )
     if 0 < size < 1e-12 * float(np.abs(places).max()):
-        raise file.input_error("pose[0].x_mm", "the poses must lie nearer to the origin, or their differences are lost")
+        raise file.input_error(
+            "pose[0].x_mm", "the poses must lie nearer to the origin, or their differences are lost"
+        )

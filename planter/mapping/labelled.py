@@ -13,14 +13,19 @@ if TYPE_CHECKING:
 
 UNDRAWN: Mapping[str, Sequence[str]] = {
     "a coordinate of the mapping, not of the plane": (
-        "Z1", "Z2", *(f"A_j{k}" for k in range(2, 6)), *(f"p{k}" for k in range(2, 6)),
+        "Z1",
+        "Z2",
+        *(f"A_j{k}" for k in range(2, 6)),
+        *(f"p{k}" for k in range(2, 6)),
         *(f"v_{name}{k}" for name in ("alpha", "beta", "gamma") for k in range(2, 6)),
     ),
     "of a dyad with a hinge at infinity: planter synthesise lists those": ("normal_X", "normal_Y"),
     "points of the angle curve: planter train draws it": ("curve.", "points."),
     "where on a pitch curve the contact is": ("*_polar_deg",),
-}  # fmt: skip
-"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as `table.`."""
+}
+"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as
+`table.`.
+"""
 
 
 def draw_labelled(source: str, changes: Mapping[str, float]) -> Labelled:
@@ -36,7 +41,9 @@ def draw_labelled(source: str, changes: Mapping[str, float]) -> Labelled:
 
 
 def _train(synthesis: Synthesis) -> Training | None:
-    """The train of the curve that the file's points give, or the nearest monotone one; None where neither makes one."""
+    """The train of the curve that the file's points give, or the nearest monotone one; None where
+    neither makes one.
+    """
     from planter.errors import PlanterError
     from planter.mapping.train import build_training
 
@@ -44,6 +51,8 @@ def _train(synthesis: Synthesis) -> Training | None:
     if curve is None or synthesis.file.train is None or curve.sense > 0:
         return None
     try:
-        return build_training(curve, synthesis.file.si("train.centre_distance_mm"), file=synthesis.file)
+        return build_training(
+            curve, synthesis.file.si("train.centre_distance_mm"), file=synthesis.file
+        )
     except PlanterError:
         return None

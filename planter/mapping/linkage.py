@@ -1,10 +1,12 @@
-"""Two dyads as a four-bar linkage with the arm as its coupler: type, range of the crank, circuits, coupler path.
+"""Two dyads as a four-bar linkage with the arm as its coupler: type, range of the crank, circuits,
+coupler path.
 
-A position is a crank angle and an assembly: +1 where the follower's moving hinge lies to the left of the line from the
-crank's moving hinge to the follower's fixed one, -1 to the right of it. Positions that the linkage can reach from each
-other without being taken apart form a circuit; on a circuit that the crank cannot turn round on, the two assemblies
-are its branches, which meet where the crank stands still (Chase and Mirth, Circuits and branches of single-degree-of-
-freedom planar linkages, 1993).
+A position is a crank angle and an assembly: +1 where the follower's moving hinge lies to the left
+of the line from the crank's moving hinge to the follower's fixed one, -1 to the right of it.
+Positions that the linkage can reach from each other without being taken apart form a circuit; on a
+circuit that the crank cannot turn round on, the two assemblies are its branches, which meet where
+the crank stands still (Chase and Mirth, Circuits and branches of single-degree-of- freedom planar
+linkages, 1993).
 """
 
 from __future__ import annotations
@@ -28,7 +30,9 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Reach:
-    """Crank angles from `start` over `span` [rad] on one circuit; `whole` where the crank turns round."""
+    """Crank angles from `start` over `span` [rad] on one circuit; `whole` where the crank turns
+    round.
+    """
 
     start: float
     span: float
@@ -37,7 +41,9 @@ class Reach:
 
 @dataclass(frozen=True)
 class Path:
-    """The coupler along a circuit: crank and arm angle (n,) [rad], tip (2, n) [m], transmission angle (n,) [rad]."""
+    """The coupler along a circuit: crank and arm angle (n,) [rad], tip (2, n) [m], transmission
+    angle (n,) [rad].
+    """
 
     circuit: int
     assembly: Array
@@ -75,7 +81,9 @@ class FourBar:
 
     @property
     def type(self) -> Type:
-        """Type by Grashof's rule, named after the shortest link, the one that can turn round to its neighbours."""
+        """Type by Grashof's rule, named after the shortest link, the one that can turn round to its
+        neighbours.
+        """
         if not self.grashof:
             return "non-grashof"
         shortest = int(np.argmin(self.lengths))
@@ -83,7 +91,9 @@ class FourBar:
 
     @cached_property
     def reaches(self) -> tuple[Reach, ...]:
-        """Ranges of the crank on the circuits, one each; a whole turn has a circuit for each assembly."""
+        """Ranges of the crank on the circuits, one each; a whole turn has a circuit for each
+        assembly.
+        """
         frame, crank, coupler, follower = self.lengths
         twice = 2 * frame * crank
         smallest, largest = (
@@ -100,7 +110,9 @@ class FourBar:
             return (Reach(self.direction - high, 2 * high, False),)
         if outward:
             return (Reach(self.direction + low, TURN - 2 * low, False),)
-        return Reach(self.direction + low, high - low, False), Reach(self.direction - high, high - low, False)
+        return Reach(self.direction + low, high - low, False), Reach(
+            self.direction - high, high - low, False
+        )
 
     @property
     def turns_round(self) -> bool:
@@ -119,7 +131,9 @@ class FourBar:
         return np.where(line[:, 0] * link[:, 1] - line[:, 1] * link[:, 0] >= 0, 1, -1)
 
     def arm_angle(self, theta: Array, assembly: Array) -> Array:
-        """Angle of the arm (n,) [rad] at crank angles within reach; beyond it, as at the nearest reachable one."""
+        """Angle of the arm (n,) [rad] at crank angles within reach; beyond it, as at the nearest
+        reachable one.
+        """
         vectors = self.crank.vector, self.follower.vector
         of_cos, of_sin, alone = model.loop(theta, *vectors)
         size = np.hypot(of_cos, of_sin)
@@ -140,14 +154,18 @@ class FourBar:
 
     @property
     def least_transmission(self) -> float:
-        """Least transmission angle over the crank's range [rad]: zero where the crank does not turn round."""
+        """Least transmission angle over the crank's range [rad]: zero where the crank does not turn
+        round.
+        """
         if not self.turns_round:
             return 0.0
         theta = self.direction + np.array([0, np.pi])
         return float(self.transmission(theta, self.arm_angle(theta, np.ones(2))).min())
 
     def path(self, circuit: int, samples: int = 360) -> Path:
-        """The coupler along circuit 1 or 2 at even steps: once round the crank, or over both branches and back."""
+        """The coupler along circuit 1 or 2 at even steps: once round the crank, or over both
+        branches and back.
+        """
         return self.path_at(circuit, np.arange(samples) / samples)
 
     def path_at(self, circuit: int, shares: Array) -> Path:
@@ -161,7 +179,9 @@ class FourBar:
             theta = reach.start + reach.span * (1 - np.cos(place)) / 2
             assembly = np.where(place < np.pi, 1, -1)
         phi = np.unwrap(self.arm_angle(theta, assembly))
-        return Path(circuit, assembly, theta, phi, self.tip(theta, phi), self.transmission(theta, phi))
+        return Path(
+            circuit, assembly, theta, phi, self.tip(theta, phi), self.transmission(theta, phi)
+        )
 
     def place_on_circuit(self, theta: float, assembly: int) -> float:
         """Place of a position along its circuit [rad], growing once by 2 pi round it."""
@@ -181,8 +201,8 @@ Whole = NDArray[np.int64]
 class Standing:
     """A pose on a linkage: crank angle [rad], assembly, circuit, both moving hinges (2, 2) [m].
 
-    `position_error` [m] and `angle_error` [rad] are those of the linkage at that crank angle; `transmission` is the
-    transmission angle there [rad].
+    `position_error` [m] and `angle_error` [rad] are those of the linkage at that crank angle;
+    `transmission` is the transmission angle there [rad].
     """
 
     crank_angle: float
@@ -196,7 +216,9 @@ class Standing:
 
 def standings(linkage: FourBar, poses: Array) -> list[Standing]:
     """Return crank angle, assembly and circuit of each pose (n, 3)."""
-    first, second = (model.place_point(poses, dyad.point) for dyad in (linkage.crank, linkage.follower))
+    first, second = (
+        model.place_point(poses, dyad.point) for dyad in (linkage.crank, linkage.follower)
+    )
     dx, dy = (first - linkage.crank.centre).T
     theta, assembly = np.arctan2(dy, dx), linkage.assembly(first, second)
     phi = linkage.arm_angle(theta, assembly)
@@ -204,15 +226,24 @@ def standings(linkage: FourBar, poses: Array) -> list[Standing]:
     turned = wrap_angle(phi - poses[:, 2])
     transmission = linkage.transmission(theta, phi)
     return [
-        Standing(float(theta[k]), int(assembly[k]), linkage.circuit(float(theta[k]), int(assembly[k])),
-                 np.array([first[k], second[k]]), float(missed[k]), float(turned[k]), float(transmission[k]))
+        Standing(
+            float(theta[k]),
+            int(assembly[k]),
+            linkage.circuit(float(theta[k]), int(assembly[k])),
+            np.array([first[k], second[k]]),
+            float(missed[k]),
+            float(turned[k]),
+            float(transmission[k]),
+        )
         for k in range(len(poses))
-    ]  # fmt: skip
+    ]
 
 
 @dataclass(frozen=True)
 class Defects:
-    """Defects of a linkage for its poses; `sense` is that of the crank if the order is right, else 0."""
+    """Defects of a linkage for its poses; `sense` is that of the crank if the order is right, else
+    0.
+    """
 
     order: bool
     branch: bool
@@ -221,18 +252,27 @@ class Defects:
 
 
 def defects(linkage: FourBar, positions: Sequence[Standing]) -> Defects:
-    """Circuit defect: poses on different circuits. Branch defect: on one circuit, but on branches of it that the
-    driving crank does not lead into each other. Order defect: not met in their order, in either sense.
+    """Circuit defect: poses on different circuits.
 
-    A crank that turns round meets the poses by its angle, whatever their circuit; else each circuit is looked at.
+    Branch defect: on one circuit, but on branches of it that the driving crank does not lead into
+    each other. Order defect: not met in their order, in either sense.
+
+    A crank that turns round meets the poses by its angle, whatever their circuit; else each circuit
+    is looked at.
     """
     circuits = {s.circuit for s in positions}
     branch = any(len({s.assembly for s in positions if s.circuit == c}) > 1 for c in circuits)
     if linkage.turns_round:
         sense = in_order([s.crank_angle for s in positions])
     else:
-        places = {c: [linkage.place_on_circuit(s.crank_angle, s.assembly) for s in positions if s.circuit == c]
-                  for c in circuits}  # fmt: skip
+        places = {
+            c: [
+                linkage.place_on_circuit(s.crank_angle, s.assembly)
+                for s in positions
+                if s.circuit == c
+            ]
+            for c in circuits
+        }
         senses = [in_order(circuit_positions) for circuit_positions in places.values()]
         sense = 0 if 0 in senses else senses[0]
     return Defects(sense == 0, branch, len(circuits) > 1, sense)
@@ -252,7 +292,9 @@ def in_order(angles: Sequence[float]) -> int:
 
 @dataclass(frozen=True)
 class Reversal:
-    """Between two poses, by their places in the list, the arm must turn back against the carrier by `angle` [rad]."""
+    """Between two poses, by their places in the list, the arm must turn back against the carrier by
+    `angle` [rad].
+    """
 
     start: int
     end: int
@@ -261,8 +303,9 @@ class Reversal:
 
 @dataclass(frozen=True)
 class Turn:
-    """Poses as one closed turn of the carrier meets them: `order` (n,) of the poses; from each to the next, how far
-    the carrier moves `ahead` (n,) and how far the arm's relative rotation `falls` (n,) [rad], together one turn each.
+    """Poses as one closed turn of the carrier meets them: `order` (n,) of the poses; from each to
+    the next, how far the carrier moves `ahead` (n,) and how far the arm's relative rotation `falls`
+    (n,) [rad], together one turn each.
     """
 
     order: Whole
@@ -271,11 +314,13 @@ class Turn:
 
 
 def one_turn(theta: Array, phi: Array) -> Turn:
-    """The turn that passes poses with carrier angles (n,) and arm angles (n,) with the least turning back.
+    """The turn that passes poses with carrier angles (n,) and arm angles (n,) with the least
+    turning back.
 
-    The arm comes back to its place without a net rotation, so phi - theta falls by one turn. From each pose to the
-    next it falls by what the two say, up to whole turns; taken between nothing and one turn, these falls add up to
-    whole turns. For each turn above the first, one step must rise instead: those that rise least.
+    The arm comes back to its place without a net rotation, so phi - theta falls by one turn. From
+    each pose to the next it falls by what the two say, up to whole turns; taken between nothing and
+    one turn, these falls add up to whole turns. For each turn above the first, one step must rise
+    instead: those that rise least.
     """
     order = np.argsort(np.mod(theta, TURN), kind="stable").astype(np.int64)
     after = np.roll(order, -1)
@@ -293,15 +338,19 @@ def one_turn(theta: Array, phi: Array) -> Turn:
 
 
 def reversals(theta: Array, phi: Array) -> list[Reversal]:
-    """Return the pairs of poses between which the arm's rotation phi - theta must reverse on one closed turn of the
-    carrier, in the order of its angles (n,); empty if it can change in one sense only.
+    """Return the pairs of poses between which the arm's rotation phi - theta must reverse on one
+    closed turn of the carrier, in the order of its angles (n,); empty if it can change in one sense
+    only.
 
     Where two poses ask for different arm angles at one carrier angle, their difference counts.
     """
     turn = one_turn(theta, phi)
     after = np.roll(turn.order, -1)
     turned_back = np.where((turn.ahead < _SAME) & (turn.falls > _SAME), turn.falls, -turn.falls)
-    return [Reversal(int(turn.order[k]), int(after[k]), float(turned_back[k])) for k in np.flatnonzero(turned_back > 0)]
+    return [
+        Reversal(int(turn.order[k]), int(after[k]), float(turned_back[k]))
+        for k in np.flatnonzero(turned_back > 0)
+    ]
 
 
 def _step(angle: Array) -> Array:

@@ -1,4 +1,6 @@
-"""Files of poses as the engine takes them: the gear train of the file's angle curve, or else a four-bar linkage."""
+"""Files of poses as the engine takes them: the gear train of the file's angle curve, or else a
+four-bar linkage.
+"""
 
 from __future__ import annotations
 
@@ -48,15 +50,31 @@ FOLLOWER = {
     "transmission": ("rad", "angle between coupler and follower, at most a right one"),
 }
 GEARS = {
-    "slope": ("1", "rotation of the arm per rotation of the carrier, against it, positive along its sense"),
-    "i": ("1", "ratio of the whole train: rotation of the carrier per relative rotation of the arm"),
+    "slope": (
+        "1",
+        "rotation of the arm per rotation of the carrier, against it, positive along its sense",
+    ),
+    "i": (
+        "1",
+        "ratio of the whole train: rotation of the carrier per relative rotation of the arm",
+    ),
     "i1": ("1", "ratio of the first pair of gears"),
     "i2": ("1", "ratio of the second pair of gears"),
-    **{f"r{k}": ("m", f"pitch radius of {gear}") for k, gear in enumerate(
-        ("the first driver", "the first follower", "the second driver", "the second follower"), 1)},
-    **{f"kappa{k}": ("1/m", f"curvature of the pitch curve of {gear}, positive where convex") for k, gear in enumerate(
-        ("the first driver", "the first follower", "the second driver", "the second follower"), 1)},
-}  # fmt: skip
+    **{
+        f"r{k}": ("m", f"pitch radius of {gear}")
+        for k, gear in enumerate(
+            ("the first driver", "the first follower", "the second driver", "the second follower"),
+            1,
+        )
+    },
+    **{
+        f"kappa{k}": ("1/m", f"curvature of the pitch curve of {gear}, positive where convex")
+        for k, gear in enumerate(
+            ("the first driver", "the first follower", "the second driver", "the second follower"),
+            1,
+        )
+    },
+}
 VECTORS = {"tip_speed": ("v1", "v2")}
 
 
@@ -66,16 +84,21 @@ def takes(source: str) -> bool:
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
-    """Return the gear train of the [curve] of a file of poses, or else the four-bar linkage of its poses.
+    """Return the gear train of the [curve] of a file of poses, or else the four-bar linkage of its
+    poses.
 
-    The linkage is that of `points.linkage`, counted as in the results of the synthesis, or the first whose crank turns
-    round. Raises InputError as the file does, or if the poses have no such linkage; ComputationError as the train does.
+    The linkage is that of `points.linkage`, counted as in the results of the synthesis, or the
+    first whose crank turns round. Raises InputError as the file does, or if the poses have no such
+    linkage; ComputationError as the train does.
     """
     return build_machine(load_poses(source, changes))
 
 
 def build_machine(file: PoseFile) -> Machine:
-    """Return the gear train of a file with a [curve], else the linkage. Raises InputError and ComputationError so."""
+    """Return the gear train of a file with a [curve], else the linkage.
+
+    Raises InputError and ComputationError so.
+    """
     return build_linkage(file) if file.curve is None else build_train(file)
 
 
@@ -101,31 +124,55 @@ def build_linkage(file: PoseFile) -> Machine:
     hinge = ca.vertsplit(model.function("hinge")(pose, follower[:2]))
     results = arm | dict(zip(FOLLOWER, (*hinge, ca.fmin(angle, np.pi - angle)), strict=True))
     machine = _build(
-        file, values, data, ARM | FOLLOWER, results, (theta, d, h), ca.Function("prologue", [d], [ca.vertcat(*dyads)]),
+        file,
+        values,
+        data,
+        ARM | FOLLOWER,
+        results,
+        (theta, d, h),
+        ca.Function("prologue", [d], [ca.vertcat(*dyads)]),
         [(axial, {"name": "coupler square to follower", "order": 1, "period": None})],
-    )  # fmt: skip
+    )
     if not np.isfinite(np.array(machine.prologue(data))).all():
-        raise InputError(f"{file.source}: dyads {linkage.numbers} are double roots: small changes of poses part them")
+        raise InputError(
+            f"{file.source}: dyads {linkage.numbers} are double roots: small changes of poses "
+            f"part them"
+        )
     return machine
 
 
 def build_train(file: PoseFile) -> Machine:
-    """Return the gear train of a file's angle curve over the carrier's angle: its values are the curve and the dyad.
+    """Return the gear train of a file's angle curve over the carrier's angle: its values are the
+    curve and the dyad.
 
-    The dyad is the file's own, or the first of its poses, which then does not change. Raises InputError and
-    ComputationError for a curve that no train has.
+    The dyad is the file's own, or the first of its poses, which then does not change. Raises
+    InputError and ComputationError for a curve that no train has.
     """
     curve = _file_curve(file)
     train = Train(curve, file.si("train.centre_distance_mm"))
     count = len(curve.carrier) - 1
-    entries = [(f"relative_{k + 1}", "rad", "rotation of the arm at a point of the curve",
-                f"curve.relative_deg[{k}]") for k in range(count)]  # fmt: skip
-    entries += [("a", "m", "centre distance of both stages", "train.centre_distance_mm"),
-                ("omega", "rad/s", "speed of the carrier", SPEED)]  # fmt: skip
+    entries = [
+        (
+            f"relative_{k + 1}",
+            "rad",
+            "rotation of the arm at a point of the curve",
+            f"curve.relative_deg[{k}]",
+        )
+        for k in range(count)
+    ]
+    entries += [
+        ("a", "m", "centre distance of both stages", "train.centre_distance_mm"),
+        ("omega", "rad/s", "speed of the carrier", SPEED),
+    ]
     if file.dyad is not None:
         paths = [f"dyad.{key}_mm[{k}]" for key in ("moving_point", "centre") for k in (0, 1)]
-        meanings = ("moving hinge in the arm's frame, x", "moving hinge in the arm's frame, y", "fixed hinge, x",
-                    "fixed hinge, y", "length of the carrier")  # fmt: skip
+        meanings = (
+            "moving hinge in the arm's frame, x",
+            "moving hinge in the arm's frame, y",
+            "fixed hinge, x",
+            "fixed hinge, y",
+            "length of the carrier",
+        )
         parts = zip(DYAD, meanings, (*paths, "dyad.radius_mm"), strict=True)
         entries += [(name, "m", meaning, path) for name, meaning, path in parts]
     values = tuple(Value(*entry) for entry in entries)
@@ -133,7 +180,11 @@ def build_train(file: PoseFile) -> Machine:
     data[:count] = curve.relative[:-1]
     d, theta, h = ca.SX.sym("d", len(values)), ca.SX.sym("theta"), ca.SX.sym("h", 4 * count + 1)
     symbols = dict(zip([value.name for value in values], ca.vertsplit(d), strict=True))
-    dyad = ca.vertcat(*(symbols[name] for name in DYAD)) if file.dyad is not None else ca.SX(_first_dyad(file).vector)
+    dyad = (
+        ca.vertcat(*(symbols[name] for name in DYAD))
+        if file.dyad is not None
+        else ca.SX(_first_dyad(file).vector)
+    )
     start = float(curve.carrier[0])
     turned = TURN * ca.floor((theta - start) / TURN)
     rows = ca.vertsplit(ca.reshape(h[:-1], count, 4).T)
@@ -143,20 +194,40 @@ def build_train(file: PoseFile) -> Machine:
     symbols |= {"x_s": h[-1], "slope": -slopes[0], "dslope": -slopes[1], "ddslope": -slopes[2]}
     model = load_formulas(MODEL)
     results = _compose_arm(theta, theta + relative, dyad, symbols["omega"]) | {"relative": relative}
-    results |= model.composed("gears", symbols) | model.composed("curvature", symbols) | {"slope": slopes[0]}
+    results |= (
+        model.composed("gears", symbols)
+        | model.composed("curvature", symbols)
+        | {"slope": slopes[0]}
+    )
     knots = [
         (theta - float(angle), {"name": f"point {k} of the curve", "order": 0, "period": TURN})
         for k, angle in enumerate(curve.carrier[:-1], 1)
     ]
-    return _build(file, values, data, ARM | GEARS, results, (theta, d, h), _spline_prologue(train, len(values)), knots)
+    return _build(
+        file,
+        values,
+        data,
+        ARM | GEARS,
+        results,
+        (theta, d, h),
+        _spline_prologue(train, len(values)),
+        knots,
+    )
 
 
 def _build(
-    file: PoseFile, values: tuple[Value, ...], data: Array, entries: Mapping[str, tuple[str, str]],
-    results: Mapping[str, ca.SX], symbols: tuple[ca.SX, ca.SX, ca.SX], prologue: ca.Function,
+    file: PoseFile,
+    values: tuple[Value, ...],
+    data: Array,
+    entries: Mapping[str, tuple[str, str]],
+    results: Mapping[str, ca.SX],
+    symbols: tuple[ca.SX, ca.SX, ca.SX],
+    prologue: ca.Function,
     events: list[tuple[ca.SX, dict[str, Any]]],
-) -> Machine:  # fmt: skip
-    quantities = tuple(Quantity(name, *entry, units.display_key(name, entry[0])) for name, entry in entries.items())
+) -> Machine:
+    quantities = tuple(
+        Quantity(name, *entry, units.display_key(name, entry[0])) for name, entry in entries.items()
+    )
     inputs, names = [*symbols, ca.SX.sym("q", 0)], ["phi", "d", "h", "q"]
     sidecar = load_formulas(MODEL).sidecar
 
@@ -188,18 +259,29 @@ def _choose_linkage(file: PoseFile, poses: Array) -> Linkage:
     solution, linkages = find_linkages(poses)
     if solution.free:
         count = len(distinct(poses))
-        reason = f"its {count} different poses leave a family of linkages; {CONDITIONS} independent ones settle them"
+        reason = (
+            f"its {count} different poses leave a family of linkages; {CONDITIONS} "
+            f"independent ones settle them"
+        )
         raise InputError(f"{file.source}: {reason}")
     numbers = range(1, len(linkages) + 1)
     turning = [number for number in numbers if linkages[number - 1].bar.turns_round]
-    hint = f"it must be one of {', '.join(map(str, turning))}" if turning else "no linkage of these poses turns round"
+    hint = (
+        f"it must be one of {', '.join(map(str, turning))}"
+        if turning
+        else "no linkage of these poses turns round"
+    )
     if file.points is not None:
         number = file.points.linkage
         if number not in numbers:
-            raise file.input_error("points.linkage", f"it must be from 1 to {len(linkages)}, the number of linkages")
+            raise file.input_error(
+                "points.linkage", f"it must be from 1 to {len(linkages)}, the number of linkages"
+            )
         if number not in turning:
             reach = np.degrees(linkages[number - 1].bar.reaches[0].span)
-            raise file.input_error("points.linkage", f"its crank turns over {reach:.4g} deg only; {hint}")
+            raise file.input_error(
+                "points.linkage", f"its crank turns over {reach:.4g} deg only; {hint}"
+            )
         return linkages[number - 1]
     if not turning:
         raise InputError(f"{file.source}: {hint}: {len(linkages)} linkages pass the poses")
@@ -208,7 +290,11 @@ def _choose_linkage(file: PoseFile, poses: Array) -> Linkage:
 
 def _pose_values(file: PoseFile) -> list[Value]:
     parts = {"x": ("m", "x_mm"), "y": ("m", "y_mm"), "phi": ("rad", "phi_deg")}
-    meanings = {"x": "tip of the arm in pose {}, x", "y": "tip of the arm in pose {}, y", "phi": "direction in pose {}"}
+    meanings = {
+        "x": "tip of the arm in pose {}, x",
+        "y": "tip of the arm in pose {}, y",
+        "phi": "direction in pose {}",
+    }
     return [
         Value(f"{part}_{k}", unit, meanings[part].format(k), f"pose[{k - 1}].{key}")
         for k in range(1, len(file.pose) + 1)
@@ -217,7 +303,8 @@ def _pose_values(file: PoseFile) -> list[Value]:
 
 
 def _solve_dyad(poses: ca.SX, start: Dyad) -> ca.SX:
-    """Return the graph of a dyad (5,) of poses (n, 3) by Newton's method from another; not finite if that fails.
+    """Return the graph of a dyad (5,) of poses (n, 3) by Newton's method from another; not finite
+    if that fails.
 
     Of more than five poses it is the dyad with the least sum of squared misses.
     """
@@ -237,10 +324,11 @@ def _solve_dyad(poses: ca.SX, start: Dyad) -> ca.SX:
 
 
 def _compose_coupler(theta: ca.SX, crank: ca.SX, follower: ca.SX, linkage: Linkage) -> ca.SX:
-    """Return the graph of the coupler's angle, which goes on beyond a turn; not finite where the loop cannot close.
+    """Return the graph of the coupler's angle, which goes on beyond a turn; not finite where the
+    loop cannot close.
 
-    It is counted from the frame's direction or, if the crank is longer than the frame, from the crank, from which the
-    line to the follower's fixed hinge strays by less than a right angle.
+    It is counted from the frame's direction or, if the crank is longer than the frame, from the
+    crank, from which the line to the follower's fixed hinge strays by less than a right angle.
     """
     model, bar, pose = load_formulas(MODEL), linkage.bar, linkage.standings[0]
     of_cos, of_sin, alone = ca.vertsplit(model.function("loop")(theta, crank, follower))
@@ -253,7 +341,8 @@ def _compose_coupler(theta: ca.SX, crank: ca.SX, follower: ca.SX, linkage: Linka
         reference = turned - ca.atan2(y, x)
     cosine, sine = -of_cos, -of_sin
     strayed = ca.atan2(
-        sine * ca.cos(reference) - cosine * ca.sin(reference), cosine * ca.cos(reference) + sine * ca.sin(reference)
+        sine * ca.cos(reference) - cosine * ca.sin(reference),
+        cosine * ca.cos(reference) + sine * ca.sin(reference),
     )
     phi = reference + strayed + pose.assembly * ca.acos(alone / ca.hypot(of_cos, of_sin))
     gap, _, slope = ca.vertsplit(model.function("closed")(theta, phi, crank, follower))
@@ -261,9 +350,16 @@ def _compose_coupler(theta: ca.SX, crank: ca.SX, follower: ca.SX, linkage: Linka
 
 
 def _compose_arm(theta: ca.SX, phi: ca.SX, dyad: ca.SX, omega: ca.SX) -> dict[str, ca.SX]:
-    """Return the quantities of `ARM` by name, on a carrier that turns with a speed omega [rad/s]."""
-    results = dict(zip(("d1", "d2", "X", "Y"), ca.vertsplit(load_formulas(MODEL).function("arm")(theta, phi, dyad)),
-                       strict=True))  # fmt: skip
+    """Return the quantities of `ARM` by name, on a carrier that turns with a speed omega
+    [rad/s].
+    """
+    results = dict(
+        zip(
+            ("d1", "d2", "X", "Y"),
+            ca.vertsplit(load_formulas(MODEL).function("arm")(theta, phi, dyad)),
+            strict=True,
+        )
+    )
     velocities = {f"v{k}": omega * ca.jacobian(results[f"d{k}"], theta) for k in (1, 2)}
     return results | velocities | {"phi": phi, "relative": phi - theta}
 
@@ -272,7 +368,9 @@ def _file_curve(file: PoseFile) -> AngleCurve:
     assert file.curve is not None
     carrier, relative = file.curve.carrier_deg, file.curve.relative_deg
     if len(carrier) != len(relative):
-        raise InputError(f"{file.source}: curve.relative_deg: it must be as long as carrier_deg, {len(carrier)}")
+        raise InputError(
+            f"{file.source}: curve.relative_deg: it must be as long as carrier_deg, {len(carrier)}"
+        )
     places = [f"[curve] point {k}" for k in range(1, len(carrier) + 1)]
     return close_curve(file.source, places, np.column_stack([carrier, relative]))
 
@@ -280,19 +378,24 @@ def _file_curve(file: PoseFile) -> AngleCurve:
 def _first_dyad(file: PoseFile) -> Dyad:
     dyads = find_linkages(file.poses)[0].dyads
     if not dyads:
-        raise InputError(f"{file.source}: its poses have no real dyad to carry the arm; [dyad] can name one")
+        raise InputError(
+            f"{file.source}: its poses have no real dyad to carry the arm; [dyad] can name one"
+        )
     return dyads[0]
 
 
 def _spline_prologue(train: Train, count: int) -> ca.Function:
-    """Return d (count,) -> coefficients of the curve less a uniform turn, power by power, and the split parameter.
+    """Return d (count,) -> coefficients of the curve less a uniform turn, power by power, and the
+    split parameter.
 
-    Coefficients are linear in the curve's points, which come first in d; the split parameter is the mean root of the
-    slope, by the quadrature of the file's own curve.
+    Coefficients are linear in the curve's points, which come first in d; the split parameter is the
+    mean root of the slope, by the quadrature of the file's own curve.
     """
     curve = train.curve
     size = len(curve.carrier) - 1
-    unit = scipy.interpolate.CubicSpline(curve.carrier, np.vstack([np.eye(size), np.eye(size)[:1]]), bc_type="periodic")
+    unit = scipy.interpolate.CubicSpline(
+        curve.carrier, np.vstack([np.eye(size), np.eye(size)[:1]]), bc_type="periodic"
+    )
     nodes, weights = train.panels()
     d = ca.MX.sym("d", count)
     rest = d[:size] - curve.sense * ca.DM(curve.carrier[:-1].tolist())

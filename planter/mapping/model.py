@@ -1,4 +1,6 @@
-"""The derived formulas of the mapping as functions of arrays, each a generated kernel behind its strict call."""
+"""The derived formulas of the mapping as functions of arrays, each a generated kernel behind its
+strict call.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ def rows(poses: Array) -> Array:
 
 
 def conics(basis: Array) -> tuple[Array, Array]:
-    """Symmetric matrices (3, 3) of the conditions (8), (9) of sun2019 on a basis (8, 3) of the null space."""
+    """Symmetric matrices (3, 3) of the conditions (8), (9) of sun2019 on a basis (8, 3) of the null
+    space.
+    """
     first, second, third = basis.T
     entries = _value("conics", (), v_alpha=first, v_beta=second, v_gamma=third)[:, 0]
     return _symmetric(entries[:6]), _symmetric(entries[6:])
@@ -55,17 +59,23 @@ def _symmetric(k: Array) -> Array:
 
 
 def compute_hinges(p: Array) -> Array:
-    """Moving hinge x, y and fixed hinge X, Y (4,) of a vector (8,) of the null space whose first entry is not zero."""
+    """Moving hinge x, y and fixed hinge X, Y (4,) of a vector (8,) of the null space whose first
+    entry is not zero.
+    """
     return _value("dyad", (), coefficients=p)[:, 0]
 
 
 def compute_slider(p: Array) -> Array:
-    """Moving hinge x, y, normal and offset (5,) of its line in the fixed frame, for a vector with a0 = 0."""
+    """Moving hinge x, y, normal and offset (5,) of its line in the fixed frame, for a vector with
+    a0 = 0.
+    """
     return _value("slider", (), coefficients=p)[:, 0]
 
 
 def compute_swinging_line(p: Array) -> Array:
-    """Fixed hinge X, Y, normal and offset (5,) of the body's line through it, for a vector with a0 = a1 = a2 = 0."""
+    """Fixed hinge X, Y, normal and offset (5,) of the body's line through it, for a vector with a0
+    = a1 = a2 = 0.
+    """
     return _value("swinging", (), coefficients=p)[:, 0]
 
 
@@ -75,7 +85,9 @@ def place_point(poses: Array, point: Array) -> Array:
 
 
 def squares(poses: Array, dyad: Array) -> tuple[Array, Array]:
-    """Distance of the hinges squared less the radius squared (n,), and its derivatives (n, 5) in x, y, X, Y, radius."""
+    """Distance of the hinges squared less the radius squared (n,), and its derivatives (n, 5) in x,
+    y, X, Y, radius.
+    """
     outputs = _kernel("distance", ("pose",), ("dyad",))(pose=poses.T, dyad=dyad)
     return outputs["distance_out"][0], outputs["jac_distance_out_dyad"].reshape(len(poses), 5)
 
@@ -86,13 +98,17 @@ def arm(theta: Array, phi: Array, dyad: Array) -> Array:
 
 
 def arm_slopes(theta: Array, phi: Array, dyad: Array) -> tuple[Array, Array, Array]:
-    """Return the values of `arm`, and the derivatives (4, n) in the angle of the carrier and in that of the arm."""
+    """Return the values of `arm`, and the derivatives (4, n) in the angle of the carrier and in
+    that of the arm.
+    """
     outputs = _kernel("arm", ("theta", "phi"), ("theta", "phi"))(theta=theta, phi=phi, crank=dyad)
     return outputs["arm_out"], outputs["jac_arm_out_theta"], outputs["jac_arm_out_phi"]
 
 
 def loop(theta: Array, crank: Array, follower: Array) -> Array:
-    """A, B, C (3, n) of the closed loop A cos(phi) + B sin(phi) + C = 0 of two dyads (5,) at crank angles (n,)."""
+    """A, B, C (3, n) of the closed loop A cos(phi) + B sin(phi) + C = 0 of two dyads (5,) at crank
+    angles (n,).
+    """
     return _value("loop", ["theta"], theta=theta, crank=crank, follower=follower)
 
 
@@ -103,23 +119,33 @@ def evaluate_closure(theta: Array, phi: Array, crank: Array, follower: Array) ->
 
 def transmission(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
     """Angle (n,) [rad] between coupler and follower, in [0, pi]."""
-    across, axial = _value("transmission", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower)
+    across, axial = _value(
+        "transmission", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower
+    )
     return np.arctan2(np.abs(across), axial)
 
 
 def gears(slope: Array, x_s: float, distance: float) -> dict[str, Array]:
-    """Ratios, pitch radii and rates of the polar angles (n,) by their names, for positive slopes (n,)."""
+    """Ratios, pitch radii and rates of the polar angles (n,) by their names, for positive slopes
+    (n,).
+    """
     rates = _value("gears", ["slope"], slope=-slope, x_s=x_s, a=distance)
     names = (entry["name"] for entry in generated.sidecar(_MODULE)["vectors"]["gears_out"])
     return dict(zip(names, rates, strict=True))
 
 
 def curvature(slope: Array, dslope: Array, ddslope: Array, x_s: float, distance: float) -> Array:
-    """Curvatures (4, n) [1/m] of the pitch curves, positive where convex; slopes as in `gears`, and derivatives."""
+    """Curvatures (4, n) [1/m] of the pitch curves, positive where convex; slopes as in `gears`, and
+    derivatives.
+    """
     lanes = ["slope", "dslope", "ddslope"]
-    return _value("curvature", lanes, slope=-slope, dslope=-dslope, ddslope=-ddslope, x_s=x_s, a=distance)
+    return _value(
+        "curvature", lanes, slope=-slope, dslope=-dslope, ddslope=-ddslope, x_s=x_s, a=distance
+    )
 
 
 def bend(crank: float, distance: float) -> float:
-    """Angle at the middle hinge [rad] of a carrier with the length `crank` between its end hinges."""
+    """Angle at the middle hinge [rad] of a carrier with the length `crank` between its end
+    hinges.
+    """
     return float(_value("bend", (), L1=crank, a=distance)[0, 0])

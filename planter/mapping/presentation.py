@@ -1,4 +1,6 @@
-"""The presentations of `planter synthesise` and `planter train`: what the terminal prints and the folders contain."""
+"""The presentations of `planter synthesise` and `planter train`: what the terminal prints and the
+folders contain.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +38,19 @@ CAPTIONS = {
     "require. A negative slope means gears that reverse.",
     "ratios": "Angle curve with its points; total ratio and its split into two stages.",
     "pitch_curves": "Pitch curves in mesh on the carrier, at the first carrier angle of the curve.",
-    "tip_path": "Path of the tip as the gears drive it, with carrier and arm at twelve carrier angles, and the poses.",
+    "tip_path": (
+        "Path of the tip as the gears drive it, with carrier and arm at twelve carrier "
+        "angles, and the poses."
+    ),
 }
-POSE_KEYS = ("pose", "crank_angle_deg", "assembly", "circuit", "transmission_deg", "position_error_mm")
+POSE_KEYS = (
+    "pose",
+    "crank_angle_deg",
+    "assembly",
+    "circuit",
+    "transmission_deg",
+    "position_error_mm",
+)
 MISS_KEYS = ("pose", "carrier_deg", "position_error_mm", "hinge_error_mm", "angle_error_deg")
 
 NAMES = load_names(__package__).with_symbols()
@@ -46,30 +58,44 @@ Columns = Mapping[str, Mapping[str, "Array"]]
 
 
 def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
-    """Return the presentation of a synthesis: dyads, linkages with the poses on them, angle curve."""
+    """Return the presentation of a synthesis: dyads, linkages with the poses on them, angle
+    curve.
+    """
     result = synthesis.result
     return ResultPresentation(
         title=f"Synthesis of {synthesis.file.name}",
         conclusion=(
-            f"{count_things(result.poses, 'pose')}: {count_things(len(result.dyads), 'real dyad')}, "
+            f"{count_things(result.poses, 'pose')}: "
+            f"{count_things(len(result.dyads), 'real dyad')}, "
             f"{count_things(result.complex_pairs, 'complex pair')}."
         ),
         record=result,
         sections=[
             Section("Dyads", list(_describe_dyads(result))),
-            *(Section("Linkage of dyads {} and {}".format(*linkage.dyads), list(_describe_linkage(linkage)))
-              for linkage in result.linkages),
+            *(
+                Section(
+                    "Linkage of dyads {} and {}".format(*linkage.dyads),
+                    list(_describe_linkage(linkage)),
+                )
+                for linkage in result.linkages
+            ),
             Section("Angle curve", list(_describe_curves(result))),
         ],
         document=synthesis.file,
         model=_assumptions(),
         motions=partial(_animate_linkages, synthesis),
         figures=partial(_draw_synthesis, synthesis),
-        captions={_figure_name(linkage.dyads): "Linkage of dyads {} and {} at the poses, with the path of the tip on "
-                  "each circuit.".format(*linkage.dyads) for linkage in result.linkages} | CAPTIONS,
+        captions={
+            _figure_name(
+                linkage.dyads
+            ): "Linkage of dyads {} and {} at the poses, with the path of the tip on "
+            "each circuit.".format(*linkage.dyads)
+            for linkage in result.linkages
+        }
+        | CAPTIONS,
         tables=partial(_tabulate_paths, synthesis),
         comments=files.list_comments(synthesis.file, "poses"),
-    )  # fmt: skip
+    )
 
 
 def present_train(training: Training, source: str) -> ResultPresentation:
@@ -79,14 +105,19 @@ def present_train(training: Training, source: str) -> ResultPresentation:
     return ResultPresentation(
         title=title,
         record=result,
-        conclusion=f"The ratio of the train is between {result.ratio_min:.4g} and {result.ratio_max:.4g}; "
-        f"{sum(result.convex)} of 4 pitch curves are convex, and the module is at most {result.module_max_mm:.4g} mm.",
+        conclusion=f"The ratio of the train is between {result.ratio_min:.4g} and "
+        f"{result.ratio_max:.4g}; "
+        f"{sum(result.convex)} of 4 pitch curves are convex, and the module is at most "
+        f"{result.module_max_mm:.4g} mm.",
         sections=list(_describe_train(result)),
         model=_assumptions(),
         motions=partial(_animate_train, training),
         figures=partial(_draw_train, training),
         captions=CAPTIONS,
-        tables=lambda: {"cycle.csv": _tabulate_cycle(training), "pitch_curves.csv": _tabulate_pitch_curves(training)},
+        tables=lambda: {
+            "cycle.csv": _tabulate_cycle(training),
+            "pitch_curves.csv": _tabulate_pitch_curves(training),
+        },
         comments=[f"curve: {source}", f"curve_sha256: {provenance['curve_sha256']}"],
         provenance=provenance,
     )
@@ -101,27 +132,53 @@ def _describe_dyads(result: SynthesisFound) -> Iterator[Block]:
     if result.warnings:
         yield Items(result.warnings, "warning")
     if result.dyads:
-        head = ("dyad", "x / mm", "y / mm", "X / mm", "Y / mm", "radius / mm", "largest miss / mm", "outside")
+        head = (
+            "dyad",
+            "x / mm",
+            "y / mm",
+            "X / mm",
+            "Y / mm",
+            "radius / mm",
+            "largest miss / mm",
+            "outside",
+        )
         rows = [
-            (k, *dyad.moving_point_mm, *dyad.centre_mm, dyad.radius_mm, clean_zero(dyad.largest_miss_mm), dyad.outside)
+            (
+                k,
+                *dyad.moving_point_mm,
+                *dyad.centre_mm,
+                dyad.radius_mm,
+                clean_zero(dyad.largest_miss_mm),
+                dyad.outside,
+            )
             for k, dyad in enumerate(result.dyads, 1)
         ]
-        caption = "Moving point, centre and radius; is the centre outside the polyline of the poses?"
+        caption = (
+            "Moving point, centre and radius; is the centre outside the polyline of the poses?"
+        )
         yield Table(head, rows, caption, ("outside",))
     straight = [(row.kind, *row.point_mm, *row.normal, row.offset_mm) for row in result.straight]
     if straight:
-        yield Table(("kind", "x", "y", "normal x", "normal y", "offset / mm"), straight, "With a hinge at infinity")
+        yield Table(
+            ("kind", "x", "y", "normal x", "normal y", "offset / mm"),
+            straight,
+            "With a hinge at infinity",
+        )
     if result.family:
         yield Text(
-            f"The poses leave a family with {count_things(result.family.parameters, 'free parameter')}; "
-            f"in summary.json {count_things(len(result.family.dyads), 'member is', 'members are')} listed."
+            f"The poses leave a family with "
+            f"{count_things(result.family.parameters, 'free parameter')}; "
+            f"in summary.json "
+            f"{count_things(len(result.family.dyads), 'member is', 'members are')} listed."
         )
 
 
 def _describe_linkage(linkage: LinkageFound) -> Iterator[Block]:
     defects = [name for name, is_present in linkage.defects.table().items() if is_present]
     keys = ("type", "grashof", "frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "arm_length_mm")
-    values: dict[str, Cell] = {key: getattr(linkage, key) for key in (*keys, "transmission_min_deg")}
+    values: dict[str, Cell] = {
+        key: getattr(linkage, key) for key in (*keys, "transmission_min_deg")
+    }
     yield tabulate_named(values | {"defects": ", ".join(defects) or "none"}, NAMES)
     yield tabulate_rows([pose.table() for pose in linkage.poses], POSE_KEYS, "Poses", names=NAMES)
 
@@ -133,16 +190,30 @@ def _describe_curves(result: SynthesisFound) -> Iterator[Block]:
         return
     carrier = f"Carrier on dyad {result.carrier_dyad}"
     if rotation.possible:
-        yield Text(f"{carrier}: a one-way rotation of the arm relative to the carrier passes all poses.")
+        yield Text(
+            f"{carrier}: a one-way rotation of the arm relative to the carrier passes all poses."
+        )
     else:
-        yield Text(f"{carrier}: no one-way rotation passes all poses: the arm would have to reverse.", "warning")
-        yield Items([f"by {row.deg:.6g} deg between poses {row.from_pose} and {row.to_pose}"
-                     for row in rotation.reversals])  # fmt: skip
-    curves = (result.nearest, "Closest monotone curve"), (result.curve, "Curve through points of both paths")
+        yield Text(
+            f"{carrier}: no one-way rotation passes all poses: the arm would have to reverse.",
+            "warning",
+        )
+        yield Items(
+            [
+                f"by {row.deg:.6g} deg between poses {row.from_pose} and {row.to_pose}"
+                for row in rotation.reversals
+            ]
+        )
+    curves = (
+        (result.nearest, "Closest monotone curve"),
+        (result.curve, "Curve through points of both paths"),
+    )
     for curve, caption in curves:
         if curve:
             yield _tabulate_misses(curve.poses, caption)
-            values = {key: getattr(curve, key) for key in ("slope_min", "slope_max", "monotone", "rms_mm")}
+            values = {
+                key: getattr(curve, key) for key in ("slope_min", "slope_max", "monotone", "rms_mm")
+            }
             yield tabulate_named(values, NAMES)
 
 
@@ -152,10 +223,19 @@ def _tabulate_misses(rows: Sequence[Missed], caption: str) -> Table:
 
 def _describe_train(result: TrainFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
-    keys = ("ratio_min", "ratio_max", "module_max_mm", "slope_min", "slope_max", "carrier_bend_deg", "x_s")
+    keys = (
+        "ratio_min",
+        "ratio_max",
+        "module_max_mm",
+        "slope_min",
+        "slope_max",
+        "carrier_bend_deg",
+        "x_s",
+    )
     values: dict[str, Cell] = {key: getattr(result, key) for key in keys}
     values |= {
-        f"closure_error_{stage}_rad": clean_zero(error) for stage, error in enumerate(result.closure_error_rad, 1)
+        f"closure_error_{stage}_rad": clean_zero(error)
+        for stage, error in enumerate(result.closure_error_rad, 1)
     }
     by_gear = ("radius_min_mm", "radius_max_mm", "curvature_radius_min_mm", "convex")
     gears = [
@@ -166,10 +246,14 @@ def _describe_train(result: TrainFound) -> Iterator[Section]:
         }
         for k, gear in enumerate(GEARS)
     ]
-    pitch_curves = tabulate_rows(gears, ("gear", *by_gear), "Pitch curves", ("concave_at_deg",), NAMES)
+    pitch_curves = tabulate_rows(
+        gears, ("gear", *by_gear), "Pitch curves", ("concave_at_deg",), NAMES
+    )
     yield Section("Gear train", [tabulate_named(values, NAMES), pitch_curves])
     if result.poses:
-        yield Section("Poses", [_tabulate_misses(result.poses, "Poses where the path comes closest to them")])
+        yield Section(
+            "Poses", [_tabulate_misses(result.poses, "Poses where the path comes closest to them")]
+        )
 
 
 def _join(ranges: Sequence[tuple[float, float]]) -> str | None:
@@ -220,7 +304,10 @@ def _tabulate_paths(synthesis: Synthesis) -> Columns:
     """Return the points of angle curves, as `planter train` reads them, and the coupler paths."""
     nearest = None if synthesis.nearest is None else synthesis.nearest.curve
     tables = {
-        f"{name}_curve.csv": {"carrier_deg": np.degrees(curve.carrier), "relative_deg": np.degrees(curve.relative)}
+        f"{name}_curve.csv": {
+            "carrier_deg": np.degrees(curve.carrier),
+            "relative_deg": np.degrees(curve.relative),
+        }
         for name, curve in (("nearest", nearest), ("points", synthesis.path_curve))
         if curve is not None
     }
@@ -266,6 +353,9 @@ def _list_sources(training: Training, source: str) -> Iterator[tuple[str, Any]]:
     yield from ((name, metadata.version(name)) for name in ("casadi", "numpy", "scipy"))
     yield "python", platform.python_version()
     yield "curve", source
-    yield "curve_sha256", hashlib.sha256(np.array([curve.carrier, curve.relative]).tobytes()).hexdigest()
+    yield (
+        "curve_sha256",
+        hashlib.sha256(np.array([curve.carrier, curve.relative]).tobytes()).hexdigest(),
+    )
     yield "centre_distance_mm", training.train.distance * 1e3
     yield "crank_mm", None if training.crank is None else training.crank * 1e3

@@ -12,7 +12,9 @@ Four = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class DyadFound(Record):
-    """A dyad, how far it misses the poses, and whether its fixed hinge is outside the polyline of their tips."""
+    """A dyad, how far it misses the poses, and whether its fixed hinge is outside the polyline of
+    their tips.
+    """
 
     moving_point_mm: Pair
     centre_mm: Pair
@@ -76,7 +78,9 @@ class Back(Record):
 
 @dataclass(frozen=True)
 class OneSense(Record):
-    """Whether one closed turn can pass all poses with the arm turning in one sense against the carrier."""
+    """Whether one closed turn can pass all poses with the arm turning in one sense against the
+    carrier.
+    """
 
     possible: bool
     reversals: list[Back]
@@ -145,7 +149,9 @@ class CurveOfPaths(Record):
 
 @dataclass(frozen=True)
 class SynthesisFound(Record):
-    """`planter synthesise`: dyads, linkages and angle curves; null where there is no carrier, or no such curve."""
+    """`planter synthesise`: dyads, linkages and angle curves; null where there is no carrier, or no
+    such curve.
+    """
 
     poses: int
     dyads: list[DyadFound]
@@ -173,7 +179,9 @@ class TrainWarning(WarningRecord):
 
 @dataclass(frozen=True)
 class TrainFound(Record):
-    """`planter train`: a gear train; lists of four are of driver 1, follower 1, driver 2, follower 2."""
+    """`planter train`: a gear train; lists of four are of driver 1, follower 1, driver 2, follower
+    2.
+    """
 
     x_s: float
     x_s_under_root: float

@@ -1,4 +1,6 @@
-"""Drawings of linkages and gear trains: scenes of their motion through the poses, and sheets with symbols."""
+"""Drawings of linkages and gear trains: scenes of their motion through the poses, and sheets with
+symbols.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
     bar, shares = solution.bar, drawn_shares(solution.bar, circuit)
     path = bar.path_at(circuit, shares)
     at = np.column_stack([path.tip.T, path.phi])
-    crank, follower = (MM * model.place_point(at, dyad.point).T for dyad in (bar.crank, bar.follower))
+    crank, follower = (
+        MM * model.place_point(at, dyad.point).T for dyad in (bar.crank, bar.follower)
+    )
     tip, fixed = MM * path.tip, (MM * bar.crank.centre, MM * bar.follower.centre)
     points = MM * np.array([bar.crank.point, bar.follower.point, [0.0, 0.0]])
     bodies = (
@@ -42,7 +46,8 @@ def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
         _poses(poses),
     )
     return Scene(
-        title=f"Linkage of dyads {solution.numbers[0]} and {solution.numbers[1]}, {bar.type}, circuit {circuit}",
+        title=f"Linkage of dyads {solution.numbers[0]} and {solution.numbers[1]}, {bar.type}, "
+        f"circuit {circuit}",
         place="crank angle",
         unit="deg",
         places=np.degrees(path.theta),
@@ -58,23 +63,37 @@ def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
 def train(training: Training) -> Scene | None:
     """A gear train on its carrier, with the arm and the poses if there are any.
 
-    None for a curve along which the arm gains on the carrier: two external meshes do not drive it so.
+    None for a curve along which the arm gains on the carrier: two external meshes do not drive it
+    so.
     """
     curve = training.train.curve
     if curve.sense > 0:
         return None
 
     def sample(theta: Array) -> list[Array]:
-        return [curve.at(theta), *(np.asarray(axis) for point in _tip(training, theta) for axis in (point.x, point.y))]
+        return [
+            curve.at(theta),
+            *(np.asarray(axis) for point in _tip(training, theta) for axis in (point.x, point.y)),
+        ]
 
-    theta = refine_places(sample, np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS + 1))[:-1]
+    theta = refine_places(sample, np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS + 1))[
+        :-1
+    ]
     at, psi = training.train.polar_angles()
     middle, relative = np.degrees(np.interp(theta, at, psi[1])), np.degrees(curve.at(theta))
-    hinges, (sun, second, third, planet) = MM * centres(training).T, (part.T for part in outlines(training))
+    hinges, (sun, second, third, planet) = (
+        MM * centres(training).T,
+        (part.T for part in outlines(training)),
+    )
     centre, start = _mounted(training, hinges[2])
     parts = (
         Body("middle gears", (_gear(second, 1), _gear(third, 2)), hinges[1].tolist(), middle),
-        Body("planet and arm", (_gear(planet, 3), *_arm(training, start)), hinges[2].tolist(), relative - relative[0]),
+        Body(
+            "planet and arm",
+            (_gear(planet, 3), *_arm(training, start)),
+            hinges[2].tolist(),
+            relative - relative[0],
+        ),
     )
     bars = Outline(hinges, "frame", closed=False)
     turned = start + np.degrees(theta - theta[0])
@@ -84,12 +103,15 @@ def train(training: Training) -> Scene | None:
         unit="deg",
         places=np.degrees(theta),
         seconds=SECONDS,
-        bodies=(Body("sun", (_gear(sun, 0),), centre, start), Body("carrier", (bars,), centre, turned, parts),
-                *([] if training.poses is None else [_poses(training.poses)])),
+        bodies=(
+            Body("sun", (_gear(sun, 0),), centre, start),
+            Body("carrier", (bars,), centre, turned, parts),
+            *([] if training.poses is None else [_poses(training.poses)]),
+        ),
         points=_tip(training, theta),
         curves=(Curve("arm angle relative to carrier", "deg", relative),),
         shares=(theta - curve.carrier[0]) / (curve.carrier[-1] - curve.carrier[0]),
-    )  # fmt: skip
+    )
 
 
 def _bar(name: str, fixed: Array, moving: Array) -> Body:
@@ -111,12 +133,16 @@ def _poses(poses: Array) -> Body:
     arrows = []
     for x, y, angle in poses:
         c, s = np.cos(angle), np.sin(angle)
-        arrows.append(Outline(arrow @ np.array([[c, s], [-s, c]]) + [MM * x, MM * y], "mark", closed=False))
+        arrows.append(
+            Outline(arrow @ np.array([[c, s], [-s, c]]) + [MM * x, MM * y], "mark", closed=False)
+        )
     return Body("poses", arrows)
 
 
 def _reached(poses: Array, at: Array, places: Array) -> list[Event]:
-    """Return the crank angles [deg] at which the arm is closest to each pose, tip and direction together."""
+    """Return the crank angles [deg] at which the arm is closest to each pose, tip and direction
+    together.
+    """
     size = float(np.ptp(poses[:, :2], axis=0).max()) or 1.0
     events = []
     for number, pose in enumerate(poses, 1):
@@ -127,10 +153,14 @@ def _reached(poses: Array, at: Array, places: Array) -> list[Event]:
 
 
 def _mounted(training: Training, moving: Array) -> tuple[list[float], float]:
-    """Return the centre of the sun [mm] and the direction of the first centre line at the first carrier angle [deg]."""
+    """Return the centre of the sun [mm] and the direction of the first centre line at the first
+    carrier angle [deg].
+    """
     if training.dyad is None:
         return [0.0, 0.0], 0.0
-    direction = float(np.degrees(training.train.curve.carrier[0] - np.arctan2(moving[1], moving[0])))
+    direction = float(
+        np.degrees(training.train.curve.carrier[0] - np.arctan2(moving[1], moving[0]))
+    )
     return (MM * training.dyad.centre).tolist(), direction
 
 
@@ -159,7 +189,10 @@ _HINGES = (0, 1, 1, 2)
 
 def sheets(synthesis: Synthesis, train: Training | None) -> list[Sheet]:
     """All drawings of what was found: those of which there is one."""
-    linkages = [_linkage(linkage, synthesis.poses[POSE], synthesis.poses) for linkage in synthesis.linkages[:1]]
+    linkages = [
+        _linkage(linkage, synthesis.poses[POSE], synthesis.poses)
+        for linkage in synthesis.linkages[:1]
+    ]
     return [*linkages, *([] if train is None else [_train(train)])]
 
 
@@ -167,7 +200,8 @@ def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
     """The first linkage in a pose; the origin of the moving frame is the tip."""
     tip, heading = MM * pose[:2], float(np.degrees(pose[2]))
     crank, follower = (
-        MM * model.place_point(pose[None, :], dyad.point)[0] for dyad in (linkage.bar.crank, linkage.bar.follower)
+        MM * model.place_point(pose[None, :], dyad.point)[0]
+        for dyad in (linkage.bar.crank, linkage.bar.follower)
     )
     fixed = [MM * dyad.centre for dyad in (linkage.bar.crank, linkage.bar.follower)]
     bodies = (
@@ -191,15 +225,21 @@ def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
         Angle(("crank_deg",), fixed[0], 0, direction(fixed[0], crank), 0.1 * size),
         Angle.between(("transmission_deg",), follower, crank, fixed[1], 0.15 * size),
     ]
-    return Sheet("linkage", f"linkage of dyads {linkage.numbers[0]} and {linkage.numbers[1]} in the last pose but one",
-                 build_still_scene("linkage", bodies), marks)  # fmt: skip
+    return Sheet(
+        "linkage",
+        f"linkage of dyads {linkage.numbers[0]} and {linkage.numbers[1]} in the last pose but one",
+        build_still_scene("linkage", bodies),
+        marks,
+    )
 
 
 def _train(training: Training) -> Sheet:
     """The four pitch curves on the carrier at its first angle."""
     hinges = MM * centres(training).T
-    curves = [Outline(points.T + hinges[at], "gear", shade=k)
-              for k, (points, at) in enumerate(zip(outlines(training), _HINGES, strict=True))]  # fmt: skip
+    curves = [
+        Outline(points.T + hinges[at], "gear", shade=k)
+        for k, (points, at) in enumerate(zip(outlines(training), _HINGES, strict=True))
+    ]
     carrier = Outline(hinges, "frame", closed=False)
     radii = training.train.gears(np.array([training.train.curve.carrier[0]]))
     marks: list[Mark] = [Length(("centre_distance_mm",), hinges[0], hinges[1], 0.8)]
@@ -209,10 +249,16 @@ def _train(training: Training) -> Sheet:
         share = float(radii[names[0]][0]) / training.train.distance
         contact = (1 - share) * ends[0] + share * ends[1]
         marks += [Length((name,), end, contact) for name, end in zip(names, ends, strict=True)]
-        marks += [Length((name,), end, contact, 0.8) for name, end in zip(columns, ends, strict=True)]
+        marks += [
+            Length((name,), end, contact, 0.8) for name, end in zip(columns, ends, strict=True)
+        ]
     if training.crank is not None:
         radius = 0.3 * MM * training.train.distance
         marks.append(Length(("L1",), hinges[0], hinges[2], 0.3))
         marks.append(Angle.between(("bend",), hinges[1], hinges[0], hinges[2], radius))
-    return Sheet("train", "gear train on its carrier, bent as its length wants", build_still_scene("train",
-                 (Body("gears", curves), Body("carrier", (carrier,)))), marks)  # fmt: skip
+    return Sheet(
+        "train",
+        "gear train on its carrier, bent as its length wants",
+        build_still_scene("train", (Body("gears", curves), Body("carrier", (carrier,)))),
+        marks,
+    )

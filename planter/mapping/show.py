@@ -26,7 +26,11 @@ if TYPE_CHECKING:
 
 REACH_MM, REACH_DEG = 60.0, 40.0
 """How far a pose can be moved and turned to either side."""
-EXPORTS = (Export("linkages", "dyads, linkages and the arm's angle: page, figures, tables", ("synthesise",)),)
+EXPORTS = (
+    Export(
+        "linkages", "dyads, linkages and the arm's angle: page, figures, tables", ("synthesise",)
+    ),
+)
 
 
 class Poses:
@@ -42,9 +46,13 @@ class Poses:
     @cached_property
     def controls(self) -> Sequence[Control]:
         """The numbers of all poses."""
-        numbers = {path: value for path, value in self.file.numbers().items() if path.startswith("pose")}
+        numbers = {
+            path: value for path, value in self.file.numbers().items() if path.startswith("pose")
+        }
         reach = {path: REACH_DEG if path.endswith("_deg") else REACH_MM for path in numbers}
-        bounds = {path: (value - reach[path], value + reach[path]) for path, value in numbers.items()}
+        bounds = {
+            path: (value - reach[path], value + reach[path]) for path, value in numbers.items()
+        }
         return list_controls(self.file, numbers, {}, bounds, load_names(__package__))
 
     @cached_property
@@ -57,14 +65,21 @@ class Poses:
         from planter.mapping import scene
 
         synthesis = self._synthesis(values)
-        return [scene.linkage(linkage, synthesis.poses, circuit) for linkage in synthesis.linkages
-                for circuit in sorted({standing.circuit for standing in linkage.standings})]  # fmt: skip
+        return [
+            scene.linkage(linkage, synthesis.poses, circuit)
+            for linkage in synthesis.linkages
+            for circuit in sorted({standing.circuit for standing in linkage.standings})
+        ]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return the number of dyads, and the smallest transmission angle of each linkage."""
         result = self._synthesis(values).result
         transmissions = [
-            Reading(f"transmissions transmission angle of {x.dyads[0]} and {x.dyads[1]}", "deg", x.transmission_min_deg)
+            Reading(
+                f"transmissions transmission angle of {x.dyads[0]} and {x.dyads[1]}",
+                "deg",
+                x.transmission_min_deg,
+            )
             for x in result.linkages
         ]
         return [Reading("real dyads", "", float(len(result.dyads))), *transmissions]

@@ -1,4 +1,6 @@
-"""Sweeps and tolerances of linkages and gear trains of poses: `ADAPTER`, as `planter.tolerance.adapter` has it."""
+"""Sweeps and tolerances of linkages and gear trains of poses: `ADAPTER`, as
+`planter.tolerance.adapter` has it.
+"""
 
 from planter.tolerance.adapter import FileAdapter
 

@@ -1,4 +1,6 @@
-"""`planter synthesise`: from a file of poses to dyads, linkages and the angle curve of a gear train."""
+"""`planter synthesise`: from a file of poses to dyads, linkages and the angle curve of a gear
+train.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +30,23 @@ from planter.mapping.dyads import (
     solve_dyads,
 )
 from planter.mapping.file import PointsData, PoseFile, build_path_curve
-from planter.mapping.linkage import Defects, FourBar, Reversal, Standing, defects, reversals, standings
-from planter.mapping.nearest import SLOPES, Miss, Nearest, find_misses, find_nearest, interpolate_poses
+from planter.mapping.linkage import (
+    Defects,
+    FourBar,
+    Reversal,
+    Standing,
+    defects,
+    reversals,
+    standings,
+)
+from planter.mapping.nearest import (
+    SLOPES,
+    Miss,
+    Nearest,
+    find_misses,
+    find_nearest,
+    interpolate_poses,
+)
 from planter.mapping.results import (
     AtPose,
     Back,
@@ -79,7 +96,8 @@ class Synthesis:
 
 
 def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = SLOPES) -> Synthesis:
-    """Return the dyads of the poses, all pairs as linkages, and the angle curve of a carrier dyad (from 1, by radius).
+    """Return the dyads of the poses, all pairs as linkages, and the angle curve of a carrier dyad
+    (from 1, by radius).
 
     `slopes` are the least and the largest slope [-] of the monotone angle curve.
 
@@ -108,7 +126,9 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
         warnings=[*_remarks(poses, count, solution), *([why_not] if why_not else [])],
     )
     exact = None if dyad is None else interpolate_poses(dyad, poses)
-    return Synthesis(file, poses, solution, family_of[0], linkages, dyad, exact, closest, path_curve, result)
+    return Synthesis(
+        file, poses, solution, family_of[0], linkages, dyad, exact, closest, path_curve, result
+    )
 
 
 def _singular_values(poses: Array) -> list[float]:
@@ -141,7 +161,11 @@ def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
     if not dyads and number == 1:
         return None
     if not 1 <= number <= len(dyads):
-        allowed = f"from 1 to {len(dyads)}, the number of real dyads" if dyads else "left out: there is no real dyad"
+        allowed = (
+            f"from 1 to {len(dyads)}, the number of real dyads"
+            if dyads
+            else "left out: there is no real dyad"
+        )
         raise InputError(f"--carrier {number} is not a dyad: the number must be {allowed}")
     dyad = dyads[number - 1]
     return dyad if dyad.radius > _POINT * Scale.from_poses(poses).size else None
@@ -152,7 +176,9 @@ def _reversals(dyad: Dyad, poses: Array) -> list[Reversal]:
     return reversals(np.arctan2(dy, dx), poses[:, 2])
 
 
-def _find_nearest(dyad: Dyad | None, poses: Array, slopes: tuple[float, float]) -> tuple[Nearest | None, str]:
+def _find_nearest(
+    dyad: Dyad | None, poses: Array, slopes: tuple[float, float]
+) -> tuple[Nearest | None, str]:
     if dyad is None:
         return None, ""
     try:
@@ -162,12 +188,16 @@ def _find_nearest(dyad: Dyad | None, poses: Array, slopes: tuple[float, float]) 
 
 
 def _build_path_curve(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve | None:
-    """Return the curve through the points that a file chooses on the paths of one of its linkages."""
+    """Return the curve through the points that a file chooses on the paths of one of its
+    linkages.
+    """
     points = file.points
     if points is None:
         return None
     if points.linkage > len(linkages):
-        raise file.input_error("points.linkage", f"it must be from 1 to {len(linkages)}, the number of linkages")
+        raise file.input_error(
+            "points.linkage", f"it must be from 1 to {len(linkages)}, the number of linkages"
+        )
     linkage = linkages[points.linkage - 1]
     first, second = (_assembly(file, points, linkage, key) for key in ("first_pose", "second_pose"))
     return build_path_curve(linkage.bar, points.choice(first, second))
@@ -176,7 +206,9 @@ def _build_path_curve(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve
 def _assembly(file: PoseFile, points: PointsData, linkage: Linkage, key: str) -> int:
     number = int(getattr(points, key))
     if number > len(linkage.standings):
-        raise file.input_error(f"points.{key}", f"it must be from 1 to {len(linkage.standings)}, the number of poses")
+        raise file.input_error(
+            f"points.{key}", f"it must be from 1 to {len(linkage.standings)}, the number of poses"
+        )
     return linkage.standings[number - 1].assembly
 
 
@@ -223,11 +255,15 @@ def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> CurveOfPaths:
 
 
 def _rms(misses: Sequence[Miss]) -> float:
-    """Return the root mean square distance of the ends of the arm from their places in the poses [mm]."""
+    """Return the root mean square distance of the ends of the arm from their places in the poses
+    [mm].
+    """
     return float(np.sqrt(np.mean([(m.tip**2 + m.hinge**2) / 2 for m in misses])) * 1e3)
 
 
-def _family_shown(solution: Solution, members: tuple[list[Dyad], list[Straight]], poses: Array) -> Family | None:
+def _family_shown(
+    solution: Solution, members: tuple[list[Dyad], list[Straight]], poses: Array
+) -> Family | None:
     if not solution.free:
         return None
     dyads, straights = members
@@ -243,15 +279,23 @@ def _remarks(poses: Array, count: int, solution: Solution) -> list[str]:
     if count < len(poses):
         remarks.append(f"only {count} of the {len(poses)} poses are different")
     if solution.free and count >= CONDITIONS:
-        remarks.append(f"the poses depend on each other: they leave a family with {solution.free} free parameters")
+        remarks.append(
+            f"the poses depend on each other: they leave a family with {solution.free} free "
+            f"parameters"
+        )
     elif solution.free:
         remarks.append(
-            f"{count} poses leave a family of dyads with {solution.free} free parameters; members are listed"
+            f"{count} poses leave a family of dyads with {solution.free} free parameters; members "
+            f"are listed"
         )
     elif count > CONDITIONS:
-        remarks.append(f"{count} poses: no dyad passes all of them in general; those listed are the closest")
+        remarks.append(
+            f"{count} poses: no dyad passes all of them in general; those listed are the closest"
+        )
     if solution.orientations:
-        remarks.append("the poses have two directions of the body only, which counts as a root without hinges")
+        remarks.append(
+            "the poses have two directions of the body only, which counts as a root without hinges"
+        )
     return remarks
 
 
@@ -268,7 +312,9 @@ def to_four(lengths: Array) -> Four:
 
 
 def dyad_result(solution: Dyad, poses: Array) -> DyadFound:
-    """Return a dyad, how far it misses the poses, and whether its fixed hinge is outside the polyline of their tips."""
+    """Return a dyad, how far it misses the poses, and whether its fixed hinge is outside the
+    polyline of their tips.
+    """
     return DyadFound(
         moving_point_mm=to_pair(solution.point * 1e3),
         centre_mm=to_pair(solution.centre * 1e3),
@@ -280,7 +326,9 @@ def dyad_result(solution: Dyad, poses: Array) -> DyadFound:
 
 
 def is_outside(place: Array, corners: Array) -> bool:
-    """Return whether a place (2,) is outside the closed polyline through corners (n, 2): even-odd rule."""
+    """Return whether a place (2,) is outside the closed polyline through corners (n, 2): even-odd
+    rule.
+    """
     (x, y), (x1, y1) = place, corners.T
     x2, y2 = np.roll(corners, -1, axis=0).T
     spans = (y1 > y) != (y2 > y)

@@ -1,8 +1,10 @@
-"""The two-stage non-circular planetary gear train of an angle curve: split, closure, pitch curves, path of the tip.
+"""The two-stage non-circular planetary gear train of an angle curve: split, closure, pitch curves,
+path of the tip.
 
-The first driver is fixed to the frame, the first follower and the second driver are one body in the middle of the
-carrier, the arm is fixed to the second follower. Ratios and radii are those of the derivation (sun2019, step 5):
-i = 1/slope, i1 = x_s sqrt(i), i2 = sqrt(i)/x_s, r1 = a/(1 + i1), r2 = a - r1, r3 = a/(1 + i2), r4 = a - r3.
+The first driver is fixed to the frame, the first follower and the second driver are one body in the
+middle of the carrier, the arm is fixed to the second follower. Ratios and radii are those of the
+derivation (sun2019, step 5): i = 1/slope, i1 = x_s sqrt(i), i2 = sqrt(i)/x_s, r1 = a/(1 + i1), r2 =
+a - r1, r3 = a/(1 + i2), r4 = a - r3.
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ _CONVEX = 1e-9
 class Train:
     """A train for a curve and a centre distance [m], equal in both stages.
 
-    Raises ComputationError where the slope of the curve reaches zero: a gear would stand still or turn back.
+    Raises ComputationError where the slope of the curve reaches zero: a gear would stand still or
+    turn back.
     """
 
     curve: AngleCurve
@@ -50,8 +53,10 @@ class Train:
         if lowest.value <= 0:
             at, worst = np.degrees(self.curve.find_zero_slope()), np.degrees(lowest.angle)
             raise ComputationError(
-                f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where the gears would stand "
-                f"still and turn back (least slope {lowest.value:.6g} at {worst:.6g} deg): it must stay positive"
+                f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where "
+                f"the gears would stand "
+                f"still and turn back (least slope {lowest.value:.6g} at {worst:.6g} deg): it "
+                f"must stay positive"
             )
 
     @cached_property
@@ -60,7 +65,9 @@ class Train:
         return float(self._cumulated(_NODES, lambda slope: np.sqrt(slope))[1][-1]) / TURN
 
     def _cumulated(self, nodes: int, of_slope: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Carrier angles (m,) of the ends of the panels and the integral of a function of the slope up to them."""
+        """Carrier angles (m,) of the ends of the panels and the integral of a function of the slope
+        up to them.
+        """
         angles, weights = piecewise.gauss_panels(self._panels, nodes)
         values = of_slope(self.curve.slopes(angles.ravel())[0]).reshape(angles.shape)
         return self._panels, np.append(0.0, np.cumsum((values * weights).sum(axis=1)))
@@ -72,7 +79,9 @@ class Train:
 
     @cached_property
     def _panels(self) -> Array:
-        """Ends of panels on each of which the curve is one cubic; about the least slope they grow with the distance."""
+        """Ends of panels on each of which the curve is one cubic; about the least slope they grow
+        with the distance.
+        """
         knots = self.curve.carrier
         dense = knots[0] + TURN * np.arange(round(TURN / _PANEL)) / round(TURN / _PANEL)
         low = self.curve.extremes[0].angle
@@ -83,43 +92,56 @@ class Train:
         return ends[np.append(True, np.diff(ends) > 1e-12)]
 
     def gears(self, theta: Array) -> dict[str, Array]:
-        """Ratios i, i1, i2, pitch radii r1 to r4 [m] and rates dpsi1 to dpsi4 of the polar angles (n,)."""
+        """Ratios i, i1, i2, pitch radii r1 to r4 [m] and rates dpsi1 to dpsi4 of the polar angles
+        (n,).
+        """
         return model.gears(self.curve.slopes(theta)[0], self.x_s, self.distance)
 
     @cached_property
     def closure_errors(self) -> tuple[float, float]:
-        """Rotation of the followers in a turn of their drivers, less a turn [rad], by a separate quadrature.
+        """Rotation of the followers in a turn of their drivers, less a turn [rad], by a separate
+        quadrature.
 
-        The first follower turns through the mesh of stage 1; the second by the product of both ratios.
+        The first follower turns through the mesh of stage 1; the second by the product of both
+        ratios.
         """
         first = self._turned(_FEWER, "dpsi2")[1][-1]
         second = self._turned(_FEWER, "dpsi4")[1][-1]
         return float(first - TURN), float(second - TURN)
 
     def _turned(self, nodes: int, rate: str) -> tuple[Array, Array]:
-        return self._cumulated(nodes, lambda slope: model.gears(slope, self.x_s, self.distance)[rate])
+        return self._cumulated(
+            nodes, lambda slope: model.gears(slope, self.x_s, self.distance)[rate]
+        )
 
     def polar_angles(self) -> tuple[Array, Array]:
-        """Carrier angles (m,) along the turn, and the polar angles of the four gears' contacts (4, m) [rad]."""
+        """Carrier angles (m,) along the turn, and the polar angles of the four gears' contacts (4,
+        m) [rad].
+        """
         theta, middle = self._turned(_NODES, "dpsi2")
         last = self._turned(_NODES, "dpsi4")[1]
         return theta, np.array([theta - theta[0], middle, middle, last])
 
     @cached_property
     def radius_range(self) -> tuple[Array, Array]:
-        """Least and largest pitch radius (4,) [m]: radii go with the slope, so they have their extremes with it."""
+        """Least and largest pitch radius (4,) [m]: radii go with the slope, so they have their
+        extremes with it.
+        """
         slopes = np.array([extreme.value for extreme in self.curve.extremes])
         radii = np.array([model.gears(slopes, self.x_s, self.distance)[name] for name in RADII])
         return radii.min(axis=1), radii.max(axis=1)
 
     @cached_property
     def curvatures(self) -> tuple[Array, Array]:
-        """Carrier angles (m,) [rad] and curvatures (4, m) [1/m], on both sides of the points of the curve."""
+        """Carrier angles (m,) [rad] and curvatures (4, m) [1/m], on both sides of the points of the
+        curve.
+        """
         knots = self.curve.carrier
         shares = np.linspace(0, 1, 41)
         theta = (knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel()
         slope, first, _ = self.curve.slopes(theta)
-        # The third derivative of a cubic is one value between two points, which at its right end belongs to the next.
+        # The third derivative of a cubic is one value between two points, which at its right end
+        # belongs to the next.
         second = np.repeat(self.curve.slopes(knots[:-1])[2], len(shares))
         return theta, model.curvature(slope, first, second, self.x_s, self.distance)
 
@@ -135,23 +157,33 @@ class Train:
         return np.asarray(1 / self.curvatures[1].max(axis=1))
 
     def concave(self, gear: int) -> list[tuple[float, float]]:
-        """Ranges of the carrier angle [rad] in which a pitch curve (0 to 3) is concave at the contact."""
+        """Ranges of the carrier angle [rad] in which a pitch curve (0 to 3) is concave at the
+        contact.
+        """
         theta, kappa = self.curvatures[0], self.curvatures[1][gear]
         hollow = np.concatenate([[False], kappa < -_CONVEX * np.abs(kappa).max(), [False]])
         edges = np.flatnonzero(np.diff(hollow.astype(int)))
-        return [(float(theta[a]), float(theta[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+        return [
+            (float(theta[a]), float(theta[b - 1]))
+            for a, b in zip(edges[::2], edges[1::2], strict=True)
+        ]
 
     def bend(self, crank: float) -> float:
-        """Angle at the middle hinge [rad]. Raises GeometryError where the hinges of the carrier form no triangle."""
+        """Angle at the middle hinge [rad].
+
+        Raises GeometryError where the hinges of the carrier form no triangle.
+        """
         if crank > 2 * self.distance:
             raise GeometryError(
-                f"the length of the carrier, {crank * 1e3:.6g} mm, is too large: it must be at most twice the centre "
+                f"the length of the carrier, {crank * 1e3:.6g} mm, is too large: it must be at "
+                f"most twice the centre "
                 f"distance, {2e3 * self.distance:.6g} mm"
             )
         return model.bend(crank, self.distance)
 
     def motion(self, dyad: Dyad) -> dict[str, Array]:
-        """A turn of the arm as the gears drive it: `theta`, `phi` (m,) [rad], `places` of tip and hinge (4, m) [m].
+        """A turn of the arm as the gears drive it: `theta`, `phi` (m,) [rad], `places` of tip and
+        hinge (4, m) [m].
 
         The arm turns against the carrier with the second follower, by the product of both ratios.
         """
@@ -161,7 +193,9 @@ class Train:
 
 
 MOST_RATIO = 3.0
-"""Ratio of a stage, or its reciprocal, from which on it is told: a pitch radius is a quarter of the distance."""
+"""Ratio of a stage, or its reciprocal, from which on it is told: a pitch radius is a quarter of the
+distance.
+"""
 DEDENDUM, ADDENDUM = 1.25, 1.0
 """Depth of the roots below a pitch curve, and height of the tips above it, in modules."""
 LEAST_MODULE = 1e-3
@@ -180,7 +214,9 @@ def largest_module(train: Train) -> float:
 
 
 def _rooms(train: Train, gear: int) -> tuple[float, float]:
-    """Largest modules [m] of a gear: by its roots where the pitch curve is convex, by its tips where it is hollow."""
+    """Largest modules [m] of a gear: by its roots where the pitch curve is convex, by its tips
+    where it is hollow.
+    """
     kappa = train.curvatures[1][gear]
     sharpest, hollowest = float(kappa.max()), float(-kappa.min())
     return 1 / (DEDENDUM * sharpest), 1 / (ADDENDUM * hollowest) if hollowest > 0 else np.inf
@@ -189,9 +225,11 @@ def _rooms(train: Train, gear: int) -> tuple[float, float]:
 def _sense(train: Train) -> Iterator[TrainWarning]:
     if train.curve.sense > 0:
         yield TrainWarning(
-            "sense", None,
-            "the arm gains on the carrier: two external meshes turn it the other way, so that one mesh needs an idler",
-        )  # fmt: skip
+            "sense",
+            None,
+            "the arm gains on the carrier: two external meshes turn it the other way, so that one "
+            "mesh needs an idler",
+        )
 
 
 def _ratios(train: Train) -> Iterator[TrainWarning]:
@@ -203,10 +241,13 @@ def _ratios(train: Train) -> Iterator[TrainWarning]:
             radii = {gear: float(at[f"r{k}"][0]) for k, gear in enumerate(GEARS, 1)}
             gear = min(radii, key=lambda gear: radii[gear])
             yield _warning(
-                "ratio", extreme.angle,
-                f"the total ratio is {float(at['i'][0]):.4g} (stages {stages[0]:.4g} and {stages[1]:.4g})",
-                f": the pitch radius of {gear} is only {radii[gear] * _MM:.4g} mm of {train.distance * _MM:.4g} mm",
-            )  # fmt: skip
+                "ratio",
+                extreme.angle,
+                f"the total ratio is {float(at['i'][0]):.4g} (stages {stages[0]:.4g} and "
+                f"{stages[1]:.4g})",
+                f": the pitch radius of {gear} is only {radii[gear] * _MM:.4g} mm of "
+                f"{train.distance * _MM:.4g} mm",
+            )
 
 
 def _sharp(train: Train) -> Iterator[TrainWarning]:
@@ -217,10 +258,12 @@ def _sharp(train: Train) -> Iterator[TrainWarning]:
         if module < LEAST_MODULE:
             worst = int(np.argmax(kappa[gear]))
             yield _warning(
-                "cusp", float(theta[worst]),
-                f"the pitch curve of {name} is nearly a cusp, of a radius of {_MM / kappa[gear][worst]:.4g} mm",
+                "cusp",
+                float(theta[worst]),
+                f"the pitch curve of {name} is nearly a cusp, of a radius of "
+                f"{_MM / kappa[gear][worst]:.4g} mm",
                 f": the roots of teeth meet there from a module of {module * _MM:.3g} mm on",
-            )  # fmt: skip
+            )
 
 
 def _hollow(train: Train) -> Iterator[TrainWarning]:
@@ -229,19 +272,27 @@ def _hollow(train: Train) -> Iterator[TrainWarning]:
     for gear, name in enumerate(GEARS):
         if not train.convex[gear]:
             worst = int(np.argmin(kappa[gear]))
-            ranges = ", ".join(f"{to_degrees(a):.4g} to {to_degrees(b):.4g}" for a, b in train.concave(gear))
+            ranges = ", ".join(
+                f"{to_degrees(a):.4g} to {to_degrees(b):.4g}" for a, b in train.concave(gear)
+            )
             module = _rooms(train, gear)[1]
             limit = f"; the tips of teeth meet there from a module of {module * _MM:.3g} mm on"
             yield _warning(
-                "hollow pitch curve", float(theta[worst]),
-                f"the pitch curve of {name} is hollow, of a radius of {_MM / -kappa[gear][worst]:.4g} mm (all in all "
+                "hollow pitch curve",
+                float(theta[worst]),
+                f"the pitch curve of {name} is hollow, of a radius of "
+                f"{_MM / -kappa[gear][worst]:.4g} mm (all in all "
                 f"from {ranges} deg)",
                 f": a rack or hob cannot cut it there{limit if module < LEAST_MODULE else ''}",
-            )  # fmt: skip
+            )
 
 
 def _warning(name: str, angle: float, cause: str, consequence: str) -> TrainWarning:
-    return TrainWarning(name, to_degrees(angle), f"at carrier angle {to_degrees(angle):.5g} deg {cause}{consequence}")
+    return TrainWarning(
+        name,
+        to_degrees(angle),
+        f"at carrier angle {to_degrees(angle):.5g} deg {cause}{consequence}",
+    )
 
 
 @dataclass(frozen=True)
@@ -256,11 +307,17 @@ class Training:
 
 
 def build_training(
-    curve: AngleCurve, distance: float, crank: float | None = None, file: PoseFile | None = None, carrier: int = 1
+    curve: AngleCurve,
+    distance: float,
+    crank: float | None = None,
+    file: PoseFile | None = None,
+    carrier: int = 1,
 ) -> Training:
-    """Return the train of a curve for a centre distance and an optional carrier length [m], with its misses at poses.
+    """Return the train of a curve for a centre distance and an optional carrier length [m], with
+    its misses at poses.
 
-    Raises ComputationError if the slope of the curve reaches zero, InputError if the carrier does not fit.
+    Raises ComputationError if the slope of the curve reaches zero, InputError if the carrier does
+    not fit.
     """
     dyad = None if file is None else _carrier(file, carrier)
     if crank is None and dyad is not None:
@@ -278,7 +335,10 @@ def _carrier(file: PoseFile, number: int) -> Dyad:
         return file.carrier_dyad
     dyads = solve_dyads(file.poses).dyads if len(distinct(file.poses)) > 1 else []
     if not 1 <= number <= len(dyads):
-        raise InputError(f"--carrier {number}: {file.source} has {len(dyads)} real dyads; choose one of these numbers")
+        raise InputError(
+            f"--carrier {number}: {file.source} has {len(dyads)} real dyads; choose one of these "
+            f"numbers"
+        )
     return dyads[number - 1]
 
 
@@ -298,7 +358,9 @@ def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFoun
         closure_error_rad=train.closure_errors,
         carrier_bend_deg=None if bend is None else math.degrees(bend),
         convex=train.convex,
-        concave_deg=[[(math.degrees(a), math.degrees(b)) for a, b in train.concave(k)] for k in range(4)],
+        concave_deg=[
+            [(math.degrees(a), math.degrees(b)) for a, b in train.concave(k)] for k in range(4)
+        ],
         radius_min_mm=to_four(smallest),
         radius_max_mm=to_four(biggest),
         curvature_radius_min_mm=to_four(train.least_curvature_radius),
@@ -313,7 +375,9 @@ def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[Missed]:
 
 
 def polar_curves(train: Train, samples: int = 361) -> tuple[Array, Array]:
-    """Polar angles (4, m) [rad] and radii (4, m) [m] of the pitch curves, at the train's own carrier angles."""
+    """Polar angles (4, m) [rad] and radii (4, m) [m] of the pitch curves, at the train's own
+    carrier angles.
+    """
     theta, psi = train.polar_angles()
     step = max(len(theta) // samples, 1)
     chosen = np.unique(np.append(np.arange(0, len(theta), step), len(theta) - 1))

@@ -1,4 +1,6 @@
-"""`planter calibrate --data`: models of a machine fitted to a measured curve, with their outcomes."""
+"""`planter calibrate --data`: models of a machine fitted to a measured curve, with their
+outcomes.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,9 @@ class ValidationMeasurement:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """Fits of all models with their data, the machine file with the inputs of the first, if any, and the result."""
+    """Fits of all models with their data, the machine file with the inputs of the first, if any,
+    and the result.
+    """
 
     measured: Measurement
     fits: dict[str, Fit]
@@ -70,16 +74,27 @@ class Calibrated:
     result: MeasuredFound
 
 
-def read_measurement(machine: Machine, data: str | Path, columns: Columns, quantities: Sequence[str]) -> Measurement:
-    """Return the measured curves of quantities of a machine. Raises InputError as `planter.measured.reading.read`."""
-    return reading.read(data, columns, float(machine.data[machine.speed]), find_units(machine, columns, quantities))
+def read_measurement(
+    machine: Machine, data: str | Path, columns: Columns, quantities: Sequence[str]
+) -> Measurement:
+    """Return the measured curves of quantities of a machine.
+
+    Raises InputError as `planter.measured.reading.read`.
+    """
+    return reading.read(
+        data, columns, float(machine.data[machine.speed]), find_units(machine, columns, quantities)
+    )
 
 
 def find_units(machine: Machine, columns: Columns, quantities: Sequence[str]) -> list[str]:
-    """Return the display unit of each quantity. Raises InputError unless there is one for each column of values."""
+    """Return the display unit of each quantity.
+
+    Raises InputError unless there is one for each column of values.
+    """
     if len(quantities) != len(columns.names):
         raise InputError(
-            f"--quantity is given {len(quantities)} times, but --column {len(columns.names)} times: give one for each"
+            f"--quantity is given {len(quantities)} times, but --column {len(columns.names)} "
+            f"times: give one for each"
         )
     return [units.display_unit(find_measured(machine, quantity).key) for quantity in quantities]
 
@@ -97,19 +112,25 @@ def calibrate(
     means: Means = AUTO,
     priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> Calibrated:
-    """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in one model or several.
+    """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in one
+    model or several.
 
-    `builders` return the machines of the models by name, in the order of the report; workers need to pickle them.
-    `quantity` names what each column of values is. `rebuild` returns the file with other numbers, by path, if there is
-    one. `means` selects the workers of the searches and does not change their results. `priors` are means and standard
-    deviations of inputs that are known about. Raises InputError for a file, columns or inputs that cannot be used.
+    `builders` return the machines of the models by name, in the order of the report; workers need
+    to pickle them. `quantity` names what each column of values is. `rebuild` returns the file with
+    other numbers, by path, if there is one. `means` selects the workers of the searches and does
+    not change their results. `priors` are means and standard deviations of inputs that are known
+    about. Raises InputError for a file, columns or inputs that cannot be used.
     """
     if not bounds:
-        raise InputError("add --fit with an input and its bounds, such as --fit mass.planet_kg=0.8:1.6")
+        raise InputError(
+            "add --fit with an input and its bounds, such as --fit mass.planet_kg=0.8:1.6"
+        )
     quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
     machines = {name: build() for name, build in builders.items()}
     model, machine = next(iter(machines.items()))
-    chosen = {name: Chosen.from_bounds(machine, bounds, priors) for name, machine in machines.items()}
+    chosen = {
+        name: Chosen.from_bounds(machine, bounds, priors) for name, machine in machines.items()
+    }
     measured = read_measurement(machine, data, columns, quantities)
     phase = ProgressPhase("calibration", "start", STARTS * len(machines), progress)
     fits: dict[str, Fit] = {}
@@ -134,7 +155,11 @@ def calibrate(
             unit=unit,
             outcome=first.outcome,
             statement=_statement(results, measured.noise, unit),
-            treatment=[*measured.treatment, *describe_view(fits[model].curve, fits[model].values), *notes],
+            treatment=[
+                *measured.treatment,
+                *describe_view(fits[model].curve, fits[model].values),
+                *notes,
+            ],
             warnings=_warnings(first),
             left_out=int((~measured.used).sum()),
             noise=first.noise,
@@ -164,8 +189,12 @@ def _spread(rms: float, points: int, unit: str) -> NoiseSpread:
     return NoiseSpread(rms, points, rms if unit == FORCE else None)
 
 
-def rebuild_machine(fit: Fit, rebuild: Callable[[Mapping[str, float]], Document]) -> tuple[Document | None, list[str]]:
-    """Return the file with the fitted inputs, or None with the reason if no machine can have them."""
+def rebuild_machine(
+    fit: Fit, rebuild: Callable[[Mapping[str, float]], Document]
+) -> tuple[Document | None, list[str]]:
+    """Return the file with the fitted inputs, or None with the reason if no machine can have
+    them.
+    """
     values = fit.curve.chosen.to_display(fit.values)
     try:
         return rebuild({name: value for name, value in values.items() if not is_nuisance(name)}), []
@@ -199,7 +228,8 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
         lack_of_fit=LackOfFitTest(lack.statistic, lack.probability, lack.harmonics),
         noise=noises[0],
         channels=[
-            ChannelFit(key, unit, points.stop - points.start, rms, noise) for key, unit, points, rms, noise in described
+            ChannelFit(key, unit, points.stop - points.start, rms, noise)
+            for key, unit, points, rms, noise in described
         ],
         active_bounds=describe_active_bounds(fit),
         rms_N=fit.rms if is_force else None,
@@ -228,8 +258,8 @@ def leaves_noise(fit: Fit, lack: LackOfFit) -> bool:
 def judge_fit(fit: Fit, lack: LackOfFit) -> Outcome:
     """Return the outcome of a fit.
 
-    A model explains data by values inside its bounds alone, and is refuted only if a better fit and noise are both
-    unlikely.
+    A model explains data by values inside its bounds alone, and is refuted only if a better fit and
+    noise are both unlikely.
     """
     if leaves_noise(fit, lack):
         return "not settled" if fit.active_bounds else "explained"
@@ -239,7 +269,10 @@ def judge_fit(fit: Fit, lack: LackOfFit) -> Outcome:
 def describe_active_bounds(fit: Fit) -> list[FitBound]:
     """Return the bounds on which a fit rests, of inputs and of parameters of effects."""
     names = fit.curve.chosen.names
-    return [FitBound(names[i].removeprefix(EFFECT), side) for i, side in sorted(fit.active_bounds.items())]
+    return [
+        FitBound(names[i].removeprefix(EFFECT), side)
+        for i, side in sorted(fit.active_bounds.items())
+    ]
 
 
 def state_active_bounds(bounds: Sequence[FitBound]) -> str:
@@ -269,11 +302,19 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
         value, display_lower, display_upper, low95, high95 = display
         inputs.append(
             FittedInput(
-                name=name, value=value, unit=find_unit(curve, name),
-                lower=display_lower, upper=display_upper, start=float((start[i] + moved) / factor),
-                low95=low95, high95=high95, interval=[low95, high95], open=bool(is_open), origin="calibrated",
+                name=name,
+                value=value,
+                unit=find_unit(curve, name),
+                lower=display_lower,
+                upper=display_upper,
+                start=float((start[i] + moved) / factor),
+                low95=low95,
+                high95=high95,
+                interval=[low95, high95],
+                open=bool(is_open),
+                origin="calibrated",
             )
-        )  # fmt: skip
+        )
     return inputs
 
 
@@ -281,7 +322,9 @@ def find_unit(curve: MeasuredCurve, name: str) -> str:
     """Return the display unit of an input, by its key, else the SI unit of the value."""
     if is_offset(name):
         return curve.units[find_offset_channel(name, curve.keys, curve.units)]
-    return units.display_unit(name) or next((entry.unit for entry in curve.machine.values if entry.path == name), "1")
+    return units.display_unit(name) or next(
+        (entry.unit for entry in curve.machine.values if entry.path == name), "1"
+    )
 
 
 FITS: dict[Outcome, str] = {
@@ -292,23 +335,32 @@ FITS: dict[Outcome, str] = {
 
 
 def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) -> str:
-    """Return sentences on the models that explain the data and on inputs that the data do not determine."""
+    """Return sentences on the models that explain the data and on inputs that the data do not
+    determine.
+    """
     sentences = []
     for model, result in results.items():
         sentences.append(f"{model.capitalize()} model: {FITS[result.outcome]}")
         sentences.append(
-            f"RMS residual {result.rms:.3g} {unit}, {result.rms_of_noise:.3g} times the measurement noise "
+            f"RMS residual {result.rms:.3g} {unit}, {result.rms_of_noise:.3g} times the "
+            f"measurement noise "
             f"({noise:.3g} {unit})"
         )
         if result.active_bounds:
             sentences.append(state_active_bounds(result.active_bounds))
         if result.lack_of_fit.probability < REFUTING:
-            sentences.append(f"What it leaves has a probability of {result.lack_of_fit.probability:.2g} as noise")
+            sentences.append(
+                f"What it leaves has a probability of {result.lack_of_fit.probability:.2g} as noise"
+            )
     first = next(iter(results.values()))
-    sentences.append(f"The data determine {first.rank} of {len(first.fitted)} combinations of the inputs")
+    sentences.append(
+        f"The data determine {first.rank} of {len(first.fitted)} combinations of the inputs"
+    )
     undetermined = [entry.name for entry in first.fitted if entry.open]
     if undetermined:
-        sentences.append(f"Not determined by the data (interval reaches its bound): {', '.join(undetermined)}")
+        sentences.append(
+            f"Not determined by the data (interval reaches its bound): {', '.join(undetermined)}"
+        )
     return ". ".join(sentences)
 
 
@@ -317,7 +369,8 @@ def _warnings(result: ModelMeasured) -> list[str]:
     warnings = []
     if not result.white:
         warnings.append(
-            "residuals are correlated in another way than the intervals assume, so these are too narrow or the model "
+            "residuals are correlated in another way than the intervals assume, so these are too "
+            "narrow or the model "
             "is incomplete"
         )
     if result.active_bounds:
@@ -325,20 +378,27 @@ def _warnings(result: ModelMeasured) -> list[str]:
         warnings.append(f"not settled: no fit inside the bounds of {names} is as good; widen them")
     elif result.outcome == "not settled":
         warnings.append(
-            f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better fit may exist; narrow "
+            f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better "
+            f"fit may exist; narrow "
             "the bounds"
         )
     return warnings
 
 
 def _predict(
-    check: ValidationMeasurement, columns: Columns, fits: Mapping[str, Fit], quantities: Sequence[str]
+    check: ValidationMeasurement,
+    columns: Columns,
+    fits: Mapping[str, Fit],
+    quantities: Sequence[str],
 ) -> Prediction:
     """Return the residuals of all fitted models for a measurement at another speed."""
     rms: dict[str, float] = {}
     points = 0
     for model, fit in fits.items():
-        data, speed = fit.curve.machine.data.copy(), check.speed_rpm * units.unit_factor("speed_rpm")
+        data, speed = (
+            fit.curve.machine.data.copy(),
+            check.speed_rpm * units.unit_factor("speed_rpm"),
+        )
         data[fit.curve.machine.speed] = speed
         machine = fit.curve.machine.with_data(data)
         measured = read_measurement(machine, check.path, columns, quantities)

@@ -13,27 +13,59 @@ ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0, "rev": 2 * np.pi}
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
 VALUES = {
     "N": {"N": 1.0, "kN": 1e3, "daN": 10.0, "mN": 1e-3},
-    "N m": {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3, "N mm": 1e-3, "Nmm": 1e-3, "N cm": 1e-2, "Ncm": 1e-2},
+    "N m": {
+        "N m": 1.0,
+        "Nm": 1.0,
+        "kN m": 1e3,
+        "kNm": 1e3,
+        "N mm": 1e-3,
+        "Nmm": 1e-3,
+        "N cm": 1e-2,
+        "Ncm": 1e-2,
+    },
 }
 """Units of a column by the unit of the measured quantity."""
 ALIKE = (
-    ("mm", "m", "cm", "um"), ("deg", "rad"), ("rad/s", "r/min", "deg/s"), ("rad/s2", "deg/s2"), ("m/s", "mm/s"),
-    ("m/s2", "mm/s2"), ("W", "kW", "mW"), ("J", "kJ", "mJ"), ("1", "%"),
-)  # fmt: skip
+    ("mm", "m", "cm", "um"),
+    ("deg", "rad"),
+    ("rad/s", "r/min", "deg/s"),
+    ("rad/s2", "deg/s2"),
+    ("m/s", "mm/s"),
+    ("m/s2", "mm/s2"),
+    ("W", "kW", "mW"),
+    ("J", "kJ", "mJ"),
+    ("1", "%"),
+)
 """Units of columns of other quantities."""
 
 _NAME_AND_UNIT = re.compile(
     r"(?P<name>.*?)\s*(?:\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|/\s*(?P<c>[^/]+)|\sin\s(?P<d>\S+)|_(?P<e>[A-Za-z°]+))\s*"
 )
 _UNIT_SPELLINGS = {
-    "u/min": "r/min", "1/min": "r/min", "rpm": "r/min", "min^-1": "r/min", "min-1": "r/min", "degree": "deg",
-    "degrees": "deg", "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "µm": "um", "μm": "um",
-    "newton": "N", "newtons": "N", "radian": "rad", "radians": "rad", "turns": "rev",
-}  # fmt: skip
+    "u/min": "r/min",
+    "1/min": "r/min",
+    "rpm": "r/min",
+    "min^-1": "r/min",
+    "min-1": "r/min",
+    "degree": "deg",
+    "degrees": "deg",
+    "sec": "s",
+    "second": "s",
+    "seconds": "s",
+    "msec": "ms",
+    "µm": "um",
+    "μm": "um",
+    "newton": "N",
+    "newtons": "N",
+    "radian": "rad",
+    "radians": "rad",
+    "turns": "rev",
+}
 
 
 def list_units(unit: str) -> dict[str, float]:
-    """Return the units that a column of a quantity may have, each in parts of the quantity's display unit.
+    """Return the units that a column of a quantity may have, each in parts of the quantity's
+    display unit.
 
     >>> list_units("mm")["m"], list_units("N")["daN"]
     (1000.0, 10.0)
@@ -55,7 +87,8 @@ def find_factor(allowed: dict[str, float], unit: str) -> float | None:
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """Return a header's name and unit, None without a unit; an ending after `_` counts if it is one.
+    """Return a header's name and unit, None without a unit; an ending after `_` counts if it is
+    one.
 
     >>> split_unit("Kraft [N]"), split_unit("F / kN"), split_unit("phi_rad"), split_unit("support_force")
     (('Kraft', 'N'), ('F', 'kN'), ('phi', 'rad'), ('support_force', None))
@@ -83,5 +116,5 @@ def normalise_unit(unit: str) -> str:
 
 KNOWN = frozenset(
     normalise_unit(name) for names in (ANGLES, TIMES, *VALUES.values(), *ALIKE) for name in names
-) - {"1", "h"}  # fmt: skip
+) - {"1", "h"}
 """Spellings that count as units without brackets."""

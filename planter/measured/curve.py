@@ -1,4 +1,6 @@
-"""Quantities of a machine at measured angles as functions of chosen inputs, with exact derivatives."""
+"""Quantities of a machine at measured angles as functions of chosen inputs, with exact
+derivatives.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ EFFECT = "effect: "
 SAMPLES = 720
 """Angles of a revolution at which a curve is sampled; a multiple of 1 to 6, 8, 9, 10 and 12."""
 SMALLEST_NOISE, TINIEST_NOISE = 1e-6, 1e-30
-"""Share of the range of the values below which noise is rounding of digits in the file, and its smallest size."""
+"""Share of the range of the values below which noise is rounding of digits in the file, and its
+smallest size.
+"""
 STEADY = 0.002
 """Share of the mean speed by which a steady one may vary."""
 PERIOD_TOLERANCE = 1e-9
@@ -50,13 +54,17 @@ class Chosen:
     lower: Array
     upper: Array
     priors: tuple[tuple[int, float, float], ...] = ()
-    """Index, mean and standard deviation of inputs with a normal prior; others are uniform within their bounds."""
+    """Index, mean and standard deviation of inputs with a normal prior; others are uniform within
+    their bounds.
+    """
 
     @classmethod
     def from_bounds(
-        cls, machine: Machine, bounds: Mapping[str, tuple[float, float]],
+        cls,
+        machine: Machine,
+        bounds: Mapping[str, tuple[float, float]],
         priors: Mapping[str, tuple[float, float]] | None = None,
-    ) -> Chosen:  # fmt: skip
+    ) -> Chosen:
         """Return inputs with bounds and normal priors (mean, standard deviation) in display units.
 
         Raises InputError for an unknown name, empty bounds, or a prior that does not fit.
@@ -69,7 +77,9 @@ class Chosen:
                 hint = paths.suggest_names(name, [*paths_of_inputs, OFFSET, PHASE])
                 raise InputError(f"--fit {name}: {hint}")
             if not low < high:
-                raise InputError(f"--fit {name}={low:g}:{high:g}: the lower bound must be below the upper")
+                raise InputError(
+                    f"--fit {name}={low:g}:{high:g}: the lower bound must be below the upper"
+                )
             if is_sensor_input(matches[0]):
                 check_sensor_bounds(machine, matches[0], (low, high))
             selected[matches[0]] = (low, high)
@@ -80,15 +90,21 @@ class Chosen:
         for name, (mean, std) in (priors or {}).items():
             matches = [name] if is_nuisance(name) else paths.Names(paths_of_inputs).candidates(name)
             if len(matches) != 1 or matches[0] not in names:
-                raise InputError(f"--prior {name}: it must be one of the inputs of --fit: {', '.join(names)}")
+                raise InputError(
+                    f"--prior {name}: it must be one of the inputs of --fit: {', '.join(names)}"
+                )
             if not (std > 0 and np.isfinite([mean, std]).all()):
-                raise InputError(f"--prior {name}={mean:g}:{std:g}: it must be MEAN:STD with STD greater than 0")
+                raise InputError(
+                    f"--prior {name}={mean:g}:{std:g}: it must be MEAN:STD with STD greater than 0"
+                )
             index = names.index(matches[0])
             normal.append((index, mean * factors[index], std * factors[index]))
         return cls(names, ends[:, 0], ends[:, 1], tuple(normal))
 
     def prior_rows(self, values: Array) -> tuple[Array, Array]:
-        """Return the deviations (j,) of values (n,) from their normal priors, and their Jacobian (j, n)."""
+        """Return the deviations (j,) of values (n,) from their normal priors, and their Jacobian
+        (j, n).
+        """
         rows = np.array([(values[index] - mean) / std for index, mean, std in self.priors])
         slopes = np.zeros((len(self.priors), len(values)))
         for row, (index, _, std) in enumerate(self.priors):
@@ -97,26 +113,35 @@ class Chosen:
 
     def to_display(self, values: Array) -> dict[str, float]:
         """Return values (n,) by name, in display units."""
-        return {name: float(value / factor_of(name)) for name, value in zip(self.names, values, strict=True)}
+        return {
+            name: float(value / factor_of(name))
+            for name, value in zip(self.names, values, strict=True)
+        }
 
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """Noise of a quantity: standard deviation in its display unit, and correlation of neighbouring points."""
+    """Noise of a quantity: standard deviation in its display unit, and correlation of neighbouring
+    points.
+    """
 
     std: float
     rho: float = 0.0
 
 
 class MeasuredCurve:
-    """Quantities at the angles of a measurement, for values (n,) of the chosen inputs, in their display units.
+    """Quantities at the angles of a measurement, for values (n,) of the chosen inputs, in their
+    display units.
 
-    Points in use of all quantities stand one after another, (m,) together. measured(phi) = computed(phi + phase). A
-    phase whose bounds span the period or more is cyclic, without bounds. Where the record has the speed, quantities are
-    those at its speed, by a parabola through those at three speeds: exact for weights, springs, dampers and inertia.
+    Points in use of all quantities stand one after another, (m,) together. measured(phi) =
+    computed(phi + phase). A phase whose bounds span the period or more is cyclic, without bounds.
+    Where the record has the speed, quantities are those at its speed, by a parabola through those
+    at three speeds: exact for weights, springs, dampers and inertia.
     """
 
-    def __init__(self, machine: Machine, chosen: Chosen, measured: Measurement, quantity: str | Sequence[str]) -> None:
+    def __init__(
+        self, machine: Machine, chosen: Chosen, measured: Measurement, quantity: str | Sequence[str]
+    ) -> None:
         self.chosen = chosen
         quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
         results = [find_measured(machine, each) for each in quantities]
@@ -125,17 +150,35 @@ class MeasuredCurve:
         self._factors = np.array([result.factor for result in results])
         used = [np.flatnonzero(channel.used) for channel in measured.channels]
         rows = np.unique(np.concatenate(used))
-        self._angles, self._speeds = measured.phi[rows], None if measured.speed is None else measured.speed[rows]
+        self._angles, self._speeds = (
+            measured.phi[rows],
+            None if measured.speed is None else measured.speed[rows],
+        )
         self._records = find_records(self._angles)
         self._set_points(
             [np.searchsorted(rows, each) for each in used],
-            np.concatenate([channel.values[each] for channel, each in zip(measured.channels, used, strict=True)]),
+            np.concatenate(
+                [
+                    channel.values[each]
+                    for channel, each in zip(measured.channels, used, strict=True)
+                ]
+            ),
         )
         self.noises = tuple(
-            ChannelNoise(max(channel.noise, SMALLEST_NOISE * float(np.ptp(channel.values[each])), TINIEST_NOISE))
+            ChannelNoise(
+                max(
+                    channel.noise,
+                    SMALLEST_NOISE * float(np.ptp(channel.values[each])),
+                    TINIEST_NOISE,
+                )
+            )
             for channel, each in zip(measured.channels, used, strict=True)
         )
-        self._inputs = [i for i, name in enumerate(chosen.names) if not (is_nuisance(name) or is_sensor_input(name))]
+        self._inputs = [
+            i
+            for i, name in enumerate(chosen.names)
+            if not (is_nuisance(name) or is_sensor_input(name))
+        ]
         self._offsets = {
             i: find_offset_channel(name, self.keys, self.units)
             for i, name in enumerate(chosen.names)
@@ -180,25 +223,36 @@ class MeasuredCurve:
         lower, upper = self.chosen.lower.copy(), self.chosen.upper.copy()
         for i, (side, share) in moves.items():
             step = share * (self.chosen.upper[i] - self.chosen.lower[i])
-            lower[i], upper[i] = (lower[i] + step, upper[i]) if side == "lower" else (lower[i], upper[i] - step)
+            lower[i], upper[i] = (
+                (lower[i] + step, upper[i]) if side == "lower" else (lower[i], upper[i] - step)
+            )
         changed = copy(self)
         changed.chosen = replace(self.chosen, lower=lower, upper=upper)
         return changed
 
     def machine_values(self) -> Array:
-        """Return the values (n,) of the machine, clipped to the bounds; zero for nuisance parameters."""
+        """Return the values (n,) of the machine, clipped to the bounds; zero for nuisance
+        parameters.
+        """
         values = np.zeros(len(self.chosen.names))
         values[self._inputs] = self._machine_inputs
         return np.clip(values, self.chosen.lower, self.chosen.upper)
 
     def with_points(self, limit: int) -> MeasuredCurve:
-        """Return a copy with at most `limit` points of each quantity, evenly selected, with white noise."""
+        """Return a copy with at most `limit` points of each quantity, evenly selected, with white
+        noise.
+        """
         thin = copy(self)
         if self.phase_index is not None:
             thin.period = self.period  # which takes samples of the curves
-        selected = [np.unique(np.linspace(0, len(p) - 1, min(limit, len(p))).astype(int)) for p in self._positions]
+        selected = [
+            np.unique(np.linspace(0, len(p) - 1, min(limit, len(p))).astype(int))
+            for p in self._positions
+        ]
         positions = [p[rows] for p, rows in zip(self._positions, selected, strict=True)]
-        values = [self.values[points][rows] for points, rows in zip(self.channels, selected, strict=True)]
+        values = [
+            self.values[points][rows] for points, rows in zip(self.channels, selected, strict=True)
+        ]
         rows = np.unique(np.concatenate(positions))
         thin._angles, thin._records = self._angles[rows], self._records[rows]
         thin._speeds = None if self._speeds is None else self._speeds[rows]
@@ -206,7 +260,9 @@ class MeasuredCurve:
         return thin
 
     def restart(self) -> None:
-        """Discard earlier values, near which loops are closed, so that all processes compute the same digits."""
+        """Discard earlier values, near which loops are closed, so that all processes compute the
+        same digits.
+        """
         self.bounds(self.machine_values())  # closes loops at the first call, for the period
         self._response.restart()
         self._last = None
@@ -237,14 +293,18 @@ class MeasuredCurve:
         )
 
     def bounds(self, z: Array) -> tuple[Array, Array]:
-        """Return the bounds (n,) of the chosen inputs; of a cyclic phase half a period on each side."""
+        """Return the bounds (n,) of the chosen inputs; of a cyclic phase half a period on each
+        side.
+        """
         lower, upper, i = self.chosen.lower.copy(), self.chosen.upper.copy(), self.phase_index
         if i is not None and self.is_cyclic:
             lower[i], upper[i] = z[i] - self.period / 2, z[i] + self.period / 2
         return lower, upper
 
     def sample(self, z: Array) -> tuple[Array, Array]:
-        """Return the quantities (k, SAMPLES) without phase over a cycle, and their Jacobians (k, SAMPLES, n)."""
+        """Return the quantities (k, SAMPLES) without phase over a cycle, and their Jacobians (k,
+        SAMPLES, n).
+        """
         at_zero = z.copy()
         if self.phase_index is not None:
             at_zero[self.phase_index] = 0.0
@@ -270,7 +330,9 @@ class MeasuredCurve:
         return self._last[1]
 
     def drift(self, z: Array) -> tuple[Array, Array]:
-        """Return what the record adds to the curves of a cycle at the points (m,), and its Jacobian (m, n)."""
+        """Return what the record adds to the curves of a cycle at the points (m,), and its Jacobian
+        (m, n).
+        """
         return np.zeros(len(self.phi)), np.zeros((len(self.phi), len(z)))
 
     @property
@@ -279,7 +341,9 @@ class MeasuredCurve:
         return np.concatenate([self._records[each] for each in self._positions])
 
     def whiten(self, rows: Array) -> Array:
-        """Return values at the points, (m,) or (m, j), such that noise becomes white with standard deviation 1."""
+        """Return values at the points, (m,) or (m, j), such that noise becomes white with standard
+        deviation 1.
+        """
         parts = [
             whiten_rows(rows[points], gaps, noise.rho) / noise.std
             for points, gaps, noise in zip(self.channels, self._gaps, self.noises, strict=True)
@@ -287,18 +351,24 @@ class MeasuredCurve:
         return np.concatenate(parts)
 
     def residuals(self, z: Array) -> tuple[Array, Array]:
-        """Return white residuals, computed less measured, and deviations from priors (m + j,) with their Jacobian."""
+        """Return white residuals, computed less measured, and deviations from priors (m + j,) with
+        their Jacobian.
+        """
         values, slopes = self(z)
         prior, prior_slopes = self.chosen.prior_rows(z)
         both = self.whiten(np.column_stack([values - self.values, slopes]))
         return np.concatenate([both[:, 0], prior]), np.vstack([both[:, 1:], prior_slopes])
 
     def log_determinant(self) -> float:
-        """Return the logarithm of the determinant of the noise's covariance over half, for densities."""
+        """Return the logarithm of the determinant of the noise's covariance over half, for
+        densities.
+        """
         total = 0.0
         for points, gaps, noise in zip(self.channels, self._gaps, self.noises, strict=True):
             count = points.stop - points.start
-            total += count * np.log(noise.std) + 0.5 * float(np.log1p(-(noise.rho ** (2.0 * gaps))).sum())
+            total += count * np.log(noise.std) + 0.5 * float(
+                np.log1p(-(noise.rho ** (2.0 * gaps))).sum()
+            )
         return float(total)
 
     @property
@@ -307,9 +377,13 @@ class MeasuredCurve:
         return self._gaps
 
     def evaluate(self, z: Array, phi: Array, speeds: Array | None = None) -> tuple[Array, Array]:
-        """Return the quantities (k, m) and their Jacobians (k, m, n) at angles [rad], at `speeds` (m,) if they vary."""
+        """Return the quantities (k, m) and their Jacobians (k, m, n) at angles [rad], at `speeds`
+        (m,) if they vary.
+        """
         angles = phi + (0.0 if self.phase_index is None else z[self.phase_index])
-        values, slopes_of_inputs = self._evaluate_machine(z[self._inputs], np.mod(angles, self.machine.turn), speeds)
+        values, slopes_of_inputs = self._evaluate_machine(
+            z[self._inputs], np.mod(angles, self.machine.turn), speeds
+        )
         slopes = np.zeros((*values.shape, len(z)))
         slopes[:, :, self._inputs] = slopes_of_inputs[:, :, 1:]
         for index, channel in self._offsets.items():
@@ -328,16 +402,20 @@ class MeasuredCurve:
             rows, slopes = 0.0, 0.0  # type: ignore[assignment]
             for i, node in enumerate(nodes):
                 d[self.machine.speed] = np.copysign(node, self.machine.data[self.machine.speed])
-                weight = np.prod([(speeds - other) / (node - other) for other in np.delete(nodes, i)], axis=0)
+                weight = np.prod(
+                    [(speeds - other) / (node - other) for other in np.delete(nodes, i)], axis=0
+                )
                 at_node = self._response.slopes(self._response.at_data(d), phi)
                 rows, slopes = rows + weight * at_node[0], slopes + weight[:, None] * at_node[1]
         return rows / self._factors[:, None], slopes / self._factors[:, None, None]
 
 
 def whiten_rows(rows: Array, gaps: Array, rho: float) -> Array:
-    """Return rows (m,) or (m, j) less what the row before tells of them, for a correlation `rho` over a step.
+    """Return rows (m,) or (m, j) less what the row before tells of them, for a correlation `rho`
+    over a step.
 
-    `gaps` (m - 1,) are the numbers of steps between rows. Noise of an autoregression of first order becomes white.
+    `gaps` (m - 1,) are the numbers of steps between rows. Noise of an autoregression of first order
+    becomes white.
     """
     if rho == 0:
         return rows
@@ -349,7 +427,9 @@ def whiten_rows(rows: Array, gaps: Array, rho: float) -> Array:
 
 
 def _count_steps(phi: Array, rows: Integers) -> Array:
-    """Return the number of steps of the record between neighbouring points, by their angles and by their rows."""
+    """Return the number of steps of the record between neighbouring points, by their angles and by
+    their rows.
+    """
     steps = np.abs(np.diff(phi))
     if not len(steps):
         return steps
@@ -360,20 +440,28 @@ def _count_steps(phi: Array, rows: Integers) -> Array:
 def find_records(phi: Array) -> Integers:
     """Return the record (n,) of each of the angles of a file [rad], counted from 0, in their order.
 
-    A record ends where the angle leaves out a revolution, or goes back by half of one against its direction.
+    A record ends where the angle leaves out a revolution, or goes back by half of one against its
+    direction.
     """
     steps = np.diff(phi)
     forward = steps * (np.sign(np.median(steps)) if len(steps) else 1.0)
-    return np.concatenate([[0], np.cumsum((forward > TURN) | (forward < -TURN / 2))]).astype(np.int64)
+    return np.concatenate([[0], np.cumsum((forward > TURN) | (forward < -TURN / 2))]).astype(
+        np.int64
+    )
 
 
 def find_offset_channel(name: str, keys: Sequence[str], display_units: Sequence[str]) -> int:
-    """Return the index of the quantity whose zero an offset is. Raises InputError if that is not clear."""
+    """Return the index of the quantity whose zero an offset is.
+
+    Raises InputError if that is not clear.
+    """
     if len(keys) == 1:
         return 0
     suffix = name.removeprefix("offset").removeprefix("_")
     matches = [i for i, key in enumerate(keys) if key == suffix]
-    matches = matches or [i for i, unit in enumerate(display_units) if suffix and unit == units.display_unit(name)]
+    matches = matches or [
+        i for i, unit in enumerate(display_units) if suffix and unit == units.display_unit(name)
+    ]
     if len(matches) != 1:
         names = ", ".join(f"offset_{key}" for key in keys)
         raise InputError(f"--fit {name}: it is not clear whose zero this is: use {names}")
@@ -386,19 +474,29 @@ def is_nuisance(name: str) -> bool:
 
 
 def factor_of(name: str) -> float:
-    """Return the unit in which a fitted value is computed, per display unit: SI, but for an offset or an effect."""
+    """Return the unit in which a fitted value is computed, per display unit: SI, but for an offset
+    or an effect.
+    """
     return 1.0 if is_offset(name) or name.startswith(EFFECT) else units.unit_factor(name)
 
 
 def _repeats(curve: Array, parts: int) -> bool:
     """Return whether a sampled curve varies and repeats `parts` times in a revolution."""
     allowed = PERIOD_TOLERANCE * float(np.abs(curve).max())
-    return bool(np.ptp(curve) > allowed and np.abs(curve - np.roll(curve, len(curve) // parts)).max() <= allowed)
+    return bool(
+        np.ptp(curve) > allowed
+        and np.abs(curve - np.roll(curve, len(curve) // parts)).max() <= allowed
+    )
 
 
 def find_measured(machine: Machine, quantity: str) -> Quantity:
-    """Return the quantity that was measured, by its key or name. Raises InputError if the machine lacks it."""
-    results = {result.name: result for result in machine.results} | {result.key: result for result in machine.results}
+    """Return the quantity that was measured, by its key or name.
+
+    Raises InputError if the machine lacks it.
+    """
+    results = {result.name: result for result in machine.results} | {
+        result.key: result for result in machine.results
+    }
     if quantity not in results:
         hint = paths.suggest_names(quantity, [result.key for result in machine.results])
         raise InputError(f"--quantity = {quantity} is not a quantity of {machine.name}: {hint}")
@@ -406,7 +504,9 @@ def find_measured(machine: Machine, quantity: str) -> Quantity:
 
 
 def is_offset(name: str) -> bool:
-    """Return whether a name is that of the zero of the gauge, in the unit of the measured quantity."""
+    """Return whether a name is that of the zero of the gauge, in the unit of the measured
+    quantity.
+    """
     return re.fullmatch(r"offset(_\w+)?", name) is not None
 
 
@@ -419,17 +519,22 @@ INDEPENDENT = 1e-12
 
 
 def find_phases(curve: MeasuredCurve, z: Array, count: int) -> list[tuple[Array, float]]:
-    """Return the best minima over the phase, best first: inputs (n,) and the linearised sum of squares.
+    """Return the best minima over the phase, best first: inputs (n,) and the linearised sum of
+    squares.
 
-    The other inputs are fitted, within their bounds, to the curve linearised at `z` (n,). Returns `z` alone, with an
-    infinite sum, if no phase is fitted.
+    The other inputs are fitted, within their bounds, to the curve linearised at `z` (n,). Returns
+    `z` alone, with an infinite sum, if no phase is fitted.
     """
     index = curve.phase_index
     if index is None:
         return [(z, float("inf"))]
     free = [i for i in range(len(z)) if i != index]
     lower, upper = curve.bounds(z)
-    phases = np.linspace(lower[index], upper[index], max(3, round(np.degrees(upper[index] - lower[index]) / STEP_DEG)))
+    phases = np.linspace(
+        lower[index],
+        upper[index],
+        max(3, round(np.degrees(upper[index] - lower[index]) / STEP_DEG)),
+    )
     fits = _fit_at_phases(curve, z, free, phases, (lower[free], upper[free]))
     sums = np.array([total for _, total in fits])
     ends = (sums[-1], sums[0]) if curve.is_cyclic else (np.inf, np.inf)
@@ -446,7 +551,9 @@ def find_phases(curve: MeasuredCurve, z: Array, count: int) -> list[tuple[Array,
 def _fit_at_phases(
     curve: MeasuredCurve, z: Array, free: list[int], phases: Array, bounds: tuple[Array, Array]
 ) -> list[tuple[Array, float]]:
-    """Return the other inputs at each phase (k,), with the sum of squares of the linearised curves."""
+    """Return the other inputs at each phase (k,), with the sum of squares of the linearised
+    curves.
+    """
     values, slopes = curve.sample(z)
     drift, drift_slopes = curve.drift(z)
     angles, turn = curve.sample_angles, curve.machine.turn
@@ -460,7 +567,9 @@ def _fit_at_phases(
         for k, points in enumerate(curve.channels):
             at = np.add.outer(curve.phi[points], part)
             sampled = (values[k], *(slopes[k][:, i] * w for i, w in zip(free, width, strict=True)))
-            columns.append(np.stack([np.interp(at, angles, row, period=turn) for row in sampled], axis=2))
+            columns.append(
+                np.stack([np.interp(at, angles, row, period=turn) for row in sampled], axis=2)
+            )
         stacked = np.concatenate(columns)
         stacked[:, :, 0] = (curve.values - drift)[:, None] - stacked[:, :, 0]
         stacked[:, :, 1:] += (drift_slopes[:, free] * width)[:, None, :]
@@ -468,16 +577,18 @@ def _fit_at_phases(
         products = np.einsum("mpi,mpj->pij", rows, rows, optimize=True) + prior_rows.T @ prior_rows
         steps, sums = _solve_within(products, ends)
         fits += [
-            (np.clip(z[free] + step * width, *bounds), float(total)) for step, total in zip(steps, sums, strict=True)
+            (np.clip(z[free] + step * width, *bounds), float(total))
+            for step, total in zip(steps, sums, strict=True)
         ]
     return fits
 
 
 def _solve_within(products: Array, ends: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return the least squares (k, j) of residuals and columns, by their products (k, 1 + j, 1 + j), and the sums (k,).
+    """Return the least squares (k, j) of residuals and columns, by their products (k, 1 + j, 1 +
+    j), and the sums (k,).
 
-    Where a solution without bounds leaves them, what leaves is held at its bound; what is no optimum then, by its slope
-    there, is solved one by one.
+    Where a solution without bounds leaves them, what leaves is held at its bound; what is no
+    optimum then, by its slope there, is solved one by one.
     """
     inner, side, total = products[:, 1:, 1:], products[:, 1:, 0], products[:, 0, 0]
     steps = _solve_products(inner, side)
@@ -488,17 +599,27 @@ def _solve_within(products: Array, ends: tuple[Array, Array]) -> tuple[Array, Ar
     steps = _solve_products(inner * free_pairs, slopes * ~outside) + bounded
     slopes = side - np.einsum("kij,kj->ki", inner, steps)
     is_wrong = np.where(
-        outside, slopes * np.where(bounded <= ends[0], 1, -1) > 0, (steps < ends[0]) | (steps > ends[1])
+        outside,
+        slopes * np.where(bounded <= ends[0], 1, -1) > 0,
+        (steps < ends[0]) | (steps > ends[1]),
     )
     for k in np.flatnonzero(is_wrong.any(axis=1)):
         values, vectors = np.linalg.eigh(products[k])
-        rows = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T  # the same products in 1 + j rows
+        rows = (
+            np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+        )  # the same products in 1 + j rows
         steps[k] = scipy.optimize.lsq_linear(rows[:, 1:], rows[:, 0], ends, method="bvls").x
-    sums = total - 2 * np.einsum("ki,ki->k", steps, side) + np.einsum("ki,kij,kj->k", steps, inner, steps)
+    sums = (
+        total
+        - 2 * np.einsum("ki,ki->k", steps, side)
+        + np.einsum("ki,kij,kj->k", steps, inner, steps)
+    )
     return steps, np.maximum(sums, 0.0)
 
 
 def _solve_products(inner: Array, side: Array) -> Array:
-    """Return the least squares (k, j) without bounds by products (k, j, j) of columns, and (k, j) with a residual."""
+    """Return the least squares (k, j) without bounds by products (k, j, j) of columns, and (k, j)
+    with a residual.
+    """
     inverse = np.linalg.pinv(inner, INDEPENDENT, hermitian=True)
     return np.einsum("kij,kj->ki", inverse, side)

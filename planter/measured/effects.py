@@ -1,7 +1,8 @@
-"""What stands between a rigid machine and its sensor, as operators on curves over a cycle, for every machine.
+"""What stands between a rigid machine and its sensor, as operators on curves over a cycle, for
+every machine.
 
-A curve has columns (S, c) at equal angles: its values, then their derivatives in the inputs of the machine. Every
-operator is linear in the curves of the machine, so that it moves all columns alike.
+A curve has columns (S, c) at equal angles: its values, then their derivatives in the inputs of the
+machine. Every operator is linear in the curves of the machine, so that it moves all columns alike.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from planter.numerics.arrays import TURN, Integers
 ComplexArray = npt.NDArray[np.complex128]
 Scale = Literal["linear", "log", "reciprocal"]
 SQUARE, RATE = "speed squared", "acceleration"
-"""Names of the parts of a curve that the square of the speed and the acceleration of the drive multiply."""
+"""Names of the parts of a curve that the square of the speed and the acceleration of the drive
+multiply.
+"""
 LARGEST_SHARE = 1.5
 """Largest share of another force in a signal."""
 SHORTEST_LEVER_M = 0.005
@@ -40,9 +43,11 @@ DRIFTS = {1: "linear", 2: "quadratic", 3: "cubic"}
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of an operator, between bounds that it is searched in; `reference` is its display value there.
+    """A parameter of an operator, between bounds that it is searched in; `reference` is its display
+    value there.
 
-    A search has the value itself, its logarithm, or its reciprocal; `neutral` is where the operator does least.
+    A search has the value itself, its logarithm, or its reciprocal; `neutral` is where the operator
+    does least.
     """
 
     name: str
@@ -60,15 +65,21 @@ class Parameter:
         return self.reference * (float(np.exp(value)) if self.scale == "log" else value)
 
     def from_display(self, value: float) -> float:
-        """Return the searched value of one in the display unit, which is not zero unless its scale is linear."""
+        """Return the searched value of one in the display unit, which is not zero unless its scale
+        is linear.
+        """
         if self.scale == "reciprocal":
             return self.reference / value
-        return float(np.log(value / self.reference)) if self.scale == "log" else value / self.reference
+        return (
+            float(np.log(value / self.reference)) if self.scale == "log" else value / self.reference
+        )
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves of a machine by name, with columns (S, c), at equal angles of a cycle `turn` [rad] at a speed [rad/s]."""
+    """Curves of a machine by name, with columns (S, c), at equal angles of a cycle `turn` [rad] at
+    a speed [rad/s].
+    """
 
     rows: Mapping[str, Array]
     turn: float
@@ -106,7 +117,9 @@ class SensorEffect(Protocol):
 
 @dataclass(frozen=True)
 class TurnedAxis:
-    """A sensor in the plane of x and y: a force along x is turned towards y, along which another one acts."""
+    """A sensor in the plane of x and y: a force along x is turned towards y, along which another
+    one acts.
+    """
 
     key: str
     name: str = "axis"
@@ -193,7 +206,9 @@ class Imbalance:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return tuple(Parameter(axis, "kg m", -self.largest, self.largest) for axis in ("along", "across"))
+        return tuple(
+            Parameter(axis, "kg m", -self.largest, self.largest) for axis in ("along", "across")
+        )
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the signal with the turning force."""
@@ -205,7 +220,9 @@ class Imbalance:
 
 @dataclass(frozen=True)
 class SpeedHarmonics:
-    """A speed that swings with harmonics of the drive: F = W + omega^2 a + omega' b, with parts a, b of the machine."""
+    """A speed that swings with harmonics of the drive: F = W + omega^2 a + omega' b, with parts a,
+    b of the machine.
+    """
 
     orders: tuple[int, ...] = (1, 2)
     name: str = "speed harmonics"
@@ -224,20 +241,26 @@ class SpeedHarmonics:
         """Return the signal at the swinging speed."""
         count = len(signal)
         swing, slope = np.zeros(count), np.zeros(count)
-        for order, (cosine, sine) in zip(self.orders, zip(values[::2], values[1::2], strict=True), strict=True):
+        for order, (cosine, sine) in zip(
+            self.orders, zip(values[::2], values[1::2], strict=True), strict=True
+        ):
             cosines, sines = _sample_wave(order, count, curves.turn)
             swing += cosine * cosines + sine * sines
             slope += order * (sine * cosines - cosine * sines)
         square = curves.speed**2
         more = square * (2 * swing + swing**2)
         return (
-            signal + more[:, None] * curves.rows[SQUARE] + (square * (1 + swing) * slope)[:, None] * curves.rows[RATE]
+            signal
+            + more[:, None] * curves.rows[SQUARE]
+            + (square * (1 + swing) * slope)[:, None] * curves.rows[RATE]
         )
 
 
 @dataclass(frozen=True)
 class ElasticMount:
-    """A mount of one mass on a spring and a damper below a machine whose motion is prescribed, at a speed [rad/s]."""
+    """A mount of one mass on a spring and a damper below a machine whose motion is prescribed, at a
+    speed [rad/s].
+    """
 
     speed: float
     name: str = "elastic mount"
@@ -248,10 +271,18 @@ class ElasticMount:
     def parameters(self) -> tuple[Parameter, ...]:
         high = self.speed / TURN * MOUNT_RATIO[1]
         return (
-            Parameter("frequency", "Hz", float(np.log(MOUNT_RATIO[0] / MOUNT_RATIO[1])), 0.0, "log", high),
-            Parameter("damping", "1", float(np.log(MOUNT_DAMPING[0])), float(np.log(MOUNT_DAMPING[1])), "log",
-                      neutral=float(np.log(0.05))),
-        )  # fmt: skip
+            Parameter(
+                "frequency", "Hz", float(np.log(MOUNT_RATIO[0] / MOUNT_RATIO[1])), 0.0, "log", high
+            ),
+            Parameter(
+                "damping",
+                "1",
+                float(np.log(MOUNT_DAMPING[0])),
+                float(np.log(MOUNT_DAMPING[1])),
+                "log",
+                neutral=float(np.log(0.05)),
+            ),
+        )
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the signal below the mount."""
@@ -259,12 +290,16 @@ class ElasticMount:
         assert frequency is not None
         assert damping is not None
         s, wn = _list_rates(curves), TURN * frequency
-        return _filter(signal, (2 * damping * wn * s + wn**2) / (s**2 + 2 * damping * wn * s + wn**2))
+        return _filter(
+            signal, (2 * damping * wn * s + wn**2) / (s**2 + 2 * damping * wn * s + wn**2)
+        )
 
 
 @dataclass(frozen=True)
 class ElectricCoupling:
-    """An amplifier without direct current, of first order, as charge amplifiers of piezoelectric sensors are."""
+    """An amplifier without direct current, of first order, as charge amplifiers of piezoelectric
+    sensors are.
+    """
 
     speed: float
     name: str = "coupling"
@@ -274,7 +309,11 @@ class ElectricCoupling:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         low = self.speed / TURN * CORNER_RATIO[0]
-        return (Parameter("corner", "Hz", 0.0, float(np.log(CORNER_RATIO[1] / CORNER_RATIO[0])), "log", low),)
+        return (
+            Parameter(
+                "corner", "Hz", 0.0, float(np.log(CORNER_RATIO[1] / CORNER_RATIO[0])), "log", low
+            ),
+        )
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the signal behind the amplifier."""
@@ -286,7 +325,9 @@ class ElectricCoupling:
 
 @dataclass(frozen=True)
 class Gain:
-    """A sensor that magnifies its signal, as one does whose sensitivity is not that of its sheet."""
+    """A sensor that magnifies its signal, as one does whose sensitivity is not that of its
+    sheet.
+    """
 
     name: str = "gain"
     meaning: str = "the sensor magnifies its signal"
@@ -304,10 +345,12 @@ class Gain:
 
 @dataclass(frozen=True)
 class ZeroDrift:
-    """A zero that drifts over the record, by a polynomial over each of several records in `spans` [rad], two ends each.
+    """A zero that drifts over the record, by a polynomial over each of several records in `spans`
+    [rad], two ends each.
 
-    `largest` is the largest part of it, in the display `unit` of the quantity. Drift does not repeat with the cycle, so
-    that it is no operator on the curve of one: `columns` has what the parameters multiply.
+    `largest` is the largest part of it, in the display `unit` of the quantity. Drift does not
+    repeat with the cycle, so that it is no operator on the curve of one: `columns` has what the
+    parameters multiply.
     """
 
     degree: int
@@ -322,7 +365,9 @@ class ZeroDrift:
 
     @property
     def meaning(self) -> str:
-        return f"the zero of the sensor drifts, by a {DRIFTS[self.degree]} polynomial over each record"
+        return (
+            f"the zero of the sensor drifts, by a {DRIFTS[self.degree]} polynomial over each record"
+        )
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -331,7 +376,9 @@ class ZeroDrift:
             number = f"{record}" if len(self.spans) > 1 else ""
             half = abs(last - first) / 2 / TURN  # revolutions
             if record > 1:
-                parameters.append(Parameter(f"zero{number}", self.unit, -self.largest, self.largest))
+                parameters.append(
+                    Parameter(f"zero{number}", self.unit, -self.largest, self.largest)
+                )
             rate = self.largest / half if half else self.largest
             parameters.append(Parameter(f"slope{number}", f"{self.unit}/r", -rate, rate))
             parameters += [
@@ -341,9 +388,11 @@ class ZeroDrift:
         return tuple(parameters)
 
     def columns(self, phi: Array, records: Integers) -> Array:
-        """Return what the parameters multiply (m, p) at angles (m,) [rad] of records (m,), counted from 0.
+        """Return what the parameters multiply (m, p) at angles (m,) [rad] of records (m,), counted
+        from 0.
 
-        The slope is per revolution from the middle of a record; bends multiply Legendre's polynomials over it.
+        The slope is per revolution from the middle of a record; bends multiply Legendre's
+        polynomials over it.
         """
         columns = []
         for record, (first, last) in enumerate(self.spans):
@@ -364,8 +413,17 @@ class ZeroDrift:
 def rank_effect(effect: SensorEffect) -> int:
     """Return the place of an effect between machine and amplifier, in which effects act."""
     # the speed acts on the machine, before what the sensor adds
-    return (SpeedHarmonics, TurnedAxis, LeakedForce, LeakedTorque, Imbalance, ElasticMount, Gain, ElectricCoupling,
-            ZeroDrift).index(type(effect))  # fmt: skip
+    return (
+        SpeedHarmonics,
+        TurnedAxis,
+        LeakedForce,
+        LeakedTorque,
+        Imbalance,
+        ElasticMount,
+        Gain,
+        ElectricCoupling,
+        ZeroDrift,
+    ).index(type(effect))
 
 
 @cache
@@ -378,10 +436,14 @@ def _sample_wave(order: int, count: int, turn: float) -> tuple[Array, Array]:
 def _list_rates(curves: Curves) -> ComplexArray:
     """Return i omega of the harmonics of a cycle [rad/s], (S // 2 + 1,)."""
     count = len(curves.angles)
-    return np.asarray(1j * np.arange(count // 2 + 1) * curves.speed * TURN / curves.turn, dtype=np.complex128)
+    return np.asarray(
+        1j * np.arange(count // 2 + 1) * curves.speed * TURN / curves.turn, dtype=np.complex128
+    )
 
 
 def _filter(signal: Array, response: ComplexArray) -> Array:
     """Return a periodic signal (S, c) behind a filter with a response (S // 2 + 1,)."""
-    filtered: Array = np.fft.irfft(np.fft.rfft(signal, axis=0) * response[:, None], len(signal), axis=0)
+    filtered: Array = np.fft.irfft(
+        np.fft.rfft(signal, axis=0) * response[:, None], len(signal), axis=0
+    )
     return filtered

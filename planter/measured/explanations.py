@@ -1,9 +1,10 @@
-"""`planter calibrate --explain`: what gives a measured curve, the rigid machine or the least that is added to it.
+"""`planter calibrate --explain`: what gives a measured curve, the rigid machine or the least that
+is added to it.
 
-Explanations are nested: the rigid machine with its inputs, with one effect between it and the sensor, and, if no effect
-leaves noise alone, with two. Each is fitted with the phase and the zero of the sensor; one is preferred to the rigid
-machine if the F test for whitened noise allows for it, at a level divided by the number of effects, and the evidence
-is for it.
+Explanations are nested: the rigid machine with its inputs, with one effect between it and the
+sensor, and, if no effect leaves noise alone, with two. Each is fitted with the phase and the zero
+of the sensor; one is preferred to the rigid machine if the F test for whitened noise allows for it,
+at a level divided by the number of effects, and the evidence is for it.
 """
 
 from __future__ import annotations
@@ -67,7 +68,9 @@ from planter.measured.sensor_view import StatedEffect, with_view
 from planter.progress import Listener, ProgressPhase
 
 RIGID, STATED = "rigid", "stated"
-"""Names of the explanations that add no effect: to the rigid machine, and to what the machine file states."""
+"""Names of the explanations that add no effect: to the rigid machine, and to what the machine file
+states.
+"""
 MEANINGS = {
     RIGID: "the sensor sees the rigid machine",
     STATED: "the sensor sees what the machine file states",
@@ -81,13 +84,17 @@ LEVEL = 0.01
 DECISIVE = 1.0
 """Logarithm, to the base 10, of the ratio of evidences from which on data decide."""
 MOST_DECADES = 6.0
-"""Logarithm, to the base 10, of the largest ratio of evidences that a sentence states as a number."""
+"""Logarithm, to the base 10, of the largest ratio of evidences that a sentence states as a
+number.
+"""
 FORCE, TORQUE = "N", "N m"
 
 
 @dataclass(frozen=True)
 class ExplainedFit:
-    """A fit of the rigid machine with effects, the test of what it leaves, and the logarithm of its evidence."""
+    """A fit of the rigid machine with effects, the test of what it leaves, and the logarithm of its
+    evidence.
+    """
 
     effects: tuple[SensorEffect, ...]
     fit: Fit
@@ -119,7 +126,9 @@ class ExplainedFit:
 
 @dataclass(frozen=True)
 class ExplanationFits:
-    """Fits of all explanations by name, the machine file with the inputs of the preferred one, and the result."""
+    """Fits of all explanations by name, the machine file with the inputs of the preferred one, and
+    the result.
+    """
 
     measured: Measurement
     fits: Mapping[str, ExplainedFit]
@@ -138,14 +147,19 @@ def explain_curve(
     progress: Listener | None = None,
     priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> ExplanationFits:
-    """Explain a measured curve of a quantity of a machine, with inputs within `bounds` (display units, by path).
+    """Explain a measured curve of a quantity of a machine, with inputs within `bounds` (display
+    units, by path).
 
-    A phase of a whole cycle and an offset as large as the data's range are fitted unless `bounds` has them. Raises
-    InputError for inputs that do not exist.
+    A phase of a whole cycle and an offset as large as the data's range are fitted unless `bounds`
+    has them. Raises InputError for inputs that do not exist.
     """
     chosen = Chosen.from_bounds(machine, _with_nuisances(machine, measured, bounds), priors)
     stated = SensorCurve(machine, chosen, measured, quantity).stated
-    effects = [effect for effect in list_effects(machine, quantity, measured) if not _is_stated(effect, stated)]
+    effects = [
+        effect
+        for effect in list_effects(machine, quantity, measured)
+        if not _is_stated(effect, stated)
+    ]
     phase = ProgressPhase("explanations", "fit", ENCLOSURES + LEVERS + len(DRIFTS) + 6, progress)
 
     def fit_effects(*chosen_effects: SensorEffect) -> ExplainedFit:
@@ -166,7 +180,9 @@ def explain_curve(
         compared += len(pairs)
     preferred = _choose_explanation(fits, compared)
     undecided = [
-        each.name for each in fits if each is not preferred and _is_undecided(each, preferred, rigid, compared)
+        each.name
+        for each in fits
+        if each is not preferred and _is_undecided(each, preferred, rigid, compared)
     ]
     detailed = {preferred.name, *undecided}
     rows = [_describe_explanation(each, rigid, compared, each.name in detailed) for each in fits]
@@ -196,7 +212,10 @@ def explain_curve(
         treatment=[
             *measured.treatment,
             *describe_view(preferred.curve, preferred.fit.values),
-            *(f"{effect.name}: it belongs to the record, and no machine file has it" for effect in drifts),
+            *(
+                f"{effect.name}: it belongs to the record, and no machine file has it"
+                for effect in drifts
+            ),
             *notes,
         ],
         reading=measured.reading,
@@ -216,15 +235,22 @@ def read_and_explain(
     progress: Listener | None = None,
     priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> ExplanationFits:
-    """Explain the curve in a CSV file, as `explain_curve` does. Raises InputError for more than one quantity."""
+    """Explain the curve in a CSV file, as `explain_curve` does.
+
+    Raises InputError for more than one quantity.
+    """
     if len(quantities) != 1:
         raise InputError("--explain takes one quantity: give --column and --quantity once")
     measured = read_measurement(machine, data, columns, quantities)
-    return explain_curve(machine, model, measured, bounds, quantities[0], rebuild, seed, progress, priors)
+    return explain_curve(
+        machine, model, measured, bounds, quantities[0], rebuild, seed, progress, priors
+    )
 
 
 def describe_effects(machine: Machine, effects: Sequence[SensorEffect]) -> str:
-    """Return effects in words, quantities by what they mean and their symbols; empty without effects."""
+    """Return effects in words, quantities by what they mean and their symbols; empty without
+    effects.
+    """
     named = {quantity.key: name_quantity(quantity) for quantity in machine.results}
     words = []
     for effect in effects:
@@ -256,7 +282,10 @@ def list_effects(machine: Machine, quantity: str, measured: Measurement) -> list
         effects.append(SpeedHarmonics())
     phi = measured.phi[measured.used]
     records = find_records(phi)
-    spans = tuple((float(each[0]), float(each[-1])) for each in np.split(phi, np.flatnonzero(np.diff(records)) + 1))
+    spans = tuple(
+        (float(each[0]), float(each[-1]))
+        for each in np.split(phi, np.flatnonzero(np.diff(records)) + 1)
+    )
     drifts = [ZeroDrift(degree, spans, span, units.display_unit(target.key)) for degree in DRIFTS]
     return [*effects, ElasticMount(speed), Gain(), ElectricCoupling(speed), *drifts]
 
@@ -282,13 +311,19 @@ def _with_nuisances(
 
 
 def _screen_effects(
-    machine: Machine, chosen: Chosen, measured: Measurement, quantity: str, effects: Sequence[SensorEffect]
+    machine: Machine,
+    chosen: Chosen,
+    measured: Measurement,
+    quantity: str,
+    effects: Sequence[SensorEffect],
 ) -> Iterator[SensorEffect]:
     """Yield the forces and levers that a scan of the phase favours most, and all other effects."""
     sums: dict[type, list[tuple[float, int]]] = {LeakedForce: [], LeakedTorque: []}
     for i, effect in enumerate(effects):
         if type(effect) in sums:
-            curve = SensorCurve(machine, chosen, measured, quantity, [effect]).with_points(MOST_POINTS)
+            curve = SensorCurve(machine, chosen, measured, quantity, [effect]).with_points(
+                MOST_POINTS
+            )
             sums[type(effect)].append((find_phases(curve, curve.machine_values(), 1)[0][1], i))
     limits = ((LeakedForce, ENCLOSURES), (LeakedTorque, LEVERS))
     selected = {i for kind, limit in limits for _, i in sorted(sums[kind])[:limit]}
@@ -300,25 +335,36 @@ def _screen_effects(
 def _pair_effects(fits: Sequence[ExplainedFit]) -> list[tuple[SensorEffect, ...]]:
     """Return the most probable effect with each of another kind, in the order in which they act."""
     best = max(fits, key=lambda each: each.log_evidence).effects[0]
-    added = [effect for (effect,) in (each.effects for each in fits) if type(effect) is not type(best)]
+    added = [
+        effect for (effect,) in (each.effects for each in fits) if type(effect) is not type(best)
+    ]
     return [tuple(sorted((best, effect), key=rank_effect)) for effect in added]
 
 
 def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
     slopes = fit.curve(fit.values)[1]
     lack = assess_lack_of_fit(fit.curve, fit.residuals, slopes)
-    likelihood = RhoLikelihood.compute(fit.residuals, find_independent(slopes)[0], fit.curve.gaps[0])
-    return ExplainedFit(effects, fit, lack, compute_log_evidence(fit.curve, fit.residuals, slopes), likelihood)
+    likelihood = RhoLikelihood.compute(
+        fit.residuals, find_independent(slopes)[0], fit.curve.gaps[0]
+    )
+    return ExplainedFit(
+        effects, fit, lack, compute_log_evidence(fit.curve, fit.residuals, slopes), likelihood
+    )
 
 
 def _compare_with_rigid(each: ExplainedFit, rigid: ExplainedFit, compared: int) -> bool:
     """Return whether an explanation is better than the rigid machine beyond chance."""
     test = compare_likelihoods(rigid.likelihood, each.likelihood)
-    return correct_probability(test.probability, compared) < LEVEL and _log10_ratio(each, rigid) > DECISIVE
+    return (
+        correct_probability(test.probability, compared) < LEVEL
+        and _log10_ratio(each, rigid) > DECISIVE
+    )
 
 
 def correct_probability(probability: float, compared: int) -> float:
-    """Return the probability that any of several tests is as improbable as one of them, by Bonferroni's bound."""
+    """Return the probability that any of several tests is as improbable as one of them, by
+    Bonferroni's bound.
+    """
     return min(1.0, probability * max(compared, 1))
 
 
@@ -332,7 +378,9 @@ def _choose_explanation(fits: Sequence[ExplainedFit], compared: int) -> Explaine
     return max(better, key=lambda each: each.log_evidence, default=rigid)
 
 
-def _is_undecided(each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedFit, compared: int) -> bool:
+def _is_undecided(
+    each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedFit, compared: int
+) -> bool:
     if each is rigid or preferred is rigid:
         return False
     return _log10_ratio(preferred, each) < DECISIVE and _compare_with_rigid(each, rigid, compared)
@@ -340,7 +388,7 @@ def _is_undecided(each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedF
 
 def _describe_explanation(
     each: ExplainedFit, rigid: ExplainedFit, compared: int, with_intervals: bool
-) -> Explanation:  # fmt: skip
+) -> Explanation:
     fit, curve = each.fit, each.curve
     test = None if each is rigid else compare_likelihoods(rigid.likelihood, each.likelihood)
     correlation = fit.correlation()
@@ -357,11 +405,15 @@ def _describe_explanation(
                 interval = [None, None] if crosses else [parameter.to_display(end) for end in ends]
             parameters.append(
                 EffectParameter(
-                    f"{effect.name}.{parameter.name}", parameter.to_display(float(fit.values[index])), parameter.unit,
-                    parameter.to_display(parameter.lower), parameter.to_display(parameter.upper), parameter.scale,
+                    f"{effect.name}.{parameter.name}",
+                    parameter.to_display(float(fit.values[index])),
+                    parameter.unit,
+                    parameter.to_display(parameter.lower),
+                    parameter.to_display(parameter.upper),
+                    parameter.scale,
                     interval,
                 )
-            )  # fmt: skip
+            )
     displayed = curve.chosen.to_display(fit.values)
     return Explanation(
         name=each.name,
@@ -372,7 +424,9 @@ def _describe_explanation(
         lack_of_fit=LackOfFitTest(each.lack.statistic, each.lack.probability, each.lack.harmonics),
         F=None if test is None else test.statistic,
         probability=None if test is None else test.probability,
-        probability_of_any=None if test is None else correct_probability(test.probability, compared),
+        probability_of_any=None
+        if test is None
+        else correct_probability(test.probability, compared),
         log10_bayes=_log10_ratio(each, rigid),
         parameters=parameters,
         inputs={name: value for name, value in displayed.items() if not name.startswith(EFFECT)},
@@ -390,49 +444,66 @@ def _state_result(
     compared: int,
     words: Mapping[str, str],
 ) -> str:
-    """Return the sentences on the preferred explanation; `words` are those of explanations by their names."""
+    """Return the sentences on the preferred explanation; `words` are those of explanations by their
+    names.
+    """
     base = next(name for name in SUBJECTS if name in rows)
     rigid, best, subject = rows[base], rows[preferred], SUBJECTS[base]
     sentences = []
     if preferred == base:
-        lowest = min(row.probability_of_any for row in rows.values() if row.probability_of_any is not None)
+        lowest = min(
+            row.probability_of_any for row in rows.values() if row.probability_of_any is not None
+        )
         end = {
-            "explained": "explains the curve", "not explained": "does not explain the curve, and no effect is better",
+            "explained": "explains the curve",
+            "not explained": "does not explain the curve, and no effect is better",
             "not settled": "is not settled as an explanation, and no effect is better",
-        }[rigid.outcome]  # fmt: skip
+        }[rigid.outcome]
         sentences.append(
-            f"T{subject[1:]} {end}: by chance, the best of {compared} effects improves it as much with a probability "
+            f"T{subject[1:]} {end}: by chance, the best of {compared} effects improves it as much "
+            f"with a probability "
             f"{_describe_probability(lowest)}"
         )
     else:
-        verb = {"explained": "explains", "not explained": "comes nearest but does not explain",
-                "not settled": "comes nearest to"}[best.outcome]  # fmt: skip
+        verb = {
+            "explained": "explains",
+            "not explained": "comes nearest but does not explain",
+            "not settled": "comes nearest to",
+        }[best.outcome]
         sentences.append(
             f"{words[preferred][0].upper()}{words[preferred][1:]} {verb} the curve: {subject} is "
-            f"{_describe_odds(best.log10_bayes)} less probable, and leaves {rigid.rms / best.rms:.3g} times the "
+            f"{_describe_odds(best.log10_bayes)} less probable, and leaves "
+            f"{rigid.rms / best.rms:.3g} times the "
             f"residual; by chance, the best of {compared} effects does as well with a probability "
             f"{_describe_probability(best.probability_of_any or 0.0)}"
         )
         values = [
-            f"{p.name.rpartition('.')[2]} {p.value or np.inf:.4g} {p.unit}".removesuffix(" 1") for p in best.parameters
+            f"{p.name.rpartition('.')[2]} {p.value or np.inf:.4g} {p.unit}".removesuffix(" 1")
+            for p in best.parameters
         ]
         sentences.append(f"Its parameters: {', '.join(values)}")
     if best.active_bounds:
         sentences.append(state_active_bounds(best.active_bounds))
     if undecided:
         names = [words[name] for name in (preferred, *undecided)]
-        sentences.append(f"These data cannot decide between {', '.join(names[:-1])} and {names[-1]}")
+        sentences.append(
+            f"These data cannot decide between {', '.join(names[:-1])} and {names[-1]}"
+        )
     return ". ".join(sentences)
 
 
 def _describe_probability(probability: float) -> str:
-    """Return a probability in words; below a millionth the model of the noise itself is less certain."""
+    """Return a probability in words; below a millionth the model of the noise itself is less
+    certain.
+    """
     smallest = 10**-MOST_DECADES
     return f"of {probability:.2g}" if probability >= smallest else f"below {smallest:g}"
 
 
 def _describe_odds(log10_bayes: float) -> str:
-    """Return how many times more probable an explanation is; beyond a million the model itself is less certain."""
+    """Return how many times more probable an explanation is; beyond a million the model itself is
+    less certain.
+    """
     if log10_bayes >= MOST_DECADES:
         return "more than a million times"
     return f"{round(10**log10_bayes, 1 - int(log10_bayes)):g} times"

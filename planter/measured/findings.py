@@ -16,9 +16,10 @@ Outcome = Literal["explained", "not explained", "not settled"]
 class FittedInput(Record):
     """Fitted input: `value` with its bounds and its confidence interval.
 
-    `low95` and `high95`, together `interval`, are the ends of the 95 % interval of the profile likelihood, for the
-    noise of the result; an interval that ends at a bound is open. A phase lies between 0 and its period, with bounds
-    and interval moved by whole periods: measured(phi) = computed(phi + phase).
+    `low95` and `high95`, together `interval`, are the ends of the 95 % interval of the profile
+    likelihood, for the noise of the result; an interval that ends at a bound is open. A phase lies
+    between 0 and its period, with bounds and interval moved by whole periods: measured(phi) =
+    computed(phi + phase).
     """
 
     name: str
@@ -36,10 +37,11 @@ class FittedInput(Record):
 
 @dataclass(frozen=True)
 class MeasurementResult(Record):
-    """Statistics of the curve that a machine file's sensor sees: extremes, range, mean, population variance of samples.
+    """Statistics of the curve that a machine file's sensor sees: extremes, range, mean, population
+    variance of samples.
 
-    `seen` describes, in the order in which they act, what stands between the rigid machine and the signal. The numbers
-    are in `unit`, the `variance` in its square.
+    `seen` describes, in the order in which they act, what stands between the rigid machine and the
+    signal. The numbers are in `unit`, the `variance` in its square.
     """
 
     quantity: str
@@ -54,9 +56,11 @@ class MeasurementResult(Record):
 
 @dataclass(frozen=True)
 class Noise(Record):
-    """Noise that the intervals assume: `white`, or `ar1`, with the correlation `rho` of neighbouring points.
+    """Noise that the intervals assume: `white`, or `ar1`, with the correlation `rho` of
+    neighbouring points.
 
-    `std` is the standard deviation of the residuals of the first quantity, for the number of inputs fitted.
+    `std` is the standard deviation of the residuals of the first quantity, for the number of inputs
+    fitted.
     """
 
     model: Literal["white", "ar1"]
@@ -69,7 +73,8 @@ class Noise(Record):
 class LackOfFitTest(Record):
     """F test of harmonics of a cycle in what a model leaves, with whitened noise.
 
-    `probability` is that of at least this F for noise alone, the largest over all plausible correlations.
+    `probability` is that of at least this F for noise alone, the largest over all plausible
+    correlations.
     """
 
     F: float
@@ -79,7 +84,9 @@ class LackOfFitTest(Record):
 
 @dataclass(frozen=True)
 class FitBound(Record):
-    """Bound of the input `name` on which a fit rests: no fit inside is as good, so a better one may lie beyond."""
+    """Bound of the input `name` on which a fit rests: no fit inside is as good, so a better one may
+    lie beyond.
+    """
 
     name: str
     side: Side
@@ -100,11 +107,12 @@ class ChannelFit(Record):
 class ModelMeasured(Record):
     """Fit of one model: residuals, what the data determine, and the number of starts that agree.
 
-    `outcome`: "explained" if what is left passes as noise (`lack_of_fit`), but "not settled" if the fit rests on
-    `active_bounds`; else "not explained", or "not settled" if starts disagree. `rank` is the number of combinations of
-    inputs that the data determine; `correlation` is the matrix of the inputs in their order, null if the data do not
-    determine all; `rms_of_noise` is the RMS residual over the noise of the data; `autocorrelation` is that of
-    neighbouring residuals, `white` whether these, less what their neighbours tell, pass a test for white noise.
+    `outcome`: "explained" if what is left passes as noise (`lack_of_fit`), but "not settled" if the
+    fit rests on `active_bounds`; else "not explained", or "not settled" if starts disagree. `rank`
+    is the number of combinations of inputs that the data determine; `correlation` is the matrix of
+    the inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS
+    residual over the noise of the data; `autocorrelation` is that of neighbouring residuals,
+    `white` whether these, less what their neighbours tell, pass a test for white noise.
     """
 
     outcome: Outcome
@@ -129,7 +137,8 @@ class ModelMeasured(Record):
 
 @dataclass(frozen=True)
 class NoiseSpread(Record):
-    """Root mean square over points, in the unit of the result: of the data about their mean, or of residuals.
+    """Root mean square over points, in the unit of the result: of the data about their mean, or of
+    residuals.
 
     `rms_N` is the same value if the unit is N, else null.
     """
@@ -141,7 +150,9 @@ class NoiseSpread(Record):
 
 @dataclass(frozen=True)
 class Prediction(Record):
-    """Prediction of a second measurement at another speed with the inputs of the fit: residuals of each model."""
+    """Prediction of a second measurement at another speed with the inputs of the fit: residuals of
+    each model.
+    """
 
     speed_rpm: float
     points: int
@@ -151,11 +162,13 @@ class Prediction(Record):
 
 @dataclass(frozen=True)
 class MeasuredFound(Record):
-    """Result of `planter calibrate --data`: inputs fitted to measured data in all models; `model` is the first of them.
+    """Result of `planter calibrate --data`: inputs fitted to measured data in all models; `model`
+    is the first of them.
 
-    `outcome`, `fitted`, `rank`, `starts` and `agreeing_starts` are those of `model`; `unit` is that of the quantity.
-    `reading` and, in sentences, `treatment` describe how the data were read and what was left out; `warnings` are
-    limits of the result; `noise_N` is `noise.std` if the unit is N.
+    `outcome`, `fitted`, `rank`, `starts` and `agreeing_starts` are those of `model`; `unit` is that
+    of the quantity. `reading` and, in sentences, `treatment` describe how the data were read and
+    what was left out; `warnings` are limits of the result; `noise_N` is `noise.std` if the unit is
+    N.
     """
 
     machine: str
@@ -183,7 +196,8 @@ class MeasuredFound(Record):
 
 @dataclass(frozen=True)
 class MeasuredPreview(Record):
-    """Result of `planter calibrate --data --preview`: what was understood of the file; nothing is fitted.
+    """Result of `planter calibrate --data --preview`: what was understood of the file; nothing is
+    fitted.
 
     `reading` is null if no column is named.
     """
@@ -199,8 +213,8 @@ class MeasuredPreview(Record):
 class EffectParameter(Record):
     """Parameter of an effect: its value, the ends of its prior, and the 95 % interval.
 
-    The prior is uniform in the value, its logarithm or its reciprocal (`prior`). Ends are null where they are infinite;
-    the interval is null for explanations that the data rule out.
+    The prior is uniform in the value, its logarithm or its reciprocal (`prior`). Ends are null
+    where they are infinite; the interval is null for explanations that the data rule out.
     """
 
     name: str
@@ -216,13 +230,14 @@ class EffectParameter(Record):
 class Explanation(Record):
     """The rigid machine with effects between it and the sensor, fitted to a curve.
 
-    `outcome` is that of what is left; `F` and `probability` compare with the rigid machine, for the correlation of the
-    noise that is most favourable to it, and `probability_of_any` is that of such an F for any of the explanations that
-    were compared, by Bonferroni's bound; `log10_bayes` is the logarithm of the ratio of the evidences of this
-    explanation and of the rigid machine. If the machine file has a [measurement] of the quantity, the machine behind
-    that, "stated", takes the place of the rigid one. `correlation` is the matrix of inputs and parameters in their
-    order, null if the data do not determine all. An explanation that rests on `active_bounds` is "not settled": its
-    F and evidence hold within them alone.
+    `outcome` is that of what is left; `F` and `probability` compare with the rigid machine, for the
+    correlation of the noise that is most favourable to it, and `probability_of_any` is that of such
+    an F for any of the explanations that were compared, by Bonferroni's bound; `log10_bayes` is the
+    logarithm of the ratio of the evidences of this explanation and of the rigid machine. If the
+    machine file has a [measurement] of the quantity, the machine behind that, "stated", takes the
+    place of the rigid one. `correlation` is the matrix of inputs and parameters in their order,
+    null if the data do not determine all. An explanation that rests on `active_bounds` is "not
+    settled": its F and evidence hold within them alone.
     """
 
     name: str
@@ -245,11 +260,13 @@ class Explanation(Record):
 
 @dataclass(frozen=True)
 class ExplanationFound(Record):
-    """Result of `planter calibrate --data --explain`: what gives a measured curve, from the rigid machine upwards.
+    """Result of `planter calibrate --data --explain`: what gives a measured curve, from the rigid
+    machine upwards.
 
-    `preferred` is the most probable explanation among those that are better than the rigid machine beyond chance;
-    `undecided` are all that the data cannot tell from it. `compared` is the number of effects compared, on which
-    the level of the test depends. `outcome` is that of `preferred`, and `fitted` are its inputs.
+    `preferred` is the most probable explanation among those that are better than the rigid machine
+    beyond chance; `undecided` are all that the data cannot tell from it. `compared` is the number
+    of effects compared, on which the level of the test depends. `outcome` is that of `preferred`,
+    and `fitted` are its inputs.
     """
 
     machine: str

@@ -1,8 +1,10 @@
-"""Tables as data loggers write them: encoding, separator, decimal mark, preamble, header and units are detected.
+"""Tables as data loggers write them: encoding, separator, decimal mark, preamble, header and units
+are detected.
 
-The separator and the decimal mark are those under which the most cells of the file are numbers. Rows begin at the first
-line with numbers in the columns that hold numbers elsewhere; the header stands above it, perhaps as a comment or with a
-line of units below. Lines without numbers among the rows are left out and listed; other damage is refused.
+The separator and the decimal mark are those under which the most cells of the file are numbers.
+Rows begin at the first line with numbers in the columns that hold numbers elsewhere; the header
+stands above it, perhaps as a comment or with a line of units below. Lines without numbers among the
+rows are left out and listed; other damage is refused.
 """
 
 from __future__ import annotations
@@ -30,7 +32,20 @@ SAMPLE = 400
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "spaces"}
 COMMENTS = ("#", "%", "//", "!")
 MISSING = {"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "missing"}
-OVERFLOW = {"over", "overflow", "overload", "ovl", "ovld", "ol", "inf", "+inf", "-inf", "err", "error", "#error"}
+OVERFLOW = {
+    "over",
+    "overflow",
+    "overload",
+    "ovl",
+    "ovld",
+    "ol",
+    "inf",
+    "+inf",
+    "-inf",
+    "err",
+    "error",
+    "#error",
+}
 STATES = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0, "high": 1.0, "low": 0.0}
 LISTED_LINES = 5
 """Number of lines that a record names."""
@@ -89,7 +104,8 @@ class _Layout:
 
 @dataclass(frozen=True)
 class LoggerTable:
-    """Rows of cells (n, k) with their lines in the file, under names and units (None if the file has none).
+    """Rows of cells (n, k) with their lines in the file, under names and units (None if the file
+    has none).
 
     `header_line` is None if columns are numbered from 1.
     """
@@ -118,13 +134,16 @@ class LoggerTable:
         above = f" below {self.preamble} other lines" if self.preamble else ""
         form = f"{self.form}, " if self.form else ""
         return (
-            f"{form}{self.encoding}, columns separated by {SEPARATORS[self.layout.separator]}{decimals}; {head}{above}"
+            f"{form}{self.encoding}, columns separated by "
+            f"{SEPARATORS[self.layout.separator]}{decimals}; {head}{above}"
         )
 
     def find_column(self, name: str, option: str) -> int:
-        """Return the index of a column by its name, with or without its unit, by its number, or by a part of its name.
+        """Return the index of a column by its name, with or without its unit, by its number, or by
+        a part of its name.
 
-        Of columns of one name with the same numbers it is the first. Raises InputError if no column or several fit.
+        Of columns of one name with the same numbers it is the first. Raises InputError if no column
+        or several fit.
         """
         for names in (self.names, tuple(split_unit(name)[0] for name in self.names)):
             indices = [i for i, each in enumerate(names) if each == name]
@@ -132,30 +151,45 @@ class LoggerTable:
                 return indices[0]
             if len(indices) > 1:
                 same = self.read_numbers(indices[0])[0]
-                if all(np.array_equal(same, self.read_numbers(i)[0], equal_nan=True) for i in indices[1:]):
+                if all(
+                    np.array_equal(same, self.read_numbers(i)[0], equal_nan=True)
+                    for i in indices[1:]
+                ):
                     return indices[0]
                 numbers = " or ".join(str(i + 1) for i in indices)
-                raise InputError(f"{self.source}: {option} = {name}: several columns have this name: use {numbers}")
+                raise InputError(
+                    f"{self.source}: {option} = {name}: several columns have this name: use "
+                    f"{numbers}"
+                )
         if name.isdigit() and 1 <= int(name) <= len(self.names):
             return int(name) - 1
-        parts = [i for i, each in enumerate(self.names) if name and name.casefold() in split_unit(each)[0].casefold()]
+        parts = [
+            i
+            for i, each in enumerate(self.names)
+            if name and name.casefold() in split_unit(each)[0].casefold()
+        ]
         if len(parts) == 1:
             return parts[0]
         if parts:
             candidates = " or ".join(repr(self.names[i]) for i in parts)
             raise InputError(
-                f"{self.source}: {option} = {name}: several columns have this in their names: {candidates}"
+                f"{self.source}: {option} = {name}: several columns have this in their names: "
+                f"{candidates}"
             )
         bare = {split_unit(column)[0]: column for column in self.names}
         close = paths.find_similar(name, [*self.names, *bare])
         hint = f"did you mean {bare.get(close[0], close[0])!r}? " if close else ""
         columns = ", ".join(map(repr, self.names))
-        raise InputError(f"{self.source}: {option} = {name} is not a column: {hint}it must be one of {columns}")
+        raise InputError(
+            f"{self.source}: {option} = {name} is not a column: {hint}it must be one of {columns}"
+        )
 
     def read_numbers(self, column: int) -> tuple[Array, list[int]]:
-        """Return the numbers (n,) of a column, NaN at gaps, and the indices of rows where the logger overflowed.
+        """Return the numbers (n,) of a column, NaN at gaps, and the indices of rows where the
+        logger overflowed.
 
-        Raises InputError, which names the line, for a cell with another text, and for a column without any number.
+        Raises InputError, which names the line, for a cell with another text, and for a column
+        without any number.
         """
         numbers, overflows = np.empty(len(self.rows)), []
         for i, row in enumerate(self.rows):
@@ -172,13 +206,16 @@ class LoggerTable:
             numbers[i] = value
         if not np.isfinite(numbers).any():
             raise InputError(
-                f"{self.source}: column {self.names[column]} holds no number in any of {len(self.rows)} rows; name "
+                f"{self.source}: column {self.names[column]} holds no number in any of "
+                f"{len(self.rows)} rows; name "
                 "another column"
             )
         return numbers, overflows
 
     def survey_column(self, column: int) -> tuple[Array, str | None]:
-        """Return the finite numbers (m,) of a column, and its first cell that is neither a number nor a gap, if any."""
+        """Return the finite numbers (m,) of a column, and its first cell that is neither a number
+        nor a gap, if any.
+        """
         numbers, text = [], None
         for row in self.rows:
             value = self.layout.number(row[column])
@@ -190,18 +227,27 @@ class LoggerTable:
 
     def _refuse_cell(self, row: int, column: int) -> InputError:
         cell = row_text = self.rows[row][column]
-        place = f"{self.source}: line {self.lines[row]}, column {self.names[column]}: {csv_rows.shorten_text(row_text)}"
+        place = (
+            f"{self.source}: line {self.lines[row]}, column {self.names[column]}: "
+            f"{csv_rows.shorten_text(row_text)}"
+        )
         other = "." if self.layout.decimal == "," else ","
         mark = "comma" if self.layout.decimal == "," else "point"
         if other in cell and any(character.isdigit() for character in cell):
-            hint = f"the decimal mark of this file is a {mark}: write the number with it and without other marks"
+            hint = (
+                f"the decimal mark of this file is a {mark}: write the number with it and "
+                f"without other marks"
+            )
         else:
             hint = "correct the number, leave the cell empty, or leave the line out"
         return InputError(f"{place}: it must be a finite number; {hint}")
 
 
 def read_logger_table(path: str | Path) -> LoggerTable:
-    """Read a table. Raises InputError, which names file, line and remedy, for what is no table of numbers."""
+    """Read a table.
+
+    Raises InputError, which names file, line and remedy, for what is no table of numbers.
+    """
     text, encoding = read_text_in_any_encoding(path, LIMIT_BYTES)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     source = str(path)
@@ -222,7 +268,16 @@ def read_logger_table(path: str | Path) -> LoggerTable:
     above = first if header_line is None else header_line - 1
     preamble = sum(bool(line.strip()) and not _is_comment(line) for line in lines[:above])
     return LoggerTable(
-        source, encoding, layout, names, units, header_line, preamble, tuple(row_lines), tuple(rows), tuple(dropped)
+        source,
+        encoding,
+        layout,
+        names,
+        units,
+        header_line,
+        preamble,
+        tuple(row_lines),
+        tuple(rows),
+        tuple(dropped),
     )
 
 
@@ -253,13 +308,17 @@ def _read_clock(cell: str) -> float | None:
     match = _CLOCK.fullmatch(cell)
     if match is None:
         return None
-    seconds = 3600 * int(match["h"]) + 60 * int(match["m"]) + float((match["s"] or "0").replace(",", "."))
+    seconds = (
+        3600 * int(match["h"]) + 60 * int(match["m"]) + float((match["s"] or "0").replace(",", "."))
+    )
     if match["date"] is None:
         return seconds
     numbers = [int(part) for part in re.split(r"[-./]", match["date"])]
     year, month, day = numbers if len(match["date"].split("-")) > 1 else numbers[::-1]
     try:
-        days = (np.datetime64(f"{year:04d}-{month:02d}-{day:02d}") - np.datetime64("2000-01-01")).astype(int)
+        days = (
+            np.datetime64(f"{year:04d}-{month:02d}-{day:02d}") - np.datetime64("2000-01-01")
+        ).astype(int)
     except ValueError:  # month before day
         return None
     return float(days) * DAY_S + seconds
@@ -287,7 +346,13 @@ def _detect_layout(lines: Sequence[str], source: str) -> _Layout:
                 continue
             rows = [row for row in rows if any(trial.number(cell) is not None for cell in row)]
             for columns in Counter(map(len, rows)):
-                cells = [cell for row in rows if len(row) == columns for cell in row if cell.lower() not in MISSING]
+                cells = [
+                    cell
+                    for row in rows
+                    if len(row) == columns
+                    for cell in row
+                    if cell.lower() not in MISSING
+                ]
                 numbers = sum(trial.number(cell) is not None for cell in cells)
                 score = 2 * numbers - len(cells)
                 if columns > 1 and (best is None or score > best[0]):
@@ -295,8 +360,10 @@ def _detect_layout(lines: Sequence[str], source: str) -> _Layout:
     if best is None or best[0] <= 0:
         line = next(i for i, line in enumerate(lines, 1) if line.strip())
         raise InputError(
-            f"{source}: line {line} is {csv_rows.shorten_text(lines[line - 1].strip())}, and no rows of at least two "
-            "numbers follow; save the measurement as a CSV with columns separated by semicolons, tabs or commas"
+            f"{source}: line {line} is {csv_rows.shorten_text(lines[line - 1].strip())}, and no "
+            f"rows of at least two "
+            "numbers follow; save the measurement as a CSV with columns separated by semicolons, "
+            "tabs or commas"
         )
     return best[1]
 
@@ -323,7 +390,9 @@ def _find_numeric_columns(lines: Sequence[str], layout: _Layout) -> list[int]:
     return numeric
 
 
-def _find_first_row(lines: Sequence[str], layout: _Layout, numeric: Sequence[int], source: str) -> int:
+def _find_first_row(
+    lines: Sequence[str], layout: _Layout, numeric: Sequence[int], source: str
+) -> int:
     """Return the index of the first row that another one follows, else of the first one."""
     rows = (i for i, line in enumerate(lines) if _is_row(layout, numeric, line, lines[i + 1 :]))
     single = (i for i, line in enumerate(lines) if _has_numbers(layout, numeric, line))
@@ -342,7 +411,11 @@ def _is_row(layout: _Layout, numeric: Sequence[int], line: str, following: Seque
     if not _has_numbers(layout, numeric, line):
         return False
     later = next((other for other in following if other.strip()), None)
-    return later is None or _has_numbers(layout, numeric, later) or len(_cells(layout, later)) != layout.columns
+    return (
+        later is None
+        or _has_numbers(layout, numeric, later)
+        or len(_cells(layout, later)) != layout.columns
+    )
 
 
 def _has_numbers(layout: _Layout, numeric: Sequence[int], line: str) -> bool:
@@ -356,8 +429,12 @@ def _has_numbers(layout: _Layout, numeric: Sequence[int], line: str) -> bool:
     return any(flags) and all(flag or blank for flag, blank in zip(flags, blanks, strict=True))
 
 
-def _find_header(above: Sequence[str], layout: _Layout) -> tuple[tuple[str, ...], tuple[str | None, ...], int | None]:
-    """Return names, units and line of the header: the last line above the rows with a cell for each column."""
+def _find_header(
+    above: Sequence[str], layout: _Layout
+) -> tuple[tuple[str, ...], tuple[str | None, ...], int | None]:
+    """Return names, units and line of the header: the last line above the rows with a cell for each
+    column.
+    """
     candidates: list[tuple[int, list[str]]] = []
     for number in range(len(above), 0, -1):
         line = above[number - 1].strip(" ")
@@ -366,7 +443,9 @@ def _find_header(above: Sequence[str], layout: _Layout) -> tuple[tuple[str, ...]
         for mark in COMMENTS:
             line = line.removeprefix(mark).strip(" ")
         cells = _split_header(layout, line)
-        if len(cells) == layout.columns and not all(layout.number(cell) is not None for cell in cells):
+        if len(cells) == layout.columns and not all(
+            layout.number(cell) is not None for cell in cells
+        ):
             candidates.append((number, cells))
         if len(candidates) == 2 or not cells:
             break
@@ -382,12 +461,15 @@ def _find_header(above: Sequence[str], layout: _Layout) -> tuple[tuple[str, ...]
 
 
 def _check_decimal_commas(lines: Sequence[str], first: int, layout: _Layout, source: str) -> None:
-    """Raise InputError if the line above the rows has fewer cells because commas separate columns and decimals."""
+    """Raise InputError if the line above the rows has fewer cells because commas separate columns
+    and decimals.
+    """
     above = lines[first - 1].strip() if first else ""
     names = _cells(layout, above) if above and not _is_comment(above) else []
     if layout.separator == "," and 1 < len(names) < layout.columns:
         raise InputError(
-            f"{source}: line {first} names {len(names)} columns, but the rows below have {layout.columns}; are there "
+            f"{source}: line {first} names {len(names)} columns, but the rows below have "
+            f"{layout.columns}; are there "
             "decimal commas? separate columns by semicolons, or write 1.5, not 1,5"
         )
 
@@ -396,20 +478,31 @@ def _split_header(layout: _Layout, line: str) -> list[str]:
     if layout.separator != " ":
         return _cells(layout, line)
     return next(
-        (cells for cells in (line.split(), re.split(r"\s{2,}", line), _SPACED_CELL.findall(line))
-         if len(cells) == layout.columns), [],
-    )  # fmt: skip
+        (
+            cells
+            for cells in (line.split(), re.split(r"\s{2,}", line), _SPACED_CELL.findall(line))
+            if len(cells) == layout.columns
+        ),
+        [],
+    )
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    """Return whether a line below the header holds units: at least half are known or in brackets."""
+    """Return whether a line below the header holds units: at least half are known or in
+    brackets.
+    """
     is_unit = [bool(_BRACKETED.fullmatch(cell)) or normalise_unit(cell) in KNOWN for cell in cells]
     filled = sum(bool(cell) for cell in cells)
     return 0 < filled <= 2 * sum(is_unit) and max(map(len, cells)) <= LONGEST_UNIT
 
 
 def _read_rows(
-    lines: Sequence[str], first: int, layout: _Layout, numeric: Sequence[int], names: Sequence[str], source: str
+    lines: Sequence[str],
+    first: int,
+    layout: _Layout,
+    numeric: Sequence[int],
+    names: Sequence[str],
+    source: str,
 ) -> tuple[list[tuple[str, ...]], list[int], list[DroppedRows]]:
     """Return the rows from a line on, with their lines, and which lines were left out."""
     rows: list[tuple[str, ...]] = []
@@ -428,10 +521,14 @@ def _read_rows(
                 f"{source}: line {i + 1} is not valid CSV: {error}; close the quote or leave it out"
             ) from None
         if max(map(len, cells), default=0) > csv_rows.LONGEST:
-            raise InputError(f"{source}: line {i + 1} has a cell of more than {csv_rows.LONGEST} characters")
+            raise InputError(
+                f"{source}: line {i + 1} has a cell of more than {csv_rows.LONGEST} characters"
+            )
         is_number = [layout.number(cell) is not None for cell in cells]
         if len(cells) == layout.columns:
-            if any(is_number[k] for k in numeric) or all(cells[k].lower() in MISSING for k in numeric):
+            if any(is_number[k] for k in numeric) or all(
+                cells[k].lower() in MISSING for k in numeric
+            ):
                 rows.append(tuple(cells))
                 row_lines.append(i + 1)
             else:
@@ -448,7 +545,8 @@ def _read_rows(
                 else "complete the line or leave it out"
             )
             raise InputError(
-                f"{source}: line {i + 1} has {len(cells)} cells, but other rows have {layout.columns}; {hint}"
+                f"{source}: line {i + 1} has {len(cells)} cells, but other rows have "
+                f"{layout.columns}; {hint}"
             )
     dropped = []
     if texts:
@@ -456,5 +554,7 @@ def _read_rows(
     if cut:
         dropped.append(DroppedRows.at_lines("last line, which is cut off", cut))
     if names and rows and len(names) != layout.columns:
-        raise InputError(f"{source}: the header names {len(names)} columns, but rows have {layout.columns}")
+        raise InputError(
+            f"{source}: the header names {len(names)} columns, but rows have {layout.columns}"
+        )
     return rows, row_lines, dropped

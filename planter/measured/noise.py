@@ -1,8 +1,10 @@
-"""Noise of residuals: its size and the correlation of neighbours, and whether a model leaves more than noise.
+"""Noise of residuals: its size and the correlation of neighbours, and whether a model leaves more
+than noise.
 
-Noise is an autoregression of first order, e_i = rho e_(i-1) + white. Its correlation maximises the restricted
-likelihood, which allows for what the fit of the inputs takes from the residuals (Harville 1977, Maximum likelihood
-approaches to variance component estimation, J. Am. Stat. Assoc. 72, 320).
+Noise is an autoregression of first order, e_i = rho e_(i-1) + white. Its correlation maximises the
+restricted likelihood, which allows for what the fit of the inputs takes from the residuals
+(Harville 1977, Maximum likelihood approaches to variance component estimation, J. Am. Stat. Assoc.
+72, 320).
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ RHOS = np.tanh(np.linspace(0.0, 3.2, 65))
 RHO_PRIOR = np.gradient(RHOS) / np.sqrt(1 - RHOS**2)
 """Prior of the correlations, (1 - rho^2)^-1/2, with the widths between them."""
 CORRELATED = 1.35
-"""Gain of the logarithm of the likelihood from which on noise counts as correlated: a level of 10 %."""
+"""Gain of the logarithm of the likelihood from which on noise counts as correlated: a level of 10
+%.
+"""
 INDEPENDENT = 1e-9
 """Share of the largest singular value below which a column follows from the others."""
 ROUNDING = 1e-14
@@ -36,19 +40,27 @@ SIGNIFICANCE = 0.01
 REFUTING = 1e-3
 """Probability below which what a model leaves is no noise."""
 PLAUSIBLE = 2.0
-"""Loss of the logarithm of the likelihood up to which a correlation is plausible: a level of 95 %."""
+"""Loss of the logarithm of the likelihood up to which a correlation is plausible: a level of 95
+%.
+"""
 TREND_DEGREES = 3, 8
-"""Degrees of the polynomials over a record that a model may not leave: few see a weak trend, many one that swings."""
+"""Degrees of the polynomials over a record that a model may not leave: few see a weak trend, many
+one that swings.
+"""
 HARMONICS, POINTS_PER_HARMONIC = 20, 6
-"""Largest number of harmonics of what a model may leave, and least points of a revolution for each."""
+"""Largest number of harmonics of what a model may leave, and least points of a revolution for
+each.
+"""
 
 
 @dataclass(frozen=True)
 class RhoLikelihood:
-    """Restricted likelihood of residuals (m,) over correlations, after the fit of independent columns (m, p).
+    """Restricted likelihood of residuals (m,) over correlations, after the fit of independent
+    columns (m, p).
 
-    `logs` are logarithms for `RHOS`, `sums` sums of squares of the white residuals there, `inverses` the inverses
-    (p, p) of the normal equations' matrix, `shifts` the changes (p,) of the coefficients that a correlation brings.
+    `logs` are logarithms for `RHOS`, `sums` sums of squares of the white residuals there,
+    `inverses` the inverses (p, p) of the normal equations' matrix, `shifts` the changes (p,) of the
+    coefficients that a correlation brings.
     """
 
     logs: Array
@@ -62,7 +74,11 @@ class RhoLikelihood:
         """Return the likelihood; `gaps` (m - 1,) are the steps between neighbours."""
         count, size = columns.shape
         products = sum_white_products(np.column_stack([columns, residuals]), gaps)
-        inner, side, corner = products[:, :size, :size], products[:, :size, size], products[:, size, size]
+        inner, side, corner = (
+            products[:, :size, :size],
+            products[:, :size, size],
+            products[:, size, size],
+        )
         inverses = np.linalg.inv(inner)
         shifts = np.einsum("gij,gj->gi", inverses, side)
         sums: Array = np.maximum(corner - np.einsum("gi,gi->g", shifts, side), ROUNDING * corner)
@@ -78,7 +94,9 @@ class RhoLikelihood:
 
     @cached_property
     def weights(self) -> Array:
-        """Probabilities of the correlations, for the prior (1 - rho^2)^-1/2; of the best alone if there is none."""
+        """Probabilities of the correlations, for the prior (1 - rho^2)^-1/2; of the best alone if
+        there is none.
+        """
         if self.best == 0:
             return np.eye(len(RHOS))[0]
         density = np.exp(self.logs - self.logs.max()) * RHO_PRIOR
@@ -87,30 +105,44 @@ class RhoLikelihood:
 
     def noise(self) -> ChannelNoise:
         """Return the most likely noise."""
-        return ChannelNoise(float(np.sqrt(self.sums[self.best] / max(self.free, 1))), float(RHOS[self.best]))
+        return ChannelNoise(
+            float(np.sqrt(self.sums[self.best] / max(self.free, 1))), float(RHOS[self.best])
+        )
 
     def widen(self, direction: Array, level: float) -> float:
-        """Return by how much the interval of a combination (p,) of coefficients is wider as rho is not known."""
-        deviations = np.sqrt(np.einsum("i,gij,j->g", direction, self.inverses, direction) * self.sums / self.free)
+        """Return by how much the interval of a combination (p,) of coefficients is wider as rho is
+        not known.
+        """
+        deviations = np.sqrt(
+            np.einsum("i,gij,j->g", direction, self.inverses, direction) * self.sums / self.free
+        )
         if not deviations[self.best] > 0 or self.best == 0:
             return 1.0
         shifts = self.shifts @ direction - self.shifts[self.best] @ direction
         quantile = float(scipy.stats.t.ppf((1 + level) / 2, self.free))
 
         def miss(width: float) -> float:
-            ends = (np.array([width, -width])[:, None] * deviations[self.best] * quantile - shifts) / deviations
+            ends = (
+                np.array([width, -width])[:, None] * deviations[self.best] * quantile - shifts
+            ) / deviations
             inside = scipy.stats.t.cdf(ends[0], self.free) - scipy.stats.t.cdf(ends[1], self.free)
             return float(self.weights @ inside) - level
 
         high = 2.0
         while miss(high) < 0:
             high *= 2
-        return max(1.0, float(scipy.optimize.brentq(miss, 0.1, high, xtol=1e-4))) if miss(0.1) < 0 else 1.0
+        return (
+            max(1.0, float(scipy.optimize.brentq(miss, 0.1, high, xtol=1e-4)))
+            if miss(0.1) < 0
+            else 1.0
+        )
 
 
 @dataclass(frozen=True)
 class NoiseEstimate:
-    """Noise of each quantity, from likelihoods over independent combinations (rank, n) of the inputs."""
+    """Noise of each quantity, from likelihoods over independent combinations (rank, n) of the
+    inputs.
+    """
 
     likelihoods: tuple[RhoLikelihood, ...]
     combinations: tuple[Array, ...]
@@ -121,13 +153,19 @@ class NoiseEstimate:
         return tuple(likelihood.noise() for likelihood in self.likelihoods)
 
     def widen(self, direction: Array, level: float) -> float:
-        """Return by how much the interval of a sum of inputs (n,) is wider as correlations are not known."""
+        """Return by how much the interval of a sum of inputs (n,) is wider as correlations are not
+        known.
+        """
         factors = [1.0]
         for likelihood, combinations in zip(self.likelihoods, self.combinations, strict=True):
             combined = direction @ combinations
             if np.any(combined):
                 factors.append(likelihood.widen(combined, level))
-        return max(factors) if len(self.likelihoods) == 1 else float(np.sqrt(np.mean(np.square(factors[1:] or [1.0]))))
+        return (
+            max(factors)
+            if len(self.likelihoods) == 1
+            else float(np.sqrt(np.mean(np.square(factors[1:] or [1.0]))))
+        )
 
 
 def estimate_noise(curve: MeasuredCurve, residuals: Array, slopes: Array) -> NoiseEstimate:
@@ -141,7 +179,9 @@ def estimate_noise(curve: MeasuredCurve, residuals: Array, slopes: Array) -> Noi
 
 
 def compute_log_determinants(gaps: Array) -> Array:
-    """Return the logarithms (g,) of the determinants of the noise's covariance, of size 1, for each of `RHOS`."""
+    """Return the logarithms (g,) of the determinants of the noise's covariance, of size 1, for each
+    of `RHOS`.
+    """
     return np.array([np.log1p(-(float(rho) ** (2 * gaps))).sum() for rho in RHOS])
 
 
@@ -153,12 +193,16 @@ def sum_white_products(rows: Array, gaps: Array) -> Array:
         later, earlier = rows[at + 1], rows[at]
         squares, cross, earlier_squares = later.T @ later, later.T @ earlier, earlier.T @ earlier
         share = (RHOS**gap)[:, None, None]
-        products += (squares - share * (cross + cross.T) + share**2 * earlier_squares) / (1 - share**2)
+        products += (squares - share * (cross + cross.T) + share**2 * earlier_squares) / (
+            1 - share**2
+        )
     return products
 
 
 def find_independent(columns: Array) -> tuple[Array, Array]:
-    """Return an orthonormal basis (m, p) of columns (m, n), and the map (n, p) from its coefficients to theirs."""
+    """Return an orthonormal basis (m, p) of columns (m, n), and the map (n, p) from its
+    coefficients to theirs.
+    """
     if not columns.size:
         return columns[:, :0], np.zeros((columns.shape[1], 0))
     sizes = np.linalg.norm(columns, axis=0)
@@ -170,7 +214,8 @@ def find_independent(columns: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """Test of what a model leaves: F of harmonics of a cycle in white residuals, and its probability for noise alone.
+    """Test of what a model leaves: F of harmonics of a cycle in white residuals, and its
+    probability for noise alone.
 
     The probability is the largest over all plausible correlations of the noise.
     """
@@ -183,8 +228,9 @@ class LackOfFit:
 def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) -> LackOfFit:
     """Return the test of residuals (m,) after a fit with a Jacobian (m, n), over all quantities.
 
-    A record of several revolutions is also compared with its mean curve, which no model may miss by more than noise;
-    and each record with polynomials over it: noise that is highly correlated could stand for a trend.
+    A record of several revolutions is also compared with its mean curve, which no model may miss by
+    more than noise; and each record with polynomials over it: noise that is highly correlated could
+    stand for a trend.
     """
     worst, tests = LackOfFit(0.0, 1.0, 0), 0
     for points, gaps in zip(curve.channels, curve.gaps, strict=True):
@@ -199,7 +245,9 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
             trends = np.column_stack([slopes[points], build_trends(phi, records, degree)])
             results.append(compare_nested(part, slopes[points], trends, gaps))
         if revolutions >= TWO_REVOLUTIONS:
-            results.append(_compare_with_mean_curve(curve.values[points], phi, part, slopes[points], gaps))
+            results.append(
+                _compare_with_mean_curve(curve.values[points], phi, part, slopes[points], gaps)
+            )
         for test in results:
             tests += 1
             if test.probability < worst.probability or not worst.harmonics:
@@ -211,7 +259,8 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
 def build_trends(phi: Array, records: Integers, degree: int) -> Array:
     """Return polynomials (m, j) up to a degree over each record at angles (m,) [rad].
 
-    They swing less often than the cycle, whose harmonics have a test of their own, but the cubic is always among them.
+    They swing less often than the cycle, whose harmonics have a test of their own, but the cubic is
+    always among them.
     """
     columns = []
     for record in np.unique(records):
@@ -224,18 +273,26 @@ def build_trends(phi: Array, records: Integers, degree: int) -> Array:
     return np.column_stack(columns)
 
 
-def _compare_with_mean_curve(values: Array, phi: Array, residuals: Array, slopes: Array, gaps: Array) -> LackOfFit:
-    """Return the F test of the variance that a model leaves against that about the mean curve of all revolutions."""
+def _compare_with_mean_curve(
+    values: Array, phi: Array, residuals: Array, slopes: Array, gaps: Array
+) -> LackOfFit:
+    """Return the F test of the variance that a model leaves against that about the mean curve of
+    all revolutions.
+    """
     basis = fourier_basis(phi, count_mean_harmonics(phi))
     mean = RhoLikelihood.compute(values, basis, gaps)
     model = RhoLikelihood.compute(residuals, find_independent(slopes)[0], gaps)
     if min(mean.free, model.free) <= 0:
         return LackOfFit(0.0, 1.0, 0)
     ratios = model.sums / model.free / np.maximum(mean.sums / mean.free, 1e-300)
-    return _find_least_refuting(mean, ratios, scipy.stats.f.sf(ratios, model.free, mean.free), basis.shape[1])
+    return _find_least_refuting(
+        mean, ratios, scipy.stats.f.sf(ratios, model.free, mean.free), basis.shape[1]
+    )
 
 
-def _find_least_refuting(likelihood: RhoLikelihood, statistics: Array, probabilities: Array, size: int) -> LackOfFit:
+def _find_least_refuting(
+    likelihood: RhoLikelihood, statistics: Array, probabilities: Array, size: int
+) -> LackOfFit:
     """Return the test with the largest probability over the plausible correlations."""
     plausible = likelihood.logs >= likelihood.logs.max() - PLAUSIBLE
     index = int(np.argmax(np.where(plausible, probabilities, -1.0)))
@@ -243,7 +300,9 @@ def _find_least_refuting(likelihood: RhoLikelihood, statistics: Array, probabili
 
 
 def compare_nested(residuals: Array, small: Array, large: Array, gaps: Array) -> LackOfFit:
-    """Return the F test of columns `large` (m, q), which contain `small` (m, p), for the noise of the large model."""
+    """Return the F test of columns `large` (m, q), which contain `small` (m, p), for the noise of
+    the large model.
+    """
     inner, outer = find_independent(small)[0], find_independent(large)[0]
     return compare_likelihoods(
         RhoLikelihood.compute(residuals, inner, gaps), RhoLikelihood.compute(residuals, outer, gaps)
@@ -251,20 +310,26 @@ def compare_nested(residuals: Array, small: Array, large: Array, gaps: Array) ->
 
 
 def compare_likelihoods(small: RhoLikelihood, large: RhoLikelihood) -> LackOfFit:
-    """Return the F test of a model against a smaller one: the largest probability over plausible correlations."""
+    """Return the F test of a model against a smaller one: the largest probability over plausible
+    correlations.
+    """
     more = small.free - large.free
     if more <= 0 or large.free <= 0:
         return LackOfFit(0.0, 1.0, 0)
     statistics = (small.sums - large.sums) / more / np.maximum(large.sums / large.free, 1e-300)
-    return _find_least_refuting(large, statistics, scipy.stats.f.sf(statistics, more, large.free), more)
+    return _find_least_refuting(
+        large, statistics, scipy.stats.f.sf(statistics, more, large.free), more
+    )
 
 
 def compute_log_evidence(curve: MeasuredCurve, residuals: Array, slopes: Array) -> float:
-    """Return the logarithm of the probability of the data of one quantity, after a fit with a Jacobian (m, n).
+    """Return the logarithm of the probability of the data of one quantity, after a fit with a
+    Jacobian (m, n).
 
-    The posterior is taken as normal within the bounds, over which inputs are uniform (Laplace's method). The size of
-    the noise, with the prior 1 / size, and its correlation, uniform over `RHOS`, are integrated. Combinations of inputs
-    that the bounds hold better than the data count as fixed. A constant of the data is left out.
+    The posterior is taken as normal within the bounds, over which inputs are uniform (Laplace's
+    method). The size of the noise, with the prior 1 / size, and its correlation, uniform over
+    `RHOS`, are integrated. Combinations of inputs that the bounds hold better than the data count
+    as fixed. A constant of the data is left out.
     """
     columns = slopes * (curve.chosen.upper - curve.chosen.lower)
     rows = curve.whiten(columns)
@@ -281,7 +346,9 @@ def compute_log_evidence(curve: MeasuredCurve, residuals: Array, slopes: Array) 
 
 
 def assess_whiteness(curve: MeasuredCurve, residuals: Array) -> tuple[float, bool]:
-    """Return the correlation of neighbours of the first quantity, and whether white residuals pass as white noise."""
+    """Return the correlation of neighbours of the first quantity, and whether white residuals pass
+    as white noise.
+    """
     first = residuals[curve.channels[0]]
     total = float(first @ first)
     if total == 0:
@@ -297,11 +364,13 @@ def _is_white(residuals: Array) -> bool:
 
 
 def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float:
-    """Return the probability of autocorrelations at least as large as those of residuals (m,) if they are white noise.
+    """Return the probability of autocorrelations at least as large as those of residuals (m,) if
+    they are white noise.
 
-    Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m (m + 2) times the sum
-    over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its degrees of freedom are `lags` less the
-    number of `fitted` coefficients. Equal residuals have the probability 0.
+    Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m
+    (m + 2) times the sum over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its
+    degrees of freedom are `lags` less the number of `fitted` coefficients. Equal residuals have the
+    probability 0.
     """
 
     count, centred = len(residuals), residuals - residuals.mean()

@@ -14,8 +14,19 @@ from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
 from planter.measured.explanations import ExplanationFits
-from planter.measured.findings import ExplanationFound, FittedInput, MeasuredFound, MeasuredPreview, Outcome
-from planter.measured.reading import DataReading, Measurement, describe_dropped, find_repeat_residuals
+from planter.measured.findings import (
+    ExplanationFound,
+    FittedInput,
+    MeasuredFound,
+    MeasuredPreview,
+    Outcome,
+)
+from planter.measured.reading import (
+    DataReading,
+    Measurement,
+    describe_dropped,
+    find_repeat_residuals,
+)
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
@@ -31,10 +42,17 @@ if TYPE_CHECKING:
 
 
 MACHINE_FILE = "calibrated.toml"
-DATA_CAPTION = "What was understood of the file before anything was fitted: the record, its revolutions, and its noise."
-EXPLAINED_CAPTION = "Measured values with the rigid machine and the explanations that the data allow, and residuals."
+DATA_CAPTION = (
+    "What was understood of the file before anything was fitted: the record, its "
+    "revolutions, and its noise."
+)
+EXPLAINED_CAPTION = (
+    "Measured values with the rigid machine and the explanations that the data "
+    "allow, and residuals."
+)
 FIT_CAPTION = (
-    "Measured and fitted values over a cycle with the 95 % bands of the curves, and the residuals of each model."
+    "Measured and fitted values over a cycle with the 95 % bands of the curves, and the "
+    "residuals of each model."
 )
 REFUTED: Outcome = "not explained"
 """Outcome of a model whose curve has no band, which would be that of noise that is none."""
@@ -42,7 +60,9 @@ MOST_DRAWN = 5000
 """Maximum number of points of a drawing."""
 OUTLIER = "#c0392b"
 LEAST_PROBABILITY, BELOW = 1e-6, "below 1e-6"
-"""Probabilities below this are not given as numbers: the model of the noise is less certain than that."""
+"""Probabilities below this are not given as numbers: the model of the noise is less certain than
+that.
+"""
 LEGEND_WIDTH, LABEL_WIDTH = 90, 34
 """Characters of a line of a legend, and of the label of an axis."""
 LAGS = 30
@@ -52,9 +72,11 @@ LAGS = 30
 def present_fit(
     document: Document, calibrated: Calibrated, meanings: Mapping[str, str], angle: str
 ) -> ResultPresentation:
-    """Return the presentation of a fit: inputs with intervals, residuals of the models, treatment of the data.
+    """Return the presentation of a fit: inputs with intervals, residuals of the models, treatment
+    of the data.
 
-    `meanings` are those of the numbers of the file by path, `angle` is the name of the angle of the drive.
+    `meanings` are those of the numbers of the file by path, `angle` is the name of the angle of the
+    drive.
     """
     result = calibrated.result
     return ResultPresentation(
@@ -72,20 +94,31 @@ def present_fit(
         captions={"data": DATA_CAPTION, "measured": FIT_CAPTION},
         tables=lambda: {"residuals.csv": _tabulate_curves(calibrated)},
         comments=files.list_comments(document, "machine"),
-        texts=lambda: {} if calibrated.machine is None else {MACHINE_FILE: machine_text(calibrated)},
+        texts=lambda: (
+            {} if calibrated.machine is None else {MACHINE_FILE: machine_text(calibrated)}
+        ),
     )
 
 
 def _list_fit_figures(result: MeasuredFound) -> Iterator[KeyFigure]:
-    """Yield the residual of the fit, and the inputs that the data determine best, as shares of their values."""
-    yield KeyFigure(f"{result.models[result.model].rms:.4g}", result.unit, f"residual of the {result.model} model, rms")
+    """Yield the residual of the fit, and the inputs that the data determine best, as shares of
+    their values.
+    """
+    yield KeyFigure(
+        f"{result.models[result.model].rms:.4g}",
+        result.unit,
+        f"residual of the {result.model} model, rms",
+    )
     determined = [entry for entry in result.fitted if not entry.open]
     for entry in sorted(determined, key=lambda e: (e.high95 - e.low95) / (abs(e.value) or 1.0))[:2]:
         yield KeyFigure(f"{entry.value:.4g}", entry.unit, f"fitted {entry.name.rpartition('.')[2]}")
 
 
 def present_preview(
-    document: Document, result: MeasuredPreview, measured: Measurement | None, meanings: Mapping[str, str]
+    document: Document,
+    result: MeasuredPreview,
+    measured: Measurement | None,
+    meanings: Mapping[str, str],
 ) -> ResultPresentation:
     """Return the presentation of what was understood of a file, before anything is fitted."""
     has_curves = measured is not None and bool(measured.channels)
@@ -94,10 +127,13 @@ def present_preview(
     if (reading := result.reading) is not None:
         sections += _list_data(reading, result.treatment)
         speed = (
-            "" if reading.speed_rpm is None else f" at {reading.speed_rpm[0]:.4g} to {reading.speed_rpm[2]:.4g} r/min"
+            ""
+            if reading.speed_rpm is None
+            else f" at {reading.speed_rpm[0]:.4g} to {reading.speed_rpm[2]:.4g} r/min"
         )
         conclusion = (
-            f"{reading.used} of {reading.rows} rows are used, over {reading.revolutions:.4g} revolutions{speed}; "
+            f"{reading.used} of {reading.rows} rows are used, over {reading.revolutions:.4g} "
+            f"revolutions{speed}; "
             "nothing was fitted."
         )
     return ResultPresentation(
@@ -107,7 +143,9 @@ def present_preview(
         sections=sections,
         document=document,
         meanings=meanings,
-        figures=lambda: {"data": draw_reading(measured)} if measured is not None and has_curves else {},
+        figures=lambda: (
+            {"data": draw_reading(measured)} if measured is not None and has_curves else {}
+        ),
         captions={"data": DATA_CAPTION} if has_curves else {},
     )
 
@@ -115,7 +153,8 @@ def present_preview(
 def _list_columns(result: MeasuredPreview) -> Section:
     head = ("number", "column", "unit", "numbers", "least", "greatest", "text")
     rows: list[tuple[Cell, ...]] = [
-        (c.number, c.name, c.unit or "", c.numbers, c.min, c.max, c.text or "") for c in result.columns
+        (c.number, c.name, c.unit or "", c.numbers, c.min, c.max, c.text or "")
+        for c in result.columns
     ]
     return Section("Columns", [Table(head, rows)])
 
@@ -123,7 +162,9 @@ def _list_columns(result: MeasuredPreview) -> Section:
 def present_explained(
     document: Document, explained: ExplanationFits, meanings: Mapping[str, str], angle: str
 ) -> ResultPresentation:
-    """Return the presentation of what explains a measured curve: explanations compared, parameters, inputs, data."""
+    """Return the presentation of what explains a measured curve: explanations compared, parameters,
+    inputs, data.
+    """
     result = explained.result
     return ResultPresentation(
         title=f"{document.name}: explanations of measured data",
@@ -144,7 +185,9 @@ def present_explained(
 
 
 def _list_explained_figures(result: ExplanationFound) -> Iterator[KeyFigure]:
-    """Yield the residuals of the preferred explanation and of the machine without effects, and a parameter."""
+    """Yield the residuals of the preferred explanation and of the machine without effects, and a
+    parameter.
+    """
     rows = {row.name: row for row in result.explanations}
     best, base = rows[result.preferred], result.explanations[0]
     yield KeyFigure(f"{best.rms:.4g}", result.unit, "residual of the preferred explanation, rms")
@@ -153,7 +196,11 @@ def _list_explained_figures(result: ExplanationFound) -> Iterator[KeyFigure]:
     for parameter in best.parameters[:1]:
         if parameter.value is not None:
             number = f"{parameter.value:.4g}".replace("-", "\N{MINUS SIGN}")
-            yield KeyFigure(number, parameter.unit, f"{parameter.name.rpartition('.')[2]} of the preferred explanation")
+            yield KeyFigure(
+                number,
+                parameter.unit,
+                f"{parameter.name.rpartition('.')[2]} of the preferred explanation",
+            )
 
 
 def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
@@ -161,33 +208,74 @@ def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
     ordered = sorted(result.explanations, key=lambda e: -e.log10_bayes)
     head = ("explanation", "outcome", f"rms / {result.unit}", "p", "log10 Bayes")
     rows: list[tuple[Cell, ...]] = [
-        (words[e.name], e.outcome, e.rms, _format_probability(e.probability_of_any), round(e.log10_bayes, 1))
+        (
+            words[e.name],
+            e.outcome,
+            e.rms,
+            _format_probability(e.probability_of_any),
+            round(e.log10_bayes, 1),
+        )
         for e in ordered
     ]
     base = result.explanations[0].name
     caption = (
-        f"p: probability that any of {result.compared} explanations improves {base} as much by chance; log10 Bayes: "
+        f"p: probability that any of {result.compared} explanations improves {base} as much by "
+        f"chance; log10 Bayes: "
         f"decimal logarithm of the evidence over "
         f"that of {base}."
     )
     fits: list[tuple[Cell, ...]] = [
-        (e.name, f"{e.agreeing_starts} of {e.starts}", e.noise.rho, _format_probability(e.lack_of_fit.probability))
+        (
+            e.name,
+            f"{e.agreeing_starts} of {e.starts}",
+            e.noise.rho,
+            _format_probability(e.lack_of_fit.probability),
+        )
         for e in ordered
     ]
-    details = Table(("key", "starts that agree", "correlation of the noise", "p of what is left"), fits)
-    yield Section("Explanations", [Table(head, rows, caption), Folded("Fits, by their keys", [details])])
+    details = Table(
+        ("key", "starts that agree", "correlation of the noise", "p of what is left"), fits
+    )
+    yield Section(
+        "Explanations", [Table(head, rows, caption), Folded("Fits, by their keys", [details])]
+    )
     considered = {result.preferred, *result.undecided}
     parameters: list[tuple[Cell, ...]] = [
-        (words[e.name], p.name.rpartition(".")[2], *map(_cell, (p.value, *(p.interval or (None, None)))), p.unit,
-         *map(_cell, (p.lower, p.upper)), p.prior)
-        for e in result.explanations if e.name in considered for p in e.parameters
-    ]  # fmt: skip
+        (
+            words[e.name],
+            p.name.rpartition(".")[2],
+            *map(_cell, (p.value, *(p.interval or (None, None)))),
+            p.unit,
+            *map(_cell, (p.lower, p.upper)),
+            p.prior,
+        )
+        for e in result.explanations
+        if e.name in considered
+        for p in e.parameters
+    ]
     if parameters:
-        columns = ("explanation", "parameter", "value", "from", "to", "unit", "lower", "upper", "prior uniform in")
-        yield Section("Parameters, with 95 % intervals", [Table(columns, parameters, page_columns=columns[-3:])])
-    inputs: list[tuple[Cell, ...]] = [(e.name, e.value, e.low95, e.high95, e.unit) for e in result.fitted]
+        columns = (
+            "explanation",
+            "parameter",
+            "value",
+            "from",
+            "to",
+            "unit",
+            "lower",
+            "upper",
+            "prior uniform in",
+        )
+        yield Section(
+            "Parameters, with 95 % intervals",
+            [Table(columns, parameters, page_columns=columns[-3:])],
+        )
+    inputs: list[tuple[Cell, ...]] = [
+        (e.name, e.value, e.low95, e.high95, e.unit) for e in result.fitted
+    ]
     caption = f"Fitted inputs, {words[result.preferred]}"
-    yield Section("Fitted inputs", [Table(("input", "value", "from", "to", "unit"), inputs, caption)])
+    yield Section(
+        "Fitted inputs", [Table(("input", "value", "from", "to", "unit"), inputs, caption)]
+    )
 
 
 def _format_probability(probability: float | None) -> Cell:
@@ -207,17 +295,28 @@ def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Secti
     keys: dict[str, Cell] = {"revolutions": reading.revolutions, "step / deg": reading.step_deg}
     if reading.speed_rpm is not None:
         names = ("least", "mean", "greatest")
-        keys |= {f"{name} speed / (r/min)": v for name, v in zip(names, reading.speed_rpm, strict=True)}
+        keys |= {
+            f"{name} speed / (r/min)": v for name, v in zip(names, reading.speed_rpm, strict=True)
+        }
     blocks: list[Block] = [Items(lines), Keys(keys)]
     head = ("column", "unit", "used", "gaps", "outliers", "noise", "correlation")
     rows: list[tuple[Cell, ...]] = [
-        (c.column, c.unit, c.used, c.gaps, c.outliers, c.noise_std, "unknown" if c.noise_rho is None else c.noise_rho)
+        (
+            c.column,
+            c.unit,
+            c.used,
+            c.gaps,
+            c.outliers,
+            c.noise_std,
+            "unknown" if c.noise_rho is None else c.noise_rho,
+        )
         for c in reading.channels
     ]
     blocks.append(Table(head, rows))
     if reading.dropped:
         dropped: list[tuple[Cell, ...]] = [
-            (entry.count, entry.reason, ", ".join(map(str, entry.lines))) for entry in reading.dropped
+            (entry.count, entry.reason, ", ".join(map(str, entry.lines)))
+            for entry in reading.dropped
         ]
         blocks.append(Table(("rows", "left out", "lines"), dropped))
     yield Section("Data", blocks)
@@ -228,20 +327,51 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     yield from _list_data(result.reading, result.treatment)
     head: tuple[str, ...] = ("input", "value", "from", "to", "unit", "", "lower", "upper", "origin")
     rows: list[tuple[Cell, ...]] = [
-        (e.name, e.value, e.low95, e.high95, e.unit, "open" if e.open else "", e.lower, e.upper, e.origin)
+        (
+            e.name,
+            e.value,
+            e.low95,
+            e.high95,
+            e.unit,
+            "open" if e.open else "",
+            e.lower,
+            e.upper,
+            e.origin,
+        )
         for e in result.fitted
     ]
-    noise = "white noise" if result.noise.model == "white" else f"noise correlated by {result.noise.rho:.2f}"
+    noise = (
+        "white noise"
+        if result.noise.model == "white"
+        else f"noise correlated by {result.noise.rho:.2f}"
+    )
     title = f"Fitted inputs, with 95 % intervals for {noise}"
     yield Section(title, [Table(head, rows, page_columns=head[-3:])])
-    head = ("model", "outcome", f"rms / {result.unit}", "/ noise", f"largest / {result.unit}", "at / deg", "p", "agree",
-            "rank")  # fmt: skip
+    head = (
+        "model",
+        "outcome",
+        f"rms / {result.unit}",
+        "/ noise",
+        f"largest / {result.unit}",
+        "at / deg",
+        "p",
+        "agree",
+        "rank",
+    )
     rows = [
-        (name, fit.outcome, fit.rms, fit.rms_of_noise, fit.largest_residual, fit.largest_residual_deg,
-         fit.lack_of_fit.probability,
-         f"{fit.agreeing_starts} of {fit.starts}", fit.rank)
+        (
+            name,
+            fit.outcome,
+            fit.rms,
+            fit.rms_of_noise,
+            fit.largest_residual,
+            fit.largest_residual_deg,
+            fit.lack_of_fit.probability,
+            f"{fit.agreeing_starts} of {fit.starts}",
+            fit.rank,
+        )
         for name, fit in result.models.items()
-    ]  # fmt: skip
+    ]
     yield Section("Residuals of the models", [Table(head, rows, page_columns=("at / deg", "rank"))])
     channels = result.models[result.model].channels
     if len(channels) > 1:
@@ -251,14 +381,22 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     correlation = result.models[result.model].correlation
     if correlation is not None:
         rows = [(str(i), *row) for i, row in enumerate(correlation, 1)]
-        yield Section("Correlation of the inputs, in their order", [Table(("", *(str(row[0]) for row in rows)), rows)])
+        yield Section(
+            "Correlation of the inputs, in their order",
+            [Table(("", *(str(row[0]) for row in rows)), rows)],
+        )
     if (prediction := result.prediction) is not None:
-        title = f"Prediction of {prediction.points} points at {prediction.speed_rpm:g} r/min, which were not fitted"
+        title = (
+            f"Prediction of {prediction.points} points at {prediction.speed_rpm:g} r/min, "
+            f"which were not fitted"
+        )
         yield Section(title, [Table(("model", f"rms / {result.unit}"), [*prediction.rms.items()])])
 
 
 def machine_text(calibrated: Calibrated) -> str:
-    """Return the machine file (TOML) with the fitted inputs, and with nuisance parameters as comments at its top."""
+    """Return the machine file (TOML) with the fitted inputs, and with nuisance parameters as
+    comments at its top.
+    """
     result = calibrated.result
     origin = f"calibrated ({result.model} model, {result.reached.points} points)"
     return _format_machine(calibrated.machine, result.fitted, origin, result.statement)
@@ -267,14 +405,24 @@ def machine_text(calibrated: Calibrated) -> str:
 def _write_explained(explained: ExplanationFits) -> dict[str, str]:
     result = explained.result
     has_effects = bool(explained.fits[result.preferred].effects)
-    if explained.machine is None or (not has_effects and all(is_nuisance(entry.name) for entry in result.fitted)):
+    if explained.machine is None or (
+        not has_effects and all(is_nuisance(entry.name) for entry in result.fitted)
+    ):
         return {}
     origin = f"calibrated ({result.model} model, {result.reading.used} points, {result.preferred})"
-    return {MACHINE_FILE: _format_machine(explained.machine, result.fitted, origin, result.statement, has_effects)}
+    return {
+        MACHINE_FILE: _format_machine(
+            explained.machine, result.fitted, origin, result.statement, has_effects
+        )
+    }
 
 
 def _format_machine(
-    machine: Document | None, fitted: Sequence[FittedInput], origin: str, statement: str, is_sensor_fitted: bool = False
+    machine: Document | None,
+    fitted: Sequence[FittedInput],
+    origin: str,
+    statement: str,
+    is_sensor_fitted: bool = False,
 ) -> str:
     assert machine is not None
     table = machine.written_table()
@@ -282,7 +430,11 @@ def _format_machine(
     origins = {name: words for name, words in machine.origins.items() if name not in names}
     if is_sensor_fitted and SECTION in table:
         keys = {SECTION, *MeasurementSection.model_fields}
-        origins = {name: words for name, words in origins.items() if name.removeprefix(f"{SECTION}.") not in keys}
+        origins = {
+            name: words
+            for name, words in origins.items()
+            if name.removeprefix(f"{SECTION}.") not in keys
+        }
         names.append(SECTION)
     table["origin"] = origins | {name.partition("[")[0]: origin for name in names}
     nuisances = [f"# {e.name} = {e.value!r}" for e in fitted if is_nuisance(e.name)]
@@ -291,7 +443,9 @@ def _format_machine(
 
 
 def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
-    """Return measured and computed values of the first quantity over the cycle, with 95 % bands, in display units."""
+    """Return measured and computed values of the first quantity over the cycle, with 95 % bands, in
+    display units.
+    """
     used, unit = calibrated.measured.used, calibrated.result.unit
     columns = {"phi_deg": np.degrees(calibrated.measured.phi[used])}
     columns |= {key_of("measured", unit): calibrated.measured.values[used]}
@@ -308,26 +462,41 @@ def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
 
 def key_of(name: str, unit: str) -> str:
     """Return the column of a curve in a display unit."""
-    suffix = next((end for end in units.SUFFIXES if units.display_unit(end) == unit), "") if unit else ""
+    suffix = (
+        next((end for end in units.SUFFIXES if units.display_unit(end) == unit), "") if unit else ""
+    )
     return f"{name}{suffix}"
 
 
 @style.with_style
 def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
-    """Draw measured points with the fitted curves of all models, also where nothing was measured, and residuals."""
+    """Draw measured points with the fitted curves of all models, also where nothing was measured,
+    and residuals.
+    """
     figure = style.new_figure(
-        5.0 if len(calibrated.measured.channels) == 1 else 2.6 * len(calibrated.measured.channels) + 2
+        5.0
+        if len(calibrated.measured.channels) == 1
+        else 2.6 * len(calibrated.measured.channels) + 2
     )
     first = next(iter(calibrated.fits.values())).curve
     count = len(first.keys)
     panels = figure.subplots(2 * count, 1, sharex=True, height_ratios=[1.6, 1] * count)
     end = float(np.degrees(first.machine.turn))
     dense = np.linspace(0, end, round(2 * end) + 1)
-    for k, (key, unit, points) in enumerate(zip(first.keys, first.units, first.channels, strict=True)):
+    for k, (key, unit, points) in enumerate(
+        zip(first.keys, first.units, first.channels, strict=True)
+    ):
         top, bottom = panels[2 * k], panels[2 * k + 1]
         phi = np.mod(np.degrees(first.phi[points]), end)
         thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
-        top.plot(phi[thin], first.values[points][thin], "o", color=style.SOFT, markersize=2, label="measured")
+        top.plot(
+            phi[thin],
+            first.values[points][thin],
+            "o",
+            color=style.SOFT,
+            markersize=2,
+            label="measured",
+        )
         for index, (model, fit) in enumerate(calibrated.fits.items()):
             shade = style.curve_colour(model, index)
             values, half_widths = fit.curve_band(np.radians(dense))
@@ -342,13 +511,17 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
         bottom.set_ylabel(f"residual / {unit or '1'}")
     style.over_a_turn(panels[-1], label=False, end=end)
     panels[-1].set_xlabel(angle)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False
+    )
     return figure
 
 
 @style.with_style
 def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
-    """Draw measured points with the rigid curve and those of the explanations that the data allow, and residuals."""
+    """Draw measured points with the rigid curve and those of the explanations that the data allow,
+    and residuals.
+    """
     figure = style.new_figure(5.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
     result, fits = explained.result, explained.fits
@@ -358,15 +531,23 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
     drift = first.drift(fits[result.preferred].fit.values)[0]
     label = "measured, less the drift" if drift.any() else "measured"
-    top.plot(phi[thin], (first.values - drift)[thin], "o", color=style.SOFT, markersize=2, label=label)
+    top.plot(
+        phi[thin], (first.values - drift)[thin], "o", color=style.SOFT, markersize=2, label=label
+    )
     names = dict.fromkeys([fits[result.preferred].base, result.preferred, *result.undecided[:2]])
     for index, name in enumerate(names):
         fit, shade = fits[name].fit, style.curve_colour(name, index)
         label = textwrap.fill(fits[name].words, LEGEND_WIDTH)
-        top.plot(dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=label)
+        top.plot(
+            dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=label
+        )
         bottom.plot(phi[thin], fit.residuals[thin], "o", color=shade, markersize=1.6)
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    name = next(name_quantity(quantity) for quantity in first.machine.results if quantity.key == result.quantity)
+    name = next(
+        name_quantity(quantity)
+        for quantity in first.machine.results
+        if quantity.key == result.quantity
+    )
     top.set_ylabel(f"{textwrap.fill(name, LABEL_WIDTH)} / {result.unit or '1'}")
     bottom.set_ylabel(f"residual / {result.unit or '1'}")
     style.over_a_turn(bottom, label=False, end=end)
@@ -377,28 +558,47 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
 
 @style.with_style
 def draw_reading(measured: Measurement) -> Figure:
-    """Draw the record with its revolutions and outliers, these over each other, and the correlation of the noise."""
-    correlations = [_correlate_noise(measured.phi[c.used], c.values[c.used]) for c in measured.channels]
+    """Draw the record with its revolutions and outliers, these over each other, and the correlation
+    of the noise.
+    """
+    correlations = [
+        _correlate_noise(measured.phi[c.used], c.values[c.used]) for c in measured.channels
+    ]
     count, has_lags = len(correlations), any(each is not None for each in correlations)
     figure = style.new_figure(1.0 + 2.6 * count)
-    grid = figure.subplots(count, 2 + has_lags, squeeze=False, width_ratios=[2.2, 1.2, 0.9][: 2 + has_lags])
+    grid = figure.subplots(
+        count, 2 + has_lags, squeeze=False, width_ratios=[2.2, 1.2, 0.9][: 2 + has_lags]
+    )
     revolutions = (measured.phi - measured.phi.min()) / TURN
     number = np.floor(revolutions + 1e-9).astype(int)
     rows = np.arange(len(measured.phi))
     thin = 1 + len(rows) // MOST_DRAWN
-    for (record, turns, *rest), channel, correlation in zip(grid, measured.channels, correlations, strict=True):
+    for (record, turns, *rest), channel, correlation in zip(
+        grid, measured.channels, correlations, strict=True
+    ):
         for odd in (0, 1):
             part = np.flatnonzero(channel.used & (number % 2 == odd))[::thin]
             shade = (style.curve_colour("exact", 0), style.SOFT)[odd]
             record.plot(revolutions[part], channel.values[part], ".", color=shade, markersize=1.6)
-        inside, span = channel.values[channel.used], float(np.ptp(channel.values[channel.used])) or 1.0
+        inside, span = (
+            channel.values[channel.used],
+            float(np.ptp(channel.values[channel.used])) or 1.0,
+        )
         out = np.flatnonzero(np.isfinite(channel.values) & ~channel.used)
         for axes, x in ((record, revolutions), (turns, np.degrees(measured.phi) % 360)):
             low, high = inside.min() - 0.1 * span, inside.max() + 0.1 * span
-            axes.plot(x[out], np.clip(channel.values[out], low, high), "x", color=OUTLIER, markersize=5)
+            axes.plot(
+                x[out], np.clip(channel.values[out], low, high), "x", color=OUTLIER, markersize=5
+            )
         good = np.flatnonzero(channel.used)[::thin]
         shade = style.curve_colour("exact", 0)
-        turns.plot(np.degrees(measured.phi[good]) % 360, channel.values[good], ".", color=shade, markersize=1.4)
+        turns.plot(
+            np.degrees(measured.phi[good]) % 360,
+            channel.values[good],
+            ".",
+            color=shade,
+            markersize=1.4,
+        )
         for axes in (record, turns):  # outliers beyond the edge do not hide the curve
             axes.set_ylim(inside.min() - 0.15 * span, inside.max() + 0.15 * span)
         record.set_ylabel(f"{channel.name} / {channel.unit or '1'}")
@@ -420,7 +620,9 @@ def draw_reading(measured: Measurement) -> Figure:
 
 
 def _correlate_noise(phi: Array, values: Array) -> Array | None:
-    """Return the correlations over steps of the scatter about the mean curve, None for less than two revolutions."""
+    """Return the correlations over steps of the scatter about the mean curve, None for less than
+    two revolutions.
+    """
     residuals = find_repeat_residuals(phi, values)
     if residuals is None or not residuals.any():
         return None

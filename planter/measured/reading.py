@@ -1,7 +1,9 @@
-"""Measured curves: columns of a logger's file as quantities over the angle of the drive, and what was left out.
+"""Measured curves: columns of a logger's file as quantities over the angle of the drive, and what
+was left out.
 
-The angle is a column (counted on, or starting anew every revolution), follows from the time at the machine's speed, or
-from a trigger that pulses once a revolution. Rows stay in the order of the file, which is that of the noise.
+The angle is a column (counted on, or starting anew every revolution), follows from the time at the
+machine's speed, or from a trigger that pulses once a revolution. Rows stay in the order of the
+file, which is that of the noise.
 """
 
 from __future__ import annotations
@@ -24,21 +26,31 @@ from planter.records import Record
 FEWEST = 12
 """Minimum number of points of a fit."""
 REACH, OUTSIDE = 2, 6.0
-"""Number of neighbours on each side of a point, and robust deviations beyond which it is an outlier."""
+"""Number of neighbours on each side of a point, and robust deviations beyond which it is an
+outlier.
+"""
 GAP, TINY = 12.0, 1e-6
 """Maximum span of four neighbours and minimum distance of two points, in median steps."""
 JUMP, STEEPER, JUMP_STEP = 8.0, 4.0, math.radians(3)
-"""Least height of a jump in robust deviations of differences, and in differences beside it; largest step [rad]."""
+"""Least height of a jump in robust deviations of differences, and in differences beside it; largest
+step [rad].
+"""
 TO_SIGMA = 1.4826
 """Ratio of the standard deviation of a normal distribution to its median absolute deviation."""
 COARSE = 0.1
-"""Share of rows with the stamp of the row before from which on stamps are ticks of a coarse clock."""
+"""Share of rows with the stamp of the row before from which on stamps are ticks of a coarse
+clock.
+"""
 UNORDERED = 0.2
 """Share of steps against the direction of rotation from which on rows are no record over time."""
 HARMONICS, POINTS_PER_HARMONIC = 40, 6
-"""Largest number of harmonics of the mean curve of several revolutions, and least points of a revolution for each."""
+"""Largest number of harmonics of the mean curve of several revolutions, and least points of a
+revolution for each.
+"""
 TWO_REVOLUTIONS = 1.95
-"""Revolutions from which on the scatter about a mean curve is judged; the last may lack a few points."""
+"""Revolutions from which on the scatter about a mean curve is judged; the last may lack a few
+points.
+"""
 PULSE_RATIO = (0.5, 1.6)
 """Intervals between pulses, in medians: below, the second is a bounce; above, one is missing."""
 HYSTERESIS = 0.25
@@ -53,9 +65,9 @@ CLOCK_BACK_S = -43_200.0
 class Columns:
     """Columns of a file, and units that its header lacks.
 
-    One or several columns of values, each with its unit or None; the angle from one of `angle`, `time` and `trigger`.
-    With an angle or a trigger, a time says how the speed varies. `interval_s` is the time [s] from one row to the next
-    of a file without a column of times.
+    One or several columns of values, each with its unit or None; the angle from one of `angle`,
+    `time` and `trigger`. With an angle or a trigger, a time says how the speed varies. `interval_s`
+    is the time [s] from one row to the next of a file without a column of times.
     """
 
     value: str | Sequence[str]
@@ -67,18 +79,29 @@ class Columns:
     interval_s: float | None = None
 
     def check_places(self) -> None:
-        """Raise InputError for options of angle and time that exclude each other, or that concern neither."""
+        """Raise InputError for options of angle and time that exclude each other, or that concern
+        neither.
+        """
         if self.angle is not None and self.trigger is not None:
-            raise InputError("--angle and --trigger both give the angle of the drive: leave one of them out")
+            raise InputError(
+                "--angle and --trigger both give the angle of the drive: leave one of them out"
+            )
         if self.time is not None and self.interval_s is not None:
-            raise InputError("--time and --interval-s both give the times of the rows: leave one of them out")
+            raise InputError(
+                "--time and --interval-s both give the times of the rows: leave one of them out"
+            )
         if self.place_unit is not None and self.angle is None and self.time is None:
-            raise InputError("--place-unit is the unit of --angle, else of --time: add one of them or leave it out")
+            raise InputError(
+                "--place-unit is the unit of --angle, else of --time: add one of them or leave it "
+                "out"
+            )
 
     @property
     def has_positions(self) -> bool:
         """Whether an angle, a trigger or times of the rows are given."""
-        return any(each is not None for each in (self.angle, self.time, self.trigger, self.interval_s))
+        return any(
+            each is not None for each in (self.angle, self.time, self.trigger, self.interval_s)
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,16 +115,20 @@ class Columns:
             return (self.value_unit,) * len(self.names)
         units = tuple(self.value_unit)
         if len(units) != len(self.names):
-            raise InputError(f"--unit is given {len(units)} times, but --column {len(self.names)} times: once for each")
+            raise InputError(
+                f"--unit is given {len(units)} times, but --column {len(self.names)} times: once "
+                f"for each"
+            )
         return units
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A measured quantity: values (n,) in its display unit `unit`, NaN at gaps, and the points in use.
+    """A measured quantity: values (n,) in its display unit `unit`, NaN at gaps, and the points in
+    use.
 
-    `noise` is the scatter of neighbours, or, from several revolutions, that about their mean curve, whose neighbours
-    are correlated by `rho`; None where one revolution does not tell.
+    `noise` is the scatter of neighbours, or, from several revolutions, that about their mean curve,
+    whose neighbours are correlated by `rho`; None where one revolution does not tell.
     """
 
     name: str
@@ -116,8 +143,9 @@ class Channel:
 class ChannelReading(Record):
     """How a column was read: its unit, points in use, gaps, outliers, and its noise.
 
-    `noise_std` and `noise_rho`, in `unit`, are of the scatter about the mean curve of several revolutions; with one
-    revolution `noise_rho` is null and `noise_std` that of neighbours, which holds for white noise alone.
+    `noise_std` and `noise_rho`, in `unit`, are of the scatter about the mean curve of several
+    revolutions; with one revolution `noise_rho` is null and `noise_std` that of neighbours, which
+    holds for white noise alone.
     """
 
     column: str
@@ -132,9 +160,11 @@ class ChannelReading(Record):
 
 @dataclass(frozen=True)
 class DataColumn(Record):
-    """A column of a file: its number from 1, name and unit, and how many of its cells are numbers, with their ends.
+    """A column of a file: its number from 1, name and unit, and how many of its cells are numbers,
+    with their ends.
 
-    `min` and `max` are null without numbers; `text` is the first cell that is neither a number nor a gap.
+    `min` and `max` are null without numbers; `text` is the first cell that is neither a number nor
+    a gap.
     """
 
     number: int
@@ -148,10 +178,11 @@ class DataColumn(Record):
 
 @dataclass(frozen=True)
 class DataReading(Record):
-    """The form of a file, its angle and its columns, as understood before anything was fitted, and what was dropped.
+    """The form of a file, its angle and its columns, as understood before anything was fitted, and
+    what was dropped.
 
-    `rows` are those of the file, `used` those with an angle and a value; `speed_rpm` are the least, mean and greatest
-    speed of a revolution, null unless the file has times.
+    `rows` are those of the file, `used` those with an angle and a value; `speed_rpm` are the least,
+    mean and greatest speed of a revolution, null unless the file has times.
     """
 
     file: str
@@ -169,10 +200,11 @@ class DataReading(Record):
 
 @dataclass(frozen=True)
 class Measurement:
-    """Measured quantities at drive angles (n,) [rad] as counted by the data, in the order of the record.
+    """Measured quantities at drive angles (n,) [rad] as counted by the data, in the order of the
+    record.
 
-    `speed` (n,) [rad/s] is that of the drive, None if the file does not tell. `treatment` describes in sentences how
-    the file was read, `reading` as a record.
+    `speed` (n,) [rad/s] is that of the drive, None if the file does not tell. `treatment` describes
+    in sentences how the file was read, `reading` as a record.
     """
 
     phi: Array
@@ -199,7 +231,9 @@ class Measurement:
 
 @dataclass(frozen=True)
 class _Positions:
-    """Angles (n,) [rad], NaN if unknown, `order` of the rows, a sentence, speeds (n,) or None, and dropped rows."""
+    """Angles (n,) [rad], NaN if unknown, `order` of the rows, a sentence, speeds (n,) or None, and
+    dropped rows.
+    """
 
     phi: Array
     order: Integers
@@ -214,20 +248,27 @@ def describe_columns(table: LoggerTable) -> list[DataColumn]:
     for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         values, text = table.survey_column(index)
         low, high = (float(values.min()), float(values.max())) if len(values) else (None, None)
-        columns.append(DataColumn(index + 1, split_unit(name)[0], unit, len(values), low, high, text))
+        columns.append(
+            DataColumn(index + 1, split_unit(name)[0], unit, len(values), low, high, text)
+        )
     return columns
 
 
-def read(path: str | Path, columns: Columns, speed: float, unit: str | Sequence[str] = "N") -> Measurement:
-    """Read curves from a file; `speed` [rad/s] of the drive converts times to angles, `unit` is that of each quantity.
+def read(
+    path: str | Path, columns: Columns, speed: float, unit: str | Sequence[str] = "N"
+) -> Measurement:
+    """Read curves from a file; `speed` [rad/s] of the drive converts times to angles, `unit` is
+    that of each quantity.
 
-    Raises InputError, which names file, line and column, if the file cannot be read, a column or unit does not exist,
-    there are too few points, or a cell is not a number.
+    Raises InputError, which names file, line and column, if the file cannot be read, a column or
+    unit does not exist, there are too few points, or a cell is not a number.
     """
     return read_curves(read_logger_table(path), columns, speed, unit)
 
 
-def read_curves(table: LoggerTable, columns: Columns, speed: float, unit: str | Sequence[str] = "N") -> Measurement:
+def read_curves(
+    table: LoggerTable, columns: Columns, speed: float, unit: str | Sequence[str] = "N"
+) -> Measurement:
     """Read curves from a table as `read` does."""
     path = table.source
     units = (unit,) * len(columns.names) if isinstance(unit, str) else tuple(unit)
@@ -248,7 +289,9 @@ def read_curves(table: LoggerTable, columns: Columns, speed: float, unit: str | 
         numbers, overflows = table.read_numbers(column)
         if overflows:
             dropped.append(
-                DroppedRows.at_lines(f"overflow of the logger in {table.names[column]}", lines[overflows].tolist())
+                DroppedRows.at_lines(
+                    f"overflow of the logger in {table.names[column]}", lines[overflows].tolist()
+                )
             )
         values = numbers[retained] * factor
         name_of_column = split_unit(table.names[column])[0]
@@ -257,15 +300,25 @@ def read_curves(table: LoggerTable, columns: Columns, speed: float, unit: str | 
         finite = np.isfinite(channel.values)
         if beside_jumps.any():
             reason = f"values of {channel.name} beside a jump, where a step of the angle decides"
-            dropped.append(DroppedRows.at_lines(reason, np.sort(lines[retained][beside_jumps]).tolist()))
+            dropped.append(
+                DroppedRows.at_lines(reason, np.sort(lines[retained][beside_jumps]).tolist())
+            )
         outliers = np.flatnonzero(finite & ~channel.used & ~beside_jumps)
         _check_count(path, channel.name, int(channel.used.sum()))
         channels.append(channel)
         outlier_lines = np.sort(lines[retained][outliers])
         readings.append(
-            ChannelReading(channel.name, display, int(channel.used.sum()), int((~finite).sum()), len(outliers),
-                           outlier_lines[:100].tolist(), channel.noise, channel.rho)
-        )  # fmt: skip
+            ChannelReading(
+                channel.name,
+                display,
+                int(channel.used.sum()),
+                int((~finite).sum()),
+                len(outliers),
+                outlier_lines[:100].tolist(),
+                channel.noise,
+                channel.rho,
+            )
+        )
         notes.append(f"{channel.name} in {name}: not smoothed; {_describe_outliers(readings[-1])}")
     revolutions = float(np.ptp(phi) / TURN)
     reading = DataReading(
@@ -274,7 +327,9 @@ def read_curves(table: LoggerTable, columns: Columns, speed: float, unit: str | 
         layout=table.describe(),
         angle=positions.note,
         rows=len(table.rows),
-        used=int(np.any([channel.used for channel in channels], axis=0).sum()) if channels else len(retained),
+        used=int(np.any([channel.used for channel in channels], axis=0).sum())
+        if channels
+        else len(retained),
         revolutions=revolutions,
         step_deg=float(np.degrees(np.median(np.abs(np.diff(phi))))),
         speed_rpm=None if positions.speed is None else _summarise_speed(positions.speed[retained]),
@@ -283,13 +338,19 @@ def read_curves(table: LoggerTable, columns: Columns, speed: float, unit: str | 
     )
     treatment = (table.describe(), positions.note, *notes, *map(describe_dropped, dropped))
     return Measurement(
-        phi, tuple(channels), treatment, None if positions.speed is None else positions.speed[retained], reading
+        phi,
+        tuple(channels),
+        treatment,
+        None if positions.speed is None else positions.speed[retained],
+        reading,
     )
 
 
 def _check_count(path: str, column: str, count: int) -> None:
     if count < FEWEST:
-        raise InputError(f"{path}: column {column}: {count} points are too few; a fit needs {FEWEST}")
+        raise InputError(
+            f"{path}: column {column}: {count} points are too few; a fit needs {FEWEST}"
+        )
 
 
 def describe_dropped(entry: DroppedRows) -> str:
@@ -299,14 +360,22 @@ def describe_dropped(entry: DroppedRows) -> str:
     '2 rows left out: rows without an angle (lines 7, 9)'
     """
     more = ", ..." if entry.count > len(entry.lines) else ""
-    rows, lines = "row" if entry.count == 1 else "rows", "line" if len(entry.lines) == 1 else "lines"
-    return f"{entry.count} {rows} left out: {entry.reason} ({lines} {', '.join(map(str, entry.lines))}{more})"
+    rows, lines = (
+        "row" if entry.count == 1 else "rows",
+        "line" if len(entry.lines) == 1 else "lines",
+    )
+    return (
+        f"{entry.count} {rows} left out: {entry.reason} ({lines} "
+        f"{', '.join(map(str, entry.lines))}{more})"
+    )
 
 
 def _describe_outliers(reading: ChannelReading) -> str:
     total = reading.used + reading.outliers
     outliers = (
-        f"{reading.outliers} of {total} points removed as outliers" if reading.outliers else "no outliers removed"
+        f"{reading.outliers} of {total} points removed as outliers"
+        if reading.outliers
+        else "no outliers removed"
     )
     gaps = f"{reading.gaps} {'gap' if reading.gaps == 1 else 'gaps'}; " if reading.gaps else ""
     return f"{gaps}{outliers} (test: {OUTSIDE:g} robust sigma from a local cubic)"
@@ -330,8 +399,12 @@ def _factor(
         if unit_option is not None:
             problem = f"{option} = {unit_option} does not fit"
         else:
-            problem = "has no unit" if header_unit is None else f"the unit {header_unit} does not fit"
-        raise InputError(f"{table.source}: column {name}: {problem}: {option} must be one of {', '.join(units)}")
+            problem = (
+                "has no unit" if header_unit is None else f"the unit {header_unit} does not fit"
+            )
+        raise InputError(
+            f"{table.source}: column {name}: {problem}: {option} must be one of {', '.join(units)}"
+        )
     return factor, unit
 
 
@@ -341,7 +414,8 @@ def _find_positions(table: LoggerTable, columns: Columns, speed: float) -> _Posi
     time = _read_times(table, columns)
     if columns.angle is None and columns.trigger is None and time is None:
         raise InputError(
-            f"{table.source}: add --angle, --time or --trigger with the column of the angle, the time, or a pulse "
+            f"{table.source}: add --angle, --time or --trigger with the column of the angle, the "
+            f"time, or a pulse "
             "once a revolution, or --interval-s with the time from row to row; the columns are "
             f"{', '.join(map(repr, table.names))}"
         )
@@ -351,13 +425,20 @@ def _find_positions(table: LoggerTable, columns: Columns, speed: float) -> _Posi
         return _follow_angle(table, columns, time)
     assert time is not None
     seconds, note, dropped = time
-    _check_angles(table, None if columns.time is None else table.find_column(columns.time, "--time"), seconds * speed)
+    _check_angles(
+        table,
+        None if columns.time is None else table.find_column(columns.time, "--time"),
+        seconds * speed,
+    )
     note = f"angle by the time {note} at {speed * 30 / np.pi:g} r/min"
     return _Positions(seconds * speed, np.arange(len(seconds)), note, None, dropped)
 
 
-def _read_times(table: LoggerTable, columns: Columns) -> tuple[Array, str, tuple[DroppedRows, ...]] | None:
-    """Return times (n,) [s] from the first on, NaN where there is none, their column and what was dropped.
+def _read_times(
+    table: LoggerTable, columns: Columns
+) -> tuple[Array, str, tuple[DroppedRows, ...]] | None:
+    """Return times (n,) [s] from the first on, NaN where there is none, their column and what was
+    dropped.
 
     Returns None if neither a column nor an interval gives them.
     """
@@ -370,7 +451,9 @@ def _read_times(table: LoggerTable, columns: Columns) -> tuple[Array, str, tuple
     is_clock = any(":" in row[column] for row in table.rows[:1])
     # with an angle, --place-unit is that of the angle
     unit = columns.place_unit if columns.angle is None else None
-    factor, name = (1.0, "clock times") if is_clock else _factor(table, column, TIMES, unit, "--place-unit")
+    factor, name = (
+        (1.0, "clock times") if is_clock else _factor(table, column, TIMES, unit, "--place-unit")
+    )
     seconds = table.read_numbers(column)[0] * factor
     finite = np.flatnonzero(np.isfinite(seconds))
     steps = np.diff(seconds[finite])
@@ -381,13 +464,20 @@ def _read_times(table: LoggerTable, columns: Columns) -> tuple[Array, str, tuple
         row = int(finite[1 + int(np.argmax(steps < 0))])
         place = f"{table.source}: line {table.lines[row]}, column {table.names[column]}"
         raise InputError(
-            f"{place}: the time {table.rows[row][column]} is before that of the row above; cut the file here"
+            f"{place}: the time {table.rows[row][column]} is before that of the row above; cut "
+            f"the file here"
         )
     seconds, note, dropped = _separate_stamps(table, seconds)
-    return seconds - np.nanmin(seconds), f"in {split_unit(table.names[column])[0]} in {name}{note}", dropped
+    return (
+        seconds - np.nanmin(seconds),
+        f"in {split_unit(table.names[column])[0]} in {name}{note}",
+        dropped,
+    )
 
 
-def _separate_stamps(table: LoggerTable, stamps: Array) -> tuple[Array, str, tuple[DroppedRows, ...]]:
+def _separate_stamps(
+    table: LoggerTable, stamps: Array
+) -> tuple[Array, str, tuple[DroppedRows, ...]]:
     """Return stamps of which none equals that of the row before, NaN for dropped rows.
 
     Ticks of a coarse clock are spread evenly; of a few repeated stamps the first stays.
@@ -406,7 +496,10 @@ def _separate_stamps(table: LoggerTable, stamps: Array) -> tuple[Array, str, tup
         inside = np.interp(np.arange(len(rows)), ticks, stamps[rows[ticks]])
         beyond = np.maximum(np.arange(len(rows)) - ticks[-1], 0) * mean_step
         spread[rows] = inside + beyond
-        share = f"{100 * repeated.mean():.0f} % of the rows repeat the stamp above and are spread between its ticks"
+        share = (
+            f"{100 * repeated.mean():.0f} % of the rows repeat the stamp above and are spread "
+            f"between its ticks"
+        )
         return spread, f", coarse: {share}", ()
     single = stamps.copy()
     single[rows[repeated]] = np.nan
@@ -436,21 +529,32 @@ def _follow_angle(
         note = f"angle in {name}, in {unit}: rows in no order, sorted by their angle"
         return _Positions(angles, order, note)
     separated, coarse, dropped = _separate_stamps(table, counted)
-    begins_anew = " and begins anew each revolution" if counted is not angles and (counted != angles).any() else ""
+    begins_anew = (
+        " and begins anew each revolution"
+        if counted is not angles and (counted != angles).any()
+        else ""
+    )
     falls = ", falls" if len(moving) and np.median(moving) < 0 else ""
     note = f"angle in {name}, in {unit}{falls}{begins_anew}{coarse}"
     return _Positions(
-        separated, np.arange(len(angles)), note, None if time is None else _compute_speed(separated, time[0]), dropped
+        separated,
+        np.arange(len(angles)),
+        note,
+        None if time is None else _compute_speed(separated, time[0]),
+        dropped,
     )
 
 
 def _check_angles(table: LoggerTable, column: int | None, angles: Array) -> None:
-    """Raise InputError for angles [rad] of a column, or of an interval, without digits within a revolution."""
+    """Raise InputError for angles [rad] of a column, or of an interval, without digits within a
+    revolution.
+    """
     farthest = float(np.nanmax(np.abs(angles), initial=0.0))
     if farthest > LARGEST_ANGLE:
         place = "--interval-s" if column is None else f"column {table.names[column]}"
         raise InputError(
-            f"{table.source}: {place}: the angle of the drive reaches {farthest:.3g} rad; it must stay below "
+            f"{table.source}: {place}: the angle of the drive reaches {farthest:.3g} rad; it must "
+            f"stay below "
             f"{LARGEST_ANGLE:g} rad: correct the numbers or their unit"
         )
 
@@ -488,7 +592,8 @@ def _follow_trigger(
     pulses, lines = _find_pulses(signal[good], clock[good]), np.array(table.lines)
     if len(pulses) < 3:
         raise InputError(
-            f"{table.source}: column {name}: {len(pulses)} pulses; a trigger must rise at least three times, once a "
+            f"{table.source}: column {name}: {len(pulses)} pulses; a trigger must rise at least "
+            f"three times, once a "
             "revolution: name another column, or use --angle or --time"
         )
     intervals = np.diff(pulses)
@@ -496,7 +601,9 @@ def _follow_trigger(
     pulses = pulses[~bounces]
     intervals = np.diff(pulses)
     is_single = intervals <= PULSE_RATIO[1] * np.median(intervals)
-    counts = np.concatenate([[0], np.cumsum(np.where(is_single, 1, np.round(intervals / np.median(intervals))))])
+    counts = np.concatenate(
+        [[0], np.cumsum(np.where(is_single, 1, np.round(intervals / np.median(intervals))))]
+    )
     follow = scipy.interpolate.PchipInterpolator(pulses, counts * TURN)
     phi = np.full(count, np.nan)
     inside = good[(clock[good] >= pulses[0]) & (clock[good] <= pulses[-1])]
@@ -506,7 +613,8 @@ def _follow_trigger(
     if len(outside):
         dropped.append(
             DroppedRows.at_lines(
-                "rows before the first or after the last pulse of the trigger", lines[outside].tolist()
+                "rows before the first or after the last pulse of the trigger",
+                lines[outside].tolist(),
             )
         )
     speed = None
@@ -516,10 +624,17 @@ def _follow_trigger(
     for begin in np.flatnonzero(~is_single):
         lost = inside[(clock[inside] > pulses[begin]) & (clock[inside] < pulses[begin + 1])]
         phi[lost] = np.nan
-        dropped.append(DroppedRows.at_lines("rows between pulses of which one is missing", lines[lost].tolist()))
+        dropped.append(
+            DroppedRows.at_lines(
+                "rows between pulses of which one is missing", lines[lost].tolist()
+            )
+        )
     over = f"time {time[1]}" if time else "rows at equal intervals of time"
     bounced = f", {int(bounces.sum())} bounces ignored" if bounces.any() else ""
-    note = f"angle by {len(pulses)} pulses of the trigger {name}, once a revolution{bounced}; between them {over}"
+    note = (
+        f"angle by {len(pulses)} pulses of the trigger {name}, once a revolution{bounced}; "
+        f"between them {over}"
+    )
     return _Positions(phi, np.arange(count), note, speed, tuple(dropped))
 
 
@@ -543,7 +658,9 @@ def _find_pulses(signal: Array, clock: Array) -> Array:
 
 
 def _build_channel(name: str, unit: str, values: Array, phi: Array) -> tuple[Channel, Flags]:
-    """Return a channel without outliers and points beside jumps, with its noise, and the mask (n,) of the latter."""
+    """Return a channel without outliers and points beside jumps, with its noise, and the mask (n,)
+    of the latter.
+    """
     finite = np.flatnonzero(np.isfinite(values))
     beside_jumps, used = np.zeros((2, len(values)), dtype=bool)
     piece, beside_jumps[finite] = _split_at_jumps(phi[finite], values[finite])
@@ -555,10 +672,11 @@ def _build_channel(name: str, unit: str, values: Array, phi: Array) -> tuple[Cha
 
 
 def _split_at_jumps(phi: Array, values: Array) -> tuple[Integers, Flags]:
-    """Return the number of the piece between jumps of each point (n,), and the points within a step of a jump.
+    """Return the number of the piece between jumps of each point (n,), and the points within a step
+    of a jump.
 
-    A jump passes within two steps of a fine record, and is far higher than the differences beside it: a friction that
-    turns, a load that ends. A spike is none.
+    A jump passes within two steps of a fine record, and is far higher than the differences beside
+    it: a friction that turns, a load that ends. A spike is none.
     """
     count, steps = len(values), np.diff(values)
     piece, near_jump = np.zeros(count, dtype=int), np.zeros(count, dtype=bool)
@@ -570,7 +688,9 @@ def _split_at_jumps(phi: Array, values: Array) -> tuple[Integers, Flags]:
         heights = np.abs(values[width:] - values[:-width])
         inner = np.arange(2, len(heights) - 2)
         sides = np.array([sizes[inner + shift] for shift in (-2, -1, width, width + 1)]).max(axis=0)
-        jumps = inner[(heights[inner] > JUMP * scatter) & (heights[inner] > STEEPER * sides) & (scatter > 0)]
+        jumps = inner[
+            (heights[inner] > JUMP * scatter) & (heights[inner] > STEEPER * sides) & (scatter > 0)
+        ]
         for first in jumps:
             near_jump[first - 1 : first + width + 2] = True
     piece[1:] = np.cumsum(np.diff(near_jump.astype(int)) == 1)
@@ -580,8 +700,9 @@ def _split_at_jumps(phi: Array, values: Array) -> tuple[Integers, Flags]:
 def find_repeat_residuals(phi: Array, values: Array) -> Array | None:
     """Return the scatter of values (n,) about their mean curve over revolutions.
 
-    That is a Fourier series by least squares, and where the record is fine also the mean of what this leaves at each
-    angle, which is much at a jump. Returns None for less than two revolutions, and for too few points.
+    That is a Fourier series by least squares, and where the record is fine also the mean of what
+    this leaves at each angle, which is much at a jump. Returns None for less than two revolutions,
+    and for too few points.
     """
     if not len(phi) or np.ptp(phi) / TURN < TWO_REVOLUTIONS:
         return None
@@ -601,7 +722,8 @@ def find_repeat_residuals(phi: Array, values: Array) -> Array | None:
 
 
 def estimate_repeat_noise(phi: Array, values: Array) -> tuple[float, float] | None:
-    """Return the scatter of values (n,) about their mean curve over revolutions, and the correlation of neighbours.
+    """Return the scatter of values (n,) about their mean curve over revolutions, and the
+    correlation of neighbours.
 
     Returns None for less than two revolutions.
     """
@@ -614,7 +736,9 @@ def estimate_repeat_noise(phi: Array, values: Array) -> tuple[float, float] | No
 
 
 def count_mean_harmonics(phi: Array) -> int:
-    """Return the number of harmonics of the mean curve of points at angles (n,) [rad] over several revolutions."""
+    """Return the number of harmonics of the mean curve of points at angles (n,) [rad] over several
+    revolutions.
+    """
     return int(min(HARMONICS, len(phi) * TURN / np.ptp(phi) / POINTS_PER_HARMONIC))
 
 
@@ -625,20 +749,25 @@ def fourier_basis(phi: Array, count: int) -> Array:
 
 
 def _inliers(phi: Array, values: Array) -> tuple[Flags, float]:
-    """Return the mask (n,) of points near the cubic through their neighbours, and the scatter about such cubics.
+    """Return the mask (n,) of points near the cubic through their neighbours, and the scatter about
+    such cubics.
 
-    An outlier bends the cubics of its neighbours too, so that only the worst of close points is left out. Points at the
-    ends, next to a gap or measured twice are not tested.
+    An outlier bends the cubics of its neighbours too, so that only the worst of close points is
+    left out. Points at the ends, next to a gap or measured twice are not tested.
     """
     deviations, tested = _deviations(phi, values)
     noise = TO_SIGMA * float(np.median(np.abs(deviations[tested]))) if tested.any() else 0.0
     size = np.where(tested, np.abs(deviations), 0.0)
-    largest = np.lib.stride_tricks.sliding_window_view(np.pad(size, REACH), 2 * REACH + 1).max(axis=1)
+    largest = np.lib.stride_tricks.sliding_window_view(np.pad(size, REACH), 2 * REACH + 1).max(
+        axis=1
+    )
     return ~((size > OUTSIDE * noise) & (size == largest) & (noise > 0)), noise
 
 
 def _deviations(phi: Array, values: Array) -> tuple[Array, Flags]:
-    """Return the scaled distance of each point from the cubic through two neighbours on each side."""
+    """Return the scaled distance of each point from the cubic through two neighbours on each
+    side.
+    """
     count = len(phi)
     inner = np.arange(REACH, count - REACH)
     neighbours = inner + np.array([-2, -1, 1, 2])[:, None]

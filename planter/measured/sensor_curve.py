@@ -1,4 +1,6 @@
-"""A measured curve as what a sensor shows of a machine: operators between the rigid curve and the signal."""
+"""A measured curve as what a sensor shows of a machine: operators between the rigid curve and the
+signal.
+"""
 
 from __future__ import annotations
 
@@ -14,24 +16,38 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.measured.curve import EFFECT, SAMPLES, Chosen, MeasuredCurve, factor_of, find_measured
-from planter.measured.effects import RATE, SQUARE, Curves, Parameter, SensorEffect, ZeroDrift, rank_effect
+from planter.measured.effects import (
+    RATE,
+    SQUARE,
+    Curves,
+    Parameter,
+    SensorEffect,
+    ZeroDrift,
+    rank_effect,
+)
 from planter.measured.findings import MeasurementResult
 from planter.measured.reading import Channel, Measurement
 from planter.measured.sensor_view import SensorView, StatedEffect, find_sensor_view, is_sensor_input
 from planter.numerics.arrays import TURN
 
 DIFFERENCE = 1e-5
-"""Step of differences in parameters of operators, in widths of their bounds, and in the speed, in parts of it."""
+"""Step of differences in parameters of operators, in widths of their bounds, and in the speed, in
+parts of it.
+"""
 SPEED_STEP = 0.25
 """Relative change of the speed's square from which its share of a curve follows."""
-MEAN_SPEED = "what the sensor sees holds at the mean speed of the record, whose swing is a part of the residuals"
+MEAN_SPEED = (
+    "what the sensor sees holds at the mean speed of the record, whose swing is a part "
+    "of the residuals"
+)
 
 
 @dataclass(frozen=True)
 class ParameterSource:
     """The value of a parameter as it is searched, or the index of the chosen input that has it.
 
-    That input is the value itself, or, with a `factor`, the value in the display unit times the factor.
+    That input is the value itself, or, with a `factor`, the value in the display unit times the
+    factor.
     """
 
     parameter: Parameter
@@ -62,10 +78,11 @@ class SensorOperator:
 class SensorCurve(MeasuredCurve):
     """Quantities at the angles of a measurement, of which a sensor sees one behind effects.
 
-    Effects are those that the machine file states for a quantity in [measurement], with the values there, and `effects`
-    more, whose parameters are among the chosen inputs, by `EFFECT` before their names. Curves over a cycle are sampled
-    at `SAMPLES` angles, changed by each effect in turn, and interpolated by a periodic cubic spline. The sensor's
-    quantity is that at the mean speed of a record.
+    Effects are those that the machine file states for a quantity in [measurement], with the values
+    there, and `effects` more, whose parameters are among the chosen inputs, by `EFFECT` before
+    their names. Curves over a cycle are sampled at `SAMPLES` angles, changed by each effect in
+    turn, and interpolated by a periodic cubic spline. The sensor's quantity is that at the mean
+    speed of a record.
 
     Raises InputError for more than one quantity with `effects`, and as `find_sensor_view`.
     """
@@ -91,24 +108,42 @@ class SensorCurve(MeasuredCurve):
             key=lambda operator: rank_effect(operator.effect),
         )
         needed = {name: None for operator in self._operators for name in operator.effect.needed}
-        self._needed = {name: find_measured(self.machine, name) for name in needed if name not in (SQUARE, RATE)}
+        self._needed = {
+            name: find_measured(self.machine, name) for name in needed if name not in (SQUARE, RATE)
+        }
         parts = set(needed) & {SQUARE, RATE}
         self._parts = parts | ({SQUARE} if RATE in parts else set())
         target = find_measured(machine, key)
-        if RATE in parts and self.machine.acceleration is None and not (target.total and target.unit == "N"):
-            raise InputError(f"{machine.name}: {target.key} has no part of the acceleration that could be computed")
+        if (
+            RATE in parts
+            and self.machine.acceleration is None
+            and not (target.total and target.unit == "N")
+        ):
+            raise InputError(
+                f"{machine.name}: {target.key} has no part of the acceleration that could be "
+                f"computed"
+            )
         self._grid_response = MachineResponse(
-            self._response.machine, [target.name, *(result.name for result in self._needed.values())]
+            self._response.machine,
+            [target.name, *(result.name for result in self._needed.values())],
         )
-        self._grid_factors = np.array([target.factor, *(result.factor for result in self._needed.values())])
+        self._grid_factors = np.array(
+            [target.factor, *(result.factor for result in self._needed.values())]
+        )
         self._grid: tuple[bytes, Curves] | None = None
 
     @classmethod
-    def at_angles(cls, machine: Machine, quantity: str, phi: Array, effects: Sequence[SensorEffect] = ()) -> Self:
-        """Return the curve of a machine at angles (n,) [rad] without data; all that is chosen are `effects`."""
+    def at_angles(
+        cls, machine: Machine, quantity: str, phi: Array, effects: Sequence[SensorEffect] = ()
+    ) -> Self:
+        """Return the curve of a machine at angles (n,) [rad] without data; all that is chosen are
+        `effects`.
+        """
         unit = units.display_unit(find_measured(machine, quantity).key)
         empty = Channel(quantity, unit, np.zeros(len(phi)), np.ones(len(phi), dtype=bool), 1.0)
-        return cls(machine, Chosen.from_bounds(machine, {}), Measurement(phi, (empty,)), quantity, effects)
+        return cls(
+            machine, Chosen.from_bounds(machine, {}), Measurement(phi, (empty,)), quantity, effects
+        )
 
     def restart(self) -> None:
         """Discard earlier values."""
@@ -119,7 +154,9 @@ class SensorCurve(MeasuredCurve):
         self._grid = None if depends_on_earlier else self._grid
 
     def machine_values(self) -> Array:
-        """Return the values (n,) of the machine and of its file, and those of the effects at which they do least."""
+        """Return the values (n,) of the machine and of its file, and those of the effects at which
+        they do least.
+        """
         values, names = super().machine_values(), self.chosen.names
         for effect in self.effects:
             for parameter in effect.parameters:
@@ -131,11 +168,16 @@ class SensorCurve(MeasuredCurve):
         return np.clip(values, self.chosen.lower, self.chosen.upper)
 
     def evaluate(self, z: Array, phi: Array, speeds: Array | None = None) -> tuple[Array, Array]:
-        """Return the quantities (k, m) and their Jacobians (k, m, n) at angles [rad], the sensor's at mean speed."""
+        """Return the quantities (k, m) and their Jacobians (k, m, n) at angles [rad], the sensor's
+        at mean speed.
+        """
         if len(self._seen) < len(self.keys):
             values, slopes = super().evaluate(z, phi, speeds)
         else:
-            values, slopes = np.empty((len(self.keys), len(phi))), np.empty((len(self.keys), len(phi), len(z)))
+            values, slopes = (
+                np.empty((len(self.keys), len(phi))),
+                np.empty((len(self.keys), len(phi), len(z))),
+            )
         signal, signal_slopes = self._evaluate_signal(z, phi)
         for channel in self._seen:
             values[channel], slopes[channel] = signal, signal_slopes
@@ -149,16 +191,22 @@ class SensorCurve(MeasuredCurve):
         values, slopes = super().drift(z)
         for effect in self.effects:
             if isinstance(effect, ZeroDrift):
-                indices = [self.chosen.names.index(name_parameter(effect, p.name)) for p in effect.parameters]
+                indices = [
+                    self.chosen.names.index(name_parameter(effect, p.name))
+                    for p in effect.parameters
+                ]
                 slopes[:, indices] = effect.columns(self.phi, self.records)
         return values + slopes @ z, slopes
 
     def find_view(self, z: Array) -> SensorView:
-        """Return the view of the sensor: stated effects, and fitted ones with their values among the inputs (n,).
+        """Return the view of the sensor: stated effects, and fitted ones with their values among
+        the inputs (n,).
 
         A drift belongs to a record and is left out.
         """
-        operators = [operator for operator in self._operators if not isinstance(operator.effect, ZeroDrift)]
+        operators = [
+            operator for operator in self._operators if not isinstance(operator.effect, ZeroDrift)
+        ]
         effects = (StatedEffect(operator.effect, operator.read_values(z)) for operator in operators)
         return SensorView(find_measured(self.machine, self.keys[self._seen[0]]), tuple(effects))
 
@@ -171,7 +219,12 @@ class SensorCurve(MeasuredCurve):
         """Return the signal without offset (m,) and its Jacobian (m, n) at angles [rad]."""
         x = z[self._inputs]
         curves = self._compute_curves(x)
-        moved = [source.index for each in self._operators for source in each.sources if source.index is not None]
+        moved = [
+            source.index
+            for each in self._operators
+            for source in each.sources
+            if source.index is not None
+        ]
         values = _drop_slopes(curves)
         columns = [self._apply(curves, z)]
         if self.machine.speed in self._grid_response.machine.moved:
@@ -182,7 +235,9 @@ class SensorCurve(MeasuredCurve):
             step = DIFFERENCE * (self.chosen.upper[i] - self.chosen.lower[i])
             ends = [z.copy(), z.copy()]
             ends[0][i], ends[1][i] = z[i] + step, z[i] - step
-            columns.append((self._apply(values, ends[0]) - self._apply(values, ends[1])) / (2 * step))
+            columns.append(
+                (self._apply(values, ends[0]) - self._apply(values, ends[1])) / (2 * step)
+            )
         stacked = np.column_stack(columns)
         angles = phi + (0.0 if self.phase_index is None else z[self.phase_index])
         rows, rates = interpolate_periodic(stacked, curves.turn, angles)
@@ -193,7 +248,9 @@ class SensorCurve(MeasuredCurve):
         return rows[:, 0], slopes
 
     def _differentiate_in_speed(self, z: Array, x: Array, index: int) -> Array:
-        """Return the derivative (SAMPLES,) of the signal in the speed, the input `index` of the machine (p,)."""
+        """Return the derivative (SAMPLES,) of the signal in the speed, the input `index` of the
+        machine (p,).
+        """
         step = DIFFERENCE * max(abs(float(x[index])), DIFFERENCE)
         signals = []
         for end in (x[index] + step, x[index] - step):
@@ -207,8 +264,12 @@ class SensorCurve(MeasuredCurve):
         """Return an effect of the machine file, of whose values the chosen inputs may have some."""
         names, paths = self.chosen.names, stated.paths or ("",) * len(stated.values)
         sources = (
-            ParameterSource(parameter, value, names.index(path) if path in names else None, factor_of(path))
-            for parameter, value, path in zip(stated.effect.parameters, stated.values, paths, strict=True)
+            ParameterSource(
+                parameter, value, names.index(path) if path in names else None, factor_of(path)
+            )
+            for parameter, value, path in zip(
+                stated.effect.parameters, stated.values, paths, strict=True
+            )
         )
         return SensorOperator(stated.effect, tuple(sources))
 
@@ -216,7 +277,9 @@ class SensorCurve(MeasuredCurve):
         """Return an effect whose parameters are among the chosen inputs."""
         names = self.chosen.names
         sources = (
-            ParameterSource(parameter, parameter.neutral, names.index(name_parameter(effect, parameter.name)))
+            ParameterSource(
+                parameter, parameter.neutral, names.index(name_parameter(effect, parameter.name))
+            )
             for parameter in effect.parameters
         )
         return SensorOperator(effect, tuple(sources))
@@ -235,7 +298,9 @@ class SensorCurve(MeasuredCurve):
         return self._grid[1]
 
     def _sample_curves(self, x: Array) -> Curves:
-        """Return the curves of the machine for its inputs; that of the quantity has an empty name."""
+        """Return the curves of the machine for its inputs; that of the quantity has an empty
+        name.
+        """
         machine = self._grid_response.machine
         d = machine.build_data(x)
         speed = float(d[machine.speed])
@@ -254,29 +319,42 @@ class SensorCurve(MeasuredCurve):
         return Curves(rows, machine.turn, speed)
 
     def _sample(self, d: Array) -> Array:
-        """Return the quantities (q, SAMPLES, 1 + p) with derivatives in the inputs, in display units."""
-        rows, slopes = self._grid_response.slopes(self._grid_response.at_data(d), self.sample_angles)
-        both: Array = np.concatenate([rows[:, :, None], slopes[:, :, 1:]], axis=2) / self._grid_factors[:, None, None]
+        """Return the quantities (q, SAMPLES, 1 + p) with derivatives in the inputs, in display
+        units.
+        """
+        rows, slopes = self._grid_response.slopes(
+            self._grid_response.at_data(d), self.sample_angles
+        )
+        both: Array = (
+            np.concatenate([rows[:, :, None], slopes[:, :, 1:]], axis=2)
+            / self._grid_factors[:, None, None]
+        )
         return both
 
 
 def build_curve(
     machine: Machine, chosen: Chosen, measured: Measurement, quantity: str | Sequence[str]
 ) -> MeasuredCurve:
-    """Return the curve of quantities, one of them as its sensor sees it if the machine file states that."""
+    """Return the curve of quantities, one of them as its sensor sees it if the machine file states
+    that.
+    """
     view = find_sensor_view(machine)
     quantities = (quantity,) if isinstance(quantity, str) else quantity
     keys = [find_measured(machine, each).key for each in quantities]
     is_seen = view is not None and bool(view.effects) and view.quantity.key in keys
     if view is not None and not is_seen and any(map(is_sensor_input, chosen.names)):
         name = next(filter(is_sensor_input, chosen.names))
-        raise InputError(f"--fit {name}: the sensor of [measurement] measures {view.quantity.key}, not {keys[0]}")
+        raise InputError(
+            f"--fit {name}: the sensor of [measurement] measures {view.quantity.key}, not {keys[0]}"
+        )
     return (SensorCurve if is_seen else MeasuredCurve)(machine, chosen, measured, quantity)
 
 
 @dataclass(frozen=True)
 class SensorSignal:
-    """The signal of a sensor over a cycle, with its view, and the rigid curve at angles, (n,) each [display unit]."""
+    """The signal of a sensor over a cycle, with its view, and the rigid curve at angles, (n,) each
+    [display unit].
+    """
 
     view: SensorView
     angles_deg: Array
@@ -309,10 +387,14 @@ class SensorSignal:
         )
 
 
-def measure_cycle(machine: Machine, phi: Array, columns: Mapping[str, Array]) -> SensorSignal | None:
-    """Return what the sensor of a machine file sees at angles (n,) [rad] of a cycle, or None if it states none.
+def measure_cycle(
+    machine: Machine, phi: Array, columns: Mapping[str, Array]
+) -> SensorSignal | None:
+    """Return what the sensor of a machine file sees at angles (n,) [rad] of a cycle, or None if it
+    states none.
 
-    `columns` are the quantities (n,) at these angles by key. Raises InputError as `find_sensor_view`.
+    `columns` are the quantities (n,) at these angles by key. Raises InputError as
+    `find_sensor_view`.
     """
     view = find_sensor_view(machine)
     if view is None:
@@ -334,13 +416,16 @@ def _evaluate_quantity(machine: Machine, quantity: Quantity, phi: Array) -> Arra
 
 def _drop_slopes(curves: Curves) -> Curves:
     """Return the values of curves, (SAMPLES, 1) each, without their derivatives."""
-    return Curves({key: rows[:, :1] for key, rows in curves.rows.items()}, curves.turn, curves.speed)
+    return Curves(
+        {key: rows[:, :1] for key, rows in curves.rows.items()}, curves.turn, curves.speed
+    )
 
 
 def _integrate(rows: Array, turn: float) -> Array:
     """Return the integral (SAMPLES, c) over the angle of a periodic curve, whose mean is zero.
 
-    The part of the acceleration is the momentum per speed, whose derivative is the part of the speed's square.
+    The part of the acceleration is the momentum per speed, whose derivative is the part of the
+    speed's square.
     """
     spectrum = np.fft.rfft(rows, axis=0)
     orders = 1j * np.arange(len(spectrum)) * TURN / turn
@@ -350,7 +435,8 @@ def _integrate(rows: Array, turn: float) -> Array:
 
 
 def interpolate_periodic(rows: Array, period: float, at: Array) -> tuple[Array, Array]:
-    """Return the cubic splines through rows (S, c) at equal steps of a period, and their slopes, at places (n,).
+    """Return the cubic splines through rows (S, c) at equal steps of a period, and their slopes, at
+    places (n,).
 
     Second derivatives solve a cyclic system, which is diagonal in the harmonics of the period.
     """
@@ -365,7 +451,12 @@ def interpolate_periodic(rows: Array, period: float, at: Array) -> tuple[Array, 
     rest = 1 - share
     values = rest * rows[left] + share * rows[right]
     values += (rest**3 - rest) * bends[left] + (share**3 - share) * bends[right]
-    slopes = rows[right] - rows[left] - (3 * rest**2 - 1) * bends[left] + (3 * share**2 - 1) * bends[right]
+    slopes = (
+        rows[right]
+        - rows[left]
+        - (3 * rest**2 - 1) * bends[left]
+        + (3 * share**2 - 1) * bends[right]
+    )
     return values, slopes / step
 
 
@@ -376,7 +467,9 @@ def name_parameter(effect: SensorEffect, parameter: str) -> str:
 
 def _with_effects(chosen: Chosen, effects: Sequence[SensorEffect]) -> Chosen:
     parameters: Mapping[str, tuple[float, float]] = {
-        name_parameter(effect, p.name): (p.lower, p.upper) for effect in effects for p in effect.parameters
+        name_parameter(effect, p.name): (p.lower, p.upper)
+        for effect in effects
+        for p in effect.parameters
     }
     lower, upper = (np.array([ends[k] for ends in parameters.values()]) for k in (0, 1))
     return replace(
@@ -388,7 +481,8 @@ def _with_effects(chosen: Chosen, effects: Sequence[SensorEffect]) -> Chosen:
 
 
 def describe_view(curve: MeasuredCurve, z: Array) -> list[str]:
-    """Return sentences on what the machine file states of the sensor, and on the speed at which a signal holds.
+    """Return sentences on what the machine file states of the sensor, and on the speed at which a
+    signal holds.
 
     Values that are among the chosen inputs are those in z (n,).
     """
@@ -401,5 +495,8 @@ def describe_view(curve: MeasuredCurve, z: Array) -> list[str]:
             sentences.append(MEAN_SPEED)
     view = find_sensor_view(curve.machine)
     if view is not None and view.quantity.key not in curve.keys:
-        sentences.append(f"the machine file's [measurement] is one of {view.quantity.key}, and does not apply here")
+        sentences.append(
+            f"the machine file's [measurement] is one of {view.quantity.key}, and does not apply "
+            f"here"
+        )
     return sentences

@@ -1,4 +1,6 @@
-"""What the sensor of a machine file sees of a cycle, in reports: a section, and a figure with the rigid curve."""
+"""What the sensor of a machine file sees of a cycle, in reports: a section, and a figure with the
+rigid curve.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,10 @@ if TYPE_CHECKING:
 
 FIGURE = "measurement"
 """Name of the figure."""
-CAPTION = "The measured quantity of the rigid machine, and what the sensor sees of it by [measurement] of the file."
+CAPTION = (
+    "The measured quantity of the rigid machine, and what the sensor sees of it by "
+    "[measurement] of the file."
+)
 RIGID = "the sensor sees the rigid machine"
 
 
@@ -54,13 +59,18 @@ def draw_signals(signal: SensorSignal | None, angle: str, end: float = 360.0) ->
 
 @style.with_style
 def draw_signal(signal: SensorSignal, angle: str, end: float) -> Figure:
-    """Draw the rigid curve and the signal over a cycle that ends at an angle [deg]; `angle` is the axis label."""
+    """Draw the rigid curve and the signal over a cycle that ends at an angle [deg]; `angle` is the
+    axis label.
+    """
     figure = style.new_figure(3.2)
     axes = figure.subplots()
     style.over_a_turn(axes, end=end)
     ends = []
     phi = np.append(signal.angles_deg, end)
-    for name, values, shade in (("rigid", signal.rigid, style.SOFT), ("measured", signal.signal, style.BLUE)):
+    for name, values, shade in (
+        ("rigid", signal.rigid, style.SOFT),
+        ("measured", signal.signal, style.BLUE),
+    ):
         closed = np.append(values, values[0])
         axes.plot(phi, closed, color=shade, linewidth=1.3)
         ends.append((float(closed[-1]), name, shade))

@@ -1,4 +1,6 @@
-"""What a machine file's [measurement] states, as effects of known size on a quantity of the machine, and back."""
+"""What a machine file's [measurement] states, as effects of known size on a quantity of the
+machine, and back.
+"""
 
 from __future__ import annotations
 
@@ -45,9 +47,15 @@ class StatedEffect:
     paths: tuple[str, ...] = ()
 
     @classmethod
-    def from_display(cls, effect: SensorEffect, values: Sequence[float], keys: Sequence[str] = ()) -> StatedEffect:
-        """Return an effect with values of its parameters in their display units, at keys of [measurement]."""
-        searched = (p.from_display(value) for p, value in zip(effect.parameters, values, strict=True))
+    def from_display(
+        cls, effect: SensorEffect, values: Sequence[float], keys: Sequence[str] = ()
+    ) -> StatedEffect:
+        """Return an effect with values of its parameters in their display units, at keys of
+        [measurement].
+        """
+        searched = (
+            p.from_display(value) for p, value in zip(effect.parameters, values, strict=True)
+        )
         return cls(effect, tuple(searched), tuple(f"{SECTION}.{key}" for key in keys))
 
     @property
@@ -59,7 +67,10 @@ class StatedEffect:
     @property
     def display_values(self) -> tuple[float | None, ...]:
         """The values in the display units of the parameters, None for an infinite one."""
-        return tuple(p.to_display(value) for p, value in zip(self.effect.parameters, self.values, strict=True))
+        return tuple(
+            p.to_display(value)
+            for p, value in zip(self.effect.parameters, self.values, strict=True)
+        )
 
     def __str__(self) -> str:
         named = zip(self.effect.parameters, self.display_values, strict=True)
@@ -69,7 +80,9 @@ class StatedEffect:
 
 @dataclass(frozen=True)
 class SensorView:
-    """A quantity of a machine and the effects behind which a sensor sees it, in the order in which they act."""
+    """A quantity of a machine and the effects behind which a sensor sees it, in the order in which
+    they act.
+    """
 
     quantity: Quantity
     effects: tuple[StatedEffect, ...]
@@ -77,12 +90,19 @@ class SensorView:
     @property
     def needed(self) -> tuple[str, ...]:
         """Keys of all quantities of the machine that reach the sensor."""
-        further = (name for stated in self.effects for name in stated.effect.needed if name not in (SQUARE, RATE))
+        further = (
+            name
+            for stated in self.effects
+            for name in stated.effect.needed
+            if name not in (SQUARE, RATE)
+        )
         return (self.quantity.key, *further)
 
     @property
     def parameters(self) -> dict[str, tuple[Parameter, float]]:
-        """The parameters of the effects by their paths in the machine file, with their values in display units."""
+        """The parameters of the effects by their paths in the machine file, with their values in
+        display units.
+        """
         return {path: entry for stated in self.effects for path, entry in stated.parameters.items()}
 
 
@@ -95,7 +115,9 @@ def find_section(document: Document) -> MeasurementSection | None:
 def list_measured(
     document: Document, quantity: str | Sequence[str] | None, default: Sequence[str] = ()
 ) -> tuple[str, ...]:
-    """Return the names of measured quantities: those given, else that of the file's [measurement], else `default`."""
+    """Return the names of measured quantities: those given, else that of the file's [measurement],
+    else `default`.
+    """
     if quantity:
         return (quantity,) if isinstance(quantity, str) else tuple(quantity)
     section = find_section(document)
@@ -105,13 +127,16 @@ def list_measured(
 def find_sensor_view(machine: Machine) -> SensorView | None:
     """Return the view of the sensor that the file of a machine states, or None if it states none.
 
-    Raises InputError for a quantity that the machine lacks, or that the sensor cannot see in this way.
+    Raises InputError for a quantity that the machine lacks, or that the sensor cannot see in this
+    way.
     """
     section = find_section(machine.document)
     if section is None:
         return None
     speed = abs(float(machine.data[machine.speed]))
-    return build_sensor_view(section, machine.results, machine.source, speed, machine.acceleration is not None)
+    return build_sensor_view(
+        section, machine.results, machine.source, speed, machine.acceleration is not None
+    )
 
 
 def is_sensor_input(name: str) -> bool:
@@ -135,12 +160,21 @@ def describe_sensor_inputs(view: SensorView | None) -> dict[str, str]:
 
 
 def check_sensor_bounds(machine: Machine, path: str, bounds: tuple[float, float]) -> None:
-    """Raise InputError if the file of a machine cannot hold a number of [measurement] anywhere between bounds."""
+    """Raise InputError if the file of a machine cannot hold a number of [measurement] anywhere
+    between bounds.
+    """
     for end in bounds:
         machine.document.with_numbers({path: end})
     view = find_sensor_view(machine)
-    if view is not None and view.parameters[path][0].scale == "reciprocal" and bounds[0] < 0 < bounds[1]:
-        raise InputError(f"--fit {path}={bounds[0]:g}:{bounds[1]:g}: it must not be 0, so both bounds need one sign")
+    if (
+        view is not None
+        and view.parameters[path][0].scale == "reciprocal"
+        and bounds[0] < 0 < bounds[1]
+    ):
+        raise InputError(
+            f"--fit {path}={bounds[0]:g}:{bounds[1]:g}: it must not be 0, so both bounds need one "
+            f"sign"
+        )
 
 
 def build_sensor_view(
@@ -150,21 +184,30 @@ def build_sensor_view(
     speed: float = 1.0,
     is_accelerated: bool = False,
 ) -> SensorView:
-    """Return the view that a [measurement] states, of a machine with quantities, at a speed of the drive [rad/s].
+    """Return the view that a [measurement] states, of a machine with quantities, at a speed of the
+    drive [rad/s].
 
-    `is_accelerated` says whether the acceleration of the drive is a value. Raises InputError, which names
-    file, key and value, as `find_sensor_view`.
+    `is_accelerated` says whether the acceleration of the drive is a value. Raises InputError, which
+    names file, key and value, as `find_sensor_view`.
     """
 
     def refuse(key: str, value: object, rule: str) -> InputError:
         return value_error(f"{SECTION}.{key}", value, rule, source)
 
-    def find_quantity(key: str, name: str, allowed: Callable[[Quantity], bool], rule: str) -> Quantity:
+    def find_quantity(
+        key: str, name: str, allowed: Callable[[Quantity], bool], rule: str
+    ) -> Quantity:
         keys = [quantity.key for quantity in quantities if allowed(quantity)]
-        matches = find_spelled(name, {q.key: list_spellings(q.name, q.key, q.meaning) for q in quantities})
+        matches = find_spelled(
+            name, {q.key: list_spellings(q.name, q.key, q.meaning) for q in quantities}
+        )
         match = next((quantity for quantity in quantities if [quantity.key] == matches), None)
         if match is None:
-            raise refuse(key, name, paths.suggest_names(name, [*keys, *_list_names(quantities, keys)], _join(keys)))
+            raise refuse(
+                key,
+                name,
+                paths.suggest_names(name, [*keys, *_list_names(quantities, keys)], _join(keys)),
+            )
         if match.key not in keys:
             raise refuse(key, name, f"{rule}: {_join(keys)}")
         return match
@@ -175,9 +218,18 @@ def build_sensor_view(
         for key in ("lever_mm", "imbalance_kg_m"):
             if (value := getattr(section, key)) is not None:
                 listed = list(value) if isinstance(value, tuple) else value
-                raise refuse(key, listed, f"quantity must be a force in N, but {target.key} is in {unit or '1'}")
-    if section.speed_harmonics is not None and not (is_accelerated or (target.total and unit == FORCE)):
-        reason = f"{target.key} must be a total force, or the statement must have acceleration=, since a swing has one"
+                raise refuse(
+                    key,
+                    listed,
+                    f"quantity must be a force in N, but {target.key} is in {unit or '1'}",
+                )
+    if section.speed_harmonics is not None and not (
+        is_accelerated or (target.total and unit == FORCE)
+    ):
+        reason = (
+            f"{target.key} must be a total force, or the statement must have acceleration=, "
+            f"since a swing has one"
+        )
         raise refuse("speed_harmonics", list(section.speed_harmonics), reason)
 
     def is_other(quantity: Quantity) -> bool:
@@ -187,16 +239,22 @@ def build_sensor_view(
     if section.axis_deg is not None:
         turned = TurnedAxis(name_carried_force(section.carried_axes[1]))
         effects.append(StatedEffect.from_display(turned, [section.axis_deg], ["axis_deg"]))
-    for index, (name, share) in enumerate(zip(section.enclosed or (), section.shares_of_enclosed, strict=True)):
+    for index, (name, share) in enumerate(
+        zip(section.enclosed or (), section.shares_of_enclosed, strict=True)
+    ):
         rule = f"it must be a quantity in {unit or '1'} other than {target.key}"
         leaked = find_quantity("enclosed", name, is_other, rule)
         if any(isinstance(e.effect, LeakedForce) and e.effect.key == leaked.key for e in effects):
-            raise refuse("enclosed", name, f"{leaked.key} must be in it once, with the sum of its shares")
+            raise refuse(
+                "enclosed", name, f"{leaked.key} must be in it once, with the sum of its shares"
+            )
         keys = [f"shares[{index}]"] if section.shares else []
         effects.append(StatedEffect.from_display(LeakedForce(leaked.key), [share], keys))
     if section.drive is not None and section.lever_mm is not None:
         torque = find_quantity("drive", section.drive, _is_torque, "it must be a torque in N m")
-        effects.append(StatedEffect.from_display(LeakedTorque(torque.key), [section.lever_mm], ["lever_mm"]))
+        effects.append(
+            StatedEffect.from_display(LeakedTorque(torque.key), [section.lever_mm], ["lever_mm"])
+        )
     effects += _list_own_effects(section, speed)
     return SensorView(target, tuple(sorted(effects, key=lambda stated: rank_effect(stated.effect))))
 
@@ -206,9 +264,13 @@ def _list_own_effects(section: MeasurementSection, speed: float) -> Iterator[Sta
     scale = speed or 1.0  # of the bounds of a search, which a known value does not need
     if section.imbalance_kg_m is not None:
         largest = max(map(abs, section.imbalance_kg_m))
-        yield StatedEffect.from_display(Imbalance(largest), section.imbalance_kg_m, _index("imbalance_kg_m", 2))
+        yield StatedEffect.from_display(
+            Imbalance(largest), section.imbalance_kg_m, _index("imbalance_kg_m", 2)
+        )
     if section.speed_harmonics is not None:
-        yield StatedEffect.from_display(SpeedHarmonics(), section.speed_harmonics, _index("speed_harmonics", 4))
+        yield StatedEffect.from_display(
+            SpeedHarmonics(), section.speed_harmonics, _index("speed_harmonics", 4)
+        )
     if section.mount_Hz is not None and section.mount_damping is not None:
         values, keys = [section.mount_Hz, section.mount_damping], ["mount_Hz", "mount_damping"]
         yield StatedEffect.from_display(ElasticMount(scale), values, keys)
@@ -235,7 +297,9 @@ def _join(keys: Sequence[str]) -> str:
 
 
 def with_view(document: Document, view: SensorView) -> Document:
-    """Return a copy of a machine file that states a view; a file of a kind without [measurement] stays the same."""
+    """Return a copy of a machine file that states a view; a file of a kind without [measurement]
+    stays the same.
+    """
     field = type(document).model_fields.get(SECTION)
     kind = None if field is None else find_table(field.annotation)
     if kind is None:
@@ -244,18 +308,26 @@ def with_view(document: Document, view: SensorView) -> Document:
     subject = {"quantity": view.quantity.key}
     if section is not None and section.bodies and view.quantity.key == section.measured:
         subject = section.model_dump(include={"bodies", "axis"}, exclude_none=True)
-    return document.model_copy(update={SECTION: kind.model_validate({**subject, **write_effects(view)})})
+    return document.model_copy(
+        update={SECTION: kind.model_validate({**subject, **write_effects(view)})}
+    )
 
 
 def write_effects(view: SensorView) -> dict[str, Any]:
-    """Return the entries of [measurement] that state the effects of a view; one that does nothing is left out."""
+    """Return the entries of [measurement] that state the effects of a view; one that does nothing
+    is left out.
+    """
     table: dict[str, Any] = {}
     leaked = [stated for stated in view.effects if isinstance(stated.effect, LeakedForce)]
     if leaked:
-        table["enclosed"] = [stated.effect.key for stated in leaked if isinstance(stated.effect, LeakedForce)]
+        table["enclosed"] = [
+            stated.effect.key for stated in leaked if isinstance(stated.effect, LeakedForce)
+        ]
         table["shares"] = [float(stated.values[0]) for stated in leaked]
     for stated in view.effects:
-        table |= _write_effect(stated.effect, [value for value in stated.display_values if value is not None])
+        table |= _write_effect(
+            stated.effect, [value for value in stated.display_values if value is not None]
+        )
     return table
 
 

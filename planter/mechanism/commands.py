@@ -1,4 +1,6 @@
-"""The command `planter move`, and what other commands do for every machine that the engine takes."""
+"""The command `planter move`, and what other commands do for every machine that the engine
+takes.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,8 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 MechanismArgument = Annotated[
-    str, typer.Argument(help="a mechanism's file (TOML), or its name: NAME.toml here or in generated/")
+    str,
+    typer.Argument(help="a mechanism's file (TOML), or its name: NAME.toml here or in generated/"),
 ]
 
 NO_STAGES = "it has no gear stages"
@@ -63,32 +66,54 @@ def move(
     mechanism: MechanismArgument,
     until: Annotated[float, typer.Option(metavar="S", min=1e-9, help="end of the motion [s]")],
     points: Annotated[int, typer.Option(min=2, max=100_000, help="number of output times")] = 201,
-    tolerance: Annotated[float, typer.Option(min=1e-13, max=1e-2, help="relative tolerance of the integrator")] = 1e-9,
+    tolerance: Annotated[
+        float, typer.Option(min=1e-13, max=1e-2, help="relative tolerance of the integrator")
+    ] = 1e-9,
     rest: Annotated[
-        bool, typer.Option("--rest", help="also find an equilibrium near the start, and its eigenvalues")
+        bool,
+        typer.Option("--rest", help="also find an equilibrium near the start, and its eigenvalues"),
     ] = False,
     least_squares: Annotated[
         bool,
-        typer.Option("--least-squares", help="for over-constrained joints, also report minimum-norm reactions"),
+        typer.Option(
+            "--least-squares",
+            help="for over-constrained joints, also report minimum-norm reactions",
+        ),
     ] = False,
     stiff: Annotated[
-        bool, typer.Option("--stiff", help="implicit steps (Radau IIA), for stiff springs and strong dampers")
+        bool,
+        typer.Option(
+            "--stiff", help="implicit steps (Radau IIA), for stiff springs and strong dampers"
+        ),
     ] = False,
     ensemble: Annotated[
         int | None,
         typer.Option(
-            metavar="N", min=1, max=10_000, help="number of runs from random starts, for a chaotic motion",
+            metavar="N",
+            min=1,
+            max=10_000,
+            help="number of runs from random starts, for a chaotic motion",
             show_default=False,
         ),
     ] = None,
     perturbation: Annotated[
-        float, typer.Option(metavar="SHARE", min=0, max=1, help="largest change of a start, as a share of each range")
+        float,
+        typer.Option(
+            metavar="SHARE",
+            min=0,
+            max=1,
+            help="largest change of a start, as a share of each range",
+        ),
     ] = 1e-3,
-    since: Annotated[float, typer.Option(metavar="S", min=0, help="start of the statistics of an ensemble [s]")] = 0.0,
+    since: Annotated[
+        float, typer.Option(metavar="S", min=0, help="start of the statistics of an ensemble [s]")
+    ] = 0.0,
     period: Annotated[
         float | None,
         typer.Option(
-            metavar="S", min=1e-9, help="duration of each statistic, such as a revolution [s] [default: until the end]",
+            metavar="S",
+            min=1e-9,
+            help="duration of each statistic, such as a revolution [s] [default: until the end]",
             show_default=False,
         ),
     ] = None,
@@ -98,14 +123,15 @@ def move(
     set_: SetOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
-) -> None:  # fmt: skip
+) -> None:
     """Integrate the free motion of your mechanism.
 
-    No angle drives it; it starts from its initial state. --ensemble integrates it from many random starts near that one
-    and reports bands, statistics, and how fast the runs part, with the largest Lyapunov exponent.
+    No angle drives it; it starts from its initial state. --ensemble integrates it from many random
+    starts near that one and reports bands, statistics, and how fast the runs part, with the largest
+    Lyapunov exponent.
 
-    Rattling gears: planter move own/gear_rattle.toml --until 1 --points 2001 --ensemble 32 --since 0.2
-    --period 0.05236 --out rattle
+    Rattling gears: planter move own/gear_rattle.toml --until 1 --points 2001 --ensemble 32 --since
+    0.2 --period 0.05236 --out rattle
     """
     console = Console(as_json)
     with console.outcome():
@@ -116,7 +142,13 @@ def move(
 
         if ensemble is None:
             refuse_unused(
-                "without --ensemble", "--since", "--period", "--perturbation", "--seed", "--workers", "--cluster"
+                "without --ensemble",
+                "--since",
+                "--period",
+                "--perturbation",
+                "--seed",
+                "--workers",
+                "--cluster",
             )
         else:
             refuse_unused("with --ensemble", "--rest", "--least-squares")
@@ -128,23 +160,31 @@ def move(
 
             spec = EnsembleSpec(ensemble, perturbation, since, period, seed)
             means = Means(workers, cluster)
-            runs = compute_ensemble(file, until, points, spec, tolerance, stiff, means, console.progress)
+            runs = compute_ensemble(
+                file, until, points, spec, tolerance, stiff, means, console.progress
+            )
             present_ensemble(runs, file).show(console, out)
             return
-        motion = compute_motion(Dynamics(file), until, points, tolerance, rest, least_squares, stiff)
+        motion = compute_motion(
+            Dynamics(file), until, points, tolerance, rest, least_squares, stiff
+        )
         if least_squares and not motion.result.undetermined_actions:
             console.say("--least-squares adds nothing: no reaction is statically indeterminate")
         present_motion(motion, file).show(console, out)
 
 
 def refuse_options(machine: Machine, options: Mapping[str, bool]) -> None:
-    """Raise InputError for the first option that is present, with the reason why it does not apply to the machine."""
+    """Raise InputError for the first option that is present, with the reason why it does not apply
+    to the machine.
+    """
     for option, is_present in options.items():
         if is_present:
             raise InputError(f"{option} does not apply to {machine.name}: {REFUSED[option]}")
 
 
-def run_validate(console: Console, source: str, values: Mapping[str, float], speed_rpm: float | None) -> None:
+def run_validate(
+    console: Console, source: str, values: Mapping[str, float], speed_rpm: float | None
+) -> None:
     """Validate the machine of a file or of a built-in name, and print limits and warnings."""
     from planter.engine.machine import load_machine
     from planter.mechanism import cycle, file, machines
@@ -158,7 +198,11 @@ def run_validate(console: Console, source: str, values: Mapping[str, float], spe
 
 
 def run_simulate(
-    console: Console, machine: Machine, samples: int | None, at_deg: Sequence[float], out: Path | None
+    console: Console,
+    machine: Machine,
+    samples: int | None,
+    at_deg: Sequence[float],
+    out: Path | None,
 ) -> None:
     """Simulate a cycle, print it, and write it into a folder if one is named."""
     from planter.mechanism.cycle import simulate_machine
@@ -168,7 +212,12 @@ def run_simulate(
 
 
 def run_sensitivity(
-    console: Console, machine: Machine, objective: str | None, samples: int | None, all_values: bool, out: Path | None
+    console: Console,
+    machine: Machine,
+    objective: str | None,
+    samples: int | None,
+    all_values: bool,
+    out: Path | None,
 ) -> None:
     """Compute a sensitivity, print it, and write it into a folder if one is named."""
     from planter.mechanism.optimisation import compute_objective_sensitivity
@@ -179,10 +228,17 @@ def run_sensitivity(
 
 
 def run_drive(
-    console: Console, machine: Machine, motor: Motor, turns: int, start: float | None, samples: int | None,
+    console: Console,
+    machine: Machine,
+    motor: Motor,
+    turns: int,
+    start: float | None,
+    samples: int | None,
     out: Path | None,
-) -> None:  # fmt: skip
-    """Compute a machine on a motor from a speed [rad/s], print it, and write it into a folder if one is named."""
+) -> None:
+    """Compute a machine on a motor from a speed [rad/s], print it, and write it into a folder if
+    one is named.
+    """
     from planter.engine.drive import drive_machine
     from planter.engine.machine import check_samples
     from planter.mechanism.presentation import present_drive
@@ -193,7 +249,9 @@ def run_drive(
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """Options of a search; None leaves a value to the file or to defaults, and no `prove_seconds` means no proof."""
+    """Options of a search; None leaves a value to the file or to defaults, and no `prove_seconds`
+    means no proof.
+    """
 
     method: Method | None
     front: bool
@@ -206,10 +264,16 @@ class SearchOptions:
 
 
 def run_optimise(
-    console: Console, machine: Machine, objective: str | None, holds: Sequence[str], options: SearchOptions,
+    console: Console,
+    machine: Machine,
+    objective: str | None,
+    holds: Sequence[str],
+    options: SearchOptions,
     out: Path | None,
-) -> None:  # fmt: skip
-    """Find an optimum, with its front and its proof if the options ask for them, print and write it."""
+) -> None:
+    """Find an optimum, with its front and its proof if the options ask for them, print and write
+    it.
+    """
     from planter.engine.search import SearchSpec
     from planter.mechanism import optimisation, proof
     from planter.mechanism.file import MechanismFile
@@ -242,7 +306,15 @@ def run_optimise(
         if options.prove_seconds is not None and isinstance(file, MechanismFile):
             earlier, keep = find_proof(out)
             optimum = proof.with_proof(
-                file, optimum, goal, spec, options.prove_seconds, console.progress, options.means, earlier, keep
+                file,
+                optimum,
+                goal,
+                spec,
+                options.prove_seconds,
+                console.progress,
+                options.means,
+                earlier,
+                keep,
             )
         if options.front:
             optimum = optimisation.with_front(optimum, console.progress)
@@ -250,10 +322,16 @@ def run_optimise(
 
 
 def _search_optimum(
-    console: Console, machine: Machine, objective: str | None, holds: Sequence[str], spec: SearchSpec, means: Means,
+    console: Console,
+    machine: Machine,
+    objective: str | None,
+    holds: Sequence[str],
+    spec: SearchSpec,
+    means: Means,
     out: Path | None,
-) -> MechanismOptimum:  # fmt: skip
-    """Return the optimum; what is there before it, or without it, is written into the folder if one is named.
+) -> MechanismOptimum:
+    """Return the optimum; what is there before it, or without it, is written into the folder if one
+    is named.
 
     Raises FailedSearchError, which names the file of the closest design, if there is none.
     """
@@ -264,7 +342,9 @@ def _search_optimum(
 
     keep = None if out is None else partial(write_unfinished, out)
     try:
-        optimum = optimisation.optimise_machine(machine, objective, holds, spec, console.progress, means, keep)
+        optimum = optimisation.optimise_machine(
+            machine, objective, holds, spec, console.progress, means, keep
+        )
     except FailedSearchError as error:
         if error.candidate is None or error.candidate.is_feasible:
             raise
@@ -278,7 +358,9 @@ def _search_optimum(
 
 
 def require_measurable(machine: Machine, quantities: Sequence[str]) -> None:
-    """Raise InputError if no quantity or an unknown one is named, ComputationError for one that does not repeat."""
+    """Raise InputError if no quantity or an unknown one is named, ComputationError for one that
+    does not repeat.
+    """
     from planter.measured.curve import find_measured
     from planter.measured.sensor_view import find_sensor_view
     from planter.mechanism.model import require_repeating
@@ -305,11 +387,13 @@ def calibrate_machine(
     means: Means | None = None,
     priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> Calibrated:
-    """Fit values within `bounds` (display units, by key) to measured curves of one or several quantities.
+    """Fit values within `bounds` (display units, by key) to measured curves of one or several
+    quantities.
 
-    Without `quantity` it is that of the file's [measurement]. `means` are the processes of the searches, on which
-    results do not depend; `priors` are those of `planter.measured.calibration.calibrate`. Raises InputError for a file,
-    columns, values or a quantity that cannot be used, ComputationError for a quantity that does not repeat after a
+    Without `quantity` it is that of the file's [measurement]. `means` are the processes of the
+    searches, on which results do not depend; `priors` are those of
+    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns, values or a
+    quantity that cannot be used, ComputationError for a quantity that does not repeat after a
     cycle.
     """
     from planter.measured.calibration import calibrate
@@ -320,11 +404,28 @@ def calibrate_machine(
     require_measurable(machine, quantities)
     builders = {"derived": partial(machine.build, machine.document)}
     rebuild = machine.document.with_numbers
-    return calibrate(builders, data, columns, bounds, quantities, rebuild, check, seed, progress, means or AUTO, priors)
+    return calibrate(
+        builders,
+        data,
+        columns,
+        bounds,
+        quantities,
+        rebuild,
+        check,
+        seed,
+        progress,
+        means or AUTO,
+        priors,
+    )
 
 
 def run_preview(
-    console: Console, machine: Machine, data: Path, columns: Columns, quantities: Sequence[str], out: Path | None
+    console: Console,
+    machine: Machine,
+    data: Path,
+    columns: Columns,
+    quantities: Sequence[str],
+    out: Path | None,
 ) -> None:
     """Print what is understood of a measured file, and write it into a folder if one is named.
 
@@ -354,11 +455,21 @@ def run_preview(
 
 
 def run_explain(
-    console: Console, machine: Machine, data: Path, columns: Columns, bounds: Mapping[str, tuple[float, float]],
-    quantities: Sequence[str], seed: int, priors: Mapping[str, tuple[float, float]], out: Path | None,
-    model: str = "derived", angle: str | None = None,
-) -> None:  # fmt: skip
-    """Print what explains the measured curve of a quantity of a machine, and write it into a folder if one is named."""
+    console: Console,
+    machine: Machine,
+    data: Path,
+    columns: Columns,
+    bounds: Mapping[str, tuple[float, float]],
+    quantities: Sequence[str],
+    seed: int,
+    priors: Mapping[str, tuple[float, float]],
+    out: Path | None,
+    model: str = "derived",
+    angle: str | None = None,
+) -> None:
+    """Print what explains the measured curve of a quantity of a machine, and write it into a folder
+    if one is named.
+    """
     from planter.engine.wording import name_angle
     from planter.measured.explanations import read_and_explain
     from planter.measured.presentation import present_explained
@@ -367,14 +478,22 @@ def run_explain(
     explained = read_and_explain(
         machine, model, data, columns, bounds, quantities, rebuild, seed, console.progress, priors
     )
-    present_explained(machine.document, explained, machine.meanings, angle or name_angle(machine)).show(console, out)
+    present_explained(
+        machine.document, explained, machine.meanings, angle or name_angle(machine)
+    ).show(console, out)
 
 
 def run_calibrate(
-    console: Console, document: Document, meanings: Mapping[str, str], calibrated: Calibrated, out: Path | None,
+    console: Console,
+    document: Document,
+    meanings: Mapping[str, str],
+    calibrated: Calibrated,
+    out: Path | None,
     angle: str = "angle of the drive",
-) -> None:  # fmt: skip
-    """Print the fit of a file, whose values have `meanings` by path, and write it into a folder if one is named."""
+) -> None:
+    """Print the fit of a file, whose values have `meanings` by path, and write it into a folder if
+    one is named.
+    """
     from planter.measured.presentation import present_fit
 
     present_fit(document, calibrated, meanings, angle).show(console, out)

@@ -1,4 +1,6 @@
-"""The cycle of a machine: every quantity, works, laws, contacts that lift off, and the checks of `planter validate`."""
+"""The cycle of a machine: every quantity, works, laws, contacts that lift off, and the checks of
+`planter validate`.
+"""
 
 from __future__ import annotations
 
@@ -40,8 +42,9 @@ ANGLE_TOLERANCE = 1e-10
 class MechanismCycle:
     """A cycle: samples of all results in display units (n,) by key, and its result.
 
-    `ends` are the results at the end of the cycle by key; `places` (n,) [m] the coordinates of the bodies' points; a
-    cycle takes `seconds`. `measured` is what the sensor sees, if the file has [measurement].
+    `ends` are the results at the end of the cycle by key; `places` (n,) [m] the coordinates of the
+    bodies' points; a cycle takes `seconds`. `measured` is what the sensor sees, if the file has
+    [measurement].
     """
 
     machine: Machine
@@ -61,11 +64,12 @@ class MechanismCycle:
 
 @name_step("computing the cycle")
 def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
-    """Return a cycle of a machine in `samples` equal steps, as many as its file says unless they are given.
+    """Return a cycle of a machine in `samples` equal steps, as many as its file says unless they
+    are given.
 
-    Extremes are true ones, means and works [J] integrals over the cycle. What does not end the cycle as it began has
-    neither mean nor work; of what has a pole extremes and mean are those of the samples. A warning says so. Raises
-    ComputationError as the model does.
+    Extremes are true ones, means and works [J] integrals over the cycle. What does not end the
+    cycle as it began has neither mean nor work; of what has a pole extremes and mean are those of
+    the samples. A warning says so. Raises ComputationError as the model does.
     """
     machine, angles = model.machine, model.list_angles(samples)
     values = model(angles)
@@ -98,20 +102,35 @@ def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
         met=None if limits is None else all(limit.met for limit in limits),
         designer=designer,
     )
-    return MechanismCycle(machine, np.degrees(angles), columns, repeats.end, model.places(angles), seconds, result)
+    return MechanismCycle(
+        machine, np.degrees(angles), columns, repeats.end, model.places(angles), seconds, result
+    )
 
 
 def read_peak(quantity: Quantity, peak: QuantityPeak) -> QuantityStatistics:
     """Return true extremes and means of a quantity over a cycle, in the key's unit."""
     return QuantityStatistics(
-        unit=peak.unit, min=peak.min, max=peak.max, mean=peak.mean, rms=peak.rms, min_deg=peak.min_phi_deg,
-        max_deg=peak.max_phi_deg, axes=quantity.axes,
-    )  # fmt: skip
+        unit=peak.unit,
+        min=peak.min,
+        max=peak.max,
+        mean=peak.mean,
+        rms=peak.rms,
+        min_deg=peak.min_phi_deg,
+        max_deg=peak.max_phi_deg,
+        axes=quantity.axes,
+    )
 
 
-def compute_statistics(quantity: Quantity, values: Array, angles: Array, repeats: Periodicity) -> QuantityStatistics:
-    """Return extremes, mean and root mean square of samples (n,) in the key's unit, of a cycle at angles (n,) [rad]."""
-    low, high = (to_degrees(float(angles[extrema.index_first_extremum(angles, values, sign)])) for sign in (-1, 1))
+def compute_statistics(
+    quantity: Quantity, values: Array, angles: Array, repeats: Periodicity
+) -> QuantityStatistics:
+    """Return extremes, mean and root mean square of samples (n,) in the key's unit, of a cycle at
+    angles (n,) [rad].
+    """
+    low, high = (
+        to_degrees(float(angles[extrema.index_first_extremum(angles, values, sign)]))
+        for sign in (-1, 1)
+    )
     is_averaged = quantity.key not in repeats.changes
     mean, square = _average(values, repeats.end[quantity.key]) if is_averaged else (None, None)
     return QuantityStatistics(
@@ -127,14 +146,18 @@ def compute_statistics(quantity: Quantity, values: Array, angles: Array, repeats
 
 
 def _average(values: Array, end: float) -> tuple[float, float]:
-    """Return mean and mean square of values (n,) by the trapezoidal rule with the value at the end of the cycle.
+    """Return mean and mean square of values (n,) by the trapezoidal rule with the value at the end
+    of the cycle.
 
-    Only an angle that gains whole turns has another value at the end; otherwise the rule is the mean of the samples.
+    Only an angle that gains whole turns has another value at the end; otherwise the rule is the
+    mean of the samples.
     """
     gains = abs(end - values[0]) > 1.0
     last = (end - values[0], end**2 - values[0] ** 2) if gains else (0.0, 0.0)
     count = len(values)
-    return float(values.mean() + last[0] / (2 * count)), float((values**2).mean() + last[1] / (2 * count))
+    return float(values.mean() + last[0] / (2 * count)), float(
+        (values**2).mean() + last[1] / (2 * count)
+    )
 
 
 def _compute_works(
@@ -147,20 +170,26 @@ def _compute_works(
     for q in model.machine.results:
         if q.unit == "W":
             mean = quantities[q.key].mean
-            works[f"{q.name.removeprefix('P_')}_J"] = None if mean is None else seconds * q.factor * mean
+            works[f"{q.name.removeprefix('P_')}_J"] = (
+                None if mean is None else seconds * q.factor * mean
+            )
     return works
 
 
 def _check_laws(machine: Machine, values: Mapping[str, Array]) -> Iterator[MechanismLawResult]:
     """Yield the laws of mechanics with their violations, then that friction has a single state.
 
-    The scale of a law is the largest quantity in its unit, or what the largest forces give: rounding is relative to it.
+    The scale of a law is the largest quantity in its unit, or what the largest forces give:
+    rounding is relative to it.
     """
     scales: dict[str, float] = defaultdict(float)
     for q in machine.quantities:
         if q.role == "result":
             scales[q.unit] = max(scales[q.unit], float(np.abs(values[q.name]).max()))
-    for unit, way in (("N m", "m"), ("W", "m/s")):  # a moment or power may vanish whose forces do not
+    for unit, way in (
+        ("N m", "m"),
+        ("W", "m/s"),
+    ):  # a moment or power may vanish whose forces do not
         scales[unit] = max(scales[unit], scales["N"] * scales[way])
     for q in machine.quantities:
         if q.role == "law":
@@ -168,7 +197,9 @@ def _check_laws(machine: Machine, values: Mapping[str, Array]) -> Iterator[Mecha
             yield MechanismLawResult(q.meaning, float(np.abs(values[q.name]).max()), q.unit, scale)
     for q in machine.quantities:
         if q.role == "states":
-            yield MechanismLawResult(f"{q.meaning}, beyond one", float(values[q.name].max()) - 1, "1", 1.0)
+            yield MechanismLawResult(
+                f"{q.meaning}, beyond one", float(values[q.name].max()) - 1, "1", 1.0
+            )
 
 
 def list_lift_offs(
@@ -176,8 +207,9 @@ def list_lift_offs(
 ) -> list[MechanismWarning]:
     """Return a warning for every interval of a cycle in which a contact would have to pull.
 
-    `angles` (n,) [rad] are equal steps of a cycle, `values` the quantities there; `repeats` says whether the cycle ends
-    as it began. An interval between two samples is found if the force has a minimum there.
+    `angles` (n,) [rad] are equal steps of a cycle, `values` the quantities there; `repeats` says
+    whether the cycle ends as it began. An interval between two samples is found if the force has a
+    minimum there.
     """
     contacts = [quantity.name for quantity in model.machine.quantities if quantity.is_push]
     return [
@@ -190,7 +222,9 @@ def list_lift_offs(
 def _describe_lift_off(
     model: Model, name: str, angles: Array, values: Array, repeats: bool
 ) -> Iterator[tuple[float, str]]:
-    """Yield the angle [deg] at which each interval of a negative contact force begins, and a message."""
+    """Yield the angle [deg] at which each interval of a negative contact force begins, and a
+    message.
+    """
     lowest = extrema.find_minimum(lambda at: model(at)[name], angles, closed=repeats)
     if lowest.value >= 0:
         return
@@ -203,42 +237,73 @@ def _describe_lift_off(
         return
     for low, high in _find_intervals(model, name, places, pulls, repeats):
         interval = f"from {low:.6g} to {high:.6g} deg"
-        yield low, f"{force}: the contact would have to pull {interval}: it lifts off there, and no later result holds"
+        yield (
+            low,
+            f"{force}: the contact would have to pull {interval}: it lifts off there, and no "
+            f"later result holds",
+        )
 
 
 def _find_intervals(
     model: Model, name: str, places: Array, pulls: Flags, repeats: bool
 ) -> Iterator[tuple[float, float]]:
-    """Yield begin and end [deg] of intervals that pull; one may pass the end of a cycle that repeats."""
+    """Yield begin and end [deg] of intervals that pull; one may pass the end of a cycle that
+    repeats.
+    """
     before = np.roll(pulls, 1)
     before[0] &= repeats
     for begin in np.flatnonzero(pulls & ~before).tolist():
         length = int(np.argmin(np.append(pulls[begin:], pulls[:begin] if repeats else False)))
-        low = 0.0 if begin == 0 and not repeats else np.degrees(_find_sign_change(model, name, places, begin))
+        low = (
+            0.0
+            if begin == 0 and not repeats
+            else np.degrees(_find_sign_change(model, name, places, begin))
+        )
         ends = begin + length == len(places) and not repeats
-        yield low, np.degrees(model.machine.turn if ends else _find_sign_change(model, name, places, begin + length))
+        yield (
+            low,
+            np.degrees(
+                model.machine.turn
+                if ends
+                else _find_sign_change(model, name, places, begin + length)
+            ),
+        )
 
 
 def _find_sign_change(model: Model, name: str, places: Array, k: int) -> float:
-    """Return the angle in a cycle at which the force changes sign between a place and the one before it, cyclically."""
-    turn, high, low = model.machine.turn, float(places[k % len(places)]), float(places[(k - 1) % len(places)])
+    """Return the angle in a cycle at which the force changes sign between a place and the one
+    before it, cyclically.
+    """
+    turn, high, low = (
+        model.machine.turn,
+        float(places[k % len(places)]),
+        float(places[(k - 1) % len(places)]),
+    )
     start = low - turn * (low > high)
-    root = scipy.optimize.brentq(lambda at: float(model(np.array([at]))[name][0]), start, high, xtol=ANGLE_TOLERANCE)
+    root = scipy.optimize.brentq(
+        lambda at: float(model(np.array([at]))[name][0]), start, high, xtol=ANGLE_TOLERANCE
+    )
     return float(root) % turn
 
 
-def simulate_machine(machine: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> MechanismCycle:
-    """Return the cycle of a machine with its summary for the designer, and results at single angles [deg].
+def simulate_machine(
+    machine: Machine, samples: int | None = None, at_deg: Sequence[float] = ()
+) -> MechanismCycle:
+    """Return the cycle of a machine with its summary for the designer, and results at single angles
+    [deg].
 
-    Raises InputError for a number of samples out of range, or an angle that is not finite; ComputationError as the
-    model does.
+    Raises InputError for a number of samples out of range, or an angle that is not finite;
+    ComputationError as the model does.
     """
     check_samples(samples)
     check_angles(at_deg)
     model = Model(machine)
     cycle = compute_cycle(model, samples)
     at = [
-        AngleValues(float(angle), {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()})
+        AngleValues(
+            float(angle),
+            {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()},
+        )
         for angle in at_deg
     ]
     measured, sensor_warnings = measure_sensor(cycle)
@@ -257,13 +322,18 @@ def check_angles(at_deg: Sequence[float]) -> None:
         raise InputError.for_value("--at", bad[0], "it must be a finite angle in deg")
 
 
-def _summarise(machine: Machine, changing: Collection[str]) -> tuple[CycleSummary | None, list[MechanismWarning]]:
-    """Return the designer's summary, and a warning for each quantity with a pole, which the summary lacks."""
+def _summarise(
+    machine: Machine, changing: Collection[str]
+) -> tuple[CycleSummary | None, list[MechanismWarning]]:
+    """Return the designer's summary, and a warning for each quantity with a pole, which the summary
+    lacks.
+    """
     try:
         cycle = PiecewiseCycle(machine, build_rows(machine))
         poles = {name: pole for name in cycle.names if (pole := cycle.find_pole(name)) is not None}
         warnings = [
-            _warn_of_samples(f"{name} has a pole, or no value", float(np.degrees(pole))) for name, pole in poles.items()
+            _warn_of_samples(f"{name} has a pole, or no value", float(np.degrees(pole)))
+            for name, pole in poles.items()
         ]
         return summarise(cycle, changing), warnings
     except ComputationError as error:
@@ -271,17 +341,25 @@ def _summarise(machine: Machine, changing: Collection[str]) -> tuple[CycleSummar
 
 
 def _warn_of_samples(reason: str, angle_deg: float) -> MechanismWarning:
-    message = f"{reason} at {angle_deg:.6g} deg: its extremes and means are those of the samples, not true ones"
+    message = (
+        f"{reason} at {angle_deg:.6g} deg: its extremes and means are those of the samples, "
+        f"not true ones"
+    )
     return MechanismWarning(name="no_summary", angle_deg=angle_deg, message=message)
 
 
 def measure_sensor(cycle: MechanismCycle) -> tuple[SensorSignal | None, list[MechanismWarning]]:
-    """Return what the sensor of the file sees, if it states that, or a warning if a quantity does not repeat."""
+    """Return what the sensor of the file sees, if it states that, or a warning if a quantity does
+    not repeat.
+    """
     view = find_sensor_view(cycle.machine)
     if view is None:
         return None, []
     if changing := [key for key in view.needed if key in cycle.result.not_repeating]:
-        message = f"what the sensor sees is missing: {', '.join(changing)} does not end the cycle as it began it"
+        message = (
+            f"what the sensor sees is missing: {', '.join(changing)} does not end the cycle "
+            f"as it began it"
+        )
         return None, [MechanismWarning(name="no_measurement", angle_deg=0.0, message=message)]
     return measure_cycle(cycle.machine, np.radians(cycle.angles_deg), cycle.columns), []
 
@@ -293,20 +371,28 @@ def validate_machine(machine: Machine) -> MachineValidation:
     """
     cycle = compute_cycle(Model(machine)).result
     return MachineValidation(
-        machine=machine.name, valid=True, design=list(machine.design_names),
-        own_numbers=machine.document.own_numbers(), holds=cycle.holds, met=cycle.met,
+        machine=machine.name,
+        valid=True,
+        design=list(machine.design_names),
+        own_numbers=machine.document.own_numbers(),
+        holds=cycle.holds,
+        met=cycle.met,
         warnings=[*_list_bound_warnings(machine), *cycle.warnings],
-    )  # fmt: skip
+    )
 
 
 def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
     """Return the entries of a mechanism's initial state that its constraints change, as warnings.
 
-    Raises ComputationError if no state near the stated one satisfies its constraints, InputError if none does while
-    what is named to hold does.
+    Raises ComputationError if no state near the stated one satisfies its constraints, InputError if
+    none does while what is named to hold does.
     """
     dynamics = Dynamics(mechanism)
-    stated, start, contradictions = dynamics.stated, dynamics.find_start(), dynamics.find_contradictions()
+    stated, start, contradictions = (
+        dynamics.stated,
+        dynamics.find_start(),
+        dynamics.find_contradictions(),
+    )
     warnings = []
     for index in dynamics.find_changes(start):
         name = dynamics.names[index]
@@ -315,7 +401,9 @@ def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
             message = describe_contradictions({name: contradictions[name]})
         warnings.append(MechanismWarning(name=name, message=message))
     numbers = mechanism.own_numbers()
-    return MachineValidation(machine=mechanism.name, valid=True, design=[], own_numbers=numbers, warnings=warnings)
+    return MachineValidation(
+        machine=mechanism.name, valid=True, design=[], own_numbers=numbers, warnings=warnings
+    )
 
 
 def _list_bound_warnings(machine: Machine) -> Iterator[MechanismWarning]:

@@ -1,4 +1,6 @@
-"""Drawings of a mechanism: curves of its quantities, its moving scene, and the program that computes it in a page."""
+"""Drawings of a mechanism: curves of its quantities, its moving scene, and the program that
+computes it in a page.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +37,17 @@ if TYPE_CHECKING:
     from planter.mechanism.ensemble import MechanismEnsemble
 
 UNIT_WORDS = {
-    "N": "force", "N m": "torque", "W": "power", "J": "energy", "deg": "angle", "rad/s": "angular velocity",
-    "rad/s2": "angular acceleration", "mm": "length", "m/s": "speed", "m/s2": "acceleration",
-}  # fmt: skip
+    "N": "force",
+    "N m": "torque",
+    "W": "power",
+    "J": "energy",
+    "deg": "angle",
+    "rad/s": "angular velocity",
+    "rad/s2": "angular acceleration",
+    "mm": "length",
+    "m/s": "speed",
+    "m/s2": "acceleration",
+}
 """What quantities are that share a figure, by their unit."""
 MOST_CURVES = 6
 """Curves in one figure."""
@@ -49,10 +59,11 @@ MOST_SEPARATIONS = 40
 
 @dataclass(frozen=True)
 class PlotAxis:
-    """The abscissa of curves: values (n,), its name with its unit, and whether it is the angle of a cycle [deg].
+    """The abscissa of curves: values (n,), its name with its unit, and whether it is the angle of a
+    cycle [deg].
 
-    `column` is its name in tables. For a cycle, `end` is its last angle, `ends` are the values of the curves there by
-    key, and `repeats` holds if it ends in the state in which it began.
+    `column` is its name in tables. For a cycle, `end` is its last angle, `ends` are the values of
+    the curves there by key, and `repeats` holds if it ends in the state in which it began.
     """
 
     values: Array
@@ -73,7 +84,9 @@ class PlotAxis:
 
 
 def draw_curves(columns: Mapping[str, Array], axis: PlotAxis) -> Iterator[tuple[str, Figure]]:
-    """Yield figures of all columns (n,) by the names of their files; columns of one unit share figures."""
+    """Yield figures of all columns (n,) by the names of their files; columns of one unit share
+    figures.
+    """
     by_unit: dict[str, list[str]] = {}
     for key in columns:
         by_unit.setdefault(units.display_unit(key), []).append(key)
@@ -108,7 +121,9 @@ def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figu
 
 
 def draw_ensemble(ensemble: MechanismEnsemble) -> Iterator[tuple[str, Figure]]:
-    """Yield figures of the bands of an ensemble by the names of their files, then that of the runs' separation."""
+    """Yield figures of the bands of an ensemble by the names of their files, then that of the runs'
+    separation.
+    """
     by_unit: dict[str, list[str]] = {}
     for key in ensemble.curves:
         if not ensemble.bands[key].any():  # what is zero in all runs
@@ -125,7 +140,9 @@ def draw_ensemble(ensemble: MechanismEnsemble) -> Iterator[tuple[str, Figure]]:
 
 @style.with_style
 def _draw_bands(times: Array, bands: Mapping[str, Array], unit: str) -> Figure:
-    """Draw the percentiles (5, n) of quantities by key: median, and bands of 50 % and 90 % of the runs."""
+    """Draw the percentiles (5, n) of quantities by key: median, and bands of 50 % and 90 % of the
+    runs.
+    """
     figure = style.new_figure(0.8 + 1.5 * len(bands))
     rows = figure.subplots(len(bands), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (key, (low, lower, middle, upper, high)) in zip(rows, bands.items(), strict=True):
@@ -141,42 +158,56 @@ def _draw_bands(times: Array, bands: Mapping[str, Array], unit: str) -> Figure:
 
 @style.with_style
 def _draw_separation(ensemble: MechanismEnsemble) -> Figure:
-    """Draw the separation of each run from the stated motion, their median, and the threshold of parted runs."""
+    """Draw the separation of each run from the stated motion, their median, and the threshold of
+    parted runs.
+    """
     figure = style.new_figure(2.8)
     axes = figure.subplots()
     separation = np.maximum(ensemble.separation, np.finfo(float).tiny)
-    axes.semilogy(ensemble.times, separation[:MOST_SEPARATIONS].T, color=style.SKY, linewidth=0.5, alpha=0.6)
+    axes.semilogy(
+        ensemble.times, separation[:MOST_SEPARATIONS].T, color=style.SKY, linewidth=0.5, alpha=0.6
+    )
     axes.semilogy(ensemble.times, np.median(separation, axis=0), color=style.BLUE)
     threshold = ensemble.result.separation.threshold
     axes.axhline(threshold, color=style.VERMILION, linewidth=0.8)
     axes.set_xlim(ensemble.times[0], ensemble.times[-1])
     axes.set_xlabel("time / s")
     axes.set_ylabel("separation / range")
-    ends = [(float(np.median(separation[:, -1])), "median", style.BLUE), (threshold, "parted", style.VERMILION)]
+    ends = [
+        (float(np.median(separation[:, -1])), "median", style.BLUE),
+        (threshold, "parted", style.VERMILION),
+    ]
     style.label_ends(axes, ends, 0.07)
     return figure
 
 
 @style.with_style
 def draw_drive(drive: Drive) -> Figure:
-    """Draw the speed of a machine on a motor from the start and over the steady cycle, and that cycle's torques."""
+    """Draw the speed of a machine on a motor from the start and over the steady cycle, and that
+    cycle's torques.
+    """
     figure = style.new_figure(6.2)
     start, cycle, torque = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
     draw_drive_speeds(drive, start, cycle)
     curves = [
-        ("motor", drive.driven.torque, style.VERMILION), ("load", drive.driven.load, style.BLUE),
+        ("motor", drive.driven.torque, style.VERMILION),
+        ("load", drive.driven.load, style.BLUE),
         ("load at constant speed", drive.constant.load, style.INK),
-    ]  # fmt: skip
+    ]
     for _, curve, shade in curves:
         torque.plot(np.degrees(drive.turn.phi), curve, color=shade, linewidth=1.2)
-    label_cycle_curves(torque, "torque / (N m)", [(float(curve[-1]), text, shade) for text, curve, shade in curves])
+    label_cycle_curves(
+        torque, "torque / (N m)", [(float(curve[-1]), text, shade) for text, curve, shade in curves]
+    )
     for axes in (cycle, torque):
         axes.set_xlabel("angle of the drive / deg")
     return figure
 
 
 def draw_drive_speeds(drive: Drive, start: Axes, cycle: Axes) -> None:
-    """Draw the speed of a machine on a motor from the start, and over the steady cycle with its mean."""
+    """Draw the speed of a machine on a motor from the start, and over the steady cycle with its
+    mean.
+    """
     begun, steady, mean = drive.started, drive.turn, drive.result.speed.mean_rpm
     start.plot(begun.phi / (2 * np.pi), begun.omega * RPM, color=style.BLUE, linewidth=1.0)
     start.set_xlim(0, begun.phi[-1] / (2 * np.pi))
@@ -207,16 +238,21 @@ GROUND_MARK = np.array([[0.0, 0.0], [-0.6, -1.0], [0.6, -1.0]])
 MARK_SHARE = 30
 """Extent of a mechanism over the size of the marks of its ground."""
 OBLIQUE = 0.35
-"""Share of a length towards the viewer that is drawn to the left and down: the cabinet view of a spatial mechanism."""
+"""Share of a length towards the viewer that is drawn to the left and down: the cabinet view of a
+spatial mechanism.
+"""
 
 
 def select_curves(keys: Iterable[str], machine: Machine | None = None) -> list[str]:
-    """Return the keys of quantities that a scene has: motors of the machine, then the order of `FIRST_UNITS`."""
+    """Return the keys of quantities that a scene has: motors of the machine, then the order of
+    `FIRST_UNITS`.
+    """
     motors = [] if machine is None else [machine.find_quantity(name).key for name in machine.motors]
     order = {unit: index for index, unit in enumerate(FIRST_UNITS)}
-    return sorted(keys, key=lambda key: -1 if key in motors else order.get(units.display_unit(key), len(order)))[
-        :MOST_SCENE_CURVES
-    ]
+    return sorted(
+        keys,
+        key=lambda key: -1 if key in motors else order.get(units.display_unit(key), len(order)),
+    )[:MOST_SCENE_CURVES]
 
 
 def build_scene(
@@ -227,7 +263,8 @@ def build_scene(
     places: Mapping[str, Array],
     machine: Machine | None = None,
 ) -> Scene:
-    """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are coordinates of points.
+    """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are
+    coordinates of points.
 
     The `machine` gives the curves their names, and forces at points of the drawing their arrows.
     """
@@ -238,9 +275,14 @@ def build_scene(
     numbers: dict[tuple[str, bytes], int] = {}
     chains: list[Chain] = []
     bodies = _project_bodies(places)
-    extent = 1e3 * float(max(np.ptp([at for corners in bodies.values() for at in corners.values()], axis=(0, 2))))
+    extent = 1e3 * float(
+        max(np.ptp([at for corners in bodies.values() for at in corners.values()], axis=(0, 2)))
+    )
     for shade, (body, corners) in enumerate(bodies.items()):
-        ends = [_number_point(points, numbers, name, 1e3 * at[:, frames]) for name, at in corners.items()]
+        ends = [
+            _number_point(points, numbers, name, 1e3 * at[:, frames])
+            for name, at in corners.items()
+        ]
         if body != GROUND and len(ends) > 1:
             chains.append(Chain(body.replace("_", " "), ends, len(ends) > 2, shade % 6))
     place, _, unit = axis.label.partition(" / ")
@@ -254,10 +296,20 @@ def build_scene(
         points=points,
         again=axis.repeats,
         chains=chains,
-        forces=list(_list_forces(quantities, points, {key: column[frames] for key, column in columns.items()})),
-        curves=[Curve(named.get(key, labels.format_name(key)), units.display_unit(key), columns[key][frames])
-                for key in select_curves(columns, machine)],
-    )  # fmt: skip
+        forces=list(
+            _list_forces(
+                quantities, points, {key: column[frames] for key, column in columns.items()}
+            )
+        ),
+        curves=[
+            Curve(
+                named.get(key, labels.format_name(key)),
+                units.display_unit(key),
+                columns[key][frames],
+            )
+            for key in select_curves(columns, machine)
+        ],
+    )
 
 
 def _list_forces(
@@ -289,7 +341,9 @@ def _project_bodies(places: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
     return bodies
 
 
-def _number_point(points: list[Point], numbers: dict[tuple[str, bytes], int], name: str, at: Array) -> int:
+def _number_point(
+    points: list[Point], numbers: dict[tuple[str, bytes], int], name: str, at: Array
+) -> int:
     """Return the number of a point (2, n), which is added unless another body has it already."""
     key = name, at.tobytes()
     if key not in numbers:
@@ -301,7 +355,10 @@ def _number_point(points: list[Point], numbers: dict[tuple[str, bytes], int], na
 def _mark_ground(points: Mapping[str, Array], size: float) -> list[Body]:
     """Return a mark at each point (2, n) of the ground that does not move."""
     fixed = {name: 1e3 * at[:, 0] for name, at in points.items() if not np.ptp(at, axis=1).any()}
-    return [Body(f"ground at {name}", (Outline(at + size * GROUND_MARK, "ground"),)) for name, at in fixed.items()]
+    return [
+        Body(f"ground at {name}", (Outline(at + size * GROUND_MARK, "ground"),))
+        for name, at in fixed.items()
+    ]
 
 
 NEWTON_STEPS = 8
@@ -311,16 +368,19 @@ START_ROUNDS = 6
 OPEN = 1e-11
 """A loop is closed where Newton's next step is below this share of the coordinates' size."""
 NOTES = (
-    "Laws of mechanics, contacts that lift off, limits and optima are not computed here: save the file in the folder "
+    "Laws of mechanics, contacts that lift off, limits and optima are not computed here: save the "
+    "file in the folder "
     "of its generated functions, and run planter turn.",
 )
 
 
 def build_loop_closure(model: Formulas, name: str, count: int) -> ca.Function:
-    """Return (angles (n,), data) -> loops (n, k), open (n,), senses (n, l), with a fixed number of Newton steps.
+    """Return (angles (n,), data) -> loops (n, k), open (n,), senses (n, l), with a fixed number of
+    Newton steps.
 
-    `loops` are the coordinates, `open` the largest change by another step, relative to their size, and `senses` those
-    of the Jacobian (`planter.kernels.elimination`): where one changes, a loop has passed to another assembly.
+    `loops` are the coordinates, `open` the largest change by another step, relative to their size,
+    and `senses` those of the Jacobian (`planter.kernels.elimination`): where one changes, a loop
+    has passed to another assembly.
     """
     closure, assembly = model.function("closure"), model.function("assembly")
     solve = _build_newton_steps(closure, assembly.numel_out(0))
@@ -334,13 +394,19 @@ def build_loop_closure(model: Formulas, name: str, count: int) -> ca.Function:
 
 
 def _build_newton_steps(closure: ca.Function, size: int) -> ca.Function:
-    """Return (coordinates (k,), angle, data) -> coordinates, relative change by another step, senses."""
+    """Return (coordinates (k,), angle, data) -> coordinates, relative change by another step,
+    senses.
+    """
     q, phi, data = ca.SX.sym("q", size), ca.SX.sym("phi"), ca.SX.sym("data", closure.numel_in(1))
     gaps, jacobian = split_gaps(closure(phi, data, q), size)
     solved = solve_system(jacobian, -gaps)
     relative = ca.mmax(ca.fabs(solved.solution) / (1 + ca.fabs(q)))
     step = ca.Function("step", [q, phi, data], [q + solved.solution, relative, solved.senses])
-    start, angle, values = ca.MX.sym("q", size), ca.MX.sym("phi"), ca.MX.sym("data", closure.numel_in(1))
+    start, angle, values = (
+        ca.MX.sym("q", size),
+        ca.MX.sym("phi"),
+        ca.MX.sym("data", closure.numel_in(1)),
+    )
     at = start
     for _ in range(NEWTON_STEPS):
         at = step(at, angle, values)[0]
@@ -348,7 +414,9 @@ def _build_newton_steps(closure: ca.Function, size: int) -> ca.Function:
 
 
 class MechanismCycleProgram:
-    """The cycle of a mechanism at the samples of its file, as a program that a page runs without Python."""
+    """The cycle of a mechanism at the samples of its file, as a program that a page runs without
+    Python.
+    """
 
     def __init__(self, file: MechanismFile) -> None:
         self.machine, self.formulas = build_machine(file), file.model
@@ -359,8 +427,13 @@ class MechanismCycleProgram:
     def build_portable(self) -> Portable:
         """Return the program with its inputs, outputs and texts."""
         return Portable(
-            inputs=[Input(value.path, "data", k, value.factor) for k, value in enumerate(self.machine.values)],
-            seen=Program("turn", {"angles": self.angles, "data": self.machine.data}, self._list_steps()),
+            inputs=[
+                Input(value.path, "data", k, value.factor)
+                for k, value in enumerate(self.machine.values)
+            ],
+            seen=Program(
+                "turn", {"angles": self.angles, "data": self.machine.data}, self._list_steps()
+            ),
             rows={"rows": len(self._row_names)},
             singles=list(self._singles),
             assumptions=self.formulas.sidecar["assumptions"],
@@ -368,24 +441,41 @@ class MechanismCycleProgram:
         )
 
     def _list_steps(self) -> list[ProgramStep]:
-        steps = [ProgramStep(build_loop_closure(self.formulas, "turn_loops", self.samples))] if self.has_loops else []
+        steps = (
+            [ProgramStep(build_loop_closure(self.formulas, "turn_loops", self.samples))]
+            if self.has_loops
+            else []
+        )
         if HOISTED in self._lane.name_in():
             prologue = self.formulas.function("prologue")
             data = ca.MX.sym("data", prologue.numel_in(0))
-            steps.append(ProgramStep(ca.Function("turn_prologue", [data], [prologue(data)], ["data"], [HOISTED])))
+            steps.append(
+                ProgramStep(
+                    ca.Function("turn_prologue", [data], [prologue(data)], ["data"], [HOISTED])
+                )
+            )
         names = ["angles", *self._lane.name_in()[1:]]
-        rows = ca.Function("turn_rows", self._inputs, [ca.cse(ca.vertcat(*self._rows.values()))], names, ["all"])
-        steps.append(ProgramStep(rows, tuple(name for name in names if name in ("angles", "loops"))))
+        rows = ca.Function(
+            "turn_rows", self._inputs, [ca.cse(ca.vertcat(*self._rows.values()))], names, ["all"]
+        )
+        steps.append(
+            ProgramStep(rows, tuple(name for name in names if name in ("angles", "loops")))
+        )
         matrix, frames, keys = self._matrix, select_frames(self.samples).tolist(), list(self._rows)
         columns = ca.horzcat(*(matrix[frames, keys.index(key)] for key in self._row_names))
         steps.append(ProgramStep(ca.Function("turn_drawn", [matrix], [columns], ["all"], ["rows"])))
         inputs, singles = self._single_inputs, ca.vertcat(*self._singles.values())
         steps.append(
-            ProgramStep(ca.Function("turn_singles", list(inputs.values()), [singles], list(inputs), ["singles"]))
+            ProgramStep(
+                ca.Function(
+                    "turn_singles", list(inputs.values()), [singles], list(inputs), ["singles"]
+                )
+            )
         )
         return steps
 
-    # --- quantities along the angle --------------------------------------------------------------------
+    # --- quantities along the angle
+    # --------------------------------------------------------------------
 
     @cached_property
     def _lane(self) -> ca.Function:
@@ -397,11 +487,20 @@ class MechanismCycleProgram:
 
     @cached_property
     def _rows(self) -> Mapping[str, ca.SX]:
-        """All graphs at an angle: results in display units by key, guards, coordinates of points, the angle [deg]."""
-        quantities = list(zip(self.machine.quantities, ca.vertsplit(self._lane(*self._inputs)), strict=True))
+        """All graphs at an angle: results in display units by key, guards, coordinates of points,
+        the angle [deg].
+        """
+        quantities = list(
+            zip(self.machine.quantities, ca.vertsplit(self._lane(*self._inputs)), strict=True)
+        )
         results = {q.key: value / q.factor for q, value in quantities if q.role == "result"}
         guards = {q.name: value for q, value in quantities if q.role in ("pivot", "states")}
-        return {**results, **guards, **self._points, "angle": self._inputs[0] / units.unit_factor("angle_deg")}
+        return {
+            **results,
+            **guards,
+            **self._points,
+            "angle": self._inputs[0] / units.unit_factor("angle_deg"),
+        }
 
     @property
     def _keys(self) -> list[str]:
@@ -409,7 +508,9 @@ class MechanismCycleProgram:
 
     @cached_property
     def _points(self) -> Mapping[str, ca.SX]:
-        """Coordinates of points of bodies in the drawing [mm], as `x BODY__POINT` and `y BODY__POINT`."""
+        """Coordinates of points of bodies in the drawing [mm], as `x BODY__POINT` and
+        `y BODY__POINT`.
+        """
         places = self.formulas.function("places")
         inputs = dict(zip(self._lane.name_in(), self._inputs, strict=True))
         values = ca.vertsplit(places(*(inputs[name] for name in places.name_in())))
@@ -425,7 +526,8 @@ class MechanismCycleProgram:
     def _row_names(self) -> Sequence[str]:
         return ["angle", *select_curves(self._keys, self.machine), *self._points]
 
-    # --- single numbers --------------------------------------------------------------------------------
+    # --- single numbers
+    # --------------------------------------------------------------------------------
 
     @cached_property
     def _matrix(self) -> ca.MX:
@@ -433,7 +535,9 @@ class MechanismCycleProgram:
 
     @cached_property
     def _single_inputs(self) -> Mapping[str, ca.MX]:
-        """The inputs of the single numbers: values, the matrix of all rows, the state of the loops."""
+        """The inputs of the single numbers: values, the matrix of all rows, the state of the
+        loops.
+        """
         loops = {}
         if self.machine.loops is not None:
             sizes = {"open": 1, "senses": self.machine.loops.count}
@@ -453,13 +557,22 @@ class MechanismCycleProgram:
         }
 
     def _build_soundness(self, rows: Mapping[str, ca.MX]) -> ca.MX:
-        """Return 1 if all loops are closed in one assembly and the equations determine the forces, else 0."""
+        """Return 1 if all loops are closed in one assembly and the equations determine the forces,
+        else 0.
+        """
         thresholds = {"pivot": LEAST_PIVOT, "states": 0}
-        checks = [ca.mmin(rows[q.name]) > thresholds[q.role] for q in self.machine.quantities if q.role in thresholds]
+        checks = [
+            ca.mmin(rows[q.name]) > thresholds[q.role]
+            for q in self.machine.quantities
+            if q.role in thresholds
+        ]
         if self.has_loops:
             senses = self._single_inputs["senses"]
             first = ca.repmat(senses[0, :], self.samples, 1)
-            checks += [ca.mmax(self._single_inputs["open"]) < OPEN, ca.mmin(ca.vec(senses * first)) > 0]
+            checks += [
+                ca.mmax(self._single_inputs["open"]) < OPEN,
+                ca.mmin(ca.vec(senses * first)) > 0,
+            ]
         product = ca.MX(1)
         for check in checks:
             product *= check
@@ -467,7 +580,10 @@ class MechanismCycleProgram:
 
     def _place_ground_marks(self, rows: Mapping[str, ca.MX]) -> Mapping[str, ca.MX]:
         """Return coordinates of the corners of the marks at points of the ground."""
-        axes = [ca.vertcat(*(row for name, row in rows.items() if name.startswith(f"{axis} "))) for axis in "xy"]
+        axes = [
+            ca.vertcat(*(row for name, row in rows.items() if name.startswith(f"{axis} ")))
+            for axis in "xy"
+        ]
         size = ca.fmax(*(ca.mmax(values) - ca.mmin(values) for values in axes)) / MARK_SHARE
         return {
             f"{name} {k}": rows[name][0] + size * corner["xy".index(name[0])]

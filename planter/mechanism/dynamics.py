@@ -2,7 +2,8 @@
 
 inertia accelerations = forces + slopes^T multipliers,    slopes accelerations = bends
 
-Redundant constraints are left out: a QR decomposition with column pivoting selects independent rows of the slopes.
+Redundant constraints are left out: a QR decomposition with column pivoting selects independent rows
+of the slopes.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ from planter.progress import name_step
 RANK = 1e-9
 """Rows of the slopes that add less than this share of the first are redundant."""
 PASSAGE = 1e-3
-"""Rows that fall below this share of the weakest one at the start are left out while a singular pose is passed."""
+"""Rows that fall below this share of the weakest one at the start are left out while a singular
+pose is passed.
+"""
 GAP_TOLERANCE = 1e-12
 """Gaps below this, in SI units, are closed."""
 DIFFERENCE_STEP = 1e-7
@@ -39,13 +42,17 @@ DIFFERENCE_STEP = 1e-7
 EVENT_SAMPLES = 32
 """Parts of an integrator's step in which an event is looked for."""
 TIME_RESOLUTION = 1e-12
-"""Events are located to this share of a motion's last time, of which floating point resolves 1e-16."""
+"""Events are located to this share of a motion's last time, of which floating point resolves
+1e-16.
+"""
 MOST_SIGN_CHANGES = 50
 """Steps to the sizes of normal forces that friction follows from."""
 MOST_PROJECTIONS = 30
 """Newton steps onto the constraints."""
 HELD_TOLERANCE = 1e-9
-"""Gaps and shares of speeds below this, in SI units, vanish although rows that follow from others are not closed."""
+"""Gaps and shares of speeds below this, in SI units, vanish although rows that follow from others
+are not closed.
+"""
 MOST_EVALUATIONS = 1_000_000
 """Evaluations of the accelerations that a motion may need: minutes."""
 CHECK_INTERVAL = 10_000
@@ -64,12 +71,13 @@ LEAST_LOAD = 1e-9
 
 @dataclass(frozen=True)
 class MotionRun:
-    """A motion: times (n,) [s], states (2k, n), accelerations (k, n) and results (n,) by name, in SI and radians.
+    """A motion: times (n,) [s], states (2k, n), accelerations (k, n) and results (n,) by name, in
+    SI and radians.
 
-    A state holds coordinates, then rates. Signs, axes and units of results are those of the statement
-    (`derive.Mechanism`). ``undetermined`` names statically indeterminate reactions: results lack them unless they are
-    of minimum norm. ``events`` are those of the statement, in the order of time: contacts that close or open, laws that
-    take another case.
+    A state holds coordinates, then rates. Signs, axes and units of results are those of the
+    statement (`derive.Mechanism`). ``undetermined`` names statically indeterminate reactions:
+    results lack them unless they are of minimum norm. ``events`` are those of the statement, in the
+    order of time: contacts that close or open, laws that take another case.
     """
 
     times: Array
@@ -82,7 +90,9 @@ class MotionRun:
 
 @dataclass(frozen=True)
 class Passage:
-    """The time [s] at which an event's value, such as the gap of a contact, changes its sign, rising or falling."""
+    """The time [s] at which an event's value, such as the gap of a contact, changes its sign,
+    rising or falling.
+    """
 
     event: str
     time: float
@@ -91,10 +101,11 @@ class Passage:
 
 @dataclass(frozen=True)
 class Equations:
-    """Equations of motion in a state: inertia (k, k), forces (k,), slopes (c, k), bends (c,), speeds (c,) and gaps; SI.
+    """Equations of motion in a state: inertia (k, k), forces (k,), slopes (c, k), bends (c,),
+    speeds (c,) and gaps; SI.
 
-    ``inertia accelerations = forces + slopes^T multipliers`` and ``slopes accelerations = bends``. Gaps come before
-    slips among the c constraints, and only they have gaps.
+    ``inertia accelerations = forces + slopes^T multipliers`` and ``slopes accelerations = bends``.
+    Gaps come before slips among the c constraints, and only they have gaps.
     """
 
     inertia: Array
@@ -106,10 +117,12 @@ class Equations:
 
 
 class Dynamics:
-    r"""A mechanism that moves freely, with the values of its file; k coordinates, states (2k,), SI units and radians.
+    r"""A mechanism that moves freely, with the values of its file; k coordinates, states (2k,), SI
+    units and radians.
 
-    A state holds the coordinates, then their rates, in the order of `names`. Raises InputError if an angle drives the
-    mechanism. The example is a pendulum, whose file ``planter derive pendulum.py`` writes:
+    A state holds the coordinates, then their rates, in the order of `names`. Raises InputError if
+    an angle drives the mechanism. The example is a pendulum, whose file
+    ``planter derive pendulum.py`` writes:
 
         from derive import Mechanism, quantities
         q = quantities("g | m/s2 | free fall | 9.81\nl | m | length | 0.4\nm | kg | bob | 1")
@@ -136,12 +149,16 @@ class Dynamics:
     def __init__(self, file: MechanismFile) -> None:
         self.file, self.formulas, self.data = file, file.model, file.data()
         if "start" not in self.formulas.sidecar["functions"]:
-            raise InputError(f"{file.source}: {file.name} is driven along an angle; `planter simulate` takes it")
+            raise InputError(
+                f"{file.source}: {file.name} is driven along an angle; `planter simulate` takes it"
+            )
         self._stages = self.formulas.sidecar["functions"].keys()
 
     @property
     def names(self) -> list[str]:
-        """The names of the coordinates [rad or m], then of their rates [rad/s or m/s]: the entries of a state."""
+        """The names of the coordinates [rad or m], then of their rates [rad/s or m/s]: the entries
+        of a state.
+        """
         return self.formulas.outputs("start")
 
     @property
@@ -156,28 +173,38 @@ class Dynamics:
 
     @property
     def stated(self) -> Array:
-        """The state (2k,) [rad, m and per s] at the start as the statement gives it; what it does not give is zero."""
+        """The state (2k,) [rad, m and per s] at the start as the statement gives it; what it does
+        not give is zero.
+        """
         return np.array(list(self.formulas.at("start", data=self.data).values()))
 
     def start(self) -> Array:
         """Return the start (2k,) [rad, m and per s] of the statement, brought onto the constraints.
 
-        What `derive.Mechanism.begin` holds keeps its value, which is all that it sets unless it names some of it; the
-        rest follows by the least change that the inertia measures. If set values contradict the constraints and none
-        are named to hold, all may change, and a RuntimeWarning says how. A released mechanism starts as the angle would
-        drive it. Raises ComputationError if the constraints cannot be met from there, InputError if they cannot be met
-        while the values named hold.
+        What `derive.Mechanism.begin` holds keeps its value, which is all that it sets unless it
+        names some of it; the rest follows by the least change that the inertia measures. If set
+        values contradict the constraints and none are named to hold, all may change, and a
+        RuntimeWarning says how. A released mechanism starts as the angle would drive it. Raises
+        ComputationError if the constraints cannot be met from there, InputError if they cannot be
+        met while the values named hold.
         """
         if changes := self.find_contradictions():
-            warnings.warn(f"{self.file.name}: {describe_contradictions(changes)}", RuntimeWarning, stacklevel=2)
+            warnings.warn(
+                f"{self.file.name}: {describe_contradictions(changes)}",
+                RuntimeWarning,
+                stacklevel=2,
+            )
         return self.find_start()
 
     def find_start(self) -> Array:
-        """Return the same start (2k,) [rad, m and per s] without a warning, for those who report `find_changes`."""
+        """Return the same start (2k,) [rad, m and per s] without a warning, for those who report
+        `find_changes`.
+        """
         return self._begun[0].copy()
 
     def find_changes(self, start: Array) -> list[int]:
-        """Return the indices of entries of ``start`` (2k,) [rad, m and per s] that differ from the statement.
+        """Return the indices of entries of ``start`` (2k,) [rad, m and per s] that differ from the
+        statement.
 
         Of a released mechanism there are none: the statement says only about where its loops start.
         """
@@ -189,7 +216,8 @@ class Dynamics:
         return indices
 
     def find_contradictions(self) -> dict[str, tuple[float, float]]:
-        """Return set values that the constraints change although nothing is named to hold, as stated and as used; SI.
+        """Return set values that the constraints change although nothing is named to hold, as
+        stated and as used; SI.
 
         Entries are coordinates [rad or m] and rates [per s] by name.
         """
@@ -198,11 +226,15 @@ class Dynamics:
             return {}
         begun, stated = self.formulas.sidecar.get("begun", ()), self.stated
         names = {index: self.names[index] for index in self.find_changes(start)}
-        return {name: (stated[index], start[index]) for index, name in names.items() if name in begun}
+        return {
+            name: (stated[index], start[index]) for index, name in names.items() if name in begun
+        }
 
     @cached_property
     def _begun(self) -> tuple[Array, bool]:
-        """Return the start, and whether all values that are set, or those named to hold, keep theirs."""
+        """Return the start, and whether all values that are set, or those named to hold, keep
+        theirs.
+        """
         sidecar, is_released = self.formulas.sidecar, "start_gaps" in self._stages
         names = [*self._list_outputs("start_gaps"), *self.constraints]
         find = partial(self._project, 0.0, self.stated, RANK, self._start_equations, names)
@@ -221,7 +253,8 @@ class Dynamics:
 
     @cached_property
     def function(self) -> ca.Function:
-        """The CasADi function (time [s], state (2k,), sizes (f,) [N]) -> parts of `Equations` [SI]; some are sparse.
+        """The CasADi function (time [s], state (2k,), sizes (f,) [N]) -> parts of `Equations` [SI];
+        some are sparse.
 
         The sizes are those of the normal forces that friction follows from (`find_sizes`).
         """
@@ -237,23 +270,36 @@ class Dynamics:
             "speeds": [[f"speed_{c}"] for c in constraints],
             "gaps": [[c] for c in gaps],
         }
-        parts = [self._arrange(stage, entries, time, state, sizes) for stage, entries in names.items()]
-        return ca.Function("motion", [time, state, sizes], parts, ["time", "state", "sizes"], list(names))
+        parts = [
+            self._arrange(stage, entries, time, state, sizes) for stage, entries in names.items()
+        ]
+        return ca.Function(
+            "motion", [time, state, sizes], parts, ["time", "state", "sizes"], list(names)
+        )
 
     @cached_property
     def _pressing(self) -> list[str]:
-        """The names of the forces whose sizes are needed: normal forces of friction, forces of rigid teeth."""
-        return [entry["name"].removeprefix("size_") for entry in self.formulas.sidecar["vectors"].get("sizes", ())]
+        """The names of the forces whose sizes are needed: normal forces of friction, forces of
+        rigid teeth.
+        """
+        return [
+            entry["name"].removeprefix("size_")
+            for entry in self.formulas.sidecar["vectors"].get("sizes", ())
+        ]
 
     @cached_property
     def _is_rubbing(self) -> bool:
-        """Whether accelerations depend on the sizes: by friction, not by the flank on which rigid teeth bear."""
+        """Whether accelerations depend on the sizes: by friction, not by the flank on which rigid
+        teeth bear.
+        """
         return "sizes" in self.formulas.sidecar["functions"].get("forces", {"inputs": ()})["inputs"]
 
     def _list_outputs(self, stage: str) -> list[str]:
         return self.formulas.outputs(stage) if stage in self._stages else []
 
-    def _arrange(self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX, sizes: ca.SX) -> ca.SX:
+    def _arrange(
+        self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX, sizes: ca.SX
+    ) -> ca.SX:
         """Return the outputs of a stage as a matrix in the arrangement of their names."""
         width = len(names[0]) if names else 1 if stage != "slopes" else self.size
         matrix = ca.SX(len(names), width)
@@ -267,24 +313,31 @@ class Dynamics:
 
     @cached_property
     def _start_function(self) -> ca.Function:
-        """Return the function (time, state) -> gaps and speeds that vanish at the start only, and slopes of these."""
+        """Return the function (time, state) -> gaps and speeds that vanish at the start only, and
+        slopes of these.
+        """
         time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
         gaps, speeds = (
-            self.formulas.function(stage)(time, self.data, state) for stage in ("start_gaps", "start_speeds")
+            self.formulas.function(stage)(time, self.data, state)
+            for stage in ("start_gaps", "start_speeds")
         )
         slopes = ca.densify(ca.jacobian(speeds, state)[:, self.size :])
         return ca.Function("start", [time, state], [gaps, speeds, slopes])
 
     def _start_equations(self, time: float, state: Array) -> Equations:
-        """Return the equations of motion, with what holds at the start only among the constraints."""
+        """Return the equations of motion, with what holds at the start only among the
+        constraints.
+        """
         now = self.equations(time, state)
         if "start_gaps" not in self._stages:
             return now
         gaps, speeds, slopes = map(np.asarray, self._start_function(time, state))
         return replace(
-            now, gaps=np.r_[gaps[:, 0], now.gaps], speeds=np.r_[speeds[:, 0], now.speeds],
+            now,
+            gaps=np.r_[gaps[:, 0], now.gaps],
+            speeds=np.r_[speeds[:, 0], now.speeds],
             slopes=np.vstack([slopes, now.slopes]),
-        )  # fmt: skip
+        )
 
     @cached_property
     def _kernel(self) -> Kernel:
@@ -293,30 +346,41 @@ class Dynamics:
         return Kernel(ca.Function("motion", inputs, parts, names, self.function.name_out()))
 
     def equations(self, time: float, state: Array, sizes: Array | None = None) -> Equations:
-        """Return the parts of the equations of motion [SI] in a state (2k,) [rad, m and per s] at a time [s].
+        """Return the parts of the equations of motion [SI] in a state (2k,) [rad, m and per s] at a
+        time [s].
 
-        Without the ``sizes`` (f,) [N] of normal forces (`find_sizes`) it is as if there were no friction.
+        Without the ``sizes`` (f,) [N] of normal forces (`find_sizes`) it is as if there were no
+        friction.
         """
-        now = self._kernel(time=time, state=state, sizes=np.zeros(len(self._pressing)) if sizes is None else sizes)
+        now = self._kernel(
+            time=time, state=state, sizes=np.zeros(len(self._pressing)) if sizes is None else sizes
+        )
         columns = {name: now[name][:, 0] for name in ("forces", "bends", "speeds", "gaps")}
         return Equations(now["inertia"], slopes=now["slopes"], **columns)
 
     def accelerations(self, time: float, state: Array, share: float = RANK) -> tuple[Array, Array]:
-        """Return accelerations (k,) [rad/s2 or m/s2] and multipliers (c,) of the constraints in a state (2k,).
+        """Return accelerations (k,) [rad/s2 or m/s2] and multipliers (c,) of the constraints in a
+        state (2k,).
 
-        The time is in [s], the state in rad, m and per s. A multiplier is the generalised force per slope, [N] for a
-        gap in m; it is zero for a constraint that follows from others. Rows of slopes that add less than ``share`` of
-        the first follow from others. Raises ComputationError if neither inertia nor a constraint resists some motion,
-        or as `find_sizes` does.
+        The time is in [s], the state in rad, m and per s. A multiplier is the generalised force per
+        slope, [N] for a gap in m; it is zero for a constraint that follows from others. Rows of
+        slopes that add less than ``share`` of the first follow from others. Raises ComputationError
+        if neither inertia nor a constraint resists some motion, or as `find_sizes` does.
         """
-        sizes = self.find_sizes(time, state, share) if self._is_rubbing else np.zeros(len(self._pressing))
+        sizes = (
+            self.find_sizes(time, state, share)
+            if self._is_rubbing
+            else np.zeros(len(self._pressing))
+        )
         return self._accelerate(time, state, sizes, share)
 
     def find_sizes(self, time: float, state: Array, share: float = RANK) -> Array:
-        """Return the sizes (f,) [N or N m] of the forces that friction or the flank of teeth follows from.
+        """Return the sizes (f,) [N or N m] of the forces that friction or the flank of teeth
+        follows from.
 
-        The forces are linear in their own sizes, through the accelerations. Arguments are those of `accelerations`.
-        Raises ComputationError if no sizes do, since the mechanism jams, or if a force is statically indeterminate.
+        The forces are linear in their own sizes, through the accelerations. Arguments are those of
+        `accelerations`. Raises ComputationError if no sizes do, since the mechanism jams, or if a
+        force is statically indeterminate.
         """
         count = len(self._pressing)
         if not count:
@@ -328,39 +392,60 @@ class Dynamics:
         signs = np.copysign(1.0, alone)
         with suppress(np.linalg.LinAlgError):
             for _ in range(MOST_SIGN_CHANGES):
-                sizes: Array = np.linalg.solve(np.eye(count) - signs[:, None] * slopes, signs * alone)
+                sizes: Array = np.linalg.solve(
+                    np.eye(count) - signs[:, None] * slopes, signs * alone
+                )
                 before, signs = signs, np.copysign(1.0, alone + slopes @ sizes)
                 if np.array_equal(signs, before):
                     return sizes
         raise ComputationError(
-            f"{self.file.name}: at {time:.6g} s friction jams: no forces {', '.join(self._pressing)} go with it"
+            f"{self.file.name}: at {time:.6g} s friction jams: no forces "
+            f"{', '.join(self._pressing)} go with it"
         )
 
-    def _normal_forces(self, time: float, state: Array, sizes: Array, accelerations: Array) -> Array:
-        """Return the normal forces (n, f) [N] at sizes (n, f) [N], with the accelerations (n, k) that they give."""
-        inputs = {"time": np.full(len(sizes), time), "data": self.data, "state": np.tile(state, (len(sizes), 1)).T}
-        actions, undetermined = self._reactions.solve(inputs | {"sizes": sizes.T, "accelerations": accelerations.T})
+    def _normal_forces(
+        self, time: float, state: Array, sizes: Array, accelerations: Array
+    ) -> Array:
+        """Return the normal forces (n, f) [N] at sizes (n, f) [N], with the accelerations (n, k)
+        that they give.
+        """
+        inputs = {
+            "time": np.full(len(sizes), time),
+            "data": self.data,
+            "state": np.tile(state, (len(sizes), 1)).T,
+        }
+        actions, undetermined = self._reactions.solve(
+            inputs | {"sizes": sizes.T, "accelerations": accelerations.T}
+        )
         if self._is_rubbing and (lacking := set(undetermined) & set(self._pressing)):
             raise ComputationError(
-                f"{self.file.name}: the size of {', '.join(sorted(lacking))} decides on friction or flanks, and it is "
+                f"{self.file.name}: the size of {', '.join(sorted(lacking))} decides on friction "
+                f"or flanks, and it is "
                 "statically indeterminate"
             )
         return actions[[self._reactions.names.index(name) for name in self._pressing]].T
 
-    def _solve_reactions(self, inputs: Mapping[str, object], sizes: Array) -> tuple[Array, tuple[str, ...]]:
+    def _solve_reactions(
+        self, inputs: Mapping[str, object], sizes: Array
+    ) -> tuple[Array, tuple[str, ...]]:
         """Return reactions (u, n) at sizes (n, f), and the names of those that are undetermined.
 
-        What follows from the size of an undetermined reaction, as a tooth's normal force, is undetermined, too.
+        What follows from the size of an undetermined reaction, as a tooth's normal force, is
+        undetermined, too.
         """
         loads = {"sizes": sizes.T} if self._pressing else {}
         actions, undetermined = self._reactions.solve({**inputs, **loads})
         unknown_sizes = np.array([name in undetermined for name in self._pressing], dtype=bool)
         if unknown_sizes.any():
-            changed = self._reactions.solve({**inputs, "sizes": (sizes + unknown_sizes).T})[0] - actions
+            changed = (
+                self._reactions.solve({**inputs, "sizes": (sizes + unknown_sizes).T})[0] - actions
+            )
             depends = np.abs(changed).max(axis=1) > np.sqrt(BALANCE_RANK)
             names = self._reactions.names
             undetermined = tuple(
-                name for name, is_changed in zip(names, depends, strict=True) if is_changed or name in undetermined
+                name
+                for name, is_changed in zip(names, depends, strict=True)
+                if is_changed or name in undetermined
             )
         return actions, undetermined
 
@@ -368,12 +453,18 @@ class Dynamics:
     def _reactions(self) -> Reactions:
         return Reactions(self.formulas)
 
-    def _accelerate(self, time: float, state: Array, sizes: Array, share: float) -> tuple[Array, Array]:
-        """Return accelerations (k,) and multipliers (c,) with given sizes of the forces that friction follows from."""
+    def _accelerate(
+        self, time: float, state: Array, sizes: Array, share: float
+    ) -> tuple[Array, Array]:
+        """Return accelerations (k,) and multipliers (c,) with given sizes of the forces that
+        friction follows from.
+        """
         now = self.equations(time, state, sizes)
         rows = find_independent_rows(now.slopes, share)
         multipliers = np.zeros(len(now.slopes))
-        accelerations, multipliers[rows] = self._solve(time, now.inertia, now.slopes[rows], now.forces, now.bends[rows])
+        accelerations, multipliers[rows] = self._solve(
+            time, now.inertia, now.slopes[rows], now.forces, now.bends[rows]
+        )
         return accelerations, multipliers
 
     def _bind_accelerations(self, share: float) -> Callable[[float, Array], Array]:
@@ -401,46 +492,68 @@ class Dynamics:
         return Kernel(solved, ["time", "state"])
 
     def compile(self) -> None:
-        """Compile what is evaluated most often, for many motions; results may change by rounding."""
+        """Compile what is evaluated most often, for many motions; results may change by
+        rounding.
+        """
         if self._is_free:
             self._free_kernel.compile()
 
     @property
     def _is_free(self) -> bool:
-        """Whether neither constraints nor friction of unknown forces make the accelerations depend on reactions."""
+        """Whether neither constraints nor friction of unknown forces make the accelerations depend
+        on reactions.
+        """
         return not (self.constraints or self._is_rubbing)
 
     def dependent(self, state: Array, time: float = 0.0) -> list[str]:
-        """Return the names of constraints that follow from one another in a state (2k,) [rad, m, per s] at a time [s].
+        """Return the names of constraints that follow from one another in a state (2k,) [rad, m,
+        per s] at a time [s].
 
         `redundant` says how many there are too many.
         """
         slopes = self.equations(time, state).slopes
-        sizes = np.linalg.norm(scipy.linalg.null_space(slopes.T, RANK), axis=1) if len(slopes) else np.empty(0)
-        return [name for name, size in zip(self.constraints, sizes, strict=True) if size > np.sqrt(RANK)]
+        sizes = (
+            np.linalg.norm(scipy.linalg.null_space(slopes.T, RANK), axis=1)
+            if len(slopes)
+            else np.empty(0)
+        )
+        return [
+            name for name, size in zip(self.constraints, sizes, strict=True) if size > np.sqrt(RANK)
+        ]
 
     def redundant(self, state: Array, time: float = 0.0) -> int:
-        """Return how many constraints follow from the others in a state (2k,) [rad, m and per s] at a time [s]."""
+        """Return how many constraints follow from the others in a state (2k,) [rad, m and per s] at
+        a time [s].
+        """
         slopes = self.equations(time, state).slopes
         return len(slopes) - len(find_independent_rows(slopes))
 
     def project(self, time: float, state: Array, share: float = RANK) -> Array:
-        """Return the state (2k,) [rad, m and per s] on the constraints that is nearest to one at a time [s].
+        """Return the state (2k,) [rad, m and per s] on the constraints that is nearest to one at a
+        time [s].
 
-        The inertia is the measure of distance. Rows of slopes that add less than ``share`` of the first follow from
-        others. Raises ComputationError if the constraints cannot be met from there.
+        The inertia is the measure of distance. Rows of slopes that add less than ``share`` of the
+        first follow from others. Raises ComputationError if the constraints cannot be met from
+        there.
         """
         if not self.constraints:
             return np.array(state, dtype=float)
         return self._project(time, state, share, self.equations, self.constraints)
 
     def _project(
-        self, time: float, state: Array, share: float, equations: Callable[[float, Array], Equations],
-        names: Sequence[str], fixed: Sequence[str] = (),
-    ) -> Array:  # fmt: skip
-        """Return the nearest state on the constraints of some equations, which have names; gaps come first.
+        self,
+        time: float,
+        state: Array,
+        share: float,
+        equations: Callable[[float, Array], Equations],
+        names: Sequence[str],
+        fixed: Sequence[str] = (),
+    ) -> Array:
+        """Return the nearest state on the constraints of some equations, which have names; gaps
+        come first.
 
-        Coordinates and rates that are ``fixed`` keep their values. Raises ComputationError if the others cannot follow.
+        Coordinates and rates that are ``fixed`` keep their values. Raises ComputationError if the
+        others cannot follow.
         """
         at = np.array(state, dtype=float)
         free = np.array([name not in fixed for name in self.names]).reshape(2, -1)
@@ -450,7 +563,9 @@ class Dynamics:
             rows = find_independent_rows(slopes, share)
             if np.all(np.abs(now.gaps[rows]) < GAP_TOLERANCE):
                 break
-            at[: self.size][free[0]] -= self._find_correction(time, now.inertia, slopes[rows], now.gaps[rows], free[0])
+            at[: self.size][free[0]] -= self._find_correction(
+                time, now.inertia, slopes[rows], now.gaps[rows], free[0]
+            )
         else:
             self._refuse_open(time, now.gaps, np.ones(len(now.gaps)), names)
         if fixed:
@@ -483,16 +598,22 @@ class Dynamics:
         _, state, _ = self.function.sx_in()
         slopes = self.function(*self.function.sx_in())[2]
         rates = state[self.size :]
-        return bool(len(self.constraints)) and any(ca.which_depends(ca.vec(slopes), rates, 1, False))
+        return bool(len(self.constraints)) and any(
+            ca.which_depends(ca.vec(slopes), rates, 1, False)
+        )
 
     def _find_correction(
         self, time: float, inertia: Array, slopes: Array, gaps: Array, free: npt.NDArray[np.bool_]
     ) -> Array:
-        """Return the smallest step of what is ``free`` (k,), by the inertia, that closes the gaps."""
+        """Return the smallest step of what is ``free`` (k,), by the inertia, that closes the
+        gaps.
+        """
         count = int(free.sum())
         return self._solve(time, inertia[np.ix_(free, free)], slopes, np.zeros(count), gaps)[0]
 
-    def _solve(self, time: float, inertia: Array, slopes: Array, push: Array, bend: Array) -> tuple[Array, Array]:
+    def _solve(
+        self, time: float, inertia: Array, slopes: Array, push: Array, bend: Array
+    ) -> tuple[Array, Array]:
         """Return x, y of  inertia x - slopes^T y = push,  slopes x = bend."""
         count = len(slopes)
         system = np.block([[inertia, -slopes.T], [slopes, np.zeros((count, count))]])
@@ -500,34 +621,46 @@ class Dynamics:
             solution = np.linalg.solve(system, np.concatenate([push, bend]))
         except np.linalg.LinAlgError:
             raise ComputationError(
-                f"{self.file.name}: at {time:.6g} s neither inertia nor a constraint resists some motion"
+                f"{self.file.name}: at {time:.6g} s neither inertia nor a constraint resists some "
+                f"motion"
             ) from None
         return solution[: len(push)], solution[len(push) :]
 
     def run(
-        self, times: Array, tolerance: float = 1e-10, state: Array | None = None, minimum_norm: bool = False,
+        self,
+        times: Array,
+        tolerance: float = 1e-10,
+        state: Array | None = None,
+        minimum_norm: bool = False,
         stiff: bool = False,
-    ) -> MotionRun:  # fmt: skip
-        """Return the motion at times (n,) [s] that rise, from ``state`` (2k,) [rad, m and per s] at the first of them.
+    ) -> MotionRun:
+        """Return the motion at times (n,) [s] that rise, from ``state`` (2k,) [rad, m and per s] at
+        the first of them.
 
-        The start of the statement is used unless a state is passed; each step is projected onto the constraints.
-        ``tolerance`` is relative, the absolute one a hundredth of it in SI. The integrator is DOP853, or the implicit
-        Radau IIA if springs and dampers are ``stiff``. With ``minimum_norm``, results have statically indeterminate
-        reactions by least squares, else they lack them. Raises ComputationError if the integrator fails, if the motion
-        would need more than MOST_EVALUATIONS, or if the joints do not allow the motion.
+        The start of the statement is used unless a state is passed; each step is projected onto the
+        constraints. ``tolerance`` is relative, the absolute one a hundredth of it in SI. The
+        integrator is DOP853, or the implicit Radau IIA if springs and dampers are ``stiff``. With
+        ``minimum_norm``, results have statically indeterminate reactions by least squares, else
+        they lack them. Raises ComputationError if the integrator fails, if the motion would need
+        more than MOST_EVALUATIONS, or if the joints do not allow the motion.
         """
         times = np.asarray(times, dtype=float)
         with threadpool_limits(1, "blas"):  # more threads would wait, in many small linear systems
             at = self.project(times[0], self.start() if state is None else state)
-            self.accelerations(times[0], at)  # refuses what neither inertia nor a constraint resists
+            self.accelerations(
+                times[0], at
+            )  # refuses what neither inertia nor a constraint resists
             states, passages = self.integrate(times, tolerance, at, stiff)
             with name_step(f"{self.file.name}: results at {len(times)} times"):
-                return self._results(times, states, minimum_norm, self._find_share(times[0], at), passages)
+                return self._results(
+                    times, states, minimum_norm, self._find_share(times[0], at), passages
+                )
 
     def integrate(
         self, times: Array, tolerance: float, state: Array, stiff: bool = False
-    ) -> tuple[Array, list[Passage]]:  # fmt: skip
-        """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s] from an allowed state.
+    ) -> tuple[Array, list[Passage]]:
+        """Return states (2k, n) [rad, m and per s] and events of a motion at times (n,) [s] from an
+        allowed state.
 
         The rest is as for `run`.
         """
@@ -540,26 +673,46 @@ class Dynamics:
             with suppress(NotFiniteError):
                 if np.isfinite(y).all():
                     return np.concatenate([y[self.size :], accelerate(time, y)])
-            return np.full(2 * self.size, np.nan)  # the step is too long: the integrator tries a shorter one
+            return np.full(
+                2 * self.size, np.nan
+            )  # the step is too long: the integrator tries a shorter one
 
         def differentiate(time: float, y: Array) -> Array:
             steps = DIFFERENCE_STEP * (1 + np.abs(y))
-            jacobian: Array = scipy.optimize.approx_fprime(y, lambda point: rates(time, point), steps)
+            jacobian: Array = scipy.optimize.approx_fprime(
+                y, lambda point: rates(time, point), steps
+            )
             return jacobian
 
-        method = partial(scipy.integrate.Radau, jac=differentiate) if stiff else scipy.integrate.DOP853
+        method = (
+            partial(scipy.integrate.Radau, jac=differentiate) if stiff else scipy.integrate.DOP853
+        )
         begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
         solver, states, passages = begin(times[0], state, times[-1]), [state], []
         resolution = TIME_RESOLUTION * np.abs(times[[0, -1]]).max()
         signs = np.zeros(len(self._event_names))
-        with name_step(lambda: f"{self.file.name}: integrated {solver.t:.4g} s of {times[-1]:.4g} s"):
+        with name_step(
+            lambda: f"{self.file.name}: integrated {solver.t:.4g} s of {times[-1]:.4g} s"
+        ):
             while solver.t < times[-1]:
                 at = solver.y
                 if (message := defer_interrupt(solver.step)) is not None:
-                    raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
-                crossed, after = self._find_passages(solver, signs, resolution) if self._event_names else ([], signs)
-                inside = [passage.time for passage in crossed if passage.time > solver.t_old + 2 * resolution]
-                if inside and solver.t > inside[0] + 2 * resolution:  # another law holds in part of the step
+                    raise ComputationError(
+                        f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}"
+                    )
+                crossed, after = (
+                    self._find_passages(solver, signs, resolution)
+                    if self._event_names
+                    else ([], signs)
+                )
+                inside = [
+                    passage.time
+                    for passage in crossed
+                    if passage.time > solver.t_old + 2 * resolution
+                ]
+                if (
+                    inside and solver.t > inside[0] + 2 * resolution
+                ):  # another law holds in part of the step
                     solver = begin(solver.t_old, at, inside[0] + resolution)
                     continue
                 signs = after
@@ -575,7 +728,9 @@ class Dynamics:
         return np.array(states).T, passages
 
     def _find_share(self, time: float, state: Array) -> float:
-        """Return the share of the first row of slopes below which others follow from it, in a motion from a state."""
+        """Return the share of the first row of slopes below which others follow from it, in a
+        motion from a state.
+        """
         if not self.constraints:
             return RANK
         return max(RANK, PASSAGE * find_weakest_share(self.equations(time, state).slopes))
@@ -583,20 +738,27 @@ class Dynamics:
     @cached_property
     def _event_names(self) -> list[str]:
         """The names of the events, which the meanings of their values are."""
-        return [entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())]
+        return [
+            entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())
+        ]
 
     def _find_passages(
         self, solver: scipy.integrate.OdeSolver, signs: Array, resolution: float
     ) -> tuple[list[Passage], Array]:
-        """Return the events of an integrator's last step by time, and the signs (e,) of their values after it.
+        """Return the events of an integrator's last step by time, and the signs (e,) of their
+        values after it.
 
-        `signs` are those before it, zero if unknown. Values within GAP_TOLERANCE of zero have no sign of their own:
-        rounding decides on it where flanks touch without load.
+        `signs` are those before it, zero if unknown. Values within GAP_TOLERANCE of zero have no
+        sign of their own: rounding decides on it where flanks touch without load.
         """
         state = solver.dense_output()
 
         def evaluate(times: Array) -> Array:
-            return np.array(list(self.formulas("events", time=times, data=self.data, state=state(times)).values()))
+            return np.array(
+                list(
+                    self.formulas("events", time=times, data=self.data, state=state(times)).values()
+                )
+            )
 
         times = np.linspace(solver.t_old, solver.t, EVENT_SAMPLES + 1)
         passages, after = [], signs.copy()
@@ -605,9 +767,13 @@ class Dynamics:
             def value(time: float, index: int = index) -> float:
                 return float(evaluate(np.array([time]))[index, 0])
 
-            for start, end, is_rising in _bracket_sign_changes(value, times, values, float(signs[index])):
+            for start, end, is_rising in _bracket_sign_changes(
+                value, times, values, float(signs[index])
+            ):
                 is_over = start == end or (value(start) > 0) == is_rising  # within the tolerance
-                time = start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
+                time = (
+                    start if is_over else scipy.optimize.brentq(value, start, end, xtol=resolution)
+                )
                 passages.append(Passage(self._event_names[index], float(time), is_rising))
             outside = values[np.abs(values) > GAP_TOLERANCE]
             if len(outside):
@@ -615,14 +781,26 @@ class Dynamics:
         return sorted(passages, key=lambda passage: passage.time), after
 
     def _results(
-        self, times: Array, states: Array, minimum_norm: bool, share: float, passages: Sequence[Passage]
+        self,
+        times: Array,
+        states: Array,
+        minimum_norm: bool,
+        share: float,
+        passages: Sequence[Passage],
     ) -> MotionRun:
         pairs = zip(times, states.T, strict=True)
-        accelerations = np.array([self.accelerations(time, state, share)[0] for time, state in pairs]).T
+        accelerations = np.array(
+            [self.accelerations(time, state, share)[0] for time, state in pairs]
+        ).T
         inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
         undetermined: tuple[str, ...] = ()
         if "balances" in self._stages:
-            sizes = np.array([self.find_sizes(time, state, share) for time, state in zip(times, states.T, strict=True)])
+            sizes = np.array(
+                [
+                    self.find_sizes(time, state, share)
+                    for time, state in zip(times, states.T, strict=True)
+                ]
+            )
             inputs["actions"], undetermined = self._solve_reactions(inputs, sizes)
         results = {
             name: values
@@ -633,7 +811,9 @@ class Dynamics:
 
 
 class _Pace:
-    """Watches the progress of a motion: extreme values make steps so short that it would not end."""
+    """Watches the progress of a motion: extreme values make steps so short that it would not
+    end.
+    """
 
     def __init__(self, name: str, start: float, end: float) -> None:
         self._name, self._start, self._end, self._count = name, start, end, 0
@@ -648,8 +828,10 @@ class _Pace:
             abs(time - self._start) * MOST_EVALUATIONS < self._count * abs(self._end - self._start)
         ):
             raise ComputationError(
-                f"{self._name}: after {self._count} evaluations the motion is only at {time:.6g} s of {self._end:.6g} "
-                "s: its values are extreme, or stiff, or the time is long; --stiff, a larger --tolerance or a smaller "
+                f"{self._name}: after {self._count} evaluations the motion is only at {time:.6g} "
+                f"s of {self._end:.6g} "
+                "s: its values are extreme, or stiff, or the time is long; --stiff, a larger "
+                "--tolerance or a smaller "
                 "--until may help"
             )
         return self._count
@@ -657,10 +839,11 @@ class _Pace:
 
 def _bracket_sign_changes(
     value: Callable[[float], float], times: Array, values: Array, sign: float
-) -> Iterator[tuple[float, float, bool]]:  # fmt: skip
+) -> Iterator[tuple[float, float, bool]]:
     """Yield ends of intervals in which a value changes its sign, and whether it rises.
 
-    `sign` is the sign before the first time, zero if unknown. A value that is back at the next time counts, too.
+    `sign` is the sign before the first time, zero if unknown. A value that is back at the next time
+    counts, too.
     """
     outside = np.flatnonzero(np.abs(values) > GAP_TOLERANCE)
     start = times[0]
@@ -673,17 +856,24 @@ def _bracket_sign_changes(
         if is_positive[at - 1] == is_positive[at] == is_positive[at + 1]:
             side = 1 if is_positive[at] else -1
             dip = scipy.optimize.minimize_scalar(
-                lambda time, side=side: side * value(time), bounds=(times[at - 1], times[at + 1]), method="bounded"
+                lambda time, side=side: side * value(time),
+                bounds=(times[at - 1], times[at + 1]),
+                method="bounded",
             )
             if dip.fun < -GAP_TOLERANCE:
                 yield times[at - 1], float(dip.x), side < 0
 
 
 def describe_contradictions(changes: Mapping[str, tuple[float, float]]) -> str:
-    """Return the sentence on values (stated, used) [SI] of a start that contradict the constraints."""
-    values = ", ".join(f"{name} is {used:.6g} instead of {stated:.6g}" for name, (stated, used) in changes.items())
+    """Return the sentence on values (stated, used) [SI] of a start that contradict the
+    constraints.
+    """
+    values = ", ".join(
+        f"{name} is {used:.6g} instead of {stated:.6g}" for name, (stated, used) in changes.items()
+    )
     return (
-        f"the start contradicts the constraints: {values}; name the coordinates or rates that hold: "
+        f"the start contradicts the constraints: {values}; name the coordinates or rates that "
+        f"hold: "
         "m.begin(..., hold=[...])"
     )
 
@@ -701,7 +891,9 @@ def find_weakest_share(slopes: Array) -> float:
 
 
 def _rank_rows(slopes: Array) -> tuple[npt.NDArray[np.intp], Array]:
-    """Return rows in the order of a pivoting QR decomposition, and their contributions over that of the first."""
+    """Return rows in the order of a pivoting QR decomposition, and their contributions over that of
+    the first.
+    """
     if not slopes.any():
         return np.arange(0), np.empty(0)
     triangle, order = scipy.linalg.qr(slopes.T, mode="r", pivoting=True)
@@ -710,10 +902,12 @@ def _rank_rows(slopes: Array) -> tuple[npt.NDArray[np.intp], Array]:
 
 
 class Reactions:
-    """Reactions of joints in free motion, from the generated balances of all bodies by least squares.
+    """Reactions of joints in free motion, from the generated balances of all bodies by least
+    squares.
 
-    Without redundant constraints the balances determine them in every pose, also where bars are collinear: then the
-    solution of least squares is unique. Outputs of the balances are ``held_i_u`` and ``pushed_i``.
+    Without redundant constraints the balances determine them in every pose, also where bars are
+    collinear: then the solution of least squares is unique. Outputs of the balances are
+    ``held_i_u`` and ``pushed_i``.
     """
 
     def __init__(self, formulas: Formulas) -> None:
@@ -722,7 +916,8 @@ class Reactions:
         self._places = [name.split("_", 2) for name in formulas.outputs("balances")]
 
     def solve(self, inputs: Mapping[str, object]) -> tuple[Array, tuple[str, ...]]:
-        """Return reactions (u, n) of states, and the names of those that some pose leaves undetermined.
+        """Return reactions (u, n) of states, and the names of those that some pose leaves
+        undetermined.
 
         Raises ComputationError if no reactions of the joints allow the motion.
         """
@@ -741,11 +936,15 @@ class Reactions:
     def _check(self, residuals: Array, size: float) -> None:
         worst = int(np.argmax(np.abs(residuals)))
         if abs(residuals[worst]) > BALANCE_TOLERANCE * size:
-            entry = next(e for e in self.formulas.sidecar["vectors"]["balances_outputs"]
-                         if e["name"].split("_", 2)[1] == str(worst))  # fmt: skip
+            entry = next(
+                e
+                for e in self.formulas.sidecar["vectors"]["balances_outputs"]
+                if e["name"].split("_", 2)[1] == str(worst)
+            )
             raise ComputationError(
                 f"{self.formulas.name}: the joints do not allow the motion of the coordinates: "
-                f"{entry['meaning'].rpartition(', ')[0]} is off by {abs(residuals[worst]):.3g}; a joint or force is "
+                f"{entry['meaning'].rpartition(', ')[0]} is off by {abs(residuals[worst]):.3g}; a "
+                f"joint or force is "
                 "missing"
             )
 
@@ -754,7 +953,10 @@ class Reactions:
         values = list(self.formulas("balances", **inputs).values())
         rows = 1 + max(int(place[1]) for place in self._places)
         columns = {name: j for j, name in enumerate(self.names)}
-        matrix, right = np.zeros((len(values[0]), rows, len(columns))), np.zeros((len(values[0]), rows))
+        matrix, right = (
+            np.zeros((len(values[0]), rows, len(columns))),
+            np.zeros((len(values[0]), rows)),
+        )
         for (kind, row, *action), value in zip(self._places, values, strict=True):
             if kind == "held":
                 matrix[:, int(row), columns[action[0]]] = value

@@ -1,7 +1,9 @@
-"""Ensembles of free motions from perturbed starts: bands, statistics of the runs, and the growth of their separation.
+"""Ensembles of free motions from perturbed starts: bands, statistics of the runs, and the growth of
+their separation.
 
-The largest Lyapunov exponent follows from a companion of each run whose separation is brought back to a small size at
-every output time: G. Benettin et al., Meccanica 15 (1980), part 2; events are integrated as in every other run.
+The largest Lyapunov exponent follows from a companion of each run whose separation is brought back
+to a small size at every output time: G. Benettin et al., Meccanica 15 (1980), part 2; events are
+integrated as in every other run.
 """
 
 from __future__ import annotations
@@ -50,11 +52,13 @@ MOST_VALUES = 50_000_000
 
 @dataclass(frozen=True)
 class EnsembleSpec:
-    """Settings of an ensemble: `runs` from random starts, which `seed` determines, statistics of them from `since` [s].
+    """Settings of an ensemble: `runs` from random starts, which `seed` determines, statistics of
+    them from `since` [s].
 
-    A start differs from the statement's by uniform deviates of each coordinate and rate within `perturbation`, as a
-    share of the entry's range in the motion from the stated start, from `since` on. Statistics are those of each
-    `period` [s] after `since`, or of all the time after it if that is None.
+    A start differs from the statement's by uniform deviates of each coordinate and rate within
+    `perturbation`, as a share of the entry's range in the motion from the stated start, from
+    `since` on. Statistics are those of each `period` [s] after `since`, or of all the time after it
+    if that is None.
     """
 
     runs: int
@@ -66,10 +70,11 @@ class EnsembleSpec:
 
 @dataclass(frozen=True)
 class EnsembleRun:
-    """A run: columns (n,) by name in SI, separation (n,) from the stated motion, growth (n - 1,) of its companion.
+    """A run: columns (n,) by name in SI, separation (n,) from the stated motion, growth (n - 1,) of
+    its companion.
 
-    Separations are shares of the ranges of the states. Growths are natural logarithms from one output time to the next;
-    `reach` is the largest separation of the companion.
+    Separations are shares of the ranges of the states. Growths are natural logarithms from one
+    output time to the next; `reach` is the largest separation of the companion.
     """
 
     columns: Mapping[str, Array]
@@ -80,9 +85,11 @@ class EnsembleRun:
 
 @dataclass(frozen=True)
 class MechanismEnsemble:
-    """An ensemble: times (n,) [s], curves (runs, n) by key in display units with meanings, separation (runs, n).
+    """An ensemble: times (n,) [s], curves (runs, n) by key in display units with meanings,
+    separation (runs, n).
 
-    `pieces` (runs, periods) by key hold the range, the variance and the peak of each piece of each run.
+    `pieces` (runs, periods) by key hold the range, the variance and the peak of each piece of each
+    run.
     """
 
     times: Array
@@ -100,7 +107,8 @@ class MechanismEnsemble:
 
 @dataclass(frozen=True)
 class StateMetric:
-    """Separation of two states (2k,): root mean square of the differences over `scales` (2k,) that are not zero.
+    """Separation of two states (2k,): root mean square of the differences over `scales` (2k,) that
+    are not zero.
 
     Differences of coordinates that are `angles` (2k,) count without whole turns.
     """
@@ -112,8 +120,8 @@ class StateMetric:
     def from_motion(cls, dynamics: Dynamics, times: Array, states: Array) -> StateMetric:
         """Return the metric whose scales are the ranges of states (2k, n) at times (n,) [s].
 
-        A coordinate's range is that about its linear trend, at most a whole turn for an angle. Raises ComputationError
-        if no entry changes.
+        A coordinate's range is that about its linear trend, at most a whole turn for an angle.
+        Raises ComputationError if no entry changes.
         """
         entries = dynamics.formulas.sidecar["vectors"]["start_state"]
         angles = np.array([entry["unit"] == "rad" for entry in entries])
@@ -143,21 +151,32 @@ class EnsembleRuns:
     """The runs of an ensemble by number, each the same in any process."""
 
     def __init__(
-        self, file: MechanismFile, spec: EnsembleSpec, times: Array, tolerance: float, stiff: bool,
+        self,
+        file: MechanismFile,
+        spec: EnsembleSpec,
+        times: Array,
+        tolerance: float,
+        stiff: bool,
         stated: Array | None = None,
-    ) -> None:  # fmt: skip
-        """Integrate the motion from the stated start at `times` (n,) [s], unless its states (2k, n) are passed."""
+    ) -> None:
+        """Integrate the motion from the stated start at `times` (n,) [s], unless its states (2k, n)
+        are passed.
+        """
         self.dynamics, self.spec, self.times = Dynamics(file), spec, times
         self.dynamics.compile()
         self._run = partial(self.dynamics.run, tolerance=tolerance, stiff=stiff)
         self._integrate = partial(self.dynamics.integrate, tolerance=tolerance, stiff=stiff)
-        self.stated = self._run(times, state=self.dynamics.find_start()).states if stated is None else stated
+        self.stated = (
+            self._run(times, state=self.dynamics.find_start()).states if stated is None else stated
+        )
         after = times >= spec.since
         self.metric = StateMetric.from_motion(self.dynamics, times[after], self.stated[:, after])
 
     def __call__(self, number: int) -> EnsembleRun:
         """Return the run of a number from 0 on. Raises ComputationError as `Dynamics.run` does."""
-        generator = np.random.default_rng(np.random.SeedSequence(self.spec.seed, spawn_key=(number,)))
+        generator = np.random.default_rng(
+            np.random.SeedSequence(self.spec.seed, spawn_key=(number,))
+        )
         size = len(self.metric.scales)
         shifts = self.spec.perturbation * generator.uniform(-1.0, 1.0, size)
         run = self._run(self.times, state=self.dynamics.find_start() + shifts * self.metric.scales)
@@ -167,7 +186,9 @@ class EnsembleRuns:
         return EnsembleRun(columns, self.metric.measure(run.states, self.stated), growth, reach)
 
     def _follow_companion(self, run: MotionRun, direction: Array) -> tuple[Array, float]:
-        """Return the growth (n - 1,) of a small separation between output times, and its largest size."""
+        """Return the growth (n - 1,) of a small separation between output times, and its largest
+        size.
+        """
         metric, growth, reach = self.metric, [], 0.0
         offset, zero = direction * metric.scales, np.zeros((len(direction), 1))
         for number, (start, end) in enumerate(pairwise(run.times)):
@@ -183,25 +204,40 @@ class EnsembleRuns:
 
 
 def compute_ensemble(
-    file: MechanismFile, until: float, points: int, spec: EnsembleSpec, tolerance: float = 1e-9, stiff: bool = False,
-    means: Means = AUTO, progress: Listener | None = None,
-) -> MechanismEnsemble:  # fmt: skip
-    """Return an ensemble of motions to a time [s] at `points` equal steps; `means` do not change it.
+    file: MechanismFile,
+    until: float,
+    points: int,
+    spec: EnsembleSpec,
+    tolerance: float = 1e-9,
+    stiff: bool = False,
+    means: Means = AUTO,
+    progress: Listener | None = None,
+) -> MechanismEnsemble:
+    """Return an ensemble of motions to a time [s] at `points` equal steps; `means` do not change
+    it.
 
-    Raises InputError for settings that leave no statistics, ComputationError as `Dynamics.run` does.
+    Raises InputError for settings that leave no statistics, ComputationError as `Dynamics.run`
+    does.
     """
     _check_spec(file, spec, until, points)
     times = np.linspace(0.0, until, points)
     runs = EnsembleRuns(file, spec, times, tolerance, stiff)
     task = Task(
         EnsembleRuns,
-        {"file": file, "spec": spec, "times": times, "tolerance": tolerance, "stiff": stiff, "stated": runs.stated},
+        {
+            "file": file,
+            "spec": spec,
+            "times": times,
+            "tolerance": tolerance,
+            "stiff": stiff,
+            "stated": runs.stated,
+        },
     )
     phase = ProgressPhase("ensemble", "run", spec.runs, progress)
     computed: list[EnsembleRun] = []
     for run in run_in_order(
         task, range(spec.runs), means, runs, lambda run: run, lambda: phase.report_if_slow(None)
-    ):  # fmt: skip
+    ):
         phase.advance()
         computed.append(run)
     return _summarise(runs, computed, until)
@@ -212,29 +248,39 @@ def _check_spec(file: MechanismFile, spec: EnsembleSpec, until: float, points: i
     step = until / (points - 1)
     left = until - spec.since
     if left < LEAST_POINTS * step:
-        raise InputError(f"--since {spec.since:g}: it must be at least {LEAST_POINTS} output times before --until")
+        raise InputError(
+            f"--since {spec.since:g}: it must be at least {LEAST_POINTS} output times before "
+            f"--until"
+        )
     if spec.period is not None and not LEAST_POINTS * step <= spec.period <= left:
         raise InputError(
-            f"--period {spec.period:g}: it must have at least {LEAST_POINTS} output times, of which one is every "
+            f"--period {spec.period:g}: it must have at least {LEAST_POINTS} output times, of "
+            f"which one is every "
             f"{step:.4g} s, and be at most {left:g} s, the time after --since"
         )
     vectors = file.model.sidecar["vectors"]
     count = spec.runs * points * (len(vectors.get("start_state", ())) + len(vectors["outputs"]))
     if count > MOST_VALUES:
-        raise InputError(f"--ensemble {spec.runs}: {count} values are too many; lower it, or --points")
+        raise InputError(
+            f"--ensemble {spec.runs}: {count} values are too many; lower it, or --points"
+        )
 
 
-def _summarise(runs: EnsembleRuns, computed: Sequence[EnsembleRun], until: float) -> MechanismEnsemble:
+def _summarise(
+    runs: EnsembleRuns, computed: Sequence[EnsembleRun], until: float
+) -> MechanismEnsemble:
     """Return the ensemble of the runs that were computed."""
     spec, times, dynamics = runs.spec, runs.times, runs.dynamics
     vectors = dynamics.formulas.sidecar["vectors"]
     entries = [
-        entry for entry in (*vectors["start_state"], *vectors["outputs"])
+        entry
+        for entry in (*vectors["start_state"], *vectors["outputs"])
         if all(entry["name"] in run.columns for run in computed)
-    ]  # fmt: skip
+    ]
     keys = {entry["name"]: units.display_key(entry["name"], entry["unit"]) for entry in entries}
     curves = {
-        key: np.array([run.columns[name] for run in computed]) / units.unit_factor(key) for name, key in keys.items()
+        key: np.array([run.columns[name] for run in computed]) / units.unit_factor(key)
+        for name, key in keys.items()
     }
     windows = _list_windows(times, spec)
     pieces = {key: _measure_pieces(curve, windows) for key, curve in curves.items()}
@@ -256,7 +302,7 @@ def _summarise(runs: EnsembleRuns, computed: Sequence[EnsembleRun], until: float
         },
         separation=_describe_separation(times, separation, computed, spec.since),
         changed_start=list_start_changes(dynamics),
-    )  # fmt: skip
+    )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in entries}
     return MechanismEnsemble(times, curves, meanings, separation, pieces, result)
 
@@ -268,8 +314,9 @@ def _list_windows(times: Array, spec: EnsembleSpec) -> list[Integers]:
     count = int((times[-1] - spec.since) / length * (1 + 1e-9))
     begins = spec.since + length * np.arange(count)
     return [
-        np.flatnonzero((times >= begin - resolution) & (times <= begin + length + resolution)) for begin in begins
-    ]  # fmt: skip
+        np.flatnonzero((times >= begin - resolution) & (times <= begin + length + resolution))
+        for begin in begins
+    ]
 
 
 def _measure_pieces(curve: Array, windows: Sequence[Integers]) -> dict[str, Array]:
@@ -283,7 +330,9 @@ def _measure_pieces(curve: Array, windows: Sequence[Integers]) -> dict[str, Arra
 
 
 def _measure_variance(piece: Array) -> Array:
-    """Return the variances (runs,) in time of a piece (runs, m) at equal steps, by the trapezoidal rule."""
+    """Return the variances (runs,) in time of a piece (runs, m) at equal steps, by the trapezoidal
+    rule.
+    """
     weights = np.ones(piece.shape[1])
     weights[[0, -1]] = 0.5
     weights /= weights.sum()
@@ -292,7 +341,9 @@ def _measure_variance(piece: Array) -> Array:
 
 
 def _describe(values: Array) -> EnsembleStatistic:
-    """Return the distribution of values (runs, periods); the error of the mean is that of independent runs."""
+    """Return the distribution of values (runs, periods); the error of the mean is that of
+    independent runs.
+    """
     runs = values.mean(axis=1)
     error = None if len(runs) < 2 else float(runs.std(ddof=1) / math.sqrt(len(runs)))
     low, middle, high = (float(value) for value in np.percentile(values, (5, 50, 95)))
@@ -303,11 +354,15 @@ def _describe(values: Array) -> EnsembleStatistic:
 def _describe_separation(
     times: Array, separation: Array, computed: Sequence[EnsembleRun], since: float
 ) -> EnsembleSeparation:
-    """Return when runs part, and the mean rate at which small separations grow after `since` [s]."""
+    """Return when runs part, and the mean rate at which small separations grow after `since`
+    [s].
+    """
     has_parted = (separation > PARTED).any(axis=1)
     moments = times[(separation[has_parted] > PARTED).argmax(axis=1)]
     counted = times[:-1] >= since
-    exponents = np.array([run.growth[counted].sum() for run in computed]) / (times[-1] - times[:-1][counted][0])
+    exponents = np.array([run.growth[counted].sum() for run in computed]) / (
+        times[-1] - times[:-1][counted][0]
+    )
     is_small = max(run.reach for run in computed) <= MOST_SEPARATION
     error = float(exponents.std(ddof=1) / math.sqrt(len(exponents))) if len(exponents) > 1 else None
     return EnsembleSeparation(

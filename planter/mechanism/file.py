@@ -1,4 +1,6 @@
-"""The file of a user-defined mechanism: values for the functions that were generated from its statement."""
+"""The file of a user-defined mechanism: values for the functions that were generated from its
+statement.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ class CycleSettings(FileSection):
 
 
 class ObjectiveSection(FileSection):
-    """Objective of `planter optimise`: a sum of measures, over `samples` of a cycle or, "refined", by true extremes."""
+    """Objective of `planter optimise`: a sum of measures, over `samples` of a cycle or, "refined",
+    by true extremes.
+    """
 
     least: Line
     """sum of measures that `planter optimise` minimises, such as range F_Ox"""
@@ -42,7 +46,9 @@ class ObjectiveSection(FileSection):
 
 
 class MechanismFile(Document):
-    """Values of a mechanism, bounds for a search, and the name of its functions, which lie near the file."""
+    """Values of a mechanism, bounds for a search, and the name of its functions, which lie near the
+    file.
+    """
 
     functions: Annotated[Line, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
     """name of the functions that were generated from the statement"""
@@ -68,7 +74,10 @@ class MechanismFile(Document):
 
     @property
     def objective_terms(self) -> tuple[Measure, ...]:
-        """The measures of the objective; none without [objective]. Raises InputError if it cannot be parsed."""
+        """The measures of the objective; none without [objective].
+
+        Raises InputError if it cannot be parsed.
+        """
         if self.objective is None:
             return ()
         return parse_sum(self.objective.least, f"{self.source}: objective.least =")
@@ -79,7 +88,10 @@ class MechanismFile(Document):
         return parse_holds(self.requirements, self.source)
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
-        """Return a copy with some numbers set, and the same functions. Raises InputError as `load`."""
+        """Return a copy with some numbers set, and the same functions.
+
+        Raises InputError as `load`.
+        """
         changed = super().with_numbers(changes)
         _check(changed)
         return changed
@@ -89,7 +101,9 @@ class MechanismFile(Document):
         return self.with_numbers({f"values.{key}": value for key, value in values.items()})
 
     def written_table(self) -> dict[str, Any]:
-        """Return the table with absolute paths of the functions' folder and of curves, for a file in any folder."""
+        """Return the table with absolute paths of the functions' folder and of curves, for a file
+        in any folder.
+        """
         table = self.table() | {"folder": str(self._folder)}
         if self.objective is not None:
             terms = [term.with_whole_paths(self.source) for term in self.objective_terms]
@@ -108,7 +122,9 @@ class MechanismFile(Document):
 
     @property
     def entries(self) -> list[dict[str, str]]:
-        """Name, unit, meaning and key of every value, in the order in which the functions take them."""
+        """Name, unit, meaning and key of every value, in the order in which the functions take
+        them.
+        """
         entries: list[dict[str, str]] = self.model.sidecar["vectors"]["data"]
         return entries
 
@@ -120,10 +136,11 @@ class MechanismFile(Document):
 
 
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> MechanismFile:
-    """Return the file of a mechanism by its path, or by NAME for NAME.toml here or in ``generated/``.
+    """Return the file of a mechanism by its path, or by NAME for NAME.toml here or in
+    ``generated/``.
 
-    ``changes`` holds other values by key, in the unit that the key ends in: ``{"r_mm": 50}``. Raises InputError if
-    there is no file, or for an invalid key or value, with what is allowed.
+    ``changes`` holds other values by key, in the unit that the key ends in: ``{"r_mm": 50}``.
+    Raises InputError if there is no file, or for an invalid key or value, with what is allowed.
     """
     path = find_file(str(source))
     file = MechanismFile.read(read_toml(path), str(path), changes)
@@ -141,24 +158,33 @@ def build_from_table(table: Mapping[str, Any], source: str, folder: Path) -> Mec
 
 
 def find_file(source: str) -> Path:
-    """Return the path of a file by its path, or by its name here or in ``generated/``. Raises InputError for none."""
+    """Return the path of a file by its path, or by its name here or in ``generated/``.
+
+    Raises InputError for none.
+    """
     file = Path(source if source.endswith(".toml") else f"{source}.toml")
     candidates = [file] if source.endswith(".toml") else [file, GENERATED / file]
     for path in candidates:
         if is_file(path):
             return path
     places = " or ".join(map(str, candidates))
-    raise InputError(f"{source}: there is no {places}; `planter derive FILE.py` writes one to the generated code")
+    raise InputError(
+        f"{source}: there is no {places}; `planter derive FILE.py` writes one to the generated code"
+    )
 
 
 def _find_functions(path: Path, file: MechanismFile) -> Path:
-    """Return the folder of the generated functions: the one of the file, the file's own, or ``generated/`` in it."""
+    """Return the folder of the generated functions: the one of the file, the file's own, or
+    ``generated/`` in it.
+    """
     name, named = file.functions, [] if file.folder is None else [path.parent / file.folder]
     for folder in (*named, path.parent, path.parent / GENERATED):
         if (folder / f"{name}.json").is_file():
             check_user_model(name, folder.resolve())
             return folder.resolve()
-    allowed = f"{name}.py and {name}.json must be in the folder of the file or in {GENERATED}/ there"
+    allowed = (
+        f"{name}.py and {name}.json must be in the folder of the file or in {GENERATED}/ there"
+    )
     raise InputError(f"{path}: functions = {name}: {allowed}; `planter derive FILE.py` writes them")
 
 
@@ -180,7 +206,11 @@ def _check(file: MechanismFile) -> None:
     if missing:
         raise InputError(f"{file.source}: [values] lacks {', '.join(missing)}")
     if file.measurement is not None and not file.is_driven:
-        raise InputError(f"{file.source}: [{SECTION}] needs a cycle, but no angle drives the mechanism")
+        raise InputError(
+            f"{file.source}: [{SECTION}] needs a cycle, but no angle drives the mechanism"
+        )
     for key, (lower, upper) in file.bounds.items():
         if not lower < upper:
-            raise InputError(f"{file.source}: bounds.{key} = [{lower:g}, {upper:g}]: lower must be below upper")
+            raise InputError(
+                f"{file.source}: bounds.{key} = [{lower:g}, {upper:g}]: lower must be below upper"
+            )

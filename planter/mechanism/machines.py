@@ -50,7 +50,10 @@ def takes(source: str) -> bool:
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
-    """Return the machine of a mechanism's file. Raises InputError as the file does, or if nothing drives it."""
+    """Return the machine of a mechanism's file.
+
+    Raises InputError as the file does, or if nothing drives it.
+    """
     return build_machine(file.load(source, changes))
 
 
@@ -66,11 +69,20 @@ def describe(source: str, changes: Mapping[str, float]) -> Description:
         assumptions=tuple(sidecar["assumptions"]),
         values=values,
         data=mechanism.data(),
-        bounds={value.path: mechanism.bounds[value.key] for value in values if value.key in mechanism.bounds},
+        bounds={
+            value.path: mechanism.bounds[value.key]
+            for value in values
+            if value.key in mechanism.bounds
+        },
         origins=mechanism.number_origins(),
         quantities=_quantities(formulas),
         functions=tuple(
-            FunctionSignature(name, tuple(entry["inputs"]), formulas.function(name).numel_out(0), entry["operations"])
+            FunctionSignature(
+                name,
+                tuple(entry["inputs"]),
+                formulas.function(name).numel_out(0),
+                entry["operations"],
+            )
             for name, entry in sidecar["functions"].items()
         ),
         vectors=_vectors(formulas) if mechanism.is_driven else (),
@@ -78,7 +90,10 @@ def describe(source: str, changes: Mapping[str, float]) -> Description:
 
 
 def build_machine(mechanism: MechanismFile) -> Machine:
-    """Return the machine of a mechanism's file. Raises InputError if no angle drives it, or for its sensor."""
+    """Return the machine of a mechanism's file.
+
+    Raises InputError if no angle drives it, or for its sensor.
+    """
     formulas = mechanism.model
     sidecar = formulas.sidecar
     if not mechanism.is_driven:
@@ -109,14 +124,20 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         vectors=_vectors(formulas),
         motors=_motors(formulas),
         acceleration=names.index(sidecar["acceleration"]) if "acceleration" in sidecar else None,
-        losses=tuple(q.name for q in _quantities(formulas) if q.role == "result" and q.meaning.startswith(LOSS)),
+        losses=tuple(
+            q.name
+            for q in _quantities(formulas)
+            if q.role == "result" and q.meaning.startswith(LOSS)
+        ),
         stages=stages.further,
         objective=mechanism.objective_terms,
         limits=mechanism.measure_limits,
         sampling=mechanism.objective.samples if mechanism.objective else "refined",
         genetic=mechanism.genetic_algorithm,
         angle=formulas.function("lane").name_in(0),
-        documentation=Documentation(sidecar["title"], sidecar["source"], tuple(sidecar["equations"])),
+        documentation=Documentation(
+            sidecar["title"], sidecar["source"], tuple(sidecar["equations"])
+        ),
     )
     machine = add_carried_forces(machine, mechanism.measurement, sidecar.get("supports", {}))
     find_sensor_view(machine)  # raises InputError if [measurement] names what the machine lacks
@@ -175,7 +196,14 @@ def _stages(formulas: Formulas) -> _Stages:
 def _values(formulas: Formulas) -> tuple[Value, ...]:
     entries = formulas.sidecar["vectors"]["data"]
     return tuple(
-        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], (0.0 if e["unit"] == "kg" else None, None))
+        Value(
+            e["name"],
+            e["unit"],
+            e["meaning"],
+            e["shown"],
+            e["source"],
+            (0.0 if e["unit"] == "kg" else None, None),
+        )
         for e in entries
     )
 
@@ -189,18 +217,27 @@ def _list_quantities(formulas: Formulas, vectors: tuple[str, ...]) -> tuple[Quan
     axes, pushing = formulas.sidecar.get("axes", {}), formulas.sidecar.get("pushing", [])
     return tuple(
         Quantity(
-            e["name"], e["unit"], e["meaning"], units.display_key(e["name"], e["unit"]),
-            role=next((role for start, role in ROLES.items() if e["name"].startswith(start)), "result"),
-            axes=axes.get(e["name"]), is_push=e["name"] in pushing, source=e["source"],
+            e["name"],
+            e["unit"],
+            e["meaning"],
+            units.display_key(e["name"], e["unit"]),
+            role=next(
+                (role for start, role in ROLES.items() if e["name"].startswith(start)), "result"
+            ),
+            axes=axes.get(e["name"]),
+            is_push=e["name"] in pushing,
+            source=e["source"],
         )
         for part in vectors
         for e in formulas.sidecar["vectors"].get(part, ())
-    )  # fmt: skip
+    )
 
 
 @cache
 def _vectors(formulas: Formulas) -> tuple[Vector, ...]:
-    """Return the results that end in x, y and perhaps z, as one vector each: those of one unit and one frame."""
+    """Return the results that end in x, y and perhaps z, as one vector each: those of one unit and
+    one frame.
+    """
     results = {q.name: q for q in _quantities(formulas) if q.role == "result"}
     parts = {}
     for name, first in results.items():
@@ -217,4 +254,8 @@ def _vectors(formulas: Formulas) -> tuple[Vector, ...]:
 def _motors(formulas: Formulas) -> tuple[str, ...]:
     """Return the names of the torques that have a power."""
     units_of = {q.name: q.unit for q in _quantities(formulas)}
-    return tuple(name for name, unit in units_of.items() if unit == "N m" and units_of.get(f"P_{name}") == "W")
+    return tuple(
+        name
+        for name, unit in units_of.items()
+        if unit == "N m" and units_of.get(f"P_{name}") == "W"
+    )

@@ -1,8 +1,9 @@
-"""A machine along its angle: all quantities by name, loops closed, points of its bodies, and whether its cycle repeats.
+"""A machine along its angle: all quantities by name, loops closed, points of its bodies, and
+whether its cycle repeats.
 
-Means and works are those of any cycle only if the machine ends a cycle in the state in which it began it. Every
-quantity is compared with itself a cycle later, at every sample, so that a coincidence at one angle does not count.
-Angles are compared modulo 2 pi.
+Means and works are those of any cycle only if the machine ends a cycle in the state in which it
+began it. Every quantity is compared with itself a cycle later, at every sample, so that a
+coincidence at one angle does not count. Angles are compared modulo 2 pi.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from planter.mechanism.results import MechanismWarning
 from planter.numerics.arrays import TURN
 
 SIDE_STEP = 1e-9
-"""Distance of the one-sided values from an angle [rad]: above the rounding of angles, below any visible change."""
+"""Distance of the one-sided values from an angle [rad]: above the rounding of angles, below any
+visible change.
+"""
 MOST_TURNS = 60
 """Largest number of cycles after which a repetition is looked for."""
 MOST_NAMED = 4
@@ -32,7 +35,8 @@ MOST_NAMED = 4
 
 
 class Model:
-    """A machine along its angle: all quantities by name, at its values or at others ``data`` (v,); SI and radians.
+    """A machine along its angle: all quantities by name, at its values or at others ``data`` (v,);
+    SI and radians.
 
     >>> import numpy as np
     >>> from planter import load_mechanism
@@ -49,7 +53,9 @@ class Model:
 
     def __init__(self, machine: Machine, data: Array | None = None) -> None:
         self.machine = machine if data is None else machine.with_data(data)
-        fixed = replace(self.machine, moved=(), lower=np.empty(0), upper=np.empty(0))  # no slopes in the design
+        fixed = replace(
+            self.machine, moved=(), lower=np.empty(0), upper=np.empty(0)
+        )  # no slopes in the design
         self._response, self._kernels = MachineResponse(fixed), dict[str, Kernel]()
 
     @property
@@ -58,7 +64,9 @@ class Model:
         return float(self.machine.data[self.machine.speed])
 
     def list_angles(self, samples: int | None = None) -> Array:
-        """Return the angles (n,) [rad] of a cycle in equal steps, as many as the file says unless `samples` does."""
+        """Return the angles (n,) [rad] of a cycle in equal steps, as many as the file says unless
+        `samples` does.
+        """
         return self.machine.list_angles(samples)
 
     def __call__(self, angles: Array) -> dict[str, Array]:
@@ -72,7 +80,8 @@ class Model:
         return {q.name: row for q, row in zip(self.machine.quantities, values, strict=True)}
 
     def results(self, angles: Array) -> dict[str, Array]:
-        """Return the results (n,) at angles (n,) [rad] by key, each in the unit that its key ends in.
+        """Return the results (n,) at angles (n,) [rad] by key, each in the unit that its key ends
+        in.
 
         Raises ComputationError as a call does.
         """
@@ -82,16 +91,17 @@ class Model:
     def places(self, angles: Array) -> dict[str, Array]:
         """Return coordinates (n,) [m] of the points of all bodies at angles (n,) [rad], by name.
 
-        Components are along the axes of the world. Names are ``x_BODY__POINT`` and its like. The result is empty for a
-        machine whose statement has no bodies.
+        Components are along the axes of the world. Names are ``x_BODY__POINT`` and its like. The
+        result is empty for a machine whose statement has no bodies.
         """
         return self.evaluate("places", angles)
 
     def evaluate(self, name: str, angles: Array) -> dict[str, Array]:
-        """Return the values (n,) [SI] of a further function of the machine at angles (n,) [rad] by name.
+        """Return the values (n,) [SI] of a further function of the machine at angles (n,) [rad] by
+        name.
 
-        Functions are "places", "followers" and "meshes"; the result is empty for one that the machine lacks. Raises
-        ComputationError if loops do not close.
+        Functions are "places", "followers" and "meshes"; the result is empty for one that the
+        machine lacks. Raises ComputationError if loops do not close.
         """
         stage = self.machine.stages.get(name)
         if stage is None:
@@ -110,9 +120,10 @@ class Model:
 class Periodicity:
     """The differences of a mechanism's results between a cycle and the next one.
 
-    `end` holds the results at the end of the cycle by key, in its unit; `changes` the largest difference [display unit]
-    by the key of each quantity that does not repeat; all quantities repeat after `turns` cycles, None if they do not
-    within MOST_TURNS. If the next cycle cannot be computed, `obstacle` says why, and differences are None.
+    `end` holds the results at the end of the cycle by key, in its unit; `changes` the largest
+    difference [display unit] by the key of each quantity that does not repeat; all quantities
+    repeat after `turns` cycles, None if they do not within MOST_TURNS. If the next cycle cannot be
+    computed, `obstacle` says why, and differences are None.
     """
 
     end: dict[str, float]
@@ -124,10 +135,15 @@ class Periodicity:
         """Return one warning if the cycle, which ends at an angle, does not end as it began."""
         if not self.changes:
             return []
-        after = f"repeats after {self.turns} turns" if self.turns else f"does not repeat within {MOST_TURNS} turns"
+        after = (
+            f"repeats after {self.turns} turns"
+            if self.turns
+            else f"does not repeat within {MOST_TURNS} turns"
+        )
         changes = self.obstacle or self._describe_changes()
         message = (
-            f"the turn does not end in the state in which it began: {changes}; means, root mean squares and works of "
+            f"the turn does not end in the state in which it began: {changes}; means, root mean "
+            f"squares and works of "
             "what does not repeat are not given, and its extremes are those of this "
             f"turn alone{'' if self.obstacle else f'; it {after}'}"
         )
@@ -143,11 +159,17 @@ class Periodicity:
 
 def format_change(key: str, change: float) -> str:
     """Return the change of a quantity in a cycle as text."""
-    return f"{key.removesuffix(units.unit_suffix(key))} differs by {change:.4g} {units.display_unit(key)}".rstrip()
+    return (
+        f"{key.removesuffix(units.unit_suffix(key))} differs by {change:.4g} "
+        f"{units.display_unit(key)}"
+    ).rstrip()
 
 
-def compare_cycles(model: Model, angles: Array, results: Mapping[str, Array], search: bool = True) -> Periodicity:
-    """Compare results (n,) by name at angles (n,) [rad] from zero on, in equal steps, with those of the next cycle.
+def compare_cycles(
+    model: Model, angles: Array, results: Mapping[str, Array], search: bool = True
+) -> Periodicity:
+    """Compare results (n,) by name at angles (n,) [rad] from zero on, in equal steps, with those of
+    the next cycle.
 
     `search` looks for the number of cycles after which all results repeat.
     """
@@ -158,25 +180,32 @@ def compare_cycles(model: Model, angles: Array, results: Mapping[str, Array], se
         reason = f"the next one cannot be computed ({error.message})"
         return Periodicity({}, {q.key: None for q in quantities}, None, reason)
     differences = _find_changes(model, angles, results, later)
-    changes: dict[str, float | None] = {q.key: change / q.factor for q, change in differences.items()}
+    changes: dict[str, float | None] = {
+        q.key: change / q.factor for q, change in differences.items()
+    }
     end = {q.key: float(later[q.name][0] / q.factor) for q in quantities}
     turns = 1 if not changes else _find_repetition(model, angles, results) if search else None
     return Periodicity(end, changes, turns)
 
 
 def require_repeating(machine: Machine, names: Collection[str], samples: int | None = None) -> None:
-    """Raise ComputationError if a quantity does not repeat after a cycle, so that it has no mean or closed curve."""
+    """Raise ComputationError if a quantity does not repeat after a cycle, so that it has no mean or
+    closed curve.
+    """
     if not names:
         return
     model = Model(machine)
     angles = model.list_angles(samples)
     repeats = compare_cycles(model, angles, model(angles), search=False)
-    for key in (machine.find_quantity(part).key for name in names for part in machine.list_parts(name)):
+    for key in (
+        machine.find_quantity(part).key for name in names for part in machine.list_parts(name)
+    ):
         if key in repeats.changes:
             change = repeats.changes[key]
             reason = repeats.obstacle if change is None else format_change(key, change)
             raise ComputationError(
-                f"{machine.name}: a turn does not end in the state in which it began ({reason}), so that it gives "
+                f"{machine.name}: a turn does not end in the state in which it began ({reason}), "
+                f"so that it gives "
                 "neither a mean nor a closed curve"
             )
 
@@ -184,18 +213,24 @@ def require_repeating(machine: Machine, names: Collection[str], samples: int | N
 def _find_changes(
     model: Model, angles: Array, results: Mapping[str, Array], later: Mapping[str, Array]
 ) -> dict[Quantity, float]:
-    """Return results that differ a cycle later, beyond rounding of the largest value in their unit, with the change.
+    """Return results that differ a cycle later, beyond rounding of the largest value in their unit,
+    with the change.
 
-    At an angle where a result jumps, rounding decides on which side it is evaluated: there the nearer side counts.
+    At an angle where a result jumps, rounding decides on which side it is evaluated: there the
+    nearer side counts.
     """
     sizes: dict[str, float] = {}
     for q in model.machine.results:
         sizes[q.unit] = max(sizes.get(q.unit, 0.0), float(np.abs(results[q.name]).max()))
-    limits = {unit: max(SHARE * (1.0 if unit == "rad" else size), FLOOR) for unit, size in sizes.items()}
+    limits = {
+        unit: max(SHARE * (1.0 if unit == "rad" else size), FLOOR) for unit, size in sizes.items()
+    }
     sides = [results]
 
     def find_change(q: Quantity) -> float:
-        nearest = np.min([_measure_differences(q.unit, later[q.name], side[q.name]) for side in sides], axis=0)
+        nearest = np.min(
+            [_measure_differences(q.unit, later[q.name], side[q.name]) for side in sides], axis=0
+        )
         return float(nearest.max())
 
     if any(find_change(q) > limits[q.unit] for q in model.machine.results):

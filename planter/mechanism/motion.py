@@ -1,4 +1,6 @@
-"""Free motion of a mechanism over a time, its energy, its equilibria, and small vibrations about them."""
+"""Free motion of a mechanism over a time, its energy, its equilibria, and small vibrations about
+them.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +16,19 @@ from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics, find_independent_rows
-from planter.mechanism.results import ChangedStart, MechanismEnergy, MotionEvent, MotionResult, QuantityHistory
+from planter.mechanism.results import (
+    ChangedStart,
+    MechanismEnergy,
+    MotionEvent,
+    MotionResult,
+    QuantityHistory,
+)
 
 
 @dataclass(frozen=True)
 class MechanismMotion:
-    """A motion: times (n,) [s], columns (n,) in display units by key with their meanings, and its result.
+    """A motion: times (n,) [s], columns (n,) in display units by key with their meanings, and its
+    result.
 
     `places` (n,) [m] are coordinates of the bodies' points.
     """
@@ -32,29 +41,47 @@ class MechanismMotion:
 
 
 def compute_motion(
-    dynamics: Dynamics, until: float, points: int, tolerance: float, rest: bool = False, minimum_norm: bool = False,
+    dynamics: Dynamics,
+    until: float,
+    points: int,
+    tolerance: float,
+    rest: bool = False,
+    minimum_norm: bool = False,
     stiff: bool = False,
-) -> MechanismMotion:  # fmt: skip
-    """Return the motion from the start to a time [s] in equal steps; with `rest` also an equilibrium with eigenvalues.
+) -> MechanismMotion:
+    """Return the motion from the start to a time [s] in equal steps; with `rest` also an
+    equilibrium with eigenvalues.
 
-    `stiff` takes an implicit integrator. `minimum_norm` reports statically indeterminate reactions by least squares;
-    results lack them otherwise. Raises ComputationError as `Dynamics` does.
+    `stiff` takes an implicit integrator. `minimum_norm` reports statically indeterminate reactions
+    by least squares; results lack them otherwise. Raises ComputationError as `Dynamics` does.
     """
     times = np.linspace(0.0, until, points)
-    run = dynamics.run(times, tolerance, dynamics.find_start(), minimum_norm=minimum_norm, stiff=stiff)
+    run = dynamics.run(
+        times, tolerance, dynamics.find_start(), minimum_norm=minimum_norm, stiff=stiff
+    )
     vectors = dynamics.formulas.sidecar["vectors"]
     values = dict(zip(dynamics.names, run.states, strict=True)) | run.results
-    entries = [entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values]
+    entries = [
+        entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values
+    ]
     keys = {entry["name"]: units.display_key(entry["name"], entry["unit"]) for entry in entries}
     columns = {key: values[name] / units.unit_factor(key) for name, key in keys.items()}
-    axes = {keys[name]: frame for name, frame in dynamics.formulas.sidecar.get("axes", {}).items() if name in keys}
+    axes = {
+        keys[name]: frame
+        for name, frame in dynamics.formulas.sidecar.get("axes", {}).items()
+        if name in keys
+    }
     total = run.results["kinetic"] + run.results["potential"]
     result = MotionResult(
         machine=dynamics.file.name,
         until_s=until,
         quantities={
             key: QuantityHistory(
-                units.display_unit(key), float(column.min()), float(column.max()), float(column[-1]), axes.get(key)
+                units.display_unit(key),
+                float(column.min()),
+                float(column.max()),
+                float(column[-1]),
+                axes.get(key),
             )
             for key, column in columns.items()
         },
@@ -72,8 +99,14 @@ def compute_motion(
 
 
 def list_start_changes(dynamics: Dynamics) -> list[ChangedStart]:
-    """Return the entries of the initial state that differ from the stated ones, in display units."""
-    entries, stated, start = dynamics.formulas.sidecar["vectors"]["start_state"], dynamics.stated, dynamics.find_start()
+    """Return the entries of the initial state that differ from the stated ones, in display
+    units.
+    """
+    entries, stated, start = (
+        dynamics.formulas.sidecar["vectors"]["start_state"],
+        dynamics.stated,
+        dynamics.find_start(),
+    )
     changes = []
     for index in dynamics.find_changes(start):
         key = units.display_key(entries[index]["name"], entries[index]["unit"])
@@ -86,22 +119,28 @@ def _describe_equilibrium(dynamics: Dynamics) -> dict[str, Any]:
     state = equilibrium(dynamics)
     entries = dynamics.formulas.sidecar["vectors"]["start_state"][: dynamics.size]
     keys = [units.display_key(entry["name"], entry["unit"]) for entry in entries]
-    values = {key: float(value / units.unit_factor(key)) for key, value in zip(keys, state, strict=False)}
+    values = {
+        key: float(value / units.unit_factor(key)) for key, value in zip(keys, state, strict=False)
+    }
     roots = [(float(root.real), float(root.imag)) for root in eigenvalues(dynamics, state)]
     return {"equilibrium": values, "eigenvalues_per_s": roots}
 
 
 EQUILIBRIUM_TOLERANCE = 1e-8
-"""Largest remaining force or gap of an equilibrium, in SI units, of forces of up to 1; of larger ones that share."""
+"""Largest remaining force or gap of an equilibrium, in SI units, of forces of up to 1; of larger
+ones that share.
+"""
 MOST_CONDITION = 1e12
 """Largest condition number of the constraints in the dependent coordinates."""
 
 
 @dataclass(frozen=True)
 class LinearisedMotion:
-    """Small vibrations about a steady motion: inertia b' + damping b + stiffness a = 0,  a' = speeds b + drift a.
+    """Small vibrations about a steady motion: inertia b' + damping b + stiffness a = 0,  a' =
+    speeds b + drift a.
 
-    b (r,) are independent rates and a (p,) independent displacements: columns of ``rates`` (k, r) and ``places``.
+    b (r,) are independent rates and a (p,) independent displacements: columns of ``rates`` (k, r)
+    and ``places``.
     """
 
     inertia: Array
@@ -134,18 +173,25 @@ def equilibrium(dynamics: Dynamics, state: Array | None = None) -> Array:
     first = np.concatenate([start[:size], multipliers])
     solution = scipy.optimize.least_squares(residual, first, xtol=1e-15, ftol=None, gtol=None)
     if np.abs(solution.fun).max() > EQUILIBRIUM_TOLERANCE * np.abs(initial.forces).max(initial=1.0):
-        raise ComputationError(f"{dynamics.file.name}: no equilibrium is found near the given state")
+        raise ComputationError(
+            f"{dynamics.file.name}: no equilibrium is found near the given state"
+        )
     return np.concatenate([solution.x[:size], np.zeros(size)])
 
 
 def linearise(
-    dynamics: Dynamics, state: Array, rates: Sequence[str] | None = None, places: Sequence[str] | None = None,
+    dynamics: Dynamics,
+    state: Array,
+    rates: Sequence[str] | None = None,
+    places: Sequence[str] | None = None,
     time: float = 0.0,
-) -> LinearisedMotion:  # fmt: skip
-    """Return small vibrations about an equilibrium or a steady motion, in which the linearised equations are constant.
+) -> LinearisedMotion:
+    """Return small vibrations about an equilibrium or a steady motion, in which the linearised
+    equations are constant.
 
-    ``rates`` name the coordinates whose rates are independent, b; ``places`` those whose displacements are, a. Without
-    names both are orthonormal. Raises InputError if the names do not determine the motion.
+    ``rates`` name the coordinates whose rates are independent, b; ``places`` those whose
+    displacements are, a. Without names both are orthonormal. Raises InputError if the names do not
+    determine the motion.
     """
     slopes, by_place, by_rate, shift, inertia, gap_count = _differentiate(dynamics, time, state)
     names, independent = dynamics.names[: dynamics.size], find_independent_rows(slopes)
@@ -162,19 +208,26 @@ def linearise(
     return LinearisedMotion(
         inertia=projected @ ways,
         damping=projected @ carried @ speeds - ways.T @ by_rate @ ways,
-        stiffness=projected @ carried @ drift - ways.T @ (by_place @ displacements + by_rate @ carried),
+        stiffness=projected @ carried @ drift
+        - ways.T @ (by_place @ displacements + by_rate @ carried),
         speeds=speeds,
         drift=drift,
     )
 
 
 def eigenvalues(dynamics: Dynamics, state: Array, time: float = 0.0) -> Array:
-    """Return eigenvalues (m,) [1/s] of small vibrations about an equilibrium, by decreasing real part."""
+    """Return eigenvalues (m,) [1/s] of small vibrations about an equilibrium, by decreasing real
+    part.
+    """
     return linearise(dynamics, state, time=time).eigenvalues()
 
 
-def _differentiate(dynamics: Dynamics, time: float, state: Array) -> tuple[Array, Array, Array, Array, Array, int]:
-    """Return slopes; derivatives of forces by place and by rate, of speeds by place; inertia; the number of gaps."""
+def _differentiate(
+    dynamics: Dynamics, time: float, state: Array
+) -> tuple[Array, Array, Array, Array, Array, int]:
+    """Return slopes; derivatives of forces by place and by rate, of speeds by place; inertia; the
+    number of gaps.
+    """
     acceleration, multipliers = dynamics.accelerations(time, state)
     sizes = dynamics.find_sizes(time, state)
     symbol, k = ca.SX.sym("state", 2 * dynamics.size), dynamics.size
@@ -182,13 +235,15 @@ def _differentiate(dynamics: Dynamics, time: float, state: Array) -> tuple[Array
     force = forces + slopes.T @ multipliers - inertia @ acceleration
     parts = [slopes, ca.jacobian(force, symbol), ca.jacobian(speeds, symbol), inertia]
     rows, by_state, by_speed, mass = (
-        np.array(part) for part in ca.Function("about", [symbol], list(map(ca.densify, parts)))(state)
+        np.array(part)
+        for part in ca.Function("about", [symbol], list(map(ca.densify, parts)))(state)
     )
     return rows, by_state[:, :k], by_state[:, k:], by_speed[:, :k], mass, gaps.numel()
 
 
 def _find_basis(slopes: Array, names: Sequence[str], free: Sequence[str] | None) -> Array:
-    """Return columns that the slopes' rows map to zero: orthonormal, or unit vectors in the free coordinates.
+    """Return columns that the slopes' rows map to zero: orthonormal, or unit vectors in the free
+    coordinates.
 
     Raises InputError if the free coordinates do not determine the others.
     """
@@ -197,7 +252,9 @@ def _find_basis(slopes: Array, names: Sequence[str], free: Sequence[str] | None)
     chosen = [names.index(name) for name in free]
     rest = [i for i in range(len(names)) if i not in chosen]
     if len(rest) != len(slopes) or np.linalg.cond(slopes[:, rest]) > MOST_CONDITION:
-        raise InputError(f"{', '.join(free)} do not determine how the others of {', '.join(names)} move")
+        raise InputError(
+            f"{', '.join(free)} do not determine how the others of {', '.join(names)} move"
+        )
     basis = np.zeros((len(names), len(chosen)))
     basis[chosen] = np.eye(len(chosen))
     basis[rest] = -np.linalg.solve(slopes[:, rest], slopes[:, chosen])

@@ -11,7 +11,13 @@ from typing import Any
 from planter import errors
 from planter.engine import search
 from planter.engine.curves import QuantityCurves
-from planter.engine.goal import Goal, evaluate_measure, find_display_unit, resolve_limit, resolve_measure
+from planter.engine.goal import (
+    Goal,
+    evaluate_measure,
+    find_display_unit,
+    resolve_limit,
+    resolve_measure,
+)
 from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.problem import DesignProblem, build_problem
@@ -23,7 +29,12 @@ from planter.engine.search import (
     SearchSpec,
     minimise,
 )
-from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
+from planter.engine.sensitivity import (
+    SensitivityResult,
+    compute_sensitivity,
+    find_directions,
+    move_all,
+)
 from planter.engine.summary import ROUNDING
 from planter.engine.wording import describe_measure, describe_sum
 from planter.errors import InputError
@@ -52,7 +63,9 @@ SPREADS = ("jump", "range", "std", "variance")
 
 @dataclass(frozen=True)
 class MechanismOptimum:
-    """An optimum: the design (p,) in SI, the machine with it in place, its problem, and its result."""
+    """An optimum: the design (p,) in SI, the machine with it in place, its problem, and its
+    result.
+    """
 
     x: Array
     machine: Machine
@@ -64,7 +77,9 @@ class MechanismOptimum:
 
 @dataclass(frozen=True)
 class UnfinishedOptimum:
-    """The best or closest design of a search for the least sum that has no result (yet), in place in its machine."""
+    """The best or closest design of a search for the least sum that has no result (yet), in place
+    in its machine.
+    """
 
     machine: Machine
     sum_text: str
@@ -76,7 +91,9 @@ class UnfinishedOptimum:
         """The design by name, in the units of the file."""
         numbers = self.machine.document.numbers()
         paths = [self.machine.values[index].path for index in self.machine.moved]
-        return {name: numbers[path] for name, path in zip(self.machine.design_names, paths, strict=True)}
+        return {
+            name: numbers[path] for name, path in zip(self.machine.design_names, paths, strict=True)
+        }
 
     def table(self) -> dict[str, Any]:
         """Return what is known, as an interrupted or failed command reports it."""
@@ -94,15 +111,20 @@ class UnfinishedOptimum:
 
 @dataclass(frozen=True)
 class StatedGoal:
-    """The objective and the limits of a machine's file and of a call, in the names of its quantities."""
+    """The objective and the limits of a machine's file and of a call, in the names of its
+    quantities.
+    """
 
     machine: Machine
     objective: tuple[Measure, ...]
     limits: tuple[Limit, ...]
 
     @classmethod
-    def read(cls, machine: Machine, objective: str | None = None, holds: Sequence[str] = ()) -> StatedGoal:
-        """Return the goal of a machine's file; `objective` replaces its sum, `holds` are more limits.
+    def read(
+        cls, machine: Machine, objective: str | None = None, holds: Sequence[str] = ()
+    ) -> StatedGoal:
+        """Return the goal of a machine's file; `objective` replaces its sum, `holds` are more
+        limits.
 
         Raises InputError for a text that cannot be parsed, or for unknown quantities.
         """
@@ -119,19 +141,35 @@ class StatedGoal:
         return describe_sum(self.machine, self.objective)
 
     def require_objective(self) -> None:
-        """Raise InputError if there is no sum, ComputationError for the mean of what does not repeat after a cycle."""
+        """Raise InputError if there is no sum, ComputationError for the mean of what does not
+        repeat after a cycle.
+        """
         if not self.objective:
-            raise InputError(f"{self.machine.source}: objective.least is missing: give a sum there, or by --least")
+            raise InputError(
+                f"{self.machine.source}: objective.least is missing: give a sum there, or by "
+                f"--least"
+            )
         self.require_averages()
 
     def require_spread(self) -> None:
-        """Raise InputError for a jump that is zero already, and for a sum of spreads that all are: none is less."""
-        idle = [measure for measure in self.objective if measure.kind in SPREADS and self._is_zero(measure)]
+        """Raise InputError for a jump that is zero already, and for a sum of spreads that all are:
+        none is less.
+        """
+        idle = [
+            measure
+            for measure in self.objective
+            if measure.kind in SPREADS and self._is_zero(measure)
+        ]
         jumps = [measure for measure in idle if measure.kind == "jump"]
         for measure in jumps or (idle if len(idle) == len(self.objective) else []):
             word = "jump" if measure.kind == "jump" else "change over the cycle"
-            reason = f"{measure.name} does not {word} at the machine's own design, and no {measure.kind} is below 0"
-            raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
+            reason = (
+                f"{measure.name} does not {word} at the machine's own design, and no "
+                f"{measure.kind} is below 0"
+            )
+            raise InputError(
+                f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit"
+            )
 
     def _is_zero(self, measure: Measure) -> bool:
         """Return whether a measure is rounding of its quantity at the machine's own design."""
@@ -141,13 +179,18 @@ class StatedGoal:
         return value <= ROUNDING * size
 
     def build_problem(self, sampling: Sampling) -> DesignProblem:
-        """Return the problem of the sum under the limits. Raises InputError for a machine without bounds."""
+        """Return the problem of the sum under the limits.
+
+        Raises InputError for a machine without bounds.
+        """
         return build_problem(self.machine, self.objective, self.limits, sampling)
 
     def require_averages(self) -> None:
         """Raise ComputationError for the mean of what does not repeat after a cycle."""
         measures = (*self.objective, *(limit.measure for limit in self.limits))
-        require_repeating(self.machine, [measure.name for measure in measures if measure.kind in AVERAGES])
+        require_repeating(
+            self.machine, [measure.name for measure in measures if measure.kind in AVERAGES]
+        )
 
 
 def optimise_machine(
@@ -161,18 +204,24 @@ def optimise_machine(
 ) -> MechanismOptimum:
     """Return the design within the file's bounds that minimises a sum of measures under limits.
 
-    `least` replaces the file's objective, `holds` are additional limits, `means` the processes of the local searches,
-    on which results do not depend; `keep` takes the best design so far, or the closest one while none satisfies the
-    limits. Raises InputError for measures that cannot be parsed, a file without bounds or sum, or a spread that is zero
-    already; FailedSearchError, whose `partial` is the closest design, if no start leads to one that satisfies the
-    limits; ComputationError for the mean of a quantity that does not repeat after a cycle.
+    `least` replaces the file's objective, `holds` are additional limits, `means` the processes of
+    the local searches, on which results do not depend; `keep` takes the best design so far, or the
+    closest one while none satisfies the limits. Raises InputError for measures that cannot be
+    parsed, a file without bounds or sum, or a spread that is zero already; FailedSearchError, whose
+    `partial` is the closest design, if no start leads to one that satisfies the limits;
+    ComputationError for the mean of a quantity that does not repeat after a cycle.
     """
     begun = time.perf_counter()
     goal = StatedGoal.read(machine, least, holds)
     goal.require_objective()
     goal.require_spread()
     spec = spec or SearchSpec(machine.sampling)
-    stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
+    stated = {
+        "searched": machine.searched,
+        "least": least,
+        "holds": list(holds),
+        "sampling": spec.sampling,
+    }
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
     words = least or format_sum(machine.objective)
 
@@ -186,15 +235,24 @@ def optimise_machine(
 
     try:
         optimum = minimise(
-            goal.build_problem(spec.sampling), spec, listener, task, means, keep=None if keep is None else keep_design
+            goal.build_problem(spec.sampling),
+            spec,
+            listener,
+            task,
+            means,
+            keep=None if keep is None else keep_design,
         )
     except InterruptedSearch as stop:
         if stop.best is not None:
             best = _record(machine, words, goal, stop.best, begun)
             if keep is not None:
-                keep_design(CandidateDesign(stop.best.x, best.result.objective, 0.0, best.result.seconds))
+                keep_design(
+                    CandidateDesign(stop.best.x, best.result.objective, 0.0, best.result.seconds)
+                )
             raise errors.Interrupted(best.result.table()) from None
-        raise errors.Interrupted(None if stop.candidate is None else place(stop.candidate).table()) from None
+        raise errors.Interrupted(
+            None if stop.candidate is None else place(stop.candidate).table()
+        ) from None
     except FailedSearchError as error:
         error.partial = None if error.candidate is None else place(error.candidate).table()
         raise
@@ -202,9 +260,14 @@ def optimise_machine(
 
 
 def _place_design(machine: Machine, x: Array) -> tuple[dict[str, float], dict[str, float], Machine]:
-    """Return a design x (p,) by name in the units of the file, that of the file, and the machine with the design."""
+    """Return a design x (p,) by name in the units of the file, that of the file, and the machine
+    with the design.
+    """
     names, paths = machine.design_names, [machine.values[index].path for index in machine.moved]
-    design, numbers = [float(f"{value:.15g}") for value in x / machine.scale], machine.document.numbers()
+    design, numbers = (
+        [float(f"{value:.15g}") for value in x / machine.scale],
+        machine.document.numbers(),
+    )
     document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
     best = replace(machine, document=document, data=machine.build_data(x))
     start = {name: numbers[path] for name, path in zip(names, paths, strict=True)}
@@ -212,9 +275,12 @@ def _place_design(machine: Machine, x: Array) -> tuple[dict[str, float], dict[st
 
 
 def prepare_descents(
-    build: Callable[[], Machine], searched: Mapping[str, Any], least: str | None, holds: Sequence[str],
+    build: Callable[[], Machine],
+    searched: Mapping[str, Any],
+    least: str | None,
+    holds: Sequence[str],
     sampling: Sampling,
-) -> Callable[[Descent], SearchRecord]:  # fmt: skip
+) -> Callable[[Descent], SearchRecord]:
     """Return the local search from a point for an objective under limits, in a worker.
 
     `build` gives the machine of the file, `searched` are the fields that the search has changed.
@@ -224,15 +290,19 @@ def prepare_descents(
 
 
 def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[LimitResult]:
-    """Return the limits of a machine's file with their values at its own design, by true extremes and integrals.
+    """Return the limits of a machine's file with their values at its own design, by true extremes
+    and integrals.
 
-    `changing` are the keys of quantities that do not repeat after a cycle, which have no averages. Raises InputError
-    for limits on unknown quantities, ComputationError without a cycle.
+    `changing` are the keys of quantities that do not repeat after a cycle, which have no averages.
+    Raises InputError for limits on unknown quantities, ComputationError without a cycle.
     """
     stated = StatedGoal.read(machine)
     goal, x, results = Goal(stated.machine, (), stated.limits), stated.machine.design, []
     for limit in goal.limits:
-        result, parts = _evaluate_limit(goal, x, limit), stated.machine.list_parts(limit.measure.name)
+        result, parts = (
+            _evaluate_limit(goal, x, limit),
+            stated.machine.list_parts(limit.measure.name),
+        )
         is_changing = any(stated.machine.find_quantity(part).key in changing for part in parts)
         averaged = limit.measure.kind in AVERAGES and is_changing
         results.append(replace(result, value=None, active=False, met=False) if averaged else result)
@@ -247,22 +317,43 @@ def list_limit_checks(machine: Machine, results: Sequence[LimitResult]) -> list[
         lower, upper = (None, result.limit) if limit.sign > 0 else (result.limit, None)
         words = to_sentence_case(describe_measure(machine, limit.measure))
         checks.append(
-            RequirementCheck(str(limit.measure), result.unit, result.value, margin, result.met, lower, upper, words)
+            RequirementCheck(
+                str(limit.measure),
+                result.unit,
+                result.value,
+                margin,
+                result.met,
+                lower,
+                upper,
+                words,
+            )
         )
     return checks
 
 
 def require_front(problem: DesignProblem) -> QuantityCurves:
-    """Return the curve of which a sum is range and variance. Raises InputError for another sum, and under limits."""
+    """Return the curve of which a sum is range and variance.
+
+    Raises InputError for another sum, and under limits.
+    """
     terms, machine = problem.goal.terms, problem.machine
     names, kinds = {measure.name for measure in terms}, {measure.kind for measure in terms}
-    is_plain = kinds <= {"range", "variance", "std"} and not any(m.during or m.size or m.weight < 0 for m in terms)
-    curve = QuantityCurves(machine, [*names]) if is_plain and len(names) == 1 and machine.turn == TURN else None
+    is_plain = kinds <= {"range", "variance", "std"} and not any(
+        m.during or m.size or m.weight < 0 for m in terms
+    )
+    curve = (
+        QuantityCurves(machine, [*names])
+        if is_plain and len(names) == 1 and machine.turn == TURN
+        else None
+    )
     if curve is None or not curve.is_closed or any(event.order == 0 for event in curve.events):
         allowed = "a front takes range and variance of one quantity that repeats and does not jump"
         raise InputError(f"--front does not apply to the sum for {problem.machine.name}: {allowed}")
     if problem.constraints is not None:
-        raise InputError(f"--front does not apply to {problem.machine.name} under limits: they would not be satisfied")
+        raise InputError(
+            f"--front does not apply to {problem.machine.name} under limits: they would not be "
+            f"satisfied"
+        )
     return curve
 
 
@@ -271,13 +362,19 @@ def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> M
 
     Raises InputError as `require_front`.
     """
-    curve, sampling, machine = require_front(optimum.problem), optimum.problem.sampling, optimum.machine
+    curve, sampling, machine = (
+        require_front(optimum.problem),
+        optimum.problem.sampling,
+        optimum.machine,
+    )
     factor = curve.quantities[0].factor
     front = [
         FrontDesign(
             compromise.evaluation.look.range / factor,
             compromise.evaluation.look.variance / factor**2,
-            dict(zip(machine.design_names, (compromise.design / machine.scale).tolist(), strict=True)),
+            dict(
+                zip(machine.design_names, (compromise.design / machine.scale).tolist(), strict=True)
+            ),
         )
         for compromise in pareto.trace_pareto_front(curve, sampling, pareto.FRONT_POINTS, listener)
     ]
@@ -285,9 +382,13 @@ def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> M
 
 
 def _evaluate_limit(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> LimitResult:
-    """Return a limit with its value; without a certificate it is active if it is reached to rounding."""
+    """Return a limit with its value; without a certificate it is active if it is reached to
+    rounding.
+    """
     value = goal.evaluate_limit(x, limit)
-    margin = float("inf") if value is None else limit.sign * (limit.number - value) / goal.step(limit)
+    margin = (
+        float("inf") if value is None else limit.sign * (limit.number - value) / goal.step(limit)
+    )
     return LimitResult(
         limit_on=str(limit),
         value=value,
@@ -298,15 +399,25 @@ def _evaluate_limit(goal: Goal, x: Array, limit: Limit, active: bool | None = No
     )
 
 
-def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> MechanismOptimum:
+def _record(
+    machine: Machine, words: str, stated: StatedGoal, optimum: DesignOptimum, begun: float
+) -> MechanismOptimum:
     problem, x, reached = optimum.problem, optimum.x, optimum.result
     goal, certificate = problem.goal, reached.certificate
     design, start_design, best = _place_design(machine, x)
-    limit_units = {kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds}
-    limit_units |= {str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits}
-    prices = {constraint.name: constraint.multiplier for constraint in certificate.active_constraints}
+    limit_units = {
+        kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds
+    }
+    limit_units |= {
+        str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits
+    }
+    prices = {
+        constraint.name: constraint.multiplier for constraint in certificate.active_constraints
+    }
     holds = [
-        replace(_evaluate_limit(goal, x, limit, str(limit) in prices), price=prices.get(str(limit), 0.0))
+        replace(
+            _evaluate_limit(goal, x, limit, str(limit) in prices), price=prices.get(str(limit), 0.0)
+        )
         for limit in goal.limits
     ]
     directions = find_directions(best, stated.objective, machine.samples)
@@ -342,18 +453,27 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
 
 
 def compute_objective_sensitivity(
-    machine: Machine, objective: str | None = None, samples: int | None = None, all_values: bool = False
+    machine: Machine,
+    objective: str | None = None,
+    samples: int | None = None,
+    all_values: bool = False,
 ) -> SensitivityResult:
-    """Return the sensitivity of a file's objective, or of another, in the values that have bounds, or in all.
+    """Return the sensitivity of a file's objective, or of another, in the values that have bounds,
+    or in all.
 
-    Without `samples` it is that of true extremes, unless the file asks for samples. Raises InputError for a file
-    without a sum or bounds; ComputationError for the mean of what does not repeat after a cycle.
+    Without `samples` it is that of true extremes, unless the file asks for samples. Raises
+    InputError for a file without a sum or bounds; ComputationError for the mean of what does not
+    repeat after a cycle.
     """
     check_samples(samples)
     goal = StatedGoal.read(machine, objective)
     goal.require_objective()
     if not (machine.moved or all_values):
-        raise InputError(f"{machine.source}: none of its values has bounds: ask for all values by --all")
+        raise InputError(
+            f"{machine.source}: none of its values has bounds: ask for all values by --all"
+        )
     if samples is None and machine.sampling != "refined":
         samples = machine.sampling
-    return compute_sensitivity(move_all(machine) if all_values else machine, goal.objective, samples)
+    return compute_sensitivity(
+        move_all(machine) if all_values else machine, goal.objective, samples
+    )

@@ -1,4 +1,6 @@
-"""Presentations of cycles, free motions, optima, sensitivities, motor drives and checks of the engine's machines."""
+"""Presentations of cycles, free motions, optima, sensitivities, motor drives and checks of the
+engine's machines.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,12 @@ from planter.files.document import Document, format_lines
 from planter.files.fields import SET
 from planter.kernels import Array
 from planter.measured.sensor_curve import SensorSignal
-from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, list_measurement_sections
+from planter.measured.sensor_presentation import (
+    CAPTION,
+    FIGURE,
+    draw_signals,
+    list_measurement_sections,
+)
 from planter.mechanism import drawing
 from planter.mechanism.cycle import MechanismCycle, compute_cycle
 from planter.mechanism.drawing import PlotAxis
@@ -42,7 +49,13 @@ from planter.records import Record
 from planter.report import files
 from planter.report.folder import drop_file, write_file
 from planter.report.html import Cell, Items, KeyFigure, Keys, Section, Table, Text
-from planter.report.labels import count_things, format_label, format_name, list_values, tabulate_named
+from planter.report.labels import (
+    count_things,
+    format_label,
+    format_name,
+    list_values,
+    tabulate_named,
+)
 from planter.report.presentation import (
     MOST_KEY_FIGURES,
     ModelAssumptions,
@@ -59,18 +72,30 @@ from planter.view.animation import MotionBlock as MotionBlock
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CHANGED_START = "The constraints change these values of the start; `hold` of `begin` names those that keep theirs."
-ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
+CHANGED_START = (
+    "The constraints change these values of the start; `hold` of `begin` names those "
+    "that keep theirs."
+)
+ONE_SIDED = (
+    "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
+)
 OPTIMUM_FILE, CLOSEST_FILE = "optimum.toml", "closest.toml"
-"""Names of the machine file of an optimum, and of the design closest to satisfying limits that none was found for."""
+"""Names of the machine file of an optimum, and of the design closest to satisfying limits that none
+was found for.
+"""
 SET_ORIGIN = f"assumed; {SET}"
-"""Origin of a number that was set for one call, to which the origin in the file no longer applies."""
+"""Origin of a number that was set for one call, to which the origin in the file no longer
+applies.
+"""
 LAW_ROUNDING = 1e-8
-"""Residual of a law below which it holds, as a share of its scale: rounding is 1e-16, and elimination loses digits."""
+"""Residual of a law below which it holds, as a share of its scale: rounding is 1e-16, and
+elimination loses digits.
+"""
 UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
 """Units of the quantities that a page opens with, in this order."""
 MOTION_CAPTION = (
-    "Bodies by the points where forces act on them and by their centroids, which is all that the statement contains."
+    "Bodies by the points where forces act on them and by their centroids, which is "
+    "all that the statement contains."
 )
 
 
@@ -96,7 +121,9 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
 
 
 def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
-    """Return the presentation of an optimum: changed values, limits, certificate, its cycle, and a file of it."""
+    """Return the presentation of an optimum: changed values, limits, certificate, its cycle, and a
+    file of it.
+    """
     result, machine = optimum.result, optimum.machine
     title, best = f"Optimum of {machine.name}", cache(lambda: compute_cycle(Model(machine)))
     return _present(
@@ -107,7 +134,10 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         conclusion=_conclude_optimum(result),
         key_figures=list(_list_optimum_figures(result)),
         details=lambda: _list_cycle_sections(best()),
-        texts=lambda: {OPTIMUM_FILE: format_optimum_file(optimum), **list_proof_files(optimum.certificate)},
+        texts=lambda: {
+            OPTIMUM_FILE: format_optimum_file(optimum),
+            **list_proof_files(optimum.certificate),
+        },
         **_draw_cycle(title, best),
     )
 
@@ -116,16 +146,26 @@ def present_sensitivity(result: SensitivityResult, machine: Machine) -> ResultPr
     """Return the presentation of a sensitivity: gradient and combinations of values."""
     title = f"Sensitivity of {machine.name}"
     conclusion = describe_strongest(result)
-    return _present(_describe_machine(machine), title, result, list_sensitivity_sections(result), conclusion=conclusion)
+    return _present(
+        _describe_machine(machine),
+        title,
+        result,
+        list_sensitivity_sections(result),
+        conclusion=conclusion,
+    )
 
 
 def describe_strongest(result: SensitivityResult) -> str:
-    """Return which value changes the objective most over the width of its bounds, and how many combinations count."""
+    """Return which value changes the objective most over the width of its bounds, and how many
+    combinations count.
+    """
     name, change = max(result.scaled.items(), key=lambda pair: abs(pair[1]))
     count, depends = len(result.scaled), result.effective_parameters
     return (
-        f"{format_label(name)} changes the objective of {result.objective:.4g} most: by {change:.3g} over the width of "
-        f"its bounds, to first order. The curves depend on {depends} of {count_things(count, 'combination')} of values."
+        f"{format_label(name)} changes the objective of {result.objective:.4g} most: by "
+        f"{change:.3g} over the width of "
+        f"its bounds, to first order. The curves depend on {depends} of "
+        f"{count_things(count, 'combination')} of values."
     )
 
 
@@ -137,24 +177,36 @@ def _conclude_cycle(result: MechanismCycleResult) -> str:
     if result.designer is not None and result.designer.motor is not None:
         motor = result.designer.motor
         parts.append(
-            f"The motor's torque is between {motor.min_Nm:.4g} and {motor.max_Nm:.4g} N m, its peak power "
+            f"The motor's torque is between {motor.min_Nm:.4g} and {motor.max_Nm:.4g} N m, its "
+            f"peak power "
             f"{motor.peak_power_W:.4g} W."
         )
     if result.laws and all(law.violation < LAW_ROUNDING * law.scale for law in result.laws):
-        parts.append(f"All {len(result.laws)} laws hold to {LAW_ROUNDING:g} of their largest quantities.")
+        parts.append(
+            f"All {len(result.laws)} laws hold to {LAW_ROUNDING:g} of their largest quantities."
+        )
     return " ".join(parts) or f"A cycle of {result.machine} closes; its quantities are below."
 
 
 def _list_cycle_figures(result: MechanismCycleResult) -> Iterator[KeyFigure]:
     """Yield the largest sizes of a torque, a force and a power, or of what there is."""
     peaks = [] if result.designer is None else result.designer.peaks
-    by_unit = {unit: [peak for peak in peaks if peak.unit == unit] for unit in dict.fromkeys(p.unit for p in peaks)}
+    by_unit = {
+        unit: [peak for peak in peaks if peak.unit == unit]
+        for unit in dict.fromkeys(p.unit for p in peaks)
+    }
     order = sorted(by_unit, key=lambda unit: (*UNITS_FIRST, unit).index(unit))
     for unit in order[:MOST_KEY_FIGURES]:
         peak = max(by_unit[unit], key=lambda peak: max(abs(peak.max), abs(peak.min)))
-        value, angle = max((peak.max, peak.max_phi_deg), (peak.min, peak.min_phi_deg), key=lambda pair: abs(pair[0]))
+        value, angle = max(
+            (peak.max, peak.max_phi_deg),
+            (peak.min, peak.min_phi_deg),
+            key=lambda pair: abs(pair[0]),
+        )
         number = f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
-        yield KeyFigure(number, unit, f"{peak.name}, {peak.meaning}, largest in size, at {angle:.4g} deg")
+        yield KeyFigure(
+            number, unit, f"{peak.name}, {peak.meaning}, largest in size, at {angle:.4g} deg"
+        )
 
 
 def _conclude_optimum(result: MechanismOptimumResult) -> str:
@@ -164,7 +216,12 @@ def _conclude_optimum(result: MechanismOptimumResult) -> str:
     limits = describe_violations(violated, len(result.holds), "limit") if result.holds else ""
     starts = f"{certificate.agreeing_starts} of {certificate.starts} starts agree"
     certain = f"Residual of the optimality conditions {certificate.kkt_residual:.1e}; {starts}."
-    return " ".join(filter(None, (f"{result.least} falls from {before:.5g} to {after:.5g}{change}.", limits, certain)))
+    return " ".join(
+        filter(
+            None,
+            (f"{result.least} falls from {before:.5g} to {after:.5g}{change}.", limits, certain),
+        )
+    )
 
 
 def _list_optimum_figures(result: MechanismOptimumResult) -> Iterator[KeyFigure]:
@@ -176,8 +233,12 @@ def _list_optimum_figures(result: MechanismOptimumResult) -> Iterator[KeyFigure]
         met = sum(limit.met for limit in result.holds)
         yield KeyFigure(f"{met} of {len(result.holds)}", "", "limits satisfied")
     certificate = result.certificate
-    yield KeyFigure(f"{certificate.agreeing_starts} of {certificate.starts}", "", "starts agree on the optimum")
-    yield KeyFigure(f"{len(certificate.active_bounds)} of {len(result.design)}", "", "values end at a bound")
+    yield KeyFigure(
+        f"{certificate.agreeing_starts} of {certificate.starts}", "", "starts agree on the optimum"
+    )
+    yield KeyFigure(
+        f"{len(certificate.active_bounds)} of {len(result.design)}", "", "values end at a bound"
+    )
 
 
 def list_sensitivity_sections(result: SensitivityResult) -> Iterator[Section]:
@@ -190,12 +251,18 @@ def list_sensitivity_sections(result: SensitivityResult) -> Iterator[Section]:
 
 def present_drive(drive: Drive) -> ResultPresentation:
     """Return the presentation of a machine on a motor: speed, torques and forces."""
-    parts = (*tables.drive_tables(drive.result), tables.driven_quantities(drive.result, drive.machine))
+    parts = (
+        *tables.drive_tables(drive.result),
+        tables.driven_quantities(drive.result, drive.machine),
+    )
     return _present(
         _describe_machine(drive.machine),
         f"{drive.machine.name} on a motor",
         drive.result,
-        [Section(title, [table]) for title, table in zip(("Motor", "Speed", "Forces"), parts, strict=True)],
+        [
+            Section(title, [table])
+            for title, table in zip(("Motor", "Speed", "Forces"), parts, strict=True)
+        ],
         key_figures=tables.list_drive_figures(drive.result),
         conclusion=f"The speed varies by {drive.result.speed.fluctuation:.2%} of its mean, "
         f"{drive.result.speed.mean_rpm:.4g} r/min.",
@@ -206,10 +273,15 @@ def present_drive(drive: Drive) -> ResultPresentation:
 
 def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresentation:
     """Return the presentation of a free motion: quantities, energy, constraints, equilibrium."""
-    result, axis = motion.result, PlotAxis(motion.times, "time / s", is_angle=False, column="time_s")
+    result, axis = (
+        motion.result,
+        PlotAxis(motion.times, "time / s", is_angle=False, column="time_s"),
+    )
     title = f"Motion of {file.name} until {result.until_s:g} s"
     scene = partial(drawing.build_scene, title, axis, result.until_s, motion.columns, motion.places)
-    parts = _draw_quantities(lambda: (axis, motion.columns), lambda: [MotionBlock(scene(), MOTION_CAPTION)])
+    parts = _draw_quantities(
+        lambda: (axis, motion.columns), lambda: [MotionBlock(scene(), MOTION_CAPTION)]
+    )
     return _present(_describe_file(file), title, result, _list_motion_sections(motion), **parts)
 
 
@@ -231,7 +303,9 @@ SEPARATION_NAMES = {
 
 
 def present_ensemble(ensemble: MechanismEnsemble, file: MechanismFile) -> ResultPresentation:
-    """Return the presentation of an ensemble of free motions: statistics, separation, bands over time."""
+    """Return the presentation of an ensemble of free motions: statistics, separation, bands over
+    time.
+    """
     result = ensemble.result
     title = f"{result.runs} motions of {file.name} until {result.until_s:g} s"
     return _present(
@@ -248,10 +322,15 @@ def present_ensemble(ensemble: MechanismEnsemble, file: MechanismFile) -> Result
 def _conclude_ensemble(result: EnsembleResult) -> str:
     separation = result.separation
     parted = (
-        f"{separation.parted_runs} of {result.runs} runs part from the motion of the stated start by more than "
+        f"{separation.parted_runs} of {result.runs} runs part from the motion of the stated start "
+        f"by more than "
         f"{separation.threshold:.0%} of the ranges of its states"
     )
-    after = "" if separation.parted_after_s is None else f", after {separation.parted_after_s.median:.4g} s (median)"
+    after = (
+        ""
+        if separation.parted_after_s is None
+        else f", after {separation.parted_after_s.median:.4g} s (median)"
+    )
     exponent = separation.lyapunov_per_s
     if exponent is None:
         growth = "The output times are too far apart for the largest Lyapunov exponent: take more."
@@ -263,7 +342,9 @@ def _conclude_ensemble(result: EnsembleResult) -> str:
 
 def _list_start_changes(changes: Sequence[ChangedStart]) -> Iterator[Section]:
     if changes:
-        rows = [(format_name(value.quantity), value.stated, value.used, value.unit) for value in changes]
+        rows = [
+            (format_name(value.quantity), value.stated, value.used, value.unit) for value in changes
+        ]
         table = Table(("quantity", "stated", "used", "unit"), rows)
         yield Section("Start", [Text(CHANGED_START, "warning"), table])
 
@@ -272,16 +353,31 @@ def _list_ensemble_sections(ensemble: MechanismEnsemble) -> Iterator[Section]:
     result, meanings = ensemble.result, ensemble.meanings
     for name in ("range", "variance", "peak"):
         rows = [
-            (format_name(key), meanings[key], value.mean, value.mean_error, value.std, value.p5, value.median,
-             value.p95, _square_unit(q.unit) if name == "variance" else q.unit)
+            (
+                format_name(key),
+                meanings[key],
+                value.mean,
+                value.mean_error,
+                value.std,
+                value.p5,
+                value.median,
+                value.p95,
+                _square_unit(q.unit) if name == "variance" else q.unit,
+            )
             for key, q in result.quantities.items()
             for value in [getattr(q, name)]
-        ]  # fmt: skip
+        ]
         head = ("quantity", tables.MEANING, "mean", "error", "std", "5 %", "median", "95 %", "unit")
-        yield Section(f"{name.capitalize()} of a period", [Table(head, rows, page_columns=(tables.MEANING,))])
+        yield Section(
+            f"{name.capitalize()} of a period", [Table(head, rows, page_columns=(tables.MEANING,))]
+        )
     separation = result.separation
-    values: dict[str, Cell] = {"runs": result.runs, "parted_runs": separation.parted_runs,
-                               "last_median": separation.last_median, "threshold": separation.threshold}  # fmt: skip
+    values: dict[str, Cell] = {
+        "runs": result.runs,
+        "parted_runs": separation.parted_runs,
+        "last_median": separation.last_median,
+        "threshold": separation.threshold,
+    }
     if exponent := separation.lyapunov_per_s:
         values |= {"lyapunov_per_s": exponent.value, "lyapunov_per_s.error": exponent.error}
     if after := separation.parted_after_s:
@@ -295,7 +391,9 @@ def _square_unit(unit: str) -> str:
 
 
 def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str, Array]]:
-    """Return the bands over time with the median separation, and the statistics of each period of each run."""
+    """Return the bands over time with the median separation, and the statistics of each period of
+    each run.
+    """
     bands = {
         f"p{share}_{key}": line
         for key, band in ensemble.bands.items()
@@ -308,26 +406,41 @@ def _tabulate_ensemble(ensemble: MechanismEnsemble) -> Mapping[str, Mapping[str,
         for name, values in statistics.items()
     }
     separation = {"median_separation": np.median(ensemble.separation, axis=0)}
-    numbers = {"run": np.repeat(np.arange(runs), periods), "period": np.tile(np.arange(periods), runs)}
-    return {"values.csv": {"time_s": ensemble.times, **separation, **bands}, "runs.csv": {**numbers, **pieces}}
+    numbers = {
+        "run": np.repeat(np.arange(runs), periods),
+        "period": np.tile(np.arange(periods), runs),
+    }
+    return {
+        "values.csv": {"time_s": ensemble.times, **separation, **bands},
+        "runs.csv": {**numbers, **pieces},
+    }
 
 
 def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
     sections = [*list_limit_sections(result.holds or ()), *list_own_sections(result.own_numbers)]
-    return ResultPresentation(f"{source}: valid{design}", result, [*sections, *list_warning_sections(result.warnings)])
+    return ResultPresentation(
+        f"{source}: valid{design}", result, [*sections, *list_warning_sections(result.warnings)]
+    )
 
 
 def list_own_sections(own_numbers: Sequence[str]) -> list[Section]:
-    """Return a section of the numbers whose origin is the file, not that of its [origin], or an empty list."""
-    reason = "They differ from those that the entries of [origin] were written for; their origin is this file"
+    """Return a section of the numbers whose origin is the file, not that of its [origin], or an
+    empty list.
+    """
+    reason = (
+        "They differ from those that the entries of [origin] were written for; their origin "
+        "is this file"
+    )
     text = f"{reason}: {', '.join(own_numbers)}."
     return [Section("Numbers of this file", [Text(text)])] if own_numbers else []
 
 
 def format_optimum_file(optimum: MechanismOptimum) -> str:
-    """Return the machine's file (TOML) with the optimum's values; comments state the values before."""
+    """Return the machine's file (TOML) with the optimum's values; comments state the values
+    before.
+    """
     result = optimum.result
     limits = "; ".join(limit.limit_on for limit in result.holds)
     head = [
@@ -340,17 +453,27 @@ def format_optimum_file(optimum: MechanismOptimum) -> str:
 
 
 def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
-    """Write what a search has without a result (yet): its machine file, and summary.json, which says so.
+    """Write what a search has without a result (yet): its machine file, and summary.json, which
+    says so.
 
     The file is optimum.toml, or closest.toml while no design satisfies the limits.
     """
     machine, candidate, folder = unfinished.machine, unfinished.candidate, files.output_folder(out)
     if candidate.is_feasible:
-        name, title, origin = OPTIMUM_FILE, "the best design", f"optimised (least {unfinished.sum_text}, unfinished)"
+        name, title, origin = (
+            OPTIMUM_FILE,
+            "the best design",
+            f"optimised (least {unfinished.sum_text}, unfinished)",
+        )
     else:
-        name, title, origin = CLOSEST_FILE, "the design closest to satisfying its limits", "optimised (closest design)"
+        name, title, origin = (
+            CLOSEST_FILE,
+            "the design closest to satisfying its limits",
+            "optimised (closest design)",
+        )
     head = [
-        f"{machine.name}: {title} of a search for the least {unfinished.sum_text} that has no result (yet).",
+        f"{machine.name}: {title} of a search for the least {unfinished.sum_text} that has no "
+        f"result (yet).",
         f"By planter {__version__}, after {candidate.seconds:.4g} s.",
     ]
     text = _format_design_file(machine, unfinished.design, unfinished.start_design, head, origin)
@@ -362,17 +485,29 @@ def write_unfinished(out: Path, unfinished: UnfinishedOptimum) -> None:
 
 
 def _format_design_file(
-    machine: Machine, design: Mapping[str, float], start: Mapping[str, float], head: Sequence[str], origin: str
+    machine: Machine,
+    design: Mapping[str, float],
+    start: Mapping[str, float],
+    head: Sequence[str],
+    origin: str,
 ) -> str:
-    """Return the machine's file (TOML) with a design by name; comments have lines `head`, and the values at the start.
+    """Return the machine's file (TOML) with a design by name; comments have lines `head`, and the
+    values at the start.
 
     Both designs are in the units of the file.
     """
-    table, paths = machine.document.written_table(), [machine.values[index].path for index in machine.moved]
+    table, paths = (
+        machine.document.written_table(),
+        [machine.values[index].path for index in machine.moved],
+    )
     before = dict(zip(paths, start.values(), strict=True))
-    moved = [path for path, value in zip(paths, design.values(), strict=True) if value != before[path]]
+    moved = [
+        path for path, value in zip(paths, design.values(), strict=True) if value != before[path]
+    ]
     notes = {path: f"was {before[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
-    stated = dict.fromkeys((path for path in machine.document.changed if path not in paths), SET_ORIGIN)
+    stated = dict.fromkeys(
+        (path for path in machine.document.changed if path not in paths), SET_ORIGIN
+    )
     table["origin"] = machine.document.origins | stated | dict.fromkeys(moved, origin)
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
     return "\n".join([*(f"# {line}" for line in head), "", *format_lines(order, notes)]) + "\n"
@@ -385,32 +520,47 @@ def _describe_machine(machine: Machine) -> tuple[Document, ModelAssumptions]:
 
 
 def _describe_file(file: MechanismFile) -> tuple[Document, ModelAssumptions]:
-    sidecar, meanings = file.model.sidecar, {entry["shown"]: entry["meaning"] for entry in file.entries}
+    sidecar, meanings = (
+        file.model.sidecar,
+        {entry["shown"]: entry["meaning"] for entry in file.entries},
+    )
     title = f"{sidecar['title']}, from {sidecar['source']}"
     return file, ModelAssumptions(title, sidecar["assumptions"], meanings, False)
 
 
 def _present(
-    described: tuple[Document, ModelAssumptions], title: str, result: Record, sections: Iterable[Section], **parts: Any
+    described: tuple[Document, ModelAssumptions],
+    title: str,
+    result: Record,
+    sections: Iterable[Section],
+    **parts: Any,
 ) -> ResultPresentation:
     document, model = described
     comments = list(files.list_comments(document, "mechanism"))
-    return ResultPresentation(title, result, list(sections), document=document, model=model, comments=comments, **parts)
+    return ResultPresentation(
+        title, result, list(sections), document=document, model=model, comments=comments, **parts
+    )
 
 
 def _draw_cycle(
     title: str, find_cycle: Callable[[], MechanismCycle], measured: SensorSignal | None = None
 ) -> dict[str, Any]:
-    """Return figures, table and moving scene of a cycle, which is computed only if a folder is written."""
+    """Return figures, table and moving scene of a cycle, which is computed only if a folder is
+    written.
+    """
 
     def animate() -> Iterator[MotionBlock]:
         cycle = find_cycle()
         if cycle.places:
             axis = PlotAxis.from_cycle(cycle)
-            scene = drawing.build_scene(title, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine)
+            scene = drawing.build_scene(
+                title, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine
+            )
             yield MotionBlock(scene, MOTION_CAPTION)
 
-    return _draw_quantities(lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate, measured)
+    return _draw_quantities(
+        lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate, measured
+    )
 
 
 def _draw_quantities(
@@ -418,11 +568,16 @@ def _draw_quantities(
     animate: Callable[[], Iterable[MotionBlock]],
     measured: SensorSignal | None = None,
 ) -> dict[str, Any]:
-    """Return figures, table and moving scene of quantities (n,) by key over an axis, and of what a sensor sees."""
+    """Return figures, table and moving scene of quantities (n,) by key over an axis, and of what a
+    sensor sees.
+    """
 
     def draw() -> dict[str, Figure]:
         axis, columns = find_curves()
-        return {**draw_signals(measured, axis.label, axis.end), **dict(drawing.draw_curves(columns, axis))}
+        return {
+            **draw_signals(measured, axis.label, axis.end),
+            **dict(drawing.draw_curves(columns, axis)),
+        }
 
     def tabulate() -> Mapping[str, Mapping[str, Array]]:
         axis, columns = find_curves()
@@ -438,19 +593,34 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
     head = ("quantity", tables.MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
     rows = [
-        (format_name(key), meanings[key], q.min, q.min_deg, q.max, q.max_deg, tables.round_mean(q.mean, q.rms), q.rms,
-         format_unit(q))
+        (
+            format_name(key),
+            meanings[key],
+            q.min,
+            q.min_deg,
+            q.max,
+            q.max_deg,
+            tables.round_mean(q.mean, q.rms),
+            q.rms,
+            format_unit(q),
+        )
         for key, q in result.quantities.items()
-    ]  # fmt: skip
+    ]
     yield Section("Quantities", [Table(head, rows, page_columns=(tables.MEANING,))])
     if result.work:
         yield Section("Work of a cycle", [list_values(result.work)])
     if result.designer is not None:
-        yield Section("Designer's summary", [*tables.summary_tables(result.designer), Text(ONE_SIDED, "note")])
+        yield Section(
+            "Designer's summary", [*tables.summary_tables(result.designer), Text(ONE_SIDED, "note")]
+        )
     if result.at:
         angles = [f"at {values.angle_deg:.6g} deg" for values in result.at]
         cells: list[tuple[str | float, ...]] = [
-            (format_name(key), *(values.quantities[key] for values in result.at), units.display_unit(key))
+            (
+                format_name(key),
+                *(values.quantities[key] for values in result.at),
+                units.display_unit(key),
+            )
             for key in result.quantities
         ]
         yield Section("At single angles", [Table(("quantity", *angles, "unit"), cells)])
@@ -470,7 +640,13 @@ def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
     yield from _list_start_changes(result.changed_start)
     if result.events:
         yield Section(
-            "Events", [Table(("event", "rises", "falls", "first / s", "last / s"), list(_count_events(result)))]
+            "Events",
+            [
+                Table(
+                    ("event", "rises", "falls", "first / s", "last / s"),
+                    list(_count_events(result)),
+                )
+            ],
         )
     yield Section("Energy of weights, springs and motion", [list_values(result.energy.table())])
     if sentences := list(_describe_constraints(motion)):
@@ -481,7 +657,9 @@ def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
 
 
 def _count_events(result: MotionResult) -> Iterator[tuple[str, int, int, float, float]]:
-    """Yield each event of a motion: how often its value rises and falls through zero, and the first and last time."""
+    """Yield each event of a motion: how often its value rises and falls through zero, and the first
+    and last time.
+    """
     for name in dict.fromkeys(event.event for event in result.events):
         events = [event for event in result.events if event.event == name]
         rises = sum(event.rising for event in events)
@@ -499,18 +677,31 @@ def _describe_constraints(motion: MechanismMotion) -> Iterator[str]:
 
 def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
     change = f"{result.start_objective:.6g} to {result.objective:.6g}"
-    rows = [(format_label(key), result.start_design[key], value) for key, value in result.design.items()]
+    rows = [
+        (format_label(key), result.start_design[key], value) for key, value in result.design.items()
+    ]
     table = Table(("quantity", "before", "optimum"), rows)
     yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
     yield from list_limit_sections(result.holds)
     certificate = result.certificate
-    yield Section("Certificate", [Keys({
-        "residual of the optimality conditions": certificate.kkt_residual,
-        "agreeing starts": f"{certificate.agreeing_starts} of {certificate.starts}",
-        "active bounds": ", ".join(certificate.active_bounds) or "none",
-        "samples of the cycle": "none: true extremes and integrals" if result.samples is None else result.samples,
-    })])  # fmt: skip
-    sentences = tables.describe_directions(result.effective_parameters, len(result.design), result.insensitive)
+    yield Section(
+        "Certificate",
+        [
+            Keys(
+                {
+                    "residual of the optimality conditions": certificate.kkt_residual,
+                    "agreeing starts": f"{certificate.agreeing_starts} of {certificate.starts}",
+                    "active bounds": ", ".join(certificate.active_bounds) or "none",
+                    "samples of the cycle": "none: true extremes and integrals"
+                    if result.samples is None
+                    else result.samples,
+                }
+            )
+        ],
+    )
+    sentences = tables.describe_directions(
+        result.effective_parameters, len(result.design), result.insensitive
+    )
     yield Section("Effective combinations", [Text(sentence) for sentence in sentences])
     if result.front:
         points = [(point.range, point.variance, *point.design.values()) for point in result.front]
@@ -524,7 +715,10 @@ def list_limit_sections(limits: Sequence[LimitResult]) -> Iterator[Section]:
     """Yield the limits on measures with their values, if there are any."""
     if limits:
         columns = ["limit", "value", "bound", "unit", "active", "satisfied"]
-        rows = [[limit.limit_on, limit.value, limit.limit, limit.unit, limit.active, limit.met] for limit in limits]
+        rows = [
+            [limit.limit_on, limit.value, limit.limit, limit.unit, limit.active, limit.met]
+            for limit in limits
+        ]
         if any(limit.price is not None for limit in limits):
             columns.append("price")
             rows = [[*row, limit.price] for row, limit in zip(rows, limits, strict=True)]

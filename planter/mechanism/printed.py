@@ -1,7 +1,8 @@
-"""Published numbers of papers as measures of a mechanism's quantities: over a cycle, or over the time of a free motion.
+"""Published numbers of papers as measures of a mechanism's quantities: over a cycle, or over the
+time of a free motion.
 
-Extremes are true ones, unless the question states a number of samples; those of what a sensor sees are the largest of
-`MEAN_SAMPLES` values.
+Extremes are true ones, unless the question states a number of samples; those of what a sensor sees
+are the largest of `MEAN_SAMPLES` values.
 """
 
 from __future__ import annotations
@@ -43,11 +44,15 @@ from planter.numerics import statistics
 def measure(inputs: Inputs) -> Value:
     """Return the value that a question asks for, in its unit.
 
-    Only assumed values that the quantity can depend on are read. Raises InputError for a question without meaning,
-    ComputationError if there is no such motion; both name the number.
+    Only assumed values that the quantity can depend on are read. Raises InputError for a question
+    without meaning, ComputationError if there is no such motion; both name the number.
     """
     question: MeasureQuestion = inputs["question"]
-    stated = "" if question.measurement is None else json.dumps(question.measurement, sort_keys=True, default=str)
+    stated = (
+        ""
+        if question.measurement is None
+        else json.dumps(question.measurement, sort_keys=True, default=str)
+    )
     file = _load_file(question.machine, stated, question.source)
     _check_conditions(question, file)
     parsed = parse_measure(question.quantity, f"{question.label}.quantity =")
@@ -55,8 +60,12 @@ def measure(inputs: Inputs) -> Value:
     parsed = _find_name(question, parsed, si_units)
     unit = _find_unit(question, parsed, si_units[parsed.name])
     dependencies = find_dependencies(file, parsed.name)
-    values = {key: float(inputs[key]) for key in file.values if key in dependencies and key in inputs}
-    moved = _load_with_values(question.machine, stated, question.source, tuple(sorted(values.items())))
+    values = {
+        key: float(inputs[key]) for key in file.values if key in dependencies and key in inputs
+    }
+    moved = _load_with_values(
+        question.machine, stated, question.source, tuple(sorted(values.items()))
+    )
     try:
         value = evaluate_measure(moved, parsed, question.samples, question.until_s)
     except PlanterError as error:
@@ -66,7 +75,9 @@ def measure(inputs: Inputs) -> Value:
 
 @cache
 def _load_file(path: Path, measurement: str, source: str) -> MechanismFile:
-    """Return the mechanism at a path, with the sensor that the file at `source` states in JSON, if any."""
+    """Return the mechanism at a path, with the sensor that the file at `source` states in JSON, if
+    any.
+    """
     file = load(path)
     if not measurement:
         return file
@@ -89,8 +100,13 @@ def _check_conditions(question: MeasureQuestion, file: MechanismFile) -> None:
 
 
 def _find_name(question: MeasureQuestion, parsed: Measure, si_units: Mapping[str, str]) -> Measure:
-    """Return the measure with the names of the mechanism's quantities. Raises InputError for another name."""
-    spellings = {name: list_spellings(name, display_key(name, unit)) for name, unit in si_units.items()}
+    """Return the measure with the names of the mechanism's quantities.
+
+    Raises InputError for another name.
+    """
+    spellings = {
+        name: list_spellings(name, display_key(name, unit)) for name, unit in si_units.items()
+    }
     matches = find_spelled(parsed.name, spellings)
     if len(matches) != 1:
         close = matches or paths.find_similar(parsed.name, si_units)
@@ -101,16 +117,23 @@ def _find_name(question: MeasureQuestion, parsed: Measure, si_units: Mapping[str
 
 
 def _find_unit(question: MeasureQuestion, parsed: Measure, si_unit: str) -> Unit:
-    """Return the unit of a number. Raises InputError for an invalid unit, or one of another kind."""
+    """Return the unit of a number.
+
+    Raises InputError for an invalid unit, or one of another kind.
+    """
     is_square = parsed.kind == "variance"
     si = parse_unit(si_unit).squared() if is_square else parse_unit(si_unit)
     try:
         unit = parse_unit(question.unit)
     except ValueError as error:
-        raise question.refused("unit", question.unit, f"{error}; {parsed.name} is in {si_unit}") from None
+        raise question.refused(
+            "unit", question.unit, f"{error}; {parsed.name} is in {si_unit}"
+        ) from None
     if not unit.same_kind(si):
         text = f"({si_unit})2" if is_square else si_unit
-        raise question.refused("unit", question.unit, f"{parsed} is in {text}, or another unit of its kind")
+        raise question.refused(
+            "unit", question.unit, f"{parsed} is in {text}, or another unit of its kind"
+        )
     return unit
 
 
@@ -120,7 +143,9 @@ SIGNAL_KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "st
 EXTREME_SAMPLES = 720
 """Samples of a cycle among which extremes are searched."""
 MEAN_SAMPLES = 7200
-"""Samples of a mean over a cycle: exact to rounding for a smooth quantity, to 1e-4 of a jump otherwise."""
+"""Samples of a mean over a cycle: exact to rounding for a smooth quantity, to 1e-4 of a jump
+otherwise.
+"""
 INSTANTS = 2001
 """Output times of a motion."""
 TOLERANCE = 1e-10
@@ -128,18 +153,26 @@ TOLERANCE = 1e-10
 
 
 def find_units(file: MechanismFile) -> dict[str, str]:
-    """Return the SI units of all quantities by name; what a sensor sees has the name of its quantity behind `SEEN`."""
+    """Return the SI units of all quantities by name; what a sensor sees has the name of its
+    quantity behind `SEEN`.
+    """
     vectors = file.model.sidecar["vectors"]
-    si_units = {e["name"]: e["unit"] for part in ("start_state", "outputs") for e in vectors.get(part, ())}
+    si_units = {
+        e["name"]: e["unit"] for part in ("start_state", "outputs") for e in vectors.get(part, ())
+    }
     if file.is_driven:
         machine = build_machine(file)
         si_units |= {vector.name: si_units[vector.components[0]] for vector in machine.vectors}
     view = None if file.measurement is None else find_sensor_view(build_machine(file))
-    return si_units if view is None else si_units | {f"{SEEN}{view.quantity.name}": view.quantity.unit}
+    return (
+        si_units if view is None else si_units | {f"{SEEN}{view.quantity.name}": view.quantity.unit}
+    )
 
 
 def find_dependencies(file: MechanismFile, name: str) -> frozenset[str]:
-    """Return the keys of the values that a quantity can depend on; all keys for a free motion and a sensor."""
+    """Return the keys of the values that a quantity can depend on; all keys for a free motion and a
+    sensor.
+    """
     keys = [entry["shown"].rpartition(".")[2] for entry in file.entries]
     if not file.is_driven or name.startswith(SEEN):
         return frozenset(keys)
@@ -155,31 +188,44 @@ def find_dependencies(file: MechanismFile, name: str) -> frozenset[str]:
     return frozenset(itertools.compress(keys, ca.which_depends(output, data)))
 
 
-def evaluate_measure(file: MechanismFile, measure: Measure, samples: int | None, until_s: float | None) -> float:
+def evaluate_measure(
+    file: MechanismFile, measure: Measure, samples: int | None, until_s: float | None
+) -> float:
     """Return a measure in SI, over `samples` or, without a number, by true extremes and integrals.
 
-    Raises InputError for a measure that the mechanism does not have, ComputationError if it has no such motion.
+    Raises InputError for a measure that the mechanism does not have, ComputationError if it has no
+    such motion.
     """
     evaluate = _evaluate_over_cycle if file.is_driven else _evaluate_over_time
     return evaluate(file, measure, samples, until_s)
 
 
-def _evaluate_over_cycle(file: MechanismFile, measure: Measure, samples: int | None, until_s: float | None) -> float:
+def _evaluate_over_cycle(
+    file: MechanismFile, measure: Measure, samples: int | None, until_s: float | None
+) -> float:
     if measure.in_time or until_s is not None:
-        raise InputError(f"{measure}: an angle drives {file.name}, so that measures are over a cycle, not a time")
+        raise InputError(
+            f"{measure}: an angle drives {file.name}, so that measures are over a cycle, not a time"
+        )
     machine = build_machine(file)
     if measure.name.startswith(SEEN):
         return _evaluate_signal(machine, measure, samples)
     resolved = resolve_measure(machine, measure)
     if measure.kind in AVERAGES:
         require_repeating(machine, [resolved.name], samples)
-    return goal.evaluate_measure(machine, resolved, samples) * find_display_unit(machine, resolved).factor
+    return (
+        goal.evaluate_measure(machine, resolved, samples)
+        * find_display_unit(machine, resolved).factor
+    )
 
 
 def _evaluate_signal(machine: Machine, measure: Measure, samples: int | None) -> float:
     """Return a measure in SI of what the sensor of a machine sees."""
     if measure.is_moving or measure.kind not in SIGNAL_KINDS:
-        raise InputError(f"{measure}: of what a sensor sees there are {', '.join(SIGNAL_KINDS[:-1])} and NAME at DEG")
+        raise InputError(
+            f"{measure}: of what a sensor sees there are {', '.join(SIGNAL_KINDS[:-1])} and NAME "
+            f"at DEG"
+        )
     view = find_sensor_view(machine)
     assert view is not None
     require_repeating(machine, [view.quantity.name], samples)
@@ -190,17 +236,27 @@ def _evaluate_signal(machine: Machine, measure: Measure, samples: int | None) ->
     assert measured is not None
     values = measured.signal * view.quantity.factor
     values = np.abs(values) if measure.size else values
-    return float(values[0] if measure.kind == "at" else statistics.reduce_samples(measure.kind, values))
+    return float(
+        values[0] if measure.kind == "at" else statistics.reduce_samples(measure.kind, values)
+    )
 
 
-def _evaluate_over_time(file: MechanismFile, measure: Measure, samples: int | None, until_s: float | None) -> float:
-    """Return a measure over a time; without a number of samples, that of a spline through the instants."""
+def _evaluate_over_time(
+    file: MechanismFile, measure: Measure, samples: int | None, until_s: float | None
+) -> float:
+    """Return a measure over a time; without a number of samples, that of a spline through the
+    instants.
+    """
     end = measure.angle if measure.kind == "at" else until_s
     if measure.is_moving or measure.kind == "work":
         raise InputError(f"{measure}: {file.name} moves freely, and this is a measure of a cycle")
     if end is None or (measure.kind == "at" and not measure.in_time):
-        raise InputError(f"{measure}: {file.name} moves freely: state NAME at SECONDS s, or until_s")
-    times = np.linspace(0.0, end, INSTANTS if samples is None else samples) if end else np.array([0.0])
+        raise InputError(
+            f"{measure}: {file.name} moves freely: state NAME at SECONDS s, or until_s"
+        )
+    times = (
+        np.linspace(0.0, end, INSTANTS if samples is None else samples) if end else np.array([0.0])
+    )
     dynamics = Dynamics(file)
     run = dynamics.run(times, TOLERANCE)
     values = (dict(zip(dynamics.names, run.states, strict=True)) | run.results).get(measure.name)

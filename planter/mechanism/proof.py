@@ -31,7 +31,12 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import MechanismOptimum, StatedGoal
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.proof.certificate_file import write_certificate
-from planter.optimise.proof.enclosures import EnclosedResponse, ResponseProgram, ResponseRecorder, RootStart
+from planter.optimise.proof.enclosures import (
+    EnclosedResponse,
+    ResponseProgram,
+    ResponseRecorder,
+    RootStart,
+)
 from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.panels import MovingKinks
 from planter.optimise.proof.search import SECONDS, Incumbent
@@ -40,20 +45,34 @@ from planter.progress import Listener
 
 
 def require_provable(goal: StatedGoal, option: str | None) -> None:
-    """Raise InputError for an objective that cannot be bounded; `option` is that of the call, if it has one."""
+    """Raise InputError for an objective that cannot be bounded; `option` is that of the call, if it
+    has one.
+    """
     machine = goal.machine
-    check_provable(machine, goal.objective, "--least" if option is not None else f"{machine.source}: objective.least")
+    check_provable(
+        machine,
+        goal.objective,
+        "--least" if option is not None else f"{machine.source}: objective.least",
+    )
 
 
 def with_proof(
-    file: MechanismFile, optimum: MechanismOptimum, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
-    listener: Listener | None = None, means: Means = AUTO, earlier: Path | None = None,
+    file: MechanismFile,
+    optimum: MechanismOptimum,
+    goal: StatedGoal,
+    spec: SearchSpec,
+    seconds: float = SECONDS,
+    listener: Listener | None = None,
+    means: Means = AUTO,
+    earlier: Path | None = None,
     keep: Callable[[str], None] | None = None,
-) -> MechanismOptimum:  # fmt: skip
-    """Return an optimum of a file with the bound on the objective of every design, within a CPU time [s].
+) -> MechanismOptimum:
+    """Return an optimum of a file with the bound on the objective of every design, within a CPU
+    time [s].
 
-    `means` are the processes that bound the boxes: a proof that ends in time does not depend on them. A proof of the
-    same in the file `earlier` is continued; the text of an interrupted one is handed to `keep`.
+    `means` are the processes that bound the boxes: a proof that ends in time does not depend on
+    them. A proof of the same in the file `earlier` is continued; the text of an interrupted one is
+    handed to `keep`.
     """
     machine = goal.machine
     count = None if spec.sampling == "refined" else spec.sampling
@@ -63,30 +82,52 @@ def with_proof(
         for limit in goal.limits
     ]
     build = partial(build_objective, file, machine.searched, goal.objective, limits, count)
-    design = {key: float(value) for key, value in zip(machine.design_names, optimum.x / machine.scale, strict=True)}
+    design = {
+        key: float(value)
+        for key, value in zip(machine.design_names, optimum.x / machine.scale, strict=True)
+    }
     incumbent = Incumbent(optimum.x, design, optimum.result.objective, count, _describe_scope(goal))
-    box, sources = (machine.lower, machine.upper), EnclosedMechanism(machine, file.model).list_sources()
+    box, sources = (
+        (machine.lower, machine.upper),
+        EnclosedMechanism(machine, file.model).list_sources(),
+    )
     proof, text = write_certificate(
-        build, box, incumbent, machine.design_names, sources, seconds, listener, means, earlier, keep
+        build,
+        box,
+        incumbent,
+        machine.design_names,
+        sources,
+        seconds,
+        listener,
+        means,
+        earlier,
+        keep,
     )
     return replace(optimum, result=replace(optimum.result, proof=proof.result), certificate=text)
 
 
 def build_objective(
-    file: MechanismFile, searched: Mapping[str, Any], terms: Sequence[Measure], limits: Sequence[Limit],
+    file: MechanismFile,
+    searched: Mapping[str, Any],
+    terms: Sequence[Measure],
+    limits: Sequence[Limit],
     count: int | None,
-) -> ProvableObjective:  # fmt: skip
-    """Return a sum of measures, over `count` samples or true, as a proof bounds it, in the values that are searched."""
+) -> ProvableObjective:
+    """Return a sum of measures, over `count` samples or true, as a proof bounds it, in the values
+    that are searched.
+    """
     machine = replace(build_machine(file), **searched)
     switchings = Switchings(machine, max(machine.samples, SCANNED))
     enclosed = EnclosedMechanism(machine, file.model)
     return build_provable_objective(
         machine, terms, count, enclosed.enclose, limits, partial(_find_kinks, switchings)
-    )  # fmt: skip
+    )
 
 
 def _find_kinks(switchings: Switchings, x: Array) -> MovingKinks:
-    """Return the switching points at a design (p,), none if its loops do not close; how they bend is not known."""
+    """Return the switching points at a design (p,), none if its loops do not close; how they bend
+    is not known.
+    """
     none, point = MovingKinks.none(len(x)), switchings.response.at(x)
     try:
         angles, rows = switchings.find(point)
@@ -95,7 +136,9 @@ def _find_kinks(switchings: Switchings, x: Array) -> MovingKinks:
     if not len(angles):
         return none
     slopes = switchings.response.slopes(point, angles)[1][rows, np.arange(len(rows))]
-    return MovingKinks(angles, -slopes[:, 1:] / slopes[:, :1], np.zeros((len(angles), len(x), len(x))))
+    return MovingKinks(
+        angles, -slopes[:, 1:] / slopes[:, :1], np.zeros((len(angles), len(x), len(x)))
+    )
 
 
 def _describe_scope(goal: StatedGoal) -> str:
@@ -104,7 +147,11 @@ def _describe_scope(goal: StatedGoal) -> str:
     heeded = [is_fixed(goal.machine, limit.measure) for limit in goal.limits]
     if any(heeded):
         conditions.append(f"satisfies the limits{'' if all(heeded) else ' at fixed angles'}")
-    return f"no design of the box that {' and '.join(conditions)}" if conditions else "no design of the box"
+    return (
+        f"no design of the box that {' and '.join(conditions)}"
+        if conditions
+        else "no design of the box"
+    )
 
 
 FARTHEST = 1e3
@@ -120,8 +167,9 @@ MOST_NEWTON_STEPS = 9
 class EnclosedMechanism:
     """Quantities of a mechanism, from generated array code, over boxes of designs x (p,).
 
-    Coordinates of loops are roots of the gaps, near those of the design at the centre of a box. They vanish there, and
-    so do the Newton steps of the generated lane, whose derivatives those of the roots have already.
+    Coordinates of loops are roots of the gaps, near those of the design at the centre of a box.
+    They vanish there, and so do the Newton steps of the generated lane, whose derivatives those of
+    the roots have already.
     """
 
     def __init__(self, machine: Machine, formulas: Formulas) -> None:
@@ -151,7 +199,9 @@ class EnclosedMechanism:
             limits = np.where(periodic, np.pi * (1 + 1e-9), FARTHEST)
 
             def close(xp: Any, q: Sequence[Any]) -> Sequence[Any]:
-                closure: Sequence[Any] = module.closure(xp, q[count], fill(q[count + 1 :]), q[:count])
+                closure: Sequence[Any] = module.closure(
+                    xp, q[count], fill(q[count + 1 :]), q[:count]
+                )
                 return closure
 
             loops = recorder.solve(close, [recorder.phi, *x], limits.tolist())
@@ -159,38 +209,58 @@ class EnclosedMechanism:
             names = functions["prologue"]["inputs"]
 
             def evaluate_prologue(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
-                values: Sequence[Any] = module.prologue(xp, *({"data": fill(inputs)}[name] for name in names))
+                values: Sequence[Any] = module.prologue(
+                    xp, *({"data": fill(inputs)}[name] for name in names)
+                )
                 return values
 
             hoisted = recorder.call(evaluate_prologue, x)
         phi_name, *_ = functions["lane"]["inputs"]
-        steps = {f"{name}_step{k}": 0 for name in (machine.loops.names if machine.loops else ())
-                 for k in range(1, MOST_NEWTON_STEPS + 1)}  # fmt: skip
+        steps = {
+            f"{name}_step{k}": 0
+            for name in (machine.loops.names if machine.loops else ())
+            for k in range(1, MOST_NEWTON_STEPS + 1)
+        }
         outputs = self._formulas.outputs("lane")
         lane = extract_outputs(
-            module, "lane", [outputs.index(quantity.name) for quantity in quantities], {**steps, "solved": _solve}
+            module,
+            "lane",
+            [outputs.index(quantity.name) for quantity in quantities],
+            {**steps, "solved": _solve},
         )
 
         def evaluate(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
             design, rest = inputs[1 : size + 1], inputs[size + 1 :]
-            values = {phi_name: inputs[0], "data": fill(design), "loops": rest[: len(loops)],
-                      HOISTED: rest[len(loops) :]}  # fmt: skip
+            values = {
+                phi_name: inputs[0],
+                "data": fill(design),
+                "loops": rest[: len(loops)],
+                HOISTED: rest[len(loops) :],
+            }
             rows = lane(xp, *(values[name] for name in functions["lane"]["inputs"]))
-            return [q.convert(machine, xp, row, design) for q, row in zip(quantities, rows, strict=True)]
+            return [
+                q.convert(machine, xp, row, design) for q, row in zip(quantities, rows, strict=True)
+            ]
 
         recorder.call(evaluate, [recorder.phi, *x, *loops, *hoisted])
         period = Fraction(machine.turn / TURN).limit_denominator(MOST_TURNS)
         orders = [kind.get("order", 0) for kind in machine.event_kinds]
         units = {machine.find_quantity(quantity.name).unit for quantity in quantities}
-        is_continuous = bool(orders) and min(orders) > 0 and "rad" not in units  # an angle may lose a turn
-        return ResponseProgram(recorder.parameters, tuple(recorder.stages), (Fraction(0),), period, is_continuous)
+        is_continuous = (
+            bool(orders) and min(orders) > 0 and "rad" not in units
+        )  # an angle may lose a turn
+        return ResponseProgram(
+            recorder.parameters, tuple(recorder.stages), (Fraction(0),), period, is_continuous
+        )
 
     def list_sources(self) -> dict[str, str]:
         """Return the hash of the generated module by its name."""
         return generated.hash_modules([self._module])
 
     def find_starts(self, x: Array) -> list[RootStart]:
-        """Return coordinates of loops over a cycle at a design (p,), NaN from where on they do not close."""
+        """Return coordinates of loops over a cycle at a design (p,), NaN from where on they do not
+        close.
+        """
         loops = self.machine.loops
         if loops is None:
             return []
@@ -204,5 +274,7 @@ class EnclosedMechanism:
 
 
 def _solve(xp: Any, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:
-    """Return the unknowns of simultaneous equations, and None for the pivot, of which no result is made."""
+    """Return the unknowns of simultaneous equations, and None for the pivot, of which no result is
+    made.
+    """
     return (*xp.solve(matrix, right), None)

@@ -16,8 +16,8 @@ from planter.records import Record, WarningRecord
 class QuantityStatistics(Record):
     """A quantity over a cycle: extremes with their angles [deg], mean, root mean square.
 
-    Mean and root mean square are null if the quantity does not end the cycle as it began it. `axes` names the frame of
-    a joint's component if it is not the world's.
+    Mean and root mean square are null if the quantity does not end the cycle as it began it. `axes`
+    names the frame of a joint's component if it is not the world's.
     """
 
     unit: str
@@ -32,7 +32,9 @@ class QuantityStatistics(Record):
 
 @dataclass(frozen=True)
 class MechanismLawResult(Record):
-    """A law of mechanics, the largest residual of the results, and the largest quantity in its unit, its scale."""
+    """A law of mechanics, the largest residual of the results, and the largest quantity in its
+    unit, its scale.
+    """
 
     law: str
     violation: float
@@ -53,9 +55,10 @@ class MechanismWarning(WarningRecord):
 class LimitResult(Record):
     """A limit in its `unit` with its value, whether it is active, and whether it is satisfied.
 
-    `value` is null if the condition of the limit never holds, which satisfies it, and for an average of a quantity that
-    does not repeat, which violates it. `price` is the loss of the objective at its optimum per unit by which the limit
-    is tightened, zero for one that is not active; null where nothing was searched for.
+    `value` is null if the condition of the limit never holds, which satisfies it, and for an
+    average of a quantity that does not repeat, which violates it. `price` is the loss of the
+    objective at its optimum per unit by which the limit is tightened, zero for one that is not
+    active; null where nothing was searched for.
     """
 
     limit_on: str
@@ -77,13 +80,15 @@ class AngleValues(Record):
 
 @dataclass(frozen=True)
 class MechanismCycleResult(Record):
-    """A cycle of a mechanism; works [J] by the names of their powers, null if the power does not repeat.
+    """A cycle of a mechanism; works [J] by the names of their powers, null if the power does not
+    repeat.
 
-    `repeats_after_turns` is 1 if the cycle ends in the state in which it began, null if no number of cycles is known
-    after which it does; `not_repeating` has the largest difference, a cycle later, of each quantity that does not
-    repeat, in its unit, or null if the next cycle cannot be computed. Angles are compared modulo 360 deg. `holds` are
-    the limits of the file, if it has any, and `met` says whether all of them are satisfied. `at` are the requested
-    angles. `designer` has true extremes; a warning explains if it is missing. `measurement` is what the sensor sees, if
+    `repeats_after_turns` is 1 if the cycle ends in the state in which it began, null if no number
+    of cycles is known after which it does; `not_repeating` has the largest difference, a cycle
+    later, of each quantity that does not repeat, in its unit, or null if the next cycle cannot be
+    computed. Angles are compared modulo 360 deg. `holds` are the limits of the file, if it has any,
+    and `met` says whether all of them are satisfied. `at` are the requested angles. `designer` has
+    true extremes; a warning explains if it is missing. `measurement` is what the sensor sees, if
     the file has [measurement].
     """
 
@@ -106,8 +111,8 @@ class MechanismCycleResult(Record):
 class MachineValidation(Record):
     """`planter validate` of a machine of the engine: its file, limits and cycle.
 
-    `design` are the values with bounds; `holds` and `met` are those of a cycle; `own_numbers` are the paths of the
-    numbers whose origin is this file.
+    `design` are the values with bounds; `holds` and `met` are those of a cycle; `own_numbers` are
+    the paths of the numbers whose origin is this file.
     """
 
     machine: str
@@ -153,7 +158,8 @@ class ChangedStart(Record):
 class MotionEvent(Record):
     """An event of a motion: a contact closes or opens, a law takes another case.
 
-    `rising` says whether the value that decides becomes positive there: the gap of a contact that opens.
+    `rising` says whether the value that decides becomes positive there: the gap of a contact that
+    opens.
     """
 
     event: str
@@ -165,10 +171,11 @@ class MotionEvent(Record):
 class MotionResult(Record):
     """A free motion; eigenvalues are pairs of real and imaginary part, at the equilibrium.
 
-    `changed_start` has the entries of the start that the constraints change: what the statement sets holds, or what it
-    names to hold, and the others follow; if set values contradict the constraints, the nearest state by inertia is
-    used. `dependent_constraints` follow from one another, of which
-    `redundant_constraints` are redundant; `undetermined_actions` are statically indeterminate reactions.
+    `changed_start` has the entries of the start that the constraints change: what the statement
+    sets holds, or what it names to hold, and the others follow; if set values contradict the
+    constraints, the nearest state by inertia is used. `dependent_constraints` follow from one
+    another, of which `redundant_constraints` are redundant; `undetermined_actions` are statically
+    indeterminate reactions.
     """
 
     machine: str
@@ -186,10 +193,11 @@ class MotionResult(Record):
 
 @dataclass(frozen=True)
 class EnsembleStatistic(Record):
-    """Distribution of a value over all periods of all runs: mean, standard deviation, percentiles 5, 50 and 95.
+    """Distribution of a value over all periods of all runs: mean, standard deviation, percentiles
+    5, 50 and 95.
 
-    `mean_error` is the standard error of the mean; it takes runs as independent, not their periods. It is null for one
-    run.
+    `mean_error` is the standard error of the mean; it takes runs as independent, not their periods.
+    It is null for one run.
     """
 
     mean: float
@@ -220,10 +228,12 @@ class LyapunovExponent(Record):
 
 @dataclass(frozen=True)
 class EnsembleSeparation(Record):
-    """Separation of the runs from the motion of the stated start, as a share of the ranges of coordinates and rates.
+    """Separation of the runs from the motion of the stated start, as a share of the ranges of
+    coordinates and rates.
 
-    A run has parted when it exceeds `threshold`; `parted_after_s` is null if none has. `lyapunov_per_s`, the largest
-    Lyapunov exponent, is null if the output times are too far apart: separations must stay small between them.
+    A run has parted when it exceeds `threshold`; `parted_after_s` is null if none has.
+    `lyapunov_per_s`, the largest Lyapunov exponent, is null if the output times are too far apart:
+    separations must stay small between them.
     """
 
     threshold: float
@@ -235,10 +245,11 @@ class EnsembleSeparation(Record):
 
 @dataclass(frozen=True)
 class EnsembleResult(Record):
-    """An ensemble of free motions whose starts differ by `perturbation`, as a share of the ranges of the states.
+    """An ensemble of free motions whose starts differ by `perturbation`, as a share of the ranges
+    of the states.
 
-    Statistics are those of `periods` pieces of `period_s` of each run after `since_s`; `period_s` is null for one piece
-    until the end.
+    Statistics are those of `periods` pieces of `period_s` of each run after `since_s`; `period_s`
+    is null for one piece until the end.
     """
 
     machine: str
@@ -256,7 +267,9 @@ class EnsembleResult(Record):
 
 @dataclass(frozen=True)
 class ActiveLimit(Record):
-    """An active limit or requirement of an optimum, and its multiplier: the loss of the objective per `unit`."""
+    """An active limit or requirement of an optimum, and its multiplier: the loss of the objective
+    per `unit`.
+    """
 
     limit_on: str
     multiplier: float
@@ -265,7 +278,9 @@ class ActiveLimit(Record):
 
 @dataclass(frozen=True)
 class MechanismCertificate(Record):
-    """Evidence of an optimum: a residual of the optimality conditions below 1e-6 is that of a local minimum."""
+    """Evidence of an optimum: a residual of the optimality conditions below 1e-6 is that of a local
+    minimum.
+    """
 
     kkt_residual: float
     active_bounds: list[str]
@@ -288,8 +303,9 @@ class FrontDesign(Record):
 class MechanismOptimumResult(Record):
     """The least objective of a cycle within bounds and limits.
 
-    The quantities in `least` depend on `effective_parameters` combinations of the design at the optimum; along the
-    directions in `insensitive`, in parts of the bounds, they do not change, so that the design is not determined.
+    The quantities in `least` depend on `effective_parameters` combinations of the design at the
+    optimum; along the directions in `insensitive`, in parts of the bounds, they do not change, so
+    that the design is not determined.
     """
 
     machine: str

@@ -1,7 +1,9 @@
-"""Drawing of a user-defined mechanism with its symbols: visible values and angles, found by comparing numbers.
+"""Drawing of a user-defined mechanism with its symbols: visible values and angles, found by
+comparing numbers.
 
-A length of the file is drawn between two points of a body, or a point and an axis of the world, whose distance equals
-it over the whole cycle and follows when the length is changed; an angle at a body that has its direction.
+A length of the file is drawn between two points of a body, or a point and an axis of the world,
+whose distance equals it over the whole cycle and follows when the length is changed; an angle at a
+body that has its direction.
 """
 
 from __future__ import annotations
@@ -35,7 +37,8 @@ Bodies = dict[str, dict[str, Array]]
 
 
 def draw(source: str, changes: Mapping[str, float]) -> Sheet | None:
-    """Return the drawing of a file's mechanism, None for one that moves freely or has no points in a plane.
+    """Return the drawing of a file's mechanism, None for one that moves freely or has no points in
+    a plane.
 
     Raises InputError as the file does, ComputationError if the mechanism cannot be moved.
     """
@@ -53,7 +56,9 @@ def draw(source: str, changes: Mapping[str, float]) -> Sheet | None:
 
 
 def find_points(places: Mapping[str, Array]) -> Bodies:
-    """Return the points of the bodies of a plane mechanism from the coordinates (n,) that its functions give."""
+    """Return the points of the bodies of a plane mechanism from the coordinates (n,) that its
+    functions give.
+    """
     bodies: Bodies = {}
     for name, x in places.items():
         axis, _, rest = name.partition("_")
@@ -67,7 +72,10 @@ def find_marks(model: Model, angles: Array, bodies: Bodies) -> list[Mark]:
     """Return lengths, angles and points, each name once."""
     points = np.hstack([at for body in bodies.values() for at in body.values()])
     size = float(np.ptp(points, axis=1).max())
-    lines: list[Mark] = [*_lengths(model, angles, bodies, size), *_angles(model, angles, bodies, size)]
+    lines: list[Mark] = [
+        *_lengths(model, angles, bodies, size),
+        *_angles(model, angles, bodies, size),
+    ]
     marks: dict[str, Mark] = {}
     for mark in [*lines, *_spots(bodies)]:
         marks.setdefault(mark.names[0], mark)
@@ -84,7 +92,9 @@ def _lengths(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterat
         alike = [key for key, ends in spans.items() if _is_long(ends, number, size)]
         changed = model.machine.data.copy()
         changed[index] *= 1 + CHANGE
-        moved = dict(_spans(find_points(Model(model.machine, changed).places(angles)))) if alike else {}
+        moved = (
+            dict(_spans(find_points(Model(model.machine, changed).places(angles)))) if alike else {}
+        )
         for key in alike:
             if _is_long(moved[key], changed[index], size):
                 start, end = spans[key]
@@ -104,13 +114,17 @@ def _spans(bodies: Bodies) -> Iterator[tuple[tuple[str, ...], tuple[Array, Array
 
 
 def _is_long(ends: tuple[Array, Array], length: float, size: float) -> bool:
-    return bool(np.abs(np.hypot(*(ends[1] - ends[0])) - abs(length)).max() <= SHARE_TOLERANCE * size)
+    return bool(
+        np.abs(np.hypot(*(ends[1] - ends[0])) - abs(length)).max() <= SHARE_TOLERANCE * size
+    )
 
 
 def _angles(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterator[Angle]:
     """Yield the angles along which two points of a body stand, from x on."""
     results = model(angles)
-    turned = {model.machine.angle: angles} | {q.name: results[q.name] for q in model.machine.results if q.unit == "rad"}
+    turned = {model.machine.angle: angles} | {
+        q.name: results[q.name] for q in model.machine.results if q.unit == "rad"
+    }
     for points in bodies.values():
         for start, end in combinations(points.values(), 2):
             if np.hypot(*(end - start)).min() <= SHARE_TOLERANCE * size:
@@ -118,7 +132,9 @@ def _angles(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterato
             for first, second in ((start, end), (end, start)):
                 way = np.arctan2(*(second - first)[::-1])
                 names = [
-                    name for name, value in turned.items() if np.abs(wrap_angle(value - way)).max() <= SHARE_TOLERANCE
+                    name
+                    for name, value in turned.items()
+                    if np.abs(wrap_angle(value - way)).max() <= SHARE_TOLERANCE
                 ]
                 if names:
                     turn = float(np.degrees(way[0]))
@@ -126,7 +142,9 @@ def _angles(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterato
 
 
 def _spots(bodies: Bodies) -> Iterator[Spot]:
-    """Yield all points; bodies that meet share theirs, labels of other points with one name state the body."""
+    """Yield all points; bodies that meet share theirs, labels of other points with one name state
+    the body.
+    """
     owners: dict[str, dict[bytes, str]] = {}
     for body, points in bodies.items():
         for name, at in points.items():

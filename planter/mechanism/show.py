@@ -67,7 +67,9 @@ class MechanismView:
 
         cycle = self._compute_cycle(values)
         axis = PlotAxis.from_cycle(cycle)
-        scene = build_scene(self.name, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine)
+        scene = build_scene(
+            self.name, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine
+        )
         if cycle.measured is not None:
             values_shown = cycle.measured.signal[select_frames(len(cycle.angles_deg))]
             measured = Curve(cycle.measured.name, cycle.measured.result.unit, values_shown)
@@ -75,13 +77,18 @@ class MechanismView:
         return [scene]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """Return largest and least values of what the sensor sees, and of the first results that change."""
+        """Return largest and least values of what the sensor sees, and of the first results that
+        change.
+        """
         from planter.engine.wording import name_quantity
         from planter.measured.sensor_presentation import list_signal_readings
         from planter.mechanism.drawing import select_curves
 
         cycle = self._compute_cycle(values)
-        extremes, results = cycle.result.quantities, {quantity.key: quantity for quantity in cycle.machine.results}
+        extremes, results = (
+            cycle.result.quantities,
+            {quantity.key: quantity for quantity in cycle.machine.results},
+        )
         moving = [key for key, extreme in extremes.items() if extreme.max > extreme.min]
         keys = select_curves(moving, cycle.machine)[:MOST_READINGS]
         return [
@@ -125,11 +132,19 @@ class MechanismView:
     @property
     def lockable(self) -> Sequence[str]:
         """Values with bounds, if the file has an objective."""
-        return [f"{VALUES}.{name}" for name in self.file.bounds] if self.file.objective is not None else []
+        return (
+            [f"{VALUES}.{name}" for name in self.file.bounds]
+            if self.file.objective is not None
+            else []
+        )
 
     def with_locks(self, values: Values, locked: Collection[str]) -> str:
         """Return the file as `text` does, without the bounds of locked values."""
-        bounds = {name: pair for name, pair in self.file.bounds.items() if f"{VALUES}.{name}" not in locked}
+        bounds = {
+            name: pair
+            for name, pair in self.file.bounds.items()
+            if f"{VALUES}.{name}" not in locked
+        }
         changes = {"folder": str(self.file.place), "bounds": bounds}
         return write_numbers(self.file, self._with_values(values).model_copy(update=changes))
 

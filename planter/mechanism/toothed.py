@@ -1,4 +1,6 @@
-"""The toothed gears of a user-defined mechanism: every meshing pair of its statement, for `planter gears`."""
+"""The toothed gears of a user-defined mechanism: every meshing pair of its statement, for
+`planter gears`.
+"""
 
 from __future__ import annotations
 
@@ -31,23 +33,31 @@ PITCH_TOLERANCE = 1e-5
 
 
 class MechanismMesh:
-    """A pair of meshing gears of a mechanism, over a revolution of the faster one against their line of centres.
+    """A pair of meshing gears of a mechanism, over a revolution of the faster one against their
+    line of centres.
 
-    Raises InputError for gears that cannot have pitch curves with outer teeth: they stop or oscillate, their ratio is
-    not an integer, or the distance of their axes is not constant.
+    Raises InputError for gears that cannot have pitch curves with outer teeth: they stop or
+    oscillate, their ratio is not an integer, or the distance of their axes is not constant.
     """
 
     def __init__(self, model: Model, tag: str, names: tuple[str, str]) -> None:
-        self.model, self.tag, self.place = model, tag, f"{model.machine.source}: mesh {tag} of {' and '.join(names)}"
+        self.model, self.tag, self.place = (
+            model,
+            tag,
+            f"{model.machine.source}: mesh {tag} of {' and '.join(names)}",
+        )
         turned = np.abs(self._polar(np.array([0.0, TURN])) @ [-1.0, 1.0])
         if not turned.all():
-            raise InputError(f"{self.place}: a gear does not turn against the line of centres; no teeth are cut")
+            raise InputError(
+                f"{self.place}: a gear does not turn against the line of centres; no teeth are cut"
+            )
         self.slow = int(np.argmin(turned))
         ratio = turned[1 - self.slow] / turned[self.slow]
         self.turns = round(ratio)
         if abs(ratio - self.turns) > PITCH_TOLERANCE:
             raise InputError(
-                f"{self.place}: one gear turns {ratio:.6g} times in a turn of the other; pitch curves close for a "
+                f"{self.place}: one gear turns {ratio:.6g} times in a turn of the other; pitch "
+                f"curves close for a "
                 "whole number of turns"
             )
         self.gear = 1 - self.slow
@@ -60,24 +70,32 @@ class MechanismMesh:
         polar, radius = values[f"polar_{self.gear + 1}"], values[f"r_{self.gear + 1}"]
         sense = 1 if polar[1] > polar[0] else -1
         if not (np.diff(sense * polar) > 0).all():
-            raise InputError(f"{self.place}: {self.names[0]} oscillates against the line of centres")
+            raise InputError(
+                f"{self.place}: {self.names[0]} oscillates against the line of centres"
+            )
         sums = values["r_1"] + values["r_2"]
-        if not np.ptp(sums) <= PITCH_TOLERANCE * abs(sums[0]) or min(values["r_1"].min(), values["r_2"].min()) <= 0:
+        if (
+            not np.ptp(sums) <= PITCH_TOLERANCE * abs(sums[0])
+            or min(values["r_1"].min(), values["r_2"].min()) <= 0
+        ):
             raise InputError(
                 f"{self.place}: radii that roll on each other add up to {sums.min() * 1e3:.6g} to "
-                f"{sums.max() * 1e3:.6g} mm, but the distance of the axes must be constant; correct the motion or the "
+                f"{sums.max() * 1e3:.6g} mm, but the distance of the axes must be constant; "
+                f"correct the motion or the "
                 "pitch radius"
             )
         pair = build_sampled_pair(sense * polar, radius, self.place, self.turns, sense)
         if not abs(pair.distance - sums.mean()) <= PITCH_TOLERANCE * pair.distance:
             raise InputError(
-                f"{self.place}: the mate closes at {pair.distance * 1e3:.6g} mm between the axes, but they are "
+                f"{self.place}: the mate closes at {pair.distance * 1e3:.6g} mm between the axes, "
+                f"but they are "
                 f"{sums.mean() * 1e3:.6g} mm apart"
             )
         return pair
 
     def place_gears(self, cut: ToothedPair) -> Iterator[PlacedGear]:
-        """Yield both gears where they are at the start of the turn, their keyways along x of their frames.
+        """Yield both gears where they are at the start of the turn, their keyways along x of their
+        frames.
 
         Where teeth ask for another size, the mechanism is as much larger about its origin.
         """
@@ -95,7 +113,9 @@ class MechanismMesh:
             yield PlacedGear(gear, turned, (float(x), float(y)), float(wrap_angle(np.asarray(key))))
 
     def _turn(self) -> Array:
-        """Return angles (n + 1,) [rad] of the drive over a turn of the faster gear against the line of centres."""
+        """Return angles (n + 1,) [rad] of the drive over a turn of the faster gear against the line
+        of centres.
+        """
         start = self._polar(np.zeros(1))[self.gear, 0]
 
         def left(phi: float) -> float:
@@ -103,7 +123,10 @@ class MechanismMesh:
 
         end = next((TURN * k for k in range(1, MOST_TURNS + 1) if left(TURN * k) >= 0), None)
         if end is None:
-            raise InputError(f"{self.place}: {self.names[0]} does not turn once in {MOST_TURNS} turns of the drive")
+            raise InputError(
+                f"{self.place}: {self.names[0]} does not turn once in {MOST_TURNS} turns of the "
+                f"drive"
+            )
         return np.linspace(0, float(scipy.optimize.brentq(left, 0, end, xtol=1e-14)), SAMPLES + 1)
 
     def _polar(self, phi: Array) -> Array:
@@ -119,8 +142,13 @@ class MechanismMesh:
         }
 
 
-def make(source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
-    """Return the gears of every mesh. Raises InputError without a mesh, and as `MechanismMesh` and `cut_teeth` do."""
+def make(
+    source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None
+) -> GearsFound:
+    """Return the gears of every mesh.
+
+    Raises InputError without a mesh, and as `MechanismMesh` and `cut_teeth` do.
+    """
     from planter.gears import gear_set
 
     machine = load_machine(source, options.changes, options.speed_rpm)
@@ -136,14 +164,26 @@ def make(source: str, options: GearOptions, out: Path | None = None, progress: L
     model, pairs, placed = Model(machine), [], list[PlacedGear]()
     for number, (tag, names) in enumerate(meshes.items()):
         mesh = MechanismMesh(model, tag, _label_gears(names, tag, meshes))
-        count, module = options.counts[number] if options.counts else None, options.modules_mm[min(number, 1)]
-        pairs.append(cut_teeth(mesh.pair(), options.teeth.order(count, module, options.keep), mesh.place, mesh.names))
+        count, module = (
+            options.counts[number] if options.counts else None,
+            options.modules_mm[min(number, 1)],
+        )
+        pairs.append(
+            cut_teeth(
+                mesh.pair(),
+                options.teeth.order(count, module, options.keep),
+                mesh.place,
+                mesh.names,
+            )
+        )
         placed += mesh.place_gears(pairs[-1])
     gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.list_provenance(mechanism))
     return gear_set.make_gear_set(gears, options.teeth, options.part_settings, out, progress)
 
 
-def _label_gears(names: tuple[str, ...], tag: str, meshes: Mapping[str, tuple[str, ...]]) -> tuple[str, str]:
+def _label_gears(
+    names: tuple[str, ...], tag: str, meshes: Mapping[str, tuple[str, ...]]
+) -> tuple[str, str]:
     """Return the names of a mesh's gears, with the tag where a body has gears in several meshes."""
     all_names = [name for pair in meshes.values() for name in pair]
     inner, outer = (f"{name} {tag}" if all_names.count(name) > 1 else name for name in names)

@@ -1,4 +1,6 @@
-"""Types of arrays, angles of a cycle, gaps in tables, and a cache of the last call of a function."""
+"""Types of arrays, angles of a cycle, gaps in tables, and a cache of the last call of a
+function.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,10 @@ Flags = NDArray[np.bool_]
 TURN = 2 * np.pi
 """One revolution [rad]."""
 MAX_GAP_RATIO = 5.0
-"""Largest step between neighbouring rows, in medians of all steps: the tables of gear trains, which are dense where
-their slope is steep, reach 3; an eighth of a turn that is missing from forty rows makes it 6."""
+"""Largest step between neighbouring rows, in medians of all steps: the tables of gear trains, which
+are dense where their slope is steep, reach 3; an eighth of a turn that is missing from forty rows
+makes it 6.
+"""
 Angle = TypeVar("Angle", float, Array)
 T = TypeVar("T")
 
@@ -34,7 +38,8 @@ def to_degrees(angle: float) -> float:
 
 
 def find_gap(steps: Array) -> int | None:
-    """Return the index of the largest of the steps (n,) > 0 between neighbouring rows if it is a gap, else None.
+    """Return the index of the largest of the steps (n,) > 0 between neighbouring rows if it is a
+    gap, else None.
 
     A curve through the points on both sides of a gap would be a guess.
 
@@ -46,7 +51,9 @@ def find_gap(steps: Array) -> int | None:
 
 
 class LastCallCache(Generic[T]):
-    """Function of an array with the result of the last call cached: solvers ask for value, slope, curvature in turn."""
+    """Function of an array with the result of the last call cached: solvers ask for value, slope,
+    curvature in turn.
+    """
 
     def __init__(self, function: Callable[[Array], T]) -> None:
         self._function = function

@@ -8,9 +8,11 @@ from planter.kernels import Array
 
 
 def draw_latin_hypercube(rows: int, size: int, generator: np.random.Generator) -> Array:
-    """Return points (rows, size) in [0, 1): one in each of `rows` slices of every axis (McKay et al. 1979).
+    """Return points (rows, size) in [0, 1): one in each of `rows` slices of every axis (McKay et
+    al. 1979).
 
-    The numbers are those of `scipy.stats.qmc.LatinHypercube` with the same generator, which draws from its child.
+    The numbers are those of `scipy.stats.qmc.LatinHypercube` with the same generator, which draws
+    from its child.
     """
     generator = generator.spawn(1)[0]
     offsets = generator.random((rows, size))

@@ -1,4 +1,6 @@
-"""Piecewise smooth functions: extrema, integrals and jumps by Gauss-Legendre nodes, and Chebyshev series."""
+"""Piecewise smooth functions: extrema, integrals and jumps by Gauss-Legendre nodes, and Chebyshev
+series.
+"""
 
 from __future__ import annotations
 
@@ -17,31 +19,48 @@ from planter.numerics.extrema import ExtremePoint, index_first_extremum
 from planter.numerics.roots import OwnFunctions, find_bracketed_roots
 
 Rates = Callable[[Array], tuple[Array, Array]]
-"""Of k functions at n angles [rad], (k, n) each: values and slopes, or slopes and second derivatives."""
+"""Of k functions at n angles [rad], (k, n) each: values and slopes, or slopes and second
+derivatives.
+"""
 RowFunctions = Callable[[Array], Array]
 NODES, MIN_PIECES = 12, 16
 """Gauss-Legendre nodes of a panel, and minimum number of panels of a cycle."""
 MERGED_DISTANCE = 1e-11
-"""Breaks closer than this are one: roots of two functions at one place differ by their rounding [rad]."""
+"""Breaks closer than this are one: roots of two functions at one place differ by their rounding
+[rad].
+"""
 ONE_SIDED_OFFSET, CONSISTENT = 1e-9, 1e-8
-"""Distance from a break at which a limit is taken, linearly [rad], unless a series has it otherwise by this share."""
+"""Distance from a break at which a limit is taken, linearly [rad], unless a series has it otherwise
+by this share.
+"""
 SERIES_TOLERANCE = 1e-11
-"""A panel is halved while its share of the cycle times a last coefficient exceeds this share of the mean size."""
+"""A panel is halved while its share of the cycle times a last coefficient exceeds this share of the
+mean size.
+"""
 LIMIT_TOLERANCE = 1e-6
-"""Largest last coefficient, as a share of the largest value, of a series that has a limit at its end."""
+"""Largest last coefficient, as a share of the largest value, of a series that has a limit at its
+end.
+"""
 MAX_DEPTH, MAX_PANELS = 40, 4000
 """Halvings of a panel, and panels of a cycle, after which the remainder is rounding."""
 NOISE_DEPTH, NOISE_SHARE, FLATNESS = 16, 0.25, 0.02
-"""A function is rounding if so many panels do not suffice, and on this share of a cycle the last coefficients are as
-large as this share of its values: its extremes are those of the nodes."""
+"""A function is rounding if so many panels do not suffice, and on this share of a cycle the last
+coefficients are as large as this share of its values: its extremes are those of the nodes.
+"""
 CHEBYSHEV_NODES = 20
-"""Nodes of a panel, none of them at its ends, where a function may have another value on the other side."""
+"""Nodes of a panel, none of them at its ends, where a function may have another value on the other
+side.
+"""
 TAIL_TOLERANCE, TAIL_LENGTH = 2e-14, 3
-"""A panel is halved while one of its last coefficients exceeds this share of the function's magnitude."""
+"""A panel is halved while one of its last coefficients exceeds this share of the function's
+magnitude.
+"""
 MAX_HALVINGS = 12
 """Maximum number of halvings of a panel: the remainder is rounding of the function."""
 EXTRA_PANELS = 3000
-"""Maximum number of panels beyond four for each initial one: rough functions end there, within seconds."""
+"""Maximum number of panels beyond four for each initial one: rough functions end there, within
+seconds.
+"""
 
 _legendre = cache(np.polynomial.legendre.leggauss)
 _points = chebyshev.chebpts1(CHEBYSHEV_NODES)
@@ -56,28 +75,35 @@ class RoughFunctionError(ComputationError):
 
 
 def gauss_panels(ends: Array, count: int) -> tuple[Array, Array]:
-    """Return nodes and weights (m, count) on the m panels between ends (m + 1,), exact to degree 2 count - 1."""
+    """Return nodes and weights (m, count) on the m panels between ends (m + 1,), exact to degree 2
+    count - 1.
+    """
     points, weights = _legendre(count)
     widths = np.diff(ends)[:, None]
     return ends[:-1, None] + widths * (points + 1) / 2, widths * weights / 2
 
 
 class PiecewiseFunctions:
-    """Functions over a cycle from 0 to `turn` with kinks, roots or jumps at the ordered angles `breaks` (m,).
+    """Functions over a cycle from 0 to `turn` with kinks, roots or jumps at the ordered angles
+    `breaks` (m,).
 
-    A piece between two breaks is mapped on 0 <= v <= 1 with zero slope at both ends, so that a square root which begins
-    there is smooth in v. It has panels of Gauss-Legendre nodes, halved where the Legendre series of a function does not
-    fall off: integrals are right to 1e-10 of a function's mean size also where a kink has no break. An extremum between
-    two neighbouring nodes can be missed. Slopes need not be finite where a function is.
+    A piece between two breaks is mapped on 0 <= v <= 1 with zero slope at both ends, so that a
+    square root which begins there is smooth in v. It has panels of Gauss-Legendre nodes, halved
+    where the Legendre series of a function does not fall off: integrals are right to 1e-10 of a
+    function's mean size also where a kink has no break. An extremum between two neighbouring nodes
+    can be missed. Slopes need not be finite where a function is.
 
-    `poles` are angles at which functions, by their index, are not finite, or have a pole: these have no integrals.
+    `poles` are angles at which functions, by their index, are not finite, or have a pole: these
+    have no integrals.
     """
 
     def __init__(self, functions: Rates, breaks: Array, turn: float = TURN) -> None:
         self.functions = functions
         folded = np.sort(np.asarray(breaks, dtype=float))
         self.breaks = folded[np.diff(folded, prepend=-np.inf) > MERGED_DISTANCE]
-        inner = self.breaks[(self.breaks > MERGED_DISTANCE) & (self.breaks < turn - MERGED_DISTANCE)]
+        inner = self.breaks[
+            (self.breaks > MERGED_DISTANCE) & (self.breaks < turn - MERGED_DISTANCE)
+        ]
         self._edges = np.concatenate([[0.0], inner, [turn]])
         pending = _begin_panels(self._edges, MIN_PIECES, turn)
         accepted: list[_Panels] = []
@@ -97,7 +123,8 @@ class PiecewiseFunctions:
             accepted.append(panels.select(~rough))
             if not rough.any():
                 break
-            # Rounding everywhere doubles its panels at each of the first halvings, a pole at the last ones.
+            # Rounding everywhere doubles its panels at each of the first halvings, a pole at the
+            # last ones.
             is_endless = depth < NOISE_DEPTH and 2 * rough.sum() > MAX_PANELS
             if is_endless or sum(len(part.owner) for part in accepted) > MAX_PANELS:
                 is_flat = is_rough & (coefficients > FLATNESS * np.abs(panels.values).max(axis=2))
@@ -108,7 +135,9 @@ class PiecewiseFunctions:
         self._collect(accepted, turn)
 
     def _name_poles(self, panels: _Panels, is_rough: Flags) -> None:
-        """Set the angle of a node at which each function has a pole, or is not finite, if it is not yet set."""
+        """Set the angle of a node at which each function has a pole, or is not finite, if it is not
+        yet set.
+        """
         for row, panel in zip(*np.nonzero(is_rough), strict=True):
             node = int(np.argmin(np.isfinite(panels.values[row, panel])))
             self.poles.setdefault(int(row), float(panels.angles[panel, node]))
@@ -118,16 +147,24 @@ class PiecewiseFunctions:
         angles, weights = _place_nodes(self._edges, owner, low, high)
         values, slopes = self.functions(angles.ravel())
         shape = (len(values), *angles.shape)
-        return _Panels(owner, low, high, angles, weights, values.reshape(shape), slopes.reshape(shape))
+        return _Panels(
+            owner, low, high, angles, weights, values.reshape(shape), slopes.reshape(shape)
+        )
 
     def _collect(self, accepted: Sequence[_Panels], turn: float) -> None:
-        """Set nodes (n,), weights of sum 1, values and slopes (k, n) in their order, and limits at ends of pieces."""
-        order = np.lexsort([
-            np.concatenate([panels.low for panels in accepted]), np.concatenate([panels.owner for panels in accepted])
-        ])  # fmt: skip
+        """Set nodes (n,), weights of sum 1, values and slopes (k, n) in their order, and limits at
+        ends of pieces.
+        """
+        order = np.lexsort(
+            [
+                np.concatenate([panels.low for panels in accepted]),
+                np.concatenate([panels.owner for panels in accepted]),
+            ]
+        )
         owner = np.concatenate([panels.owner for panels in accepted])[order]
         angles, weights = (
-            np.concatenate([getattr(panels, name) for panels in accepted])[order] for name in ("angles", "weights")
+            np.concatenate([getattr(panels, name) for panels in accepted])[order]
+            for name in ("angles", "weights")
         )
         values, slopes = (
             np.concatenate([getattr(panels, name) for panels in accepted], axis=1)[:, order]
@@ -139,16 +176,24 @@ class PiecewiseFunctions:
         side_values, side_slopes = self.functions(side_angles)
         pieces = np.arange(len(begin))
         first, last = np.searchsorted(owner, pieces), np.searchsorted(owner, pieces, "right") - 1
-        series = np.append(_extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1), axis=1)
+        series = np.append(
+            _extrapolate(values[:, first], -1), _extrapolate(values[:, last], 1), axis=1
+        )
         linear = side_values + side_slopes * np.append(-offsets, offsets)
         limits = np.where(np.abs(series - linear) <= CONSISTENT * np.abs(series), linear, series)
         rounding = np.finfo(float).eps * np.abs(series).max(axis=1, keepdims=True)
-        self._after, self._before = np.split(np.where(np.abs(limits) > rounding, limits, 0.0), 2, axis=1)
+        self._after, self._before = np.split(
+            np.where(np.abs(limits) > rounding, limits, 0.0), 2, axis=1
+        )
         side_values = np.where(np.isfinite(side_values), side_values, limits)
         all_angles = np.concatenate([angles.ravel(), side_angles])
-        places = np.lexsort([all_angles, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])])
+        places = np.lexsort(
+            [all_angles, owners := np.concatenate([np.repeat(owner, NODES), pieces, pieces])]
+        )
         self.nodes, self._owner = all_angles[places], owners[places]
-        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(side_angles))]) / turn)[places]
+        self.weights = (np.concatenate([weights.ravel(), np.zeros(len(side_angles))]) / turn)[
+            places
+        ]
         self.values = np.append(values.reshape(len(values), -1), side_values, axis=1)[:, places]
         self.slopes = np.append(slopes.reshape(len(values), -1), side_slopes, axis=1)[:, places]
         self.slopes[~np.isfinite(self.slopes)] = 0.0
@@ -171,7 +216,8 @@ class PiecewiseFunctions:
     def extremes(self, rows: Integers, rates: Rates) -> list[tuple[ExtremePoint, ExtremePoint]]:
         """Return minimum and maximum over the cycle of the functions `rows`; one-sided at jumps.
 
-        `rates` returns slopes and second derivatives of these rows. Raises ComputationError as `find_bracketed_roots`.
+        `rates` returns slopes and second derivatives of these rows. Raises ComputationError as
+        `find_bracketed_roots`.
         """
         owners, places, values = self._stationary(rows, rates)
         inner = self.weights > 0  # without the points beside an end, whose limit is there
@@ -181,24 +227,32 @@ class PiecewiseFunctions:
         for k, row in enumerate(rows):
             all_angles = np.append(angles, places[owners == k])
             combined = np.append(samples[row], values[owners == k])
-            extremes.append((_select_extremum(all_angles, combined, -1), _select_extremum(all_angles, combined, 1)))
+            extremes.append(
+                (
+                    _select_extremum(all_angles, combined, -1),
+                    _select_extremum(all_angles, combined, 1),
+                )
+            )
         return extremes
 
     def _stationary(self, rows: Integers, rates: Rates) -> tuple[Integers, Array, Array]:
         """Return owners, angles and values of the stationary points."""
         slopes, joined = self.slopes[rows], np.diff(self._owner) == 0
         turns = ((slopes[:, 1:] > 0) != (slopes[:, :-1] > 0)) & joined
-        # Between two nodes a function that is constant, or zero, but for rounding has no extremum worth the search.
+        # Between two nodes a function that is constant, or zero, but for rounding has no extremum
+        # worth the search.
         steepest = np.maximum(np.abs(slopes[:, 1:]), np.abs(slopes[:, :-1]))
         rounding = 4 * np.finfo(float).eps * np.abs(self.values[rows]).max(axis=1, keepdims=True)
-        turns &= (steepest * np.diff(self.nodes) > rounding) & ~np.broadcast_to(self._is_noise, len(self.values))[
-            rows, None
-        ]
+        turns &= (steepest * np.diff(self.nodes) > rounding) & ~np.broadcast_to(
+            self._is_noise, len(self.values)
+        )[rows, None]
         owners, cells = np.nonzero(turns)
         if not len(owners):
             return owners, np.empty(0), np.empty(0)
         ends = slopes[owners, cells], slopes[owners, cells + 1]
-        places = find_bracketed_roots(OwnFunctions(rates, owners), self.nodes[cells], self.nodes[cells + 1], ends)
+        places = find_bracketed_roots(
+            OwnFunctions(rates, owners), self.nodes[cells], self.nodes[cells + 1], ends
+        )
         return owners, places, self.functions(places)[0][rows[owners], np.arange(len(owners))]
 
     @property
@@ -217,13 +271,16 @@ class PiecewiseFunctions:
 def place_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Array, Array]:
     """Return angles and weights (p, n) of the nodes of panels between ends (m,) of pieces.
 
-    A turn has `pieces` of them at least, and a piece `fewest`. The sum of the weights is the length of all pieces.
+    A turn has `pieces` of them at least, and a piece `fewest`. The sum of the weights is the length
+    of all pieces.
     """
     owner, low, high = _begin_panels(edges, pieces, turn, fewest)
     return _place_nodes(edges, owner, low, high)
 
 
-def _begin_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tuple[Integers, Array, Array]:
+def _begin_panels(
+    edges: Array, pieces: int, turn: float, fewest: int = 1
+) -> tuple[Integers, Array, Array]:
     """Return the pieces that panels (p,) belong to, and their ends in v."""
     counts = np.maximum(np.ceil(np.diff(edges) * pieces / turn).astype(int), fewest)
     owner = np.repeat(np.arange(len(counts)), counts)
@@ -232,7 +289,9 @@ def _begin_panels(edges: Array, pieces: int, turn: float, fewest: int = 1) -> tu
 
 
 def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tuple[Array, Array]:
-    """Return angles and weights (p, n) of the nodes of panels between places low and high (p,) in v."""
+    """Return angles and weights (p, n) of the nodes of panels between places low and high (p,) in
+    v.
+    """
     points, weights = _legendre(NODES)
     v = (low[:, None] * (1 - points) + high[:, None] * (1 + points)) / 2
     begin, end = edges[owner][:, None], edges[owner + 1][:, None]
@@ -244,7 +303,9 @@ def _place_nodes(edges: Array, owner: Integers, low: Array, high: Array) -> tupl
 
 @dataclass(frozen=True)
 class _Panels:
-    """Panels (m,) of pieces: ends in v, angles and weights (m, n) of their nodes, values and slopes (k, m, n)."""
+    """Panels (m,) of pieces: ends in v, angles and weights (m, n) of their nodes, values and slopes
+    (k, m, n).
+    """
 
     owner: Integers
     low: Array
@@ -257,9 +318,14 @@ class _Panels:
     def select(self, index: Flags) -> _Panels:
         """Return some of the panels."""
         return _Panels(
-            self.owner[index], self.low[index], self.high[index], self.angles[index], self.weights[index],
-            self.values[:, index], self.slopes[:, index],
-        )  # fmt: skip
+            self.owner[index],
+            self.low[index],
+            self.high[index],
+            self.angles[index],
+            self.weights[index],
+            self.values[:, index],
+            self.slopes[:, index],
+        )
 
     def halve(self) -> tuple[Integers, Array, Array]:
         """Return owners and ends of both halves of all panels."""
@@ -272,7 +338,12 @@ def to_series() -> Array:
     """Return the matrix (n, n) from values at the nodes of a panel to their Legendre series."""
     points, weights = _legendre(NODES)
     orders = np.arange(NODES)
-    return np.polynomial.legendre.legvander(points, NODES - 1) * weights[:, None] * (2 * orders + 1) / 2
+    return (
+        np.polynomial.legendre.legvander(points, NODES - 1)
+        * weights[:, None]
+        * (2 * orders + 1)
+        / 2
+    )
 
 
 @cache
@@ -290,12 +361,19 @@ def _extrapolate(values: Array, end: int) -> Array:
     limit = series @ (float(end) ** np.arange(NODES))
     last = values[..., 0 if end < 0 else -1]
     spread = np.abs(values).max(axis=-1)
-    return np.where(np.abs(series[..., -TAIL_LENGTH:]).max(axis=-1) > LIMIT_TOLERANCE * spread, last, limit)
+    return np.where(
+        np.abs(series[..., -TAIL_LENGTH:]).max(axis=-1) > LIMIT_TOLERANCE * spread, last, limit
+    )
 
 
 def _select_extremum(angles: Array, values: Array, sign: int) -> ExtremePoint:
-    """Return the largest (+1) or smallest (-1) of values (n,) at angles (n,); of ties the first angle."""
-    return ExtremePoint(float(angles[index_first_extremum(angles, values, sign)]), sign * float((sign * values).max()))
+    """Return the largest (+1) or smallest (-1) of values (n,) at angles (n,); of ties the first
+    angle.
+    """
+    return ExtremePoint(
+        float(angles[index_first_extremum(angles, values, sign)]),
+        sign * float((sign * values).max()),
+    )
 
 
 @dataclass(frozen=True)
@@ -307,7 +385,8 @@ class ChebyshevPanels:
 
     @classmethod
     def fit(cls, functions: RowFunctions, breaks: Array) -> ChebyshevPanels:
-        """Return the series of functions with values (f, n) at arguments (n,), smooth between breaks (m + 1,).
+        """Return the series of functions with values (f, n) at arguments (n,), smooth between
+        breaks (m + 1,).
 
         Raises RoughFunctionError if they are not.
         """
@@ -320,9 +399,9 @@ class ChebyshevPanels:
             values = functions(places.ravel()).reshape(-1, *places.shape)
             size = np.maximum(size, np.abs(values).max(axis=(1, 2)))
             series = np.einsum("kj,fmj->mfk", _from_points, values)
-            rough = (np.abs(series[:, :, -TAIL_LENGTH:]).max(axis=2) > TAIL_TOLERANCE * size).any(axis=1) & (
-                depth < MAX_HALVINGS
-            )
+            rough = (np.abs(series[:, :, -TAIL_LENGTH:]).max(axis=2) > TAIL_TOLERANCE * size).any(
+                axis=1
+            ) & (depth < MAX_HALVINGS)
             panels += [(low[i], high[i], series[i]) for i in np.flatnonzero(~rough)]
             halves = [(low[i], (low[i] + high[i]) / 2, high[i]) for i in np.flatnonzero(rough)]
             pending = [pair for a, b, c in halves for pair in ((a, b), (b, c))]
@@ -339,10 +418,14 @@ class ChebyshevPanels:
         return np.clip(np.searchsorted(self.ends, places, "right") - 1, 0, len(self.series) - 1)
 
     def __call__(self, places: Array, panel: Integers | None = None) -> Array:
-        """Return values (f, n) at arguments (n,), by the series of the panels with these indices if `panel` is set."""
+        """Return values (f, n) at arguments (n,), by the series of the panels with these indices if
+        `panel` is set.
+        """
         index = self.panel(places) if panel is None else panel
         low, high = self.ends[index], self.ends[index + 1]
-        terms = chebyshev.chebvander((2 * places - low - high) / (high - low), self.series.shape[2] - 1)
+        terms = chebyshev.chebvander(
+            (2 * places - low - high) / (high - low), self.series.shape[2] - 1
+        )
         return np.einsum("nfk,nk->fn", self.series[index], terms)
 
     @cached_property

@@ -1,4 +1,6 @@
-"""Roots by Newton's method: of many bracketed functions at once, of many small systems, and crossings in a cycle."""
+"""Roots by Newton's method: of many bracketed functions at once, of many small systems, and
+crossings in a cycle.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +16,18 @@ from planter.numerics.arrays import Flags, Integers
 
 FunctionWithSlope = Callable[[Array], tuple[Array, Array]]
 SystemOfEquations = Callable[[Array], tuple[Array, Array]]
-"""Unknowns (k, n) -> residuals (k, n), and their Jacobian (k, k, n) with one row for each equation."""
+"""Unknowns (k, n) -> residuals (k, n), and their Jacobian (k, k, n) with one row for each
+equation.
+"""
 MAX_BRACKET_STEPS, MAX_SYSTEM_STEPS = 100, 40
 STEP_TOLERANCE = 1e-9
 """Relative size of a Newton step after which the next step would be rounding."""
 STALL_TOLERANCE = 1e-6
 """Relative size below which Newton steps that no longer shrink are rounding of the function."""
 TOUCHING, ROUNDING = 1e-3, 1e-13
-"""Shares of the size of a function within which it touches a level where it turns round, and exactly so."""
+"""Shares of the size of a function within which it touches a level where it turns round, and
+exactly so.
+"""
 SAME_ANGLE = 1e-12
 """Share of a cycle by which the root of a function at both of its ends may differ."""
 MAX_LEVELS = 1000
@@ -29,7 +35,9 @@ MAX_LEVELS = 1000
 
 
 MOST_CROSSED = 0.25
-"""Largest share of the steps of a scan in which a function crosses zero; noise does in half of them."""
+"""Largest share of the steps of a scan in which a function crosses zero; noise does in half of
+them.
+"""
 
 
 class UnsolvedSystemError(ComputationError):
@@ -38,16 +46,21 @@ class UnsolvedSystemError(ComputationError):
     name = "NotFoundError"
 
     def __init__(self, index: int) -> None:
-        super().__init__(f"system of equations {index + 1} was not solved in {MAX_SYSTEM_STEPS} steps")
+        super().__init__(
+            f"system of equations {index + 1} was not solved in {MAX_SYSTEM_STEPS} steps"
+        )
         self.index = index
 
 
-def find_bracketed_roots(function: FunctionWithSlope, low: Array, high: Array, ends: tuple[Array, Array]) -> Array:
+def find_bracketed_roots(
+    function: FunctionWithSlope, low: Array, high: Array, ends: tuple[Array, Array]
+) -> Array:
     """Return the roots (m,) of m functions, each in its bracket [low, high].
 
-    `ends` are the values there, of opposite sign or zero. `function` returns values and derivatives, (m,) each, at m
-    points. A Newton step that leaves its bracket is replaced by bisection. Raises ComputationError if a root is not
-    determined to rounding, of the point or of the function.
+    `ends` are the values there, of opposite sign or zero. `function` returns values and
+    derivatives, (m,) each, at m points. A Newton step that leaves its bracket is replaced by
+    bisection. Raises ComputationError if a root is not determined to rounding, of the point or of
+    the function.
     """
     low, high, rising = low.copy(), high.copy(), ends[0] < ends[1]
     size = np.maximum(np.abs(low), np.abs(high))
@@ -60,26 +73,39 @@ def find_bracketed_roots(function: FunctionWithSlope, low: Array, high: Array, e
         below = (value < 0) == rising
         low, high = np.where(below, points, low), np.where(below, high, points)
         with np.errstate(invalid="ignore"):  # beside a pole, where bisection goes on
-            target = points - np.divide(value, slope, out=np.full_like(value, np.inf), where=slope != 0)
+            target = points - np.divide(
+                value, slope, out=np.full_like(value, np.inf), where=slope != 0
+            )
         inside = (low <= target) & (target <= high)
         following = np.where(inside, target, (low + high) / 2)
         following = np.where((value == 0) | ~open_, points, following)
         change = np.abs(following - points)
         points, bisected = following, ~inside & (change > 4 * np.finfo(float).eps * size)
-        open_ &= bisected | ~(change <= np.where(change >= last, STALL_TOLERANCE, STEP_TOLERANCE) * size)
+        open_ &= bisected | ~(
+            change <= np.where(change >= last, STALL_TOLERANCE, STEP_TOLERANCE) * size
+        )
         last = change
         if not open_.any():
             return points
-    raise ComputationError(f"a root was not found in {MAX_BRACKET_STEPS} steps, near {points[open_][0]:.6g}")
+    raise ComputationError(
+        f"a root was not found in {MAX_BRACKET_STEPS} steps, near {points[open_][0]:.6g}"
+    )
 
 
-def solve_systems(system: SystemOfEquations, start: Array, largest: Array, rounding: float = 0.0) -> Array:
-    """Return the unknowns (k, n) that solve n systems of k equations; no step is longer than `largest` (k,).
+def solve_systems(
+    system: SystemOfEquations, start: Array, largest: Array, rounding: float = 0.0
+) -> Array:
+    """Return the unknowns (k, n) that solve n systems of k equations; no step is longer than
+    `largest` (k,).
 
-    A system with residuals up to `rounding` counts as solved, however badly it determines its unknowns. Raises
-    UnsolvedSystemError for the first system that is not solved to rounding.
+    A system with residuals up to `rounding` counts as solved, however badly it determines its
+    unknowns. Raises UnsolvedSystemError for the first system that is not solved to rounding.
     """
-    points, last, done = start.copy(), np.full(start.shape[1], np.inf), np.zeros(start.shape[1], dtype=bool)
+    points, last, done = (
+        start.copy(),
+        np.full(start.shape[1], np.inf),
+        np.zeros(start.shape[1], dtype=bool),
+    )
     for _ in range(MAX_SYSTEM_STEPS):
         value, slopes = system(points)
         done |= (np.abs(value) <= rounding).all(axis=0)
@@ -94,7 +120,10 @@ def solve_systems(system: SystemOfEquations, start: Array, largest: Array, round
 
 
 def _solve_linear(matrices: Array, right: Array) -> Array:
-    """Return the solutions (k, n) of n linear systems. Raises UnsolvedSystemError for the first singular one."""
+    """Return the solutions (k, n) of n linear systems.
+
+    Raises UnsolvedSystemError for the first singular one.
+    """
     try:
         return np.asarray(np.linalg.solve(matrices, right[:, :, None])[:, :, 0].T)
     except np.linalg.LinAlgError:
@@ -103,9 +132,11 @@ def _solve_linear(matrices: Array, right: Array) -> Array:
 
 @dataclass(frozen=True)
 class Crossings:
-    """Sorted angles (s,) in [0, cycle) at which functions cross a level, and the rows (s,) of the functions.
+    """Sorted angles (s,) in [0, cycle) at which functions cross a level, and the rows (s,) of the
+    functions.
 
-    `touches` (t,) are angles at which functions, `touch_rows` (t,), come close to a level and turn round.
+    `touches` (t,) are angles at which functions, `touch_rows` (t,), come close to a level and turn
+    round.
     """
 
     angles: Array
@@ -129,37 +160,62 @@ class _Cells:
 
     def split(self, places: Array, values: Array) -> _Cells:
         """Return both parts of each interval, which end at a place."""
-        rows, low, high = np.tile(self.rows, 2), np.append(self.low, places), np.append(places, self.high)
+        rows, low, high = (
+            np.tile(self.rows, 2),
+            np.append(self.low, places),
+            np.append(places, self.high),
+        )
         return _Cells(rows, low, high, np.append(self.first, values), np.append(values, self.last))
 
     def joined(self, other: _Cells) -> _Cells:
-        return _Cells(*(np.append(getattr(self, field.name), getattr(other, field.name)) for field in fields(self)))
+        return _Cells(
+            *(
+                np.append(getattr(self, field.name), getattr(other, field.name))
+                for field in fields(self)
+            )
+        )
 
 
 def find_crossings(
-    values: FunctionWithSlope, periods: Array, count: int, cycle: float, rates: FunctionWithSlope | None = None
+    values: FunctionWithSlope,
+    periods: Array,
+    count: int,
+    cycle: float,
+    rates: FunctionWithSlope | None = None,
 ) -> Crossings:
-    """Return where functions (m,) cross a level between the angles 0 and `cycle`, which count as one.
+    """Return where functions (m,) cross a level between the angles 0 and `cycle`, which count as
+    one.
 
-    The levels are the multiples of `periods` (m,), or zero alone if the period is infinite. `values` returns functions
-    and slopes, `rates` slopes and second derivatives, (m, n) each at angles (n,). They are scanned in `count` steps of
-    a cycle; steps at whose ends a function is not finite are left out. With `rates` a function that turns round towards
-    a level within a step is followed to where it does: it crosses the level twice there, or touches it. Further
-    crossings of a function in one step are missed.
+    The levels are the multiples of `periods` (m,), or zero alone if the period is infinite.
+    `values` returns functions and slopes, `rates` slopes and second derivatives, (m, n) each at
+    angles (n,). They are scanned in `count` steps of a cycle; steps at whose ends a function is not
+    finite are left out. With `rates` a function that turns round towards a level within a step is
+    followed to where it does: it crosses the level twice there, or touches it. Further crossings of
+    a function in one step are missed.
     """
-    # Offset by half a step: functions often cross at whole steps, where rounding would decide between two steps.
+    # Offset by half a step: functions often cross at whole steps, where rounding would decide
+    # between two steps.
     grid = cycle * (np.arange(count + 2) - 0.5) / count
     turning = None if rates is None else partial(OwnFunctions, rates)
-    return locate_crossings(grid, *values(grid), periods, cycle, partial(OwnFunctions, values), turning)
+    return locate_crossings(
+        grid, *values(grid), periods, cycle, partial(OwnFunctions, values), turning
+    )
 
 
 def locate_crossings(
-    grid: Array, scanned: Array, slopes: Array, periods: Array, cycle: float,
-    values: Callable[[Integers], FunctionWithSlope], rates: Callable[[Integers], FunctionWithSlope] | None,
-) -> Crossings:  # fmt: skip
-    """Return the crossings of functions that were scanned, (m, n) with their slopes, at angles (n,) of a cycle.
+    grid: Array,
+    scanned: Array,
+    slopes: Array,
+    periods: Array,
+    cycle: float,
+    values: Callable[[Integers], FunctionWithSlope],
+    rates: Callable[[Integers], FunctionWithSlope] | None,
+) -> Crossings:
+    """Return the crossings of functions that were scanned, (m, n) with their slopes, at angles (n,)
+    of a cycle.
 
-    Of some functions, by their indices (s,), `values` returns functions of their points (s,), `rates` their slopes.
+    Of some functions, by their indices (s,), `values` returns functions of their points (s,),
+    `rates` their slopes.
     """
     multiples = _count_levels(scanned, periods[:, None])
     crossed = multiples[:, 1:] != multiples[:, :-1]
@@ -169,31 +225,45 @@ def locate_crossings(
         falls = gaps * slopes
         turning = (slopes[:, :-1] > 0) != (slopes[:, 1:] > 0)
         turning &= (falls[:, :-1] <= 0) & (falls[:, 1:] >= 0)
-        # A power of the distance from where it touches a level is less than its slope times a step, near there.
+        # A power of the distance from where it touches a level is less than its slope times a step,
+        # near there.
         sizes, reach = np.abs(gaps), np.abs(slopes)
         steps = np.diff(grid)
-        turning &= np.minimum(sizes[:, :-1], sizes[:, 1:]) <= steps * np.maximum(reach[:, :-1], reach[:, 1:])
+        turning &= np.minimum(sizes[:, :-1], sizes[:, 1:]) <= steps * np.maximum(
+            reach[:, :-1], reach[:, 1:]
+        )
     is_met = crossed | turning
     # A function that is zero but for rounding has either sign, step by step, and no crossings.
     is_met[np.isinf(periods) & (is_met.sum(axis=1) > MOST_CROSSED * is_met.shape[1])] = False
     turning &= is_met
     rows, index = np.nonzero(is_met)
-    cells = _Cells(rows, grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1])
+    cells = _Cells(
+        rows, grid[index], grid[index + 1], scanned[rows, index], scanned[rows, index + 1]
+    )
     touches, touch_rows = np.empty(0), np.empty(0, dtype=np.int64)
     if rates is not None and turning.any():
         turned = np.flatnonzero(turning[rows, index])
         turning_cells = cells.select(turned)
-        ends = slopes[turning_cells.rows, index[turned]], slopes[turning_cells.rows, index[turned] + 1]
-        places = find_bracketed_roots(rates(turning_cells.rows), turning_cells.low, turning_cells.high, ends)
+        ends = (
+            slopes[turning_cells.rows, index[turned]],
+            slopes[turning_cells.rows, index[turned] + 1],
+        )
+        places = find_bracketed_roots(
+            rates(turning_cells.rows), turning_cells.low, turning_cells.high, ends
+        )
         reached = values(turning_cells.rows)(places)[0]
         distance = np.abs(reached - _round_to_level(reached, periods[turning_cells.rows]))
-        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[turning_cells.rows]
+        sizes = np.where(np.isinf(periods), np.abs(np.nan_to_num(scanned)).max(axis=1), periods)[
+            turning_cells.rows
+        ]
         is_touch = distance <= TOUCHING * sizes
         touches, touch_rows = places[is_touch], turning_cells.rows[is_touch]
         passed = distance > ROUNDING * sizes  # else rounding would decide whether it crosses twice
         is_uncrossed = np.ones(len(rows), dtype=bool)
         is_uncrossed[turned[passed]] = False
-        cells = cells.select(is_uncrossed).joined(turning_cells.select(passed).split(places[passed], reached[passed]))
+        cells = cells.select(is_uncrossed).joined(
+            turning_cells.select(passed).split(places[passed], reached[passed])
+        )
     cells, levels = _list_brackets(cells, periods)
     functions = values(cells.rows)
 
@@ -213,7 +283,9 @@ def _round_to_level(values: Array, periods: Array) -> Array:
 
 
 def _count_levels(values: Array, periods: Array) -> Array:
-    """Return the levels from zero up to values, negative below it; one more without a period, where there is one."""
+    """Return the levels from zero up to values, negative below it; one more without a period, where
+    there is one.
+    """
     spacing = np.where(np.isinf(periods), 1.0, periods)
     return np.where(np.isinf(periods), np.where(values < 0, -1.0, 0.0), np.floor(values / spacing))
 
@@ -232,7 +304,9 @@ def _list_brackets(cells: _Cells, periods: Array) -> tuple[_Cells, Array]:
 
 
 class OwnFunctions:
-    """Functions (m, n) with slopes, of which each point (s,) takes one; results of unmoved points are reused."""
+    """Functions (m, n) with slopes, of which each point (s,) takes one; results of unmoved points
+    are reused.
+    """
 
     def __init__(self, functions: FunctionWithSlope, rows: Integers) -> None:
         self._functions, self._rows = functions, rows
@@ -250,7 +324,9 @@ class OwnFunctions:
 
 
 def _fold(angles: Array, rows: Integers, cycle: float) -> tuple[Array, Integers]:
-    """Return angles in a cycle in their order, those of one function at both of its ends once, with their functions."""
+    """Return angles in a cycle in their order, those of one function at both of its ends once, with
+    their functions.
+    """
     outside = SAME_ANGLE * cycle
     angles = np.where(np.abs(angles - cycle) <= outside, 0.0, angles)
     is_inside = (angles >= -outside) & (angles < cycle)

@@ -1,8 +1,9 @@
 """Statistics of a function over an interval, with first and second derivatives.
 
-The function is known by values f_k (n,) with weights w_k (n,), not necessarily of sum 1. Both may depend on p
-parameters. With the moments S_j = sum w_k f_k^j, j = 0, 1, 2, every smooth statistic is a function of S_0, S_1, S_2, or
-the root of one, so that its derivatives follow from those of three sums.
+The function is known by values f_k (n,) with weights w_k (n,), not necessarily of sum 1. Both may
+depend on p parameters. With the moments S_j = sum w_k f_k^j, j = 0, 1, 2, every smooth statistic is
+a function of S_0, S_1, S_2, or the root of one, so that its derivatives follow from those of three
+sums.
 """
 
 from __future__ import annotations
@@ -38,11 +39,15 @@ def reduce_samples(kind: str, samples: Array) -> Array:
 
 
 def differentiate_statistic(kind: str, samples: Array) -> Array:
-    """Return the derivative (n, ...) of a statistic in each of its samples (n, ...), extrema at fixed samples."""
+    """Return the derivative (n, ...) of a statistic in each of its samples (n, ...), extrema at
+    fixed samples.
+    """
     count = len(samples)
     if kind in EXTREMUM_WEIGHTS:
         slope = np.zeros_like(samples)
-        for sign, place in zip(EXTREMUM_WEIGHTS[kind], (samples.argmax(axis=0), samples.argmin(axis=0)), strict=True):
+        for sign, place in zip(
+            EXTREMUM_WEIGHTS[kind], (samples.argmax(axis=0), samples.argmin(axis=0)), strict=True
+        ):
             index = (place, *np.indices(place.shape))
             slope[index] += sign
         return slope
@@ -64,7 +69,9 @@ class MomentFunction:
     second: Array
 
     @classmethod
-    def from_moments(cls, kind: StatisticKind, total: float, first: float, square: float) -> MomentFunction:
+    def from_moments(
+        cls, kind: StatisticKind, total: float, first: float, square: float
+    ) -> MomentFunction:
         """Return a statistic (its square, if it is a root) at S_0, S_1, S_2.
 
         Variances require S_1 = 0, values about their mean, so that no digits cancel.
@@ -102,21 +109,28 @@ class Statistic:
         zeroth, linear, square_rate = self._moments.first
         rise = self._outer[1]
         self.slope: Array = rise * self.weights * (linear + 2 * square_rate * self._values)
-        self.weight_slope: Array = rise * (zeroth + linear * self._values + square_rate * self._values**2)
+        self.weight_slope: Array = rise * (
+            zeroth + linear * self._values + square_rate * self._values**2
+        )
 
     def gradient(self, slopes: Array, weight_slopes: Array | None = None) -> Array:
-        """Return the derivative (p,) in the parameters from those of the values (n, p) and of the weights (n, p)."""
+        """Return the derivative (p,) in the parameters from those of the values (n, p) and of the
+        weights (n, p).
+        """
         gradient = self.slope @ slopes
         return gradient if weight_slopes is None else gradient + self.weight_slope @ weight_slopes
 
     def curvature(self, slopes: Array, weight_slopes: Array | None = None) -> Array:
-        """Return the part (p, p) of the Hessian from first derivatives of values and weights (n, p).
+        """Return the part (p, p) of the Hessian from first derivatives of values and weights (n,
+        p).
 
         The remaining part is sum slope_k f_k'' + weight_slope_k w_k''.
         """
         first, second = self._moments.first, self._moments.second
         weights, values = self.weights, self._values
-        moments = np.array([np.zeros(slopes.shape[1]), weights @ slopes, 2 * (weights * values) @ slopes])
+        moments = np.array(
+            [np.zeros(slopes.shape[1]), weights @ slopes, 2 * (weights * values) @ slopes]
+        )
         inner = 2 * first[2] * slopes.T @ (weights[:, None] * slopes)
         if weight_slopes is not None:
             moments += np.array([values**power @ weight_slopes for power in range(3)])
@@ -129,7 +143,9 @@ class Statistic:
 
 
 def _differentiate_root(square: float) -> tuple[float, float, float]:
-    """Return a root with its first two derivatives in the square; at zero, where they diverge, they are set to zero."""
+    """Return a root with its first two derivatives in the square; at zero, where they diverge, they
+    are set to zero.
+    """
     if square <= 0:
         return 0.0, 0.0, 0.0
     root = float(np.sqrt(square))

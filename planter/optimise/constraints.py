@@ -1,7 +1,7 @@
 """Bounds and constraints of designs, and the projection onto equality constraints.
 
-Constraint components are scaled by the step of their kind, so that violations are comparable. The projection uses
-Newton's method with short steps in the box.
+Constraint components are scaled by the step of their kind, so that violations are comparable. The
+projection uses Newton's method with short steps in the box.
 """
 
 from __future__ import annotations
@@ -21,9 +21,11 @@ from planter.optimise.objective import LocalModel, ModelGradients, ModelValues, 
 
 @dataclass(frozen=True)
 class DesignBox:
-    """Bounds (p,) on designs x (p,) with names, the initial design, and the variables u (p,) of the search.
+    """Bounds (p,) on designs x (p,) with names, the initial design, and the variables u (p,) of the
+    search.
 
-    x = origin + unit * u, so that u lies between `bottom` and `top`; `design` may lie outside the bounds.
+    x = origin + unit * u, so that u lies between `bottom` and `top`; `design` may lie outside the
+    bounds.
     """
 
     names: tuple[str, ...]
@@ -63,15 +65,21 @@ class DesignBox:
         return self.inside((x - self.origin) / self.unit)
 
     def at(self, u: Array) -> Array:
-        """Return the design x (p,) at a point u (p,), which at an upper bound is exactly that bound."""
-        return np.clip(np.where(u >= self.top, self.upper, self.origin + u * self.unit), self.lower, self.upper)
+        """Return the design x (p,) at a point u (p,), which at an upper bound is exactly that
+        bound.
+        """
+        return np.clip(
+            np.where(u >= self.top, self.upper, self.origin + u * self.unit), self.lower, self.upper
+        )
 
     def inside(self, u: Array) -> Array:
         """Return a point u (p,) clipped to the box."""
         return np.clip(u, self.bottom, self.top)
 
     def slack(self, u: Array) -> tuple[Array, Array]:
-        """Return the distances of a point u (p,) from the lower and upper bounds, (p,) each, negative outside."""
+        """Return the distances of a point u (p,) from the lower and upper bounds, (p,) each,
+        negative outside.
+        """
         return u - self.bottom, self.top - u
 
     def snapped(self, u: Array, margin: float) -> Array:
@@ -85,7 +93,9 @@ FEASIBILITY_TOLERANCE = 1e-7
 
 
 class ConstraintKind(Protocol):
-    """Name of a constraint in results, sides on which it may be active, and size of a step in its unit."""
+    """Name of a constraint in results, sides on which it may be active, and size of a step in its
+    unit.
+    """
 
     @property
     def name(self) -> str: ...
@@ -110,7 +120,8 @@ class NamedConstraint:
 class Constraints(Protocol):
     """Constraints lower <= g(x) <= upper with k components in steps, for designs x (p,).
 
-    `owner` (k,) is the index in `kinds` of each component. Components with equal bounds are equality constraints.
+    `owner` (k,) is the index in `kinds` of each component. Components with equal bounds are
+    equality constraints.
     """
 
     kinds: Sequence[ConstraintKind]
@@ -119,7 +130,10 @@ class Constraints(Protocol):
     upper: Array
 
     def values(self, x: Array) -> Array:
-        """Return the components (k,) at a design x (p,). Raises ComputationError if they do not exist."""
+        """Return the components (k,) at a design x (p,).
+
+        Raises ComputationError if they do not exist.
+        """
 
     def slopes(self, x: Array) -> Array:
         """Return the Jacobian (k, p) of the components at a design x (p,)."""
@@ -165,7 +179,9 @@ class Constraints(Protocol):
         return worst
 
     def violation(self, x: Array) -> float:
-        """Return the largest violation in steps, infinite if the components do not exist at a design."""
+        """Return the largest violation in steps, infinite if the components do not exist at a
+        design.
+        """
         try:
             return float(self.excess(x).max())
         except ComputationError:
@@ -204,8 +220,12 @@ class JoinedConstraints(Constraints):
         self.parts = parts
         self.kinds = [kind for part in parts for kind in part.kinds]
         before = np.cumsum([0, *(len(part.kinds) for part in parts)])
-        self.owner = np.concatenate([part.owner + first for part, first in zip(parts, before[:-1], strict=True)])
-        self.lower, self.upper = (np.concatenate(b) for b in zip(*((p.lower, p.upper) for p in parts), strict=True))
+        self.owner = np.concatenate(
+            [part.owner + first for part, first in zip(parts, before[:-1], strict=True)]
+        )
+        self.lower, self.upper = (
+            np.concatenate(b) for b in zip(*((p.lower, p.upper) for p in parts), strict=True)
+        )
 
     @property
     def windows(self) -> bool:
@@ -236,7 +256,10 @@ class JoinedConstraints(Constraints):
         """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
         split_weights = np.split(weights, np.cumsum([part.count for part in self.parts])[:-1])
         return np.sum(
-            [part.curvature(x, part_weights) for part, part_weights in zip(self.parts, split_weights, strict=True)],
+            [
+                part.curvature(x, part_weights)
+                for part, part_weights in zip(self.parts, split_weights, strict=True)
+            ],
             axis=0,
         )
 
@@ -280,7 +303,9 @@ class ConstrainedModel:
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
         holds, required = np.split(weights.holds, [len(weights.holds) - self.constraints.count])
-        return self.local.curvature(x, replace(weights, holds=holds)) + self.constraints.curvature(x, required)
+        return self.local.curvature(x, replace(weights, holds=holds)) + self.constraints.curvature(
+            x, required
+        )
 
 
 MAX_PROJECTION_STEPS = 20
@@ -293,9 +318,11 @@ LINEAR_RESIDUAL = 1e-6
 
 
 def project_onto_equations(box: DesignBox, equations: Constraints, u: Array) -> Array:
-    """Return the projection (p,) of a point u (p,) onto equality constraints, satisfied to rounding.
+    """Return the projection (p,) of a point u (p,) onto equality constraints, satisfied to
+    rounding.
 
-    Without a solution in the box, return the last point of the iteration; without values, return u clipped to the box.
+    Without a solution in the box, return the last point of the iteration; without values, return u
+    clipped to the box.
     """
     current = box.inside(u)
     rounding = RESIDUAL_ROUNDING * np.abs(equations.upper).max()
@@ -318,7 +345,9 @@ def project_onto_equations(box: DesignBox, equations: Constraints, u: Array) -> 
 def _find_following(
     box: DesignBox, equations: Constraints, current: Array, step: Array, miss: Array
 ) -> tuple[Array, Array] | None:
-    """Return the point after a share of a step (p,) and its residual (k,), or None if no share reduces it enough."""
+    """Return the point after a share of a step (p,) and its residual (k,), or None if no share
+    reduces it enough.
+    """
     for share in STEP_SHARES:
         trial = box.inside(current + share * step)
         left = equations.upper - equations.values(box.at(trial))
@@ -328,7 +357,8 @@ def _find_following(
 
 
 def compute_short_step(slopes: Array, miss: Array, low: Array, high: Array) -> Array:
-    """Return a short step d (p,) within bounds that solves slopes (k, p) . d = miss (k,), if possible.
+    """Return a short step d (p,) within bounds that solves slopes (k, p) . d = miss (k,), if
+    possible.
 
     Coordinates at a bound do not move if the others suffice.
     """
@@ -339,7 +369,9 @@ def compute_short_step(slopes: Array, miss: Array, low: Array, high: Array) -> A
 
 
 def _clip_step(slopes: Array, miss: Array, low: Array, high: Array, free: Flags) -> Array:
-    """Return the minimum-norm step (p,) of the free coordinates, which are fixed in turn at bounds they would pass."""
+    """Return the minimum-norm step (p,) of the free coordinates, which are fixed in turn at bounds
+    they would pass.
+    """
     step = np.zeros(len(low))
     while free.any():
         rest = miss - slopes[:, ~free] @ step[~free]

@@ -1,6 +1,7 @@
 """Objectives by true extremes and integrals, and their rows near a design.
 
-Rows are the extremes of each curve in windows, both sides of its jumps, and places near its extremes.
+Rows are the extremes of each curve in windows, both sides of its jumps, and places near its
+extremes.
 """
 
 from __future__ import annotations
@@ -14,7 +15,13 @@ from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers, LastCallCache, wrap_angle
 from planter.optimise.curve_sum import CurveSide, CurveSum, SmoothSum
 from planter.optimise.cycle_panels import CORNER, CyclePanels, PanelCache
-from planter.optimise.objective import NO_GROUPS, Conditions, ModelGradients, ModelValues, ObjectiveSummary
+from planter.optimise.objective import (
+    NO_GROUPS,
+    Conditions,
+    ModelGradients,
+    ModelValues,
+    ObjectiveSummary,
+)
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
     CycleResponse,
@@ -67,31 +74,47 @@ class ContinuousCycle:
             rows.append(side.sign * extremes.values)
             groups.append(np.full(count, side.group))
             curve = np.full(count, side.row)
-            gradients.append(side.sign * panels.row_slopes(curve, extremes.angles, extremes.joint)[1])
+            gradients.append(
+                side.sign * panels.row_slopes(curve, extremes.angles, extremes.joint)[1]
+            )
         return Conditions(
-            np.concatenate(rows), np.concatenate(groups), np.vstack(gradients), panels.gradient(smooth),
+            np.concatenate(rows),
+            np.concatenate(groups),
+            np.vstack(gradients),
+            panels.gradient(smooth),
             np.empty((0, len(x))),
-        )  # fmt: skip
+        )
 
 
 class ExtremumRows:
-    """Rows of each side, one for each window between fixed angles: the greatest value, or the least. A `LocalModel`.
+    """Rows of each side, one for each window between fixed angles: the greatest value, or the
+    least. A `LocalModel`.
 
-    The windows of maxima are parted by the angles of the minima where the rows were made, and conversely. All windows
-    together cover the period, so no new extreme can be missed. Two peaks in one window give its row a kink where they
-    change places: `fixed` are for each side the angles of further rows, smooth ones, which keep both in sight until
-    each has its own window, and those near an extreme, among which another would be born. A side of a part of the
-    period has the largest of its values in place of those beyond it.
+    The windows of maxima are parted by the angles of the minima where the rows were made, and
+    conversely. All windows together cover the period, so no new extreme can be missed. Two peaks in
+    one window give its row a kink where they change places: `fixed` are for each side the angles of
+    further rows, smooth ones, which keep both in sight until each has its own window, and those
+    near an extreme, among which another would be born. A side of a part of the period has the
+    largest of its values in place of those beyond it.
     """
 
-    def __init__(self, cycle: ContinuousCycle, panels: CyclePanels, fixed: Sequence[Array] | None = None) -> None:
+    def __init__(
+        self, cycle: ContinuousCycle, panels: CyclePanels, fixed: Sequence[Array] | None = None
+    ) -> None:
         self.cycle, self.total = cycle, cycle.total
         sides = self.total.sides
-        self.fixed = tuple(_find_high_nodes(panels, side) for side in sides) if fixed is None else tuple(fixed)
+        self.fixed = (
+            tuple(_find_high_nodes(panels, side) for side in sides)
+            if fixed is None
+            else tuple(fixed)
+        )
         self.edges = [_find_edges(panels, side) for side in sides]
         self.jumps = panels.breaks[panels.jumps]
         jumps = 2 * len(self.jumps)
-        counts = [len(edges) + len(fixed) + jumps for edges, fixed in zip(self.edges, self.fixed, strict=True)]
+        counts = [
+            len(edges) + len(fixed) + jumps
+            for edges, fixed in zip(self.edges, self.fixed, strict=True)
+        ]
         self.sides = np.repeat(np.arange(len(sides)), counts)
         self.groups, self.curves = self.total.groups[self.sides], self.total.rows[self.sides]
         self.signs = self.total.signs[self.sides]
@@ -100,7 +123,9 @@ class ExtremumRows:
         self._state = LastCallCache(lambda x: _ExtremumState(self, x))
 
     def grown(self, x: Array, tops: Array) -> ExtremumRows:
-        """Return a copy with the windows of this design and rows at the extremes of the previous designs."""
+        """Return a copy with the windows of this design and rows at the extremes of the previous
+        designs.
+        """
         fixed = [
             drop_close_angles(np.append(angles, seen), MIN_ROW_DISTANCE)
             for angles, seen in zip(self.fixed, self._seen, strict=True)
@@ -124,28 +149,41 @@ class ExtremumRows:
             if len(extremes.values) and not side.conditions:
                 seen.append(float(extremes.angles[(side.sign * extremes.values).argmax()]))
         gradients = self.signs[:, None] * state.slopes[1]
-        return ModelGradients(state.panels.gradient(state.smooth_sum), gradients, np.empty((0, len(x))))
+        return ModelGradients(
+            state.panels.gradient(state.smooth_sum), gradients, np.empty((0, len(x)))
+        )
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
         state, each = self._state(x), self.signs * weights.rows
         rows = state.hessian(each)
-        return rows if weights.smooth == 0 else rows + weights.smooth * state.panels.hessian(state.smooth_sum)
+        return (
+            rows
+            if weights.smooth == 0
+            else rows + weights.smooth * state.panels.hessian(state.smooth_sum)
+        )
 
 
 class _ExtremumState:
-    """All rows at one design: angle, value, joint or -1, and whether it is a smooth peak, which moves on its own."""
+    """All rows at one design: angle, value, joint or -1, and whether it is a smooth peak, which
+    moves on its own.
+    """
 
     def __init__(self, rows: ExtremumRows, x: Array) -> None:
         self.panels, self.smooth_sum = rows.cycle.panels(x)
         self.curves = rows.curves
         picked = [_NO_POINTS]
         for side, edges, fixed in zip(rows.total.sides, rows.edges, rows.fixed, strict=True):
-            points = [_select_window_rows(self.panels, side, edges), _fixed_rows(self.panels, side, fixed)]
+            points = [
+                _select_window_rows(self.panels, side, edges),
+                _fixed_rows(self.panels, side, fixed),
+            ]
             if len(rows.jumps):
                 points.append(_jump_rows(self.panels, side, rows.jumps))
             picked += points
-        self.angles, self.values, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
+        self.angles, self.values, self.joint, self.smooth = (
+            np.concatenate(part) for part in zip(*picked, strict=True)
+        )
 
     @cached_property
     def slopes(self) -> tuple[Array, Array, Array, Array]:
@@ -178,7 +216,9 @@ class _ExtremumState:
         return motion
 
     def _bend_corners(self, chosen: Integers, after: Array) -> Array:
-        """Return the second derivatives (k, p, p) of corners, at which two branches of a curve have one value."""
+        """Return the second derivatives (k, p, p) of corners, at which two branches of a curve have
+        one value.
+        """
         panels, angles = self.panels, self.angles[chosen] - ONE_SIDED_OFFSET
         lanes, curves = np.arange(len(chosen)), self.curves[chosen]
         ones = np.zeros((panels.response.count, len(chosen)))
@@ -187,7 +227,9 @@ class _ExtremumState:
         before = panels.response.slopes(panels.at, panels.fold(angles))[1][curves, lanes, 0]
         rise = self.slopes[0][chosen, 0] - before
         size = change.shape[1] - 1
-        path = np.concatenate([self.slopes[3][chosen][:, None], np.tile(np.eye(size), (len(chosen), 1, 1))], axis=1)
+        path = np.concatenate(
+            [self.slopes[3][chosen][:, None], np.tile(np.eye(size), (len(chosen), 1, 1))], axis=1
+        )
         bent: Array = -np.einsum("kap,kab,kbq->kpq", path, change, path) / rise[:, None, None]
         return bent
 
@@ -198,7 +240,9 @@ _NO_POINTS: _Points = np.empty(0), np.empty(0), np.empty(0, dtype=np.int64), np.
 
 
 def _find_high_nodes(panels: CyclePanels, side: CurveSide) -> Array:
-    """Return angles at which a curve is near its extreme: a peak that is not yet there would be born among them."""
+    """Return angles at which a curve is near its extreme: a peak that is not yet there would be
+    born among them.
+    """
     if side.conditions:
         return NO_ANGLES
     values = side.sign * panels.values[side.row]
@@ -214,9 +258,11 @@ EDGE_SHARES = np.array([0.25, 0.5, 0.75])
 
 
 def _find_edges(panels: CyclePanels, side: CurveSide) -> Array:
-    """Return the ends of the windows of a side: the extremes of the other, or the first angle without any.
+    """Return the ends of the windows of a side: the extremes of the other, or the first angle
+    without any.
 
-    A jump is no end, since it moves: between two peaks that it parts the end is a place far from jumps.
+    A jump is no end, since it moves: between two peaks that it parts the end is a place far from
+    jumps.
     """
     extremes, period = panels.extremes(side), panels.response.period
     is_peak = extremes.peaks == (side.sign > 0)
@@ -227,7 +273,9 @@ def _find_edges(panels: CyclePanels, side: CurveSide) -> Array:
         between = np.mod(edges - peaks[:, None], period) < lengths[:, None]
         bare = np.flatnonzero(~between.any(axis=1))
         places = peaks[bare, None] + EDGE_SHARES * lengths[bare, None]
-        gaps = np.abs(wrap_angle(places[..., None] - panels.breaks[panels.jumps], period)).min(axis=-1)
+        gaps = np.abs(wrap_angle(places[..., None] - panels.breaks[panels.jumps], period)).min(
+            axis=-1
+        )
         chosen = places[np.arange(len(bare)), gaps.argmax(axis=1)]
         edges = np.sort(np.append(edges, np.mod(chosen, period)))
     return edges if len(edges) else np.zeros(1)
@@ -236,7 +284,8 @@ def _find_edges(panels: CyclePanels, side: CurveSide) -> Array:
 def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _Points:
     """The row of each window up to an edge: its extreme, or the edge if that is more.
 
-    A window without an extreme inside has it at an edge: the right one here, the left one in the window before.
+    A window without an extreme inside has it at an edge: the right one here, the left one in the
+    window before.
     """
     extremes = panels.extremes(side)
     inside = np.flatnonzero((extremes.peaks == (side.sign > 0)) & ~extremes.beside_jump)
@@ -248,7 +297,11 @@ def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _
     for i, w in zip(inside, window, strict=True):
         is_first = bool(side.conditions) and not taken[w]
         if is_first or side.sign * extremes.values[i] > side.sign * values[w]:
-            angles[w], values[w], joint[w] = extremes.angles[i], extremes.values[i], extremes.joint[i]
+            angles[w], values[w], joint[w] = (
+                extremes.angles[i],
+                extremes.values[i],
+                extremes.joint[i],
+            )
             smooth[w], taken[w] = extremes.smooth[i], True
     return angles, values, joint, smooth
 
@@ -256,13 +309,22 @@ def _select_window_rows(panels: CyclePanels, side: CurveSide, edges: Array) -> _
 def _top_rows(panels: CyclePanels, side: CurveSide, count: int) -> _Points:
     """Rows that are all the largest value of a side."""
     extremes = panels.extremes(side)
-    best = int(np.where(extremes.peaks == (side.sign > 0), side.sign * extremes.values, -np.inf).argmax())
+    best = int(
+        np.where(extremes.peaks == (side.sign > 0), side.sign * extremes.values, -np.inf).argmax()
+    )
     chosen = np.full(count, best)
-    return extremes.angles[chosen], extremes.values[chosen], extremes.joint[chosen], extremes.smooth[chosen]
+    return (
+        extremes.angles[chosen],
+        extremes.values[chosen],
+        extremes.joint[chosen],
+        extremes.smooth[chosen],
+    )
 
 
 def _jump_rows(panels: CyclePanels, side: CurveSide, angles: Array) -> _Points:
-    """Rows on both sides of the jumps that are nearest to angles (k,); where there are none, at these angles."""
+    """Rows on both sides of the jumps that are nearest to angles (k,); where there are none, at
+    these angles.
+    """
     if not len(panels.jumps):
         return (
             _top_rows(panels, side, 2 * len(angles))

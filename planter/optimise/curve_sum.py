@@ -1,4 +1,6 @@
-"""A sum of measures of curves over a cycle: what its smooth terms and its extremes are of, and their derivatives."""
+"""A sum of measures of curves over a cycle: what its smooth terms and its extremes are of, and
+their derivatives.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ from planter.optimise.objective import ObjectiveSummary, find_tops
 
 @dataclass(frozen=True)
 class CurveStatistic:
-    """A weighted statistic of a curve, the `row` of a response, where the conditions `conditions` hold."""
+    """A weighted statistic of a curve, the `row` of a response, where the conditions `conditions`
+    hold.
+    """
 
     kind: StatisticKind
     row: int
@@ -26,7 +30,8 @@ class CurveStatistic:
 
 @dataclass(frozen=True)
 class CurveSide:
-    """A side of a curve that counts in a group: its greatest value (`sign` +1), or its least with opposite sign.
+    """A side of a curve that counts in a group: its greatest value (`sign` +1), or its least with
+    opposite sign.
 
     Only the part of the period counts on which the conditions `conditions` hold.
     """
@@ -60,23 +65,35 @@ class CurveSum:
         """Sign of each side, (s,)."""
         return np.array([float(side.sign) for side in self.sides])
 
-    def summarise(self, smooth: SmoothSum, tops: Array, high: float, low: float) -> ObjectiveSummary:
-        """Return the summary of largest values (s,) of the sides, and extremes of the first curve."""
+    def summarise(
+        self, smooth: SmoothSum, tops: Array, high: float, low: float
+    ) -> ObjectiveSummary:
+        """Return the summary of largest values (s,) of the sides, and extremes of the first
+        curve.
+        """
         return ObjectiveSummary(
-            smooth.value, find_tops(tops, self.groups, len(self.weights)), high, low, *smooth.moments
-        )  # fmt: skip
+            smooth.value,
+            find_tops(tops, self.groups, len(self.weights)),
+            high,
+            low,
+            *smooth.moments,
+        )
 
 
 class SmoothSum:
-    """The statistics of a sum, of values (m, n) of curves with shares (n,) of the cycle, equal ones if None.
+    """The statistics of a sum, of values (m, n) of curves with shares (n,) of the cycle, equal ones
+    if None.
 
     `masks` (s, n) are for each statistic the parts of the shares that count.
     """
 
     def __init__(
-        self, statistics: Sequence[CurveStatistic], values: Array, shares: Array | None = None,
+        self,
+        statistics: Sequence[CurveStatistic],
+        values: Array,
+        shares: Array | None = None,
         masks: Sequence[Array] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.values, count = values, values.shape[1]
         self.shares = np.full(count, 1 / count) if shares is None else shares
         self.masks = [np.ones(count)] * len(statistics) if masks is None else masks
@@ -109,12 +126,16 @@ class SmoothSum:
         return slope
 
     def gradient(self, slopes: Array, share_slopes: Array | None = None) -> Array:
-        """Return the gradient (p,) from the gradients (m, n, p) of the values, and (n, p) of shares that move."""
+        """Return the gradient (p,) from the gradients (m, n, p) of the values, and (n, p) of shares
+        that move.
+        """
         gradient = np.einsum("mn,mnp->p", self.slope, slopes)
         return gradient if share_slopes is None else gradient + self.share_slope @ share_slopes
 
     def squared(self, slopes: Array, share_slopes: Array | None = None) -> Array:
-        """Return the part (p, p) of the Hessian due to these; the rest is the sum of their Hessians."""
+        """Return the part (p, p) of the Hessian due to these; the rest is the sum of their
+        Hessians.
+        """
         total = np.zeros((slopes.shape[2], slopes.shape[2]))
         for part, statistic, mask in self.parts:
             moving = None if share_slopes is None else mask[:, None] * share_slopes

@@ -1,12 +1,14 @@
-"""The turn without a grid: true extremes of the curves over phi, true integrals for their means and variances.
+"""The turn without a grid: true extremes of the curves over phi, true integrals for their means and
+variances.
 
-The period is split at all joints into panels on which F is smooth, and the panels into pieces with Gauss-Legendre
-nodes. Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel, or the joint itself where F has a
-kink, or a side of it where F jumps.
+The period is split at all joints into panels on which F is smooth, and the panels into pieces with
+Gauss-Legendre nodes. Every change of sign of dF/dphi is one extreme: a smooth peak inside a panel,
+or the joint itself where F has a kink, or a side of it where F jumps.
 
-Nodes keep their places within a panel, whose ends move with the design: phi_k = (1 - t_k) a + t_k b, with the weight
-w_k (b - a). So the derivatives of an integral are those of its sum, first and second ones alike, whether F is smooth at
-a joint, has a kink, jumps, or has an infinite slope as a root has: along a moving node all of these are smooth.
+Nodes keep their places within a panel, whose ends move with the design: phi_k = (1 - t_k) a + t_k
+b, with the weight w_k (b - a). So the derivatives of an integral are those of its sum, first and
+second ones alike, whether F is smooth at a joint, has a kink, jumps, or has an infinite slope as a
+root has: along a moving node all of these are smooth.
 """
 
 from __future__ import annotations
@@ -33,25 +35,33 @@ from planter.optimise.response import (
 MIN_BREAKPOINT_DISTANCE = 1e-8
 """Joints closer than this are one [rad]."""
 CORNER, CORNER_SHARE = -2, 1e-6
-"""In place of a joint: a corner that no event marks, at which a slope jumps by this share of the largest at least."""
+"""In place of a joint: a corner that no event marks, at which a slope jumps by this share of the
+largest at least.
+"""
 LEVEL_SHARE = 1e-9
 """A curve whose slope is below this share of its size is level, its slope rounding [1/rad]."""
 TAIL_TOLERANCE, MAX_HALVINGS = 1e-11, 16
-"""A piece is halved, so often at most, if its share of the period times a last coefficient of the Legendre series of a
-curve exceeds this share of the curve's mean size."""
+"""A piece is halved, so often at most, if its share of the period times a last coefficient of the
+Legendre series of a curve exceeds this share of the curve's mean size.
+"""
 FIXED_RANK = 10
-"""Added to the order of joints whose motion is not known, so that others at the same angle count."""
+"""Added to the order of joints whose motion is not known, so that others at the same angle
+count.
+"""
 PULL_ROUNDING = 1e-13
-"""Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps there."""
+"""Share of what nodes add to the pull on a joint below which the pull is rounding: no curve jumps
+there.
+"""
 
 
 @dataclass(frozen=True)
 class CycleExtrema:
-    """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `values` (m,).
+    """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima,
+    `values` (m,).
 
-    `joint` (m,) is the index among the joints of one that is a kink or a jump, `CORNER` or else -1; `smooth` (m,) marks
-    those that move on their own: the ends of a curve that is not closed do not. `panels` (2, m) are the panels before
-    and after.
+    `joint` (m,) is the index among the joints of one that is a kink or a jump, `CORNER` or else -1;
+    `smooth` (m,) marks those that move on their own: the ends of a curve that is not closed do not.
+    `panels` (2, m) are the panels before and after.
     """
 
     angles: Array
@@ -65,9 +75,14 @@ class CycleExtrema:
     def pick(self, chosen: Flags | Integers) -> CycleExtrema:
         """Return the extremes that flags (m,) mark, or those at indices, in this order."""
         return CycleExtrema(
-            self.angles[chosen], self.peaks[chosen], self.values[chosen], self.joint[chosen], self.smooth[chosen],
-            self.beside_jump[chosen], self.panels[:, chosen],
-        )  # fmt: skip
+            self.angles[chosen],
+            self.peaks[chosen],
+            self.values[chosen],
+            self.joint[chosen],
+            self.smooth[chosen],
+            self.beside_jump[chosen],
+            self.panels[:, chosen],
+        )
 
 
 class CyclePanels:
@@ -81,8 +96,13 @@ class CyclePanels:
         self._place_nodes()
         self.end_values, self.end_rates = self._find_ends()
         self.jumps = np.flatnonzero(self._is_jump())
-        before = self.end_values[:, self.jumps - 1, 1] + ONE_SIDED_OFFSET * self.end_rates[:, self.jumps - 1, 1]
-        after = self.end_values[:, self.jumps, 0] - ONE_SIDED_OFFSET * self.end_rates[:, self.jumps, 0]
+        before = (
+            self.end_values[:, self.jumps - 1, 1]
+            + ONE_SIDED_OFFSET * self.end_rates[:, self.jumps - 1, 1]
+        )
+        after = (
+            self.end_values[:, self.jumps, 0] - ONE_SIDED_OFFSET * self.end_rates[:, self.jumps, 0]
+        )
         self.sides = np.hstack([before, after])
 
     def fold(self, angles: Array) -> Array:
@@ -90,17 +110,24 @@ class CyclePanels:
         return np.mod(angles, self.response.period) if self.response.is_closed else angles
 
     def _find_ends(self) -> tuple[Array, Array]:
-        """Return values and slopes (m, panels, 2) beside the ends of panels, those of the next node if not finite."""
-        ends = np.stack([self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1)
+        """Return values and slopes (m, panels, 2) beside the ends of panels, those of the next node
+        if not finite.
+        """
+        ends = np.stack(
+            [self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1
+        )
         values, rates = (
-            part.reshape(len(part), *ends.shape) for part in self.response.ends(self.at, self.fold(ends.ravel()))
+            part.reshape(len(part), *ends.shape)
+            for part in self.response.ends(self.at, self.fold(ends.ravel()))
         )
         if not (np.isfinite(values).all() and np.isfinite(rates).all()):
             first = np.flatnonzero(np.diff(self.panel, prepend=-1))
             nodes = np.stack([first, np.append(first[1:], len(self.nodes)) - 1], axis=1)
             is_bad = ~(np.isfinite(values) & np.isfinite(rates))
             rates = np.where(is_bad, self.node_rates[:, nodes], rates)
-            continued = self.values[:, nodes] + self.node_rates[:, nodes] * (ends - self.nodes[nodes])
+            continued = self.values[:, nodes] + self.node_rates[:, nodes] * (
+                ends - self.nodes[nodes]
+            )
             values = np.where(is_bad, continued, values)
         return values, rates
 
@@ -114,15 +141,21 @@ class CyclePanels:
     def _breaks(self) -> tuple[Array, Integers]:
         """Ends of the panels over one period, and the joint at each panel's start, -1 for none.
 
-        First and last are the same joint; without joints, or if the curves are not closed, the ends of the period. Of
-        joints that are one, the roughest counts.
+        First and last are the same joint; without joints, or if the curves are not closed, the ends
+        of the period. Of joints that are one, the roughest counts.
         """
         order, period = np.argsort(self.folded, kind="stable"), self.response.period
         places = self.folded[order]
         if not self.response.is_closed:
-            inside = (places > MIN_BREAKPOINT_DISTANCE) & (places < period - MIN_BREAKPOINT_DISTANCE)
+            inside = (places > MIN_BREAKPOINT_DISTANCE) & (
+                places < period - MIN_BREAKPOINT_DISTANCE
+            )
             outer = order[~inside]
-            first = self._select_roughest(outer, np.zeros(1, dtype=np.int64))[:1] if len(outer) else np.array([-1])
+            first = (
+                self._select_roughest(outer, np.zeros(1, dtype=np.int64))[:1]
+                if len(outer)
+                else np.array([-1])
+            )
             order, places = order[inside], places[inside]
             starts = np.flatnonzero(np.diff(places, prepend=-1.0) > MIN_BREAKPOINT_DISTANCE)
             joints = self._select_roughest(order, starts)
@@ -136,19 +169,25 @@ class CyclePanels:
         return np.append(self.folded[joints], self.folded[joints[0]] + period), joints
 
     def _select_roughest(self, order: Integers, starts: Integers) -> Integers:
-        """Return of each group of joints, which begin at `starts` of `order`, that of the least order that moves."""
+        """Return of each group of joints, which begin at `starts` of `order`, that of the least
+        order that moves.
+        """
         groups = np.split(order, starts[1:]) if len(starts) else []
         rank = self.joints.orders + FIXED_RANK * ~self.joints.is_regular
         return np.array([group[rank[group].argmin()] for group in groups], dtype=np.int64)
 
     def _place_nodes(self) -> None:
-        """Set nodes (n,) in order, their places and weights in their panels, shares of sum 1, values and slopes.
+        """Set nodes (n,) in order, their places and weights in their panels, shares of sum 1,
+        values and slopes.
 
-        A piece in which the Legendre series of a curve does not fall off is halved: there is a corner that no event
-        marks, or nearly one.
+        A piece in which the Legendre series of a curve does not fall off is halved: there is a
+        corner that no event marks, or nearly one.
         """
         lengths = np.diff(self.breaks)
-        pending, tail = Pieces.divide(np.ceil(lengths / MAX_PIECE).astype(np.int64)), build_tail(NODES)
+        pending, tail = (
+            Pieces.divide(np.ceil(lengths / MAX_PIECE).astype(np.int64)),
+            build_tail(NODES),
+        )
         accepted: list[tuple[Pieces, Array, Array]] = []
         size: Array | None = None
         for depth in range(MAX_HALVINGS + 1):
@@ -168,24 +207,35 @@ class CyclePanels:
             pending = pending.select(is_rough).halve()
         parts = [pieces for pieces, _, _ in accepted]
         fields = ("panel", "number", "count", "low", "high")
-        pieces = Pieces(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))
+        pieces = Pieces(
+            *(np.concatenate([getattr(part, name) for part in parts]) for name in fields)
+        )
         order = np.lexsort([pieces.low, pieces.number, pieces.panel])
         pieces = pieces.select(order)
         places, weights = pieces.place()
-        self.panel, self.mix, self._weights = np.repeat(pieces.panel, NODES), places.ravel(), weights.ravel()
+        self.panel, self.mix, self._weights = (
+            np.repeat(pieces.panel, NODES),
+            places.ravel(),
+            weights.ravel(),
+        )
         self.nodes = self.breaks[self.panel] + self.mix * lengths[self.panel]
         self.shares = self._weights * lengths[self.panel] / self.response.period
         self.values, self.node_rates = (
-            np.concatenate([each[1 + k] for each in accepted], axis=1)[:, order].reshape(self.response.count, -1)
+            np.concatenate([each[1 + k] for each in accepted], axis=1)[:, order].reshape(
+                self.response.count, -1
+            )
             for k in range(2)
         )
 
-    # --- parts of the period -------------------------------------------------------------------------
+    # --- parts of the period
+    # -------------------------------------------------------------------------
 
     @cached_property
     def _holding(self) -> Flags:
         """Whether each condition holds on each panel, (c, panels)."""
-        flags: Flags = self.response.misses(self.at, self.fold((self.breaks[:-1] + self.breaks[1:]) / 2)) <= 0
+        flags: Flags = (
+            self.response.misses(self.at, self.fold((self.breaks[:-1] + self.breaks[1:]) / 2)) <= 0
+        )
         return flags
 
     def inside(self, conditions: tuple[int, ...]) -> Flags:
@@ -198,21 +248,30 @@ class CyclePanels:
 
     def _nearest(self, conditions: tuple[int, ...]) -> int:
         """Return the node at which conditions that never hold are missed least."""
-        return int(self.response.misses(self.at, self.fold(self.nodes))[list(conditions)].max(axis=0).argmin())
+        return int(
+            self.response.misses(self.at, self.fold(self.nodes))[list(conditions)]
+            .max(axis=0)
+            .argmin()
+        )
 
     def mask(self, statistic: CurveStatistic) -> Array:
-        """Return which nodes count in a statistic, (n,); where none would, the nearest does, but in no integral."""
+        """Return which nodes count in a statistic, (n,); where none would, the nearest does, but in
+        no integral.
+        """
         if not self.is_empty(statistic.conditions):
             return self.inside(statistic.conditions)[self.panel].astype(float)
         mask = np.zeros(len(self.nodes))
         mask[self._nearest(statistic.conditions)] = float(statistic.kind != "integral")
         return mask
 
-    # --- integrals -----------------------------------------------------------------------------------
+    # --- integrals
+    # -----------------------------------------------------------------------------------
 
     def smooth(self, statistics: Sequence[CurveStatistic]) -> SmoothSum:
         """Return the sum of statistics."""
-        return SmoothSum(statistics, self.values, self.shares, [self.mask(statistic) for statistic in statistics])
+        return SmoothSum(
+            statistics, self.values, self.shares, [self.mask(statistic) for statistic in statistics]
+        )
 
     @cached_property
     def _velocity(self) -> Array:
@@ -253,37 +312,48 @@ class CyclePanels:
             return np.zeros((size, size))
         angles = self.fold(self.nodes)
         bent = self.response.hessian_along(self.at, angles, smooth.slope, self._node_velocity)
-        return bent + smooth.squared(self._node_slopes, self._share_slopes) + self._bend_joints(smooth)
+        return (
+            bent + smooth.squared(self._node_slopes, self._share_slopes) + self._bend_joints(smooth)
+        )
 
     def _bend_joints(self, smooth: SmoothSum) -> Array:
         """Return the part of a Hessian (p, p) due to the second derivatives of the joints.
 
-        What a joint moves is the sum of its nodes and of their weights. It vanishes where no curve jumps.
+        What a joint moves is the sum of its nodes and of their weights. It vanishes where no curve
+        jumps.
         """
         count, size = len(self.breaks), len(self.response.names)
         pull = (smooth.slope * self.node_rates).sum(axis=0)
         gain = smooth.share_slope * self._weights / self.response.period
-        parts = [(self.panel, (1 - self.mix) * pull - gain), (self.panel + 1, self.mix * pull + gain)]
+        parts = [
+            (self.panel, (1 - self.mix) * pull - gain),
+            (self.panel + 1, self.mix * pull + gain),
+        ]
         pulls, sizes = np.zeros(count), np.zeros(count)
         for panel, part in parts:
             pulls += np.bincount(panel, part, count)
             sizes += np.bincount(panel, np.abs(part), count)
         for total in (pulls, sizes):
             total[0] += total[-1]
-        moving = np.flatnonzero((self.order >= 0) & (np.abs(pulls[:-1]) > PULL_ROUNDING * sizes[:-1]))
+        moving = np.flatnonzero(
+            (self.order >= 0) & (np.abs(pulls[:-1]) > PULL_ROUNDING * sizes[:-1])
+        )
         if not len(moving):
             return np.zeros((size, size))
         bent: Array = np.tensordot(pulls[moving], self.joints.acceleration(self.order[moving]), 1)
         return bent
 
-    # --- extremes ------------------------------------------------------------------------------------
+    # --- extremes
+    # ------------------------------------------------------------------------------------
 
     @cached_property
     def _extremes(self) -> dict[int, CycleExtrema]:
         return {}
 
     def extremes(self, side: CurveSide) -> CycleExtrema:
-        """Return the local extremes of the curve of a side, in the part of the period that counts."""
+        """Return the local extremes of the curve of a side, in the part of the period that
+        counts.
+        """
         row = side.row
         if row not in self._extremes:
             self._extremes[row] = self._find_extremes(row)
@@ -301,13 +371,20 @@ class CyclePanels:
         return extremes
 
     def _stand_in(self, side: CurveSide, node: int) -> CycleExtrema:
-        """Return a node as the only extreme, a peak and a valley: where a curve is level, or conditions never hold."""
+        """Return a node as the only extreme, a peak and a valley: where a curve is level, or
+        conditions never hold.
+        """
         twice = np.full(2, node)
         no = np.zeros(2, dtype=bool)
         return CycleExtrema(
-            self.fold(self.nodes[twice]), np.array([True, False]), self.values[side.row, twice], np.full(2, -1), no, no,
+            self.fold(self.nodes[twice]),
+            np.array([True, False]),
+            self.values[side.row, twice],
+            np.full(2, -1),
+            no,
+            no,
             np.tile(self.panel[twice], (2, 1)),
-        )  # fmt: skip
+        )
 
     def top(self, side: CurveSide) -> float:
         """Return the largest value of a side."""
@@ -332,13 +409,20 @@ class CyclePanels:
             kinks, ends, falls = np.flatnonzero(changes), np.empty(0), np.empty(0, dtype=bool)
         else:
             kinks = 1 + np.flatnonzero(changes[1:])
-            ends, falls = np.array([0.0, self.response.period]), np.array([after[0] < 0, before[0] > 0])
+            ends, falls = (
+                np.array([0.0, self.response.period]),
+                np.array([after[0] < 0, before[0] > 0]),
+            )
         inner = np.clip(np.searchsorted(self.breaks, angles, "right") - 1, 0, count - 1)
         outer = np.array([0, count - 1])[: len(ends)]
         place = np.concatenate([self.fold(np.concatenate([angles, self.breaks[kinks]])), ends])
         kind = np.concatenate([peaks, before[kinks] > 0, falls])
-        joint = np.concatenate([np.full(len(angles), -1), self.order[kinks], np.full(len(ends), -1)])
-        panels = np.array([[*inner, *((kinks - 1) % count), *outer], [*inner, *kinks, *outer]], dtype=np.int64)
+        joint = np.concatenate(
+            [np.full(len(angles), -1), self.order[kinks], np.full(len(ends), -1)]
+        )
+        panels = np.array(
+            [[*inner, *((kinks - 1) % count), *outer], [*inner, *kinks, *outer]], dtype=np.int64
+        )
         is_corner = self._find_corners(row, angles)
         joint[: len(angles)][is_corner] = CORNER
         smooth = np.arange(len(place)) < len(angles)
@@ -346,7 +430,9 @@ class CyclePanels:
         values = self._evaluate_extremes(row, place, kinks, len(angles))
         if len(self.jumps):
             probes, left = self.breaks[self.jumps], (self.jumps - 1) % count
-            place = np.concatenate([place, self.fold(probes - ONE_SIDED_OFFSET), self.fold(probes + ONE_SIDED_OFFSET)])
+            place = np.concatenate(
+                [place, self.fold(probes - ONE_SIDED_OFFSET), self.fold(probes + ONE_SIDED_OFFSET)]
+            )
             kind = np.concatenate([kind, before[self.jumps] > 0, after[self.jumps] < 0])
             joint = np.concatenate([joint, *[self.order[self.jumps]] * 2])
             panels = np.hstack([panels, np.tile(np.concatenate([left, self.jumps]), (2, 1))])
@@ -357,16 +443,22 @@ class CyclePanels:
         return CycleExtrema(place, kind, values, joint, smooth, beside_jump, panels).pick(order)
 
     def _evaluate_extremes(self, row: int, places: Array, kinks: Integers, count: int) -> Array:
-        """Return values at `count` smooth extremes, at kinks and at ends; at a kink that is not finite, beside it."""
+        """Return values at `count` smooth extremes, at kinks and at ends; at a kink that is not
+        finite, beside it.
+        """
         if not len(places):
             return np.empty(0)
         values: Array = self.response.ends(self.at, places)[0][row].copy()
         at_kinks = slice(count, count + len(kinks))
-        values[at_kinks] = np.where(np.isfinite(values[at_kinks]), values[at_kinks], self.end_values[row, kinks, 0])
+        values[at_kinks] = np.where(
+            np.isfinite(values[at_kinks]), values[at_kinks], self.end_values[row, kinks, 0]
+        )
         return values
 
     def _find_corners(self, row: int, angles: Array) -> Flags:
-        """Return which stationary angles are corners that no event marks, as of the nearest place of a polyline."""
+        """Return which stationary angles are corners that no event marks, as of the nearest place
+        of a polyline.
+        """
         if not len(angles):
             return np.zeros(0, dtype=bool)
         probes = np.concatenate([angles - ONE_SIDED_OFFSET, angles + ONE_SIDED_OFFSET])
@@ -376,9 +468,13 @@ class CyclePanels:
         return flags
 
     def _probes(self, row: int) -> tuple[Array, Array, Flags]:
-        """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the same panel."""
+        """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the
+        same panel.
+        """
         panels, ends = np.arange(len(self.breaks) - 1), self.end_rates[row]
-        probes = np.concatenate([self.nodes, self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET])
+        probes = np.concatenate(
+            [self.nodes, self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET]
+        )
         rate = np.concatenate([self.node_rates[row], ends[:, 0], ends[:, 1]])
         panel = np.concatenate([self.panel, panels, panels])
         order = np.lexsort([probes, panel])
@@ -390,8 +486,11 @@ class CyclePanels:
         high, low = (sign * self.top(CurveSide(0, 0, sign)) for sign in (1, -1))
         return total.summarise(smooth, tops, high, low)
 
-    def row_slopes(self, rows: Integers, angles: Array, joint: Integers) -> tuple[Array, Array, Array, Array]:
-        """Return Jacobians (k, 1 + p) of curves in (phi, x), gradients along the points, where and how these move.
+    def row_slopes(
+        self, rows: Integers, angles: Array, joint: Integers
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return Jacobians (k, 1 + p) of curves in (phi, x), gradients along the points, where and
+        how these move.
 
         A corner is where two branches have one value: both have the same gradient along its motion.
         """
@@ -403,13 +502,17 @@ class CyclePanels:
         place = angles.copy()
         corner = joint == CORNER
         if corner.any():
-            probes = np.concatenate([angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET])
+            probes = np.concatenate(
+                [angles[corner] - ONE_SIDED_OFFSET, angles[corner] + ONE_SIDED_OFFSET]
+            )
             both = self.response.slopes(self.at, self.fold(probes))[1]
             before, after = np.split(both[np.tile(rows[corner], 2), np.arange(len(probes))], 2)
             change = after - before
             velocity[corner] = -change[:, 1:] / change[:, :1]
             place[corner] += ONE_SIDED_OFFSET
-        at_joint[at_joint] = np.abs(angles[at_joint] - self.folded[joint[at_joint]]) < ONE_SIDED_OFFSET / 2
+        at_joint[at_joint] = (
+            np.abs(angles[at_joint] - self.folded[joint[at_joint]]) < ONE_SIDED_OFFSET / 2
+        )
         place[at_joint] += ONE_SIDED_OFFSET
         slopes = self.response.slopes(self.at, place)[1][rows, np.arange(len(place))]
         return slopes, gradients_along(slopes, velocity), place, velocity

@@ -1,8 +1,10 @@
 """An objective as a smooth programme: epigraph form where it has rows.
 
-Over z = (u of the free parameters, t of each group), with the rows measured from a reference level in their units:
+Over z = (u of the free parameters, t of each group), with the rows measured from a reference level
+in their units:
 
-    minimise  smooth(u) + weights . t   subject to  rows(u) <= t of their group,  holds(u) in bounds,  u in the box.
+    minimise  smooth(u) + weights . t   subject to  rows(u) <= t of their group,  holds(u) in
+    bounds,  u in the box.
 """
 
 from __future__ import annotations
@@ -16,13 +18,19 @@ from planter.optimise.problem import Problem
 
 
 class Epigraph:
-    """A `Programme` for `planter.optimise.ipopt` of a problem's objective on a local model with fixed rows."""
+    """A `Programme` for `planter.optimise.ipopt` of a problem's objective on a local model with
+    fixed rows.
+    """
 
     def __init__(self, problem: Problem, local: LocalModel, u: Array) -> None:
         self.problem, self.local = problem, local
         self.free, self.n = problem.free, len(problem.free)
         first, self.groups = local.values(problem.design(u)), local.groups
-        self.ends, self.rows, self.holds = len(problem.objective.weights), len(self.groups), len(first.holds)
+        self.ends, self.rows, self.holds = (
+            len(problem.objective.weights),
+            len(self.groups),
+            len(first.holds),
+        )
         self.units, self.levels = problem.objective.units, problem.reference.look.tops
         self.row_units, self.row_levels = self.units[self.groups], self.levels[self.groups]
         self.weights = problem.objective.weights * self.units
@@ -31,7 +39,9 @@ class Epigraph:
         self.upper = np.append(problem.box.top[self.free], free)
         self.g_lower = np.append(np.full(self.rows, -np.inf), local.bounds[0])
         self.g_upper = np.append(np.zeros(self.rows), local.bounds[1])
-        self.start = np.append(u[self.free], (find_tops(first.rows, self.groups, self.ends) - self.levels) / self.units)
+        self.start = np.append(
+            u[self.free], (find_tops(first.rows, self.groups, self.ends) - self.levels) / self.units
+        )
         self._values = LastCallCache(lambda z: local.values(self.design(z)))
 
     def point(self, z: Array) -> Array:
@@ -51,7 +61,9 @@ class Epigraph:
         self.problem.counts.objective += 1
         self.problem.record(self.point(z), self.local.look(self.design(z)))
         level = float(self.problem.objective.weights @ self.levels)
-        return (level + float(self.weights @ z[self.n :]) + self._values(z).smooth) / self.problem.scale
+        return (
+            level + float(self.weights @ z[self.n :]) + self._values(z).smooth
+        ) / self.problem.scale
 
     def gradient(self, z: Array) -> Array:
         """Return the gradient (n,) of the objective at z (n,)."""

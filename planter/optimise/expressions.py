@@ -83,7 +83,9 @@ class SmoothObjective:
         return Conditions(NO_ROWS, NO_GROUPS, nothing, self.function.gradient(x), nothing)
 
     def flat(self, x: Array) -> Array:
-        """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
+        """Return the directions (k, p) to which the objective is insensitive at a design, to first
+        order.
+        """
         return self._nothing
 
 
@@ -96,7 +98,9 @@ class SymbolicFunction:
     def __init__(self, x: Symbols, f: Symbols) -> None:
         second = ca.densify(ca.hessian(f, x)[0])
         value = Kernel(ca.Function("objective", [x], [f], ["x"], ["f"]))
-        gradient = Kernel(ca.Function("gradient", [x], [ca.densify(ca.gradient(f, x))], ["x"], ["df"]))
+        gradient = Kernel(
+            ca.Function("gradient", [x], [ca.densify(ca.gradient(f, x))], ["x"], ["df"])
+        )
         self._hessian = Kernel(ca.Function("curvature", [x], [second], ["x"], ["ddf"]))
         self._value = LastCallCache(lambda x: float(value(x=x)["f"][0, 0]))
         self._gradient = LastCallCache(lambda x: gradient(x=x)["df"][:, 0])
@@ -118,7 +122,12 @@ class SymbolicConstraints(Constraints):
     """`Constraints` whose rows (k,) are CasADi expressions in the symbols x (p,)."""
 
     def __init__(
-        self, x: Symbols, g: Symbols, bounds: tuple[Array, Array], kinds: Sequence[ConstraintKind], owner: Integers
+        self,
+        x: Symbols,
+        g: Symbols,
+        bounds: tuple[Array, Array],
+        kinds: Sequence[ConstraintKind],
+        owner: Integers,
     ) -> None:
         self.lower, self.upper = bounds
         self.kinds, self.owner = kinds, owner
@@ -126,7 +135,9 @@ class SymbolicConstraints(Constraints):
         second = ca.densify(ca.hessian(ca.dot(weights, g), x)[0])
         values = Kernel(ca.Function("rows", [x], [g], ["x"], ["g"]))
         slopes = Kernel(ca.Function("slopes", [x], [ca.densify(ca.jacobian(g, x))], ["x"], ["dg"]))
-        self._curvature = Kernel(ca.Function("bent", [x, weights], [second], ["x", "weights"], ["ddg"]))
+        self._curvature = Kernel(
+            ca.Function("bent", [x, weights], [second], ["x", "weights"], ["ddg"])
+        )
         self._values = LastCallCache(lambda x: values(x=x)["g"][:, 0])
         self._slopes = LastCallCache(lambda x: slopes(x=x)["dg"])
 

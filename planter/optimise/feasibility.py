@@ -2,10 +2,11 @@
 
 The elastic programme over z = (u, s) has a slack s >= 0 in steps for each kind of constraint:
 
-    minimise  sum s + WEIGHT/2 |u - start|^2   subject to  lower - s <= rows(u) <= upper + s,  u in the box.
+    minimise  sum s + WEIGHT/2 |u - start|^2   subject to  lower - s <= rows(u) <= upper + s,  u in
+    the box.
 
-The sum has few terms at its minimum. If more than one remains, each is relaxed alone with the others satisfied. Kinds
-that are not relaxable have no slack.
+The sum has few terms at its minimum. If more than one remains, each is relaxed alone with the
+others satisfied. Kinds that are not relaxable have no slack.
 """
 
 from __future__ import annotations
@@ -32,13 +33,17 @@ MAX_ELASTIC_ITERATIONS, MAX_ROW_ROUNDS = 80, 10
 class ElasticProgram:
     """Elastic `NonlinearProgram`; `giving` (kinds,) flags the relaxable kinds."""
 
-    def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> None:
+    def __init__(
+        self, problem: Problem, constraints: Constraints, start: Array, giving: Flags
+    ) -> None:
         constraints = constraints.at(problem.design(start))
         self.problem, self.constraints, self.u = problem, constraints, start
         self.p, self.kinds = len(start), len(giving)
         owner = np.eye(self.kinds)[constraints.owner]
         self.fixed = constraints.even & ~giving[constraints.owner]
-        self.below, self.above = (np.isfinite(b) & ~self.fixed for b in (constraints.lower, constraints.upper))
+        self.below, self.above = (
+            np.isfinite(b) & ~self.fixed for b in (constraints.lower, constraints.upper)
+        )
         equations = np.zeros((int(self.fixed.sum()), self.kinds))
         self.owner = np.vstack([owner[self.above], owner[self.below], equations])
         count = len(self.owner)
@@ -46,7 +51,9 @@ class ElasticProgram:
         self.upper = np.append(problem.box.top, np.where(giving, np.inf, 0.0))
         self.g_lower, self.g_upper = np.full(count, -np.inf), np.zeros(count)
         self.g_lower[count - len(equations) :] = 0.0
-        self.start = np.append(start, np.where(giving, constraints.excess(problem.design(start)), 0.0))
+        self.start = np.append(
+            start, np.where(giving, constraints.excess(problem.design(start)), 0.0)
+        )
 
     def _x(self, z: Array) -> Array:
         return self.problem.design(z[: self.p])
@@ -65,17 +72,25 @@ class ElasticProgram:
         try:
             rows = c.values(self._x(z))
             excess = np.maximum(rows - c.upper, c.lower - rows)
-            self.problem.record_violation(self.problem.box.inside(z[: self.p]), float(excess.max(initial=0.0)))
+            self.problem.record_violation(
+                self.problem.box.inside(z[: self.p]), float(excess.max(initial=0.0))
+            )
         except ComputationError:
             rows = np.full(c.count, np.nan)
-        beyond = [(rows - c.upper)[self.above], (c.lower - rows)[self.below], (rows - c.upper)[self.fixed]]
+        beyond = [
+            (rows - c.upper)[self.above],
+            (c.lower - rows)[self.below],
+            (rows - c.upper)[self.fixed],
+        ]
         violations: Array = np.concatenate(beyond) - self.owner @ z[self.p :]
         return violations
 
     def jacobian(self, z: Array) -> Array:
         """Return the Jacobian (m, n) of g at z (n,)."""
         slopes = self.constraints.slopes(self._x(z)) * self.problem.box.unit
-        return np.hstack([np.vstack([slopes[self.above], -slopes[self.below], slopes[self.fixed]]), -self.owner])
+        return np.hstack(
+            [np.vstack([slopes[self.above], -slopes[self.below], slopes[self.fixed]]), -self.owner]
+        )
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
         """Return the Hessian (n, n) of weight * f + multipliers . g at z (n,)."""
@@ -95,7 +110,8 @@ class ElasticProgram:
 class ViolationMinimum:
     """A point u (p,) and the violation `excess` (kinds,) of each kind there, in steps.
 
-    `stationary` is true if the violation is minimal to first order, false if the search stopped before.
+    `stationary` is true if the violation is minimal to first order, false if the search stopped
+    before.
     """
 
     u: Array
@@ -111,11 +127,15 @@ class ViolationMinimum:
         return float(self.excess.max()) <= FEASIBILITY_TOLERANCE
 
 
-def minimise_violation(problem: Problem, constraints: Constraints, start: Array) -> ViolationMinimum:
+def minimise_violation(
+    problem: Problem, constraints: Constraints, start: Array
+) -> ViolationMinimum:
     """Return the smallest violation reached from a point u (p,), of a single kind if possible."""
     kinds = np.arange(len(constraints.kinds))
     minimum = _solve_elastic(problem, constraints, start, constraints.giving)
-    for _ in range(MAX_ROW_ROUNDS if constraints.windows else 0):  # rows near a start are not those near the end
+    for _ in range(
+        MAX_ROW_ROUNDS if constraints.windows else 0
+    ):  # rows near a start are not those near the end
         if minimum.is_feasible:
             break
         following = _solve_elastic(problem, constraints, minimum.u, constraints.giving)
@@ -126,11 +146,17 @@ def minimise_violation(problem: Problem, constraints: Constraints, start: Array)
     if len(broken) < 2:
         return minimum
     alone = [_solve_elastic(problem, constraints, minimum.u, kinds == k) for k in broken]
-    single = [end for end, k in zip(alone, broken, strict=True) if np.delete(end.excess, k).max() <= VIOLATION_ROUNDING]
+    single = [
+        end
+        for end, k in zip(alone, broken, strict=True)
+        if np.delete(end.excess, k).max() <= VIOLATION_ROUNDING
+    ]
     return min(single, key=lambda end: end.total, default=minimum)
 
 
-def _solve_elastic(problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> ViolationMinimum:
+def _solve_elastic(
+    problem: Problem, constraints: Constraints, start: Array, giving: Flags
+) -> ViolationMinimum:
     programme = ElasticProgram(problem, constraints, start, giving)
     solution = ipopt.solve_program(programme, programme.start, MAX_ELASTIC_ITERATIONS)
     u = problem.box.inside(solution.z[: len(start)])
@@ -144,7 +170,9 @@ MAX_ELASTIC_STARTS = 2
 """Maximum number of starts of the search for a feasible point."""
 
 
-def find_feasible_or_nearest(problem: Problem, constraints: Constraints, starts: Sequence[Array]) -> ViolationMinimum:
+def find_feasible_or_nearest(
+    problem: Problem, constraints: Constraints, starts: Sequence[Array]
+) -> ViolationMinimum:
     """Return a feasible point, searched from the `starts` (p,) with the smallest violation.
 
     If none is found, return the point with the smallest violation.
@@ -158,5 +186,10 @@ def find_feasible_or_nearest(problem: Problem, constraints: Constraints, starts:
 
 
 def select_smallest_violation(minima: Sequence[ViolationMinimum]) -> ViolationMinimum:
-    """Return the smallest of several violations: the fewest violated kinds, then the smallest total."""
-    return min(minima, key=lambda minimum: (int((minimum.excess > FEASIBILITY_TOLERANCE).sum()), minimum.total))
+    """Return the smallest of several violations: the fewest violated kinds, then the smallest
+    total.
+    """
+    return min(
+        minima,
+        key=lambda minimum: (int((minimum.excess > FEASIBILITY_TOLERANCE).sum()), minimum.total),
+    )

@@ -1,7 +1,8 @@
-"""Interface to IPOPT through CasADi, for nonlinear programmes with exact first and second derivatives.
+"""Interface to IPOPT through CasADi, for nonlinear programmes with exact first and second
+derivatives.
 
-CasADi receives the functions (`grad_f`, `jac_g`, `hess_lag`) as callbacks or compiled, so that it differentiates
-nothing itself. The linear solver is MUMPS, which comes with CasADi.
+CasADi receives the functions (`grad_f`, `jac_g`, `hess_lag`) as callbacks or compiled, so that it
+differentiates nothing itself. The linear solver is MUMPS, which comes with CasADi.
 """
 
 from __future__ import annotations
@@ -68,7 +69,8 @@ class NonlinearProgram(Protocol):
 
 @dataclass(frozen=True)
 class IpoptSolution:
-    """Last point z (n,) of IPOPT, with the multipliers of the constraints (m,), positive at upper bounds.
+    """Last point z (n,) of IPOPT, with the multipliers of the constraints (m,), positive at upper
+    bounds.
 
     `calls` are the numbers of evaluations of `nlp_f`, `nlp_grad_f` and `nlp_hess_l`.
     """
@@ -83,7 +85,9 @@ class IpoptSolution:
 class _Function(ca.Callback):
     """CasADi callback of a Python function, whose exceptions are appended to `failures`."""
 
-    def __init__(self, name: str, inputs: Shapes, outputs: Shapes, run: Run, failures: list[BaseException]) -> None:
+    def __init__(
+        self, name: str, inputs: Shapes, outputs: Shapes, run: Run, failures: list[BaseException]
+    ) -> None:
         ca.Callback.__init__(self)
         self._inputs, self._outputs = list(inputs.items()), list(outputs.items())
         self._run, self._failures = run, failures
@@ -112,7 +116,9 @@ class _Function(ca.Callback):
             if self._failures:
                 raise self._failures[0]
             return list(self._run(*(np.asarray(a, dtype=float).reshape(-1) for a in arguments)))
-        except BaseException as error:  # CasADi turns any exception into a failed evaluation; `solve` raises it again
+        except (
+            BaseException
+        ) as error:  # CasADi turns any exception into a failed evaluation; `solve` raises it again
             self._failures.append(error)
             return [ca.DM.nan(sparsity) for _, sparsity in self._outputs]
 
@@ -125,13 +131,28 @@ def _build_functions(p: NonlinearProgram, failures: list[BaseException]) -> dict
     f, g = {"f": dense(1, 1)}, {"g": dense(m, 1)}
     return {
         "nlp": _Function("nlp", x, f | g, lambda z, _: (p.f(z), p.g(z)), failures),
-        "grad_f": _Function("nlp_grad_f", x, f | {"grad_f_x": dense(n, 1)},
-                            lambda z, _: (p.f(z), p.gradient(z)), failures),
-        "jac_g": _Function("nlp_jac_g", x, g | {"jac_g_x": dense(m, n)},
-                           lambda z, _: (p.g(z), ca.DM(p.jacobian(z))), failures),
-        "hess_lag": _Function("nlp_hess_l", x | lam, {"triu_hess_gamma_x_x": upper},
-                              lambda z, _, a, b: (ca.triu(ca.DM(p.hessian(z, float(a[0]), b))),), failures),
-    }  # fmt: skip
+        "grad_f": _Function(
+            "nlp_grad_f",
+            x,
+            f | {"grad_f_x": dense(n, 1)},
+            lambda z, _: (p.f(z), p.gradient(z)),
+            failures,
+        ),
+        "jac_g": _Function(
+            "nlp_jac_g",
+            x,
+            g | {"jac_g_x": dense(m, n)},
+            lambda z, _: (p.g(z), ca.DM(p.jacobian(z))),
+            failures,
+        ),
+        "hess_lag": _Function(
+            "nlp_hess_l",
+            x | lam,
+            {"triu_hess_gamma_x_x": upper},
+            lambda z, _, a, b: (ca.triu(ca.DM(p.hessian(z, float(a[0]), b))),),
+            failures,
+        ),
+    }
 
 
 def solve_program(
@@ -143,22 +164,33 @@ def solve_program(
 ) -> IpoptSolution:
     """Return the local minimum from `start` (n,), or the last point if `converged` is false.
 
-    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of those of the programme.
-    Raises the exceptions of the functions, including KeyboardInterrupt.
+    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of
+    those of the programme. Raises the exceptions of the functions, including KeyboardInterrupt.
     """
     failures: list[BaseException] = []
     functions = compiled or _build_functions(programme, failures)
     derivatives = {key: function for key, function in functions.items() if key != "nlp"}
     tolerances = ("tol", "constr_viol_tol", "compl_inf_tol")
-    coarse = {} if tolerance is None else {**dict.fromkeys(tolerances, tolerance), "dual_inf_tol": 1.0}
+    coarse = (
+        {} if tolerance is None else {**dict.fromkeys(tolerances, tolerance), "dual_inf_tol": 1.0}
+    )
     settings: dict[str, Any] = {
         **derivatives,
         **CASADI_OPTIONS,
         "ipopt": {**IPOPT_OPTIONS, **coarse, "max_iter": most_iterations},
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
-    bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}
-    solution = defer_interrupt(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)
+    bounds = {
+        "lbx": programme.lower,
+        "ubx": programme.upper,
+        "lbg": programme.g_lower,
+        "ubg": programme.g_upper,
+    }
+    solution = (
+        defer_interrupt(lambda: solver(x0=start, **bounds))
+        if compiled
+        else solver(x0=start, **bounds)
+    )
     if failures:
         raise failures[0]
     stats = solver.stats()

@@ -1,4 +1,6 @@
-"""A sum of objectives as one objective: their smooth functions added up, their groups one after another."""
+"""A sum of objectives as one objective: their smooth functions added up, their groups one after
+another.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ from planter.optimise.range_variance import InsensitiveDirections, find_insensit
 
 
 class ObjectivePart(Protocol):
-    """Part of an objective over a machine's cycle; see `Objective` for what it has in common with one."""
+    """Part of an objective over a machine's cycle; see `Objective` for what it has in common with
+    one.
+    """
 
     @property
     def weights(self) -> Array: ...
@@ -51,22 +55,29 @@ class ObjectivePart(Protocol):
         """Return first-order data at a design x (p,)."""
 
     def columns(self, x: Array) -> Array:
-        """Return gradients (n, p) of all curves at a design in shares of the bounds, each curve by its largest."""
+        """Return gradients (n, p) of all curves at a design in shares of the bounds, each curve by
+        its largest.
+        """
 
 
 class JoinedObjective:
-    """The `Objective` that is the sum of parts over designs with names, lower and upper bounds (p,).
+    """The `Objective` that is the sum of parts over designs with names, lower and upper bounds
+    (p,).
 
     Breakpoints are held in the first part that has kinks.
     """
 
     unit = None
 
-    def __init__(self, parts: Sequence[ObjectivePart], names: tuple[str, ...], widths: Array, design: Array) -> None:
+    def __init__(
+        self, parts: Sequence[ObjectivePart], names: tuple[str, ...], widths: Array, design: Array
+    ) -> None:
         self.parts, self.names, self.widths, self.design = tuple(parts), names, widths, design
         self.weights = np.concatenate([part.weights for part in self.parts])
         self.windows = any(part.windows for part in self.parts)
-        self._kinked = next((k for k, part in enumerate(self.parts) if part.kinks is not None), None)
+        self._kinked = next(
+            (k for k, part in enumerate(self.parts) if part.kinks is not None), None
+        )
 
     @property
     def kinks(self) -> Kinks | None:
@@ -87,7 +98,9 @@ class JoinedObjective:
         return ~self._insensitive(self.design).zero
 
     def flat(self, x: Array) -> Array:
-        """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
+        """Return the directions (k, p) to which the objective is insensitive at a design, to first
+        order.
+        """
         return self._insensitive(x).space * self.widths
 
     def _insensitive(self, x: Array) -> InsensitiveDirections:
@@ -101,13 +114,19 @@ class JoinedObjective:
         """Return the local model of the objective near a design x (p,)."""
         chosen = range(len(self.parts))
         models = [self.parts[k].local(x, holds if k == self._kinked else ()) for k in chosen]
-        return models[0] if len(models) == 1 else JoinedModel(models, [len(part.weights) for part in self.parts])
+        return (
+            models[0]
+            if len(models) == 1
+            else JoinedModel(models, [len(part.weights) for part in self.parts])
+        )
 
     def coarse(self, x: Array) -> LocalModel | None:
         """Return the local model over few samples, all of them rows; None if a part has none."""
         models = [model for part in self.parts if (model := part.coarse(x)) is not None]
         return (
-            JoinedModel(models, [len(part.weights) for part in self.parts]) if len(models) == len(self.parts) else None
+            JoinedModel(models, [len(part.weights) for part in self.parts])
+            if len(models) == len(self.parts)
+            else None
         )
 
     def conditions(self, x: Array) -> Conditions:
@@ -116,7 +135,9 @@ class JoinedObjective:
         firsts = _find_firsts([len(part.weights) for part in self.parts])
         return Conditions(
             rows=np.concatenate([each.rows for each in conditions]),
-            groups=np.concatenate([each.groups + first for each, first in zip(conditions, firsts, strict=True)]),
+            groups=np.concatenate(
+                [each.groups + first for each, first in zip(conditions, firsts, strict=True)]
+            ),
             gradients=np.vstack([each.gradients for each in conditions]),
             smooth=np.sum([each.smooth for each in conditions], axis=0),
             kinks=np.vstack([each.kinks for each in conditions]),
@@ -124,9 +145,13 @@ class JoinedObjective:
 
 
 def join_summaries(summaries: Sequence[ObjectiveSummary]) -> ObjectiveSummary:
-    """Return the summary of a sum of objectives, with what is known of the first curve of the first."""
+    """Return the summary of a sum of objectives, with what is known of the first curve of the
+    first.
+    """
     smooth = sum(summary.smooth for summary in summaries)
-    return replace(summaries[0], smooth=smooth, tops=np.concatenate([summary.tops for summary in summaries]))
+    return replace(
+        summaries[0], smooth=smooth, tops=np.concatenate([summary.tops for summary in summaries])
+    )
 
 
 def _find_firsts(counts: Sequence[int]) -> list[int]:
@@ -140,7 +165,9 @@ class JoinedModel:
     def __init__(self, models: Sequence[LocalModel], counts: Sequence[int]) -> None:
         self.models, self.counts = list(models), list(counts)
         firsts = _find_firsts(self.counts)
-        self.groups = np.concatenate([m.groups + first for m, first in zip(self.models, firsts, strict=True)])
+        self.groups = np.concatenate(
+            [m.groups + first for m, first in zip(self.models, firsts, strict=True)]
+        )
         self.bounds = np.hstack([model.bounds for model in self.models])
 
     def look(self, x: Array) -> ObjectiveSummary:
@@ -150,12 +177,16 @@ class JoinedModel:
     def grown(self, x: Array, tops: Array) -> JoinedModel:
         """Return a copy which also has the rows that exceed the tops (g,) of their groups."""
         parts = np.split(tops, np.cumsum(self.counts)[:-1])
-        return JoinedModel([m.grown(x, part) for m, part in zip(self.models, parts, strict=True)], self.counts)
+        return JoinedModel(
+            [m.grown(x, part) for m, part in zip(self.models, parts, strict=True)], self.counts
+        )
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
         values = [model.values(x) for model in self.models]
-        rows, holds = (np.concatenate([getattr(v, name) for v in values]) for name in ("rows", "holds"))
+        rows, holds = (
+            np.concatenate([getattr(v, name) for v in values]) for name in ("rows", "holds")
+        )
         return ModelValues(float(sum(v.smooth for v in values)), rows, holds)
 
     def slopes(self, x: Array) -> ModelGradients:
@@ -167,7 +198,9 @@ class JoinedModel:
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
         rows = np.split(weights.rows, np.cumsum([len(model.groups) for model in self.models])[:-1])
-        holds = np.split(weights.holds, np.cumsum([model.bounds.shape[1] for model in self.models])[:-1])
+        holds = np.split(
+            weights.holds, np.cumsum([model.bounds.shape[1] for model in self.models])[:-1]
+        )
         total: Array = np.sum(
             [
                 model.curvature(x, ModelValues(weights.smooth, of_rows, of_holds))

@@ -1,17 +1,18 @@
 """Local search from one or several starts, with an exact treatment of kinks.
 
-Components. Smooth objectives and sampled cycles without constraints are minimised by IPOPT in epigraph form. Samples
-that violate t_max or t_min become further components until none does. Continuous extrema, and samples with constraints
-or constrained breakpoints, are minimised by `sqp`, which determines the components at each point.
+Components. Smooth objectives and sampled cycles without constraints are minimised by IPOPT in
+epigraph form. Samples that violate t_max or t_min become further components until none does.
+Continuous extrema, and samples with constraints or constrained breakpoints, are minimised by `sqp`,
+which determines the components at each point.
 
-Kinks. A sampled objective has a kink in x at each design where a breakpoint of order 1 passes a sample. The search
-first ignores kinks and uses one-sided derivatives, which suffices if the optimum lies on no kink. If the certificate
-rejects the result, the search continues from cell to cell; in a cell, each breakpoint lies between two samples and all
-is smooth:
+Kinks. A sampled objective has a kink in x at each design where a breakpoint of order 1 passes a
+sample. The search first ignores kinks and uses one-sided derivatives, which suffices if the optimum
+lies on no kink. If the certificate rejects the result, the search continues from cell to cell; in a
+cell, each breakpoint lies between two samples and all is smooth:
 
 1. solve within the cell;
-2. if breakpoints end at walls, pin them at their samples and solve on the kink; stop if zero is in Clarke's
-   subdifferential;
+2. if breakpoints end at walls, pin them at their samples and solve on the kink; stop if zero is in
+  Clarke's subdifferential;
 3. otherwise cross these walls while the objective decreases.
 
 Several starts are the initial design and points of a Latin hypercube in the box.
@@ -51,14 +52,18 @@ STATIONARITY_TOLERANCE = 1e-6
 DECREASE_TOLERANCE = 1e-12
 """Smallest decrease of the objective, as a share of the scale of the problem."""
 SNAP_MARGINS = (0.0, 1e-7, 1e-5, 1e-3)
-"""Coordinates this close to a bound, in units of the box, are set onto it if that yields a better point."""
+"""Coordinates this close to a bound, in units of the box, are set onto it if that yields a better
+point.
+"""
 
 
 @dataclass(frozen=True)
 class LocalMinimum:
-    """End of a local search: point u (p,), evaluation, residual (dimensionless) and number of iterations.
+    """End of a local search: point u (p,), evaluation, residual (dimensionless) and number of
+    iterations.
 
-    `violation` is that of the constraints in steps; `converged` is the status of the last run of the solver.
+    `violation` is that of the constraints in steps; `converged` is the status of the last run of
+    the solver.
     """
 
     u: Array
@@ -79,7 +84,9 @@ class LocalMinimum:
 
     @property
     def rank(self) -> tuple[bool, bool, float]:
-        """Sort key, smallest for the best: feasible, then stationary, then the smallest objective."""
+        """Sort key, smallest for the best: feasible, then stationary, then the smallest
+        objective.
+        """
         return self.violation > FEASIBILITY_TOLERANCE, not self.stationary, self.objective
 
     @property
@@ -94,8 +101,8 @@ class LocalMinimum:
 def glide_over_samples(problem: Problem, start: Array) -> Array:
     """Return the end (p,) of a short interior-point search from a point over few samples.
 
-    Its barrier keeps away from the corners of a maximum, and so passes shallow minima in which a search along these
-    corners ends. Where there is no such search, the start is returned.
+    Its barrier keeps away from the corners of a maximum, and so passes shallow minima in which a
+    search along these corners ends. Where there is no such search, the start is returned.
     """
     local = problem.objective.coarse(problem.design(start))
     if local is None:
@@ -104,7 +111,9 @@ def glide_over_samples(problem: Problem, start: Array) -> Array:
         local = ConstrainedModel(local, problem.constraints.at(problem.design(start)))
     scratch = problem.anew()
     programme = Epigraph(scratch, local, start)
-    solution = ipopt.solve_program(programme, programme.start, GLIDE_ITERATIONS, tolerance=GLIDE_TOLERANCE)
+    solution = ipopt.solve_program(
+        programme, programme.start, GLIDE_ITERATIONS, tolerance=GLIDE_TOLERANCE
+    )
     problem.counts = problem.counts + scratch.counts
     return problem.box.inside(programme.point(solution.z))
 
@@ -114,7 +123,8 @@ def search_locally(
 ) -> LocalMinimum:
     """Return the local minimum reached from a point u (p,) of the box.
 
-    `most_iterations` limits each of the runs, the problem's own number if None, `rounds` how often rows are added.
+    `most_iterations` limits each of the runs, the problem's own number if None, `rounds` how often
+    rows are added.
     """
     most_iterations = problem.most_iterations if most_iterations is None else most_iterations
     minimum = _search_with_holds(problem, start, (), most_iterations, rounds)
@@ -125,14 +135,20 @@ def search_locally(
 
 
 def _search_with_holds(
-    problem: Problem, start: Array, holds: Sequence[BreakpointHold], most_iterations: int, rounds: int = MAX_ROW_ROUNDS
+    problem: Problem,
+    start: Array,
+    holds: Sequence[BreakpointHold],
+    most_iterations: int,
+    rounds: int = MAX_ROW_ROUNDS,
 ) -> LocalMinimum:
     """Return the minimum with breakpoints constrained by `holds`."""
     objective, constraints = problem.objective, problem.constraints
     is_moving = constraints is not None and (constraints.windows or objective.kinks is not None)
     if objective.windows or holds or is_moving:
         solution = sqp.minimise_by_sqp(problem, start, holds, 2 * most_iterations)
-        return replace(_snap_to_bounds(problem, solution.u, solution.iterations), converged=solution.converged)
+        return replace(
+            _snap_to_bounds(problem, solution.u, solution.iterations), converged=solution.converged
+        )
     return _search_by_ipopt(problem, start, problem.local(start, holds), most_iterations, rounds)
 
 
@@ -146,7 +162,9 @@ def _search_by_ipopt(
         solution = _solve_epigraph(programme, most_iterations)
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
-        minima.append(replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged))
+        minima.append(
+            replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged)
+        )
         tops = programme.tops(solution.z, VIOLATION_TOLERANCE)
         complete = bool((minima[-1].evaluation.look.tops <= tops).all())
         if minima[-1].stationary or complete or not solution.converged:
@@ -161,20 +179,29 @@ def _solve_epigraph(programme: Epigraph, most_iterations: int) -> ipopt.IpoptSol
     return ipopt.solve_program(programme, programme.start, most_iterations)
 
 
-def _search_cells(problem: Problem, kinks: Kinks, first: LocalMinimum, most_iterations: int) -> LocalMinimum:
-    """Search from cell to cell until a minimum is stationary or the objective no longer decreases."""
+def _search_cells(
+    problem: Problem, kinks: Kinks, first: LocalMinimum, most_iterations: int
+) -> LocalMinimum:
+    """Search from cell to cell until a minimum is stationary or the objective no longer
+    decreases.
+    """
 
     def solved(minimum: LocalMinimum, holds: list[BreakpointHold]) -> LocalMinimum:
         return _search_with_holds(problem, minimum.u, tuple(holds), most_iterations).after(minimum)
 
-    current = solved(first, [kinks.wall(pin, distance) for pin, distance in kinks.find_pins(problem.design(first.u))])
+    current = solved(
+        first,
+        [kinks.wall(pin, distance) for pin, distance in kinks.find_pins(problem.design(first.u))],
+    )
     for _ in range(MAX_CELLS if problem.constraints is None else MAX_CONSTRAINED_CELLS):
         pins = kinks.find_pins(problem.design(current.u))
         touching = [i for i, (_, distance) in enumerate(pins) if abs(distance) < 2 * WALL_MARGIN]
         if current.stationary or not touching:
             break
         walls = [kinks.wall(pin, distance) for pin, distance in pins]
-        on_kink = solved(current, [pins[i][0] if i in touching else wall for i, wall in enumerate(walls)])
+        on_kink = solved(
+            current, [pins[i][0] if i in touching else wall for i, wall in enumerate(walls)]
+        )
         if on_kink.stationary:
             return on_kink
         across = [kinks.wall(pin, -distance) for pin, distance in pins]
@@ -182,8 +209,10 @@ def _search_cells(problem: Problem, kinks: Kinks, first: LocalMinimum, most_iter
             current.objective - DECREASE_TOLERANCE * problem.scale,
             replace(current, iterations=on_kink.iterations),
         )
-        crossed = (solved(spent, [across[i] if i in choice else wall for i, wall in enumerate(walls)])
-                   for choice in _list_crossings(touching))  # fmt: skip
+        crossed = (
+            solved(spent, [across[i] if i in choice else wall for i, wall in enumerate(walls)])
+            for choice in _list_crossings(touching)
+        )
         following = next((minimum for minimum in crossed if minimum.objective < limit), None)
         if following is None:
             break
@@ -203,9 +232,16 @@ def evaluate_minimum(problem: Problem, u: Array, iterations: int) -> LocalMinimu
 
 
 def _snap_to_bounds(problem: Problem, u: Array, iterations: int) -> LocalMinimum:
-    """Return the best point with coordinates near bounds set onto these, which interior points do not reach."""
-    points = {p.tobytes(): p for p in (problem.complete(problem.box.snapped(u, s)) for s in SNAP_MARGINS)}
-    return min((evaluate_minimum(problem, p, iterations) for p in points.values()), key=lambda minimum: minimum.rank)
+    """Return the best point with coordinates near bounds set onto these, which interior points do
+    not reach.
+    """
+    points = {
+        p.tobytes(): p for p in (problem.complete(problem.box.snapped(u, s)) for s in SNAP_MARGINS)
+    }
+    return min(
+        (evaluate_minimum(problem, p, iterations) for p in points.values()),
+        key=lambda minimum: minimum.rank,
+    )
 
 
 DEFAULT_STARTS = 8
@@ -216,12 +252,16 @@ AGREEMENT_TOLERANCE = 1e-6
 
 
 def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
-    """Return starting points u (p,), that of the design first; the same seed and count give the same points."""
+    """Return starting points u (p,), that of the design first; the same seed and count give the
+    same points.
+    """
     problem.restart()
     first = problem.complete(problem.start)
     if count < 2:
         return [first]
-    cube = scipy.stats.qmc.LatinHypercube(len(problem.independent), seed=np.random.default_rng(seed)).random(count - 1)
+    cube = scipy.stats.qmc.LatinHypercube(
+        len(problem.independent), seed=np.random.default_rng(seed)
+    ).random(count - 1)
     return [first, *(problem.interpolate(v) for v in cube)]
 
 
@@ -236,14 +276,18 @@ class Descent:
 def list_descents(problem: Problem, count: int, seed: int) -> list[Descent]:
     """Return the descents from sampled starts, of which every other one glides.
 
-    Searches of one kind may all end in a minimum that is none for the other: only where both kinds agree does the
-    agreement of starts mean something.
+    Searches of one kind may all end in a minimum that is none for the other: only where both kinds
+    agree does the agreement of starts mean something.
     """
-    return [Descent(start, k % 2 == 1) for k, start in enumerate(sample_starts(problem, count, seed))]
+    return [
+        Descent(start, k % 2 == 1) for k, start in enumerate(sample_starts(problem, count, seed))
+    ]
 
 
 def select_start(problem: Problem, start: Array) -> Array:
-    """Return a start on the equality constraints or, if it is infeasible, the nearest minimum of the violation."""
+    """Return a start on the equality constraints or, if it is infeasible, the nearest minimum of
+    the violation.
+    """
     start = problem.onto(start)
     if problem.constraints is None or problem.is_feasible(start):
         return start
@@ -252,7 +296,9 @@ def select_start(problem: Problem, start: Array) -> Array:
 
 @dataclass(frozen=True)
 class SearchRecord:
-    """The minimum or the error of a local search, with its counts, best point, history and closest point."""
+    """The minimum or the error of a local search, with its counts, best point, history and closest
+    point.
+    """
 
     end: LocalMinimum | ComputationError
     counts: Counts
@@ -278,15 +324,22 @@ def _descend(problem: Problem, descent: Descent) -> LocalMinimum | ComputationEr
     problem.restart()
     try:
         start = select_start(problem, descent.start)
-        return search_locally(problem, glide_over_samples(problem, start) if descent.glides else start)
+        return search_locally(
+            problem, glide_over_samples(problem, start) if descent.glides else start
+        )
     except ComputationError as error:
         return error
 
 
 def search_from_starts(
-    problem: Problem, count: int, seed: int, progress: Listener | None = None, task: Task | None = None,
-    means: Means = AUTO, under_way: Jobs | None = None,
-) -> Iterator[LocalMinimum]:  # fmt: skip
+    problem: Problem,
+    count: int,
+    seed: int,
+    progress: Listener | None = None,
+    task: Task | None = None,
+    means: Means = AUTO,
+    under_way: Jobs | None = None,
+) -> Iterator[LocalMinimum]:
     """Yield the local minima from `count` sampled points of the box; see `find_minima`."""
     phase = ProgressPhase("ipopt", "start", count, progress)
     descents = list_descents(problem, count, seed) if under_way is None else ()
@@ -294,13 +347,18 @@ def search_from_starts(
 
 
 def find_minima(
-    problem: Problem, descents: Sequence[Descent], phase: ProgressPhase, task: Task | None = None,
-    means: Means = AUTO, under_way: Jobs | None = None,
-) -> Iterator[LocalMinimum]:  # fmt: skip
+    problem: Problem,
+    descents: Sequence[Descent],
+    phase: ProgressPhase,
+    task: Task | None = None,
+    means: Means = AUTO,
+    under_way: Jobs | None = None,
+) -> Iterator[LocalMinimum]:
     """Yield the local minima of descents in their order, as they become available.
 
-    An infeasible start is first moved to a minimum of the violation; failed searches are omitted. Workers run the
-    searches of a task, or of the jobs `under_way`. Raises ComputationError if every search fails.
+    An infeasible start is first moved to a minimum of the violation; failed searches are omitted.
+    Workers run the searches of a task, or of the jobs `under_way`. Raises ComputationError if every
+    search fails.
     """
     problem.heard = phase.report_if_slow
     minima, error = 0, None
@@ -313,7 +371,9 @@ def find_minima(
 
     ends: Iterator[LocalMinimum | ComputationError]
     if under_way is None:
-        ends = run_in_order(task, descents, means, lambda descent: _descend(problem, descent), join, wait)
+        ends = run_in_order(
+            task, descents, means, lambda descent: _descend(problem, descent), join, wait
+        )
     else:
         ends = map(join, under_way.in_order(wait))
     for done, end in enumerate(ends, 1):
@@ -329,10 +389,14 @@ def find_minima(
 
 def search_from_points(
     problem: Problem, starts: Sequence[Array], most_iterations: int | None = None
-) -> list[LocalMinimum]:  # fmt: skip
+) -> list[LocalMinimum]:
     """Return the local minima from points u (p,), with a single search for coinciding starts."""
     minima: list[LocalMinimum] = []
     for start in starts:
-        twins = (end for other, end in zip(starts, minima, strict=False) if np.abs(other - start).max() <= SAME_START)
+        twins = (
+            end
+            for other, end in zip(starts, minima, strict=False)
+            if np.abs(other - start).max() <= SAME_START
+        )
         minima.append(next(twins, None) or search_locally(problem, start, most_iterations))
     return minima

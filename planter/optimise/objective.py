@@ -2,8 +2,9 @@
 
     f(x) = smooth(x) + sum_g weight_g max_i row_gi(x)
 
-A greatest value of a curve is a group whose rows are its peaks, a least value one whose rows are its valleys with the
-opposite sign, a range is both, and the greatest size of a curve one group of peaks and of valleys.
+A greatest value of a curve is a group whose rows are its peaks, a least value one whose rows are
+its valleys with the opposite sign, a range is both, and the greatest size of a curve one group of
+peaks and of valleys.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ NO_GROUPS: Integers = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True)
 class ObjectiveSummary:
-    """Smooth value and largest row of each group (g,) at a design, and what is known of its first curve."""
+    """Smooth value and largest row of each group (g,) at a design, and what is known of its first
+    curve.
+    """
 
     smooth: float
     tops: Array = field(default_factory=lambda: NO_ROWS)
@@ -58,7 +61,9 @@ class ModelGradients:
 
 @dataclass(frozen=True)
 class BreakpointHold:
-    """Constraint low <= psi(x) - phi_sample <= high [rad] on a breakpoint psi: a pin if both are 0, else a wall."""
+    """Constraint low <= psi(x) - phi_sample <= high [rad] on a breakpoint psi: a pin if both are 0,
+    else a wall.
+    """
 
     sample: int
     event: int
@@ -73,7 +78,8 @@ class BreakpointHold:
 class LocalModel(Protocol):
     """Functions that are smooth near a design, with a fixed set of rows.
 
-    `groups` (r,) are the groups of the rows, `bounds` (2, k) the lower and upper bounds of the `holds` of the values.
+    `groups` (r,) are the groups of the rows, `bounds` (2, k) the lower and upper bounds of the
+    `holds` of the values.
     """
 
     @property
@@ -85,7 +91,9 @@ class LocalModel(Protocol):
         """Return the summary of the objective at a design x (p,)."""
 
     def grown(self, x: Array, tops: Array) -> LocalModel:
-        """Return a copy which also has the rows that exceed the tops (g,) of their groups at x (p,)."""
+        """Return a copy which also has the rows that exceed the tops (g,) of their groups at x
+        (p,).
+        """
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
@@ -99,10 +107,12 @@ class LocalModel(Protocol):
 
 @dataclass(frozen=True)
 class Conditions:
-    """First-order data of all rows (r,), active or not, with groups (r,) and gradients (r, p), and of all kinks.
+    """First-order data of all rows (r,), active or not, with groups (r,) and gradients (r, p), and
+    of all kinks.
 
-    A sample at a breakpoint is listed twice, with the gradients of both sides. `smooth` (p,) is the gradient of the
-    smooth value with all such samples on the first side; `kinks` (k, p) are the changes on the second side.
+    A sample at a breakpoint is listed twice, with the gradients of both sides. `smooth` (p,) is the
+    gradient of the smooth value with all such samples on the first side; `kinks` (k, p) are the
+    changes on the second side.
     """
 
     rows: Array
@@ -124,18 +134,23 @@ class Kinks(Protocol):
     """Points of a sampled objective without a gradient, where breakpoints pass samples."""
 
     def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
-        """Return the pins of the nearest breakpoints with their distances from the samples [rad]."""
+        """Return the pins of the nearest breakpoints with their distances from the samples
+        [rad].
+        """
 
     def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold:
-        """Return the hold which confines the breakpoint of a pin to the side of its distance [rad]."""
+        """Return the hold which confines the breakpoint of a pin to the side of its distance
+        [rad].
+        """
 
 
 class Objective(Protocol):
     """Objective of designs x (p,): smooth + weights (g,) . largest rows of the groups.
 
-    `units` (g,) are what counts as one in the rows, `unit` that of residuals and tolerances, None for the value at the
-    initial design. `felt` (p,) marks the parameters that affect the objective. `windows` is true if the rows move with
-    the design, so that a set of them does not serve a complete local search. `kinks` is None if all is differentiable.
+    `units` (g,) are what counts as one in the rows, `unit` that of residuals and tolerances, None
+    for the value at the initial design. `felt` (p,) marks the parameters that affect the objective.
+    `windows` is true if the rows move with the design, so that a set of them does not serve a
+    complete local search. `kinks` is None if all is differentiable.
     """
 
     @property
@@ -167,7 +182,9 @@ class Objective(Protocol):
         """Return first-order data at a design x (p,), with gradients in the design."""
 
     def flat(self, x: Array) -> Array:
-        """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
+        """Return the directions (k, p) to which the objective is insensitive at a design, to first
+        order.
+        """
 
 
 def find_tops(rows: Array, groups: Integers, count: int) -> Array:
@@ -183,7 +200,9 @@ def evaluate_summary(objective: Objective, look: ObjectiveSummary) -> ObjectiveE
 
 
 def find_gradient(objective: Objective, x: Array) -> Array:
-    """Return the gradient (p,) of an objective at a design; a largest value that rows share has that of the first."""
+    """Return the gradient (p,) of an objective at a design; a largest value that rows share has
+    that of the first.
+    """
     conditions = objective.conditions(x)
     gradient = conditions.smooth.copy()
     for group, weight in enumerate(objective.weights):

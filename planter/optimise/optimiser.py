@@ -1,13 +1,15 @@
 """Genetic algorithm, local searches from several starts, and their combination.
 
-The genetic algorithm encodes each independent parameter as a binary number of `bits_per_variable` digits over its box.
-A generation has `selection_ratio` times the population as offspring, by binary tournament, single-point crossover and
-bit flips; these replace all but the best individuals (elitist reinsertion). Wang et al. (2017, 3.4) publish the
-settings; the tournament, the single point and the binary code are our interpretation, with textbook operators (Goldberg
-1989, Genetic Algorithms in Search, Optimization, and Machine Learning).
+The genetic algorithm encodes each independent parameter as a binary number of `bits_per_variable`
+digits over its box. A generation has `selection_ratio` times the population as offspring, by binary
+tournament, single-point crossover and bit flips; these replace all but the best individuals
+(elitist reinsertion). Wang et al. (2017, 3.4) publish the settings; the tournament, the single
+point and the binary code are our interpretation, with textbook operators (Goldberg 1989, Genetic
+Algorithms in Search, Optimization, and Machine Learning).
 
-The method `ga` is the genetic algorithm, `ipopt` runs local searches from several starts, and `hybrid` runs both, adds
-local searches from the best individuals and returns the best point. With the same seed, it is never worse than either.
+The method `ga` is the genetic algorithm, `ipopt` runs local searches from several starts, and
+`hybrid` runs both, adds local searches from the best individuals and returns the best point. With
+the same seed, it is never worse than either.
 """
 
 from __future__ import annotations
@@ -43,7 +45,9 @@ Bits = NDArray[np.bool_]
 
 
 class GeneticSettings(Protocol):
-    """Size of the population, number of generations, digits of a parameter, shares and probabilities."""
+    """Size of the population, number of generations, digits of a parameter, shares and
+    probabilities.
+    """
 
     @property
     def individuals(self) -> int: ...
@@ -94,22 +98,32 @@ def search_genetically(
 
 
 def breed_offspring(
-    random: np.random.Generator, chromosomes: Bits, merits: Array, count: int, settings: GeneticSettings
+    random: np.random.Generator,
+    chromosomes: Bits,
+    merits: Array,
+    count: int,
+    settings: GeneticSettings,
 ) -> Bits:
-    """Return chromosomes (count, bits) of the offspring of a population (n, bits) with merits (n,) to be minimised.
+    """Return chromosomes (count, bits) of the offspring of a population (n, bits) with merits (n,)
+    to be minimised.
 
-    Every parent is the better of two individuals drawn at random. Two parents exchange what follows a random digit,
-    with the probability of crossover; then every digit flips with the probability of mutation.
+    Every parent is the better of two individuals drawn at random. Two parents exchange what follows
+    a random digit, with the probability of crossover; then every digit flips with the probability
+    of mutation.
     """
     pairs = (count + 1) // 2
     rivals = random.integers(len(chromosomes), size=(2, pairs, 2))
-    winners = np.where(merits[rivals[..., 1]] < merits[rivals[..., 0]], rivals[..., 1], rivals[..., 0])
+    winners = np.where(
+        merits[rivals[..., 1]] < merits[rivals[..., 0]], rivals[..., 1], rivals[..., 0]
+    )
     first, second = chromosomes[winners[0]], chromosomes[winners[1]]
     bits = chromosomes.shape[1]
     cuts = random.integers(1, bits, size=(pairs, 1))
     crosses = random.random((pairs, 1)) < settings.crossover_probability
     exchanged = crosses & (np.arange(bits) >= cuts)
-    children = np.vstack([np.where(exchanged, second, first), np.where(exchanged, first, second)])[:count]
+    children = np.vstack([np.where(exchanged, second, first), np.where(exchanged, first, second)])[
+        :count
+    ]
     return children ^ (random.random(children.shape) < settings.mutation_probability)
 
 
@@ -119,20 +133,28 @@ def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
 
 
 def decode_points(problem: Problem, bits: Bits, length: int) -> list[Array]:
-    """Return the points u (p,) of chromosomes (n, independent * length); genes are binary, high digit first.
+    """Return the points u (p,) of chromosomes (n, independent * length); genes are binary, high
+    digit first.
 
-    The points are projected onto the equality constraints, if there are any, since binary numbers miss these.
+    The points are projected onto the equality constraints, if there are any, since binary numbers
+    miss these.
     """
     genes = bits.astype(float).reshape(len(bits), len(problem.independent), length)
     values = genes @ (2.0 ** np.arange(length - 1, -1, -1)) / (2.0**length - 1)
     return [problem.onto(problem.interpolate(v)) for v in values]
 
 
-def select_distinct(individuals: list[Individual], count: int, separation: float) -> list[Individual]:
-    """Return the best `count` individuals no two of which are within `separation` box units in every coordinate."""
+def select_distinct(
+    individuals: list[Individual], count: int, separation: float
+) -> list[Individual]:
+    """Return the best `count` individuals no two of which are within `separation` box units in
+    every coordinate.
+    """
     chosen: list[Individual] = []
     for individual in individuals:
-        if len(chosen) < count and all(np.abs(individual.u - other.u).max() > separation for other in chosen):
+        if len(chosen) < count and all(
+            np.abs(individual.u - other.u).max() > separation for other in chosen
+        ):
             chosen.append(individual)
     return chosen
 
@@ -148,8 +170,8 @@ MIN_SEPARATION = 0.02
 class OptimiserRun:
     """One run of a method on a problem; each part has its own counts and its own history.
 
-    Workers run the descents of the task as `means` says; those of `hybrid` begin before the genetic algorithm if
-    `early` says what runs them.
+    Workers run the descents of the task as `means` says; those of `hybrid` begin before the genetic
+    algorithm if `early` says what runs them.
     """
 
     def __init__(
@@ -174,7 +196,8 @@ class OptimiserRun:
     def run(self, method: Method, candidates: Sequence[Array] = ()) -> OptimiserResult:
         """Return the best of the points that the method reaches and of feasible candidates u (p,).
 
-        Raises NoFeasiblePointError if no point is feasible, ComputationError if every local search fails.
+        Raises NoFeasiblePointError if no point is feasible, ComputationError if every local search
+        fails.
         """
         self._candidates, reached = list(candidates), list(candidates)
         individuals: list[Individual] = []
@@ -191,7 +214,9 @@ class OptimiserRun:
         return self._result(method, reached)
 
     def so_far(self, method: Method) -> OptimiserResult | None:
-        """Return the best point of an interrupted run, or None if no feasible point was evaluated."""
+        """Return the best point of an interrupted run, or None if no feasible point was
+        evaluated.
+        """
         for descent in [] if self._jobs is None else self._jobs.results():
             if isinstance(end := descent.join(self.ipopt), LocalMinimum):
                 self.minima.append(end)
@@ -208,13 +233,17 @@ class OptimiserRun:
         return min(met, key=lambda best: best.objective, default=None)
 
     def closest(self) -> ClosestPoint | None:
-        """Return the point that violates the constraints least of all that any part has met so far."""
+        """Return the point that violates the constraints least of all that any part has met so
+        far.
+        """
         rest = [] if self._jobs is None else self._jobs.results()
         met = [part.closest for part in (*rest, *self._problems) if part.closest is not None]
         return min(met, key=lambda closest: closest.violation, default=None)
 
     def _begin_descents(self, method: Method) -> AbstractContextManager[Jobs | None]:
-        """Start the jobs of the local searches; return None if they follow the genetic algorithm."""
+        """Start the jobs of the local searches; return None if they follow the genetic
+        algorithm.
+        """
         if method != "hybrid" or self.task is None or self.early is None:
             return nullcontext()
         return Jobs(self.task, list_descents(self.ipopt, self.starts, self.seed), self.early)
@@ -228,7 +257,8 @@ class OptimiserRun:
         self._repeat_descents()
 
     def _repeat_descents(self) -> None:
-        """Repeat the descents that ended above the best, with a glide if they had none, else without.
+        """Repeat the descents that ended above the best, with a glide if they had none, else
+        without.
 
         The better minimum of each start counts.
         """
@@ -246,7 +276,9 @@ class OptimiserRun:
         if self._jobs is not None:
             self._jobs.add(repeated)
         with suppress(ComputationError):
-            minima = list(find_minima(self.ipopt, repeated, phase, self.task, self.means, self._jobs))
+            minima = list(
+                find_minima(self.ipopt, repeated, phase, self.task, self.means, self._jobs)
+            )
             for k, minimum in zip(again, minima, strict=False):
                 self.minima[k] = min(self.minima[k], minimum, key=lambda each: each.rank)
 
@@ -270,4 +302,6 @@ class OptimiserRun:
         named = zip(("ga", "ipopt", "polish"), self._problems, strict=True)
         history = {name: problem.history for name, problem in named if problem.history}
         candidates = Candidates(reached, self.minima, counts, history)
-        return build_result(self.ga, method, self.seed, candidates, time.perf_counter() - self.begun)
+        return build_result(
+            self.ga, method, self.seed, candidates, time.perf_counter() - self.begun
+        )

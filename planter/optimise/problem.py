@@ -1,4 +1,6 @@
-"""Optimisation problem in the variables of its box, with the counts and the best point of a search."""
+"""Optimisation problem in the variables of its box, with the counts and the best point of a
+search.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ from planter.optimise.objective import (
 DIRECTION_TOLERANCE = 1e-6
 """Components of a direction below this count as zero."""
 SPREAD_SHARE = 1e-3
-"""Share of the spreads of its rows that the unit of an objective is at least, whose initial value may cancel to 0."""
+"""Share of the spreads of its rows that the unit of an objective is at least, whose initial value
+may cancel to 0.
+"""
 MAX_VIOLATION = 1e3
 """Upper limit of the violation in a merit, in steps."""
 
@@ -52,7 +56,11 @@ class Counts:
         return self.objective + self.gradient + self.hessian
 
     def __add__(self, other: Counts) -> Counts:
-        return Counts(self.objective + other.objective, self.gradient + other.gradient, self.hessian + other.hessian)
+        return Counts(
+            self.objective + other.objective,
+            self.gradient + other.gradient,
+            self.hessian + other.hessian,
+        )
 
 
 @dataclass(frozen=True)
@@ -75,11 +83,12 @@ class ClosestPoint:
 class Problem:
     """An objective within a box.
 
-    Without `constraints`, parameters that do not affect the objective are not searched: they have the values of the
-    initial design, clipped to the box. `free` (f,) holds the indices of the parameters that are searched. Points u are
-    (p,). `best` is the best feasible point evaluated so far and `history` lists the improvements: (number of
-    evaluations, objective); while there is none, `closest` is the point that violates the constraints least. `heard` is
-    called with the best objective so far after each evaluation.
+    Without `constraints`, parameters that do not affect the objective are not searched: they have
+    the values of the initial design, clipped to the box. `free` (f,) holds the indices of the
+    parameters that are searched. Points u are (p,). `best` is the best feasible point evaluated so
+    far and `history` lists the improvements: (number of evaluations, objective); while there is
+    none, `closest` is the point that violates the constraints least. `heard` is called with the
+    best objective so far after each evaluation.
     """
 
     objective: Objective
@@ -97,24 +106,42 @@ class Problem:
     def anew(self) -> Self:
         """Return a copy without counts, best and closest point, and history."""
         fresh = copy.copy(self)
-        fresh.counts, fresh.best, fresh.history, fresh.heard, fresh.closest = Counts(), None, [], None, None
+        fresh.counts, fresh.best, fresh.history, fresh.heard, fresh.closest = (
+            Counts(),
+            None,
+            [],
+            None,
+            None,
+        )
         return fresh
 
     def restart(self) -> None:
-        """Discard the state of earlier evaluations, so that the next one does not depend on them to the last digit."""
+        """Discard the state of earlier evaluations, so that the next one does not depend on them to
+        the last digit.
+        """
 
     def absorb(
-        self, counts: Counts, best: BestPoint | None, history: Sequence[tuple[int, float]], closest: ClosestPoint | None
+        self,
+        counts: Counts,
+        best: BestPoint | None,
+        history: Sequence[tuple[int, float]],
+        closest: ClosestPoint | None,
     ) -> None:
-        """Append the counts, best point, history and closest point of a copy of this problem to its own."""
+        """Append the counts, best point, history and closest point of a copy of this problem to its
+        own.
+        """
         before, best_objective = self.counts.total, self.best_objective
         self.history += [
-            (before + n, value) for n, value in history if best_objective is None or value < best_objective
+            (before + n, value)
+            for n, value in history
+            if best_objective is None or value < best_objective
         ]
         self.counts = self.counts + counts
         if best is not None and (best_objective is None or best.objective < best_objective):
             self.best = best
-        if closest is not None and (self.closest is None or closest.violation < self.closest.violation):
+        if closest is not None and (
+            self.closest is None or closest.violation < self.closest.violation
+        ):
             self.closest = closest
 
     @property
@@ -145,11 +172,15 @@ class Problem:
         return self.free
 
     def complete(self, u: Array) -> Array:
-        """Return a point (p,) with the same independent coordinates and the best values of the others."""
+        """Return a point (p,) with the same independent coordinates and the best values of the
+        others.
+        """
         return u
 
     def interpolate(self, shares: Array) -> Array:
-        """Return the point (p,) at shares (i,) of the way from the lower to the upper independent bounds."""
+        """Return the point (p,) at shares (i,) of the way from the lower to the upper independent
+        bounds.
+        """
         chosen, u = self.independent, self.start.copy()
         bottom, top = self.box.bottom[chosen], self.box.top[chosen]
         u[chosen] = bottom + shares * (top - bottom)
@@ -161,17 +192,25 @@ class Problem:
         return None if self.constraints is None else self.constraints.equations
 
     def onto(self, u: Array) -> Array:
-        """Return the projection (p,) of a point u (p,) onto the equality constraints, within the box."""
+        """Return the projection (p,) of a point u (p,) onto the equality constraints, within the
+        box.
+        """
         return u if self.equations is None else project_onto_equations(self.box, self.equations, u)
 
     def local(self, u: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
-        """Return the smooth local model of objective and constraints, with breakpoints constrained by `holds`."""
+        """Return the smooth local model of objective and constraints, with breakpoints constrained
+        by `holds`.
+        """
         x = self.design(u)
         model = self.objective.local(x, holds)
-        return model if self.constraints is None else ConstrainedModel(model, self.constraints.at(x))
+        return (
+            model if self.constraints is None else ConstrainedModel(model, self.constraints.at(x))
+        )
 
     def violation(self, u: Array) -> float:
-        """Return the largest violation of a constraint at a point in steps, 0 if all are satisfied."""
+        """Return the largest violation of a constraint at a point in steps, 0 if all are
+        satisfied.
+        """
         return 0.0 if self.constraints is None else self.constraints.violation(self.design(u))
 
     def is_feasible(self, u: Array) -> bool:
@@ -179,12 +218,16 @@ class Problem:
         return self.violation(u) <= FEASIBILITY_TOLERANCE
 
     def merit(self, u: Array) -> float:
-        """Return the objective, and one unit more for each step of the worst violation; inf without an objective."""
+        """Return the objective, and one unit more for each step of the worst violation; inf without
+        an objective.
+        """
         try:
             objective = self.evaluate(u).objective
         except ComputationError:
             return math.inf
-        return objective + (min(self.violation(u), MAX_VIOLATION) * self.scale if self.constraints else 0.0)
+        return objective + (
+            min(self.violation(u), MAX_VIOLATION) * self.scale if self.constraints else 0.0
+        )
 
     def evaluate(self, u: Array) -> ObjectiveEvaluation:
         """Return the objective at a point u (p,) and count the evaluation."""
@@ -192,7 +235,9 @@ class Problem:
         return self.record(u, self.objective.look(self.design(u)))
 
     def record(self, u: Array, look: ObjectiveSummary) -> ObjectiveEvaluation:
-        """Return the objective at a point u (p,) from its summary, and record the point if it is the best so far."""
+        """Return the objective at a point u (p,) from its summary, and record the point if it is
+        the best so far.
+        """
         evaluation = evaluate_summary(self.objective, look)
         if self.best is None or evaluation.objective < self.best.objective:
             violation = self.violation(u)
@@ -206,7 +251,9 @@ class Problem:
         return evaluation
 
     def record_violation(self, u: Array, violation: float) -> None:
-        """Record a point u (p,) by the largest violation of a constraint alone, in steps, 0 if all are satisfied."""
+        """Record a point u (p,) by the largest violation of a constraint alone, in steps, 0 if all
+        are satisfied.
+        """
         self._keep_closest(u, violation)
         if self.heard is not None:
             self.heard(self.best_objective)
@@ -240,7 +287,9 @@ class Problem:
         return max(abs(self.reference.objective), SPREAD_SHARE * spreads) or 1.0
 
     def flat(self, u: Array) -> Array:
-        """Return orthonormal insensitive directions (k, p) of the free coordinates at a point u (p,)."""
+        """Return orthonormal insensitive directions (k, p) of the free coordinates at a point u
+        (p,).
+        """
         directions = self.objective.flat(self.design(u)) / self.box.unit
         fixed = np.setdiff1d(np.arange(len(u)), self.free)
         if not len(directions) or not len(fixed):

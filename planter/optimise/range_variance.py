@@ -1,4 +1,5 @@
-"""Objective of the weighted range and scatter of a response over a cycle, and its insensitive directions.
+"""Objective of the weighted range and scatter of a response over a cycle, and its insensitive
+directions.
 
 Equation (31) of Wang et al. (2017) is such an objective.
 """
@@ -36,9 +37,10 @@ WEIGHT_TOLERANCE = 1e-6
 class InsensitiveDirections:
     """Numerical rank of the Jacobian of a curve, and its null space.
 
-    `effective_parameters` is the rank; `directions` spans the null space, each {name: weight} in parts of the box
-    width with the largest weight 1; `zero` (p,) marks parameters that have no effect alone; `space` (k, p) spans the
-    null space by orthonormal directions in shares of the box.
+    `effective_parameters` is the rank; `directions` spans the null space, each {name: weight} in
+    parts of the box width with the largest weight 1; `zero` (p,) marks parameters that have no
+    effect alone; `space` (k, p) spans the null space by orthonormal directions in shares of the
+    box.
     """
 
     effective_parameters: int
@@ -49,7 +51,9 @@ class InsensitiveDirections:
     @property
     def named(self) -> list[list[dict[str, float]]]:
         """The directions as lists of {name: weight}."""
-        return [[{name: weight} for name, weight in direction.items()] for direction in self.directions]
+        return [
+            [{name: weight} for name, weight in direction.items()] for direction in self.directions
+        ]
 
 
 def find_insensitivity(
@@ -57,27 +61,39 @@ def find_insensitivity(
 ) -> InsensitiveDirections:
     """Return rank and null space of the Jacobian of a curve in the design parameters.
 
-    The curve is evaluated at `samples` angles of a cycle at the design x (p,) [SI]; columns are multiplied by the box
-    width; the threshold is 1e-10 of the largest singular value. If equations with gradients `equation_gradients` (k, p)
-    constrain the design, the null space is restricted to the directions that satisfy them.
+    The curve is evaluated at `samples` angles of a cycle at the design x (p,) [SI]; columns are
+    multiplied by the box width; the threshold is 1e-10 of the largest singular value. If equations
+    with gradients `equation_gradients` (k, p) constrain the design, the null space is restricted to
+    the directions that satisfy them.
     """
-    rows = None if equation_gradients is None else equation_gradients * (response.upper - response.lower)
+    rows = (
+        None
+        if equation_gradients is None
+        else equation_gradients * (response.upper - response.lower)
+    )
     return find_insensitive(response.names, scale_slopes(response, x, samples), rows)
 
 
 def scale_slopes(response: CycleResponse, x: Array, samples: int) -> Array:
-    """Return the gradients (n, p) of curves at samples of a turn in shares of the bounds, each curve by its largest."""
+    """Return the gradients (n, p) of curves at samples of a turn in shares of the bounds, each
+    curve by its largest.
+    """
     phi = response.turn * np.arange(samples) / samples
     slopes = response.slopes(response.prologue(x), np.mod(phi, response.period))[1][:, :, 1:]
     size = np.abs(slopes).max(axis=(1, 2), keepdims=True)
-    scaled: Array = np.concatenate(slopes / np.where(size > 0, size, 1.0)) * (response.upper - response.lower)
+    scaled: Array = np.concatenate(slopes / np.where(size > 0, size, 1.0)) * (
+        response.upper - response.lower
+    )
     return scaled
 
 
-def find_insensitive(names: tuple[str, ...], columns: Array, rows: Array | None = None) -> InsensitiveDirections:
+def find_insensitive(
+    names: tuple[str, ...], columns: Array, rows: Array | None = None
+) -> InsensitiveDirections:
     """Return rank and null space of scaled slopes (n, p) of curves in the named parameters.
 
-    If equations with scaled gradients `rows` (k, p) constrain the parameters, the null space is restricted to them.
+    If equations with scaled gradients `rows` (k, p) constrain the parameters, the null space is
+    restricted to them.
     """
     _, values, right = np.linalg.svd(columns, full_matrices=len(columns) < len(names))
     limit = RANK_TOLERANCE * values[0]
@@ -92,17 +108,26 @@ def find_insensitive(names: tuple[str, ...], columns: Array, rows: Array | None 
 
 
 def _name_directions(names: tuple[str, ...], space: Array, zero: Flags) -> list[dict[str, float]]:
-    """Return a sparse basis of the null space: single parameters first, then reduced combinations."""
+    """Return a sparse basis of the null space: single parameters first, then reduced
+    combinations.
+    """
     single: list[dict[str, float]] = [{names[j]: 1.0} for j in np.flatnonzero(zero)]
     mixed = _reduce_echelon(np.where(zero, 0.0, space), len(space) - len(single))
-    return single + [{names[j]: float(row[j]) for j in np.flatnonzero(np.abs(row) > WEIGHT_TOLERANCE)} for row in mixed]
+    return single + [
+        {names[j]: float(row[j]) for j in np.flatnonzero(np.abs(row) > WEIGHT_TOLERANCE)}
+        for row in mixed
+    ]
 
 
 def _reduce_echelon(space: Array, count: int) -> list[Array]:
-    """Return the first `count` rows of the echelon form with complete pivoting, scaled to a largest weight of 1."""
+    """Return the first `count` rows of the echelon form with complete pivoting, scaled to a largest
+    weight of 1.
+    """
     rows = space.copy()
     for i in range(count):
-        pivot, column = (int(k) for k in np.unravel_index(np.abs(rows[i:]).argmax(), rows[i:].shape))
+        pivot, column = (
+            int(k) for k in np.unravel_index(np.abs(rows[i:]).argmax(), rows[i:].shape)
+        )
         rows[[i, i + pivot]] = rows[[i + pivot, i]]
         rows[i] /= rows[i, column]
         is_other_row = np.arange(len(rows)) != i
@@ -120,13 +145,19 @@ COARSE = 72
 
 
 class CurveSumObjective:
-    """The `Objective` of a sum over curves, by N samples of a cycle or, "refined", true extremes and integrals."""
+    """The `Objective` of a sum over curves, by N samples of a cycle or, "refined", true extremes
+    and integrals.
+    """
 
     unit = None
 
     def __init__(
-        self, response: CycleResponse, total: CurveSum, sampling: Sampling, panels: PanelCache | None = None
-    ) -> None:  # fmt: skip
+        self,
+        response: CycleResponse,
+        total: CurveSum,
+        sampling: Sampling,
+        panels: PanelCache | None = None,
+    ) -> None:
         """`panels` are those of the response, if other sums share them."""
         self.response, self.total, self.sampling = response, total, sampling
         self.weights, self.windows = total.weights, sampling == "refined"
@@ -155,7 +186,12 @@ class CurveSumObjective:
         """Spread (g,) of the curve of each group at the initial design, else its size."""
         response, total = self.response, self.total
         units = find_spreads(response)
-        return np.array([units[total.rows[np.flatnonzero(total.groups == g)[0]]] for g in range(len(self.weights))])
+        return np.array(
+            [
+                units[total.rows[np.flatnonzero(total.groups == g)[0]]]
+                for g in range(len(self.weights))
+            ]
+        )
 
     @cached_property
     def felt(self) -> Flags:
@@ -173,7 +209,9 @@ class CurveSumObjective:
         return self.turn.local(x)
 
     def coarse(self, x: Array) -> LocalModel | None:
-        """Return the local model over few samples, all of them rows; None if parts of the cycle count, or samples."""
+        """Return the local model over few samples, all of them rows; None if parts of the cycle
+        count, or samples.
+        """
         conditions = [part.conditions for part in self.total.statistics] + [
             side.conditions for side in self.total.sides
         ]
@@ -181,7 +219,10 @@ class CurveSumObjective:
             return None
         cycle = SampledCycle(self.response, self.total, COARSE)
         return SampledRows(
-            self.response, self.total, cycle.angles, np.ones((len(self.total.sides), len(cycle.angles)), dtype=bool)
+            self.response,
+            self.total,
+            cycle.angles,
+            np.ones((len(self.total.sides), len(cycle.angles)), dtype=bool),
         )
 
     def conditions(self, x: Array) -> Conditions:
@@ -189,12 +230,18 @@ class CurveSumObjective:
         return self.turn.conditions(x)
 
     def flat(self, x: Array) -> Array:
-        """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
+        """Return the directions (k, p) to which the objective is insensitive at a design, to first
+        order.
+        """
         response = self.response
-        return find_insensitive(response.names, self.columns(x)).space * (response.upper - response.lower)
+        return find_insensitive(response.names, self.columns(x)).space * (
+            response.upper - response.lower
+        )
 
     def columns(self, x: Array) -> Array:
-        """Return gradients (n, p) of all curves at a design in shares of the bounds, each curve by its largest."""
+        """Return gradients (n, p) of all curves at a design in shares of the bounds, each curve by
+        its largest.
+        """
         return scale_slopes(self.response, x, count_angles(self.sampling))
 
 
@@ -215,13 +262,22 @@ def build_range_sum(weights: Weights) -> CurveSum:
     """Return the weighted range and scatter of one curve."""
     kind: StatisticKind = "variance" if weights.kind == "paper" else "std"
     sides = (CurveSide(0, 0, 1), CurveSide(1, 0, -1))
-    statistics = (CurveStatistic(kind, 0, weights.weight_variance),) if weights.weight_variance else ()
+    statistics = (
+        (CurveStatistic(kind, 0, weights.weight_variance),) if weights.weight_variance else ()
+    )
     return CurveSum(statistics, sides, np.full(2, weights.weight_range))
 
 
 def build_range_problem(
-    response: CycleResponse, weights: Weights, sampling: Sampling, constraints: Constraints | None = None
+    response: CycleResponse,
+    weights: Weights,
+    sampling: Sampling,
+    constraints: Constraints | None = None,
 ) -> Problem:
-    """Return the problem of minimising weighted range and scatter of a response, in shares of its bounds."""
+    """Return the problem of minimising weighted range and scatter of a response, in shares of its
+    bounds.
+    """
     box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
-    return Problem(CurveSumObjective(response, build_range_sum(weights), sampling), box, constraints)
+    return Problem(
+        CurveSumObjective(response, build_range_sum(weights), sampling), box, constraints
+    )

@@ -1,14 +1,16 @@
-"""Periodic curve F(phi, x), such as a force over a machine cycle, with exact derivatives and breakpoints.
+"""Periodic curve F(phi, x), such as a force over a machine cycle, with exact derivatives and
+breakpoints.
 
-Breakpoints are the angles where derivatives of the curve jump. Like smooth peaks, and unlike samples at fixed angles,
-they move with the design x. At a point with the angle psi(x), f(x) = F(psi(x), x) has the derivatives
+Breakpoints are the angles where derivatives of the curve jump. Like smooth peaks, and unlike
+samples at fixed angles, they move with the design x. At a point with the angle psi(x), f(x) =
+F(psi(x), x) has the derivatives
 
     f_x  = F_x + F_phi psi_x
     f_xx = F_xx + F_xphi psi_x + psi_x' F_phix + F_phiphi psi_x' psi_x + F_phi psi_xx.
 
 At a smooth peak F_phi = 0 and psi_x = -F_phix / F_phiphi, so that f_x = F_x (envelope theorem) and
-f_xx = F_xx - F_xphi F_phix / F_phiphi. At a breakpoint both sides of F give the same f_x and f_xx, as F is
-continuous.
+f_xx = F_xx - F_xphi F_phix / F_phiphi. At a breakpoint both sides of F give the same f_x and f_xx,
+as F is continuous.
 """
 
 from __future__ import annotations
@@ -26,10 +28,12 @@ from planter.numerics.roots import find_crossings
 
 @dataclass(frozen=True)
 class BreakpointEvent:
-    """A kind of breakpoint: the curve is smooth in (phi, x) except where g(phi, x) is an integer multiple of `period`.
+    """A kind of breakpoint: the curve is smooth in (phi, x) except where g(phi, x) is an integer
+    multiple of `period`.
 
-    If `period` is None, the breakpoints are the zeros of g. `order` is the order of the first derivative of F in phi
-    that jumps there: 1 or 2, or 0 if F itself jumps; such a curve can be evaluated but not optimised.
+    If `period` is None, the breakpoints are the zeros of g. `order` is the order of the first
+    derivative of F in phi that jumps there: 1 or 2, or 0 if F itself jumps; such a curve can be
+    evaluated but not optimised.
     """
 
     name: str
@@ -40,9 +44,9 @@ class BreakpointEvent:
 class CycleResponse(Protocol):
     """Curves F(phi, x), (m,), periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
-    The result of `prologue` is the argument `at` of all other methods. Breakpoints of the k-th event lie at angles in
-    [0, turn), less each of the `shifts`, and recur with the `period` of F. Parts of the period are those on which
-    conditions (c,) hold, whose ends are breakpoints too.
+    The result of `prologue` is the argument `at` of all other methods. Breakpoints of the k-th
+    event lie at angles in [0, turn), less each of the `shifts`, and recur with the `period` of F.
+    Parts of the period are those on which conditions (c,) hold, whose ends are breakpoints too.
     """
 
     @property
@@ -79,7 +83,9 @@ class CycleResponse(Protocol):
         """Return F, (m, n)."""
 
     def ends(self, at: Any, phi: Array) -> tuple[Array, Array]:
-        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as beside a root."""
+        """Return F and its derivative in phi, (m, n) each, with NaN where one is not finite, as
+        beside a root.
+        """
 
     def rate(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """Return F and its derivative in phi, (m, n) each."""
@@ -91,16 +97,24 @@ class CycleResponse(Protocol):
         """Return F, (m, n), and its Jacobian in (phi, x), (m, n, 1 + p)."""
 
     def hessian(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves and angles of weights (m, n) times Hessians of F in (phi, x), (1 + p, 1 + p)."""
+        """Return the sum over curves and angles of weights (m, n) times Hessians of F in (phi, x),
+        (1 + p, 1 + p).
+        """
 
     def hessians(self, at: Any, phi: Array, weights: Array) -> Array:
-        """Return the sum over curves of weights (m, n) times Hessians of F in (phi, x), (n, 1 + p, 1 + p)."""
+        """Return the sum over curves of weights (m, n) times Hessians of F in (phi, x), (n, 1 + p,
+        1 + p).
+        """
 
     def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
-        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with `velocity` (n, p)."""
+        """Return the weighted sum of the Hessians in x alone, (p, p), at angles that move with
+        `velocity` (n, p).
+        """
 
     def misses(self, at: Any, phi: Array) -> Array:
-        """Return by how much each condition is missed at angles, (c, n), not positive where it holds."""
+        """Return by how much each condition is missed at angles, (c, n), not positive where it
+        holds.
+        """
 
     def event_values(self, at: Any, phi: Array) -> tuple[Array, Array]:
         """Return g of every event and its derivative in phi, (k, n) each."""
@@ -116,17 +130,21 @@ class CycleResponse(Protocol):
 
 
 BREAKPOINT_GRID = 360
-"""Intervals of a revolution in which breakpoints are bracketed; two of the same event in one interval are missed."""
+"""Intervals of a revolution in which breakpoints are bracketed; two of the same event in one
+interval are missed.
+"""
 ONE_SIDED_OFFSET = 1e-9
 """Distance from a breakpoint at which one-sided derivatives are evaluated [rad]."""
 
 
 @dataclass(frozen=True)
 class Breakpoints:
-    """Breakpoints at a design: `angles` (m,) of side 1 in [0, turn) [rad], `events` (m,) index of the event.
+    """Breakpoints at a design: `angles` (m,) of side 1 in [0, turn) [rad], `events` (m,) index of
+    the event.
 
-    They lie at these angles less the `shifts` (m,) of a side. `is_touch` (m,) marks those at which the function of an
-    event comes to zero and turns round: there its derivative vanishes, by which the breakpoint moves.
+    They lie at these angles less the `shifts` (m,) of a side. `is_touch` (m,) marks those at which
+    the function of an event comes to zero and turns round: there its derivative vanishes, by which
+    the breakpoint moves.
     """
 
     response: CycleResponse
@@ -154,9 +172,13 @@ class Breakpoints:
     def _slopes(self) -> Array:
         if not len(self.angles):
             return np.empty((0, 1 + len(self.response.names)))
-        slopes = self.response.event_slopes(self.at, self.angles)[self.events, np.arange(len(self.events))]
+        slopes = self.response.event_slopes(self.at, self.angles)[
+            self.events, np.arange(len(self.events))
+        ]
         for k in np.flatnonzero(self.is_touch):
-            slopes[k] = self.response.event_hessian(self.at, float(self.angles[k]), int(self.events[k]))[0]
+            slopes[k] = self.response.event_hessian(
+                self.at, float(self.angles[k]), int(self.events[k])
+            )[0]
         return slopes
 
     @cached_property
@@ -169,12 +191,15 @@ class Breakpoints:
 
     @cached_property
     def is_regular(self) -> Flags:
-        """Flags (m,) of breakpoints at which the function of the event has a slope, by which they move."""
+        """Flags (m,) of breakpoints at which the function of the event has a slope, by which they
+        move.
+        """
         flags: Flags = np.isfinite(self._slopes).all(axis=1) & (self._slopes[:, 0] != 0)
         return flags
 
     def acceleration(self, picked: Integers) -> Array:
-        """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the design, (k, p, p).
+        """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the
+        design, (k, p, p).
 
         Those of touches are left out: nothing jumps there.
         """
@@ -184,7 +209,9 @@ class Breakpoints:
             if self.is_touch[j] or not self.is_regular[j]:
                 continue
             path = np.vstack([self.velocity[j], np.eye(size)])
-            hessian = self.response.event_hessian(self.at, float(self.angles[j]), int(self.events[j]))
+            hessian = self.response.event_hessian(
+                self.at, float(self.angles[j]), int(self.events[j])
+            )
             accelerations[i] = -(path.T @ hessian @ path) / self._slopes[j, 0]
         return accelerations
 
@@ -194,21 +221,30 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
     periods = np.array([event.period or np.inf for event in response.events])
     count, sides = round(BREAKPOINT_GRID * response.turn / TURN), len(response.shifts)
     crossings = find_crossings(
-        lambda phi: response.event_values(at, phi), periods, count, response.turn,
+        lambda phi: response.event_values(at, phi),
+        periods,
+        count,
+        response.turn,
         lambda phi: response.event_rates(at, phi),
-    )  # fmt: skip
+    )
     angles = np.append(crossings.angles, crossings.touches)
     events = np.append(crossings.rows, crossings.touch_rows)
     is_touch = np.arange(len(angles)) >= len(crossings.angles)
     return Breakpoints(
-        response, at, np.tile(angles, sides), np.tile(events, sides), np.repeat(response.shifts, len(angles)),
+        response,
+        at,
+        np.tile(angles, sides),
+        np.tile(events, sides),
+        np.repeat(response.shifts, len(angles)),
         np.tile(is_touch, sides),
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
 class BreakpointPosition:
-    """A breakpoint of one side: its angle in [0, 2 pi) [rad] and the derivative of the angle in the design, (p,)."""
+    """A breakpoint of one side: its angle in [0, 2 pi) [rad] and the derivative of the angle in the
+    design, (p,).
+    """
 
     name: str
     side: int
@@ -218,16 +254,26 @@ class BreakpointPosition:
 
 
 def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPosition]:
-    """Return the breakpoints of all sides over a cycle, sorted by angle; each side follows the last by one period."""
+    """Return the breakpoints of all sides over a cycle, sorted by angle; each side follows the last
+    by one period.
+    """
     breakpoints = find_breakpoints(response, at)
     sides = round(response.turn / response.period)
     positions = [
         BreakpointPosition(
-            name, side, int(order), float(np.mod(angle + (side - 1) * response.period, response.turn)), velocity
+            name,
+            side,
+            int(order),
+            float(np.mod(angle + (side - 1) * response.period, response.turn)),
+            velocity,
         )
         for side in range(1, sides + 1)
         for name, order, angle, velocity in zip(
-            breakpoints.names, breakpoints.orders, breakpoints.angles, breakpoints.velocity, strict=True
+            breakpoints.names,
+            breakpoints.orders,
+            breakpoints.angles,
+            breakpoints.velocity,
+            strict=True,
         )
     ]
     return sorted(positions, key=lambda position: position.angle)
@@ -235,7 +281,9 @@ def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPositio
 
 @dataclass(frozen=True)
 class PointMotion:
-    """First derivatives `velocity` (m, p) and second derivatives `acceleration` (m, p, p) of m angles in the design."""
+    """First derivatives `velocity` (m, p) and second derivatives `acceleration` (m, p, p) of m
+    angles in the design.
+    """
 
     velocity: Array
     acceleration: Array
@@ -248,20 +296,27 @@ def gradients_along(slopes: Array, velocity: Array) -> Array:
 
 
 def hessians_along(slopes: Array, second: Array, motion: PointMotion) -> Array:
-    """Return Hessians (m, p, p) at moving points from Jacobians (m, 1 + p) and Hessians `second` in (phi, x)."""
+    """Return Hessians (m, p, p) at moving points from Jacobians (m, 1 + p) and Hessians `second` in
+    (phi, x).
+    """
     mixed = second[:, 1:, :1] * motion.velocity[:, None, :]
     squared = motion.velocity[:, :, None] * motion.velocity[:, None, :]
-    total: Array = second[:, 1:, 1:] + mixed + mixed.transpose(0, 2, 1) + second[:, :1, :1] * squared
+    total: Array = (
+        second[:, 1:, 1:] + mixed + mixed.transpose(0, 2, 1) + second[:, :1, :1] * squared
+    )
     return total + slopes[:, :1, None] * motion.acceleration
 
 
 def peak_velocity(second: Array) -> Array:
-    """Return the velocity (m, p) of smooth peaks, -F_phix / F_phiphi, from Hessians (m, 1 + p, 1 + p).
+    """Return the velocity (m, p) of smooth peaks, -F_phix / F_phiphi, from Hessians (m, 1 + p, 1 +
+    p).
 
     Where a curve is level no place is better than another: the peak stays.
     """
     bend = second[:, :1, 0]
-    velocity: Array = np.divide(-second[:, 0, 1:], bend, out=np.zeros_like(second[:, 0, 1:]), where=bend != 0)
+    velocity: Array = np.divide(
+        -second[:, 0, 1:], bend, out=np.zeros_like(second[:, 0, 1:]), where=bend != 0
+    )
     return velocity
 
 

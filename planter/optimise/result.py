@@ -1,8 +1,8 @@
 """Result of an optimisation: optimum, certificate and history.
 
-An objective may be constant along some directions: scaling both gears of a pair, say, leaves the curve the same.
-Among equal optima, the result is the one nearest to the initial design, so that it does not depend on where a search
-happens to end.
+An objective may be constant along some directions: scaling both gears of a pair, say, leaves the
+curve the same. Among equal optima, the result is the one nearest to the initial design, so that it
+does not depend on where a search happens to end.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ MAX_MOVES = 4
 
 
 def select_nearest_optimum(problem: Problem, u: Array) -> Array:
-    """Return the point (p,) nearest to the initial design among the optima connected to u (p,) by flat directions.
+    """Return the point (p,) nearest to the initial design among the optima connected to u (p,) by
+    flat directions.
 
-    Each move is computed to first order and projected onto the equations. A move is halved while it raises the
-    objective by more than rounding or violates a constraint.
+    Each move is computed to first order and projected onto the equations. A move is halved while it
+    raises the objective by more than rounding or violates a constraint.
     """
     optimum = problem.evaluate(u).objective
     for _ in range(MAX_MOVES):
@@ -52,13 +53,18 @@ def _apply_move(problem: Problem, u: Array, move: Array) -> Array:
 
 
 def _is_equal_optimum(problem: Problem, u: Array, optimum: float) -> bool:
-    return problem.is_feasible(u) and problem.evaluate(u).objective - optimum <= EQUALITY_TOLERANCE * problem.scale
+    return (
+        problem.is_feasible(u)
+        and problem.evaluate(u).objective - optimum <= EQUALITY_TOLERANCE * problem.scale
+    )
 
 
 def _compute_move(problem: Problem, u: Array) -> Array:
-    """Return the move (p,) along the flat directions that leads nearest to the start, with constraints to first order.
+    """Return the move (p,) along the flat directions that leads nearest to the start, with
+    constraints to first order.
 
-    Minimises |u + directions' c - start|^2 over the coefficients c (k,) of the directions (k, p), within the box.
+    Minimises |u + directions' c - start|^2 over the coefficients c (k,) of the directions (k, p),
+    within the box.
     """
     directions = problem.flat(u)
     if not len(directions):
@@ -100,9 +106,10 @@ class EvaluationCounts(Record):
 class OptimalityCertificate:
     """Evidence that a point is an optimum.
 
-    `kkt_residual` is dimensionless, below 1e-6 at a local optimum. Of `starts` local searches, `agreeing_starts` ended
-    at the objective of the optimum to 1e-6 of the scale of the problem; `spread` is the difference between the largest
-    and the smallest objective they ended at. All three are 0 for a method without starts.
+    `kkt_residual` is dimensionless, below 1e-6 at a local optimum. Of `starts` local searches,
+    `agreeing_starts` ended at the objective of the optimum to 1e-6 of the scale of the problem;
+    `spread` is the difference between the largest and the smallest objective they ended at. All
+    three are 0 for a method without starts.
     """
 
     kkt_residual: float
@@ -113,8 +120,12 @@ class OptimalityCertificate:
     spread: float
 
 
-def certify_candidates(problem: Problem, u: Array, minima: Sequence[LocalMinimum]) -> OptimalityCertificate:
-    """Return the certificate of a point u (p,), given the minima that the local searches ended at."""
+def certify_candidates(
+    problem: Problem, u: Array, minima: Sequence[LocalMinimum]
+) -> OptimalityCertificate:
+    """Return the certificate of a point u (p,), given the minima that the local searches ended
+    at.
+    """
     multipliers = certificate.estimate_multipliers(problem, u)
     optimum = problem.score(problem.design(u)).objective
     reached = [minimum.objective for minimum in minima if problem.is_feasible(minimum.u)]
@@ -123,7 +134,9 @@ def certify_candidates(problem: Problem, u: Array, minima: Sequence[LocalMinimum
         active_bounds=certificate.find_active_bounds(problem, multipliers),
         active_constraints=certificate.find_active_constraints(problem, u, multipliers),
         starts=len(minima),
-        agreeing_starts=sum(value - optimum <= AGREEMENT_TOLERANCE * problem.scale for value in reached),
+        agreeing_starts=sum(
+            value - optimum <= AGREEMENT_TOLERANCE * problem.scale for value in reached
+        ),
         spread=max(reached) - min(reached) if reached else 0.0,
     )
 
@@ -152,7 +165,9 @@ class OptimiserResult:
 
 @dataclass(frozen=True)
 class Candidates:
-    """Outcome of the methods: candidate points u (p,), minima of the local searches, evaluation counts and history."""
+    """Outcome of the methods: candidate points u (p,), minima of the local searches, evaluation
+    counts and history.
+    """
 
     points: list[Array]
     minima: list[LocalMinimum]
@@ -168,23 +183,37 @@ class NoFeasiblePointError(ComputationError):
         self.points = points
 
 
-def build_result(problem: Problem, method: str, seed: int, candidates: Candidates, seconds: float) -> OptimiserResult:
+def build_result(
+    problem: Problem, method: str, seed: int, candidates: Candidates, seconds: float
+) -> OptimiserResult:
     """Return the best candidate with its certificate.
 
-    Among equal objectives, the point with the smallest residual is selected, and then the point nearest to the initial
-    design along flat directions. Equations are satisfied to rounding. The evaluations of this selection do not count.
-    Raises NoFeasiblePointError if no point is feasible.
+    Among equal objectives, the point with the smallest residual is selected, and then the point
+    nearest to the initial design along flat directions. Equations are satisfied to rounding. The
+    evaluations of this selection do not count. Raises NoFeasiblePointError if no point is feasible.
     """
     judged = problem.anew()
     judged.restart()
     points = [judged.onto(u) for u in candidates.points if judged.is_feasible(u)]
     if not points:
         raise NoFeasiblePointError(candidates.points)
-    objectives = [judged.evaluate(u).objective for u in points]  # once: last digits depend on earlier loop closures
-    ties = [u for u, objective in zip(points, objectives, strict=True) if objective == min(objectives)]
-    u = select_nearest_optimum(judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point)))
+    objectives = [
+        judged.evaluate(u).objective for u in points
+    ]  # once: last digits depend on earlier loop closures
+    ties = [
+        u for u, objective in zip(points, objectives, strict=True) if objective == min(objectives)
+    ]
+    u = select_nearest_optimum(
+        judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point))
+    )
     return OptimiserResult(
-        method=method, seed=seed, design=judged.design(u), evaluation=judged.evaluate(u),
-        start_objective=problem.reference.objective, evaluations=candidates.counts, seconds=seconds,
-        certificate=certify_candidates(judged, u, candidates.minima), history=candidates.history,
-    )  # fmt: skip
+        method=method,
+        seed=seed,
+        design=judged.design(u),
+        evaluation=judged.evaluate(u),
+        start_objective=problem.reference.objective,
+        evaluations=candidates.counts,
+        seconds=seconds,
+        certificate=certify_candidates(judged, u, candidates.minima),
+        history=candidates.history,
+    )

@@ -1,13 +1,15 @@
 """A cycle as N samples at phi = 2 pi i / N.
 
-F_i(x) is smooth except where a breakpoint passes sample i. If its order is 1, the gradient of F_i jumps there by
-a multiple of the gradient of psi, the angle of the breakpoint, and the objective is not differentiable; at
-breakpoints of order 2 only the second derivative jumps, which a Newton method tolerates. Derivatives in this module are
-exact and one-sided, on the side of the design. Two kinds of `BreakpointHold` confine a solver to one side, or to the
-breakpoint itself:
+F_i(x) is smooth except where a breakpoint passes sample i. If its order is 1, the gradient of F_i
+jumps there by a multiple of the gradient of psi, the angle of the breakpoint, and the objective is
+not differentiable; at breakpoints of order 2 only the second derivative jumps, which a Newton
+method tolerates. Derivatives in this module are exact and one-sided, on the side of the design. Two
+kinds of `BreakpointHold` confine a solver to one side, or to the breakpoint itself:
 
-* a wall confines a breakpoint to the interval between two samples, within which every F_i is smooth;
-* a pin fixes a breakpoint at a sample, which is then evaluated there, F(psi(x), x): smooth again, with psi(x) = phi_i.
+* a wall confines a breakpoint to the interval between two samples, within which every F_i is
+  smooth;
+* a pin fixes a breakpoint at a sample, which is then evaluated there, F(psi(x), x): smooth again,
+  with psi(x) = phi_i.
 """
 
 from __future__ import annotations
@@ -20,7 +22,13 @@ import numpy as np
 from planter.kernels import Array
 from planter.numerics.arrays import TURN, Flags, Integers, LastCallCache, wrap_angle
 from planter.optimise.curve_sum import CurveSum, SmoothSum
-from planter.optimise.objective import BreakpointHold, Conditions, ModelGradients, ModelValues, ObjectiveSummary
+from planter.optimise.objective import (
+    BreakpointHold,
+    Conditions,
+    ModelGradients,
+    ModelValues,
+    ObjectiveSummary,
+)
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
     Breakpoints,
@@ -60,7 +68,9 @@ class SampledCycle:
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
-        return summarise_samples(self.total, self.response.value(self.response.prologue(x), self.angles))
+        return summarise_samples(
+            self.total, self.response.value(self.response.prologue(x), self.angles)
+        )
 
     def local(self, x: Array) -> SampledRows:
         """Return all samples near an extreme as rows, without constrained breakpoints."""
@@ -71,16 +81,23 @@ class SampledCycle:
         return SampledRows(self.response, total, self.angles, signed >= (tops - reach)[:, None])
 
     def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
-        """Return each breakpoint of order 1 as a pin at the nearest sample, with the distance psi - phi [rad]."""
+        """Return each breakpoint of order 1 as a pin at the nearest sample, with the distance psi -
+        phi [rad].
+        """
         breakpoints = find_breakpoints(self.response, self.response.prologue(x))
         gaps = wrap_angle(breakpoints.folded[:, None] - self.angles, self.response.period)
         samples = np.abs(gaps).argmin(axis=1)
         distance = gaps[np.arange(len(samples)), samples]
         kinks = np.flatnonzero(breakpoints.orders == 1)
-        return [(BreakpointHold(int(samples[j]), int(breakpoints.events[j])), float(distance[j])) for j in kinks]
+        return [
+            (BreakpointHold(int(samples[j]), int(breakpoints.events[j])), float(distance[j]))
+            for j in kinks
+        ]
 
     def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold:
-        """Return the wall around a breakpoint at `distance` psi - phi [rad] from the sample of a pin."""
+        """Return the wall around a breakpoint at `distance` psi - phi [rad] from the sample of a
+        pin.
+        """
         ends = (WALL_MARGIN, self.spacing - WALL_MARGIN)
         low, high = ends if distance >= 0 else (-ends[1], -ends[0])
         return BreakpointHold(pin.sample, pin.event, low, high)
@@ -91,7 +108,11 @@ class SampledCycle:
         values, slopes = self.response.slopes(at, self.angles)
         gradients = slopes[:, :, 1:]
         samples = np.array(
-            [pin.sample for pin, distance in self.find_pins(x) if abs(distance) <= COINCIDENCE_TOLERANCE],
+            [
+                pin.sample
+                for pin, distance in self.find_pins(x)
+                if abs(distance) <= COINCIDENCE_TOLERANCE
+            ],
             dtype=np.int64,
         )
         before, after = (self._one_sided_gradients(at, samples, side) for side in (-1, 1))
@@ -101,13 +122,17 @@ class SampledCycle:
         both = np.concatenate([gradients, after], axis=1)[total.rows] * total.signs[:, None, None]
         groups = np.repeat(total.groups, rows.shape[1])
         kinks = np.einsum("mk,mkp->kp", smooth.slope[:, samples], after - before)
-        return Conditions(rows.ravel(), groups, both.reshape(-1, len(x)), smooth.gradient(gradients), kinks)
+        return Conditions(
+            rows.ravel(), groups, both.reshape(-1, len(x)), smooth.gradient(gradients), kinks
+        )
 
     def _one_sided_gradients(self, at: Any, samples: Integers, side: int) -> Array:
         """Return the gradients (m, k, p) of samples at breakpoints, on side -1 or 1 of these."""
         if not len(samples):
             return np.empty((self.response.count, 0, len(self.response.names)))
-        return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][:, :, 1:]
+        return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][
+            :, :, 1:
+        ]
 
 
 def summarise_samples(total: CurveSum, values: Array) -> ObjectiveSummary:
@@ -118,7 +143,9 @@ def summarise_samples(total: CurveSum, values: Array) -> ObjectiveSummary:
 
 
 class SampledRows:
-    """The samples that `chosen` (s, n) marks of each side as rows, with breakpoints constrained by `holds`."""
+    """The samples that `chosen` (s, n) marks of each side as rows, with breakpoints constrained by
+    `holds`.
+    """
 
     def __init__(
         self,
@@ -128,7 +155,13 @@ class SampledRows:
         chosen: Flags,
         holds: tuple[BreakpointHold, ...] = (),
     ) -> None:
-        self.response, self.total, self.angles, self.chosen, self.holds = response, total, phi, chosen, holds
+        self.response, self.total, self.angles, self.chosen, self.holds = (
+            response,
+            total,
+            phi,
+            chosen,
+            holds,
+        )
         self.sides, self.samples = np.nonzero(chosen)
         self.curves, self.groups = total.rows[self.sides], total.groups[self.sides]
         self.signs = total.signs[self.sides]
@@ -144,7 +177,9 @@ class SampledRows:
         return summarise_samples(self.total, self._state(x).values)
 
     def grown(self, x: Array, tops: Array) -> SampledRows:
-        """Return a copy which also has the samples that exceed the tops (g,) of their groups as rows."""
+        """Return a copy which also has the samples that exceed the tops (g,) of their groups as
+        rows.
+        """
         signed = self.total.signs[:, None] * self._state(x).values[self.total.rows]
         chosen = self.chosen | (signed > tops[self.total.groups][:, None])
         return SampledRows(self.response, self.total, self.angles, chosen, self.holds)
@@ -152,7 +187,9 @@ class SampledRows:
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
-        return ModelValues(state.smooth.value, self.signs * state.values[self.curves, self.samples], state.gaps)
+        return ModelValues(
+            state.smooth.value, self.signs * state.values[self.curves, self.samples], state.gaps
+        )
 
     def slopes(self, x: Array) -> ModelGradients:
         """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
@@ -165,11 +202,15 @@ class SampledRows:
         state = self._state(x)
         each = weights.smooth * state.smooth.slope
         np.add.at(each, (self.curves, self.samples), self.signs * weights.rows)
-        return weights.smooth * state.smooth.squared(state.gradients) + state.hessian(each, weights.holds)
+        return weights.smooth * state.smooth.squared(state.gradients) + state.hessian(
+            each, weights.holds
+        )
 
 
 class _SampleState:
-    """Values, gradients and Hessians of the samples at one design, pinned samples at their breakpoints."""
+    """Values, gradients and Hessians of the samples at one design, pinned samples at their
+    breakpoints.
+    """
 
     def __init__(self, rows: SampledRows, x: Array) -> None:
         self.response, self.at, self.total = rows.response, rows.response.prologue(x), rows.total
@@ -201,7 +242,9 @@ class _SampleState:
     def gradients(self) -> Array:
         """Gradients of the samples, (m, n, p)."""
         gradients = self.jacobian[:, :, 1:].copy()
-        gradients[:, self.picked] = gradients_along(self.jacobian[:, self.picked], self.velocity[self.pins])
+        gradients[:, self.picked] = gradients_along(
+            self.jacobian[:, self.picked], self.velocity[self.pins]
+        )
         return gradients
 
     @cached_property
@@ -214,7 +257,8 @@ class _SampleState:
         return self.breakpoints.acceleration(self.chosen)
 
     def hessian(self, weights: Array, holds: Array) -> Array:
-        """Return the weighted sum (p, p) of the Hessians of samples and angles of constrained breakpoints.
+        """Return the weighted sum (p, p) of the Hessians of samples and angles of constrained
+        breakpoints.
 
         `weights` (m, n) belong to the samples, `holds` (k,) to the breakpoints.
         """
@@ -233,11 +277,15 @@ class _SampleState:
 
 
 def _select_breakpoints(breakpoints: Breakpoints, rows: SampledRows) -> tuple[Integers, Array]:
-    """Return, for each hold, the nearest breakpoint of its event and its distance from the sample of the hold [rad]."""
+    """Return, for each hold, the nearest breakpoint of its event and its distance from the sample
+    of the hold [rad].
+    """
     chosen, gaps = [], []
     for hold in rows.holds:
         middle = (hold.low + hold.high) / 2
-        gap = wrap_angle(breakpoints.folded - rows.angles[hold.sample] - middle, breakpoints.response.period)
+        gap = wrap_angle(
+            breakpoints.folded - rows.angles[hold.sample] - middle, breakpoints.response.period
+        )
         chosen.append(int(np.where(breakpoints.events == hold.event, np.abs(gap), np.inf).argmin()))
         gaps.append(float(gap[chosen[-1]] + middle))
     return np.array(chosen, dtype=np.int64), np.array(gaps)

@@ -1,17 +1,19 @@
-"""Local minimisation by sequential quadratic programming, with the components rebuilt at every point.
+"""Local minimisation by sequential quadratic programming, with the components rebuilt at every
+point.
 
-The components at a point u are all extremes of the curve and the constraints. Each step solves, over d, t_max, t_min
-and one slack s >= 0,
+The components at a point u are all extremes of the curve and the constraints. Each step solves,
+over d, t_max, t_min and one slack s >= 0,
 
-    minimise  gradient . (d, t) + d' H d / 2 + penalty s
-    subject to  extremes to first order <= t_max, >= t_min,  constraints to first order within s of their bounds,
-                u + d in the box,  |d| <= radius,
+    minimise  gradient . (d, t) + d' H d / 2 + penalty s subject to  extremes to first order <=
+    t_max, >= t_min,  constraints to first order within s of their bounds, u + d in the box,  |d| <=
+    radius,
 
-where H is the Hessian of the Lagrangian, made convex without changing the steps which the active components allow
-(Nocedal and Wright, Numerical Optimization, 2006, 18.4 and 18.5). A step is judged by the true objective plus the
-penalty on the worst violation, so that extremes which the model misses are accounted for. If the curvature of the
-active components spoils a step, the step is corrected to second order; if that fails too, the radius shrinks. Active-
-set steps run along the corners of a maximum, where an interior point method converges slowly.
+where H is the Hessian of the Lagrangian, made convex without changing the steps which the active
+components allow (Nocedal and Wright, Numerical Optimization, 2006, 18.4 and 18.5). A step is judged
+by the true objective plus the penalty on the worst violation, so that extremes which the model
+misses are accounted for. If the curvature of the active components spoils a step, the step is
+corrected to second order; if that fails too, the radius shrinks. Active- set steps run along the
+corners of a maximum, where an interior point method converges slowly.
 
 The quadratic programmes are solved by DAQP, a dual active-set method that comes with CasADi.
 """
@@ -35,16 +37,23 @@ from planter.optimise.problem import Problem
 
 MAX_ITERATIONS = 100
 RADIUS, MAX_RADIUS, MIN_RADIUS = 0.1, 0.5, 1e-11
-"""Largest step in any coordinate, in units of the box: initial, maximum, and the value that ends the search."""
+"""Largest step in any coordinate, in units of the box: initial, maximum, and the value that ends
+the search.
+"""
 GOOD, POOR, ACCEPTED, GROWTH = 0.75, 0.25, 0.05, 2.5
-"""Shares of the predicted decrease above which the radius grows, below which it shrinks, above which a step is
-accepted; and the growth factor of the radius."""
+"""Shares of the predicted decrease above which the radius grows, below which it shrinks, above
+which a step is accepted; and the growth factor of the radius.
+"""
 NOISE, MAX_NOISE_STEPS = 1e-12, 2
-"""Predicted decrease hidden by rounding, in units of the scale, and the number of such steps before the end."""
+"""Predicted decrease hidden by rounding, in units of the scale, and the number of such steps before
+the end.
+"""
 ROUNDING = 1e-12
 """Coordinates closer to a bound than this are set onto it, in units of the box."""
 PENALTY, PENALTY_GROWTH, MAX_PENALTY = 1.0, 4.0, 1e6
-"""Penalty on the worst violation in steps: initial value, growth factor while it is too small, and maximum."""
+"""Penalty on the worst violation in steps: initial value, growth factor while it is too small, and
+maximum.
+"""
 MIN_CURVATURE = 1e-9
 """Smallest curvature of a model, as a share of its largest."""
 MULTIPLIER_TOLERANCE, RANK_TOLERANCE = 1e-7, 1e-9
@@ -54,7 +63,9 @@ of the largest, count as 0."""
 
 @dataclass(frozen=True)
 class SqpResult:
-    """The last point u (p,) of a search, the number of iterations, and whether no step predicted a decrease."""
+    """The last point u (p,) of a search, the number of iterations, and whether no step predicted a
+    decrease.
+    """
 
     u: Array
     iterations: int
@@ -62,9 +73,14 @@ class SqpResult:
 
 
 def minimise_by_sqp(
-    problem: Problem, start: Array, holds: Sequence[BreakpointHold] = (), most_iterations: int = MAX_ITERATIONS
+    problem: Problem,
+    start: Array,
+    holds: Sequence[BreakpointHold] = (),
+    most_iterations: int = MAX_ITERATIONS,
 ) -> SqpResult:
-    """Return the local minimum reached from a point u (p,), with the breakpoints constrained by `holds`."""
+    """Return the local minimum reached from a point u (p,), with the breakpoints constrained by
+    `holds`.
+    """
     return _SqpSearch(problem, holds).run(problem.box.inside(start), most_iterations)
 
 
@@ -96,7 +112,9 @@ class _Point:
 
     @property
     def required(self) -> Array:
-        """1 for constraints, which may be violated at a penalty, and 0 for components of the epigraph, (m,)."""
+        """1 for constraints, which may be violated at a penalty, and 0 for components of the
+        epigraph, (m,).
+        """
         return (np.arange(len(self.g)) >= self.programme.rows).astype(float)
 
     @property
@@ -114,7 +132,9 @@ class _Point:
 
 @dataclass(frozen=True)
 class _Step:
-    """A step in the free coordinates d (n,) and t, the predicted decrease, and multipliers of components and bounds."""
+    """A step in the free coordinates d (n,) and t, the predicted decrease, and multipliers of
+    components and bounds.
+    """
 
     move: Array
     fall: float
@@ -157,14 +177,23 @@ class _SqpSearch:
             self.penalty = min(PENALTY_GROWTH * self.penalty, MAX_PENALTY)
 
     def _solve_step(self, point: _Point, model: Array, g: Array) -> _Step | None:
-        """Return the step of a model with Hessian (n, n) and components g (m,), or None if its programme fails."""
+        """Return the step of a model with Hessian (n, n) and components g (m,), or None if its
+        programme fails.
+        """
         n, programme, price = point.n, point.programme, point.required
         size, slack = len(point.z), int(price.any())
-        hessian, slope = np.zeros((size + slack, size + slack)), np.append(point.gradient, np.full(slack, self.penalty))
+        hessian, slope = (
+            np.zeros((size + slack, size + slack)),
+            np.append(point.gradient, np.full(slack, self.penalty)),
+        )
         hessian[:n, :n] = model
-        above, below = (np.flatnonzero(np.isfinite(b)) for b in (programme.g_upper, programme.g_lower))
+        above, below = (
+            np.flatnonzero(np.isfinite(b)) for b in (programme.g_upper, programme.g_lower)
+        )
         give = -np.append(price[above], price[below])[:, None]
-        rows = np.hstack([np.vstack([point.jacobian[above], -point.jacobian[below]]), give[:, :slack]])
+        rows = np.hstack(
+            [np.vstack([point.jacobian[above], -point.jacobian[below]]), give[:, :slack]]
+        )
         limits = np.append(programme.g_upper[above] - g[above], g[below] - programme.g_lower[below])
         low, high = np.full(size + slack, -np.inf), np.full(size + slack, np.inf)
         low[:n] = np.maximum(programme.lower[:n] - point.z[:n], -self.radius)
@@ -201,14 +230,18 @@ class _SqpSearch:
         return fall <= NOISE * max(self.penalty, 1.0)
 
     def _resize(self, share: float, length: float, fall: float) -> None:
-        """Enlarge the radius if the model is accurate up to an accepted step; shrink it if the model is poor."""
+        """Enlarge the radius if the model is accurate up to an accepted step; shrink it if the
+        model is poor.
+        """
         if share > GOOD and length > 0.9 * self.radius:
             self.radius = min(GROWTH * self.radius, MAX_RADIUS)
         elif share < POOR and not self._is_noise(fall):
             self.radius = max(self.radius, length) / 2
 
     def _try_step(self, point: _Point, model: Array, step: _Step) -> tuple[_Point | None, float]:
-        """Return the point after a step, corrected if better, and the achieved share of the predicted decrease."""
+        """Return the point after a step, corrected if better, and the achieved share of the
+        predicted decrease.
+        """
         trial = self._move_point(point, step.move)
         share = self._compute_share(point, trial, step.fall)
         if trial is None or share >= POOR or self._is_noise(step.fall):
@@ -233,33 +266,48 @@ class _SqpSearch:
             return -np.inf
         return (point.merit(self.penalty) - trial.merit(self.penalty)) / fall
 
-    def _correct_step(self, point: _Point, model: Array, step: _Step, trial: _Point) -> _Point | None:
-        """Return the point after a second-order correction, whose programme uses the components at the trial."""
+    def _correct_step(
+        self, point: _Point, model: Array, step: _Step, trial: _Point
+    ) -> _Point | None:
+        """Return the point after a second-order correction, whose programme uses the components at
+        the trial.
+        """
         z = point.z + step.move
         z[: point.n] = trial.z[: point.n]
         g = point.programme.g(z)
-        again = self._solve_step(point, model, g - point.jacobian @ step.move) if np.isfinite(g).all() else None
+        again = (
+            self._solve_step(point, model, g - point.jacobian @ step.move)
+            if np.isfinite(g).all()
+            else None
+        )
         return None if again is None else self._move_point(point, again.move)
 
 
 def _find_normals(point: _Point, step: _Step) -> Array:
-    """Return normals (k, n) of a step: active constraints, differences of active extremes of a side, active bounds."""
+    """Return normals (k, n) of a step: active constraints, differences of active extremes of a
+    side, active bounds.
+    """
     n, programme = point.n, point.programme
     carrying = (np.abs(step.rows) > MULTIPLIER_TOLERANCE) | (programme.g_lower == programme.g_upper)
     active = np.flatnonzero(carrying[: programme.rows])
-    groups = [point.jacobian[active[programme.groups[active] == group], :n] for group in range(programme.ends)]
+    groups = [
+        point.jacobian[active[programme.groups[active] == group], :n]
+        for group in range(programme.ends)
+    ]
     differences = [group[1:] - group[:1] for group in groups]
     constraints = point.jacobian[programme.rows :, :n][carrying[programme.rows :]]
     low, high = point.z[:n] <= programme.lower[:n], point.z[:n] >= programme.upper[:n]
-    is_fixed = (low & (step.bounds < -MULTIPLIER_TOLERANCE)) | (high & (step.bounds > MULTIPLIER_TOLERANCE))
+    is_fixed = (low & (step.bounds < -MULTIPLIER_TOLERANCE)) | (
+        high & (step.bounds > MULTIPLIER_TOLERANCE)
+    )
     return np.vstack([*differences, constraints, np.eye(n)[is_fixed]])
 
 
 def _convexify(hessian: Array, normals: Array) -> Array:
     """Return a positive definite matrix (n, n) that leads to the same steps as a Hessian.
 
-    The active components fix a step along the normals (k, n), so that curvature added there changes no step. In the
-    orthogonal complement, negative curvature is replaced by its absolute value.
+    The active components fix a step along the normals (k, n), so that curvature added there changes
+    no step. In the orthogonal complement, negative curvature is replaced by its absolute value.
     """
     floor = MIN_CURVATURE * max(1.0, float(np.abs(hessian).max()))
     _, sizes, right = np.linalg.svd(normals)
@@ -282,12 +330,16 @@ DAQP_OPTIONS: dict[str, Any] = {
     "error_on_fail": False,
     "daqp": {"eps_prox": 1e-4, "primal_tol": 1e-10, "dual_tol": 1e-12},
 }
-"""The proximal term makes a convex programme strictly convex; proximal iterations remove its effect."""
+"""The proximal term makes a convex programme strictly convex; proximal iterations remove its
+effect.
+"""
 
 
 @dataclass(frozen=True)
 class QuadraticSolution:
-    """A minimum: variables (n,), multipliers of the rows (m,) and of the bounds (n,), positive at upper bounds."""
+    """A minimum: variables (n,), multipliers of the rows (m,) and of the bounds (n,), positive at
+    upper bounds.
+    """
 
     z: Array
     rows: Array
@@ -297,7 +349,8 @@ class QuadraticSolution:
 def solve_quadratic_program(
     hessian: Array, gradient: Array, rows: Array, limits: Array, bounds: tuple[Array, Array]
 ) -> QuadraticSolution | None:
-    """Minimise gradient . z + z' hessian z / 2 with rows (m, n) . z <= limits (m,) and z (n,) within bounds.
+    """Minimise gradient . z + z' hessian z / 2 with rows (m, n) . z <= limits (m,) and z (n,)
+    within bounds.
 
     Returns None if the solver fails.
     """

@@ -1,9 +1,11 @@
-"""Weighted sum of the range and the variance of a curve over a cycle, as in equation (31) of Wang et al. (2017).
+"""Weighted sum of the range and the variance of a curve over a cycle, as in equation (31) of Wang
+et al. (2017).
 
-The curve is given by values F_i with shares w_i of the cycle, sum w_i = 1. With the gradients G_i and the Hessians H_i
-of F_i in the design, its population variance V has the derivatives
+The curve is given by values F_i with shares w_i of the cycle, sum w_i = 1. With the gradients G_i
+and the Hessians H_i of F_i in the design, its population variance V has the derivatives
 
-    V = sum w_i (F_i - mean F)^2,   V' = sum s_i G_i,   V'' = sum s_i H_i + 2 sum w_i (G_i - mean G)(G_i - mean G)^T,
+    V = sum w_i (F_i - mean F)^2,   V' = sum s_i G_i,   V'' = sum s_i H_i + 2 sum w_i (G_i - mean
+    G)(G_i - mean G)^T,
 
 where s_i = 2 w_i (F_i - mean F) is the derivative of V in F_i.
 """
@@ -47,7 +49,9 @@ class Variance:
         return self.slope @ slopes
 
     def squared(self, slopes: Array) -> Array:
-        """Return the part (p, p) of the Hessian due to gradients (n, p) of the values; the rest is sum slope_i H_i."""
+        """Return the part (p, p) of the Hessian due to gradients (n, p) of the values; the rest is
+        sum slope_i H_i.
+        """
         deviations = slopes - self.shares @ slopes
         return 2 * (self.shares[:, None] * deviations).T @ deviations
 
@@ -56,8 +60,8 @@ class Variance:
 class Weights:
     """Weights of the objective weight_range * range + weight_variance * scatter.
 
-    The scatter is the population variance [N2] for kind "paper", which is equation (31) as published although it adds
-    N to N2, and the standard deviation [N] for kind "newton".
+    The scatter is the population variance [N2] for kind "paper", which is equation (31) as
+    published although it adds N to N2, and the standard deviation [N] for kind "newton".
     """
 
     weight_range: float
@@ -65,7 +69,9 @@ class Weights:
     kind: Literal["paper", "newton"]
 
     def weighted(self, variance: Any, sqrt: Callable[[Any], Any] = math.sqrt) -> Any:
-        """Return the weighted scatter of a variance [N2]: a float or, with a matching `sqrt`, a symbol or array."""
+        """Return the weighted scatter of a variance [N2]: a float or, with a matching `sqrt`, a
+        symbol or array.
+        """
         return self.weight_variance * (variance if self.kind == "paper" else sqrt(variance))
 
     def spread(self, variance: float) -> tuple[float, float, float]:
@@ -114,7 +120,8 @@ class WeightedSum:
     def hessian(self, slopes: Array, weighted_hessian: Callable[[Array], Array]) -> Array:
         """Return the Hessian (p, p) from the gradients (n, p) of the samples.
 
-        `weighted_hessian` maps weights (n,) to the weighted sum (p, p) of the Hessians of the samples.
+        `weighted_hessian` maps weights (n,) to the weighted sum (p, p) of the Hessians of the
+        samples.
         """
         _, first, second = self.weights.spread(self.variance.value)
         gradient = self.variance.gradient(slopes)

@@ -1,6 +1,8 @@
-"""Jobs of a task, run by worker processes or a Dask cluster, with their results in order of completion or of the jobs.
+"""Jobs of a task, run by worker processes or a Dask cluster, with their results in order of
+completion or of the jobs.
 
-A worker process that ends is replaced and its job repeated; on a cluster (`planter[cluster]`) the scheduler does this.
+A worker process that ends is replaced and its job repeated; on a cluster (`planter[cluster]`) the
+scheduler does this.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ MAX_LOST_PROCESSES = 5
 
 
 class LocalWorkers:
-    """A number of processes, each started with its first job, which put the answers of jobs into a queue."""
+    """A number of processes, each started with its first job, which put the answers of jobs into a
+    queue.
+    """
 
     def __init__(self, task: bytes, count: int, answers: queue.SimpleQueue[JobAnswer]) -> None:
         self.count, self._task, self._answers = count, task, answers
@@ -57,7 +61,9 @@ class LocalWorkers:
             try:
                 content = self._run(place, pickle.dumps(job))
             except Exception as error:
-                content = ComputationError(f"a worker process cannot run this job: {type(error).__name__}: {error}")
+                content = ComputationError(
+                    f"a worker process cannot run this job: {type(error).__name__}: {error}"
+                )
             self._answers.put(JobAnswer(number, content))
 
     def _run(self, place: int, message: bytes) -> Any:
@@ -67,10 +73,15 @@ class LocalWorkers:
             with suppress(WorkerEndedError):
                 return pickle.loads(process.ask(message))
         count = MAX_LOST_PROCESSES
-        return ComputationError(f"{count} worker processes ended at the same job; if memory ran out, use fewer workers")
+        return ComputationError(
+            f"{count} worker processes ended at the same job; if memory ran out, use fewer workers"
+        )
 
     def _start(self, place: int) -> Worker:
-        """Return the process with an index, a new one if the last has ended. Raises WorkerEndedError after `end`."""
+        """Return the process with an index, a new one if the last has ended.
+
+        Raises WorkerEndedError after `end`.
+        """
         with self._lock:
             if self._has_ended:
                 raise WorkerEndedError("the workers have been ended")
@@ -96,7 +107,9 @@ class ClusterWorkers:
         self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
         self._futures: dict[int, Future] = {}
         self.count = len(self._client.scheduler_info(n_workers=-1)["workers"])
-        self._slots = threading.Semaphore(QUEUE_PER_THREAD * max(1, sum(self._client.nthreads().values())))
+        self._slots = threading.Semaphore(
+            QUEUE_PER_THREAD * max(1, sum(self._client.nthreads().values()))
+        )
         threading.Thread(target=self._feed, daemon=True).start()
 
     def add(self, number: int, job: Any) -> None:
@@ -118,14 +131,19 @@ class ClusterWorkers:
                 self._futures[number] = future
                 future.add_done_callback(partial(self._finish, number))
             except Exception as error:
-                self._answer(number, ComputationError(f"the cluster has failed: {type(error).__name__}: {error}"))
+                self._answer(
+                    number,
+                    ComputationError(f"the cluster has failed: {type(error).__name__}: {error}"),
+                )
 
     def _finish(self, number: int, future: Future) -> None:
         """Answer a job that the cluster reports as finished or failed."""
         try:
             content = future.result()
         except Exception as error:
-            content = ComputationError(f"the cluster gave up job {number}: {type(error).__name__}: {error}")
+            content = ComputationError(
+                f"the cluster gave up job {number}: {type(error).__name__}: {error}"
+            )
         self._answer(number, content)
 
     def _answer(self, number: int, content: Any) -> None:
@@ -169,7 +187,9 @@ class Jobs:
         if means.cluster is not None:
             self._workers = ClusterWorkers(text, means.cluster, self._answers)
         else:
-            self._workers = LocalWorkers(text, min(processes, len(jobs)) if jobs else processes, self._answers)
+            self._workers = LocalWorkers(
+                text, min(processes, len(jobs)) if jobs else processes, self._answers
+            )
         self.add(jobs)
 
     def add(self, jobs: Sequence[Any]) -> None:
@@ -195,7 +215,8 @@ class Jobs:
             yield self._answers.get()
 
     def in_order(self, waiting: Callable[[], None] | None = None) -> Iterator[Any]:
-        """Yield each result once, in the order of the jobs; `waiting` is called repeatedly until the next is there.
+        """Yield each result once, in the order of the jobs; `waiting` is called repeatedly until
+        the next is there.
 
         Raises the first error of a job.
         """
@@ -218,26 +239,39 @@ class Jobs:
         """Store the available answers; wait for the first at most for that time [s]."""
         try:
             while True:
-                answer = self._answers.get(timeout=seconds) if seconds else self._answers.get_nowait()
+                answer = (
+                    self._answers.get(timeout=seconds) if seconds else self._answers.get_nowait()
+                )
                 self._pending[answer.job], seconds = answer, 0
         except queue.Empty:
             return
 
 
 def run_in_order(
-    task: Task | None, jobs: Sequence[Any], means: Means, run: Callable[[Any], Result], take: Callable[[Any], Result],
+    task: Task | None,
+    jobs: Sequence[Any],
+    means: Means,
+    run: Callable[[Any], Result],
+    take: Callable[[Any], Result],
     waiting: Callable[[], None] | None = None,
-) -> Iterator[Result]:  # fmt: skip
-    """Yield the results of jobs in their order: `run` runs one in this process, `take` receives a worker's result.
+) -> Iterator[Result]:
+    """Yield the results of jobs in their order: `run` runs one in this process, `take` receives a
+    worker's result.
 
-    Without explicit `means`, workers are started if the rest would take longer than `MIN_PARALLEL_S` in this process.
-    Without a task everything runs in this process.
+    Without explicit `means`, workers are started if the rest would take longer than
+    `MIN_PARALLEL_S` in this process. Without a task everything runs in this process.
     """
     done, begun = 0, time.perf_counter()
     while done < len(jobs) and (task is None or means == AUTO):
         left = len(jobs) - done
         seconds = (time.perf_counter() - begun) / max(done, 1) * left
-        if task is not None and done and left > 1 and seconds > MIN_PARALLEL_S and count_cores() > 1:
+        if (
+            task is not None
+            and done
+            and left > 1
+            and seconds > MIN_PARALLEL_S
+            and count_cores() > 1
+        ):
             break
         yield run(jobs[done])
         done += 1

@@ -1,4 +1,6 @@
-"""Task whose jobs any process can run with the same results, and the main function of a worker process."""
+"""Task whose jobs any process can run with the same results, and the main function of a worker
+process.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +17,16 @@ from planter.errors import ComputationError, InputError, PlanterError
 from planter.version import __version__
 
 _LOCK = threading.Lock()
-"""Threads of one process run the jobs of most tasks in sequence because their solvers share state."""
+"""Threads of one process run the jobs of most tasks in sequence because their solvers share
+state.
+"""
 
 
 @dataclass(frozen=True)
 class Means:
-    """Processes that run jobs: a number of local processes, or a Dask cluster at an address (default: automatic)."""
+    """Processes that run jobs: a number of local processes, or a Dask cluster at an address
+    (default: automatic).
+    """
 
     processes: int | None = None
     cluster: str | None = None
@@ -31,7 +37,8 @@ AUTO = Means()
 
 @dataclass(frozen=True)
 class Task:
-    """Function of a module with picklable arguments, which returns the function that runs a job: job -> result.
+    """Function of a module with picklable arguments, which returns the function that runs a job:
+    job -> result.
 
     With `is_thread_safe` several threads may call that function at once.
     """
@@ -41,7 +48,9 @@ class Task:
     is_thread_safe: bool = False
 
     def to_bytes(self) -> bytes:
-        """Return the task as sent to a worker, the version first: a worker of another version refuses the rest."""
+        """Return the task as sent to a worker, the version first: a worker of another version
+        refuses the rest.
+        """
         return pickle.dumps((__version__, pickle.dumps(self)))
 
 
@@ -92,7 +101,9 @@ def count_cores() -> int:
 
 
 def main() -> None:
-    """Run a worker process: the first message is a task, every other a job, every answer its result or error."""
+    """Run a worker process: the first message is a task, every other a job, every answer its result
+    or error.
+    """
     workers.serve(lambda task: partial(_answer_job, task))
 
 
@@ -101,4 +112,6 @@ def _answer_job(task: bytes, job: bytes) -> bytes:
     try:
         return pickle.dumps(content)
     except Exception as error:
-        return pickle.dumps(ComputationError(f"the result cannot be sent: {type(error).__name__}: {error}"))
+        return pickle.dumps(
+            ComputationError(f"the result cannot be sent: {type(error).__name__}: {error}")
+        )

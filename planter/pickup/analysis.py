@@ -44,7 +44,9 @@ _MM = 1000.0
 
 @dataclass(frozen=True)
 class SunTeeth:
-    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole [m]."""
+    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole
+    [m].
+    """
 
     exact: float
     count: int
@@ -59,9 +61,11 @@ def count_teeth(train: PickupTrain) -> SunTeeth:
 
 
 def round_trip(train: PickupTrain, count: int = ROUND_TRIP_POINTS) -> float | None:
-    """Largest difference of phi1 [rad] between a train's law and the law found again from points of its path alone.
+    """Largest difference of phi1 [rad] between a train's law and the law found again from points of
+    its path alone.
 
-    None where the arm's angle falls at times: then the tip has more than one farthest or nearest place.
+    None where the arm's angle falls at times: then the tip has more than one farthest or nearest
+    place.
     """
     if not train.monotone:
         return None
@@ -80,7 +84,11 @@ def build_result(machine: Pickup, train: PickupTrain, at: Sequence[float] = ()) 
     gears.check_gears(machine, train)
     geometry, slopes = train.geometry, train.slope_extremes
     dwell = train.law.dwell
-    counted, arcs, demands = count_teeth(train), compute_locking_arcs(train), list_requirements(machine, train)
+    counted, arcs, demands = (
+        count_teeth(train),
+        compute_locking_arcs(train),
+        list_requirements(machine, train),
+    )
     where, swing = find_push(train)
     return PickupFound(
         machine=machine.name,
@@ -106,7 +114,11 @@ def build_result(machine: Pickup, train: PickupTrain, at: Sequence[float] = ()) 
         locking_arcs=None if arcs is None else _arcs(arcs),
         push=Push(_deg(where), _deg(swing)),
         requirements=[requirement.to_demand() for requirement in demands],
-        warnings=[*list_requirement_warnings(demands), *gears.list_gear_warnings(train), *_unlocked(train, arcs)],
+        warnings=[
+            *list_requirement_warnings(demands),
+            *gears.list_gear_warnings(train),
+            *_unlocked(train, arcs),
+        ],
         at=[_row(train, angle) for angle in at],
     )
 
@@ -140,9 +152,11 @@ def _unlocked(train: PickupTrain, arcs: Locking | None) -> Iterator[PickupWarnin
     """A warning where no locking arcs would hold the dwell."""
     if arcs is None and train.law.dwell is not None:
         yield PickupWarning(
-            "locking arcs", _deg(train.law.dwell.start),
-            "no locking arcs would hold the intermediate gear both ways in the dwell: other means must",
-        )  # fmt: skip
+            "locking arcs",
+            _deg(train.law.dwell.start),
+            "no locking arcs would hold the intermediate gear both ways in the dwell: other means "
+            "must",
+        )
 
 
 def _row(train: PickupTrain, angle: float) -> PickupState:
@@ -199,7 +213,8 @@ def sample_cycle(train: PickupTrain, count: int) -> dict[str, Array]:
 
 
 def sample_pitch(train: PickupTrain, count: int) -> dict[str, Array]:
-    """Columns over the teeth: pitch radii, curves in the gears' own frames, curvatures, contact ratio.
+    """Columns over the teeth: pitch radii, curves in the gears' own frames, curvatures, contact
+    ratio.
 
     The contact ratio is left out where it has no value at some angles.
     """
@@ -234,7 +249,8 @@ def analyse_pickup(
     changes: Mapping[str, float] | None = None,
     progress: Listener | None = None,
 ) -> PickupOutcome:
-    """Return the outcome for a file, built-in name or CSV of points; `at`: carrier angles [deg] from the farthest tip.
+    """Return the outcome for a file, built-in name or CSV of points; `at`: carrier angles [deg]
+    from the farthest tip.
 
     Raises InputError for bad input, ComputationError if the redesign fails.
     """
@@ -247,7 +263,10 @@ def analyse_pickup(
         return PickupOutcome(machine, train, None, build_result(machine, train, at))
     moved = redesign_path(machine, train, progress)
     return PickupOutcome(
-        machine, moved.train, moved, replace(build_result(machine, moved.train, at), optimised=_to_optimised(moved))
+        machine,
+        moved.train,
+        moved,
+        replace(build_result(machine, moved.train, at), optimised=_to_optimised(moved)),
     )
 
 

@@ -18,15 +18,24 @@ OF_TURN = {
 OF_GEARS = {
     "sun_radius_mm": "pitch radius of the sun at the contact",
     "intermediate_radius_mm": "pitch radius of the intermediate gear there",
-    **{f"{axis}{k}_mm": f"point of the pitch curve of the {gear}, {axis}"
-       for k, gear in ((1, "sun"), (2, "intermediate gear")) for axis in "xy"},
+    **{
+        f"{axis}{k}_mm": f"point of the pitch curve of the {gear}, {axis}"
+        for k, gear in ((1, "sun"), (2, "intermediate gear"))
+        for axis in "xy"
+    },
     "sun_curvature_per_mm": "curvature of the sun's pitch curve, positive where convex",
-    "intermediate_curvature_per_mm": "curvature of the intermediate gear's pitch curve, positive where convex",
+    "intermediate_curvature_per_mm": (
+        "curvature of the intermediate gear's pitch curve, positive where convex"
+    ),
     "contact_ratio": "contact ratio of the teeth there",
-}  # fmt: skip
+}
 
 
 def columns() -> dict[str, tuple[str, str]]:
     """Meaning and source of each column."""
     parts = {"motion": OF_TURN, "gears": OF_GEARS}
-    return {name: (meaning, part) for part, meanings in parts.items() for name, meaning in meanings.items()}
+    return {
+        name: (meaning, part)
+        for part, meanings in parts.items()
+        for name, meaning in meanings.items()
+    }

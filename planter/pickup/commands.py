@@ -19,12 +19,17 @@ def analyse_pickup(
     config: Annotated[
         str,
         typer.Argument(
-            help="a pick-up's file (TOML), a CSV of points of its path (x_mm,y_mm), or the name of a built-in one"
+            help="a pick-up's file (TOML), a CSV of points of its path (x_mm,y_mm), or the name "
+            "of a built-in one"
         ),
     ],
     at: Annotated[
         list[float] | None,
-        typer.Option(metavar="DEG", help="also report at this carrier angle from the farthest tip", show_default=False),
+        typer.Option(
+            metavar="DEG",
+            help="also report at this carrier angle from the farthest tip",
+            show_default=False,
+        ),
     ] = None,
     optimise: Annotated[
         bool, typer.Option("--optimise", help="move the value points until the requirements hold")
@@ -35,15 +40,17 @@ def analyse_pickup(
 ) -> None:
     """Find the gears of a seedling pick-up from its needle path.
 
-    A law of motion may be given instead of a path.
-    A path is closed, in mm from the sun's centre, which it leaves outside, in the order of a carrier that turns
-    counter-clockwise; given alone it takes all else from yu2023. What cannot be gears is refused with the carrier angle
-    and the place on the path. `ends = "smooth"` in [law] prevents jumps of the tip's velocity at the dwell.
+    A law of motion may be given instead of a path. A path is closed, in mm from the sun's centre,
+    which it leaves outside, in the order of a carrier that turns counter-clockwise; given alone it
+    takes all else from yu2023. What cannot be gears is refused with the carrier angle and the place
+    on the path. `ends = "smooth"` in [law] prevents jumps of the tip's velocity at the dwell.
     """
     console = Console(as_json)
     with console.outcome():
         from planter.pickup import analysis
         from planter.pickup.presentation import present_pickup
 
-        outcome = analysis.analyse_pickup(config, at or (), optimise, parse_changes(set_), console.progress)
+        outcome = analysis.analyse_pickup(
+            config, at or (), optimise, parse_changes(set_), console.progress
+        )
         present_pickup(outcome).show(console, out)

@@ -1,4 +1,5 @@
-"""The file of a seedling pick-up: TOML, and a CSV of points where a path drives it, each number with its origin.
+"""The file of a seedling pick-up: TOML, and a CSV of points where a path drives it, each number
+with its origin.
 
 Values stay as the file shows them, in mm, deg, deg/s: a key ends in its unit.
 """
@@ -54,16 +55,20 @@ _FINEST = 300
 
 
 def parse_points(text: str, source: str) -> tuple[Array, float]:
-    """The points (n, 2) in m of a closed path, and the last decimal place that they are given to [m].
+    """The points (n, 2) in m of a closed path, and the last decimal place that they are given to
+    [m].
 
-    A last point that repeats the first is left out. Raises InputError, naming file, line and what is allowed.
+    A last point that repeats the first is left out. Raises InputError, naming file, line and what
+    is allowed.
     """
     table = csv_rows.read_table(text, source, HEADER)
     points = np.column_stack([table.numbers(name, LARGEST) for name in HEADER])
     if len(points) > 1 and np.array_equal(points[0], points[-1]):
         points = points[:-1]
     if len(points) < LEAST:
-        raise InputError(f"{source}: {len(points)} points are not enough: there must be at least {LEAST}")
+        raise InputError(
+            f"{source}: {len(points)} points are not enough: there must be at least {LEAST}"
+        )
     steps = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
     for i, step in enumerate(steps, 1):
         if step == 0:
@@ -71,8 +76,10 @@ def parse_points(text: str, source: str) -> tuple[Array, float]:
     gap = find_gap(steps)
     if gap is not None:
         raise InputError(
-            f"{source}: points {gap + 1} and {(gap + 1) % len(points) + 1} are {steps[gap]:.4g} mm apart, which is not "
-            f"allowed: on a closed path neighbours must be within {MAX_GAP_RATIO:g} times the median distance, "
+            f"{source}: points {gap + 1} and {(gap + 1) % len(points) + 1} are {steps[gap]:.4g} "
+            f"mm apart, which is not "
+            f"allowed: on a closed path neighbours must be within {MAX_GAP_RATIO:g} times the "
+            f"median distance, "
             f"{np.median(steps):.4g} mm"
         )
     return points / 1000, 10.0 ** -max(_places(cell) for row in table.rows for cell in row) / 1000
@@ -99,7 +106,9 @@ class Bars(FileSection):
     @check
     def _tip_stays_outside(self) -> Problems:
         if self.L2_mm <= self.L1_mm:
-            yield invalid_value_problem("L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}")
+            yield invalid_value_problem(
+                "L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}"
+            )
 
 
 class Carrier(FileSection):
@@ -132,7 +141,9 @@ class HelicalStage(FileSection):
     @check
     def _equal_gears(self) -> Problems:
         if self.z1 != self.z2:
-            yield invalid_value_problem("z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1")
+            yield invalid_value_problem(
+                "z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1"
+            )
 
 
 class NoncircularStage(FileSection):
@@ -151,7 +162,8 @@ class NoncircularStage(FileSection):
 class LawData(FileSection):
     """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell.
 
-    At the ends of the dwell the slope jumps, unless these are smooth: then it goes to zero within `transition_deg`.
+    At the ends of the dwell the slope jumps, unless these are smooth: then it goes to zero within
+    `transition_deg`.
     """
 
     phi5_far_deg: Angle
@@ -171,14 +183,18 @@ class LawData(FileSection):
     @classmethod
     def _dwell_within_a_turn(cls, dwell: tuple[float, float]) -> tuple[float, float]:
         if not 0 < dwell[0] < dwell[1] < 360:
-            raise invalid_value_problem("", list(dwell), "it must be [start, end] with 0 < start < end < 360")
+            raise invalid_value_problem(
+                "", list(dwell), "it must be [start, end] with 0 < start < end < 360"
+            )
         return dwell
 
     @check
     def _arm_gains_a_turn(self) -> Problems:
         start, end = (math.radians(angle) for angle in self.dwell_t_deg)
         if start - end + 2 * math.pi + self.p * (math.sin(start) - math.sin(end)) <= 0:
-            yield invalid_value_problem("p", self.p, "it must let the arm's angle gain over the turn")
+            yield invalid_value_problem(
+                "p", self.p, "it must let the arm's angle gain over the turn"
+            )
 
     @check
     def _transitions_fit(self) -> Problems:
@@ -201,9 +217,11 @@ class LawData(FileSection):
 
 
 class PathData(FileSection):
-    """Points of the tip's path, in a CSV or here, and how far apart distances may be that count as one (the dwell).
+    """Points of the tip's path, in a CSV or here, and how far apart distances may be that count as
+    one (the dwell).
 
-    Without a tolerance it is two of the last decimal place that a CSV's points are given to, and not below `LEAST_MM`.
+    Without a tolerance it is two of the last decimal place that a CSV's points are given to, and
+    not below `LEAST_MM`.
     """
 
     csv: Annotated[str, Field(min_length=1)] | None = None
@@ -218,10 +236,16 @@ class PathData(FileSection):
         if self.csv is None and self.points_mm is None:
             yield missing_value_problem("csv", "there must be either csv or points_mm")
         if self.csv is not None and self.points_mm is not None:
-            yield invalid_value_problem("csv", self.csv, "there must be either csv or points_mm, not both")
-        for number, (point, after) in enumerate(zip(self.points_mm or (), (self.points_mm or ())[1:], strict=False)):
+            yield invalid_value_problem(
+                "csv", self.csv, "there must be either csv or points_mm, not both"
+            )
+        for number, (point, after) in enumerate(
+            zip(self.points_mm or (), (self.points_mm or ())[1:], strict=False)
+        ):
             if point == after:
-                yield invalid_value_problem(f"points_mm[{number + 1}]", list(after), "neighbours must differ")
+                yield invalid_value_problem(
+                    f"points_mm[{number + 1}]", list(after), "neighbours must differ"
+                )
 
 
 class SplineData(FileSection):
@@ -248,12 +272,18 @@ class Tray(FileSection):
     @check
     def _cells_are_cells(self) -> Problems:
         if not self.cell_bottom_mm <= self.cell_top_mm < self.cell_pitch_mm:
-            allowed = f"it must be from cell_bottom_mm = {self.cell_bottom_mm:g} to below cell_pitch_mm"
-            yield invalid_value_problem("cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}")
+            allowed = (
+                f"it must be from cell_bottom_mm = {self.cell_bottom_mm:g} to below cell_pitch_mm"
+            )
+            yield invalid_value_problem(
+                "cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}"
+            )
 
 
 class Needle(FileSection):
-    """The needle as seen along the axes of the gears; `mounting_deg` turns it against the arm O1 to tip."""
+    """The needle as seen along the axes of the gears; `mounting_deg` turns it against the arm O1 to
+    tip.
+    """
 
     length_mm: Length = 80.0
     """length of the needle"""
@@ -264,7 +294,9 @@ class Needle(FileSection):
 
 
 class Targets(FileSection):
-    """Requirements of the path (the paper's Table 1, by the numbers in its text), each with a tolerance."""
+    """Requirements of the path (the paper's Table 1, by the numbers in its text), each with a
+    tolerance.
+    """
 
     push_deg: Angle = 90.0
     """angle of the arm where it pushes"""
@@ -287,13 +319,18 @@ class Targets(FileSection):
 
 
 class TipPath(FileSection):
-    """Points that the tip's path must pass, in the sun's frame, each with the radius of its tube."""
+    """Points that the tip's path must pass, in the sun's frame, each with the radius of its
+    tube.
+    """
 
     points_mm: Points
 
 
 class Pickup(Document):
-    """A pick-up driven by a law or by a path. `points` are the path's (n, 2) in m, None with a law."""
+    """A pick-up driven by a law or by a path.
+
+    `points` are the path's (n, 2) in m, None with a law.
+    """
 
     bars: Bars | None = None
     carrier: Carrier
@@ -315,10 +352,15 @@ class Pickup(Document):
 
     @classmethod
     def read(
-        cls, table: Mapping[str, Any], source: str, changes: Mapping[str, float] | None = None,
+        cls,
+        table: Mapping[str, Any],
+        source: str,
+        changes: Mapping[str, float] | None = None,
         changed: tuple[str, ...] = (),
-    ) -> Self:  # fmt: skip
-        """The validated content of a file, as `Document.read`; points of the tip's path may be in a CSV next to it."""
+    ) -> Self:
+        """The validated content of a file, as `Document.read`; points of the tip's path may be in a
+        CSV next to it.
+        """
         return super().read(inline_points(table, "tip_path", source), source, changes, changed)
 
     @property
@@ -346,12 +388,18 @@ class Pickup(Document):
     def written_table(self) -> dict[str, Any]:
         """Return the table with the whole path of its points, to be written anywhere."""
         table = with_whole_limits(self.table(), self.measure_limits, self.source)
-        if self.path is not None and self.path.csv is not None and Path(self.points_source).is_file():
+        if (
+            self.path is not None
+            and self.path.csv is not None
+            and Path(self.points_source).is_file()
+        ):
             table["path"]["csv"] = str(Path(self.points_source).resolve())
         return table
 
     def with_points(self, points: Array, csv: str) -> "Pickup":
-        """A pick-up driven by a path of points (n, 2) in m, its bars found from them, all else as in this one."""
+        """A pick-up driven by a path of points (n, 2) in m, its bars found from them, all else as
+        in this one.
+        """
         table = self._without_drive()
         table["name"] = Path(csv).stem[:80]
         table["description"] = f"Seedling pick-up on the path of {csv}, all else as in {self.name}"
@@ -368,7 +416,9 @@ class Pickup(Document):
         """The table of the file without law, bars and path, and with an origin for another path."""
         gone = ("law", "bars", "path")
         table = {key: value for key, value in self.table().items() if key not in gone}
-        origins = {key: text for key, text in self.origins.items() if key.partition(".")[0] not in gone}
+        origins = {
+            key: text for key, text in self.origins.items() if key.partition(".")[0] not in gone
+        }
         return {**table, "origin": {**origins, "path": "assumed"}}
 
     @check
@@ -376,7 +426,9 @@ class Pickup(Document):
         if self.law is None and self.path is None:
             yield missing_value_problem("law", "there must be either [law] or [path]")
         if self.law is not None and self.path is not None:
-            yield invalid_value_problem("path", self.path.csv or "", "there must be either [law] or [path], not both")
+            yield invalid_value_problem(
+                "path", self.path.csv or "", "there must be either [law] or [path], not both"
+            )
         if self.law is not None and self.bars is None:
             yield missing_value_problem("bars", "a law needs the lengths of the bars")
 
@@ -385,11 +437,14 @@ class Pickup(Document):
         stage, distance = self.helical_stage, self.carrier.a2_mm
         minimum = stage.mn_mm * (stage.z1 + stage.z2) / 2
         if distance < minimum:
-            yield invalid_value_problem("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {minimum:g}")
+            yield invalid_value_problem(
+                "carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {minimum:g}"
+            )
 
 
 def load_pickup(source: str | Path, changes: Mapping[str, float] | None = None) -> Pickup:
-    """Return the pick-up in a file, or a built-in one by name; a CSV of points takes the rest from `yu2023`.
+    """Return the pick-up in a file, or a built-in one by name; a CSV of points takes the rest from
+    `yu2023`.
 
     Raises InputError, one sentence with file, key, value and the allowed values.
     """
@@ -414,5 +469,7 @@ def is_points(label: str) -> bool:
 
 
 def _locate_csv(config: str, csv: str) -> str | Path:
-    """Return a built-in CSV by name, or the path of a CSV in the folder of the file that names it."""
+    """Return a built-in CSV by name, or the path of a CSV in the folder of the file that names
+    it.
+    """
     return csv if csv in examples.list_examples("pickup", ".csv") else Path(config).parent / csv

@@ -12,7 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from planter.errors import GeometryError
-from planter.gear_geometry.locking_arcs import ARCS, Rolling, compute_arc_radius, compute_horn_reaches
+from planter.gear_geometry.locking_arcs import (
+    ARCS,
+    Rolling,
+    compute_arc_radius,
+    compute_horn_reaches,
+)
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics.arrays import to_degrees
@@ -42,12 +47,15 @@ class Fault:
 
 
 def check_gears(machine: Pickup, train: PickupTrain) -> None:
-    """Raise GeometryError, naming the angle and what causes it there, where the pitch curves cannot be gears."""
+    """Raise GeometryError, naming the angle and what causes it there, where the pitch curves cannot
+    be gears.
+    """
     fault = _fault(train)
     if fault is not None:
         source = machine.points_source if train.inversion is not None else f"{machine.source}: law"
         raise GeometryError(
-            f"{source}: this cannot be a pair of gears: at t = {to_degrees(fault.t):.5g} deg from the farthest tip "
+            f"{source}: this cannot be a pair of gears: at t = {to_degrees(fault.t):.5g} deg from "
+            f"the farthest tip "
             f"{fault.problem}; {_cause(machine, train, fault.t)}"
         )
 
@@ -60,7 +68,8 @@ def _fault(train: PickupTrain) -> Fault | None:
     if slope[lowest] <= 0:
         turned = "turns back" if slope[lowest] < 0 else "stands still"
         return Fault(
-            float(t[lowest]), f"the arm {turned} (slope {slope[lowest]:.4g}, which must stay positive on the teeth)"
+            float(t[lowest]),
+            f"the arm {turned} (slope {slope[lowest]:.4g}, which must stay positive on the teeth)",
         )
     curves = train.pitch(t)
     for (gear, kind), excess in model.limit_excesses(curves, train.teeth).items():
@@ -74,16 +83,21 @@ def _fault(train: PickupTrain) -> Fault | None:
 def _describe_limit(train: PickupTrain, gear: str, kind: str, curve: Mapping[str, float]) -> str:
     """Return the description of a violated limit of a gear at an angle."""
     radius, kappa = model.GEARS[gear]
-    reach, addendum = model.mate_reaches(train.teeth)[gear] * _MM, model.tip_heights(train.teeth)[gear] * _MM
+    reach, addendum = (
+        model.mate_reaches(train.teeth)[gear] * _MM,
+        model.tip_heights(train.teeth)[gear] * _MM,
+    )
     if kind == "radius":
         ratio = curve["R2"] / curve["R1"]
         return (
-            f"the pitch radius of the {gear} is {curve[radius] * _MM:.4g} mm (total ratio {ratio:.4g}), but the teeth "
+            f"the pitch radius of the {gear} is {curve[radius] * _MM:.4g} mm (total ratio "
+            f"{ratio:.4g}), but the teeth "
             f"of its mate reach {reach:.4g} mm into it, past its axis"
         )
     depth, end = (reach, "roots") if kind == "sharp" else (addendum, "tips")
     return (
-        f"the pitch curve of the {gear} is {kind} with a radius of curvature of {_MM / abs(curve[kappa]):.4g} mm, less "
+        f"the pitch curve of the {gear} is {kind} with a radius of curvature of "
+        f"{_MM / abs(curve[kappa]):.4g} mm, less "
         f"than the {depth:.4g} mm between it and the {end} of its teeth: a cusp"
     )
 
@@ -91,7 +105,11 @@ def _describe_limit(train: PickupTrain, gear: str, kind: str, curve: Mapping[str
 def _cause(machine: Pickup, train: PickupTrain, t: float) -> str:
     """Return the cause in the path or the law at an angle."""
     law = "the law there must be changed (p, the dwell, the transition)"
-    return law if train.inversion is None else f"there the path passes {_place(machine, train, t)}, {_doing(train, t)}"
+    return (
+        law
+        if train.inversion is None
+        else f"there the path passes {_place(machine, train, t)}, {_doing(train, t)}"
+    )
 
 
 def _place(machine: Pickup, train: PickupTrain, t: float) -> str:
@@ -104,7 +122,9 @@ def _place(machine: Pickup, train: PickupTrain, t: float) -> str:
 
 
 def _doing(train: PickupTrain, t: float) -> str:
-    """Return the change of the tip's distance from the sun's centre about an angle, and fast turns of the arm."""
+    """Return the change of the tip's distance from the sun's centre about an angle, and fast turns
+    of the arm.
+    """
     angles = t + np.linspace(-BESIDE, BESIDE, 321)
     slopes = train.slope(angles)
     fast = int(np.argmax(slopes))
@@ -116,24 +136,31 @@ def _doing(train: PickupTrain, t: float) -> str:
     if slopes[fast] < STEEP:
         return f"{change}: where the arm is to move it must change on steadily"
     return (
-        f"{change}; at t = {to_degrees(angles[fast]):.5g} deg the arm must turn {slopes[fast]:.3g} times as fast as "
-        f"the carrier, for there the path turns back so quickly that it all but lets the carrier stand still"
+        f"{change}; at t = {to_degrees(angles[fast]):.5g} deg the arm must turn "
+        f"{slopes[fast]:.3g} times as fast as "
+        f"the carrier, for there the path turns back so quickly that it all but lets the carrier "
+        f"stand still"
     )
 
 
 def list_gear_warnings(train: PickupTrain) -> Iterator[PickupWarning]:
-    """Yield warnings of feasible gears: infinite acceleration, angles without teeth or without contact ratio."""
+    """Yield warnings of feasible gears: infinite acceleration, angles without teeth or without
+    contact ratio.
+    """
     yield from _jumps(train)
     yield from _transitions(train)
     t = train.samples(SAMPLES)
     lost = t[np.isnan(train.contact_ratio(t))]
     if len(lost):
         yield _warning(
-            "contact ratio", float(lost[0]),
-            f"the contact ratio has no value at {len(lost)} of {len(t)} angles on the teeth, the first at t = "
-            f"{to_degrees(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of its teeth lie inside "
+            "contact ratio",
+            float(lost[0]),
+            f"the contact ratio has no value at {len(lost)} of {len(t)} angles on the teeth, the "
+            f"first at t = "
+            f"{to_degrees(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of "
+            f"its teeth lie inside "
             f"their base circle",
-        )  # fmt: skip
+        )
 
 
 def _jumps(train: PickupTrain) -> Iterator[PickupWarning]:
@@ -152,14 +179,19 @@ def _jumps(train: PickupTrain) -> Iterator[PickupWarning]:
                 else 'ends = "smooth" in [law] gives the dwell smooth ends'
             )
             yield _warning(
-                f"velocity jumps at the dwell's {name}", t,
-                f"where the dwell {end}, at t = {to_degrees(t):.5g} deg, the tip's velocity jumps by {jump * _MM:.5g} "
-                f"mm/s (its speed from {speeds_text} mm/s): the acceleration is infinite there; {remedy}",
-            )  # fmt: skip
+                f"velocity jumps at the dwell's {name}",
+                t,
+                f"where the dwell {end}, at t = {to_degrees(t):.5g} deg, the tip's velocity jumps "
+                f"by {jump * _MM:.5g} "
+                f"mm/s (its speed from {speeds_text} mm/s): the acceleration is infinite there; "
+                f"{remedy}",
+            )
 
 
 def _velocities(train: PickupTrain, t: float) -> tuple[Array, Array]:
-    """Velocity of the tip (2,) [m/s] at an end of the dwell, as the teeth drive it and as the locking arcs hold it."""
+    """Velocity of the tip (2,) [m/s] at an end of the dwell, as the teeth drive it and as the
+    locking arcs hold it.
+    """
     at = np.array([t])
     angles = {"phi5": train.phi5_far + at, "phi1": train.law.arm(at), "omega": train.omega}
     motions = [
@@ -176,10 +208,12 @@ def _transitions(train: PickupTrain) -> Iterator[PickupWarning]:
         if driven != toothed:
             first, last = sorted((to_degrees(driven), to_degrees(toothed)))
             yield _warning(
-                f"no teeth at the dwell's {name}", driven,
-                f"from t = {first:.5g} to {last:.5g} deg the slope goes to zero, and the sun's pitch radius with it, "
+                f"no teeth at the dwell's {name}",
+                driven,
+                f"from t = {first:.5g} to {last:.5g} deg the slope goes to zero, and the sun's "
+                f"pitch radius with it, "
                 f"as no teeth can: other means (a cam, a pin) must drive the arm there",
-            )  # fmt: skip
+            )
 
 
 def _warning(name: str, t: float, message: str) -> PickupWarning:
@@ -192,11 +226,12 @@ _STEP = 1e-6
 
 @dataclass(frozen=True)
 class Locking:
-    """Locking arcs: radius [m], pitch radii of the sun where the dwell begins and where it ends [m], sweep [rad].
+    """Locking arcs: radius [m], pitch radii of the sun where the dwell begins and where it ends
+    [m], sweep [rad].
 
-    While they act both arcs lie about the sun's centre. The concave one on the intermediate gear reaches `reaches`
-    [rad, at the sun's centre] to both sides of the centre line, to that gear's tips: first on the side of the teeth
-    that were in mesh before the dwell.
+    While they act both arcs lie about the sun's centre. The concave one on the intermediate gear
+    reaches `reaches` [rad, at the sun's centre] to both sides of the centre line, to that gear's
+    tips: first on the side of the teeth that were in mesh before the dwell.
     """
 
     radius: float
@@ -206,10 +241,11 @@ class Locking:
 
 
 def compute_locking_arcs(train: PickupTrain) -> Locking | None:
-    """The locking arcs of a train that dwells, between the teeth next to the dwell, or None if none would hold.
+    """The locking arcs of a train that dwells, between the teeth next to the dwell, or None if none
+    would hold.
 
-    Where no teeth lead to the dwell they are as large as the larger of the sun's pitch radii where the teeth end, and
-    the adjacent tips of the intermediate gear are taken for circles.
+    Where no teeth lead to the dwell they are as large as the larger of the sun's pitch radii where
+    the teeth end, and the adjacent tips of the intermediate gear are taken for circles.
     """
     dwell = train.law.dwell
     if dwell is None:
@@ -224,17 +260,23 @@ def compute_locking_arcs(train: PickupTrain) -> Locking | None:
             return None
         return Locking(radius, curves.ends[::-1], dwell.width, (before, after))
     first, last = train.pitch(np.array(train.toothed[::-1]))["R1"].tolist()
-    reaches = [_on_circle(train.geometry.a1, max(first, last), end, addendum) for end in (first, last)]
+    reaches = [
+        _on_circle(train.geometry.a1, max(first, last), end, addendum) for end in (first, last)
+    ]
     return Locking(max(first, last), (first, last), dwell.width, (reaches[0], reaches[1]))
 
 
 def _on_circle(distance: float, radius: float, end: float, addendum: float) -> float:
-    return ARCS.at("horn", distance=distance, radius=radius, tips=distance - end + addendum)["reach"]
+    return ARCS.at("horn", distance=distance, radius=radius, tips=distance - end + addendum)[
+        "reach"
+    ]
 
 
 @dataclass(frozen=True)
 class _Curves:
-    """Both gears' pitch curves next to the dwell (`arcs.Rolled`), by carrier angles, without arc lengths."""
+    """Both gears' pitch curves next to the dwell (`arcs.Rolled`), by carrier angles, without arc
+    lengths.
+    """
 
     train: PickupTrain
 
@@ -257,10 +299,14 @@ class _Curves:
         return np.asarray(self.distance * np.array([x, y]) / np.hypot(x, y))
 
     def place_near_end(self, end: int, at: float) -> Array:
-        """Return the contact where the sun's pitch circle would have rolled over an arc length `at` [m]."""
+        """Return the contact where the sun's pitch circle would have rolled over an arc length `at`
+        [m].
+        """
         first, last = self.train.toothed
         t = (last - at / self.ends[1]) if end else (first + at / self.ends[0])
-        before, (x, y), after = self._at(np.clip(t, first + _STEP, last - _STEP) + _STEP * np.array([-1, 0, 1])).T
+        before, (x, y), after = self._at(
+            np.clip(t, first + _STEP, last - _STEP) + _STEP * np.array([-1, 0, 1])
+        ).T
         tangent = after - before
         tx, ty = np.sign(x * tangent[1] - y * tangent[0]) * tangent / np.hypot(*tangent)
         return np.array([[x], [y], [tx], [ty], [0.0]])

@@ -1,9 +1,12 @@
-"""From points of the tip's path to the mechanism that draws it. Nothing here knows where the points come from.
+"""From points of the tip's path to the mechanism that draws it.
 
-Extremes of the tip's distance from the sun's centre give both bars; at every point the triangle of the bars gives the
-angles of arm and carrier, and a spline of the fifth degree joins them to a law. While the arm dwells the tip's distance
-is constant: such points lie on a circle, and the dwell begins and ends where the law of the others reaches their angle.
-At these ends the path has corners, so no spline is laid across them.
+Nothing here knows where the points come from.
+
+Extremes of the tip's distance from the sun's centre give both bars; at every point the triangle of
+the bars gives the angles of arm and carrier, and a spline of the fifth degree joins them to a law.
+While the arm dwells the tip's distance is constant: such points lie on a circle, and the dwell
+begins and ends where the law of the others reaches their angle. At these ends the path has corners,
+so no spline is laid across them.
 """
 
 from __future__ import annotations
@@ -33,7 +36,9 @@ TOLERANCE = 1e-7
 
 @dataclass(frozen=True)
 class Inversion:
-    """Bars [m], direction of the carrier at the farthest tip [rad], the law from there on, and the path's spline."""
+    """Bars [m], direction of the carrier at the farthest tip [rad], the law from there on, and the
+    path's spline.
+    """
 
     L1: float
     L2: float
@@ -43,7 +48,8 @@ class Inversion:
 
 
 def invert_path(points: Array, tolerance: float = TOLERANCE, source: str = "path") -> Inversion:
-    """The mechanism whose tip passes points (n, 2) in m, given in the order of a carrier that turns counter-clockwise.
+    """The mechanism whose tip passes points (n, 2) in m, given in the order of a carrier that turns
+    counter-clockwise.
 
     Raises InputError, naming `source`, where there is no such mechanism.
     """
@@ -71,7 +77,10 @@ def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
     flat = find_plateau(points, tolerance)
     order = flat.toothed if flat else np.arange(len(points))
     if len(order) < LEAST_TOOTHED:
-        raise InputError(f"{source}: {len(order)} points outside the dwell are not enough: at least {LEAST_TOOTHED}")
+        raise InputError(
+            f"{source}: {len(order)} points outside the dwell are not enough: at least "
+            f"{LEAST_TOOTHED}"
+        )
     path = best_spline(points[order], closed=flat is None)
     far, nearest = _extremes(path, flat, points, tolerance, source)
     bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=nearest.distance)
@@ -83,15 +92,21 @@ def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
         phi5_far, law = _closed_law(chain, phi5, phi1)
     else:
         dwell_phi5, dwell_phi1 = chain.solve_dwell(points[flat.members], phi5[-1])
-        _check_order(np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *flat.members]], source)
-        phi5_far, law = _dwelling_law(chain, phi5, phi1, dwell_phi5, float(np.mean(dwell_phi1)), source)
+        _check_order(
+            np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *flat.members]], source
+        )
+        phi5_far, law = _dwelling_law(
+            chain, phi5, phi1, dwell_phi5, float(np.mean(dwell_phi1)), source
+        )
     return Inversion(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
 
 
 def _extremes(
     path: PathSpline, flat: Plateau | None, points: Array, tolerance: float, source: str
 ) -> tuple[DistanceExtreme, DistanceExtreme]:
-    """The farthest and the nearest place, of which there must be one each; either may be the dwell itself."""
+    """The farthest and the nearest place, of which there must be one each; either may be the dwell
+    itself.
+    """
     extremes = path.extremes(tolerance)
     highs = [e for e in extremes if e.highest]
     lows = [e for e in extremes if not e.highest]
@@ -113,12 +128,17 @@ def _extremes(
             )
     if len(highs) != 1 or len(lows) != 1:
         raise InputError(
-            f"{source}: the distance of the points from the origin, which must be the sun's centre, has {len(highs)} "
-            f"maxima and {len(lows)} minima{_describe_extremes(highs, lows)}: it must have one of each over the path, "
-            f"and may dwell once; if the points are not exact, path.tolerance_mm = {tolerance * 1000:g} is too small"
+            f"{source}: the distance of the points from the origin, which must be the sun's "
+            f"centre, has {len(highs)} "
+            f"maxima and {len(lows)} minima{_describe_extremes(highs, lows)}: it must have one of "
+            f"each over the path, "
+            f"and may dwell once; if the points are not exact, path.tolerance_mm = "
+            f"{tolerance * 1000:g} is too small"
         )
     if lows[0].distance <= tolerance:
-        raise InputError(f"{source}: the path must not meet the origin: the sun's centre lies there")
+        raise InputError(
+            f"{source}: the path must not meet the origin: the sun's centre lies there"
+        )
     return highs[0], lows[0]
 
 
@@ -132,14 +152,18 @@ class _Chain:
     bars: Array
 
     def angles(self, u: Array) -> tuple[Array, Array]:
-        """Directions phi5 of the carrier and angles phi1 of the arm, both counted on along the path."""
+        """Directions phi5 of the carrier and angles phi1 of the arm, both counted on along the
+        path.
+        """
         way = self._way(u)
         short, over = -self.path.square_less(u, self.far), self.path.square_less(u, self.nearest)
         phi5, phi1 = self._solved(self.path(u), short, over, way)
         return np.unwrap(phi5), phi1 + TURN * (u >= self.far.u)
 
     def solve_dwell(self, places: Array, after: float) -> tuple[Array, Array]:
-        """Return these angles in the dwell, which follows the path's end, where the carrier is at `after` [rad]."""
+        """Return these angles in the dwell, which follows the path's end, where the carrier is at
+        `after` [rad].
+        """
         way = self._way(np.array([self.path.length]))
         square = np.sum(places**2, axis=1)
         short, over = self.far.distance**2 - square, square - self.nearest.distance**2
@@ -150,7 +174,9 @@ class _Chain:
     def _way(self, u: Array) -> Array:
         """1 where the tip goes from its farthest to its nearest place, -1 on the way back."""
         period = self.path.length * (1 if self.path.closed else 2)
-        return np.where((u - self.far.u) % period < (self.nearest.u - self.far.u) % period, 1.0, -1.0)
+        return np.where(
+            (u - self.far.u) % period < (self.nearest.u - self.far.u) % period, 1.0, -1.0
+        )
 
     def _solved(self, places: Array, short: Array, over: Array, way: Array) -> tuple[Array, Array]:
         x, y = places.T
@@ -159,7 +185,9 @@ class _Chain:
         return angles["phi5"], angles["phi1"]
 
     def direction(self, near_to: float) -> float:
-        """Direction of the carrier at the farthest place, that of the tip, in the turn that a guess lies in."""
+        """Direction of the carrier at the farthest place, that of the tip, in the turn that a guess
+        lies in.
+        """
         raw = float(np.arctan2(*self.far.place[::-1]))
         return raw + TURN * round((near_to - raw) / TURN)
 
@@ -175,23 +203,30 @@ def _place(point: Array) -> str:
 
 
 def _check_outside(points: Array, source: str) -> None:
-    """Raise InputError for a path round the origin, which the tip cannot go: the planet's arm is the longer bar."""
+    """Raise InputError for a path round the origin, which the tip cannot go: the planet's arm is
+    the longer bar.
+    """
     ring = np.vstack([points, points[:1]])
     steps = np.diff(np.arctan2(ring[:, 1], ring[:, 0]))
     if round(float(np.sum(wrap_angle(steps))) / TURN):
         raise InputError(
-            f"{source}: the path goes round the origin, where the sun's centre lies, but it must leave it outside (are "
+            f"{source}: the path goes round the origin, where the sun's centre lies, but it must "
+            f"leave it outside (are "
             f"the points counted from there?)"
         )
 
 
 def _check_order(phi5: Array, places: Array, source: str) -> None:
-    """Raise _TurnsBackError unless the carrier's angles, from the dwell's end on, increase from place to place."""
+    """Raise _TurnsBackError unless the carrier's angles, from the dwell's end on, increase from
+    place to place.
+    """
     falls = np.flatnonzero(np.diff(phi5) <= 0)
     if len(falls):
         raise _TurnsBackError(
-            f"{source}: the carrier would have to turn back at {len(falls)} of {len(places)} points, the first at "
-            f"{_place(places[falls[0]])}: they must be in the order of a carrier that turns counter-clockwise, on a "
+            f"{source}: the carrier would have to turn back at {len(falls)} of {len(places)} "
+            f"points, the first at "
+            f"{_place(places[falls[0]])}: they must be in the order of a carrier that turns "
+            f"counter-clockwise, on a "
             f"path that the mechanism can draw"
         )
 
@@ -209,7 +244,9 @@ def _closed_law(chain: _Chain, phi5: Array, phi1: Array) -> tuple[float, SplineL
 def _dwelling_law(
     chain: _Chain, phi5: Array, phi1: Array, held5: Array, held1: float, source: str
 ) -> tuple[float, SplineLaw]:
-    """A law on teeth between the ends of the dwell, which are where it reaches the angle that is held."""
+    """A law on teeth between the ends of the dwell, which are where it reaches the angle that is
+    held.
+    """
     begin, end = (float(held5[-1]) - TURN, held1 - TURN), (float(held5[0]), held1)
     arm = _spline(phi5, phi1)
     first, last = _meets(arm, begin, float(phi5[0])), _meets(arm, end, float(phi5[-1]))
@@ -235,32 +272,48 @@ def _greville(curve: scipy.interpolate.BSpline) -> Array:
 
 
 def _spline(phi5: Array, phi1: Array) -> scipy.interpolate.BSpline:
-    return scipy.interpolate.make_interp_spline(phi5, phi1, k=min(LAW_DEGREE, len(phi5) // 2 * 2 - 1))
+    return scipy.interpolate.make_interp_spline(
+        phi5, phi1, k=min(LAW_DEGREE, len(phi5) // 2 * 2 - 1)
+    )
 
 
-def _meets(arm: scipy.interpolate.BSpline, dwell_end: tuple[float, float], toothed: float) -> float | None:
-    """Return the angle at which a law reaches the arm's angle in the dwell, or None if it does not before the dwell."""
+def _meets(
+    arm: scipy.interpolate.BSpline, dwell_end: tuple[float, float], toothed: float
+) -> float | None:
+    """Return the angle at which a law reaches the arm's angle in the dwell, or None if it does not
+    before the dwell.
+    """
     angle, level = dwell_end
     if (arm(toothed) - level) * (arm(angle) - level) > 0:
         return None
-    return float(scipy.optimize.brentq(lambda x: float(arm(x)) - level, toothed, angle, xtol=1e-15, rtol=1e-15))
+    return float(
+        scipy.optimize.brentq(
+            lambda x: float(arm(x)) - level, toothed, angle, xtol=1e-15, rtol=1e-15
+        )
+    )
 
 
 LEAST_SWEEP = np.radians(5)
-"""Angle at the sun's centre that a run of equal distances must cover: near an extreme they are nearly equal, too."""
+"""Angle at the sun's centre that a run of equal distances must cover: near an extreme they are
+nearly equal, too.
+"""
 LEAST_POINTS = 3
 
 
 @dataclass(frozen=True)
 class Plateau:
-    """Indices of the points in the dwell, in order, and of the others, from the dwell's end round to its start."""
+    """Indices of the points in the dwell, in order, and of the others, from the dwell's end round
+    to its start.
+    """
 
     members: Any
     toothed: Any
 
 
 def find_plateau(points: Array, tolerance: float) -> Plateau | None:
-    """The longest run of points (n, 2) of a closed path whose distances from the origin are equal."""
+    """The longest run of points (n, 2) of a closed path whose distances from the origin are
+    equal.
+    """
     distance = np.hypot(*points.T)
     if np.ptp(distance) <= tolerance:
         return None
@@ -280,7 +333,8 @@ def _sweep(places: Array) -> float:
 def _longest(distance: Array, tolerance: float) -> tuple[int, int]:
     """Start and length of the longest cyclic run whose values differ by the tolerance at most.
 
-    `highs` and `lows` hold the places in the run that may yet be its greatest or its least value, in order.
+    `highs` and `lows` hold the places in the run that may yet be its greatest or its least value,
+    in order.
     """
     values = [*distance.tolist(), *distance.tolist()]
     highs: deque[int] = deque()

@@ -1,4 +1,6 @@
-"""Laws of the arm: its angle phi1 over the carrier's angle t from the farthest tip, with or without dwell."""
+"""Laws of the arm: its angle phi1 over the carrier's angle t from the farthest tip, with or without
+dwell.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Dwell:
-    """Range in which the locking arcs act: carrier angles in rad, 0 <= start < 2 pi, end after start."""
+    """Range in which the locking arcs act: carrier angles in rad, 0 <= start < 2 pi, end after
+    start.
+    """
 
     start: float
     end: float
@@ -45,16 +49,22 @@ class ArmLaw(Protocol):
 
     @property
     def transition(self) -> float:
-        """Angle on either side of the dwell over which other means than teeth drive the arm [rad]."""
+        """Angle on either side of the dwell over which other means than teeth drive the arm
+        [rad].
+        """
 
     def arm(self, t: Array) -> Array:
         """The arm's angle [rad]."""
 
     def slopes(self, t: Array) -> Array:
-        """Slope on the teeth and its two derivatives, (3, n); in the dwell they continue those of the teeth."""
+        """Slope on the teeth and its two derivatives, (3, n); in the dwell they continue those of
+        the teeth.
+        """
 
     def joints(self) -> Array:
-        """Angles in the toothed range between which the law is smooth, both ends included, in order."""
+        """Angles in the toothed range between which the law is smooth, both ends included, in
+        order.
+        """
 
 
 def toothed_range(dwell: Dwell | None) -> tuple[float, float]:
@@ -96,7 +106,9 @@ class CosineLaw:
 
 @dataclass(frozen=True)
 class SplineLaw:
-    """A law by its lead phi1 - t, a spline over the toothed range; `held` is phi1 in the dwell that follows it."""
+    """A law by its lead phi1 - t, a spline over the toothed range; `held` is phi1 in the dwell that
+    follows it.
+    """
 
     lead: scipy.interpolate.BSpline
     dwell: Dwell | None
@@ -114,7 +126,9 @@ class SplineLaw:
         last = toothed_range(self.dwell)[1]
         on_teeth = self.lead(np.minimum(turn_angle, last)) + turn_angle
         return np.asarray(
-            np.where(turn_angle <= last, on_teeth, self.dwell_angle) + np.asarray(t, dtype=float) - turn_angle
+            np.where(turn_angle <= last, on_teeth, self.dwell_angle)
+            + np.asarray(t, dtype=float)
+            - turn_angle
         )
 
     def slopes(self, t: Array) -> Array:
@@ -124,12 +138,18 @@ class SplineLaw:
         if self.dwell is not None:
             closer_to_end = turn_angle > last + self.dwell.width / 2
             turn_angle = np.where(closer_to_end, first, np.minimum(turn_angle, last))
-        return np.array([self.lead(turn_angle, 1) + 1, self.lead(turn_angle, 2), self.lead(turn_angle, 3)])
+        return np.array(
+            [self.lead(turn_angle, 1) + 1, self.lead(turn_angle, 2), self.lead(turn_angle, 3)]
+        )
 
     def joints(self) -> Array:
         """Return the breakpoints of the law on the teeth [rad], in order."""
         first, last = toothed_range(self.dwell)
-        knots = np.unique(first + (self.lead.t - first) % TURN) if self.dwell is None else np.unique(self.lead.t)
+        knots = (
+            np.unique(first + (self.lead.t - first) % TURN)
+            if self.dwell is None
+            else np.unique(self.lead.t)
+        )
         return np.concatenate([[first], knots[(knots > first) & (knots < last)], [last]])
 
 
@@ -139,10 +159,11 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class SmoothLaw:
-    """Slope c (1 + p cos t), but within `transition` [rad] of the dwell a cubic that meets it, and zero, smoothly.
+    """Slope c (1 + p cos t), but within `transition` [rad] of the dwell a cubic that meets it, and
+    zero, smoothly.
 
-    c lets the arm gain one turn in a turn of the carrier. In the transitions other means than teeth must drive the
-    arm: towards a slope of zero the sun's pitch radius goes to zero.
+    c lets the arm gain one turn in a turn of the carrier. In the transitions other means than teeth
+    must drive the arm: towards a slope of zero the sun's pitch radius goes to zero.
     """
 
     p: float
@@ -188,13 +209,16 @@ class SmoothLaw:
 def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
     """Return the graph of the arm's angle, of the slope with two derivatives, and of c, (5,).
 
-    `law` (5,) are p, the dwell's start and end, the arm's angle at t = 0, and the width of a transition [rad].
+    `law` (5,) are p, the dwell's start and end, the arm's angle at t = 0, and the width of a
+    transition [rad].
     """
     p, start, end, far, h = ca.vertsplit(law)
     first = end - TURN
 
     def cubic(joint: ca.SX, sense: int) -> tuple[ca.SX, ca.SX]:
-        """Return the coefficients of the square and the cube of the distance from the dwell in the slope over c."""
+        """Return the coefficients of the square and the cube of the distance from the dwell in the
+        slope over c.
+        """
         value, rate = 1 + p * ca.cos(joint), -sense * p * ca.sin(joint)
         return (3 * value - rate * h) / h**2, (rate * h - 2 * value) / h**3
 
@@ -207,9 +231,13 @@ def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
     after, before = cubic(end + h, 1), cubic(start - h, -1)
 
     def gained(angle: ca.SX) -> ca.SX:
-        """Return the integral of the slope over c from the dwell's end on, up to an angle of the turn after it."""
+        """Return the integral of the slope over c from the dwell's end on, up to an angle of the
+        turn after it.
+        """
         middle = ca.fmin(ca.fmax(angle, first + h), start - h)
-        distances = [ca.fmin(ca.fmax(distance, 0), h) for distance in (angle - first, start - angle)]
+        distances = [
+            ca.fmin(ca.fmax(distance, 0), h) for distance in (angle - first, start - angle)
+        ]
         rest = integral(before, h) - integral(before, distances[1])
         return integral(after, distances[0]) + plain(middle) - plain(first + h) + rest
 
@@ -226,11 +254,16 @@ def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
             2 * square + 6 * cube * distance,
         ]
         in_transition = distance < h - _ROUNDING
-        slopes = [ca.if_else(in_transition, end, slope) for end, slope in zip(ends, slopes, strict=True)]
+        slopes = [
+            ca.if_else(in_transition, end, slope) for end, slope in zip(ends, slopes, strict=True)
+        ]
     return ca.vertcat(angle, *(mean * slope for slope in slopes), mean)
 
 
 @cache
 def _law() -> Kernel:
     t, law = ca.SX.sym("t"), ca.SX.sym("law", 5)
-    return Kernel(ca.Function("smooth", [t, law], [compose_smooth_law(t, law)], ["t", "law"], ["outputs"]), lanes=["t"])
+    return Kernel(
+        ca.Function("smooth", [t, law], [compose_smooth_law(t, law)], ["t", "law"], ["outputs"]),
+        lanes=["t"],
+    )

@@ -1,4 +1,6 @@
-"""Pick-ups as the engine takes them: the arm's law, bars and gears over the carrier's angle from the farthest tip."""
+"""Pick-ups as the engine takes them: the arm's law, bars and gears over the carrier's angle from
+the farthest tip.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,15 @@ from planter.kernels.formulas import load as load_formulas
 from planter.numerics.arrays import TURN
 from planter.pickup import file
 from planter.pickup.file import HEADER
-from planter.pickup.law import MODEL, ROUNDING, CosineLaw, SmoothLaw, SplineLaw, compose_smooth_law, toothed_range
+from planter.pickup.law import (
+    MODEL,
+    ROUNDING,
+    CosineLaw,
+    SmoothLaw,
+    SplineLaw,
+    compose_smooth_law,
+    toothed_range,
+)
 from planter.pickup.model import PickupTrain, build_train
 
 SPEED = "carrier.speed_deg_per_s"
@@ -41,7 +51,9 @@ STAGES = {
     "mounting": ("rad", "direction of the needle from that of the arm", "needle.mounting_deg"),
     "entry": ("m", "depth of the farthest tip in the cell", "targets.entry_depth_mm"),
 }
-"""Unit, meaning and path of the numbers that every pick-up has, by name; a path of the tip gives the bars."""
+"""Unit, meaning and path of the numbers that every pick-up has, by name; a path of the tip gives
+the bars.
+"""
 LAW = {
     "phi5_far": ("rad", "direction of the carrier where the tip is farthest", "law.phi5_far_deg"),
     "p": ("1", "swing of the arm's slope over its mean on the teeth", "law.p"),
@@ -75,7 +87,9 @@ GEARS = {
     "beta": ("rad", "helix angle of the helical pair"),
     "epsilon_h": ("1", "contact ratio of the helical pair"),
 }
-"""Quantities of the gears; where no teeth mesh, they are those of the end of the teeth that is nearer."""
+"""Quantities of the gears; where no teeth mesh, they are those of the end of the teeth that is
+nearer.
+"""
 VECTORS = {"v_S": ("vx_S", "vy_S")}
 HOISTED = ("beta", "epsilon_h", "beta1", "a1")
 """What of the carrier and its helical pair no angle changes."""
@@ -84,7 +98,9 @@ CHECKED = 720
 
 
 def takes(source: str) -> bool:
-    """Return whether a source is a pick-up's file, points of its tip's path, or the name of a built-in one."""
+    """Return whether a source is a pick-up's file, points of its tip's path, or the name of a
+    built-in one.
+    """
     if not file.is_points(source):
         return examples.belongs_to_package(source, "pickup", {"helical_stage", "tray"})
     try:
@@ -95,15 +111,18 @@ def takes(source: str) -> bool:
 
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
-    """Return the machine of a pick-up; raises InputError and GeometryError as its file and train do."""
+    """Return the machine of a pick-up; raises InputError and GeometryError as its file and train
+    do.
+    """
     return build_machine(file.load_pickup(source, changes))
 
 
 def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Machine:
-    """Return a pick-up with its train as a machine: its values are the numbers that its motion and gears depend on.
+    """Return a pick-up with its train as a machine: its values are the numbers that its motion and
+    gears depend on.
 
-    The law of a path, and the bars that the path has, do not change with the values. Raises GeometryError for a pick-up
-    that has no train.
+    The law of a path, and the bars that the path has, do not change with the values. Raises
+    GeometryError for a pick-up that has no train.
     """
     train = train or build_train(machine)
     fixed = {"L1": train.geometry.L1, "L2": train.geometry.L2, "phi5_far": train.phi5_far}
@@ -112,9 +131,13 @@ def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Mac
     entries = STAGES | LAW
     if not train.law.transition:
         del entries["transition"]
-    names = [name for name, (_, _, path) in entries.items() if path in written or (name == "transition")]
+    names = [
+        name for name, (_, _, path) in entries.items() if path in written or (name == "transition")
+    ]
     values = tuple(Value(name, *entries[name]) for name in names)
-    data = [machine.si(value.path) if value.path in written else fixed[value.name] for value in values]
+    data = [
+        machine.si(value.path) if value.path in written else fixed[value.name] for value in values
+    ]
     d, t, h = ca.SX.sym("d", len(values)), ca.SX.sym("t"), ca.SX.sym("h", len(HOISTED))
     values_by_name: dict[str, Any] = fixed | dict(zip(names, ca.vertsplit(d), strict=True))
     carrier = load_formulas(MODEL).composed("carrier", values_by_name)
@@ -138,11 +161,17 @@ def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Mac
         lower=np.empty(0),
         upper=np.empty(0),
         quantities=quantities,
-        prologue=ca.Function("prologue", [d], [ca.vertcat(*(carrier[name] for name in HOISTED))], ["d"], ["h"]),
+        prologue=ca.Function(
+            "prologue", [d], [ca.vertcat(*(carrier[name] for name in HOISTED))], ["d"], ["h"]
+        ),
         lane=_function("lane", t, d, h, [results[quantity.name] for quantity in quantities]),
         speed=[value.path for value in values].index(SPEED),
-        events=_function("events", t, d, h, [t - joint.angle for joint in law.joints]) if law.joints else None,
-        event_kinds=tuple({"name": joint.name, "order": joint.order, "period": TURN} for joint in law.joints),
+        events=_function("events", t, d, h, [t - joint.angle for joint in law.joints])
+        if law.joints
+        else None,
+        event_kinds=tuple(
+            {"name": joint.name, "order": joint.order, "period": TURN} for joint in law.joints
+        ),
         vectors=tuple(build_vectors(VECTORS, quantities)),
         limits=machine.measure_limits,
         documentation=Documentation(sidecar["title"], sidecar["source"]),
@@ -151,11 +180,15 @@ def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Mac
 
 def _function(name: str, t: ca.SX, d: ca.SX, h: ca.SX, outputs: list[ca.SX]) -> ca.Function:
     inputs = [t, d, h, ca.SX.sym("q", 0)]
-    return ca.Function(name, inputs, [ca.densify(ca.vertcat(*outputs))], ["phi", "d", "h", "q"], ["y"])
+    return ca.Function(
+        name, inputs, [ca.densify(ca.vertcat(*outputs))], ["phi", "d", "h", "q"], ["y"]
+    )
 
 
 class _Joint(NamedTuple):
-    """An angle at which a law changes, and the derivative of the tip's place that jumps there, less one."""
+    """An angle at which a law changes, and the derivative of the tip's place that jumps there, less
+    one.
+    """
 
     name: str
     angle: Any
@@ -163,9 +196,11 @@ class _Joint(NamedTuple):
 
 
 class _LawGraph(NamedTuple):
-    """A law: `at` t -> the arm's angle and the slope with two derivatives (4,), the dwell, the teeth, the joints.
+    """A law: `at` t -> the arm's angle and the slope with two derivatives (4,), the dwell, the
+    teeth, the joints.
 
-    `dwell` are its first and last angle, if there is one, and `teeth` the first and last angle at which teeth mesh.
+    `dwell` are its first and last angle, if there is one, and `teeth` the first and last angle at
+    which teeth mesh.
     """
 
     at: Callable[[Any], ca.SX]
@@ -183,13 +218,20 @@ def _compose_law(train: PickupTrain, inputs: Mapping[str, Any]) -> _LawGraph:
     if isinstance(train.law, CosineLaw):
         law = ca.vertcat(inputs["p"], start, end, np.pi)
         function = load_formulas(MODEL).function("law")
-        return _LawGraph(lambda t: function(t, law), (start, end), (end - TURN, start), tuple(joints))
+        return _LawGraph(
+            lambda t: function(t, law), (start, end), (end - TURN, start), tuple(joints)
+        )
     assert isinstance(train.law, SmoothLaw)
     smooth = ca.vertcat(inputs["p"], start, end, np.pi, width)
     joints = [joint._replace(order=2) for joint in joints]
-    joints += [_Joint("end of the teeth", start - width, 1), _Joint("start of the teeth", end + width, 1)]
+    joints += [
+        _Joint("end of the teeth", start - width, 1),
+        _Joint("start of the teeth", end + width, 1),
+    ]
     teeth = end - TURN + width, start - width
-    return _LawGraph(lambda t: compose_smooth_law(t, smooth)[:4], (start, end), teeth, tuple(joints))
+    return _LawGraph(
+        lambda t: compose_smooth_law(t, smooth)[:4], (start, end), teeth, tuple(joints)
+    )
 
 
 def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph:
@@ -213,9 +255,14 @@ def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph
     if law.dwell is None:
         return _LawGraph(evaluate, None, teeth, ())
     names = ("start of the dwell", "end of the dwell")
-    joints = tuple(_Joint(*joint, 0) for joint in zip(names, (law.dwell.start, law.dwell.end), strict=True))
+    joints = tuple(
+        _Joint(*joint, 0) for joint in zip(names, (law.dwell.start, law.dwell.end), strict=True)
+    )
     if teeth != (first, last):
-        joints += (_Joint("end of the teeth", teeth[1], 1), _Joint("start of the teeth", teeth[0], 1))
+        joints += (
+            _Joint("end of the teeth", teeth[1], 1),
+            _Joint("start of the teeth", teeth[0], 1),
+        )
     return _LawGraph(evaluate, (law.dwell.start, law.dwell.end), teeth, joints)
 
 
@@ -231,10 +278,18 @@ def _compose_motion(t: ca.SX, law: _LawGraph, inputs: Mapping[str, Any]) -> dict
             inside -= TURN * ca.floor(inside / TURN)
             slope = ca.if_else(inside <= end - start + 2 * ROUNDING, 0, slope)
         turned = {"phi1": arm, "g": slope, "phi5": far + angle}
-        return turned | model.composed("motion", {**inputs, **turned}) | {"arm": far + angle + np.pi - arm}
+        return (
+            turned
+            | model.composed("motion", {**inputs, **turned})
+            | {"arm": far + angle + np.pi - arm}
+        )
 
     moved, bottom = move(t), move(ca.SX(0))
-    picked = {"x_bottom": bottom["x_S"], "y_bottom": bottom["y_S"], "axis": bottom["arm"] + inputs["mounting"]}
+    picked = {
+        "x_bottom": bottom["x_S"],
+        "y_bottom": bottom["y_S"],
+        "axis": bottom["arm"] + inputs["mounting"],
+    }
     entered = model.composed("entry", moved | picked)
     return moved | entered | {"along": entered["along"] + inputs["entry"]}
 

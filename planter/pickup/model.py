@@ -1,6 +1,8 @@
-"""The gear train of a pick-up: a law of the arm, the bars and the carrier, whatever the law was made from.
+"""The gear train of a pick-up: a law of the arm, the bars and the carrier, whatever the law was
+made from.
 
-t is the carrier angle from the farthest tip; the carrier turns counter-clockwise at constant speed. SI and radians.
+t is the carrier angle from the farthest tip; the carrier turns counter-clockwise at constant speed.
+SI and radians.
 """
 
 from __future__ import annotations
@@ -49,7 +51,8 @@ class PickupGeometry:
 
 @dataclass(frozen=True)
 class PickupTrain:
-    """A pick-up that runs: `law` drives the arm, `omega` [rad/s] the carrier; `found` is what a path gave, if one did.
+    """A pick-up that runs: `law` drives the arm, `omega` [rad/s] the carrier; `found` is what a
+    path gave, if one did.
 
     `teeth` are module [m], both addendum coefficients and the angle of the line of action [rad].
     """
@@ -71,7 +74,9 @@ class PickupTrain:
         return np.where(self.is_locked(t), 0.0, self.law.slopes(t)[0])
 
     def motion(self, t: Array) -> dict[str, Array]:
-        """Places of the axes and the tip [m], its velocity [m/s], its distance L3, the arm's direction Z1, by name."""
+        """Places of the axes and the tip [m], its velocity [m/s], its distance L3, the arm's
+        direction Z1, by name.
+        """
         t = np.asarray(t, dtype=float)
         angles = {"phi5": self.phi5_far + t, "phi1": self.law.arm(t), "g": self.slope(t)}
         return load(MODEL)("motion", **angles, omega=self.omega, triangle=self.geometry.triangle)
@@ -86,39 +91,51 @@ class PickupTrain:
         return np.asarray(self.phi5_far + np.asarray(t) + np.pi - self.law.arm(t))
 
     def pitch(self, t: Array) -> dict[str, Array]:
-        """Pitch radii, curvatures, places in the gears' own frames and rate of arc at angles on the teeth.
+        """Pitch radii, curvatures, places in the gears' own frames and rate of arc at angles on the
+        teeth.
 
-        Both frames lie along the centre line where the tip is farthest. Angles in the dwell are taken to be the end
-        of the teeth that they are closer to.
+        Both frames lie along the centre line where the tip is farthest. Angles in the dwell are
+        taken to be the end of the teeth that they are closer to.
         """
         t = np.asarray(t, dtype=float)
         turned = self.law.arm(t) - np.pi
-        return load(MODEL)("pitch", slopes=self.law.slopes(t), phi5=t, phi2=turned, a1=self.geometry.a1)
+        return load(MODEL)(
+            "pitch", slopes=self.law.slopes(t), phi5=t, phi2=turned, a1=self.geometry.a1
+        )
 
-    def contact_ratio(self, t: Array, module: float | None = None, addendum: float | None = None) -> Array:
-        """Contact ratio of the non-circular pair at angles on the teeth; with another module [m] or addendum [-].
+    def contact_ratio(
+        self, t: Array, module: float | None = None, addendum: float | None = None
+    ) -> Array:
+        """Contact ratio of the non-circular pair at angles on the teeth; with another module [m] or
+        addendum [-].
 
-        NaN where a pitch curve is so hollow that the tips of its teeth lie inside their base circle.
+        NaN where a pitch curve is so hollow that the tips of its teeth lie inside their base
+        circle.
         """
         teeth = self.teeth.copy()
         teeth[0] = teeth[0] if module is None else module
         teeth[1:3] = teeth[1:3] if addendum is None else addendum
         curves = self.pitch(t)
-        meshing = TEETH("contact_ratio", kappa1=curves["kappa1"], kappa2=curves["kappa2"], teeth=teeth)
+        meshing = TEETH(
+            "contact_ratio", kappa1=curves["kappa1"], kappa2=curves["kappa2"], teeth=teeth
+        )
         meet = np.minimum(meshing["outside1"], meshing["outside2"]) >= 0
         return np.where(meet, meshing["epsilon"], np.nan)
 
     @property
     def driven(self) -> tuple[float, float]:
-        """First and last carrier angle at which the arm is driven: the turn without the dwell, from its end on."""
+        """First and last carrier angle at which the arm is driven: the turn without the dwell, from
+        its end on.
+        """
         return toothed_range(self.law.dwell)
 
     @cached_property
     def toothed(self) -> tuple[float, float]:
         """First and last carrier angle of the teeth.
 
-        That is where the arm is driven, less the law's own transitions; or, where a path stops so gradually that
-        no pitch curve can follow, less the parts next to the dwell that cannot be gears.
+        That is where the arm is driven, less the law's own transitions; or, where a path stops so
+        gradually that no pitch curve can follow, less the parts next to the dwell that cannot be
+        gears.
         """
         (first, last), transition = self.driven, self.law.transition
         if self.law.dwell is None or transition:
@@ -130,7 +147,9 @@ class PickupTrain:
         fails[moving] = violates_limits(self.pitch(t[moving]), self.teeth)
         lost = np.flatnonzero(fails)
         after, before = lost[t[lost] < first + BESIDE], lost[t[lost] > last - BESIDE]
-        return float(t[after[-1] + 1]) if len(after) else first, float(t[before[0] - 1]) if len(before) else last
+        return float(t[after[-1] + 1]) if len(after) else first, float(t[before[0] - 1]) if len(
+            before
+        ) else last
 
     def samples(self, count: int) -> Array:
         """Angles evenly over the teeth, both ends included."""
@@ -138,10 +157,16 @@ class PickupTrain:
 
     @cached_property
     def nearest_angle(self) -> float:
-        """Carrier angle where the tip is nearest [rad]; the first of them, should the arm dwell there."""
+        """Carrier angle where the tip is nearest [rad]; the first of them, should the arm dwell
+        there.
+        """
         return float(
             scipy.optimize.brentq(
-                lambda t: float(self.law.arm(np.array([t]))[0]) - TURN, 0.0, TURN, xtol=1e-15, rtol=1e-14
+                lambda t: float(self.law.arm(np.array([t]))[0]) - TURN,
+                0.0,
+                TURN,
+                xtol=1e-15,
+                rtol=1e-14,
             )
         )
 
@@ -163,14 +188,19 @@ class PickupTrain:
     @property
     def monotone(self) -> bool:
         """Whether the arm's angle never falls."""
-        return float(self.law.slopes(np.linspace(*self.driven, 1441))[0].min()) >= 0 and self.slope_extremes[0] >= 0
+        return (
+            float(self.law.slopes(np.linspace(*self.driven, 1441))[0].min()) >= 0
+            and self.slope_extremes[0] >= 0
+        )
 
     def meshes(self, t: Array) -> Array:
         """Whether teeth drive the arm at carrier angles (n,)."""
         first, last = self.toothed
         return np.asarray((np.asarray(t) - first) % TURN < last - first)
 
-    def integral(self, function: Callable[[Array], Array], over: tuple[float, float] | None = None) -> float:
+    def integral(
+        self, function: Callable[[Array], Array], over: tuple[float, float] | None = None
+    ) -> float:
         """Integral of a function of angles (n,) over a range, or where the arm is driven.
 
         By Gauss panels between the law's joints.
@@ -184,13 +214,21 @@ class PickupTrain:
 
 
 def build_geometry(machine: Pickup, L1: float, L2: float) -> PickupGeometry:
-    """Triangle and helical pair of a pick-up with given bars [m]. Raises GeometryError where the triangle is none."""
+    """Triangle and helical pair of a pick-up with given bars [m].
+
+    Raises GeometryError where the triangle is none.
+    """
     gamma, a2 = machine.si("carrier.gamma_deg"), machine.si("carrier.a2_mm")
     if a2 >= L1:
         raise _no_triangle(machine, L1)
-    stage = {key: machine.si(f"helical_stage.{key}") for key in ("mn_mm", "z1", "z2", "B_mm", "alpha_n_deg", "ha")}
+    stage = {
+        key: machine.si(f"helical_stage.{key}")
+        for key in ("mn_mm", "z1", "z2", "B_mm", "alpha_n_deg", "ha")
+    }
     carrier = load(MODEL).at("carrier", carrier=np.array([L1, gamma, a2, *stage.values()]))
-    return PickupGeometry(L1, L2, gamma, carrier["a1"], a2, carrier["beta1"], carrier["beta"], carrier["epsilon_h"])
+    return PickupGeometry(
+        L1, L2, gamma, carrier["a1"], a2, carrier["beta1"], carrier["beta"], carrier["epsilon_h"]
+    )
 
 
 def _no_triangle(machine: Pickup, L1: float) -> GeometryError:
@@ -198,17 +236,21 @@ def _no_triangle(machine: Pickup, L1: float) -> GeometryError:
     if machine.points is not None:
         allowed += (
             f"; L1 is half the difference of the largest and the least distance of the points in "
-            f"{machine.points_source} from the origin (are they in mm, and is their origin the sun's centre?)"
+            f"{machine.points_source} from the origin (are they in mm, and is their origin the "
+            f"sun's centre?)"
         )
     return GeometryError(str(machine.input_error("carrier.a2_mm", allowed)))
 
 
 def build_train(machine: Pickup) -> PickupTrain:
-    """The train that a file asks for, by its law or by its path; with a path the file's bars play no part.
+    """The train that a file asks for, by its law or by its path; with a path the file's bars play
+    no part.
 
     Raises InputError where a path or a law has no mechanism.
     """
-    teeth = np.array([machine.si(f"noncircular_stage.{key}") for key in ("m_mm", "ha1", "ha2", "alpha0_deg")])
+    teeth = np.array(
+        [machine.si(f"noncircular_stage.{key}") for key in ("m_mm", "ha1", "ha2", "alpha0_deg")]
+    )
     omega = machine.si("carrier.speed_deg_per_s")
     if machine.points is not None:
         inversion = invert_path(machine.points, machine.tolerance, machine.points_source)
@@ -232,7 +274,9 @@ def _law(machine: Pickup) -> ArmLaw:
         return CosineLaw(p, dwell, far)
     law = SmoothLaw(p, dwell, transition, far)
     if not law.rises:
-        raise machine.input_error("law.p", "the slope must rise from zero throughout the transitions next to the dwell")
+        raise machine.input_error(
+            "law.p", "the slope must rise from zero throughout the transitions next to the dwell"
+        )
     return law
 
 
@@ -243,7 +287,9 @@ BACKWARD = -0.02
 
 
 def mate_reaches(teeth: Array) -> dict[str, float]:
-    """Return the depth to which the teeth of its mate reach into the pitch curve of each gear [m]."""
+    """Return the depth to which the teeth of its mate reach into the pitch curve of each gear
+    [m].
+    """
     return {"sun": float(teeth[2] * teeth[0]), "intermediate gear": float(teeth[1] * teeth[0])}
 
 
@@ -253,11 +299,12 @@ def tip_heights(teeth: Array) -> dict[str, float]:
 
 
 def limit_excesses(curves: Mapping[str, Array], teeth: Array) -> dict[tuple[str, str], Array]:
-    """Return the excess over each limit at angles (n,) of positive slope, by gear and kind; violated if not negative.
+    """Return the excess over each limit at angles (n,) of positive slope, by gear and kind;
+    violated if not negative.
 
-    A pitch radius is more than the mate's teeth reach into it. The radius of curvature is more
-    than the depth of the roots where the curve is convex, and than the height of the tips where it is hollow: else
-    the curve of the roots, or of the tips, has a cusp.
+    A pitch radius is more than the mate's teeth reach into it. The radius of curvature is more than
+    the depth of the roots where the curve is convex, and than the height of the tips where it is
+    hollow: else the curve of the roots, or of the tips, has a cusp.
     """
     excess = {}
     for gear, (radius, kappa) in GEARS.items():

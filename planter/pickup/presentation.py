@@ -12,7 +12,12 @@ from planter.pickup.law import MODEL
 from planter.report import files
 from planter.report.html import Block, Section, Table, Text
 from planter.report.labels import list_values, tabulate_angles
-from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_violations, list_warning_sections
+from planter.report.presentation import (
+    ModelAssumptions,
+    ResultPresentation,
+    describe_violations,
+    list_warning_sections,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,13 +41,17 @@ CAPTIONS = {
 
 
 def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
-    """Return the presentation: mechanism, requirements, redesign of the path, and states at single angles."""
+    """Return the presentation: mechanism, requirements, redesign of the path, and states at single
+    angles.
+    """
     result, machine = outcome.result, outcome.machine
     driven_by = f"driven by its {result.driven_by}"
     return ResultPresentation(
         title=f"Seedling pick-up {machine.name}, {driven_by}",
         conclusion=describe_violations(
-            [row.name for row in result.requirements if not row.holds], len(result.requirements), "requirement"
+            [row.name for row in result.requirements if not row.holds],
+            len(result.requirements),
+            "requirement",
         ),
         record=result,
         sections=list(_list_sections(result)),
@@ -61,7 +70,8 @@ def _list_sections(result: PickupFound) -> Iterator[Section]:
     table = result.table()
     del table["machine"], table["driven_by"]
     note = (
-        "Equation (14) of yu2023 lacks the factor 1/2: with the published 44.6 mm the helix angle is the one above, "
+        "Equation (14) of yu2023 lacks the factor 1/2: with the published 44.6 mm the helix angle "
+        "is the one above, "
         "inside the published range. The published contact ratio of the helical pair is 1.9358."
     )
     yield Section("Mechanism", [list_values(table), Text(note, "note")])
@@ -69,17 +79,22 @@ def _list_sections(result: PickupFound) -> Iterator[Section]:
     if result.optimised:
         yield Section("Redesign", list(_describe_redesign(result.optimised)))
     if result.at:
-        yield Section("At single angles", [tabulate_angles([state.table() for state in result.at], "t_deg")])
+        yield Section(
+            "At single angles", [tabulate_angles([state.table() for state in result.at], "t_deg")]
+        )
 
 
 def _tabulate_requirements(rows: Sequence[Demand], caption: str = "") -> Table:
     cells = [(row.name, row.value, row.wanted, row.unit, row.margin, row.holds) for row in rows]
-    return Table(("requirement", "value", "required", "unit", "margin", "satisfied"), cells, caption)
+    return Table(
+        ("requirement", "value", "required", "unit", "margin", "satisfied"), cells, caption
+    )
 
 
 def _describe_redesign(redesign: Optimised) -> Iterator[Block]:
     yield Text(
-        f"The value points were moved by up to {redesign.moved_mm:.4g} mm in {redesign.iterations} iterations; "
+        f"The value points were moved by up to {redesign.moved_mm:.4g} mm in "
+        f"{redesign.iterations} iterations; "
         f"{'all' if redesign.holds else 'not all'} requirements are satisfied."
     )
     yield _tabulate_requirements(redesign.requirements_before, "Requirements before the redesign")
@@ -94,7 +109,9 @@ def _animate(outcome: PickupOutcome) -> Iterator[Block]:
     from planter.view.animation import MotionBlock
 
     scene = build_pickup_scene(outcome.machine, outcome.train, _points_before(outcome))
-    yield MotionBlock(scene, "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell.")
+    yield MotionBlock(
+        scene, "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell."
+    )
 
 
 def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
@@ -111,8 +128,15 @@ def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
 
 
 def _tabulate_cycle(outcome: PickupOutcome) -> Mapping[str, Mapping[str, Array]]:
-    cycle, teeth = analysis.sample_cycle(outcome.train, STEPS), analysis.sample_pitch(outcome.train, STEPS)
-    tables = {"cycle.csv": cycle, "pitch.csv": teeth, "path.csv": {k: cycle[f"tip_{k}"] for k in ("x_mm", "y_mm")}}
+    cycle, teeth = (
+        analysis.sample_cycle(outcome.train, STEPS),
+        analysis.sample_pitch(outcome.train, STEPS),
+    )
+    tables = {
+        "cycle.csv": cycle,
+        "pitch.csv": teeth,
+        "path.csv": {k: cycle[f"tip_{k}"] for k in ("x_mm", "y_mm")},
+    }
     if outcome.redesigned is not None:
         x, y = outcome.redesigned.points.T * 1000
         tables["value_points.csv"] = {"x_mm": x, "y_mm": y}

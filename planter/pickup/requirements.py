@@ -1,6 +1,8 @@
-"""What the path of a seedling pick-up must do, each requirement with its value, its target and its margin.
+"""What the path of a seedling pick-up must do, each requirement with its value, its target and its
+margin.
 
-The targets are those of Table 1 of Yu et al. (2023), whose body is lost: their numbers are in the text, with "about".
+The targets are those of Table 1 of Yu et al. (2023), whose body is lost: their numbers are in the
+text, with "about".
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ SAMPLES = 1441
 
 @dataclass(frozen=True)
 class PickupRequirement:
-    """A value in display units, its limits in words and as numbers, and its margin, which is negative outside them."""
+    """A value in display units, its limits in words and as numbers, and its margin, which is
+    negative outside them.
+    """
 
     name: str
     value: float
@@ -48,9 +52,14 @@ class PickupRequirement:
     def to_demand(self) -> Demand:
         """Return the requirement as the command reports it."""
         return Demand(
-            name=self.name, value=self.value, unit=self.unit, wanted=self.bound, margin=self.margin,
-            t_deg=self.t_deg, holds=self.holds,
-        )  # fmt: skip
+            name=self.name,
+            value=self.value,
+            unit=self.unit,
+            wanted=self.bound,
+            margin=self.margin,
+            t_deg=self.t_deg,
+            holds=self.holds,
+        )
 
 
 def find_push(train: PickupTrain) -> tuple[float, float]:
@@ -66,24 +75,39 @@ def find_push(train: PickupTrain) -> tuple[float, float]:
 
 
 def _level(train: PickupTrain, low: float, high: float) -> float:
-    """Return the angle of slope 1 between two angles, or of the closest slope if it jumps past 1."""
+    """Return the angle of slope 1 between two angles, or of the closest slope if it jumps past
+    1.
+    """
 
     def beyond(t: float) -> float:
         return float(train.slope(np.array([t]))[0]) - 1
 
     if beyond(low) * beyond(high) > 0:
-        return low if train.arm_heading(np.array([low])) < train.arm_heading(np.array([high])) else high
+        return (
+            low
+            if train.arm_heading(np.array([low])) < train.arm_heading(np.array([high]))
+            else high
+        )
     return float(scipy.optimize.brentq(beyond, low, high, xtol=1e-14))
 
 
 def pick_angle_deg(machine: Pickup) -> float:
-    """Elevation of the needle where it picks: along the axis of a cell, which is square to the tray box."""
+    """Elevation of the needle where it picks: along the axis of a cell, which is square to the tray
+    box.
+    """
     return 90 - machine.tray.box_inclination_deg
 
 
 def list_requirements(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
-    """Return all requirements, in the order of the paper, then of the gears, then the points of the path."""
-    return [*_angles(machine, train), *_entry(machine, train), *_gears(train), *_points(machine, train)]
+    """Return all requirements, in the order of the paper, then of the gears, then the points of the
+    path.
+    """
+    return [
+        *_angles(machine, train),
+        *_entry(machine, train),
+        *_gears(train),
+        *_points(machine, train),
+    ]
 
 
 def _angles(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
@@ -93,7 +117,14 @@ def _angles(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
     angle = pick_angle_deg(machine) + turned
     return [
         _about("push angle", angle, "deg", targets.push_deg, targets.push_tolerance_deg, where),
-        _about("push angle less pick angle", turned, "deg", targets.swing_deg, targets.swing_tolerance_deg, where),
+        _about(
+            "push angle less pick angle",
+            turned,
+            "deg",
+            targets.swing_deg,
+            targets.swing_tolerance_deg,
+            where,
+        ),
     ]
 
 
@@ -103,7 +134,14 @@ def _entry(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
     straight = entry.straight(targets.straightness_mm / 1000) * 1000
     gap, tight = entry.clearance()
     return [
-        _about("entry depth", depth * 1000, "mm", targets.entry_depth_mm, targets.entry_depth_tolerance_mm, deepest),
+        _about(
+            "entry depth",
+            depth * 1000,
+            "mm",
+            targets.entry_depth_mm,
+            targets.entry_depth_tolerance_mm,
+            deepest,
+        ),
         _at_least("straight entry", straight, "mm", targets.straight_entry_mm),
         _at_least("needle to tray", gap * 1000, "mm", targets.clearance_mm, tight),
     ]
@@ -115,7 +153,10 @@ def _gears(train: PickupTrain) -> list[PickupRequirement]:
     curves = train.pitch(t)
     lowest = int(np.argmin(slopes))
     rows = [_at_least("slope on the teeth", float(slopes[lowest]), "", 0.0, float(t[lowest]))]
-    for name, key in (("sun's pitch curve convex", "kappa1"), ("intermediate gear's convex", "kappa2")):
+    for name, key in (
+        ("sun's pitch curve convex", "kappa1"),
+        ("intermediate gear's convex", "kappa2"),
+    ):
         rows.append(_convex(name, curves[key], t))
     return rows
 
@@ -123,10 +164,14 @@ def _gears(train: PickupTrain) -> list[PickupRequirement]:
 def _points(machine: Pickup, train: PickupTrain) -> Iterator[PickupRequirement]:
     """Yield the distance of the path from each prescribed point."""
     t = np.arange(SAMPLES - 1) * TURN / (SAMPLES - 1)
-    for number, (x, y, tube) in enumerate(machine.tip_path.points_mm if machine.tip_path else (), 1):
+    for number, (x, y, tube) in enumerate(
+        machine.tip_path.points_mm if machine.tip_path else (), 1
+    ):
         nearest = find_minimum(partial(_point_distances, train, (x, y)), t, closed=True)
         name, bound = f"path by point {number}", f"at most {tube:g}"
-        yield PickupRequirement(name, nearest.value, "mm", bound, tube - nearest.value, nearest.place, upper=tube)
+        yield PickupRequirement(
+            name, nearest.value, "mm", bound, tube - nearest.value, nearest.place, upper=tube
+        )
 
 
 def _point_distances(train: PickupTrain, point: tuple[float, float], t: Array) -> Array:
@@ -140,11 +185,19 @@ def _convex(name: str, curvature: Array, t: Array) -> PickupRequirement:
     return _at_least(name, float(curvature[worst]) / 1000, "1/mm", 0.0, float(t[worst]))
 
 
-def _about(name: str, value: float, unit: str, target: float, tolerance: float, t: float) -> PickupRequirement:
+def _about(
+    name: str, value: float, unit: str, target: float, tolerance: float, t: float
+) -> PickupRequirement:
     bound = f"{target:g} \N{PLUS-MINUS SIGN} {tolerance:g}"
     margin = tolerance - abs(value - target)
-    return PickupRequirement(name, value, unit, bound, margin, t, target - tolerance, target + tolerance)
+    return PickupRequirement(
+        name, value, unit, bound, margin, t, target - tolerance, target + tolerance
+    )
 
 
-def _at_least(name: str, value: float, unit: str, minimum: float, t: float | None = None) -> PickupRequirement:
-    return PickupRequirement(name, value, unit, f"at least {minimum:g}", value - minimum, t, minimum)
+def _at_least(
+    name: str, value: float, unit: str, minimum: float, t: float | None = None
+) -> PickupRequirement:
+    return PickupRequirement(
+        name, value, unit, f"at least {minimum:g}", value - minimum, t, minimum
+    )

@@ -38,7 +38,9 @@ class ExtremaResult(Record):
 
 @dataclass(frozen=True)
 class SunToothCount(Record):
-    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole."""
+    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it
+    whole.
+    """
 
     exact: float
     whole: int
@@ -47,12 +49,14 @@ class SunToothCount(Record):
 
 @dataclass(frozen=True)
 class LockingArcs(Record):
-    """Radius of the locking arcs, pitch radii where the dwell begins and ends, sweep on the sun, reach of the horns.
+    """Radius of the locking arcs, pitch radii where the dwell begins and ends, sweep on the sun,
+    reach of the horns.
 
-    The paper prints no radius. With the smaller of the end radii, should they differ by more than an addendum, the
-    intermediate gear has nothing in the arc on one side, and is free to turn one way; so it is the smaller one, or the
-    least with which both sides hold. `horns_deg` are the angles at the sun over which that gear lies in the arc, on
-    the side of the teeth before the dwell and of those after it.
+    The paper prints no radius. With the smaller of the end radii, should they differ by more than
+    an addendum, the intermediate gear has nothing in the arc on one side, and is free to turn one
+    way; so it is the smaller one, or the least with which both sides hold. `horns_deg` are the
+    angles at the sun over which that gear lies in the arc, on the side of the teeth before the
+    dwell and of those after it.
     """
 
     radius_mm: float
@@ -71,7 +75,9 @@ class Push(Record):
 
 @dataclass(frozen=True)
 class Demand(Record):
-    """A requirement: value in `unit`, what is wanted, by how much that holds; t is null where it has no place."""
+    """A requirement: value in `unit`, what is wanted, by how much that holds; t is null where it
+    has no place.
+    """
 
     name: str
     value: float

@@ -1,4 +1,6 @@
-"""Drawings of a pick-up: the scene of a cycle, and sheets of the mechanism and of needle and cell with symbols."""
+"""Drawings of a pick-up: the scene of a cycle, and sheets of the mechanism and of needle and cell
+with symbols.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ _MM = 1000.0
 
 
 def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None = None) -> Scene:
-    """The turn of a train from its farthest tip; `before` (n, 2) [m] is a path of value points to compare with."""
+    """The turn of a train from its farthest tip; `before` (n, 2) [m] is a path of value points to
+    compare with.
+    """
 
     def moved(t: Array) -> tuple[dict[str, Array], Array, Array]:
         """Places and speeds in mm and mm/s, speed of the tip, slope of the arm's angle."""
@@ -46,8 +50,13 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
         unit="deg",
         places=np.degrees(t),
         seconds=TURN / abs(train.omega),
-        bodies=(*_tray(machine, train), *_gears(train, t, state), _carrier(t, state),
-                _arm(machine, train, t, state), *old),
+        bodies=(
+            *_tray(machine, train),
+            *_gears(train, t, state),
+            _carrier(t, state),
+            _arm(machine, train, t, state),
+            *old,
+        ),
         points=(Point("tip", state["x_S"], state["y_S"], traced=True),),
         curves=(
             Curve("speed of the tip", "mm/s", speed),
@@ -56,14 +65,20 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
         ),
         events=_events(train),
         shares=t / TURN,
-    )  # fmt: skip
+    )
 
 
 def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body, Body]:
-    """The sun, which stands still, and the intermediate gear; their own frames lie along the centre line at t = 0."""
+    """The sun, which stands still, and the intermediate gear; their own frames lie along the centre
+    line at t = 0.
+    """
     teeth = train.pitch(train.samples(DENSE))
-    sun = [Outline(_MM * np.column_stack([teeth["x1"], teeth["y1"]]), "gear", closed=False, shade=0)]
-    middle = [Outline(_MM * np.column_stack([teeth["x2"], teeth["y2"]]), "gear", closed=False, shade=1)]
+    sun = [
+        Outline(_MM * np.column_stack([teeth["x1"], teeth["y1"]]), "gear", closed=False, shade=0)
+    ]
+    middle = [
+        Outline(_MM * np.column_stack([teeth["x2"], teeth["y2"]]), "gear", closed=False, shade=1)
+    ]
     arcs = compute_locking_arcs(train)
     if arcs is not None:
         convex, concave = (_MM * part.T for part in locking_arcs(train, arcs))
@@ -78,7 +93,9 @@ def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body,
 
 
 def _carrier(t: Array, state: dict[str, Array]) -> Body:
-    corners = np.array([[0.0, 0.0], *([state[f"x_{at}"][0], state[f"y_{at}"][0]] for at in ("M1", "O1"))])
+    corners = np.array(
+        [[0.0, 0.0], *([state[f"x_{at}"][0], state[f"y_{at}"][0]] for at in ("M1", "O1"))]
+    )
     return Body("carrier", (Outline(corners, "frame"),), turn=np.degrees(t))
 
 
@@ -91,20 +108,29 @@ def _arm(machine: Pickup, train: PickupTrain, t: Array, state: dict[str, Array])
     c, s = np.cos(heading[0]), np.sin(heading[0])
     needle = corners @ np.array([[c, -s], [s, c]]) + [length, 0.0]
     bar = Outline(np.array([[0.0, 0.0], [length, 0.0]]), "frame", closed=False)
-    return Body("arm and needle", (bar, Outline(needle, "body", shade=2)), (state["x_O1"], state["y_O1"]),
-                np.degrees(heading))  # fmt: skip
+    return Body(
+        "arm and needle",
+        (bar, Outline(needle, "body", shade=2)),
+        (state["x_O1"], state["y_O1"]),
+        np.degrees(heading),
+    )
 
 
 def _tray(machine: Pickup, train: PickupTrain) -> list[Body]:
     entry = CellEntry(train, Cell.from_pickup(machine))
     walls = entry.cell.walls()
     parts = [np.asarray(part.exterior.coords) for part in getattr(walls, "geoms", [walls])]
-    return [Body("tray", [Outline(entry.to_frame(part / _MM) * _MM, "body", shade=4) for part in parts])]
+    return [
+        Body("tray", [Outline(entry.to_frame(part / _MM) * _MM, "body", shade=4) for part in parts])
+    ]
 
 
 def _events(train: PickupTrain) -> list[Event]:
     """Pick, push and the ends of the dwell."""
-    events = [Event("the tip is farthest: pick", 0.0), Event("push", float(np.degrees(find_push(train)[0] % TURN)))]
+    events = [
+        Event("the tip is farthest: pick", 0.0),
+        Event("push", float(np.degrees(find_push(train)[0] % TURN))),
+    ]
     dwell = train.law.dwell
     if dwell is not None:
         ends = (("the dwell begins", dwell.start), ("the dwell ends", dwell.end))
@@ -115,14 +141,18 @@ def _events(train: PickupTrain) -> list[Event]:
 MOMENT = 60
 """Carrier angle from the farthest tip at which the pick-up is drawn [deg]: teeth drive it there."""
 BEFORE = 10
-"""How long before the pick the needle is drawn, in carrier angle [deg]: it stands askew in the cell."""
+"""How long before the pick the needle is drawn, in carrier angle [deg]: it stands askew in the
+cell.
+"""
 _MM = 1e3
 
 
 def draw_sheets(machine: Pickup, train: PickupTrain) -> list[Sheet]:
     """All drawings of a machine."""
     front_view = build_pickup_scene(machine, train)
-    bars = replace(front_view, bodies=[body for body in front_view.bodies if body.name != "tray"], points=())
+    bars = replace(
+        front_view, bodies=[body for body in front_view.bodies if body.name != "tray"], points=()
+    )
     gears = replace(bars, bodies=[body for body in bars.bodies if body.name != "arm and needle"])
     at = {name: float(value[0]) * _MM for name, value in train.motion(np.radians([MOMENT])).items()}
     return [
@@ -156,7 +186,13 @@ def _bars(train: PickupTrain, at: dict[str, float]) -> list[Mark]:
         Angle(("phi4",), o, 0, tip, 0.75 * size),
         Angle(("phi6",), o, tip, (phi5 - tip) % 360, 0.9 * size),
         Angle(("phi1",), o1, direction_angle(o1, o), -arm, 0.3 * size),
-        Angle(("Z1",), o1, 0, float(np.degrees(train.arm_heading(np.radians([MOMENT]))[0])), 0.45 * size),
+        Angle(
+            ("Z1",),
+            o1,
+            0,
+            float(np.degrees(train.arm_heading(np.radians([MOMENT]))[0])),
+            0.45 * size,
+        ),
     ]
 
 
@@ -186,10 +222,14 @@ def _cell(entry: CellEntry) -> Sheet:
     walls = entry.cell.walls()
     parts = [np.asarray(part.exterior.coords) for part in getattr(walls, "geoms", [walls])]
     needle = entry.needle(t) * _MM
-    bodies = (Body("tray", [Outline(part, "body", shade=4) for part in parts]),
-              Body("needle", (Outline(needle, "body", shade=2),)))  # fmt: skip
+    bodies = (
+        Body("tray", [Outline(part, "body", shade=4) for part in parts]),
+        Body("needle", (Outline(needle, "body", shade=2),)),
+    )
     marks = [*_mark_needle(entry, t), *_mark_tray(cell)]
-    return Sheet("cell", "needle and cell, across the tray", build_still_scene("cell", bodies), marks)
+    return Sheet(
+        "cell", "needle and cell, across the tray", build_still_scene("cell", bodies), marks
+    )
 
 
 def _mark_needle(entry: CellEntry, t: float) -> list[Mark]:
@@ -199,11 +239,17 @@ def _mark_needle(entry: CellEntry, t: float) -> list[Mark]:
     corner_places = load(NEEDLE).at("needle", along=depth, across=across, tilt=tilt, **size)
     at = {name: value * _MM for name, value in corner_places.items()}
     corners = [f"{end}_{side}" for end in ("tip", "root") for side in ("right", "left")]
-    places = {corner: np.array([at[f"{corner}_along"], at[f"{corner}_across"]]) for corner in corners}
+    places = {
+        corner: np.array([at[f"{corner}_along"], at[f"{corner}_across"]]) for corner in corners
+    }
     tip, root = ((places[f"{end}_right"] + places[f"{end}_left"]) / 2 for end in ("tip", "root"))
     return [
         Spot(("along", "across"), tip),
-        *(Spot((f"{corner}_{axis}",), place) for corner, place in places.items() for axis in ("along", "across")),
+        *(
+            Spot((f"{corner}_{axis}",), place)
+            for corner, place in places.items()
+            for axis in ("along", "across")
+        ),
         Spot(("right_surface",), np.array([0.0, at["right_surface"]])),
         Spot(("left_surface",), np.array([0.0, at["left_surface"]])),
         Length(("length_mm",), root, tip, 0.25),
@@ -212,11 +258,22 @@ def _mark_needle(entry: CellEntry, t: float) -> list[Mark]:
 
 
 def _mark_tray(cell: Cell) -> list[Mark]:
-    depth, top, bottom, pitch = (_MM * value for value in (cell.depth, cell.top, cell.bottom, cell.pitch))
+    depth, top, bottom, pitch = (
+        _MM * value for value in (cell.depth, cell.top, cell.bottom, cell.pitch)
+    )
     return [
         Length(("cell_depth_mm",), np.array([0.0, pitch]), np.array([depth, pitch])),
-        Length(("cell_top_mm",), np.array([0.0, pitch - top / 2]), np.array([0.0, pitch + top / 2]), 0.9),
-        Length(("cell_bottom_mm",), np.array([depth, pitch - bottom / 2]), np.array([depth, pitch + bottom / 2])),
+        Length(
+            ("cell_top_mm",),
+            np.array([0.0, pitch - top / 2]),
+            np.array([0.0, pitch + top / 2]),
+            0.9,
+        ),
+        Length(
+            ("cell_bottom_mm",),
+            np.array([depth, pitch - bottom / 2]),
+            np.array([depth, pitch + bottom / 2]),
+        ),
         Length(("cell_pitch_mm",), np.array([depth, 0.0]), np.array([depth, -pitch])),
         Length(("entry_depth_mm",), np.array([0.0, 0.0]), np.array([_MM * cell.entry, 0.0])),
     ]

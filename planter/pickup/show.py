@@ -35,7 +35,11 @@ REACH_MM = 40.0
 """How far a point of the path can be drawn to either side."""
 EXPORTS = (
     Export("report", "page, figures and tables: gears, path, requirements", ("pickup",)),
-    Export("gears", "teeth and locking arcs (DXF, SVG, flanks as CSV), their mesh solved and checked", ("gears",)),
+    Export(
+        "gears",
+        "teeth and locking arcs (DXF, SVG, flanks as CSV), their mesh solved and checked",
+        ("gears",),
+    ),
 )
 
 
@@ -58,9 +62,15 @@ class PickUp:
         """Numbers of bars, law, carrier, gears, tray and needle, then the points of its path."""
         numbers = self.machine.numbers()
         points = {
-            path: (numbers[path] - REACH_MM, numbers[path] + REACH_MM) for path in numbers if path.startswith(POINTS)
+            path: (numbers[path] - REACH_MM, numbers[path] + REACH_MM)
+            for path in numbers
+            if path.startswith(POINTS)
         }
-        paths = [path for path in numbers if path.partition(".")[0] in OFFERED and path not in TEETH_ALONE]
+        paths = [
+            path
+            for path in numbers
+            if path.partition(".")[0] in OFFERED and path not in TEETH_ALONE
+        ]
         return list_controls(self.machine, [*paths, *points], {}, points, load_names(__package__))
 
     @cached_property
@@ -71,12 +81,19 @@ class PickUp:
 
     @property
     def search(self) -> Sequence[str]:
-        """Moves the points of the path until the requirements hold; they are as many as the search has."""
-        return ("pickup", "--optimise") if len(self.handles) == self.machine.spline.value_points else ()
+        """Moves the points of the path until the requirements hold; they are as many as the search
+        has.
+        """
+        return (
+            ("pickup", "--optimise")
+            if len(self.handles) == self.machine.spline.value_points
+            else ()
+        )
 
     starts = 1
     goal = (
-        "mean square of the tip's displacement, in units of 30 mm, and of the change of the gear ratio's second "
+        "mean square of the tip's displacement, in units of 30 mm, and of the change of the gear "
+        "ratio's second "
         "derivative, while the requirements hold"
     )
 
@@ -88,10 +105,15 @@ class PickUp:
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The points that were found."""
         optimised = answer["optimised"]
-        values = {path: value for pair, point in zip(self.handles, optimised["value_points_mm"], strict=True)
-                  for path, value in zip(pair, point, strict=True)}  # fmt: skip
+        values = {
+            path: value
+            for pair, point in zip(self.handles, optimised["value_points_mm"], strict=True)
+            for path, value in zip(pair, point, strict=True)
+        }
         outcome = "All requirements hold" if optimised["holds"] else "Not all requirements can hold"
-        return Sought(values, f"{outcome}, with points moved by at most {optimised['moved_mm']:.4g} mm.")
+        return Sought(
+            values, f"{outcome}, with points moved by at most {optimised['moved_mm']:.4g} mm."
+        )
 
     @property
     def wishes(self) -> bool:
@@ -106,7 +128,9 @@ class PickUp:
 
         machine, train = self._train(values)
         count = machine.spline.value_points
-        return write_numbers(self.machine, machine.on_path(train.tip(np.arange(count) * TURN / count)))
+        return write_numbers(
+            self.machine, machine.on_path(train.tip(np.arange(count) * TURN / count))
+        )
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """A turn of the carrier."""
@@ -117,8 +141,11 @@ class PickUp:
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Bars and distances, which a path gives."""
         at = self._train(values)[1].geometry
-        lengths = {"sun's centre to planet's axis": at.L1, "planet's axis to tip": at.L2,
-                   "centre distance of the non-circular pair": at.a1}  # fmt: skip
+        lengths = {
+            "sun's centre to planet's axis": at.L1,
+            "planet's axis to tip": at.L2,
+            "centre distance of the non-circular pair": at.a1,
+        }
         return [Reading(name, "mm", 1e3 * value) for name, value in lengths.items()]
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
@@ -126,7 +153,16 @@ class PickUp:
         from planter.pickup.requirements import list_requirements
 
         return [
-            RequirementCheck(r.name, r.unit, r.value, r.margin, r.holds, r.lower, r.upper, to_sentence_case(r.name))
+            RequirementCheck(
+                r.name,
+                r.unit,
+                r.value,
+                r.margin,
+                r.holds,
+                r.lower,
+                r.upper,
+                to_sentence_case(r.name),
+            )
             for r in list_requirements(*self._train(values))
         ]
 
@@ -135,7 +171,8 @@ class PickUp:
         from planter.pickup.analysis import build_result
 
         rows = [
-            (row.name, row.value, row.unit) for row in list_readings(build_result(*self._train(values), ()).table())
+            (row.name, row.value, row.unit)
+            for row in list_readings(build_result(*self._train(values), ()).table())
         ]
         return [DetailTable("Gears and motion", ("quantity", "value", "unit"), rows)]
 

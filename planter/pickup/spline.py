@@ -1,6 +1,8 @@
-"""Cubic B-splines through value points: the closed one of the paper over chord length, and open ones between corners.
+"""Cubic B-splines through value points: the closed one of the paper over chord length, and open
+ones between corners.
 
-The control points of the closed curve solve the cyclic system that (2), (3) of Yu et al. (2023) stand for.
+The control points of the closed curve solve the cyclic system that (2), (3) of Yu et al. (2023)
+stand for.
 """
 
 from __future__ import annotations
@@ -18,10 +20,14 @@ from planter.kernels import Array
 from planter.numerics.arrays import Integers
 
 DEGREE = 3
-_TO_BERNSTEIN = np.array([[comb(i, k) / comb(5, k) if k <= i else 0.0 for k in range(6)] for i in range(6)])
+_TO_BERNSTEIN = np.array(
+    [[comb(i, k) / comb(5, k) if k <= i else 0.0 for k in range(6)] for i in range(6)]
+)
 """From powers on [0, 1] to Bernstein's basis, whose coefficients bound the polynomial."""
 NEAR = 1e-6
-"""Part of the curve's length around an extreme in which differences to it are taken from their series."""
+"""Part of the curve's length around an extreme in which differences to it are taken from their
+series.
+"""
 
 
 @dataclass(frozen=True)
@@ -44,10 +50,11 @@ def chord_lengths(points: Array, closed: bool) -> Array:
 
 
 def best_spline(points: Array, closed: bool) -> PathSpline:
-    """The spline over chord length or over the points' own numbers: that which better foretells every other point.
+    """The spline over chord length or over the points' own numbers: that which better foretells
+    every other point.
 
-    If the tip stops, its path has a cusp, which no smooth curve over chord length is near; over numbers of
-    points that follow each other evenly it is smooth.
+    If the tip stops, its path has a cusp, which no smooth curve over chord length is near; over
+    numbers of points that follow each other evenly it is smooth.
     """
     lengths = np.concatenate([[0.0], np.cumsum(chord_lengths(points, closed))])
     numbers = np.arange(len(lengths), dtype=float)
@@ -64,9 +71,11 @@ def _miss(parameter: Array, points: Array) -> float:
 
 @dataclass(frozen=True)
 class PathSpline:
-    """The curve through value points (n, 2) in m; `closed` joins the last to the first with two derivatives.
+    """The curve through value points (n, 2) in m; `closed` joins the last to the first with two
+    derivatives.
 
-    `parameter` (n,), or (n + 1,) for a closed curve, is increasing; without one it is the cumulative chord length.
+    `parameter` (n,), or (n + 1,) for a closed curve, is increasing; without one it is the
+    cumulative chord length.
     """
 
     points: Array
@@ -75,7 +84,9 @@ class PathSpline:
 
     @cached_property
     def knots(self) -> Array:
-        """The parameter at the value points, from 0; a closed curve has one more, where it meets its beginning."""
+        """The parameter at the value points, from 0; a closed curve has one more, where it meets
+        its beginning.
+        """
         if self.parameter is not None:
             return self.parameter - self.parameter[0]
         return np.concatenate([[0.0], np.cumsum(chord_lengths(self.points, self.closed))])
@@ -84,7 +95,9 @@ class PathSpline:
     def curve(self) -> scipy.interpolate.BSpline:
         if self.closed:
             ring = np.vstack([self.points, self.points[:1]])
-            return scipy.interpolate.make_interp_spline(self.knots, ring, k=DEGREE, bc_type="periodic")
+            return scipy.interpolate.make_interp_spline(
+                self.knots, ring, k=DEGREE, bc_type="periodic"
+            )
         return scipy.interpolate.make_interp_spline(self.knots, self.points, k=DEGREE)
 
     @property
@@ -94,7 +107,9 @@ class PathSpline:
 
     @cached_property
     def controls(self) -> Array:
-        """Control points (n, 2) of the closed curve, the first belonging to the first basis function."""
+        """Control points (n, 2) of the closed curve, the first belonging to the first basis
+        function.
+        """
         return np.asarray(self.curve.c)[: len(self.points)]
 
     def __call__(self, u: Any, derivative: int = 0) -> Array:
@@ -108,10 +123,11 @@ class PathSpline:
         return PathSpline(moved, self.closed)
 
     def with_control(self, index: int, place: Array) -> PathSpline:
-        """The closed curve whose control point `index` is moved while the knots stay, by its value points.
+        """The closed curve whose control point `index` is moved while the knots stay, by its value
+        points.
 
-        The new value points lie on the new curve at the old knots, and their chords differ; so the curve through
-        them is the new one only as nearly as chord lengths are unchanged.
+        The new value points lie on the new curve at the old knots, and their chords differ; so the
+        curve through them is the new one only as nearly as chord lengths are unchanged.
         """
         controls = self.controls.copy()
         controls[index] = place
@@ -121,26 +137,50 @@ class PathSpline:
 
     @cached_property
     def _pieces(self) -> list[scipy.interpolate.PPoly]:
-        return [scipy.interpolate.PPoly.from_spline((self.curve.t, self.curve.c[:, axis], DEGREE)) for axis in (0, 1)]
+        return [
+            scipy.interpolate.PPoly.from_spline((self.curve.t, self.curve.c[:, axis], DEGREE))
+            for axis in (0, 1)
+        ]
 
     def extremes(self, tolerance: float) -> list[DistanceExtreme]:
-        """Extremes of the distance from O by parameter: roots of S . S', without those that differ by less."""
-        roots = [DistanceExtreme(float(u), self(u), self._bend(u) < 0) for u in self._roots() if self._bend(u) != 0]
+        """Extremes of the distance from O by parameter: roots of S .
+
+        S', without those that differ by less.
+        """
+        roots = [
+            DistanceExtreme(float(u), self(u), self._bend(u) < 0)
+            for u in self._roots()
+            if self._bend(u) != 0
+        ]
         alternating = _alternating(roots, self.closed)
-        left = find_prominent_extrema(np.array([extreme.distance for extreme in alternating]), tolerance, self.closed)
+        left = find_prominent_extrema(
+            np.array([extreme.distance for extreme in alternating]), tolerance, self.closed
+        )
         return [alternating[i] for i in left]
 
     def _roots(self) -> Array:
-        """Return the parameters where S . S' vanishes: all roots of its pieces, which are of the fifth degree."""
-        inside = np.flatnonzero((self._pieces[0].x[:-1] < self.length) & (self._pieces[0].x[1:] > 0))
+        """Return the parameters where S .
+
+        S' vanishes: all roots of its pieces, which are of the fifth degree.
+        """
+        inside = np.flatnonzero(
+            (self._pieces[0].x[:-1] < self.length) & (self._pieces[0].x[1:] > 0)
+        )
         product, width = self._products()
         bernstein = (product * width[:, None] ** np.arange(6)) @ _TO_BERNSTEIN.T
         may = (bernstein.min(axis=1) <= 0) & (bernstein.max(axis=1) >= 0)
-        roots = [u for i in inside[may[inside]] for u in self._roots_of(i, np.polynomial.Polynomial(product[i]))]
+        roots = [
+            u
+            for i in inside[may[inside]]
+            for u in self._roots_of(i, np.polynomial.Polynomial(product[i]))
+        ]
         return np.unique(np.array(roots))
 
     def _products(self) -> tuple[Array, Array]:
-        """Coefficients (pieces, 6) of S . S' in powers of the distance from where a piece begins, and its width."""
+        """Coefficients (pieces, 6) of S .
+
+        S' in powers of the distance from where a piece begins, and its width.
+        """
         total = np.zeros((self._pieces[0].c.shape[1], 6))
         for piece in self._pieces:
             c = piece.c[::-1].T
@@ -152,17 +192,30 @@ class PathSpline:
     def _roots_of(self, index: int, product: np.polynomial.Polynomial) -> list[float]:
         begin, end = self._pieces[0].x[index : index + 2]
         slack = 1e-9 * (end - begin)
-        real = [x.real for x in product.roots() if abs(x.imag) <= slack and -slack <= x.real <= end - begin + slack]
+        real = [
+            x.real
+            for x in product.roots()
+            if abs(x.imag) <= slack and -slack <= x.real <= end - begin + slack
+        ]
         slope = product.deriv()
         polished = [x - product(x) / slope(x) for x in real if slope(x) != 0]
         return [min(max(begin + x, 0.0), self.length) for x in polished]
 
     def _taylor(self, u: float, inside: float) -> Array:
-        """Coefficients (4, 2) of the piece that holds `inside`, in powers of the distance from `u`."""
+        """Coefficients (4, 2) of the piece that holds `inside`, in powers of the distance from
+        `u`.
+        """
         pieces = self._pieces
-        i = int(np.clip(np.searchsorted(pieces[0].x, inside, side="right") - 1, 0, pieces[0].c.shape[1] - 1))
+        i = int(
+            np.clip(
+                np.searchsorted(pieces[0].x, inside, side="right") - 1, 0, pieces[0].c.shape[1] - 1
+            )
+        )
         shift = u - pieces[0].x[i]
-        local = [np.polynomial.Polynomial(p.c[::-1, i])(np.polynomial.Polynomial([shift, 1.0])) for p in pieces]
+        local = [
+            np.polynomial.Polynomial(p.c[::-1, i])(np.polynomial.Polynomial([shift, 1.0]))
+            for p in pieces
+        ]
         return np.array([np.pad(poly.coef, (0, 4 - len(poly.coef))) for poly in local]).T
 
     def _bend(self, u: float) -> float:
@@ -170,7 +223,8 @@ class PathSpline:
         return float(np.sum(self(u, 1) ** 2) + self(u) @ self(u, 2))
 
     def square_less(self, u: Array, extreme: DistanceExtreme) -> Array:
-        """|S(u)|^2 less its value at an extreme, (m,); near the extreme by its series, which loses no digits.
+        """|S(u)|^2 less its value at an extreme, (m,); near the extreme by its series, which loses
+        no digits.
 
         An extreme beyond the curve's end is that of a dwell, which the curve meets at an angle.
         """
@@ -187,11 +241,15 @@ class PathSpline:
 
     def _offsets(self, u: Array, extreme: DistanceExtreme) -> Array:
         offsets = np.asarray(u, dtype=float) - extreme.u
-        return (offsets + self.length / 2) % self.length - self.length / 2 if self.closed else offsets
+        return (
+            (offsets + self.length / 2) % self.length - self.length / 2 if self.closed else offsets
+        )
 
 
 def _alternating(extremes: list[DistanceExtreme], closed: bool) -> list[DistanceExtreme]:
-    """Return the extremes without the lesser of two neighbours of one kind, which roots at breakpoints may leave."""
+    """Return the extremes without the lesser of two neighbours of one kind, which roots at
+    breakpoints may leave.
+    """
     retained: list[DistanceExtreme] = []
     for extreme in extremes:
         if retained and retained[-1].highest == extreme.highest:
@@ -210,8 +268,8 @@ def _further(a: DistanceExtreme, b: DistanceExtreme) -> DistanceExtreme:
 def find_prominent_extrema(values: Array, tolerance: float, closed: bool) -> Integers:
     """Places of the maxima and minima, which take turns in `values` (m,), that no ripple makes.
 
-    As long as two neighbours differ by less than the tolerance, the least such pair goes, and the next ones become
-    neighbours; in a `closed` course the last is the first's.
+    As long as two neighbours differ by less than the tolerance, the least such pair goes, and the
+    next ones become neighbours; in a `closed` course the last is the first's.
     """
     count = len(values)
     ring = count if closed else count + 1

@@ -1,4 +1,6 @@
-"""The toothed gears of a pick-up: the non-circular sun and intermediate gear, incomplete where the arm dwells."""
+"""The toothed gears of a pick-up: the non-circular sun and intermediate gear, incomplete where the
+arm dwells.
+"""
 
 from __future__ import annotations
 
@@ -24,21 +26,31 @@ from planter.report import files
 NAMES = ("sun", "intermediate gear")
 
 
-def make(source: str, request: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+def make(
+    source: str, request: GearOptions, out: Path | None = None, progress: Listener | None = None
+) -> GearsFound:
     """The gears of a pick-up.
 
-    Raises InputError for what no pick-up takes and for a law without teeth next to a dwell, GeometryError as
-    `intermittent` does.
+    Raises InputError for what no pick-up takes and for a law without teeth next to a dwell,
+    GeometryError as `intermittent` does.
     """
     machine = load_pickup(source, request.changes)
     _check(machine, request)
     train = build_train(machine)
     gears.check_gears(machine, train)
-    rack: dict[str, Any] = {key: value for key, value in _read_rack(machine).items() if key not in request.explicit}
+    rack: dict[str, Any] = {
+        key: value for key, value in _read_rack(machine).items() if key not in request.explicit
+    }
     teeth = replace(request.teeth, **rack)
     gear_pair = cut_gears(machine, train, teeth, request)
     return made_known.make_intermittent_pair(
-        gear_pair, machine.name, teeth, request.part_settings, files.list_provenance(machine), out, progress
+        gear_pair,
+        machine.name,
+        teeth,
+        request.part_settings,
+        files.list_provenance(machine),
+        out,
+        progress,
     )
 
 
@@ -49,7 +61,7 @@ def _check(machine: Pickup, request: GearOptions) -> None:
         "a pick-up has one non-circular pair: it takes --module M or --teeth Z": (
             len(request.counts) > 1 or request.modules_mm[0] != request.modules_mm[1]
         ),
-    }  # fmt: skip
+    }
     for message, is_given in refused.items():
         if is_given:
             raise InputError(f"{machine.source}: {message}")
@@ -62,13 +74,20 @@ def _read_rack(machine: Pickup) -> dict[str, float]:
     return {"pressure_angle": stage.alpha0_deg, "addendum": mean, "shift": shift}
 
 
-def cut_gears(machine: Pickup, train: PickupTrain, teeth: Teeth, request: GearOptions) -> IntermittentPair:
-    """The non-circular pair with the module given or in the file, or with the requested number of teeth on its arc."""
+def cut_gears(
+    machine: Pickup, train: PickupTrain, teeth: Teeth, request: GearOptions
+) -> IntermittentPair:
+    """The non-circular pair with the module given or in the file, or with the requested number of
+    teeth on its arc.
+    """
     if train.law.dwell is None:
-        raise InputError(f"{machine.source}: the arm does not dwell, but incomplete gears need a dwell")
+        raise InputError(
+            f"{machine.source}: the arm does not dwell, but incomplete gears need a dwell"
+        )
     if train.driven != train.toothed:
         raise InputError(
-            f"{machine.source}: the arm is driven by other means than teeth next to the dwell, where no pitch curve "
+            f"{machine.source}: the arm is driven by other means than teeth next to the dwell, "
+            f"where no pitch curve "
             f"leads to the locking arcs: the law's slope must jump there"
         )
     module, order = _module(machine, train, request), teeth.order(None, None, None)
@@ -76,15 +95,23 @@ def cut_gears(machine: Pickup, train: PickupTrain, teeth: Teeth, request: GearOp
 
 
 def _module(machine: Pickup, train: PickupTrain, request: GearOptions) -> float:
-    """Module [m]. Raises InputError where the one that is given and the number of teeth disagree."""
+    """Module [m].
+
+    Raises InputError where the one that is given and the number of teeth disagree.
+    """
     module_mm, counts, arc = request.modules_mm[0], request.counts, train.arc
     if not counts:
         return float(train.teeth[0]) if module_mm is None else module_mm * 1e-3
     if request.keep is Keep.module:
-        raise InputError(f"{machine.source}: --keep module does not go with --teeth: the size follows from the bars")
+        raise InputError(
+            f"{machine.source}: --keep module does not go with --teeth: the size follows from the "
+            f"bars"
+        )
     if module_mm is not None and abs(arc / (np.pi * module_mm * 1e-3) - counts[0]) > 0.5:
         raise InputError(
-            f"{machine.source}: teeth = {counts[0]} and module = {module_mm:g} mm disagree: the toothed arc is "
-            f"{arc * 1e3:.6g} mm long, which makes {round(arc / (np.pi * module_mm * 1e-3))} teeth of that module"
+            f"{machine.source}: teeth = {counts[0]} and module = {module_mm:g} mm disagree: the "
+            f"toothed arc is "
+            f"{arc * 1e3:.6g} mm long, which makes {round(arc / (np.pi * module_mm * 1e-3))} "
+            f"teeth of that module"
         )
     return arc / (np.pi * counts[0])

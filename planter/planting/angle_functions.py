@@ -1,9 +1,11 @@
-"""Functions of an angle with two derivatives: their extremes and crossings, motion of the nozzle, pitch curves.
+"""Functions of an angle with two derivatives: their extremes and crossings, motion of the nozzle,
+pitch curves.
 
-Extremes are searched for on a grid and refined to rounding by Newton's method in brackets. Curvature and contact ratio
-are functions along the two segments that each pitch curve is deformed in. A segment has the parameter u from 0 to pi,
-t = u/m in the first and t = 2 pi - u/m2 in the second, so that the curvature, which jumps where they meet, has its
-extremes inside a segment or at its ends.
+Extremes are searched for on a grid and refined to rounding by Newton's method in brackets.
+Curvature and contact ratio are functions along the two segments that each pitch curve is deformed
+in. A segment has the parameter u from 0 to pi, t = u/m in the first and t = 2 pi - u/m2 in the
+second, so that the curvature, which jumps where they meet, has its extremes inside a segment or at
+its ends.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ MAX_UNCACHED = 20
 
 @dataclass(frozen=True)
 class AngleExtreme:
-    """An extremum of a function over [low, high]: angle, value, and location: 0 low end, 1 high end, 2 inside."""
+    """An extremum of a function over [low, high]: angle, value, and location: 0 low end, 1 high
+    end, 2 inside.
+    """
 
     angle: float
     value: float
@@ -46,7 +50,8 @@ class AngleExtreme:
 class AngleFunction:
     """A function of an angle with its first two derivatives: one row of a kernel.
 
-    Values on grids are cached: `select_row` gives another row of the same kernel at no further cost.
+    Values on grids are cached: `select_row` gives another row of the same kernel at no further
+    cost.
     """
 
     def __init__(self, kernel: Kernel, **inputs: object) -> None:
@@ -81,7 +86,9 @@ class AngleFunction:
         return float(self.evaluate(np.array([angle]))[0][0])
 
     def find_crossing(self, level: float, low: float, high: float) -> float:
-        """Return the angle in [low, high] where the function passes a level, with one end on either side of it."""
+        """Return the angle in [low, high] where the function passes a level, with one end on either
+        side of it.
+        """
         ends = self.evaluate(np.array([low, high]))[0] - level
 
         def above(angle: Array) -> tuple[Array, Array]:
@@ -91,7 +98,9 @@ class AngleFunction:
         brackets = np.array([low]), np.array([high])
         return float(roots.find_bracketed_roots(above, *brackets, (ends[:1], ends[1:]))[0])
 
-    def find_extremum(self, low: float, high: float, sign: int, cells: int = PART_CELLS) -> AngleExtreme:
+    def find_extremum(
+        self, low: float, high: float, sign: int, cells: int = PART_CELLS
+    ) -> AngleExtreme:
         """Return the largest (sign +1) or smallest (-1) value over [low, high]."""
         grid = np.linspace(low, high, cells + 1)
         value, slope, _ = self.evaluate(grid)
@@ -100,7 +109,10 @@ class AngleFunction:
         inside = inside[maxima == (sign > 0)]
         if not len(inside):
             return max(ends, key=lambda e: sign * e.value)
-        interior = [AngleExtreme(float(a), float(v), 2) for a, v in zip(inside, self.evaluate(inside)[0], strict=True)]
+        interior = [
+            AngleExtreme(float(a), float(v), 2)
+            for a, v in zip(inside, self.evaluate(inside)[0], strict=True)
+        ]
         return max([*ends, *interior], key=lambda e: sign * e.value)
 
     def _slope(self, angles: Array) -> tuple[Array, Array]:
@@ -110,7 +122,8 @@ class AngleFunction:
 
 @dataclass(frozen=True)
 class TipCycle:
-    """Angles [rad] of the lowest tip, of the highest one before it, and of the tip's entering and leaving the soil.
+    """Angles [rad] of the lowest tip, of the highest one before it, and of the tip's entering and
+    leaving the soil.
 
     None for the last two where no requirement speaks of the soil; `soil` is its level [m].
     """
@@ -123,7 +136,9 @@ class TipCycle:
 
     @property
     def soil_ends(self) -> tuple[float, float, float]:
-        """Angles at which the tip enters the soil and leaves it, and the level of the soil, if there is any."""
+        """Angles at which the tip enters the soil and leaves it, and the level of the soil, if
+        there is any.
+        """
         assert self.enter is not None
         assert self.leave is not None
         assert self.soil is not None
@@ -154,17 +169,22 @@ def locate_tip_cycle(height: AngleFunction, soil: Soil | None) -> TipCycle:
     bottom, top = height.value(lowest), height.value(highest)
     level = float(soil.level(bottom))
     if not bottom < level < top:
-        key, number = ("soil_line_mm", level) if soil.line is not None else ("soil_depth_mm", level - bottom)
+        key, number = (
+            ("soil_line_mm", level) if soil.line is not None else ("soil_depth_mm", level - bottom)
+        )
         never = "leaves" if level >= top else "reaches"
         raise ComputationError(
-            f"the tip's path is {1e3 * (top - bottom):.6g} mm high, its lowest point at {1e3 * bottom:.6g} mm, so that "
+            f"the tip's path is {1e3 * (top - bottom):.6g} mm high, its lowest point at "
+            f"{1e3 * bottom:.6g} mm, so that "
             f"the tip never {never} the soil with {key} = {1e3 * number:.6g}"
         )
     return TipCycle(lowest, highest, *_find_soil_ends(height, level, lowest), level)
 
 
 def _find_closed_extremum(function: AngleFunction, sign: int, start: float = 0.0) -> float:
-    """Return the angle of the extremum of a periodic function; `start` decides which of its periods."""
+    """Return the angle of the extremum of a periodic function; `start` decides which of its
+    periods.
+    """
     grid = start + 2 * np.pi * np.arange(CYCLE_CELLS) / CYCLE_CELLS
     best = grid[int(np.argmax(sign * function.evaluate(grid)[0]))]
     step = 2 * np.pi / CYCLE_CELLS
@@ -202,7 +222,9 @@ class RackTeeth:
 
 
 def build_segment_function(stage: Stage, second: bool, teeth: RackTeeth) -> ca.Function:
-    """Return (u, parameters, invariants) -> rows (3,) of a segment, with first and second derivatives in u."""
+    """Return (u, parameters, invariants) -> rows (3,) of a segment, with first and second
+    derivatives in u.
+    """
     curvature = stage.curvature.function
     u, p = ca.SX.sym("u"), ca.SX.sym("parameters", curvature.size1_in(1))
     hoisted = ca.SX.sym("hoisted", curvature.size1_in(2))
@@ -210,24 +232,39 @@ def build_segment_function(stage: Stage, second: bool, teeth: RackTeeth) -> ca.F
     inner, outer = curvatures[2:] if second else curvatures[:2]
     rows = ca.vertcat(inner, outer, contact_ratio(inner, outer, teeth))
     first = ca.jacobian(rows, u)
-    return ca.Function("segment", [u, p, hoisted], [rows, ca.densify(first), ca.densify(ca.jacobian(first, u))])
+    return ca.Function(
+        "segment", [u, p, hoisted], [rows, ca.densify(first), ca.densify(ca.jacobian(first, u))]
+    )
 
 
 def contact_ratio(kappa1: ca.SX, kappa2: ca.SX, teeth: RackTeeth) -> ca.SX:
-    """Return the contact ratio of rack teeth on pitch curves of given curvatures at the pitch point [1/m]."""
-    return TEETH.composed("contact_ratio", {"kappa1": kappa1, "kappa2": kappa2, **teeth.sizes})["epsilon"]
+    """Return the contact ratio of rack teeth on pitch curves of given curvatures at the pitch point
+    [1/m].
+    """
+    return TEETH.composed("contact_ratio", {"kappa1": kappa1, "kappa2": kappa2, **teeth.sizes})[
+        "epsilon"
+    ]
 
 
 def build_segment_kernel(f: ca.Function) -> Kernel:
     """Return the kernel of a segment's rows at many u."""
     inputs = f.sx_in()
-    named = ca.Function("segment", inputs, f.call(inputs), ["u", "parameters", "hoisted"], ["f", "df", "ddf"])
+    named = ca.Function(
+        "segment", inputs, f.call(inputs), ["u", "parameters", "hoisted"], ["f", "df", "ddf"]
+    )
     return Kernel(named, lanes=["u"])
 
 
 MOVING = ("x_tip", "x_tip_machine", "y_tip", "alpha", "theta1", "x_B1", "y_B1", "t1", "t2")
 NOZZLE = formulas.load("planting_nozzle")
-QUANTITIES = ("height", "tilt", "ground_intersection", "clearance", "nozzle_distance", "squared_distance")
+QUANTITIES = (
+    "height",
+    "tilt",
+    "ground_intersection",
+    "clearance",
+    "nozzle_distance",
+    "squared_distance",
+)
 DISTANCE_EPS = 1e-9
 """Regularises a distance d at zero: sqrt(d^2 + eps^2) [m]."""
 SIDE_OFFSET = float(np.pi)
@@ -235,7 +272,9 @@ SIDE_OFFSET = float(np.pi)
 
 
 class NozzleMotion:
-    """Functions of (phi, z), z = (x, c, h) stacked: tip, tilt and the distances in the requirements."""
+    """Functions of (phi, z), z = (x, c, h) stacked: tip, tilt and the distances in the
+    requirements.
+    """
 
     def __init__(self, device: Device) -> None:
         functions = device.functions
@@ -251,12 +290,16 @@ class NozzleMotion:
     def at(self, phi: ca.SX) -> dict[str, ca.SX]:
         """Return the quantities of `MOVING`, and `tilt` from the vertical, at a carrier angle."""
         quantities = dict(zip(MOVING, ca.vertsplit(self._side(phi, self.z)), strict=True))
-        return quantities | {"tilt": NOZZLE.composed("axis", quantities | {"soil": ca.SX(0)})["tilt"]}
+        return quantities | {
+            "tilt": NOZZLE.composed("axis", quantities | {"soil": ca.SX(0)})["tilt"]
+        }
 
     def _function(self, name: str, value: ca.SX, *more: ca.SX) -> ca.Function:
         """Return (phi, z, ...) -> value, with first and second derivative in phi."""
         first = ca.gradient(value, self.phi)
-        return ca.Function(name, [self.phi, self.z, *more], [value, first, ca.gradient(first, self.phi)])
+        return ca.Function(
+            name, [self.phi, self.z, *more], [value, first, ca.gradient(first, self.phi)]
+        )
 
     @cached_property
     def height(self) -> ca.Function:
@@ -275,7 +318,9 @@ class NozzleMotion:
 
     @cached_property
     def ground_intersection(self) -> ca.Function:
-        """(phi, z, soil) -> position over ground where the nozzle's axis meets the soil level [m], with derivatives."""
+        """(phi, z, soil) -> position over ground where the nozzle's axis meets the soil level [m],
+        with derivatives.
+        """
         soil, at = ca.SX.sym("soil"), self.at(self.phi)
         return self._function("cut", NOZZLE.composed("axis", at | {"soil": soil})["cut"], soil)
 
@@ -284,13 +329,17 @@ class NozzleMotion:
         """(phi, z) -> speed of B1 relative to the machine [m/s]."""
         at = self.at(self.phi)
         rates = (ca.gradient(at[name], self.phi) for name in ("x_B1", "y_B1"))
-        return ca.Function("funnel", [self.phi, self.z], [ca.norm_2(ca.vertcat(*rates)) * self.c["omega"]])
+        return ca.Function(
+            "funnel", [self.phi, self.z], [ca.norm_2(ca.vertcat(*rates)) * self.c["omega"]]
+        )
 
     @cached_property
     def clearance(self) -> ca.Function:
-        """(phi, z, plant, top) -> least horizontal distance of a nozzle half from the plant's axis [m].
+        """(phi, z, plant, top) -> least horizontal distance of a nozzle half from the plant's axis
+        [m].
 
-        Of the half counts what is lower than the seedling's `top`; `plant` is where over ground the seedling stands.
+        Of the half counts what is lower than the seedling's `top`; `plant` is where over ground the
+        seedling stands.
         """
         plant, top = ca.SX.sym("plant"), ca.SX.sym("top")
         inputs = self.c | self.at(self.phi) | {"plant": plant, "top": top, "hair": DISTANCE_EPS}
@@ -298,13 +347,18 @@ class NozzleMotion:
 
     @cached_property
     def squared_distance(self) -> ca.Function:
-        """(phi, z, x, y) -> squared distance of the tip from a point in the machine's frame [m2], with derivatives."""
+        """(phi, z, x, y) -> squared distance of the tip from a point in the machine's frame [m2],
+        with derivatives.
+        """
         x, y, at = ca.SX.sym("x"), ca.SX.sym("y"), self.at(self.phi)
-        return self._function("apart", (at["x_tip_machine"] - x) ** 2 + (at["y_tip"] - y) ** 2, x, y)
+        return self._function(
+            "apart", (at["x_tip_machine"] - x) ** 2 + (at["y_tip"] - y) ** 2, x, y
+        )
 
     @cached_property
     def nozzle_distance(self) -> ca.Function:
-        """(phi, z) -> distance of the two nozzles' axes, funnel to tip, in their plane [m], with derivatives.
+        """(phi, z) -> distance of the two nozzles' axes, funnel to tip, in their plane [m], with
+        derivatives.
 
         If the axes cross, it is the negative of the shortest displacement that separates them.
         """
@@ -323,14 +377,18 @@ class NozzleMotion:
 
     @cached_property
     def kernels(self) -> dict[str, Kernel]:
-        """Kernels over many angles, each a value with its first two derivatives in phi, by `QUANTITIES`."""
+        """Kernels over many angles, each a value with its first two derivatives in phi, by
+        `QUANTITIES`.
+        """
         return {name: _build_kernel(getattr(self, name)) for name in QUANTITIES}
 
     @cached_property
     def contact_kernels(self) -> tuple[Kernel, Kernel]:
         """Kernels of both stages: the inner gear's polar angle at the contact [rad]."""
         at = self.at(self.phi)
-        return _build_kernel(self._function("contact1", at["t1"])), _build_kernel(self._function("contact2", at["t2"]))
+        return _build_kernel(self._function("contact1", at["t1"])), _build_kernel(
+            self._function("contact2", at["t2"])
+        )
 
     @cached_property
     def position_kernel(self) -> Kernel:
@@ -341,7 +399,9 @@ class NozzleMotion:
 def _build_kernel(f: ca.Function) -> Kernel:
     inputs = f.sx_in()
     names = ["phi", "z", "first", "second"][: len(inputs)]
-    return Kernel(ca.Function(f.name(), inputs, f.call(inputs), names, ["f", "df", "ddf"]), lanes=["phi"])
+    return Kernel(
+        ca.Function(f.name(), inputs, f.call(inputs), names, ["f", "df", "ddf"]), lanes=["phi"]
+    )
 
 
 def _distance_to_segment(p: ca.SX, a: ca.SX, b: ca.SX) -> ca.SX:
@@ -351,5 +411,7 @@ def _distance_to_segment(p: ca.SX, a: ca.SX, b: ca.SX) -> ca.SX:
 
 
 def _signed_area(a: ca.SX, b: ca.SX, p: ca.SX) -> ca.SX:
-    """Return twice the signed area of a triangle, whose sign says on which side of a line a point lies."""
+    """Return twice the signed area of a triangle, whose sign says on which side of a line a point
+    lies.
+    """
     return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])

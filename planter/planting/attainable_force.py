@@ -1,10 +1,13 @@
-"""Attainable ranges and variances of the exact model's force: searches, and the Pareto front compared with a paper.
+"""Attainable ranges and variances of the exact model's force: searches, and the Pareto front
+compared with a paper.
 
-The searches are L-BFGS-B with exact gradients from several starts, range and contact as growing penalties. They are
-heuristic: known inputs attain every point of a front, and nothing proves that no point lies beyond.
+The searches are L-BFGS-B with exact gradients from several starts, range and contact as growing
+penalties. They are heuristic: known inputs attain every point of a front, and nothing proves that
+no point lies beyond.
 
-The front is searched for over all laws of the cam's flanks and saved with a key of all that it depends on; where that
-has changed it is searched for again. `python -m planter.planting.attainable_force` renews the saved front.
+The front is searched for over all laws of the cam's flanks and saved with a key of all that it
+depends on; where that has changed it is searched for again.
+`python -m planter.planting.attainable_force` renews the saved front.
 """
 
 from __future__ import annotations
@@ -38,16 +41,22 @@ from planter.planting.unpublished_inputs import (
 from planter.progress import Listener, ProgressPhase
 
 PENALTIES = (0.1, 100.0)
-"""Weights of violations against the variance: a small one first, which lets a search pass through them."""
+"""Weights of violations against the variance: a small one first, which lets a search pass through
+them.
+"""
 MAX_ITERATIONS = 200
 FRONT_FILE = "attainable_front.json"
 PAPER_ROWS = ("theory", "experiment")
 SEED, STARTS = 0, 3
-"""Random starts of each search; it also starts from the best points of the previous caps and of the other contact."""
+"""Random starts of each search; it also starts from the best points of the previous caps and of the
+other contact.
+"""
 RANGE_STARTS = 24
 """Random starts of the searches for the largest range."""
 CAPS = (60.0, 200.0, 300.0, 1e4)
-"""Caps on the range [N], in addition to those of the paper's table; the last one is no restriction."""
+"""Caps on the range [N], in addition to those of the paper's table; the last one is no
+restriction.
+"""
 CONTACTS = {"cam pushing": True, "free sign": False}
 Front = dict[str, Any]
 PaperPoints = Mapping[str, Mapping[str, float]]
@@ -56,7 +65,9 @@ Cost = Callable[[Array, float], tuple[float, Array]]
 
 @dataclass(frozen=True)
 class AttainablePoint:
-    """A point z of the unit box with its range [N], its variance [N2] and the smallest force of cam on roller [N]."""
+    """A point z of the unit box with its range [N], its variance [N2] and the smallest force of cam
+    on roller [N].
+    """
 
     z: Array
     range: float
@@ -64,16 +75,23 @@ class AttainablePoint:
     push: float
 
 
-def _minimise_with_penalties(cost: Cost, start: Array, bounds: Sequence[tuple[float | None, float | None]]) -> Array:
-    """Return the end of a search with growing weights of the penalties; `cost` gives value and gradient."""
+def _minimise_with_penalties(
+    cost: Cost, start: Array, bounds: Sequence[tuple[float | None, float | None]]
+) -> Array:
+    """Return the end of a search with growing weights of the penalties; `cost` gives value and
+    gradient.
+    """
     w, options = start, {"maxiter": MAX_ITERATIONS}
     for weight in PENALTIES:
-        w = scipy.optimize.minimize(cost, w, (weight,), "L-BFGS-B", jac=True, bounds=bounds, options=options).x
+        w = scipy.optimize.minimize(
+            cost, w, (weight,), "L-BFGS-B", jac=True, bounds=bounds, options=options
+        ).x
     return w
 
 
 class VarianceSearch:
-    """Search for the largest variance within a cap on the range [N]; with `pushing` the cam must not pull.
+    """Search for the largest variance within a cap on the range [N]; with `pushing` the cam must
+    not pull.
 
     A point is (z, m): the force must stay within half the cap about m, which is free.
     """
@@ -97,11 +115,15 @@ class VarianceSearch:
         gradient = -curve.variance_slopes + weight * 2 * excess @ curve.slopes
         if self.pushing:
             gradient -= weight * 2 * pull @ curve.push_slopes / 10
-        return value / SEARCH_UNIT**2, np.append(gradient, -weight * 2 * SEARCH_UNIT * excess.sum()) / SEARCH_UNIT**2
+        return value / SEARCH_UNIT**2, np.append(
+            gradient, -weight * 2 * SEARCH_UNIT * excess.sum()
+        ) / SEARCH_UNIT**2
 
     def run(self, z: Array) -> AttainablePoint:
         """Return the end of the search from a point of the unit box."""
-        return _evaluate(self.force, _minimise_with_penalties(self.cost, self.start(z), self.bounds)[:-1])
+        return _evaluate(
+            self.force, _minimise_with_penalties(self.cost, self.start(z), self.bounds)[:-1]
+        )
 
 
 def _search_largest_range(force: CalibrationForce, pushing: bool, z: Array) -> AttainablePoint:
@@ -128,28 +150,43 @@ def _evaluate(force: CalibrationForce, z: Array) -> AttainablePoint:
 def find_largest_variance(
     force: CalibrationForce, cap: float, pushing: bool, starts: Iterable[Array]
 ) -> AttainablePoint | None:
-    """Return the point of largest variance; with `pushing` among those where the cam never pulls, None if none is."""
+    """Return the point of largest variance; with `pushing` among those where the cam never pulls,
+    None if none is.
+    """
     search = VarianceSearch(force, cap, pushing)
     points = [search.run(z) for z in starts]
-    return max((p for p in points if p.push >= 0 or not pushing), key=lambda p: p.variance, default=None)
+    return max(
+        (p for p in points if p.push >= 0 or not pushing), key=lambda p: p.variance, default=None
+    )
 
 
-def find_largest_range(force: CalibrationForce, pushing: bool, starts: Iterable[Array]) -> AttainablePoint | None:
-    """Return the point of largest range; with `pushing` among those where the cam never pulls, None if none is."""
+def find_largest_range(
+    force: CalibrationForce, pushing: bool, starts: Iterable[Array]
+) -> AttainablePoint | None:
+    """Return the point of largest range; with `pushing` among those where the cam never pulls, None
+    if none is.
+    """
     points = [_search_largest_range(force, pushing, z) for z in starts]
-    return max((p for p in points if p.push >= 0 or not pushing), key=lambda p: p.range, default=None)
+    return max(
+        (p for p in points if p.push >= 0 or not pushing), key=lambda p: p.range, default=None
+    )
 
 
 def load_paper_points(paper: str) -> dict[str, dict[str, float]]:
-    """Return range [N] and variance [N2] of the support force as a paper gives them, by row of its table."""
+    """Return range [N] and variance [N2] of the support force as a paper gives them, by row of its
+    table.
+    """
     disclosed = numbers.load_numbers()["disclosed"][paper]
-    return {row: {key: disclosed[row][key] for key in ("range_N", "variance_N2")} for row in PAPER_ROWS}
+    return {
+        row: {key: disclosed[row][key] for key in ("range_N", "variance_N2")} for row in PAPER_ROWS
+    }
 
 
 def load_front(name: str, points: PaperPoints, progress: Listener | None = None) -> Front:
     """Return the front of a built-in machine with some points of a paper by name.
 
-    It is read from the saved file if that is up to date, else searched for, which takes some minutes.
+    It is read from the saved file if that is up to date, else searched for, which takes some
+    minutes.
     """
     machine = load(name)
     key, front = compute_key(machine, points), read_saved_front()
@@ -165,18 +202,35 @@ def read_saved_front() -> Front | None:
 
 
 def compute_key(machine: PlantingMachine, points: PaperPoints) -> str:
-    """Return a hash of the machine, the bounds, the generated code without its comments, and the search's settings."""
-    names = ["planting_exact", *map(functions.find_flank_module, functions.list_flank_laws()),
-             *(f"curve_{stage.family}" for stage in (machine.stage1, machine.stage2))]  # fmt: skip
+    """Return a hash of the machine, the bounds, the generated code without its comments, and the
+    search's settings.
+    """
+    names = [
+        "planting_exact",
+        *map(functions.find_flank_module, functions.list_flank_laws()),
+        *(f"curve_{stage.family}" for stage in (machine.stage1, machine.stage2)),
+    ]
     codes = [ast.unparse(ast.parse(generated.text(module))) for module in names]
-    parts = [machine.table(), load_calibration_data()["bounds"], points, codes, [SEED, STARTS, RANGE_STARTS, CAPS]]
+    parts = [
+        machine.table(),
+        load_calibration_data()["bounds"],
+        points,
+        codes,
+        [SEED, STARTS, RANGE_STARTS, CAPS],
+    ]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def search_front(machine: PlantingMachine, paper_points: PaperPoints, progress: Listener | None = None) -> Front:
-    """Return the largest variance within each cap on the range, over all laws, for each sign of the contact force."""
+def search_front(
+    machine: PlantingMachine, paper_points: PaperPoints, progress: Listener | None = None
+) -> Front:
+    """Return the largest variance within each cap on the range, over all laws, for each sign of the
+    contact force.
+    """
     caps = sorted({*CAPS, *(point["range_N"] for point in paper_points.values())})
-    phase = ProgressPhase("front", "search", len(functions.list_flank_laws()) * len(CONTACTS) * len(caps), progress)
+    phase = ProgressPhase(
+        "front", "search", len(functions.list_flank_laws()) * len(CONTACTS) * len(caps), progress
+    )
     searches = [LawSearch(_with_flank(machine, law)) for law in functions.list_flank_laws()]
     points: dict[str, list[Front]] = {contact: [] for contact in CONTACTS}
     for cap, (contact, pushing) in product(caps, CONTACTS.items()):
@@ -202,7 +256,9 @@ def search_front(machine: PlantingMachine, paper_points: PaperPoints, progress: 
         {
             "name": name,
             **point,
-            "most_variance_N2": {c: _largest_variance_within(points[c], point["range_N"]) for c in points},
+            "most_variance_N2": {
+                c: _largest_variance_within(points[c], point["range_N"]) for c in points
+            },
         }
         for name, point in paper_points.items()
     ]
@@ -217,16 +273,25 @@ def search_front(machine: PlantingMachine, paper_points: PaperPoints, progress: 
 
 def find_largest_range_of_laws(searches: Sequence[LawSearch], pushing: bool) -> Front | None:
     """Return the point of the largest range over all laws."""
-    points = [(point.range, search.describe(point)) for search in searches if (point := search.find_range(pushing))]
+    points = [
+        (point.range, search.describe(point))
+        for search in searches
+        if (point := search.find_range(pushing))
+    ]
     return max(points, key=lambda pair: pair[0])[1] if points else None
 
 
 class LawSearch:
-    """Searches with one law: each starts at random, and from the best points of the previous ones."""
+    """Searches with one law: each starts at random, and from the best points of the previous
+    ones.
+    """
 
     def __init__(self, machine: PlantingMachine) -> None:
         device = Device(machine, "exact")
-        self.law, self.force = machine.cam.flank, CalibrationForce(device, CalibrationInputs.wide(device))
+        self.law, self.force = (
+            machine.cam.flank,
+            CalibrationForce(device, CalibrationInputs.wide(device)),
+        )
         self._rng = np.random.default_rng(SEED)
         self._previous: list[Array] = []
 
@@ -248,12 +313,19 @@ class LawSearch:
     def describe(self, point: AttainablePoint) -> Front:
         """Return a point as results give it, with its inputs."""
         rows = self.force.inputs.table(point.z)
-        return {"range_N": point.range, "variance_N2": point.variance, "least_push_N": point.push,
-                "flank": self.law, "inputs": {row["name"]: row["value"] for row in rows}}  # fmt: skip
+        return {
+            "range_N": point.range,
+            "variance_N2": point.variance,
+            "least_push_N": point.push,
+            "flank": self.law,
+            "inputs": {row["name"]: row["value"] for row in rows},
+        }
 
 
 def _drop_dominated(points: Sequence[Front]) -> Iterator[Front]:
-    """Yield the points in order of range, without those that have no more variance than a previous one."""
+    """Yield the points in order of range, without those that have no more variance than a previous
+    one.
+    """
     largest = -1.0
     for point in sorted(points, key=lambda p: p["range_N"]):
         if point["variance_N2"] > largest:

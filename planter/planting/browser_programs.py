@@ -1,4 +1,6 @@
-"""Programs of a planting device, by which a page without Python draws it and computes the gradient of its objective."""
+"""Programs of a planting device, by which a page without Python draws it and computes the gradient
+of its objective.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +19,22 @@ from planter.planting.objective import read_weights
 from planter.view.subject import Input, Portable
 
 SIDE = (
-    "phi52_deg", "alpha_deg", "theta1_deg", "tip_x_mm", "tip_machine_x_mm", "tip_y_mm", "x_A1_mm", "y_A1_mm", "x_B1_mm",
-    "y_B1_mm", "F_A1x_N", "F_A1y_N", "F_B1x_N", "F_B1y_N", "F_E_N",
-)  # fmt: skip
+    "phi52_deg",
+    "alpha_deg",
+    "theta1_deg",
+    "tip_x_mm",
+    "tip_machine_x_mm",
+    "tip_y_mm",
+    "x_A1_mm",
+    "y_A1_mm",
+    "x_B1_mm",
+    "y_B1_mm",
+    "F_A1x_N",
+    "F_A1y_N",
+    "F_B1x_N",
+    "F_B1y_N",
+    "F_E_N",
+)
 """Quantities of side 1 that are drawn."""
 TOTALS = ("support_N", "M_L_Nm")
 TOLD = ("support_N", "M_L_Nm", "F_E_N")
@@ -30,7 +45,9 @@ Known = Mapping[str, ca.SX]
 
 
 class DeviceColumns:
-    """Expressions in the carrier angle, the design, the machine's data, and what a prologue finds: `inputs`."""
+    """Expressions in the carrier angle, the design, the machine's data, and what a prologue finds:
+    `inputs`.
+    """
 
     def __init__(self, device: Device) -> None:
         self.device, self.inputs = device, device.functions.inputs
@@ -43,9 +60,15 @@ class DeviceColumns:
         return {
             "phi_deg": turned,
             "planet's turn on the carrier": -values["alpha_deg"] - turned,
-            "travel": 1e3 * self._datum("forward_speed_m_s") * phi / ca.fabs(self._datum("speed_rpm")),
+            "travel": 1e3
+            * self._datum("forward_speed_m_s")
+            * phi
+            / ca.fabs(self._datum("speed_rpm")),
             **{key: values[key] for key in (*SIDE, *TOTALS)},
-            **{f"{name}_N": ca.hypot(values[f"{name}x_N"], values[f"{name}y_N"]) for name in ("F_A1", "F_B1")},
+            **{
+                f"{name}_N": ca.hypot(values[f"{name}x_N"], values[f"{name}y_N"])
+                for name in ("F_A1", "F_B1")
+            },
         }
 
     @property
@@ -54,9 +77,11 @@ class DeviceColumns:
         return [self._quantities[key] for key in TOLD]
 
     def outlines(self, stage: int) -> Sequence[ca.SX]:
-        """Points of the inner and the outer gear of a stage, 0 or 1 [mm], in their bodies, from their own axes.
+        """Points of the inner and the outer gear of a stage, 0 or 1 [mm], in their bodies, from
+        their own axes.
 
-        They are those whose polar angle on the inner gear is the first contact's and as much more as the carrier angle.
+        They are those whose polar angle on the inner gear is the first contact's and as much more
+        as the carrier angle.
         """
         start = self._at_start
         t, contact = start[f"t{stage + 1}"] + self.inputs[0], f"T{stage + 1}"
@@ -70,7 +95,9 @@ class DeviceColumns:
             (points[f"x_{gear}"] - axis[0], points[f"y_{gear}"] - axis[1])
             for gear, axis in zip(("inner", "outer"), axes[stage:], strict=False)
         )
-        return [1e3 * value for value in (x, y, *(_turned(u, v, start["alpha"]) if stage else (u, v)))]
+        return [
+            1e3 * value for value in (x, y, *(_turned(u, v, start["alpha"]) if stage else (u, v)))
+        ]
 
     @cached_property
     def _quantities(self) -> Known:
@@ -81,7 +108,8 @@ class DeviceColumns:
         for vector, values in (("side", side), ("totals", totals)):
             keys = cycle.list_keys(vectors[vector])
             values_by_key |= {
-                key: v / units.unit_factor(key) for key, v in zip(keys, ca.vertsplit(values), strict=True)
+                key: v / units.unit_factor(key)
+                for key, v in zip(keys, ca.vertsplit(values), strict=True)
             }
         return values_by_key
 
@@ -95,13 +123,19 @@ class DeviceColumns:
     def _mounting(self) -> dict[str, ca.SX]:
         """Mounting of the gears: the design's first entries, and the centre distances [SI]."""
         _, x, _, h = self.inputs
-        mounting = dict(zip(self.device.formulas.entries("mounting"), ca.vertsplit(x), strict=False))
-        return mounting | {f"a{k}": h[place] for k, place in enumerate(cycle.find_distance_indices(self.device), 1)}
+        mounting = dict(
+            zip(self.device.formulas.entries("mounting"), ca.vertsplit(x), strict=False)
+        )
+        return mounting | {
+            f"a{k}": h[place] for k, place in enumerate(cycle.find_distance_indices(self.device), 1)
+        }
 
     def _contact(self, stage: int, t: ca.SX) -> dict[str, ca.SX]:
         """Contact of a stage at a polar angle of its inner gear."""
         contact = self.device.stages[stage].contact.function
-        parameters, hoisted = self.device.functions.lane_inputs(self.inputs[0])[2 + 2 * stage : 4 + 2 * stage]
+        parameters, hoisted = self.device.functions.lane_inputs(self.inputs[0])[
+            2 + 2 * stage : 4 + 2 * stage
+        ]
         return dict(zip(contact.name_out(), contact.call([t, parameters, hoisted]), strict=True))
 
     def _datum(self, key: str) -> ca.SX:
@@ -124,7 +158,9 @@ INPUTS = ("x", "c", "h", "rows", "told")
 
 
 class Singles:
-    """Numbers of the design, the data and the prologue, and of rows side by side: `inputs`, in the order of INPUTS."""
+    """Numbers of the design, the data and the prologue, and of rows side by side: `inputs`, in the
+    order of INPUTS.
+    """
 
     def __init__(self, rows: DeviceColumns, moments: int) -> None:
         self.rows, self.device = rows, rows.device
@@ -142,12 +178,17 @@ class Singles:
         _, c, _, table, _ = self.inputs
         rows = dict(zip(self.rows.plotted, ca.horzsplit(table), strict=True))
         x, y = rows["tip_machine_x_mm"], rows["tip_y_mm"]
-        speed, forward = (c[place(self.device, f"operation.{key}")] for key in ("speed_rpm", "forward_speed_m_s"))
+        speed, forward = (
+            c[place(self.device, f"operation.{key}")] for key in ("speed_rpm", "forward_speed_m_s")
+        )
         seconds = 2 * np.pi / ca.fabs(speed)
         advance = 1e3 * forward * seconds
         planted = rows["tip_x_mm"][ca.find(y == ca.mmin(y))]
         return {
-            **{f"{key} at first": rows[key][0] for key in ("x_A1_mm", "y_A1_mm", "x_B1_mm", "y_B1_mm")},
+            **{
+                f"{key} at first": rows[key][0]
+                for key in ("x_A1_mm", "y_A1_mm", "x_B1_mm", "y_B1_mm")
+            },
             "seconds": seconds,
             "left of the tip": ca.mmin(x),
             "right of the tip": ca.mmax(x),
@@ -180,19 +221,24 @@ def objective(device: Device, force: ca.MX) -> ca.MX:
     """The device's objective of samples (n,) of its support force."""
     settings, deviation = read_weights(device.machine), force - ca.sum1(force) / force.numel()
     variance = ca.dot(deviation, deviation) / force.numel()
-    return settings.weight_range * (ca.mmax(force) - ca.mmin(force)) + settings.weighted(variance, ca.sqrt)
+    return settings.weight_range * (ca.mmax(force) - ca.mmin(force)) + settings.weighted(
+        variance, ca.sqrt
+    )
 
 
 NOTES = (
     "Gears are drawn by their pitch curves, without teeth; events are not listed.",
     "Requirements are not computed here: save the file and run planter simulate.",
-    "Improve runs a local optimisation from the current design, within its bounds and without requirements; "
+    "Improve runs a local optimisation from the current design, within its bounds and without "
+    "requirements; "
     "planter optimise finds an optimum, with a certificate.",
 )
 
 
 def build_portable(device: Device, moments: int, corners: int) -> Portable:
-    """The programs: `moments` of a turn, pitch curves of `corners` points, the last one the first again."""
+    """The programs: `moments` of a turn, pitch curves of `corners` points, the last one the first
+    again.
+    """
     rows = DeviceColumns(device)
     singles = Singles(rows, moments)
     return Portable(
@@ -210,8 +256,14 @@ def build_portable(device: Device, moments: int, corners: int) -> Portable:
 def _inputs(device: Device) -> list[Input]:
     entries = device.sidecar["vectors"]["machine"]
     return [
-        *(Input(f"design.{name}", "x", k, units.unit_factor(name)) for k, name in enumerate(device.names)),
-        *(Input(entry["shown"], "c", k, units.unit_factor(entry["shown"])) for k, entry in enumerate(entries)),
+        *(
+            Input(f"design.{name}", "x", k, units.unit_factor(name))
+            for k, name in enumerate(device.names)
+        ),
+        *(
+            Input(entry["shown"], "c", k, units.unit_factor(entry["shown"]))
+            for k, entry in enumerate(entries)
+        ),
     ]
 
 
@@ -219,41 +271,67 @@ def _seen(rows: DeviceColumns, singles: Singles, moments: int, corners: int) -> 
     device, prologue = rows.device, rows.device.functions.prologue_function
     x, c = prologue.mx_in()
     data = {
-        "x": device.design, "c": device.constants, "phi": cycle.sample_angles(moments),
+        "x": device.design,
+        "c": device.constants,
+        "phi": cycle.sample_angles(moments),
         "sampled": cycle.sample_angles(device.machine.objective.samples),
         "around": 2 * np.pi * np.arange(corners) / (corners - 1),
-    }  # fmt: skip
-    return Program(f"{device.model}_seen", data, [
-        ProgramStep(_named(device, "prologue", [x, c], [prologue(x, c)], ["x", "c"], ["h"])),
-        _lanes(rows, "phi", "rows", rows.plotted.values()),
-        _lanes(rows, "sampled", "told", rows.sampled),
-        *(_lanes(rows, "around", f"stage{k + 1}", rows.outlines(k)) for k in (0, 1)),
-        ProgramStep(_named(device, "single", singles.inputs, [ca.vertcat(*singles.all.values())], INPUTS, ["singles"])),
-    ])  # fmt: skip
+    }
+    return Program(
+        f"{device.model}_seen",
+        data,
+        [
+            ProgramStep(_named(device, "prologue", [x, c], [prologue(x, c)], ["x", "c"], ["h"])),
+            _lanes(rows, "phi", "rows", rows.plotted.values()),
+            _lanes(rows, "sampled", "told", rows.sampled),
+            *(_lanes(rows, "around", f"stage{k + 1}", rows.outlines(k)) for k in (0, 1)),
+            ProgramStep(
+                _named(
+                    device,
+                    "single",
+                    singles.inputs,
+                    [ca.vertcat(*singles.all.values())],
+                    INPUTS,
+                    ["singles"],
+                )
+            ),
+        ],
+    )
 
 
 def _lanes(rows: DeviceColumns, over: str, name: str, values: Iterable[ca.SX]) -> ProgramStep:
     """Rows over a quantity instead of the carrier angle."""
     rows_of_values = ca.cse(ca.vertcat(*values))
-    f = ca.Function(f"{rows.device.model}_{name}", rows.inputs, [rows_of_values], [over, "x", "c", "h"], [name])
+    f = ca.Function(
+        f"{rows.device.model}_{name}", rows.inputs, [rows_of_values], [over, "x", "c", "h"], [name]
+    )
     return ProgramStep(f, (over,))
 
 
 def _named(
-    device: Device, name: str, inputs: Sequence[ca.MX], outputs: Sequence[ca.MX], input_names: Sequence[str],
+    device: Device,
+    name: str,
+    inputs: Sequence[ca.MX],
+    outputs: Sequence[ca.MX],
+    input_names: Sequence[str],
     output_names: Sequence[str],
-) -> ca.Function:  # fmt: skip
+) -> ca.Function:
     return ca.Function(f"{device.model}_{name}", inputs, outputs, input_names, output_names)
 
 
 def _descent(device: Device) -> Program:
-    """The objective and its gradient, the extremes staying at their samples; folded as the engine has it."""
+    """The objective and its gradient, the extremes staying at their samples; folded as the engine
+    has it.
+    """
     shares, response = device.force.offsets, device.force.response
     turn = sample_angles(device.machine.objective.samples, device.force.period)
     x, c = device.functions.tangent_function.mx_in()
     h, dh = device.functions.tangent_function(x, c)
     slopes = response.slopes_function
-    force, g = ca.MX.sym("force", len(turn) * len(shares)), ca.MX.sym("g", len(turn) * len(shares), 1 + x.numel())
+    force, g = (
+        ca.MX.sym("force", len(turn) * len(shares)),
+        ca.MX.sym("g", len(turn) * len(shares), 1 + x.numel()),
+    )
     samples = ca.MX.sym("samples", len(turn))
     value = objective(device, samples)
     weighed = ca.Function("weighed", [samples], [value, ca.gradient(value, samples)])
@@ -263,10 +341,20 @@ def _descent(device: Device) -> Program:
     place, *more, tangent = device.functions.inputs + slopes.sx_in()[-1:]
     rows = slopes.call([place, ca.vertcat(*more[:2]), more[2], ca.SX(0, 1), tangent])
     names = ["place", "x", "c", "h", "dh"]
-    over = ca.Function(f"{device.model}_slopes", [place, *more, tangent], rows, names, ["force", "g"])
+    over = ca.Function(
+        f"{device.model}_slopes", [place, *more, tangent], rows, names, ["force", "g"]
+    )
     outputs = ["objective", "gradient"]
-    return Program(f"{device.model}_descent", data, [
-        ProgramStep(_named(device, "tangent", [x, c], [h, ca.vec(dh.nz[:])], ["x", "c"], ["h", "dh"])),
-        ProgramStep(over, ("place",)),
-        ProgramStep(_named(device, "weighed", [force, g], [total, gradient], ["force", "g"], outputs)),
-    ])  # fmt: skip
+    return Program(
+        f"{device.model}_descent",
+        data,
+        [
+            ProgramStep(
+                _named(device, "tangent", [x, c], [h, ca.vec(dh.nz[:])], ["x", "c"], ["h", "dh"])
+            ),
+            ProgramStep(over, ("place",)),
+            ProgramStep(
+                _named(device, "weighed", [force, g], [total, gradient], ["force", "g"], outputs)
+            ),
+        ],
+    )

@@ -1,7 +1,9 @@
-"""`planter calibrate`: inputs of a planting device fitted to a paper's reported force, or to measured data.
+"""`planter calibrate`: inputs of a planting device fitted to a paper's reported force, or to
+measured data.
 
-For a reported force the flanks of the cam begin where the paper sees the nozzles open and close, by any of the usual
-laws; every other input has plausible bounds. Both models are fitted, first with a cam that only pushes.
+For a reported force the flanks of the cam begin where the paper sees the nozzles open and close, by
+any of the usual laws; every other input has plausible bounds. Both models are fitted, first with a
+cam that only pushes.
 """
 
 from __future__ import annotations
@@ -55,7 +57,9 @@ from planter.progress import Listener, ProgressPhase
 
 SEED = 0
 STARTS = {"lanes": 24}
-"""Starts of a law's search, where the force runs in machine code; one by one they are the machine's own and random."""
+"""Starts of a law's search, where the force runs in machine code; one by one they are the machine's
+own and random.
+"""
 SLOW_STARTS = 7
 POLISHED = 2
 """Fits of a law that are drawn to the machine's own values."""
@@ -66,10 +70,15 @@ AT_BOUND = 1e-6
 
 
 def calibrate(
-    machine: PlantingMachine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None,
+    machine: PlantingMachine,
+    model: Model,
+    target: str,
+    laws: Sequence[str] = (),
+    progress: Listener | None = None,
     means: Means = AUTO,
-) -> CalibrationFound:  # fmt: skip
-    """ForceFit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
+) -> CalibrationFound:
+    """ForceFit the undisclosed inputs of a machine to a target in both models; the result speaks of
+    `model` first.
 
     `laws` are the laws of the cam's flanks to try, by default all; `means` says what fits them,
     with the same results. Raises InputError for a target or a law that there is not.
@@ -79,10 +88,15 @@ def calibrate(
         _check_choice("--flank", law, functions.list_flank_laws())
     flank_laws = tuple(laws) or functions.list_flank_laws()
     jobs = [(fitted_model, law) for fitted_model in MODELS for law in flank_laws]
-    phase, laws_fits = ProgressPhase("calibration", "law", len(jobs), progress), LawFits(machine, figures)
+    phase, laws_fits = (
+        ProgressPhase("calibration", "law", len(jobs), progress),
+        LawFits(machine, figures),
+    )
     points: list[Array] = []
     task = Task(LawFits, {"machine": machine, "figures": dict(figures)})
-    for z in run_in_order(task, jobs, means, laws_fits, lambda z: z, lambda: phase.report_if_slow(None)):
+    for z in run_in_order(
+        task, jobs, means, laws_fits, lambda z: z, lambda: phase.report_if_slow(None)
+    ):
         phase.advance(", ".join(jobs[len(points)]))
         points.append(z)
     best: dict[Model, ForceFit] = {}
@@ -91,7 +105,9 @@ def calibrate(
         pairs = [(job, z) for job, z in zip(jobs, points, strict=True) if job[0] == fitted_model]
         fits = [ForceFit(laws_fits.build_force(job), z, figures) for job, z in pairs]
         best[fitted_model] = fit = min(fits, key=lambda fit: fit.rank)
-        records[fitted_model] = _describe_fit(fit, fitted_model, target, () if fit.met else _search_best_misses(fits))
+        records[fitted_model] = _describe_fit(
+            fit, fitted_model, target, () if fit.met else _search_best_misses(fits)
+        )
     own_fit, other = best[model], next(m for m in MODELS if m != model)
     other_device = _build_fitted_device(own_fit, other)
     other_force = cycle.compute_statistics(_sample_support(other_device))
@@ -102,7 +118,10 @@ def calibrate(
         machine=machine.name,
         model=model,
         target=dict(figures),
-        events={f"{flank}_begins_deg": angle / DEG for flank, angle in compute_flank_angles(device).items()},
+        events={
+            f"{flank}_begins_deg": angle / DEG
+            for flank, angle in compute_flank_angles(device).items()
+        },
         other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_mean),
         models=records,
         largest_range_N=_search_largest_range(best["exact"].force),
@@ -149,11 +168,16 @@ class LawFits:
 
 
 def _search_best_fit(force: CalibrationForce, figures: Figures) -> ForceFit:
-    """Return the fit with a cam that only pushes if it meets the target, otherwise with one that may pull."""
+    """Return the fit with a cam that only pushes if it meets the target, otherwise with one that
+    may pull.
+    """
     equal = np.ones(len(figures))
     candidates: list[ForceFit] = []
     for pushing in (True, False):
-        fits = sorted(fit_from_starts(force, figures, pushing, _draw_starts(force), equal), key=lambda fit: fit.rank)
+        fits = sorted(
+            fit_from_starts(force, figures, pushing, _draw_starts(force), equal),
+            key=lambda fit: fit.rank,
+        )
         candidates += [fit_nearest(fit, pushing) if fit.met else fit for fit in fits[:POLISHED]]
         if any(fit.met for fit in candidates):
             break
@@ -167,18 +191,25 @@ def _draw_starts(force: CalibrationForce) -> list[Array]:
 
 
 def _search_best_misses(fits: Sequence[ForceFit]) -> list[CalibrationTradeoff]:
-    """The best misses of the two best laws, from extremes alone to variance alone; those that others beat left out."""
+    """The best misses of the two best laws, from extremes alone to variance alone; those that
+    others beat left out.
+    """
     fits = [
         candidate
         for fit in sorted(fits, key=lambda fit: fit.worst)[:2]
         for weight in WEIGHTS
-        for candidate in fit_from_starts(fit.force, fit.target, True, [fit.z], np.array([1.0, 1.0, weight]))
+        for candidate in fit_from_starts(
+            fit.force, fit.target, True, [fit.z], np.array([1.0, 1.0, weight])
+        )
     ]
     pushing = [fit for fit in fits if fit.pushes]
     undominated = [fit for fit in pushing if not any(_dominates(other, fit) for other in pushing)]
     return [
         CalibrationTradeoff(
-            _list_choices(fit), fit.curve.figures(), fit.curve.range, {k: 100 * v for k, v in fit.misses.items()}
+            _list_choices(fit),
+            fit.curve.figures(),
+            fit.curve.range,
+            {k: 100 * v for k, v in fit.misses.items()},
         )
         for fit in sorted(undominated, key=lambda fit: abs(fit.misses["variance_N2"]))
     ]
@@ -193,7 +224,9 @@ def _list_choices(fit: ForceFit) -> dict[str, str]:
     return {FLANK: fit.force.device.machine.cam.flank}
 
 
-def _describe_fit(fit: ForceFit, model: Model, target: str, front: Sequence[CalibrationTradeoff]) -> ModelFitted:
+def _describe_fit(
+    fit: ForceFit, model: Model, target: str, front: Sequence[CalibrationTradeoff]
+) -> ModelFitted:
     return ModelFitted(
         met=fit.met,
         statement=_state_result(fit, model, target),
@@ -214,13 +247,18 @@ def _state_result(fit: ForceFit, model: Model, target: str) -> str:
     contact = "a cam that only pushes" if fit.pushes else "a cam that would have to pull"
     if fit.met:
         return (
-            f"The target {target} is met by the {model} model, every number of it within {100 * MET:g} %, with "
-            f"{contact} and {_list_choices(fit)[FLANK]} flanks; the inputs lie {fit.distance:.2g} widths of their "
+            f"The target {target} is met by the {model} model, every number of it within "
+            f"{100 * MET:g} %, with "
+            f"{contact} and {_list_choices(fit)[FLANK]} flanks; the inputs lie {fit.distance:.2g} "
+            f"widths of their "
             "bounds (root mean square) from the machine's own."
         )
-    misses = ", ".join(f"{key} by {100 * miss:+.1f} %" for key, miss in fit.misses.items() if abs(miss) > MET)
+    misses = ", ".join(
+        f"{key} by {100 * miss:+.1f} %" for key, miss in fit.misses.items() if abs(miss) > MET
+    )
     return (
-        f"The target {target} is missed by the {model} model: {misses}, with {contact}. No values within the "
+        f"The target {target} is missed by the {model} model: {misses}, with {contact}. No values "
+        f"within the "
         "bounds that were tried come nearer."
     )
 
@@ -248,7 +286,9 @@ def _sample_support(device: Device) -> Array:
 
 
 def _search_largest_range(force: CalibrationForce) -> LargestRange:
-    """Return the largest ranges for law and events of the exact model's fit; `planter audit --front` tries all laws."""
+    """Return the largest ranges for law and events of the exact model's fit;
+    `planter audit --front` tries all laws.
+    """
     points = [find_largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
     return LargestRange(*(None if point is None else point.range for point in points))
 
@@ -269,17 +309,31 @@ def calibrate_to_data(
     means: Means = AUTO,
     priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> Calibrated:
-    """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in both models.
+    """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in both
+    models.
 
-    The curves are of `quantity`, unless it is given that of [measurement], else the support force. `model` is reported
-    first, `means` says what runs the searches, `priors` are those of
-    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns or inputs that cannot be used.
+    The curves are of `quantity`, unless it is given that of [measurement], else the support force.
+    `model` is reported first, `means` says what runs the searches, `priors` are those of
+    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns or inputs that
+    cannot be used.
     """
     models = (model, *(other for other in MODELS if other != model))
-    builders: dict[str, Callable[[], Machine]] = {each: partial(build_engine_machine, machine, each) for each in models}
+    builders: dict[str, Callable[[], Machine]] = {
+        each: partial(build_engine_machine, machine, each) for each in models
+    }
     quantities = list_measured(machine, quantity, (SUPPORT,))
     return calibration.calibrate(
-        builders, data, columns, bounds, quantities, machine.with_numbers, check, seed, progress, means, priors
+        builders,
+        data,
+        columns,
+        bounds,
+        quantities,
+        machine.with_numbers,
+        check,
+        seed,
+        progress,
+        means,
+        priors,
     )
 
 

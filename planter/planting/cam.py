@@ -1,4 +1,6 @@
-"""The end-face cam of a planting device as a part, from its law: contour for a roller, and when that lifts off."""
+"""The end-face cam of a planting device as a part, from its law: contour for a roller, and when
+that lifts off.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,8 @@ Section = Callable[[Array], Columns]
 class EndFace:
     """Sections of the cam for a roller's radius [m], along the cam angle.
 
-    Raises InputError for a roller of no size, GeometryError, from `Profile.check`, for one that is too large.
+    Raises InputError for a roller of no size, GeometryError, from `Profile.check`, for one that is
+    too large.
     """
 
     def __init__(self, device: Device, roller: float) -> None:
@@ -39,12 +42,16 @@ class EndFace:
         self.radius = device.machine.si("base_radius_mm")
 
     def section(self, station: float) -> Section:
-        """Quantities of the generated functions in a section at a distance from the cam's axis [m]."""
+        """Quantities of the generated functions in a section at a distance from the cam's axis
+        [m].
+        """
         roller = np.array([self.roller, station])
         hoisted = self._prologue(machine=self.device.constants, roller=roller)[HOISTED]
 
         def evaluate_columns(delta: Array) -> Columns:
-            outputs = self._lane(delta=delta, machine=self.device.constants, roller=roller, hoisted=hoisted[:, 0])
+            outputs = self._lane(
+                delta=delta, machine=self.device.constants, roller=roller, hoisted=hoisted[:, 0]
+            )
             return dict(zip(self._names, outputs["contour"], strict=True))
 
         return evaluate_columns
@@ -54,7 +61,9 @@ class EndFace:
         """Angles of a turn between which the cam is smooth, its ends among them."""
         entries = [entry["name"] for entry in self.device.sidecar["vectors"]["machine"]]
         constants = dict(zip(entries, self.device.constants.tolist(), strict=True))
-        candidates = tuple(sorted({e["position"] for e in self.device.sidecar["events"] if "position" in e}))
+        candidates = tuple(
+            sorted({e["position"] for e in self.device.sidecar["events"] if "position" in e})
+        )
         breakpoints = functions.find_flank_breakpoints(self.device.machine.cam.flank, candidates)
         positions = [breakpoint.position for breakpoint in breakpoints]
         flanks = [(constants[f"delta_{f}0"], constants[f"delta_{f}1"]) for f in "rf"]
@@ -64,7 +73,9 @@ class EndFace:
     def at(self, station: float) -> Profile:
         """A section [m], unrolled as seen from outside."""
         section = self.section(station)
-        return Profile(self.device.machine.name, self.roller, section, self.breaks, False, ("along", "height"))
+        return Profile(
+            self.device.machine.name, self.roller, section, self.breaks, False, ("along", "height")
+        )
 
 
 def build_push(device: Device) -> Push:
@@ -86,9 +97,11 @@ def build_push(device: Device) -> Push:
 
 
 def build_cam(device: Device, roller: float, tolerance: float, width: float) -> CamOutput:
-    """The cam with a rim of a `width` [m] about the base cylinder, for a roller of a radius, arcs within `tolerance`.
+    """The cam with a rim of a `width` [m] about the base cylinder, for a roller of a radius, arcs
+    within `tolerance`.
 
-    Raises InputError for a rim that reaches the axis, GeometryError for a roller that cuts in, inside the rim or at it.
+    Raises InputError for a rim that reaches the axis, GeometryError for a roller that cuts in,
+    inside the rim or at it.
     """
     face, machine = EndFace(device, roller), device.machine
     if not width < 2 * face.radius:
@@ -100,7 +113,9 @@ def build_cam(device: Device, roller: float, tolerance: float, width: float) -> 
     stations = (face.radius - width / 2, face.radius + width / 2)
     for station in stations:
         face.at(station).check_clearance()
-    part = build_cam_part(face.at(face.radius), "end-face", tolerance, find_lift_off(pushing, speed), speed, width)
+    part = build_cam_part(
+        face.at(face.radius), "end-face", tolerance, find_lift_off(pushing, speed), speed, width
+    )
     meanings = {entry["shown"]: entry["meaning"] for entry in device.sidecar["vectors"]["machine"]}
     page = CamPageContent(machine, meanings, load(CAM).sidecar, pushing, speed)
     return CamOutput(part, page, lambda: _solid(face, stations, width))
@@ -110,7 +125,10 @@ def _solid(face: EndFace, stations: tuple[float, float], width: float) -> bytes:
     """The rim between two sections, down to a plane a width below its lowest place."""
     inner, outer = (face.section(station) for station in stations)
     low = min(face.at(station).find_smallest("surface_z").value for station in stations)
-    rims = [(_build_contact_curve(inner, a, b), _build_contact_curve(outer, a, b)) for a, b in pairwise(face.breaks)]
+    rims = [
+        (_build_contact_curve(inner, a, b), _build_contact_curve(outer, a, b))
+        for a, b in pairwise(face.breaks)
+    ]
     return solids.format_ring(f"cam of {face.device.machine.name}", rims, low - width)
 
 

@@ -12,16 +12,24 @@ FITTED = {
     "measured_N": ("measured value of the total that was fitted", "measurement"),
     **{f"{model}_N": (f"the same by the fitted {model} model", "derived") for model in MODELS},
     **{
-        f"{model}_{end}95_N": (f"{side} end of the 95 % interval of the fitted {model} model's curve", "derived")
+        f"{model}_{end}95_N": (
+            f"{side} end of the 95 % interval of the fitted {model} model's curve",
+            "derived",
+        )
         for model in MODELS
         for end, side in (("low", "lower"), ("high", "upper"))
     },
 }
 """Columns of a fit to measured data."""
 SENSOR = {
-    "measured_support_N": ("the support force as the sensor sees it by [measurement] of the file", "derived"),
+    "measured_support_N": (
+        "the support force as the sensor sees it by [measurement] of the file",
+        "derived",
+    ),
 }
-"""Column of a cycle whose file has [measurement]; that of another quantity has its key behind `measured_`."""
+"""Column of a cycle whose file has [measurement]; that of another quantity has its key behind
+`measured_`.
+"""
 
 
 def columns() -> dict[str, tuple[str, str]]:
@@ -37,5 +45,12 @@ def columns() -> dict[str, tuple[str, str]]:
                         f"{entry['meaning']}; side 2, half a turn behind",
                         entry["source"],
                     )
-    meanings |= {key: (meaning, "derived: assumption lifted") for key, meaning in describe_friction_columns().items()}
-    return meanings | SENSOR | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))
+    meanings |= {
+        key: (meaning, "derived: assumption lifted")
+        for key, meaning in describe_friction_columns().items()
+    }
+    return (
+        meanings
+        | SENSOR
+        | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))
+    )

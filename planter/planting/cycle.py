@@ -1,4 +1,6 @@
-"""The planting device over a cycle: its quantities, samples of them, statistics and warnings, in either model."""
+"""The planting device over a cycle: its quantities, samples of them, statistics and warnings, in
+either model.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +23,8 @@ from planter.planting.results import PlantingWarning, Statistics
 class DeviceQuantity:
     """A quantity of side 1, of side 2, half a turn behind, or, with side 0, of both together.
 
-    `name` is a plain word, that of the equations, on side 2 with `_2` behind it; `unit` its SI unit; `key` its key in
-    tables, which ends in the unit there.
+    `name` is a plain word, that of the equations, on side 2 with `_2` behind it; `unit` its SI
+    unit; `key` its key in tables, which ends in the unit there.
     """
 
     name: str
@@ -45,7 +47,9 @@ def list_device_quantities(sidecar: Mapping[str, Any]) -> list[DeviceQuantity]:
 
 def list_keys(entries: Sequence[Mapping[str, str]]) -> list[str]:
     """Keys of a vector's entries in tables, each ending in the unit that is shown."""
-    return [entry.get("shown") or units.display_key(entry["name"], entry["unit"]) for entry in entries]
+    return [
+        entry.get("shown") or units.display_key(entry["name"], entry["unit"]) for entry in entries
+    ]
 
 
 def name_second_side(key: str) -> str:
@@ -62,10 +66,17 @@ def _build_quantities(entries: Sequence[Mapping[str, str]], side: int) -> Iterat
     for entry, key in zip(entries, list_keys(entries), strict=True):
         if side == 2:
             yield DeviceQuantity(
-                f"{entry['name']}_2", entry["unit"], name_second_side(key), entry["meaning"], entry["source"], side
+                f"{entry['name']}_2",
+                entry["unit"],
+                name_second_side(key),
+                entry["meaning"],
+                entry["source"],
+                side,
             )
         else:
-            yield DeviceQuantity(entry["name"], entry["unit"], key, entry["meaning"], entry["source"], side)
+            yield DeviceQuantity(
+                entry["name"], entry["unit"], key, entry["meaning"], entry["source"], side
+            )
 
 
 Columns = dict[str, Array]
@@ -73,9 +84,11 @@ Columns = dict[str, Array]
 
 @dataclass(frozen=True)
 class DeviceCycleTable:
-    """Quantities at carrier angles `phi` [rad], each (n,), under the keys they are shown with, in shown units.
+    """Quantities at carrier angles `phi` [rad], each (n,), under the keys they are shown with, in
+    shown units.
 
-    `sides` are those of side 1 and of side 2, half a turn behind; `totals` those of what both share.
+    `sides` are those of side 1 and of side 2, half a turn behind; `totals` those of what both
+    share.
     """
 
     phi: Array
@@ -97,14 +110,20 @@ def evaluate_cycle(device: Device, at: DesignPoint, phi: Array) -> DeviceCycleTa
     """All forces and motions at carrier angles (n,) [rad]."""
     outputs = device.cycle(at, phi)
     vectors = device.sidecar["vectors"]
-    first, second = (_to_display_columns(vectors["side"], outputs[name]) for name in ("side1", "side2"))
+    first, second = (
+        _to_display_columns(vectors["side"], outputs[name]) for name in ("side1", "side2")
+    )
     return DeviceCycleTable(
-        np.asarray(phi, dtype=float), (first, second), _to_display_columns(vectors["totals"], outputs["totals"])
+        np.asarray(phi, dtype=float),
+        (first, second),
+        _to_display_columns(vectors["totals"], outputs["totals"]),
     )
 
 
 def _to_display_columns(entries: Sequence[Mapping[str, str]], rows: Array) -> Columns:
-    return {key: row / units.unit_factor(key) for key, row in zip(list_keys(entries), rows, strict=True)}
+    return {
+        key: row / units.unit_factor(key) for key, row in zip(list_keys(entries), rows, strict=True)
+    }
 
 
 def sample_angles(samples: int) -> Array:
@@ -158,26 +177,32 @@ def find_cycle_warnings(device: Device, x: Array, turn: DeviceCycleTable) -> lis
         if not a <= value <= b:
             warnings.append(
                 PlantingWarning(
-                    name="design_out_of_bounds", phi_deg=0.0,
+                    name="design_out_of_bounds",
+                    phi_deg=0.0,
                     message=f"{name} = {value:.6g} lies outside its bounds [{a:g}, {b:g}]",
                 )
-            )  # fmt: skip
+            )
     return warnings
 
 
-def _describe_lost_contact(turn: DeviceCycleTable, key: str, name: str, text: str) -> PlantingWarning:
+def _describe_lost_contact(
+    turn: DeviceCycleTable, key: str, name: str, text: str
+) -> PlantingWarning:
     force = turn.sides[0][key]
     pulled = force < 0
     worst = index_first_extremum(turn.phi, force, -1)
     share = 100 * pulled.mean()
     message = (
-        f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; side 2 half a turn later"
+        f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; "
+        f"side 2 half a turn later"
     )
     return PlantingWarning(name=name, phi_deg=float(np.degrees(turn.phi[worst])), message=message)
 
 
 def measure_design(device: Device, x: Array, turn: DeviceCycleTable) -> SensorSignal | None:
-    """Return what the sensor of the file sees over a turn of a design x (p,) [SI], None if the file states none."""
+    """Return what the sensor of the file sees over a turn of a design x (p,) [SI], None if the file
+    states none.
+    """
     if device.machine.measurement is None:
         return None
     machine = device.force.machine

@@ -15,7 +15,12 @@ from planter.engine.sensitivity import SensitivityResult
 from planter.explain import dictionary
 from planter.files import paths, units
 from planter.files.document import format_lines
-from planter.measured.sensor_presentation import CAPTION, FIGURE, draw_signals, list_measurement_sections
+from planter.measured.sensor_presentation import (
+    CAPTION,
+    FIGURE,
+    draw_signals,
+    list_measurement_sections,
+)
 from planter.mechanism.presentation import (
     CLOSEST_FILE,
     OPTIMUM_FILE,
@@ -53,7 +58,18 @@ from planter.planting.results import (
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.folder import drop_file, write_file
-from planter.report.html import Block, Cell, Folded, KeyFigure, Keys, MarkupCell, Section, Table, Text, escape_markup
+from planter.report.html import (
+    Block,
+    Cell,
+    Folded,
+    KeyFigure,
+    Keys,
+    MarkupCell,
+    Section,
+    Table,
+    Text,
+    escape_markup,
+)
 from planter.report.labels import count_things, format_label, list_values, tabulate_angles
 from planter.report.presentation import (
     ModelAssumptions,
@@ -81,26 +97,37 @@ CAPTIONS = {
     "gear's pitch curve, the cam or the loaded tooth flank changes from one formula to the next.",
     "tip_path": "Path of the nozzle's tip, side 1, with the nozzle at twelve carrier angles. Its outline is a sketch: "
     "the machine file contains its length only. It opens out of the plane of the drawing.",
-    "pitch_curves": "Pitch curves in mesh. P and Q are the pitch points, where the teeth are assumed to touch.",
+    "pitch_curves": (
+        "Pitch curves in mesh. P and Q are the pitch points, where the teeth are assumed to touch."
+    ),
     "rotation": "Rotation of middle body and planet relative to the carrier, ratios of both stages, and the absolute "
     "rate of the planet.",
     "joint_forces": "Polar load diagrams: the force vector of each joint over a cycle. Dots mark every 30 deg of "
     "carrier angle, the cross is zero force, circles show the size in N.",
     "convergence": "Best objective so far against evaluations: of the genetic algorithm (ga), of local searches from "
-    "points within the bounds (ipopt), of local searches from the best individuals of the genetic algorithm (polish).",
+    "points within the bounds (ipopt), of local searches from the best individuals of the genetic "
+    "algorithm (polish).",
     "pareto": "Range against variance of the support force.",
     FIGURE: CAPTION,
 }
 MOTION_CAPTION = (
-    "The device over a cycle, both sides, with the path of the tip. The width of the nozzle is a sketch: the machine "
-    "file contains its length only; its halves, which the cam opens, are drawn separately, seen from the front."
+    "The device over a cycle, both sides, with the path of the tip. The width of the nozzle is a "
+    "sketch: the machine "
+    "file contains its length only; its halves, which the cam opens, are drawn separately, seen "
+    "from the front."
 )
 CLOUD_SIZE = 300
 """Number of random designs within the bounds in the figure of the Pareto front."""
 FORCE = "Vertical support force"
 TRUE = "true"
-FORCE_ROWS = {"max_N": ("largest", "N"), "min_N": ("least", "N"), "range_N": ("range", "N"), "mean_N": ("mean", "N"),
-              "variance_N2": ("variance", "N2"), "objective": ("objective (31)", "")}  # fmt: skip
+FORCE_ROWS = {
+    "max_N": ("largest", "N"),
+    "min_N": ("least", "N"),
+    "range_N": ("range", "N"),
+    "mean_N": ("mean", "N"),
+    "variance_N2": ("variance", "N2"),
+    "objective": ("objective (31)", ""),
+}
 SCORES = ("objective", "range_N", "variance_N2")
 """Keys of `FORCE_ROWS` that designs are compared by."""
 BOUNDS = ("lower", "upper", "origin")
@@ -112,7 +139,9 @@ ROUNDING = 1e-15
 def present_simulation(simulation: Simulation) -> ResultPresentation:
     """Return the presentation of a machine's own design over a cycle."""
     result, device = simulation.result, simulation.device
-    devices: dict[str, Device] = {m: device if m == device.model else Device(device.machine, m) for m in MODELS}
+    devices: dict[str, Device] = {
+        m: device if m == device.model else Device(device.machine, m) for m in MODELS
+    }
     force = result.refined
     return _present(
         device,
@@ -120,7 +149,8 @@ def present_simulation(simulation: Simulation) -> ResultPresentation:
         result,
         _list_simulation_sections(result, device.machine),
         "simulate",
-        conclusion=f"The vertical support force is between {force.min_N:#.4g} and {force.max_N:#.4g} N, the weight of "
+        conclusion=f"The vertical support force is between {force.min_N:#.4g} and "
+        f"{force.max_N:#.4g} N, the weight of "
         f"the machine {result.weight_N:#.4g} N.",
         key_figures=list(_list_simulation_figures(result)),
         motions=lambda: [_animate(device, device.design)],
@@ -148,18 +178,26 @@ def present_validation(result: Validation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its requirements and warnings."""
     title = f"{source}: valid, design parameters {', '.join(result.design)}"
     warnings = list_warning_sections(result.warnings)
-    limits = [*_list_requirement_sections(result.requirements), *list_limit_sections(result.holds or ())]
-    return ResultPresentation(title, result, [*limits, *list_own_sections(result.own_numbers), *warnings])
+    limits = [
+        *_list_requirement_sections(result.requirements),
+        *list_limit_sections(result.holds or ()),
+    ]
+    return ResultPresentation(
+        title, result, [*limits, *list_own_sections(result.own_numbers), *warnings]
+    )
 
 
 def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
-    """Return the presentation of an optimum, its certificate, its front, and the machine file of it."""
+    """Return the presentation of an optimum, its certificate, its front, and the machine file of
+    it.
+    """
     result, optimum = optimisation.result, optimisation.optimum
     x, sampling = optimum.design, optimum.sampling
     samples = device.machine.objective.samples if sampling == "refined" else sampling
     return _present(
         device,
-        f"Optimisation of the planting device {result.machine}, {result.model} model, method {result.method}",
+        f"Optimisation of the planting device {result.machine}, {result.model} model, method "
+        f"{result.method}",
         result,
         _list_optimum_sections(result, device.machine),
         "optimise",
@@ -173,7 +211,9 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
             | _draw_motion(device, x, device.design)
         ),
         tables=lambda: {
-            "cycle.csv": cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(samples)).columns()
+            "cycle.csv": cycle.evaluate_cycle(
+                device, device.prologue(x), cycle.sample_angles(samples)
+            ).columns()
         },
         comments=_list_comments(device, x, optimum.seed),
         texts=lambda: {
@@ -191,7 +231,9 @@ def _list_simulation_figures(result: SimulationFound) -> Iterator[KeyFigure]:
         "N",
         f"variation of the support force over a cycle, {share:.2g} % of the weight",
     )
-    yield KeyFigure(f"{motor.max_Nm:.3g}", "N m", f"largest motor torque, peak power {motor.peak_power_W:.3g} W")
+    yield KeyFigure(
+        f"{motor.max_Nm:.3g}", "N m", f"largest motor torque, peak power {motor.peak_power_W:.3g} W"
+    )
     if requirements:
         met = sum(row.verdict != "fail" for row in requirements)
         yield KeyFigure(f"{met} of {len(requirements)}", "", "requirements met")
@@ -202,25 +244,36 @@ def _list_simulation_figures(result: SimulationFound) -> Iterator[KeyFigure]:
 
 def _list_optimum_figures(result: OptimisationFound) -> Iterator[KeyFigure]:
     before, after, requirements = result.start_range_N, result.range_N, result.requirements or ()
-    yield KeyFigure(_percent(after / before - 1), "", f"variation of the support force, {before:.3g} to {after:.3g} N")
+    yield KeyFigure(
+        _percent(after / before - 1),
+        "",
+        f"variation of the support force, {before:.3g} to {after:.3g} N",
+    )
     torques = result.start_designer.motor.max_Nm, result.designer.motor.max_Nm
     yield KeyFigure(
-        _percent(torques[1] / torques[0] - 1), "", f"largest motor torque, {torques[0]:.3g} to {torques[1]:.3g} N m"
+        _percent(torques[1] / torques[0] - 1),
+        "",
+        f"largest motor torque, {torques[0]:.3g} to {torques[1]:.3g} N m",
     )
     if requirements:
         met = sum(row.verdict != "fail" for row in requirements)
         yield KeyFigure(f"{met} of {len(requirements)}", "", "requirements met by the optimum")
     else:
         starts = result.certificate
-        yield KeyFigure(f"{starts.agreeing_starts} of {starts.starts}", "", "starts agree on the optimum")
+        yield KeyFigure(
+            f"{starts.agreeing_starts} of {starts.starts}", "", "starts agree on the optimum"
+        )
 
 
 def _percent(share: float) -> str:
     return f"{100 * share:+.0f} %".replace("-", "\N{MINUS SIGN}")
 
 
-def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:
-    """Write the best design so far of an unfinished optimisation as a machine file, and summary.json, which says so.
+def write_partial(
+    out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False
+) -> None:
+    """Write the best design so far of an unfinished optimisation as a machine file, and
+    summary.json, which says so.
 
     The file is optimum.toml, or closest.toml while no design satisfies the requirements.
     """
@@ -229,9 +282,20 @@ def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interru
     basis = describe_basis(model, device.machine, files.list_provenance(device.machine))
     folder, is_feasible = files.output_folder(out), partial.get("met", True)
     name = OPTIMUM_FILE if is_feasible else CLOSEST_FILE
-    title = "its best design so far" if is_feasible else "the design closest to satisfying its requirements"
-    method = f"unfinished, {device.model} model" if is_feasible else f"closest design, {device.model} model"
-    head = [f"# The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: {method}."]
+    title = (
+        "its best design so far"
+        if is_feasible
+        else "the design closest to satisfying its requirements"
+    )
+    method = (
+        f"unfinished, {device.model} model"
+        if is_feasible
+        else f"closest design, {device.model} model"
+    )
+    head = [
+        f"# The machine {json.dumps(device.machine.name)} with {title}, by planter {__version__}: "
+        f"{method}."
+    ]
     text = _format_design_file(device.machine, partial["design"], method, head)
     write_file(folder / name, text.encode())
     files.write_summary(folder / "summary.json", {**partial, **marks, **basis})
@@ -256,7 +320,9 @@ def _present(
         model=ModelAssumptions.from_sidecar(device.sidecar),
         displayed_inputs=("design", "bounds"),
         captions=CAPTIONS,
-        details=lambda: [Section("Names", [_tabulate_names(device.sidecar, result.table(), command)])],
+        details=lambda: [
+            Section("Names", [_tabulate_names(device.sidecar, result.table(), command)])
+        ],
         provenance=files.list_provenance(device.machine, seed),
         **parts,
     )
@@ -264,10 +330,16 @@ def _present(
 
 def _list_comments(device: Device, x: Array, seed: int | None = None) -> list[str]:
     design = ", ".join(f"{name} = {value!r}" for name, value in device.named(x).items())
-    return list(files.list_comments(device.machine, "machine", (f"model: {device.model}", f"design: {design}"), seed))
+    return list(
+        files.list_comments(
+            device.machine, "machine", (f"model: {device.model}", f"design: {design}"), seed
+        )
+    )
 
 
-def _list_simulation_sections(result: SimulationFound, machine: PlantingMachine) -> Iterator[Section]:
+def _list_simulation_sections(
+    result: SimulationFound, machine: PlantingMachine
+) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
     sampled = {**result.support_force.table(), "objective": result.objective}
     columns = {TRUE: result.refined.table(), _name_sampling(result.samples): sampled}
@@ -285,16 +357,28 @@ def _list_simulation_sections(result: SimulationFound, machine: PlantingMachine)
         yield Section("At single angles", [_tabulate_states(result.at)])
 
 
-def _list_optimum_sections(result: OptimisationFound, machine: PlantingMachine) -> Iterator[Section]:
+def _list_optimum_sections(
+    result: OptimisationFound, machine: PlantingMachine
+) -> Iterator[Section]:
     yield _tabulate_design(machine, result)
     yield Section(FORCE, [_tabulate_optimised_force(result)])
-    details = Folded("torques, forces, gears and shocks of the optimum", list(_describe_designer(result.designer)))
-    yield Section("Designer's summary", [compare_peaks(result.start_designer, result.designer), details])
+    details = Folded(
+        "torques, forces, gears and shocks of the optimum",
+        list(_describe_designer(result.designer)),
+    )
+    yield Section(
+        "Designer's summary", [compare_peaks(result.start_designer, result.designer), details]
+    )
     yield from _list_requirement_sections(result.requirements)
     if result.teeth is not None:
         yield Section("Integer tooth numbers", list(list_tooth_count_blocks(result.teeth)))
-    scores = [(f"{model} model", score.start, score.optimum) for model, score in result.cross.items()]
-    yield Section("Objective of both designs in both models", [Table(("design", "machine file", "optimum"), scores)])
+    scores = [
+        (f"{model} model", score.start, score.optimum) for model, score in result.cross.items()
+    ]
+    yield Section(
+        "Objective of both designs in both models",
+        [Table(("design", "machine file", "optimum"), scores)],
+    )
     if result.front:
         yield Section("Pareto front of range and variance", [_tabulate_front(result)])
     yield Section("Insensitive directions", list(_describe_insensitive_directions(result)))
@@ -304,11 +388,19 @@ def _list_optimum_sections(result: OptimisationFound, machine: PlantingMachine) 
 
 
 def _tabulate_optimised_force(result: OptimisationFound) -> Table:
-    """Return the force before and after as the search evaluated it, and the optimum's as evaluated otherwise."""
+    """Return the force before and after as the search evaluated it, and the optimum's as evaluated
+    otherwise.
+    """
     searched = _name_sampling(result.samples)
     start = {key: getattr(result, f"start_{key}") for key in SCORES}
-    columns = {f"start, {searched}": start, f"optimum, {searched}": {key: getattr(result, key) for key in SCORES}}
-    kinds = {TRUE: result.refined.table(), _name_sampling(result.sampled.samples): result.sampled.table()}
+    columns = {
+        f"start, {searched}": start,
+        f"optimum, {searched}": {key: getattr(result, key) for key in SCORES},
+    }
+    kinds = {
+        TRUE: result.refined.table(),
+        _name_sampling(result.sampled.samples): result.sampled.table(),
+    }
     columns |= {f"optimum, {kind}": values for kind, values in kinds.items() if kind != searched}
     return _tabulate_force(columns, SCORES)
 
@@ -318,45 +410,75 @@ def _name_sampling(samples: int | str) -> str:
 
 
 def _tabulate_force(
-    columns: Mapping[str, Mapping[str, float]], keys: Sequence[str], more: Sequence[Sequence[Cell]] = ()
+    columns: Mapping[str, Mapping[str, float]],
+    keys: Sequence[str],
+    more: Sequence[Sequence[Cell]] = (),
 ) -> Table:
-    rows = [(FORCE_ROWS[key][0], *(values.get(key) for values in columns.values()), FORCE_ROWS[key][1]) for key in keys]
+    rows = [
+        (FORCE_ROWS[key][0], *(values.get(key) for values in columns.values()), FORCE_ROWS[key][1])
+        for key in keys
+    ]
     return Table(("", *columns, "unit"), [*rows, *more])
 
 
 def _tabulate_design(machine: PlantingMachine, optimum: OptimisationFound | None = None) -> Section:
-    """Return the machine's own design with its bounds, and the optimum with what limits each parameter."""
+    """Return the machine's own design with its bounds, and the optimum with what limits each
+    parameter.
+    """
     start = machine.design
     values, notes = [start], dict.fromkeys(start, "")
     if optimum is not None:
         values = [optimum.start_design, optimum.design]
-        notes |= {bound.name: f"at its {bound.side} bound" for bound in optimum.certificate.active_bounds}
+        notes |= {
+            bound.name: f"at its {bound.side} bound" for bound in optimum.certificate.active_bounds
+        }
         single = (direction[0] for direction in optimum.insensitive if len(direction) == 1)
         notes |= {name: "no effect" for weights in single for name in weights}
     head = ("value",) if optimum is None else ("start", "optimum")
     note = () if optimum is None else ("",)
     rows: list[tuple[Cell, ...]] = [
-        (name, *(design[name] for design in values), units.display_unit(name), *(notes[name] for _ in note),
-         *machine.bounds[name], machine.origin(f"design.{name}"))
+        (
+            name,
+            *(design[name] for design in values),
+            units.display_unit(name),
+            *(notes[name] for _ in note),
+            *machine.bounds[name],
+            machine.origin(f"design.{name}"),
+        )
         for name in start
-    ]  # fmt: skip
-    return Section("Design", [Table(("parameter", *head, "unit", *note, *BOUNDS), rows, page_columns=BOUNDS)])
+    ]
+    return Section(
+        "Design", [Table(("parameter", *head, "unit", *note, *BOUNDS), rows, page_columns=BOUNDS)]
+    )
 
 
 def _describe_designer(summary: DesignersSummary) -> Iterator[Block]:
     yield from list_design_tables(summary)
     yield from map(Text, describe_design(summary))
-    yield Text("Angles are those of the carrier for side 1; side 2 follows half a revolution later.", "note")
+    yield Text(
+        "Angles are those of the carrier for side 1; side 2 follows half a revolution later.",
+        "note",
+    )
 
 
 def _tabulate_assumption_effects(effects: Sequence[Lifted]) -> Table:
-    """Return the largest joint forces as modelled, and by how much they change if an assumption is relaxed."""
-    modelled: tuple[Cell, ...] = ("as modelled, largest", *effects[0].as_modelled_N.values(), None, None)
+    """Return the largest joint forces as modelled, and by how much they change if an assumption is
+    relaxed.
+    """
+    modelled: tuple[Cell, ...] = (
+        "as modelled, largest",
+        *effects[0].as_modelled_N.values(),
+        None,
+        None,
+    )
     rows: list[tuple[Cell, ...]] = [
-        (effect.assumption, *effect.joints_N.values(), effect.support_N, effect.friction_work_J) for effect in effects
+        (effect.assumption, *effect.joints_N.values(), effect.support_N, effect.friction_work_J)
+        for effect in effects
     ]
     head = ("forces / N", *effects[0].joints_N, "support", "friction work / J")
-    return Table(head, [modelled, *rows], "Largest change of forces as assumptions are relaxed one by one")
+    return Table(
+        head, [modelled, *rows], "Largest change of forces as assumptions are relaxed one by one"
+    )
 
 
 def _tabulate_states(states: Sequence[DeviceState]) -> Table:
@@ -364,25 +486,50 @@ def _tabulate_states(states: Sequence[DeviceState]) -> Table:
 
 
 REQUIREMENT_HEAD = (
-    "requirement", "value", "min", "max", "unit", "margin", "needed", "phi / deg", "", "origin",
-)  # fmt: skip
+    "requirement",
+    "value",
+    "min",
+    "max",
+    "unit",
+    "margin",
+    "needed",
+    "phi / deg",
+    "",
+    "origin",
+)
 
 
-def _list_requirement_sections(requirements: Sequence[RequirementResult] | None) -> Iterator[Section]:
+def _list_requirement_sections(
+    requirements: Sequence[RequirementResult] | None,
+) -> Iterator[Section]:
     rows: list[tuple[Cell, ...]] = [
-        (_name_requirement(row), _round(row.value), row.lower, row.upper, row.unit, _round(row.margin),
-         row.wanted_margin, _round(row.phi_deg), row.verdict, row.origin)
+        (
+            _name_requirement(row),
+            _round(row.value),
+            row.lower,
+            row.upper,
+            row.unit,
+            _round(row.margin),
+            row.wanted_margin,
+            _round(row.phi_deg),
+            row.verdict,
+            row.origin,
+        )
         for row in requirements or ()
-    ]  # fmt: skip
+    ]
     if rows:
-        yield Section("Requirements", [Table(REQUIREMENT_HEAD, rows, page_columns=REQUIREMENT_HEAD[-1:])])
+        yield Section(
+            "Requirements", [Table(REQUIREMENT_HEAD, rows, page_columns=REQUIREMENT_HEAD[-1:])]
+        )
 
 
 def _name_requirement(row: RequirementResult) -> MarkupCell:
     """Return the key of a requirement, in whose place a page has its name and meaning."""
     entry = load_names("planter.planting").find(row.name)
     name = entry.name if entry else row.name
-    return MarkupCell(row.name, f"{escape_markup(name)} <small>{escape_markup(row.meaning)}</small>")
+    return MarkupCell(
+        row.name, f"{escape_markup(name)} <small>{escape_markup(row.meaning)}</small>"
+    )
 
 
 def _round(value: float | None) -> float | None:
@@ -404,9 +551,14 @@ def _describe_insensitive_directions(result: OptimisationFound) -> Iterator[Bloc
         f"of the {len(result.design)} parameters."
     )
     if result.insensitive:
-        yield Text("It does not change if these parameters change together, in parts of the widths of their bounds:")
+        yield Text(
+            "It does not change if these parameters change together, in parts of the widths of "
+            "their bounds:"
+        )
     for direction in result.insensitive:
-        yield Table(("parameter", "weight"), [pair for weights in direction for pair in weights.items()])
+        yield Table(
+            ("parameter", "weight"), [pair for weights in direction for pair in weights.items()]
+        )
 
 
 def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
@@ -424,7 +576,8 @@ def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
         }
     )
     yield Text(
-        "The KKT residual is zero at an exact local optimum. The spread is the largest less the least objective at "
+        "The KKT residual is zero at an exact local optimum. The spread is the largest less the "
+        "least objective at "
         "which a local search ended. Neither proves that there is no better design elsewhere.",
         "note",
     )
@@ -434,71 +587,109 @@ def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
 
 
 def _list_multipliers(certificate: PlantingCertificate) -> list[tuple[Cell, ...]]:
-    bounds = [(bound.name, bound.side, bound.multiplier, "width of its bounds") for bound in certificate.active_bounds]
+    bounds = [
+        (bound.name, bound.side, bound.multiplier, "width of its bounds")
+        for bound in certificate.active_bounds
+    ]
     active = certificate.active_requirements or ()
     return [*bounds, *((row.name, row.side, row.multiplier, row.unit) for row in active)]
 
 
 def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], command: str) -> Folded:
-    """Return columns of cycle.csv and numbers of the summary: unit, meaning, source, and the figures that draw them."""
-    columns = [quantity.key for quantity in cycle.list_device_quantities(sidecar) if quantity.side != 2]
+    """Return columns of cycle.csv and numbers of the summary: unit, meaning, source, and the
+    figures that draw them.
+    """
+    columns = [
+        quantity.key for quantity in cycle.list_device_quantities(sidecar) if quantity.side != 2
+    ]
     keys = [key for key, value in summary.items() if isinstance(value, int | float)]
     rows = [
-        (name, units.display_unit(name), meaning.meaning, meaning.source, ", ".join(meaning.figures or ()))
+        (
+            name,
+            units.display_unit(name),
+            meaning.meaning,
+            meaning.source,
+            ", ".join(meaning.figures or ()),
+        )
         for name, meaning in dictionary.find_meanings("planting", [*columns, *keys], command)
     ]
     head = ("name", "unit", "meaning", "source", "drawn in")
-    return Folded("columns of cycle.csv and numbers of summary.json; planter explain has all", [Table(head, rows)])
+    return Folded(
+        "columns of cycle.csv and numbers of summary.json; planter explain has all",
+        [Table(head, rows)],
+    )
 
 
-def format_optimum_file(machine: PlantingMachine, model: str, result: OptimisationFound, sampling: Sampling) -> str:
+def format_optimum_file(
+    machine: PlantingMachine, model: str, result: OptimisationFound, sampling: Sampling
+) -> str:
     """Return a machine file (TOML) with an optimum of `machine` as its design.
 
-    Its objective is that of the optimum: the file contains the number of samples of the search, if it had one.
+    Its objective is that of the optimum: the file contains the number of samples of the search, if
+    it had one.
     """
     method = f"{model} model, {result.method}, seed {result.seed}, " + (
         "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
     )
     head = [
-        f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {method}.",
-        f"# Objective {result.objective!r}, before {result.start_objective!r}. Comments give the values before.",
+        f"# The machine {json.dumps(machine.name)} with its design optimised by planter "
+        f"{__version__}: {method}.",
+        f"# Objective {result.objective!r}, before {result.start_objective!r}. Comments give the "
+        f"values before.",
     ]
     if result.teeth is not None:
         stages = (
-            f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm" for stage in result.teeth.stages
+            f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm"
+            for stage in result.teeth.stages
         )
         head.append(f"# Integer tooth numbers: {', '.join(stages)}.")
     return _format_design_file(machine, result.design, method, head, sampling)
 
 
 def _format_design_file(
-    machine: PlantingMachine, design: Mapping[str, float], method: str, head: Sequence[str],
+    machine: PlantingMachine,
+    design: Mapping[str, float],
+    method: str,
+    head: Sequence[str],
     sampling: Sampling = "refined",
-) -> str:  # fmt: skip
-    """Return a machine file (TOML) with another design; `method` says how it was found, `head` are comments."""
+) -> str:
+    """Return a machine file (TOML) with another design; `method` says how it was found, `head` are
+    comments.
+    """
     numbers, table = machine.numbers(), machine.table()
-    table["design"] = {name: _restore_digits(machine, name, value) for name, value in design.items()}
+    table["design"] = {
+        name: _restore_digits(machine, name, value) for name, value in design.items()
+    }
     if sampling != "refined":
         table["objective"]["samples"] = int(sampling)
     optimised = PlantingMachine.read(table, machine.source).numbers()
     previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
     table["origin"] = _list_origins(machine, previous, method)
     notes = {
-        path: f"was {' '.join((repr(value), units.display_unit(path))).rstrip()}" for path, value in previous.items()
+        path: f"was {' '.join((repr(value), units.display_unit(path))).rstrip()}"
+        for path, value in previous.items()
     }
     return "\n".join([*head, "", *format_lines(table, notes)]) + "\n"
 
 
 def _restore_digits(machine: PlantingMachine, name: str, value: float) -> float:
-    """Return a design value without the last digits that conversion to SI units changes, and within its bounds."""
+    """Return a design value without the last digits that conversion to SI units changes, and within
+    its bounds.
+    """
     start, (lower, upper) = machine.design[name], machine.bounds[name]
     return start if math.isclose(value, start, rel_tol=ROUNDING) else min(max(value, lower), upper)
 
 
-def _list_origins(machine: PlantingMachine, previous: Mapping[str, float], method: str) -> dict[str, str]:
-    """Return the origins in the file, with new ones for numbers that changed or were set on the command line."""
+def _list_origins(
+    machine: PlantingMachine, previous: Mapping[str, float], method: str
+) -> dict[str, str]:
+    """Return the origins in the file, with new ones for numbers that changed or were set on the
+    command line.
+    """
     changed = dict.fromkeys((*machine.changed, *previous), SET_ORIGIN)
-    changed |= dict.fromkeys((path for path in previous if path.startswith("design.")), f"optimised ({method})")
+    changed |= dict.fromkeys(
+        (path for path in previous if path.startswith("design.")), f"optimised ({method})"
+    )
     renamed = set(changed) | {paths.last_part(path) for path in changed}
     return {name: words for name, words in machine.origins.items() if name not in renamed} | changed
 
@@ -512,17 +703,29 @@ def _compute_columns(device: Device, x: Array) -> dict[str, Array]:
     return cycle.evaluate_cycle(device, device.prologue(x), find_curve_angles(device, x)).columns()
 
 
-def _draw_forces(devices: Mapping[str, Device], x: Array, start: Array | None = None) -> dict[str, Figure]:
+def _draw_forces(
+    devices: Mapping[str, Device], x: Array, start: Array | None = None
+) -> dict[str, Figure]:
     cycles = {model: _compute_columns(device, x) for model, device in devices.items()}
-    before = {} if start is None else {model: _compute_columns(device, start) for model, device in devices.items()}
-    curves, old_curves = ({m: (t["phi_deg"], t["support_N"]) for m, t in each.items()} for each in (cycles, before))
+    before = (
+        {}
+        if start is None
+        else {model: _compute_columns(device, start) for model, device in devices.items()}
+    )
+    curves, old_curves = (
+        {m: (t["phi_deg"], t["support_N"]) for m, t in each.items()} for each in (cycles, before)
+    )
     exact = devices["exact"]
-    support = figures.draw_support_force(curves, cycle.compute_weight(exact), _find_breakpoints(exact, x), old_curves)
+    support = figures.draw_support_force(
+        curves, cycle.compute_weight(exact), _find_breakpoints(exact, x), old_curves
+    )
     return {"support_force": support, "joint_forces": figures.draw_joint_forces(cycles)}
 
 
 def _find_breakpoints(device: Device, x: Array) -> dict[str, list[float]]:
-    """Return the carrier angles [deg] of both sides' breakpoints by name, in the order of the model's events."""
+    """Return the carrier angles [deg] of both sides' breakpoints by name, in the order of the
+    model's events.
+    """
     angles_deg: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
     for breakpoint_ in list_breakpoints(device.force, device.prologue(x)):
         angles_deg[breakpoint_.name].append(float(np.degrees(breakpoint_.angle)))
@@ -538,7 +741,9 @@ def _draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[s
     locate = partial(locate_pitch_curves, device)
     return {
         "tip_path": figures.draw_tip_path(columns, columns_before, soil_mm, points_mm),
-        "pitch_curves": figures.draw_pitch_curves(locate(x), None if start is None else locate(start)),
+        "pitch_curves": figures.draw_pitch_curves(
+            locate(x), None if start is None else locate(start)
+        ),
         "rotation": figures.draw_rotation(columns, compute_ratios(device, x, columns["phi_deg"])),
     }
 
@@ -554,7 +759,10 @@ def _draw_front(device: Device, optimisation: Optimisation) -> dict[str, Figure]
         "machine file": (result.start_range_N, result.start_variance_N2),
         "optimum": (result.range_N, result.variance_N2),
     }
-    summaries = [*(point.evaluation.look for point in optimisation.front), *_sample_designs(device, optimisation)]
+    summaries = [
+        *(point.evaluation.look for point in optimisation.front),
+        *_sample_designs(device, optimisation),
+    ]
     points = [(summary.range, summary.variance) for summary in summaries]
     line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
     return {"pareto": figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)}

@@ -13,7 +13,8 @@ from planter.report.html import Block, Table, Text
 
 @dataclass(frozen=True)
 class PeakForce(Record):
-    """A force over a turn, its size or, of contacts that can only push, its signed value; one-sided where it jumps.
+    """A force over a turn, its size or, of contacts that can only push, its signed value; one-sided
+    where it jumps.
 
     Angles are those of the carrier, with the side's own half of the device as side 1.
     """
@@ -28,7 +29,9 @@ class PeakForce(Record):
 
 @dataclass(frozen=True)
 class StressFound(Record):
-    """Largest stress over a turn; `bending` by Lewis for both gears of the pair, null outside its formula's range."""
+    """Largest stress over a turn; `bending` by Lewis for both gears of the pair, null outside its
+    formula's range.
+    """
 
     contact_MPa: float
     contact_phi_deg: float
@@ -38,9 +41,11 @@ class StressFound(Record):
 
 @dataclass(frozen=True)
 class GearFound(Record):
-    """A gear's pitch curve: least radius of curvature, least curvature (below zero: hollow), pitch radii.
+    """A gear's pitch curve: least radius of curvature, least curvature (below zero: hollow), pitch
+    radii.
 
-    `teeth_min` is the least number of teeth of a circular gear that has such a curvature, where a module is given.
+    `teeth_min` is the least number of teeth of a circular gear that has such a curvature, where a
+    module is given.
     """
 
     gear: str
@@ -53,7 +58,9 @@ class GearFound(Record):
 
 @dataclass(frozen=True)
 class StageFound(Record):
-    """A gear stage; pressure angles over a turn and both flanks; contact ratio and stress where [gears] give them."""
+    """A gear stage; pressure angles over a turn and both flanks; contact ratio and stress where
+    [gears] give them.
+    """
 
     stage: int
     centre_distance_mm: float
@@ -67,7 +74,9 @@ class StageFound(Record):
 
 @dataclass(frozen=True)
 class DesignersSummary(Record):
-    """Loads for which motor, bearings, gears and cam are sized; `shocks` is empty if nothing jumps."""
+    """Loads for which motor, bearings, gears and cam are sized; `shocks` is empty if nothing
+    jumps.
+    """
 
     motor: MotorTorque
     holding_torque_max_Nm: float
@@ -82,22 +91,40 @@ class DesignersSummary(Record):
 
 def list_design_tables(summary: DesignersSummary) -> Iterator[Table]:
     """Yield the tables of torque, forces, gears and shocks of a design."""
-    holding = ("on the sun, to hold it", summary.holding_torque_max_Nm, summary.holding_torque_max_phi_deg)
+    holding = (
+        "on the sun, to hold it",
+        summary.holding_torque_max_Nm,
+        summary.holding_torque_max_phi_deg,
+    )
     torques: list[Cells] = [*motor_rows(summary.motor), holding]
     yield Table(("", "N m", "phi / deg"), torques, "Torque of the motor on the carrier")
-    forces = [(describe_force(f), f.max_N, f.max_phi_deg, f.min_N, f.min_phi_deg) for f in summary.forces]
+    forces = [
+        (describe_force(f), f.max_N, f.max_phi_deg, f.min_N, f.min_phi_deg) for f in summary.forces
+    ]
     head = ("", "largest / N", "phi / deg", "least / N", "phi / deg")
     yield Table(head, forces, "Peaks of forces, true extremes over a cycle")
     gears = [_gear(gear) for stage in summary.stages for gear in stage.gears]
-    yield Table(("gear", "least bend radius", "pitch radius", "to", "least teeth"), gears, "Gears, lengths in mm")
+    yield Table(
+        ("gear", "least bend radius", "pitch radius", "to", "least teeth"),
+        gears,
+        "Gears, lengths in mm",
+    )
     yield Table(("", "stage 1", "stage 2"), _stages(summary.stages), "Stages")
     yield from shock_tables(summary.shocks, "Shocks of side 1: the largest jump of each kind")
 
 
 def describe_design(summary: DesignersSummary) -> Iterator[str]:
-    """Yield the motor's power, the cam's pressure angle, whether anything jumps, and what is missing."""
-    cam = f"{summary.cam_pressure_angle_max_deg:.4g} deg at {summary.cam_pressure_angle_max_phi_deg:.4g} deg"
-    yield f"Peak power of the motor {summary.motor.peak_power_W:.4g} W; largest pressure angle of the cam {cam}."
+    """Yield the motor's power, the cam's pressure angle, whether anything jumps, and what is
+    missing.
+    """
+    cam = (
+        f"{summary.cam_pressure_angle_max_deg:.4g} deg at "
+        f"{summary.cam_pressure_angle_max_phi_deg:.4g} deg"
+    )
+    yield (
+        f"Peak power of the motor {summary.motor.peak_power_W:.4g} W; largest pressure angle of "
+        f"the cam {cam}."
+    )
     if not summary.shocks:
         yield "No discontinuities: accelerations, forces and torques are continuous."
     for note in summary.notes:
@@ -110,15 +137,28 @@ def compare_peaks(start: DesignersSummary, optimum: DesignersSummary) -> Table:
         ("motor torque, largest", start.motor.max_Nm, optimum.motor.max_Nm, "N m"),
         ("motor torque, root mean square", start.motor.rms_Nm, optimum.motor.rms_Nm, "N m"),
     ]
-    rows += [(describe_force(a), a.max_N, b.max_N, "N") for a, b in zip(start.forces, optimum.forces, strict=True)]
+    rows += [
+        (describe_force(a), a.max_N, b.max_N, "N")
+        for a, b in zip(start.forces, optimum.forces, strict=True)
+    ]
     for a, b in zip(start.stages, optimum.stages, strict=True):
-        rows.append((f"centre distance {a.stage}", a.centre_distance_mm, b.centre_distance_mm, "mm"))
-    return Table(("largest over a cycle", "start", "optimum", "unit"), rows, "Peaks before and after")
+        rows.append(
+            (f"centre distance {a.stage}", a.centre_distance_mm, b.centre_distance_mm, "mm")
+        )
+    return Table(
+        ("largest over a cycle", "start", "optimum", "unit"), rows, "Peaks before and after"
+    )
 
 
-COMPARED = {"motor / N m": (), "teeth / N": ("F_NP", "F_NQ"), "bearings / N": ("bearing_A1", "bearing_B1"),
-            "cam / N": ("F_E",)}  # fmt: skip
-"""Peaks by which devices are compared, by their heads: the largest of some forces, or the torque."""
+COMPARED = {
+    "motor / N m": (),
+    "teeth / N": ("F_NP", "F_NQ"),
+    "bearings / N": ("bearing_A1", "bearing_B1"),
+    "cam / N": ("F_E",),
+}
+"""Peaks by which devices are compared, by their heads: the largest of some forces, or the
+torque.
+"""
 BORNE = {
     "motor_torque_max_Nm": "largest torque of the motor over a turn",
     "tooth_force_max_N": "largest normal force between teeth over a turn",
@@ -131,7 +171,10 @@ BORNE = {
 def list_largest_loads(summary: DesignersSummary) -> list[float]:
     """Return the loads that `COMPARED` lists."""
     by_name = {force.name: force.max_N for force in summary.forces}
-    return [max(by_name[name] for name in names) if names else summary.motor.max_Nm for names in COMPARED.values()]
+    return [
+        max(by_name[name] for name in names) if names else summary.motor.max_Nm
+        for names in COMPARED.values()
+    ]
 
 
 def describe_force(force: PeakForce) -> str:
@@ -147,8 +190,13 @@ def describe_force(force: PeakForce) -> str:
 
 def _gear(gear: GearFound) -> Cells:
     hollow = " (hollow)" if gear.curvature_min_per_mm < 0 else ""
-    return (f"{gear.gear}{hollow}", gear.curvature_radius_min_mm, gear.pitch_radius_min_mm, gear.pitch_radius_max_mm,
-            gear.teeth_min)  # fmt: skip
+    return (
+        f"{gear.gear}{hollow}",
+        gear.curvature_radius_min_mm,
+        gear.pitch_radius_min_mm,
+        gear.pitch_radius_max_mm,
+        gear.teeth_min,
+    )
 
 
 def _stages(stages: Sequence[StageFound]) -> list[Cells]:
@@ -162,7 +210,12 @@ def _stages(stages: Sequence[StageFound]) -> list[Cells]:
     if stresses:
         rows.append(("contact stress / MPa", *(stress.contact_MPa for stress in stresses)))
         for k, gear in enumerate(("inner", "outer")):
-            rows.append((f"bending stress, {gear} gear / MPa", *(stress.bending_MPa[k] for stress in stresses)))
+            rows.append(
+                (
+                    f"bending stress, {gear} gear / MPa",
+                    *(stress.bending_MPa[k] for stress in stresses),
+                )
+            )
     return rows
 
 
@@ -180,9 +233,10 @@ class ToothCountGear(Record):
 class ToothCountStage(Record):
     """A stage with an integer tooth number.
 
-    `length_error` is the deviation from pi m z as a share of it, `free_teeth` the tooth number of the free optimum. The
-    prices are what the objective gains per mm of module and per additional tooth. `gears` and `contact_ratio_min` are
-    null if no teeth can be cut; `refused` is the reason if `planter gears` needs further options to cut them.
+    `length_error` is the deviation from pi m z as a share of it, `free_teeth` the tooth number of
+    the free optimum. The prices are what the objective gains per mm of module and per additional
+    tooth. `gears` and `contact_ratio_min` are null if no teeth can be cut; `refused` is the reason
+    if `planter gears` needs further options to cut them.
     """
 
     stage: int
@@ -213,9 +267,11 @@ class ToothCountCandidate(Record):
 
 @dataclass(frozen=True)
 class ToothCountResult(Record):
-    """Integer tooth numbers of an optimum, and their price: by how much the objective exceeds the free optimum's.
+    """Integer tooth numbers of an optimum, and their price: by how much the objective exceeds the
+    free optimum's.
 
-    `tried` are the candidates of the search, null if the numbers were specified; `seconds` counts all searches.
+    `tried` are the candidates of the search, null if the numbers were specified; `seconds` counts
+    all searches.
     """
 
     stages: list[ToothCountStage]
@@ -228,20 +284,38 @@ class ToothCountResult(Record):
 
 def list_tooth_count_blocks(result: ToothCountResult) -> Iterator[Block]:
     """Yield the price and the tooth numbers, the limits of the gears, and the candidates."""
-    yield Text(f"Objective {result.price:+.4g} against the free optimum's {result.free_objective:.6g}.")
-    keys = ("stage", "z", "module_mm", "pitch_length_mm", "free_teeth", "price_per_module_mm", "price_per_tooth")
+    yield Text(
+        f"Objective {result.price:+.4g} against the free optimum's {result.free_objective:.6g}."
+    )
+    keys = (
+        "stage",
+        "z",
+        "module_mm",
+        "pitch_length_mm",
+        "free_teeth",
+        "price_per_module_mm",
+        "price_per_tooth",
+    )
     head = ("stage", "teeth", "module / mm", "length / mm", "free", "per mm of module", "per tooth")
-    yield Table(head, [[getattr(stage, key) for key in keys] for stage in result.stages], "Integer tooth numbers")
+    yield Table(
+        head,
+        [[getattr(stage, key) for key in keys] for stage in result.stages],
+        "Integer tooth numbers",
+    )
     gears = [
         (gear.name, gear.teeth, gear.margin, gear.top_land_mm, stage.contact_ratio_min)
         for stage in result.stages
         for gear in stage.gears or ()
     ]
     if gears:
-        yield Table(("gear", "teeth", "undercut margin", "top land / mm", "contact ratio"), gears, "Gears")
+        yield Table(
+            ("gear", "teeth", "undercut margin", "top land / mm", "contact ratio"), gears, "Gears"
+        )
     for stage in result.stages:
         if stage.refused is not None:
             yield Text(f"planter gears refuses: {stage.refused}.", "warning")
     if result.tried is not None:
-        rows = [(", ".join(map(str, c.z)), c.objective, c.kkt_residual, c.settled) for c in result.tried]
+        rows = [
+            (", ".join(map(str, c.z)), c.objective, c.kkt_residual, c.settled) for c in result.tried
+        ]
         yield Table(("teeth", "objective", "KKT residual", "settled"), rows, "Candidates")

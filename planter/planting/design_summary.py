@@ -1,6 +1,8 @@
-"""The designer's summary: what motor, bearings, gears and cam of a planting device bear over a cycle.
+"""The designer's summary: what motor, bearings, gears and cam of a planting device bear over a
+cycle.
 
-The functions of the carrier angle are rows of the engine's summary; extremes are true ones, integrals by quadrature.
+The functions of the carrier angle are rows of the engine's summary; extremes are true ones,
+integrals by quadrature.
 """
 
 from __future__ import annotations
@@ -21,7 +23,13 @@ from planter.numerics.extrema import ExtremePoint
 from planter.planting import angle_functions as pitch
 from planter.planting import cycle
 from planter.planting.angle_functions import PITCH_CELLS, AngleFunction
-from planter.planting.design_results import DesignersSummary, GearFound, PeakForce, StageFound, StressFound
+from planter.planting.design_results import (
+    DesignersSummary,
+    GearFound,
+    PeakForce,
+    StageFound,
+    StressFound,
+)
 from planter.planting.model import Device
 
 STRENGTH = formulas.load("gear_strength")
@@ -30,21 +38,31 @@ CONTACTS = ("F_NP", "F_NQ", "F_E")
 """Forces that can only push: normal forces of the teeth at P and Q, of the cam on the roller."""
 TORQUES = ("M_L", "M_1")
 TURNED = ("phi52", "phi72", "theta1")
-"""Angles of bodies; their second derivatives are accelerations, since the carrier's speed is constant."""
+"""Angles of bodies; their second derivatives are accelerations, since the carrier's speed is
+constant.
+"""
 CENTRE = ("x_tip", "y_tip")
-OF_GEARS = {"module": "module_mm", "b": "face_width_mm", "E": "youngs_modulus_GPa", "nu": "poisson_ratio"}
+OF_GEARS = {
+    "module": "module_mm",
+    "b": "face_width_mm",
+    "E": "youngs_modulus_GPa",
+    "nu": "poisson_ratio",
+}
 """Names of the strength formulas, and where their values stand in [gears]."""
 GEARS = (("sun", "gear 5"), ("gear 6", "planet gear"))
 
 
 class DeviceRows:
-    """Rows of a device: signed forces and torques, sizes, accelerations, pressure angles, stress if [gears] has it."""
+    """Rows of a device: signed forces and torques, sizes, accelerations, pressure angles, stress if
+    [gears] has it.
+    """
 
     def __init__(self, device: Device, machine: Machine) -> None:
         self.device, self.machine = device, machine
         self.phi, self._d, self._h, _ = machine.symbols
         self._constants = {
-            value.name: self._d[device.size + i] for i, value in enumerate(machine.values[device.size :])
+            value.name: self._d[device.size + i]
+            for i, value in enumerate(machine.values[device.size :])
         }
 
     def build(self) -> list[CycleRow]:
@@ -56,7 +74,9 @@ class DeviceRows:
             yield CycleRow(self.machine.find_quantity(name), self.machine.graph(name))
         for vector in self.machine.vectors:
             for part in vector.components:
-                yield CycleRow(self.machine.find_quantity(part), self.machine.graph(part), has_peaks=False)
+                yield CycleRow(
+                    self.machine.find_quantity(part), self.machine.graph(part), has_peaks=False
+                )
             yield build_vector_row(self.machine, vector)
 
     def _accelerations(self) -> Iterator[CycleRow]:
@@ -68,12 +88,23 @@ class DeviceRows:
             yield CycleRow(acceleration, rate * self._constants["omega"] ** 2, has_peaks=False)
 
     def _meshing(self) -> Iterator[CycleRow]:
-        for index, (stage, t, force) in enumerate(zip(self.device.stages, ("t1", "t2"), CONTACTS, strict=False)):
+        for index, (stage, t, force) in enumerate(
+            zip(self.device.stages, ("t1", "t2"), CONTACTS, strict=False)
+        ):
             parameters, hoisted = self._of_stage(index)
             polar = self.machine.graph(t)
-            contact = dict(zip(stage.contact.function.name_out(),
-                               stage.contact.function(polar, parameters, hoisted), strict=True))  # fmt: skip
-            inputs: dict[str, ca.SX] = {"r": contact["r"], "dr": contact["dr"], "alpha0": self._constants["alpha_n"]}
+            contact = dict(
+                zip(
+                    stage.contact.function.name_out(),
+                    stage.contact.function(polar, parameters, hoisted),
+                    strict=True,
+                )
+            )
+            inputs: dict[str, ca.SX] = {
+                "r": contact["r"],
+                "dr": contact["dr"],
+                "alpha0": self._constants["alpha_n"],
+            }
             for name, value in STRENGTH.composed("pressure_angles", inputs).items():
                 yield _row(f"{name}{index + 1}", value, "pressure angle", "rad")
             gears = self.device.machine.gears
@@ -81,9 +112,16 @@ class DeviceRows:
                 bends = _curvatures(stage, polar, parameters, hoisted)
                 yield from self._stresses(index, inputs | {"F": self.machine.graph(force)}, bends)
 
-    def _stresses(self, index: int, inputs: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]) -> Iterator[CycleRow]:
-        values = {**inputs, **{name: self.device.machine.si(f"gears.{key}") for name, key in OF_GEARS.items()}}
-        contact = STRENGTH.composed("contact_stress", values | {"kappa1": bends[0], "kappa2": bends[1]})
+    def _stresses(
+        self, index: int, inputs: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]
+    ) -> Iterator[CycleRow]:
+        values = {
+            **inputs,
+            **{name: self.device.machine.si(f"gears.{key}") for name, key in OF_GEARS.items()},
+        }
+        contact = STRENGTH.composed(
+            "contact_stress", values | {"kappa1": bends[0], "kappa2": bends[1]}
+        )
         stress = Quantity(f"contact{index + 1}", "N/m2", "contact stress", "")
         yield CycleRow(stress, contact["square"], has_jumps=False, is_square=True)
         for gear, bend in zip(GEARS[index], bends, strict=True):
@@ -101,8 +139,15 @@ class DeviceRows:
     def _cam(self) -> CycleRow:
         theta = self.machine.graph("theta1")
         rate = ca.gradient(theta, self.phi) * self._constants["omega"]
-        inputs = {**self._constants, "theta1": theta, "theta1_dot": rate, "Omega": self.machine.graph("Omega")}
-        return _row("cam", CAM.composed("cam", inputs)["pressure"], "pressure angle of the cam", "rad")
+        inputs = {
+            **self._constants,
+            "theta1": theta,
+            "theta1_dot": rate,
+            "Omega": self.machine.graph("Omega"),
+        }
+        return _row(
+            "cam", CAM.composed("cam", inputs)["pressure"], "pressure angle of the cam", "rad"
+        )
 
 
 def _row(name: str, graph: ca.SX, meaning: str, unit: str) -> CycleRow:
@@ -110,7 +155,8 @@ def _row(name: str, graph: ca.SX, meaning: str, unit: str) -> CycleRow:
 
 
 def _curvatures(stage: Stage, t: ca.SX, parameters: ca.SX, hoisted: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Curvatures [1/m] of both pitch curves at a polar angle of the inner gear, on whichever segment it is.
+    """Curvatures [1/m] of both pitch curves at a polar angle of the inner gear, on whichever
+    segment it is.
 
     Polar angles are linear in u on a segment, so that two of them determine u.
     """
@@ -118,8 +164,14 @@ def _curvatures(stage: Stage, t: ca.SX, parameters: ca.SX, hoisted: ca.SX) -> tu
     angle = t - 2 * np.pi * ca.floor(t / (2 * np.pi))
     ends = zip(polar(0.0, parameters), polar(1.0, parameters), strict=True)
     first, second = ((angle - start) / (unit - start) for start, unit in ends)
-    first_curvatures, second_curvatures = bends(first, parameters, hoisted)[:2], bends(second, parameters, hoisted)[2:]
-    inner, outer = (ca.if_else(first <= np.pi, a, b) for a, b in zip(first_curvatures, second_curvatures, strict=True))
+    first_curvatures, second_curvatures = (
+        bends(first, parameters, hoisted)[:2],
+        bends(second, parameters, hoisted)[2:],
+    )
+    inner, outer = (
+        ca.if_else(first <= np.pi, a, b)
+        for a, b in zip(first_curvatures, second_curvatures, strict=True)
+    )
     return inner, outer
 
 
@@ -153,7 +205,11 @@ def find_module(turn: DesignTurn) -> float | None:
     if machine.gears is not None:
         return machine.si("gears.module_mm")
     required = machine.requirements
-    return None if required is None or required.module_mm is None else machine.si("requirements.module_mm")
+    return (
+        None
+        if required is None or required.module_mm is None
+        else machine.si("requirements.module_mm")
+    )
 
 
 def _stage(turn: DesignTurn, index: int) -> StageFound:
@@ -166,7 +222,10 @@ def _stage(turn: DesignTurn, index: int) -> StageFound:
     gears = [
         _gear(name, max(_over(courses, row, 1)), min(_over(courses, row, -1)), radius, module)
         for name, row, radius in zip(
-            GEARS[index], (pitch.INNER, pitch.OUTER), (radii, (distance - radii[1], distance - radii[0])), strict=True
+            GEARS[index],
+            (pitch.INNER, pitch.OUTER),
+            (radii, (distance - radii[1], distance - radii[0])),
+            strict=True,
         )
     ]
     return StageFound(
@@ -188,13 +247,17 @@ def _courses(turn: DesignTurn, index: int, module: float | None) -> list[AngleFu
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
     teeth = pitch.RackTeeth(module or 1.0, turn.device.machine.si("pressure_angle_deg"))
     kernels = (
-        pitch.build_segment_kernel(pitch.build_segment_function(stage, second, teeth)) for second in (False, True)
+        pitch.build_segment_kernel(pitch.build_segment_function(stage, second, teeth))
+        for second in (False, True)
     )
     return [AngleFunction(kernel, parameters=parameters, hoisted=hoisted) for kernel in kernels]
 
 
 def _over(courses: list[AngleFunction], row: int, sign: int) -> list[float]:
-    return [course.select_row(row).find_extremum(0.0, np.pi, sign, PITCH_CELLS).value for course in courses]
+    return [
+        course.select_row(row).find_extremum(0.0, np.pi, sign, PITCH_CELLS).value
+        for course in courses
+    ]
 
 
 def _radii(turn: DesignTurn, index: int) -> tuple[float, float]:
@@ -215,7 +278,9 @@ def _radii(turn: DesignTurn, index: int) -> tuple[float, float]:
     return float(radii.min()), float(radii.max())
 
 
-def _gear(name: str, sharpest: float, flattest: float, radii: tuple[float, float], module: float | None) -> GearFound:
+def _gear(
+    name: str, sharpest: float, flattest: float, radii: tuple[float, float], module: float | None
+) -> GearFound:
     return GearFound(
         gear=name,
         curvature_radius_min_mm=MILLI / sharpest,
@@ -236,36 +301,54 @@ def _stress(turn: DesignTurn, index: int, gears: list[GearFound]) -> StressFound
     if f"contact{index + 1}" not in turn.names:
         return None
     contact = turn.extreme(f"contact{index + 1}", 1)
-    bent = [turn.extreme(f"bending, {gear.gear}", 1) if _formed(turn, gear) else None for gear in gears]
+    bent = [
+        turn.extreme(f"bending, {gear.gear}", 1) if _formed(turn, gear) else None for gear in gears
+    ]
     return StressFound(
         contact_MPa=contact.value * MEGA,
         contact_phi_deg=to_degrees(contact.place),
         bending_MPa=[None if extreme is None else extreme.value * MEGA for extreme in bent],
-        bending_phi_deg=[None if extreme is None else to_degrees(extreme.place) for extreme in bent],
+        bending_phi_deg=[
+            None if extreme is None else to_degrees(extreme.place) for extreme in bent
+        ],
     )
 
 
 def _formed(turn: DesignTurn, gear: GearFound) -> bool:
     """Whether Lewis's form factor is module for the teeth of a gear."""
     angle = turn.device.machine.contact.pressure_angle_deg
-    return angle == LEWIS_ANGLE_DEG and gear.teeth_min is not None and gear.teeth_min >= FEWEST_TEETH
+    return (
+        angle == LEWIS_ANGLE_DEG and gear.teeth_min is not None and gear.teeth_min >= FEWEST_TEETH
+    )
 
 
 def _notes(turn: DesignTurn, stages: list[StageFound]) -> list[str]:
     machine = turn.device.machine
     if find_module(turn) is None:
-        return ["contact ratio and stress need the module of the teeth: [gears] module_mm in the machine file"]
+        return [
+            "contact ratio and stress need the module of the teeth: [gears] module_mm in the "
+            "machine file"
+        ]
     if machine.gears is None or not machine.gears.give_stress:
-        return ["stress needs [gears] with module_mm, face_width_mm, youngs_modulus_GPa and poisson_ratio"]
+        return [
+            "stress needs [gears] with module_mm, face_width_mm, youngs_modulus_GPa and "
+            "poisson_ratio"
+        ]
     if machine.contact.pressure_angle_deg != LEWIS_ANGLE_DEG:
         return [f"no bending stress: the form factor is that of {LEWIS_ANGLE_DEG:g} deg teeth"]
     few = [gear for stage in stages for gear in stage.gears if not _formed(turn, gear)]
-    return [f"no bending stress of the {gear.gear}: its sharpest place is that of a gear with {gear.teeth_min:.3g} "
-            f"teeth, the form factor begins at {FEWEST_TEETH}" for gear in few]  # fmt: skip
+    return [
+        f"no bending stress of the {gear.gear}: its sharpest place is that of a gear with "
+        f"{gear.teeth_min:.3g} "
+        f"teeth, the form factor begins at {FEWEST_TEETH}"
+        for gear in few
+    ]
 
 
 def summarise_design(device: Device, x: Array) -> DesignersSummary:
-    """The summary of a design x (p,) of a device: true extremes, one-sided at events, integrals by quadrature."""
+    """The summary of a design x (p,) of a device: true extremes, one-sided at events, integrals by
+    quadrature.
+    """
     turn = DesignTurn(device, x)
     holding, cam = turn.largest("M_1"), turn.largest("cam")
     stages, notes = summarise_stages(turn)
@@ -273,7 +356,10 @@ def summarise_design(device: Device, x: Array) -> DesignersSummary:
         motor=turn.motor("M_L"),
         holding_torque_max_Nm=holding.value,
         holding_torque_max_phi_deg=to_degrees(holding.place),
-        forces=[_force(turn, name) for name in (*CONTACTS, *(vector.name for vector in turn.machine.vectors))],
+        forces=[
+            _force(turn, name)
+            for name in (*CONTACTS, *(vector.name for vector in turn.machine.vectors))
+        ],
         stages=stages,
         cam_pressure_angle_max_deg=math.degrees(cam.value),
         cam_pressure_angle_max_phi_deg=to_degrees(cam.place),

@@ -1,4 +1,6 @@
-"""`planter compare`: all pairs of gear families, optimised in parallel and saved one by one, and ranked."""
+"""`planter compare`: all pairs of gear families, optimised in parallel and saved one by one, and
+ranked.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,13 @@ from planter.errors import ComputationError, InputError
 from planter.files.text import read_json
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import Means, Task
-from planter.planting.family_pairs import Pair, add_requirements, build_pair_machine, list_pairs, prepare_pairs
+from planter.planting.family_pairs import (
+    Pair,
+    add_requirements,
+    build_pair_machine,
+    list_pairs,
+    prepare_pairs,
+)
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.requirements import RequirementConstraints
@@ -45,23 +53,30 @@ def compare_families(
     cores: int | None = None,
     cluster: str | None = None,
 ) -> ComparisonFound:
-    """Return the devices of all pairs, feasible ones first, best first, and that of the machine's narrow bounds.
+    """Return the devices of all pairs, feasible ones first, best first, and that of the machine's
+    narrow bounds.
 
     Settled devices precede the others, and only they have a `rank`.
 
-    With `out` each finished device is a file in `out/devices`; with `resume` those that a run of the same machine,
-    starts, seed and version left there are not done again. The pairs are optimised by `cores` processes, one a core if
-    that is None, or by the Dask cluster at an address. Raises InputError for `resume` without `out` and for a cluster
-    that does not answer, ComputationError where a pair cannot be optimised.
+    With `out` each finished device is a file in `out/devices`; with `resume` those that a run of
+    the same machine, starts, seed and version left there are not done again. The pairs are
+    optimised by `cores` processes, one a core if that is None, or by the Dask cluster at an
+    address. Raises InputError for `resume` without `out` and for a cluster that does not answer,
+    ComputationError where a pair cannot be optimised.
     """
     if resume and out is None:
         raise InputError("--resume needs --out DIR, the folder of the results to continue")
     if own.measure_limits:
-        reason = "the comparison of families has no limits on measures; optimise the machines of pairs one by one"
+        reason = (
+            "the comparison of families has no limits on measures; optimise the machines of "
+            "pairs one by one"
+        )
         raise InputError(f"{own.source}: {HOLD}: {reason}")
     begun, machine = time.perf_counter(), add_requirements(own)
     chosen = list(list_pairs() if pairs is None else pairs)
-    store = ComparisonStore(None if out is None else files.output_folder(out / "devices"), own, starts, seed)
+    store = ComparisonStore(
+        None if out is None else files.output_folder(out / "devices"), own, starts, seed
+    )
     tasks: list[PairTask] = [None, *chosen]
     done = {task: store.load(task) for task in tasks} if resume else dict.fromkeys(tasks)
     todo = [task for task in tasks if done[task] is None]
@@ -70,7 +85,9 @@ def compare_families(
     if finished:
         phase.report(finished, "done before")
 
-    optimised = Task(prepare_pairs, {"machine": own, "constrained": machine, "starts": starts, "seed": seed})
+    optimised = Task(
+        prepare_pairs, {"machine": own, "constrained": machine, "starts": starts, "seed": seed}
+    )
     with Jobs(optimised, todo, Means(cores, cluster)) as jobs:
         for answer in jobs:
             task = todo[answer.job]
@@ -94,18 +111,31 @@ def compare_families(
 
 
 class ComparisonStore:
-    """Finished devices in a folder, each with a hash of its question and of its pair; nothing without a folder."""
+    """Finished devices in a folder, each with a hash of its question and of its pair; nothing
+    without a folder.
+    """
 
-    def __init__(self, folder: Path | None, machine: PlantingMachine, starts: int, seed: int) -> None:
+    def __init__(
+        self, folder: Path | None, machine: PlantingMachine, starts: int, seed: int
+    ) -> None:
         self.folder = folder
-        question = [LAYOUT, machine.table(), add_requirements(machine).table(), starts, seed, __version__]
+        question = [
+            LAYOUT,
+            machine.table(),
+            add_requirements(machine).table(),
+            starts,
+            seed,
+            __version__,
+        ]
         self._question = json.dumps(question, sort_keys=True)
 
     def _hash(self, task: PairTask) -> str:
         return hashlib.sha256(f"{_name(task)} {self._question}".encode()).hexdigest()
 
     def _is_earlier(self, task: PairTask, saved: dict[str, Any]) -> bool:
-        """Return whether a file of the layout whose hash left the pair out answers the question for this pair."""
+        """Return whether a file of the layout whose hash left the pair out answers the question for
+        this pair.
+        """
         stages = (saved["found"].get("stage1"), saved["found"].get("stage2"))
         question_hash = hashlib.sha256(self._question.encode()).hexdigest()
         return saved.get("asked") == question_hash and stages == (task or (None, None))
@@ -113,10 +143,14 @@ class ComparisonStore:
     def save(self, task: PairTask, entry: dict[str, Any]) -> None:
         """Write the entry of a task."""
         if self.folder is not None:
-            files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": entry})
+            files.write_summary(
+                self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": entry}
+            )
 
     def load(self, task: PairTask) -> dict[str, Any] | None:
-        """Return the entry of a task for the same question, or None if it is missing or its file is damaged."""
+        """Return the entry of a task for the same question, or None if it is missing or its file is
+        damaged.
+        """
         if self.folder is None:
             return None
         try:
@@ -124,7 +158,9 @@ class ComparisonStore:
         except InputError:
             return None
         entry: dict[str, Any] | None = saved.get("found")
-        if entry is None or not (saved.get("asked") == self._hash(task) or self._is_earlier(task, saved)):
+        if entry is None or not (
+            saved.get("asked") == self._hash(task) or self._is_earlier(task, saved)
+        ):
             return None
         keep_file(self.folder / f"{_name(task)}.json")
         return entry
@@ -147,22 +183,27 @@ def _ranked(devices: Sequence[dict[str, Any]]) -> list[ComparedPair]:
 
 
 def _order(entry: ComparedPair) -> tuple[bool, bool, int, float]:
-    """Return the key by which feasible pairs precede, by objective, the others, by number and size of violations."""
+    """Return the key by which feasible pairs precede, by objective, the others, by number and size
+    of violations.
+    """
     size = entry.violations[0].amount if entry.violations else entry.objective
     return not entry.feasible, not entry.settled, len(entry.violations), size
 
 
 def build_proposal(machine: PlantingMachine, ranked: Sequence[ComparedPair]) -> Proposal | None:
-    """Return the requirements that every device violates, and relaxed limits; None if a device is feasible.
+    """Return the requirements that every device violates, and relaxed limits; None if a device is
+    feasible.
 
-    The limits are those that the closest device satisfies; `violation` is that device's remaining one under them, in
-    steps.
+    The limits are those that the closest device satisfies; `violation` is that device's remaining
+    one under them, in steps.
     """
     if not ranked or ranked[0].feasible:
         return None
     nearest = ranked[0]
     limits = {violation.key: violation.relaxed for violation in nearest.violations}
-    conflicting = set.intersection(*({violation.name for violation in entry.violations} for entry in ranked))
+    conflicting = set.intersection(
+        *({violation.name for violation in entry.violations} for entry in ranked)
+    )
     return Proposal(
         conflicting=sorted(conflicting),
         limits=limits,
@@ -172,7 +213,9 @@ def build_proposal(machine: PlantingMachine, ranked: Sequence[ComparedPair]) -> 
     )
 
 
-def compute_remaining_violation(machine: PlantingMachine, entry: ComparedPair, limits: dict[str, float]) -> float:
+def compute_remaining_violation(
+    machine: PlantingMachine, entry: ComparedPair, limits: dict[str, float]
+) -> float:
     """Return the largest violation [steps] of an entry's design under other limits."""
     changed = machine.with_numbers({f"requirements.{key}": value for key, value in limits.items()})
     device = Device(build_pair_machine(changed, (entry.stage1, entry.stage2)))

@@ -1,4 +1,6 @@
-"""Pairs of gear families: the design box that all of them share, and the optimum of a pair under the requirements."""
+"""Pairs of gear families: the design box that all of them share, and the optimum of a pair under
+the requirements.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,11 @@ from planter.gear_geometry.stage import list_design_names
 from planter.kernels import Array
 from planter.optimise import result
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
-from planter.optimise.feasibility import ViolationMinimum, minimise_violation, select_smallest_violation
+from planter.optimise.feasibility import (
+    ViolationMinimum,
+    minimise_violation,
+    select_smallest_violation,
+)
 from planter.optimise.local_search import (
     AGREEMENT_TOLERANCE,
     STATIONARITY_TOLERANCE,
@@ -35,7 +41,9 @@ from planter.planting.objective import build_problem as task_of
 from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
 
 REFERENCE = "wang2017-wide"
-"""Built-in machine whose box for the mounting, and whose requirements, serve where the machine has none."""
+"""Built-in machine whose box for the mounting, and whose requirements, serve where the machine has
+none.
+"""
 NARROW = "wang2017"
 """Built-in machine with the paper's own bounds."""
 SIZE_MM, SWING, DEFORMATION = (24.0, 36.0), (0.02, 0.5), (0.8, 1.8)
@@ -49,7 +57,9 @@ def list_pairs() -> list[Pair]:
 
 
 def add_requirements(machine: PlantingMachine) -> PlantingMachine:
-    """Return the machine; without requirements, with those of the reference and its speed over ground."""
+    """Return the machine; without requirements, with those of the reference and its speed over
+    ground.
+    """
     if machine.requirements is not None:
         return machine
     table, reference = machine.table(), file.load(REFERENCE).table()
@@ -60,7 +70,9 @@ def add_requirements(machine: PlantingMachine) -> PlantingMachine:
 
 
 def build_narrow_machine(machine: PlantingMachine) -> PlantingMachine:
-    """Return the machine with the paper's design and bounds if its parameters are the same, else with its own."""
+    """Return the machine with the paper's design and bounds if its parameters are the same, else
+    with its own.
+    """
     paper, constrained = file.load(NARROW), add_requirements(machine)
     if set(paper.design) != set(machine.design):
         return constrained
@@ -69,7 +81,9 @@ def build_narrow_machine(machine: PlantingMachine) -> PlantingMachine:
 
 
 def build_pair_machine(machine: PlantingMachine, pair: Pair) -> PlantingMachine:
-    """Return the machine with a pair of families in the shared bounds, its design close to that of the machine."""
+    """Return the machine with a pair of families in the shared bounds, its design close to that of
+    the machine.
+    """
     table = machine.table()
     device = Device(machine)
     wide = file.load(REFERENCE).bounds
@@ -82,7 +96,11 @@ def build_pair_machine(machine: PlantingMachine, pair: Pair) -> PlantingMachine:
         design |= {name: float(np.clip(value, *box[name])) for name, value in start.items()}
         table[f"stage{number}"] = {"family": family + SUFFIX}
     origin = {name: text for name, text in table["origin"].items() if name.split(".")[0] in table}
-    origin = {name: text for name, text in origin.items() if name.split(".")[0] not in ("design", "bounds")}
+    origin = {
+        name: text
+        for name, text in origin.items()
+        if name.split(".")[0] not in ("design", "bounds")
+    }
     table |= {"design": design, "bounds": bounds, "origin": {"default": "assumed", **origin}}
     return PlantingMachine.read(table, f"{machine.source}, {pair[0]} and {pair[1]}")
 
@@ -99,15 +117,23 @@ def _describe_stage(
     suffix, last = vector["suffix"], vector["known"]["-1"]["shown"]
     size, swing, m = measure_curve(device, number - 1)
     shapes = families.load_sidecar(family)["shapes"]
-    box = {f"size{suffix}_mm": SIZE_MM, f"swing{suffix}": SWING,
-           **{f"{s['name']}{suffix}": (s["lower"], s["upper"]) for s in shapes}, last: DEFORMATION}  # fmt: skip
+    box = {
+        f"size{suffix}_mm": SIZE_MM,
+        f"swing{suffix}": SWING,
+        **{f"{s['name']}{suffix}": (s["lower"], s["upper"]) for s in shapes},
+        last: DEFORMATION,
+    }
     start = dict(zip(box, (1e3 * size, swing, *(0.0 for _ in shapes), m), strict=True))
     return box, start
 
 
 def measure_curve(device: Device, stage: int) -> tuple[float, float, float]:
-    """Return mean radius [m], relative swing of the ratio and deformation coefficient of a device's stage."""
-    start = len(device.sidecar["vectors"]["mounting"]) + (len(device.stages[0].names) if stage else 0)
+    """Return mean radius [m], relative swing of the ratio and deformation coefficient of a device's
+    stage.
+    """
+    start = len(device.sidecar["vectors"]["mounting"]) + (
+        len(device.stages[0].names) if stage else 0
+    )
     gears = device.stages[stage]
     parameters = device.design[start : start + len(gears.names)]
     hoisted = gears.prologue(parameters=parameters)["hoisted"]
@@ -117,7 +143,10 @@ def measure_curve(device: Device, stage: int) -> tuple[float, float, float]:
 
 
 def parse_pairs(texts: list[str] | None) -> list[Pair] | None:
-    """Return the pairs of texts `family+family`, None without texts. Raises InputError if one is not two families."""
+    """Return the pairs of texts `family+family`, None without texts.
+
+    Raises InputError if one is not two families.
+    """
     if not texts:
         return None
     split = [tuple(text.split("+")) for text in texts]
@@ -131,7 +160,9 @@ def parse_pairs(texts: list[str] | None) -> list[Pair] | None:
 ITERATIONS = 60
 """Most iterations of a descent."""
 MORE_STARTS, ABOUT = 6, 0.25
-"""Starts about the best minimum, and how far: this share of the way from it to points anywhere in the """
+"""Starts about the best minimum, and how far: this share of the way from it to points anywhere in
+the
+"""
 CHECKS = 2
 """Starts about the best minimum that have to find nothing better, even where two agree."""
 AT_LIMIT = 1e-4
@@ -141,14 +172,17 @@ AT_LIMIT = 1e-4
 def prepare_pairs(
     machine: PlantingMachine, constrained: PlantingMachine, starts: int, seed: int
 ) -> Callable[[Pair | None], dict[str, Any]]:
-    """Return the function that makes the entry of a pair in the comparison, as read from JSON; None is the narrow box.
+    """Return the function that makes the entry of a pair in the comparison, as read from JSON; None
+    is the narrow box.
 
     `constrained` is the machine with requirements.
     """
 
     def run(pair: Pair | None) -> dict[str, Any]:
         entry: dict[str, Any] = (
-            optimise_narrow(machine) if pair is None else optimise_pair(constrained, pair, starts, seed)
+            optimise_narrow(machine)
+            if pair is None
+            else optimise_pair(constrained, pair, starts, seed)
         )
         content: dict[str, Any] = json.loads(json.dumps(entry, allow_nan=False))
         return content
@@ -157,7 +191,9 @@ def prepare_pairs(
 
 
 def optimise_pair(machine: PlantingMachine, pair: Pair, starts: int, seed: int) -> dict[str, Any]:
-    """Return the entry of a pair in the comparison; extremes and integrals are true ones, not sampled."""
+    """Return the entry of a pair in the comparison; extremes and integrals are true ones, not
+    sampled.
+    """
     begin = time.perf_counter()
     device = Device(build_pair_machine(machine, pair))
     required = RequirementConstraints(device)
@@ -168,30 +204,39 @@ def optimise_pair(machine: PlantingMachine, pair: Pair, starts: int, seed: int) 
         u = result.select_nearest_optimum(problem, ends[0].u)
         ends[0] = best = evaluate_minimum(problem, u, ends[0].iterations)
         entry |= _describe_design(problem, required, best.u)
-        entry |= {"objectives": [m.objective for m in ends], "kkt_residual": best.residual, "violations": [],
-                  "agreeing_starts": len(_agreeing(problem, ends)),
-                  "lacks": _list_missing_evidence(problem, ends)}  # fmt: skip
+        entry |= {
+            "objectives": [m.objective for m in ends],
+            "kkt_residual": best.residual,
+            "violations": [],
+            "agreeing_starts": len(_agreeing(problem, ends)),
+            "lacks": _list_missing_evidence(problem, ends),
+        }
     else:
         nearest = select_smallest_violation(violations)
-        error = build_infeasibility_error(required, problem.design(nearest.u), nearest, len(violations))
+        error = build_infeasibility_error(
+            required, problem.design(nearest.u), nearest, len(violations)
+        )
         entry |= _describe_design(problem, required, nearest.u) | {
             "objectives": [],
             "kkt_residual": None,
             "agreeing_starts": 0,
         }
-        entry |= {"binding": [violated.name for violated in error.violations],
-                  "violations": error.partial["violations"],
-                  "lacks": [] if nearest.stationary else ["a violation that is least to first order"]}  # fmt: skip
+        entry |= {
+            "binding": [violated.name for violated in error.violations],
+            "violations": error.partial["violations"],
+            "lacks": [] if nearest.stationary else ["a violation that is least to first order"],
+        }
     return entry | {"settled": not entry["lacks"], "seconds": time.perf_counter() - begin}
 
 
 def _search(
     problem: Problem, required: RequirementConstraints, starts: int, seed: int
 ) -> tuple[list[LocalMinimum], list[ViolationMinimum]]:
-    """Return the ends of searches from feasible points, best first, and the smallest violations of all starts.
+    """Return the ends of searches from feasible points, best first, and the smallest violations of
+    all starts.
 
-    With more than one start, further starts about the best follow until two agree and `CHECKS` of them found nothing
-    better.
+    With more than one start, further starts about the best follow until two agree and `CHECKS` of
+    them found nothing better.
     """
     ends: list[LocalMinimum] = []
     violations: list[ViolationMinimum] = []
@@ -208,7 +253,11 @@ def _search(
             break
         best = ends[0]
         _try_start(problem, required, best.u + ABOUT * (aim - best.u), ends, violations)
-        unbeaten = unbeaten + 1 if best.objective - ends[0].objective <= AGREEMENT_TOLERANCE * problem.scale else 0
+        unbeaten = (
+            unbeaten + 1
+            if best.objective - ends[0].objective <= AGREEMENT_TOLERANCE * problem.scale
+            else 0
+        )
     return ends, violations
 
 
@@ -219,7 +268,9 @@ def _try_start(
     ends: list[LocalMinimum],
     violations: list[ViolationMinimum],
 ) -> None:
-    """Add the violation and the end of a start; neither if the search meets a path that cannot plant."""
+    """Add the violation and the end of a start; neither if the search meets a path that cannot
+    plant.
+    """
     try:
         violations.append(minimise_violation(problem, required, start))
         minimum = search_locally(problem, violations[-1].u, ITERATIONS)
@@ -232,34 +283,57 @@ def _try_start(
 
 def _agreeing(problem: Problem, ends: list[LocalMinimum]) -> list[LocalMinimum]:
     """Return the minima whose objective is that of the first."""
-    return [end for end in ends if abs(end.objective - ends[0].objective) <= AGREEMENT_TOLERANCE * problem.scale]
+    return [
+        end
+        for end in ends
+        if abs(end.objective - ends[0].objective) <= AGREEMENT_TOLERANCE * problem.scale
+    ]
 
 
 def _list_missing_evidence(problem: Problem, ends: list[LocalMinimum]) -> list[str]:
     """Return what is missing for the best of the minima to count as settled."""
     best, *further = ends
-    missing = [] if best.stationary else [f"a KKT residual below {STATIONARITY_TOLERANCE:.0e} ({best.residual:.0e})"]
+    missing = (
+        []
+        if best.stationary
+        else [f"a KKT residual below {STATIONARITY_TOLERANCE:.0e} ({best.residual:.0e})"]
+    )
     if len(_agreeing(problem, ends)) < 2:
-        reason = f"the next ended at {further[0].objective:.6g}" if further else "no other kept the requirements"
+        reason = (
+            f"the next ended at {further[0].objective:.6g}"
+            if further
+            else "no other kept the requirements"
+        )
         missing.append(f"a second start that agrees ({reason})")
     return missing
 
 
-def _describe_design(problem: Problem, required: RequirementConstraints, u: Array) -> dict[str, Any]:
+def _describe_design(
+    problem: Problem, required: RequirementConstraints, u: Array
+) -> dict[str, Any]:
     measures, x = required.measures, problem.design(u)
     device, evaluation = measures.device, problem.evaluate(u)
     excess = required.limits.excess(measures.at(x).values)
-    binding = [k.name for n, k in enumerate(measures.kinds) if excess[required.owner == n].max() > -AT_LIMIT]
+    binding = [
+        k.name
+        for n, k in enumerate(measures.kinds)
+        if excess[required.owner == n].max() > -AT_LIMIT
+    ]
     return {
-        "objective": evaluation.objective, "range_N": evaluation.look.range, "variance_N2": evaluation.look.variance,
+        "objective": evaluation.objective,
+        "range_N": evaluation.look.range,
+        "variance_N2": evaluation.look.variance,
         "design": device.named(x) | list_family_parameters(device, x),
-        "binding": binding, "requirements": [result.table() for result in required.record(x)],
+        "binding": binding,
+        "requirements": [result.table() for result in required.record(x)],
         "designer": summarise_design(device, x).table(),
-    }  # fmt: skip
+    }
 
 
 def list_family_parameters(device: Device, x: Array) -> dict[str, float]:
-    """Return the parameters of the families at a design of the shared bounds, by their own names."""
+    """Return the parameters of the families at a design of the shared bounds, by their own
+    names.
+    """
     from planter.files import units
     from planter.gear_geometry import families
 
@@ -269,13 +343,18 @@ def list_family_parameters(device: Device, x: Array) -> dict[str, float]:
         family = families.find_family(stage.family) or stage.family
         values = compute_family_parameters(family, x[start : start + len(stage.names)])
         names = list_design_names(family, device.sidecar["vectors"][f"parameters{number}"])
-        design |= {name: float(value / units.unit_factor(name)) for name, value in zip(names, values, strict=True)}
+        design |= {
+            name: float(value / units.unit_factor(name))
+            for name, value in zip(names, values, strict=True)
+        }
         start += len(stage.names)
     return design
 
 
 def optimise_narrow(machine: PlantingMachine) -> dict[str, Any]:
-    """Return the entry of the paper's narrow bounds, optimised without the requirements, which it may violate."""
+    """Return the entry of the paper's narrow bounds, optimised without the requirements, which it
+    may violate.
+    """
     device = Device(build_narrow_machine(machine))
     problem = task_of(device, "refined")
     u = search_locally(problem, problem.start, ITERATIONS, 3).u
@@ -283,4 +362,8 @@ def optimise_narrow(machine: PlantingMachine) -> dict[str, Any]:
     violated = [row["name"] for row in entry["requirements"] if row["verdict"] != "pass"]
     keys = ("objective", "range_N", "variance_N2", "requirements")
     design = device.named(problem.design(np.asarray(u)))
-    return {key: entry[key] for key in keys} | {"design": design, "feasible": not violated, "binding": violated}
+    return {key: entry[key] for key in keys} | {
+        "design": design,
+        "feasible": not violated,
+        "binding": violated,
+    }

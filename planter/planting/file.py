@@ -1,7 +1,9 @@
-"""Machine files of planting devices: TOML in, a validated `PlantingMachine` out, numbers with unit and origin.
+"""Machine files of planting devices: TOML in, a validated `PlantingMachine` out, numbers with unit
+and origin.
 
-Values stay as in the file, in mm, deg, r/min, kg, N: a key ends in its unit. Points are those of the closed nozzle: x',
-y', z' in the planet frame at B1, xi, eta, zeta in the half frame at the hinge.
+Values stay as in the file, in mm, deg, r/min, kg, N: a key ends in its unit. Points are those of
+the closed nozzle: x', y', z' in the planet frame at B1, xi, eta, zeta in the half frame at the
+hinge.
 """
 
 import math
@@ -67,7 +69,9 @@ class ContactAngles(FileSection):
 
 
 class Mass(FileSection):
-    """Masses; each of the two sides has one middle body, one planet body and two nozzle halves C1 + C2."""
+    """Masses; each of the two sides has one middle body, one planet body and two nozzle halves C1 +
+    C2.
+    """
 
     sun_kg: Positive
     middle_kg: Positive
@@ -78,7 +82,9 @@ class Mass(FileSection):
 
 
 class Inertia(FileSection):
-    """Moments of inertia: middle body about A1, planet body about B1, centroidal for a half's two parts."""
+    """Moments of inertia: middle body about A1, planet body about B1, centroidal for a half's two
+    parts.
+    """
 
     J56_about_A1_kg_m2: Positive
     J7_about_B1_kg_m2: Positive
@@ -91,12 +97,16 @@ class Inertia(FileSection):
             tensor: tuple[float, float, float] = getattr(self, key)
             if 2 * max(tensor) > sum(tensor) * (1 + _ROUNDING):
                 yield invalid_value_problem(
-                    key, tensor, "it must be a body's: none of the three may exceed the sum of the other two"
+                    key,
+                    tensor,
+                    "it must be a body's: none of the three may exceed the sum of the other two",
                 )
 
 
 class Centroid(FileSection):
-    """Centroids: sun and middle body polar (direction at phi = 0, global), planet body in x', y'."""
+    """Centroids: sun and middle body polar (direction at phi = 0, global), planet body in x',
+    y'.
+    """
 
     sun_radius_mm: NotNegative
     sun_angle_deg: Real
@@ -106,7 +116,9 @@ class Centroid(FileSection):
 
 
 class Nozzle(FileSection):
-    """Inner nozzle half: hinge in x', y', z'; from there two centroids and the spring hook; tip along x'."""
+    """Inner nozzle half: hinge in x', y', z'; from there two centroids and the spring hook; tip
+    along x'.
+    """
 
     hinge_A_mm: Triple
     C1_mm: Triple
@@ -116,7 +128,9 @@ class Nozzle(FileSection):
 
 
 class CamSection(FileSection):
-    """End-face cam and rocker: the nozzle opens over the rise and closes over the fall of cam angle delta."""
+    """End-face cam and rocker: the nozzle opens over the rise and closes over the fall of cam angle
+    delta.
+    """
 
     rocker_length_mm: Positive
     psi0_deg: Annotated[Real, Field(gt=-90, lt=90)]
@@ -133,7 +147,9 @@ class CamSection(FileSection):
             close = paths.find_similar(flank, functions.list_flank_laws())
             hint = f"did you mean {close[0]!r}? " if close else ""
             raise invalid_value_problem(
-                "", flank, f"{hint}it must be one of {', '.join(map(repr, functions.list_flank_laws()))}"
+                "",
+                flank,
+                f"{hint}it must be one of {', '.join(map(repr, functions.list_flank_laws()))}",
             )
         return flank
 
@@ -142,9 +158,13 @@ class CamSection(FileSection):
         for key in ("rise_delta_deg", "fall_delta_deg"):
             start, end = getattr(self, key)
             if not 0 <= start < end <= 360:
-                yield invalid_value_problem(key, [start, end], "it must be [start, end] with 0 <= start < end <= 360")
+                yield invalid_value_problem(
+                    key, [start, end], "it must be [start, end] with 0 <= start < end <= 360"
+                )
         if self.fall_delta_deg[0] < self.rise_delta_deg[1]:
-            allowed = f"it must start where the rise has ended, at {self.rise_delta_deg[1]:g} or later"
+            allowed = (
+                f"it must start where the rise has ended, at {self.rise_delta_deg[1]:g} or later"
+            )
             yield invalid_value_problem("fall_delta_deg", self.fall_delta_deg, allowed)
 
     @check
@@ -162,13 +182,17 @@ class Spring(FileSection):
 
 
 class GearPair(FileSection):
-    """A pair of gears: the family of its inner pitch curve (on the sun in stage 1, on gear 6 in stage 2)."""
+    """A pair of gears: the family of its inner pitch curve (on the sun in stage 1, on gear 6 in
+    stage 2).
+    """
 
     family: Annotated[str, Field(min_length=1)]
 
 
 class GearsSection(FileSection):
-    """Teeth and material of all gears, for contact ratio and stress; stress takes all four of the numbers."""
+    """Teeth and material of all gears, for contact ratio and stress; stress takes all four of the
+    numbers.
+    """
 
     module_mm: Annotated[Positive, Field(ge=0.1, le=50)]
     """module of all gears"""
@@ -186,16 +210,19 @@ class GearsSection(FileSection):
 
 
 class DeviceMeasurementSection(MeasurementSection):
-    """The sensor of a planting device, which measures the support force unless the file says another force."""
+    """The sensor of a planting device, which measures the support force unless the file says
+    another force.
+    """
 
     default_quantity: ClassVar[str | None] = "support_N"
 
 
 class ForceObjectiveSection(FileSection):
-    """Objective to be minimised: weight_range * range + weight_variance * spread of the support force.
+    """Objective to be minimised: weight_range * range + weight_variance * spread of the support
+    force.
 
-    The spread is the population variance (N2) for kind "paper", equation (31) of Wang et al. (2017), and the
-    standard deviation (N) for kind "newton". `samples` angles over a turn.
+    The spread is the population variance (N2) for kind "paper", equation (31) of Wang et al.
+    (2017), and the standard deviation (N) for kind "newton". `samples` angles over a turn.
     """
 
     weight_range: NotNegative
@@ -216,15 +243,17 @@ class ForceObjectiveSection(FileSection):
 
 
 def minimum_inertia(mass_kg: float, offset_mm: tuple[float, ...]) -> float:
-    """Least moment of inertia [kg m2] of a body about an axis that its centroid is off by `offset_mm`."""
+    """Least moment of inertia [kg m2] of a body about an axis that its centroid is off by
+    `offset_mm`.
+    """
     return mass_kg * math.hypot(*offset_mm) ** 2 * 1e-6
 
 
 class PlantingMachine(Document):
     """A planting device: two gear stages on a carrier, a cam-driven nozzle on each of two sides.
 
-    Sections hold the values as the file shows them; `si` gives the value inside. The names in `design` and
-    `bounds` are open here: which ones a device needs follows from its gear families.
+    Sections hold the values as the file shows them; `si` gives the value inside. The names in
+    `design` and `bounds` are open here: which ones a device needs follows from its gear families.
     """
 
     operation: OperationSection
@@ -250,10 +279,15 @@ class PlantingMachine(Document):
 
     @classmethod
     def read(
-        cls, table: Mapping[str, Any], source: str, changes: Mapping[str, float] | None = None,
+        cls,
+        table: Mapping[str, Any],
+        source: str,
+        changes: Mapping[str, float] | None = None,
         changed: tuple[str, ...] = (),
-    ) -> Self:  # fmt: skip
-        """Return the validated content of a file; points of the tip's path may be in a CSV file next to it."""
+    ) -> Self:
+        """Return the validated content of a file; points of the tip's path may be in a CSV file
+        next to it.
+        """
         return super().read(inline_points(table, "requirements", source), source, changes, changed)
 
     @property
@@ -271,9 +305,13 @@ class PlantingMachine(Document):
         return with_whole_limits(self.table(), self.measure_limits, self.source)
 
     def check_names(self, names: tuple[str, ...]) -> None:
-        """Raise InputError unless the design holds exactly these names (those that its gear families ask for)."""
+        """Raise InputError unless the design holds exactly these names (those that its gear
+        families ask for).
+        """
         allowed = f"the design of this device is {', '.join(names)}"
-        missing = [f"design.{name} is missing: {allowed}" for name in names if name not in self.design]
+        missing = [
+            f"design.{name} is missing: {allowed}" for name in names if name not in self.design
+        ]
         odd = [
             str(value_error(f"design.{name}", value, allowed))
             for name, value in self.design.items()
@@ -287,16 +325,27 @@ class PlantingMachine(Document):
     def _names_are_plain(cls, named: dict[str, Any]) -> dict[str, Any]:
         odd = (name for name in named if not (name.isascii() and name.isidentifier()))
         raise_problems(
-            [invalid_value_problem("", name, "a name must be made of letters, digits and underscores") for name in odd]
+            [
+                invalid_value_problem(
+                    "", name, "a name must be made of letters, digits and underscores"
+                )
+                for name in odd
+            ]
         )
         return named
 
     @field_validator("bounds")
     @classmethod
-    def _bounds_are_upright(cls, bounds: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    def _bounds_are_upright(
+        cls, bounds: dict[str, tuple[float, float]]
+    ) -> dict[str, tuple[float, float]]:
         allowed = "it must be [lower, upper] with lower less than upper"
         raise_problems(
-            [invalid_value_problem(name, list(pair), allowed) for name, pair in bounds.items() if not pair[0] < pair[1]]
+            [
+                invalid_value_problem(name, list(pair), allowed)
+                for name, pair in bounds.items()
+                if not pair[0] < pair[1]
+            ]
         )
         return bounds
 
@@ -304,7 +353,9 @@ class PlantingMachine(Document):
     def _bounds_belong_to_the_design(self) -> Problems:
         for name in self.design:
             if name not in self.bounds:
-                yield missing_value_problem(f"bounds.{name}", "every name in [design] must have its [lower, upper]")
+                yield missing_value_problem(
+                    f"bounds.{name}", "every name in [design] must have its [lower, upper]"
+                )
         for name, pair in self.bounds.items():
             if name not in self.design:
                 allowed = f"it must be a name in [design]: {', '.join(self.design)}"
@@ -315,7 +366,9 @@ class PlantingMachine(Document):
         speed = self.operation.forward_speed_m_s
         if self.limits_motion and speed == 0:
             yield invalid_value_problem(
-                "operation.forward_speed_m_s", speed, "[requirements] needs a value above 0, such as 0.667"
+                "operation.forward_speed_m_s",
+                speed,
+                "[requirements] needs a value above 0, such as 0.667",
             )
 
     @check
@@ -325,7 +378,9 @@ class PlantingMachine(Document):
         module = self.requirements.module_mm
         if module is not None and module != self.gears.module_mm:
             yield invalid_value_problem(
-                "gears.module_mm", self.gears.module_mm, f"it must be requirements.module_mm = {module:g}"
+                "gears.module_mm",
+                self.gears.module_mm,
+                f"it must be requirements.module_mm = {module:g}",
             )
 
     @check
@@ -344,8 +399,9 @@ class PlantingMachine(Document):
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> PlantingMachine:
     """The machine in a file, or the built-in one of that name, with some numbers set by `changes`.
 
-    A name in `changes` is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one
-    path only; `R3_mm` means the design value, not its bounds. Values are in the unit that the name ends in.
+    A name in `changes` is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that
+    fits one path only; `R3_mm` means the design value, not its bounds. Values are in the unit that
+    the name ends in.
 
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """

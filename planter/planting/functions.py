@@ -1,8 +1,9 @@
 """CasADi functions of a planting device, and the laws of its cam's flanks.
 
-A device composes the dynamics of a model with two gear stages and a flank law. The design vector x holds SI values and
-radians. `h` holds the invariants of the carrier angle (the prologue); derivatives take h as an input, so that no
-evaluation at an angle differentiates the coefficients of a series.
+A device composes the dynamics of a model with two gear stages and a flank law. The design vector x
+holds SI values and radians. `h` holds the invariants of the carrier angle (the prologue);
+derivatives take h as an input, so that no evaluation at an angle differentiates the coefficients of
+a series.
 """
 
 from __future__ import annotations
@@ -22,14 +23,18 @@ MODELS: tuple[Model, ...] = ("exact", "printed")
 
 
 class Functions:
-    """CasADi functions of a device: a model's dynamics composed with two gear stages and a law of the cam's flanks."""
+    """CasADi functions of a device: a model's dynamics composed with two gear stages and a law of
+    the cam's flanks.
+    """
 
     def __init__(self, model: Model, stages: tuple[Stage, Stage], flank: ca.Function) -> None:
         self.sidecar = generated.sidecar(f"planting_{model}")
         self._module = generated.module(f"planting_{model}")
         contacts = [stage.contact.function for stage in stages]
         self._stages, self._laws = stages, (*contacts, flank)
-        self._split = np.cumsum([0, self._size("mounting"), *(len(s.names) for s in stages)]).tolist()
+        self._split = np.cumsum(
+            [0, self._size("mounting"), *(len(s.names) for s in stages)]
+        ).tolist()
         self._dynamics = self._module.prologue(*contacts)
         self._lane = self._module.lane(*self._laws)
         self.x = ca.SX.sym("x", self._split[-1])
@@ -65,30 +70,45 @@ class Functions:
         x, c = ca.MX.sym("x", self._split[-1]), ca.MX.sym("c", self._size("machine"))
         mounting, *parameters = ca.vertsplit(x, self._split)
         curves = [s.prologue.function(p) for s, p in zip(self._stages, parameters, strict=True)]
-        tangents = [s.tangent.function(p, h) for s, p, h in zip(self._stages, parameters, curves, strict=True)]
+        tangents = [
+            s.tangent.function(p, h)
+            for s, p, h in zip(self._stages, parameters, curves, strict=True)
+        ]
         packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
         dynamics, *parts = self._dynamics_tangent(mounting, *packed, c)
         rows = ca.diagcat(ca.MX(0, mounting.numel()), *tangents)
         for stage, curve in enumerate(tangents):
             parts[1 + stage] = parts[1 + stage] + parts[3 + stage] @ curve
         dh = ca.vertcat(rows, ca.horzcat(*parts[:3]))
-        return ca.Function("prologue", [x, c], [ca.vertcat(*curves, dynamics), dh], ["x", "c"], ["h", "dh"])
+        return ca.Function(
+            "prologue", [x, c], [ca.vertcat(*curves, dynamics), dh], ["x", "c"], ["h", "dh"]
+        )
 
     @cached_property
     def _dynamics_tangent(self) -> ca.Function:
-        """Return the invariants of the dynamics and their Jacobians in mounting, stages' parameters and series."""
+        """Return the invariants of the dynamics and their Jacobians in mounting, stages' parameters
+        and series.
+        """
         inputs = self._dynamics.sx_in()
         mounting, parameters1, series1, parameters2, series2, _ = inputs
         hoisted = self._dynamics(*inputs)
-        jacobians = [ca.jacobian(hoisted, v) for v in (mounting, parameters1, parameters2, series1, series2)]
+        jacobians = [
+            ca.jacobian(hoisted, v) for v in (mounting, parameters1, parameters2, series1, series2)
+        ]
         return ca.Function("dynamics_tangent", inputs, [hoisted, *jacobians])
 
     @cached_property
     def data_tangent_function(self) -> ca.Function:
-        """(x, c, h) -> the sparse Jacobian of the prologue h in the data c, which the stages do not depend on."""
+        """(x, c, h) -> the sparse Jacobian of the prologue h in the data c, which the stages do not
+        depend on.
+        """
         inputs = self._dynamics.sx_in()
-        data_jacobian = ca.Function("along_data", inputs, [ca.jacobian(self._dynamics(*inputs), inputs[-1])])
-        x, c, h = (ca.MX.sym(n, v.numel()) for n, v in zip("xch", (self.x, self.c, self.h), strict=True))
+        data_jacobian = ca.Function(
+            "along_data", inputs, [ca.jacobian(self._dynamics(*inputs), inputs[-1])]
+        )
+        x, c, h = (
+            ca.MX.sym(n, v.numel()) for n, v in zip("xch", (self.x, self.c, self.h), strict=True)
+        )
         mounting, *parameters = ca.vertsplit(x, self._split)
         sizes = [s.prologue.function.size1_out(0) for s in self._stages]
         curves = ca.vertsplit(h, np.cumsum([0, *sizes, h.numel() - sum(sizes)]).tolist())[:2]
@@ -99,13 +119,19 @@ class Functions:
     def of_data(self, outputs: list[ca.SX]) -> tuple[list[ca.SX], list[ca.SX]]:
         """Functions of (phi, x, c, h) as functions of (phi, x, c, curves), and these inputs.
 
-        `curves` is what h holds of both stages: what of it the data c decide is then computed from them.
+        `curves` is what h holds of both stages: what of it the data c decide is then computed from
+        them.
         """
         mounting, *parameters = ca.vertsplit(self.x, self._split)
         sizes = [s.prologue.function.size1_out(0) for s in self._stages]
         curves = ca.SX.sym("curves", sum(sizes))
-        packed = [v for pair in zip(parameters, ca.vertsplit(curves, np.cumsum([0, *sizes]).tolist()), strict=True)
-                  for v in pair]  # fmt: skip
+        packed = [
+            v
+            for pair in zip(
+                parameters, ca.vertsplit(curves, np.cumsum([0, *sizes]).tolist()), strict=True
+            )
+            for v in pair
+        ]
         h = ca.vertcat(curves, self._dynamics(mounting, *packed, self.c))
         return ca.substitute(outputs, [self.h], [h]), [self.phi, self.x, self.c, curves]
 
@@ -113,7 +139,9 @@ class Functions:
         """Return the inputs of the lane function at a carrier angle."""
         mounting, *parameters = ca.vertsplit(self.x, self._split)
         sizes = [s.prologue.function.size1_out(0) for s in self._stages]
-        *curves, dynamics = ca.vertsplit(self.h, np.cumsum([0, *sizes, self._dynamics.size1_out(0)]).tolist())
+        *curves, dynamics = ca.vertsplit(
+            self.h, np.cumsum([0, *sizes, self._dynamics.size1_out(0)]).tolist()
+        )
         packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
         return [phi, mounting, *packed, self.c, dynamics]
 
@@ -140,7 +168,9 @@ _FLANK_PREFIX = "flank_"
 _BESIDE = 1e-7
 """How far beside a position the derivatives of a law are taken."""
 _JUMP = 1e-2
-"""A derivative that differs by less on both sides of a position is continuous there; those of a law are from 1 up."""
+"""A derivative that differs by less on both sides of a position is continuous there; those of a law
+are from 1 up.
+"""
 SECOND = 2
 """Forces follow the second derivative of a law."""
 
@@ -170,7 +200,9 @@ def build_flank_function(name: str) -> ca.Function:
 
 @dataclass(frozen=True)
 class FlankBreakpoint:
-    """A position in a flank, and the order of the first derivative of the forces in the angle that jumps there."""
+    """A position in a flank, and the order of the first derivative of the forces in the angle that
+    jumps there.
+    """
 
     position: float
     order: int
@@ -178,18 +210,25 @@ class FlankBreakpoint:
 
 @cache
 def find_flank_breakpoints(name: str, positions: tuple[float, ...]) -> tuple[FlankBreakpoint, ...]:
-    """Return the positions in [0, 1] at which a law, at rest before and after, is not smooth: jumps up to order 2."""
+    """Return the positions in [0, 1] at which a law, at rest before and after, is not smooth: jumps
+    up to order 2.
+    """
     x = ca.SX.sym("x")
     derivatives = [build_flank_function(name)(x)[SECOND]]
     for _ in range(2):
         derivatives.append(ca.jacobian(derivatives[-1], x))
     values = Kernel(
-        ca.Function("derivatives", [x], [ca.densify(ca.vertcat(*derivatives))], ["x"], ["jets"]), lanes=["x"]
+        ca.Function("derivatives", [x], [ca.densify(ca.vertcat(*derivatives))], ["x"], ["jets"]),
+        lanes=["x"],
     )
     neighbours = np.add.outer(np.array(positions), [-_BESIDE, _BESIDE])
-    jets = values(x=np.clip(neighbours, 0, 1).ravel())["jets"].reshape(len(derivatives), *neighbours.shape)
+    jets = values(x=np.clip(neighbours, 0, 1).ravel())["jets"].reshape(
+        len(derivatives), *neighbours.shape
+    )
     jets = np.where((neighbours < 0) | (neighbours > 1), 0.0, jets)
     jumps = np.abs(jets[..., 1] - jets[..., 0]) > _JUMP
     return tuple(
-        FlankBreakpoint(x, int(order.argmax())) for x, order in zip(positions, jumps.T, strict=True) if order.any()
+        FlankBreakpoint(x, int(order.argmax()))
+        for x, order in zip(positions, jumps.T, strict=True)
+        if order.any()
     )

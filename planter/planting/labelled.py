@@ -1,4 +1,6 @@
-"""Labelled drawings of planting devices from the front, across the nozzle, and of the cam (`planter.view.sheet`)."""
+"""Labelled drawings of planting devices from the front, across the nozzle, and of the cam
+(`planter.view.sheet`).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ from planter.view.scene import Body, Outline, Scene
 from planter.view.sheet import Angle, Labelled, Length, Mark, Sheet, Spot
 
 PHI = 40
-"""Carrier angle at which the device is drawn from the front [deg]: nothing lies on anything else."""
+"""Carrier angle at which the device is drawn from the front [deg]: nothing lies on anything
+else.
+"""
 STILL = np.zeros(1)
 _ROUND = np.radians(np.arange(361))
 
@@ -28,21 +32,38 @@ At = Mapping[str, float]
 def draw_sheets(device: Device) -> list[Sheet]:
     """All drawings of the machine's own design."""
     x = device.design
-    columns = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS)).columns()
+    columns = cycle.evaluate_cycle(
+        device, device.prologue(x), cycle.sample_angles(MOMENTS)
+    ).columns()
     sun, carrier = build_scene(device, x).bodies[:2]
     side = _still(device, (sun, replace(carrier, parts=carrier.parts[:1])), columns["phi_deg"])
-    train = _still(device, (sun, replace(carrier, parts=[_bare(carrier.parts[0])])), columns["phi_deg"])
+    train = _still(
+        device, (sun, replace(carrier, parts=[_bare(carrier.parts[0])])), columns["phi_deg"]
+    )
     front = {name: float(values[PHI]) for name, values in columns.items()}
     swing = device.machine.cam.opening_deg / 2
     opening = int(np.argmin(np.abs(columns["theta1_deg"] - swing)))
     across = {name: float(values[opening]) for name, values in columns.items()}
     return [
-        Sheet("train", "sun and middle body from the front, side 1", train, _train(device, front), PHI),
-        Sheet("nozzle", "planet and nozzle from the front, side 1", side, _planet(device, front), PHI),
-        Sheet("half", "inner half across the nozzle, closed and opening", _across(device, across),
-              _half(device, across)),
-        Sheet("cam", "cam angles, seen along the planet's shaft from the carrier", _base(device), _cam(device)),
-    ]  # fmt: skip
+        Sheet(
+            "train", "sun and middle body from the front, side 1", train, _train(device, front), PHI
+        ),
+        Sheet(
+            "nozzle", "planet and nozzle from the front, side 1", side, _planet(device, front), PHI
+        ),
+        Sheet(
+            "half",
+            "inner half across the nozzle, closed and opening",
+            _across(device, across),
+            _half(device, across),
+        ),
+        Sheet(
+            "cam",
+            "cam angles, seen along the planet's shaft from the carrier",
+            _base(device),
+            _cam(device),
+        ),
+    ]
 
 
 def _at(columns: At, name: str) -> Array:
@@ -57,11 +78,17 @@ def _turned(vector: Sequence[float] | Array, degrees: float) -> Array:
 def _angles(device: Device) -> dict[str, float]:
     """The angles of the design by their symbols [deg]."""
     entries = zip(device.names, device.entries, strict=True)
-    return {entry["name"]: device.machine.design[name] for name, entry in entries if entry["unit"] == "rad"}
+    return {
+        entry["name"]: device.machine.design[name]
+        for name, entry in entries
+        if entry["unit"] == "rad"
+    }
 
 
 def _train(device: Device, at: At) -> list[Mark]:
-    """Sun, middle body and what they are turned by; the polar angles count from the inner gears' own first radii."""
+    """Sun, middle body and what they are turned by; the polar angles count from the inner gears'
+    own first radii.
+    """
     o, a1, b1, p = (
         np.zeros(2),
         _at(at, "A1"),
@@ -86,7 +113,9 @@ def _train(device: Device, at: At) -> list[Mark]:
         Angle(("t2",), a1, second, -at["t2_deg"], 0.72 * reach),
         Angle(("beta6",), a1, second, -design["beta6"], 0.82 * reach),
         Angle(("phi52",), a1, mounted, at["phi52_deg"], 0.5 * reach),
-        Length(("rho_CA",), a1, a1 + _turned([sun.middle_radius_mm, 0], mounted + at["phi52_deg"]), 1.0),
+        Length(
+            ("rho_CA",), a1, a1 + _turned([sun.middle_radius_mm, 0], mounted + at["phi52_deg"]), 1.0
+        ),
         Length(("rho_CO",), o, _turned([sun.sun_radius_mm, 0], sun.sun_angle_deg), 1.0),
         Angle(("beta_CO",), o, 0, sun.sun_angle_deg, 0.3 * reach),
         Angle(("beta_CA",), a1, phi, sun.middle_angle_deg, 0.25 * reach),
@@ -124,8 +153,17 @@ def _across(device: Device, at: At) -> Scene:
     axis = np.array([[0.0, 0.0], [device.machine.nozzle.tip_distance_mm, 0.0]])
     bodies = (
         Body("axis of the nozzle", (Outline(axis, "mark", closed=False),)),
-        Body("closed", (Outline(shape, "before"), Outline(rocker, "before", closed=False)), hinge.tolist()),
-        Body("open", (Outline(shape, "body", shade=4), Outline(rocker, "frame", closed=False)), hinge.tolist(), swing),
+        Body(
+            "closed",
+            (Outline(shape, "before"), Outline(rocker, "before", closed=False)),
+            hinge.tolist(),
+        ),
+        Body(
+            "open",
+            (Outline(shape, "body", shade=4), Outline(rocker, "frame", closed=False)),
+            hinge.tolist(),
+            swing,
+        ),
     )
     return _still(device, bodies)
 
@@ -174,8 +212,10 @@ def _base(device: Device) -> Scene:
     """The cam's base cylinder, with the arcs over which the nozzle opens and closes."""
     cam = device.machine.cam
     circle = cam.base_radius_mm * np.column_stack([np.sin(_ROUND), np.cos(_ROUND)])
-    arcs = [Outline(_arc(cam.base_radius_mm, *ends), "frame", closed=False) for ends in
-            (cam.rise_delta_deg, cam.fall_delta_deg)]  # fmt: skip
+    arcs = [
+        Outline(_arc(cam.base_radius_mm, *ends), "frame", closed=False)
+        for ends in (cam.rise_delta_deg, cam.fall_delta_deg)
+    ]
     return _still(device, (Body("base cylinder", (Outline(circle, "body", shade=2), *arcs)),))
 
 
@@ -187,30 +227,55 @@ def _arc(radius: float, start: float, end: float) -> Array:
 def _cam(device: Device) -> list[Mark]:
     """Cam angles, clockwise from the initial position of the roller."""
     cam, centre = device.machine.cam, np.zeros(2)
-    ends = {"delta_r0": cam.rise_delta_deg[0], "delta_r1": cam.rise_delta_deg[1],
-            "delta_f0": cam.fall_delta_deg[0], "delta_f1": cam.fall_delta_deg[1]}  # fmt: skip
+    ends = {
+        "delta_r0": cam.rise_delta_deg[0],
+        "delta_r1": cam.rise_delta_deg[1],
+        "delta_f0": cam.fall_delta_deg[0],
+        "delta_f1": cam.fall_delta_deg[1],
+    }
     radii = cam.base_radius_mm * np.array([0.3, 0.45, 0.6, 0.75])
-    angles: list[Mark] = [Angle((name,), centre, 90, -end, float(radius))
-                         for (name, end), radius in zip(ends.items(), radii, strict=True)]  # fmt: skip
+    angles: list[Mark] = [
+        Angle((name,), centre, 90, -end, float(radius))
+        for (name, end), radius in zip(ends.items(), radii, strict=True)
+    ]
     return [*angles, Length(("R_b",), centre, _arc(cam.base_radius_mm, 60, 60)[0], 0.9)]
 
 
 UNDRAWN: Mapping[str, Sequence[str]] = {
     "an angle of forces at a contact, not of the machine's shape": ("alpha_n", "mu1", "mu2"),
     "the cam's own shape: planter cam draws it": (
-        "derived: end-face cam", "derived: cam for a roller", "pressure", "reach", "station",
+        "derived: end-face cam",
+        "derived: cam for a roller",
+        "pressure",
+        "reach",
+        "station",
     ),
     "any point of a pitch curve: planter gears draws all of them": (
-        "on_curve", "on_radius", "on_turned", "x_inner", "y_inner", "x_outer", "y_outer",
+        "on_curve",
+        "on_radius",
+        "on_turned",
+        "x_inner",
+        "y_inner",
+        "x_outer",
+        "y_outer",
     ),
-    "from nozzle to plant over ground: planter simulate draws it beside the path": ("derived: nozzle",),
-    "a parameter of a pitch curve before it is deformed; the curve itself is drawn": ("*3_mm", "*6_mm"),
+    "from nozzle to plant over ground: planter simulate draws it beside the path": (
+        "derived: nozzle",
+    ),
+    "a parameter of a pitch curve before it is deformed; the curve itself is drawn": (
+        "*3_mm",
+        "*6_mm",
+    ),
     "of side 2, half a turn behind side 1": ("*_2_deg", "*_2_mm"),
     "what the design is asked for, not a part of it": ("requirements.", "gears."),
     "what the sensor sees, not a part of the device": ("measurement.",),
-    "what is assumed in place of the file's own, when it is lifted": ("derived: assumption lifted",),
-}  # fmt: skip
-"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as `table.`."""
+    "what is assumed in place of the file's own, when it is lifted": (
+        "derived: assumption lifted",
+    ),
+}
+"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as
+`table.`.
+"""
 
 
 def draw_labelled(source: str, changes: Mapping[str, float]) -> Labelled:

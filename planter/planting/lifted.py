@@ -1,7 +1,8 @@
-"""Effects of the exact model's assumptions: the model is evaluated again with one assumption relaxed.
+"""Effects of the exact model's assumptions: the model is evaluated again with one assumption
+relaxed.
 
-The derived model `planting_lifted` takes what is lifted as inputs, a value for each angle; with zeros it is the exact
-model.
+The derived model `planting_lifted` takes what is lifted as inputs, a value for each angle; with
+zeros it is the exact model.
 """
 
 from __future__ import annotations
@@ -25,7 +26,12 @@ SAMPLES = 1440
 """Angles of a turn: friction against sliding changes its direction many times."""
 MODULE_MM = 2.0
 """Module of the teeth where nothing says it; both stages."""
-JOINTS = {"F_A1": ("F_A1x", "F_A1y"), "F_B1": ("F_B1x", "F_B1y"), "F_O": ("F_Ox", "F_Oy"), "F_O1": ("F_O1x", "F_O1y")}
+JOINTS = {
+    "F_A1": ("F_A1x", "F_A1y"),
+    "F_B1": ("F_B1x", "F_B1y"),
+    "F_O": ("F_Ox", "F_Oy"),
+    "F_O1": ("F_O1x", "F_O1y"),
+}
 TOTALS = frozenset({"F_O", "F_O1"})
 Columns = Mapping[str, Array]
 Lifting = Mapping[str, Array | float]
@@ -53,11 +59,18 @@ class LiftedCycle:
     def friction_loss(self, speed: float) -> float:
         """Work lost to friction over a turn [J], at cams and teeth of both sides."""
         losses = ("F_E_loss", "F_P_loss", "F_Q_loss")
-        return float(sum(side[name].mean() for side in (self.one, self.two) for name in losses) * 2 * np.pi / speed)
+        return float(
+            sum(side[name].mean() for side in (self.one, self.two) for name in losses)
+            * 2
+            * np.pi
+            / speed
+        )
 
 
 class LiftedModel:
-    """A device of the exact model whose assumptions can be lifted, at a design (p,) [SI], its own unless told."""
+    """A device of the exact model whose assumptions can be lifted, at a design (p,) [SI], its own
+    unless told.
+    """
 
     def __init__(self, device: Device, x: Array | None = None) -> None:
         self.device = device
@@ -91,21 +104,31 @@ class LiftedModel:
         changes: Mapping[str, float] | None = None,
         behind: Lifting | None = None,
     ) -> LiftedCycle:
-        """A turn with values of what is lifted, one for all or one for each angle of side 1, over a whole turn.
+        """A turn with values of what is lifted, one for all or one for each angle of side 1, over a
+        whole turn.
 
-        `changes` are other values of constants, in SI, by their paths in the machine file. What is lifted is the
-        same on side 2, half a turn behind, unless `behind` has values for it, one for each of its angles of a turn.
+        `changes` are other values of constants, in SI, by their paths in the machine file. What is
+        lifted is the same on side 2, half a turn behind, unless `behind` has values for it, one for
+        each of its angles of a turn.
         """
         rows = self._rows(lifted or {}, len(phi))
         constants = self.device.constants.copy()
         paths = [entry["shown"] for entry in self.vectors["machine"]]
         for path, value in (changes or {}).items():
             constants[paths.index(path)] = value
-        second = np.roll(rows if behind is None else self._rows(behind, len(phi)), len(phi) // 2, axis=1)
+        second = np.roll(
+            rows if behind is None else self._rows(behind, len(phi)), len(phi) // 2, axis=1
+        )
         second[self.inputs.index("speed_rate")] = rows[self.inputs.index("speed_rate")]
-        outputs = self._kernel(phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=second)
-        return LiftedCycle(*(dict(zip((e["name"] for e in self.vectors[vector]), outputs[name], strict=True))
-                      for vector, name in (("side", "side1"), ("side", "side2"), ("totals", "totals"))))  # fmt: skip
+        outputs = self._kernel(
+            phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=second
+        )
+        return LiftedCycle(
+            *(
+                dict(zip((e["name"] for e in self.vectors[vector]), outputs[name], strict=True))
+                for vector, name in (("side", "side1"), ("side", "side2"), ("totals", "totals"))
+            )
+        )
 
     def _rows(self, lifted: Lifting, count: int) -> Array:
         """The inputs (k, n) that are lifted; what is not named is not."""
@@ -115,10 +138,11 @@ class LiftedModel:
         return rows
 
     def locate_contacts(self, turn: LiftedCycle, phi: Array, module: float) -> dict[str, Array]:
-        """Return contact points of teeth of unknown outline, as inputs of both flanks of both meshes, (n,) each.
+        """Return contact points of teeth of unknown outline, as inputs of both flanks of both
+        meshes, (n,) each.
 
-        One pair of teeth bears at a time, from half a base pitch before the pitch point to half behind it; the place on
-        the pitch curve counts from its joint at t = 0.
+        One pair of teeth bears at a time, from half a base pitch before the pitch point to half
+        behind it; the place on the pitch curve counts from its joint at t = 0.
         """
         cosine = np.cos(self.device.machine.si("contact.pressure_angle_deg"))
         pitch = np.pi * module
@@ -126,13 +150,21 @@ class LiftedModel:
         for tag, sense, arc in zip("PQ", (-1, 1), self._arcs(turn, phi), strict=True):
             distance = sense * cosine * pitch * (np.mod(arc / pitch, 1) - 0.5)
             for flank, way in (("plus", 1), ("minus", -1)):
-                inputs |= {f"lead_{tag}_{flank}": np.sign(way * distance), f"away_{tag}_{flank}": np.abs(distance)}
+                inputs |= {
+                    f"lead_{tag}_{flank}": np.sign(way * distance),
+                    f"away_{tag}_{flank}": np.abs(distance),
+                }
         return inputs
 
     def _arcs(self, turn: LiftedCycle, phi: Array) -> Iterator[Array]:
-        """Length of the inner pitch curves that has passed the contact since t = 0, at each angle [m], (n,)."""
+        """Length of the inner pitch curves that has passed the contact since t = 0, at each angle
+        [m], (n,).
+        """
         machine = self.device.machine
-        polar = (phi + machine.si("design.alpha3_deg"), turn.one["phi52"] + machine.si("design.beta6_deg"))
+        polar = (
+            phi + machine.si("design.alpha3_deg"),
+            turn.one["phi52"] + machine.si("design.beta6_deg"),
+        )
         first = len(self.device.names) - sum(len(stage.names) for stage in self.device.stages)
         for stage, t in zip(self.device.stages, polar, strict=True):
             parameters = self._x[first : first + len(stage.names)]
@@ -146,7 +178,9 @@ class LiftedModel:
 
 
 def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> list[Lifted]:
-    """Return the effect of relaxing each assumption alone on the largest joint forces and on the work of a cycle."""
+    """Return the effect of relaxing each assumption alone on the largest joint forces and on the
+    work of a cycle.
+    """
     model, phi = LiftedModel(device), cycle.sample_angles(SAMPLES)
     modelled = model.turn(phi)
     speed = device.machine.si("operation.speed_rpm")
@@ -164,7 +198,10 @@ def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> lis
         Lifted(
             assumption=name,
             support_N=float(abs(turn.totals["F_support"] - modelled.totals["F_support"]).max()),
-            joints_N={joint: float(abs(turn.joint(joint) - modelled.joint(joint)).max()) for joint in JOINTS},
+            joints_N={
+                joint: float(abs(turn.joint(joint) - modelled.joint(joint)).max())
+                for joint in JOINTS
+            },
             largest_N={joint: float(turn.joint(joint).max()) for joint in JOINTS},
             as_modelled_N={joint: float(modelled.joint(joint).max()) for joint in JOINTS},
             motor_work_J=turn.motor_work,

@@ -1,8 +1,8 @@
 """Planting devices as machines of the engine, with deviations of their centre distances.
 
-A pair whose centres are displaced by a deviation rolls on similar pitch curves, scaled with the centre distance: as
-with circular involute gears the ratio stays, the arms and the working curves grow. All lengths of a stage's parameters
-take the same factor, 1 + deviation / distance.
+A pair whose centres are displaced by a deviation rolls on similar pitch curves, scaled with the
+centre distance: as with circular involute gears the ratio stays, the arms and the working curves
+grow. All lengths of a stage's parameters take the same factor, 1 + deviation / distance.
 """
 
 from __future__ import annotations
@@ -29,22 +29,29 @@ LENGTH = "m"
 
 
 def add_deviations(machine: Machine, device: Device) -> Machine:
-    """Return the machine of a device with the deviations of its centre distances as values more, which are zero."""
+    """Return the machine of a device with the deviations of its centre distances as values more,
+    which are zero.
+    """
     assert machine.totals is not None
     assert machine.events is not None
     totals, size = machine.totals, len(machine.values)
     meaning = "centre distance of stage {} less that of its pitch curves"
     values = [
-        Value(f"deviation_a{number}", LENGTH, meaning.format(number), path) for number, path in enumerate(DEVIATIONS, 1)
+        Value(f"deviation_a{number}", LENGTH, meaning.format(number), path)
+        for number, path in enumerate(DEVIATIONS, 1)
     ]
     phi, _, h, q = machine.symbols
     d = ca.SX.sym("d", size + len(values))
     distances = [h[place] - d[size + k] for k, place in enumerate(find_distance_indices(device))]
     mounted = _mount_values(device, d, distances)
-    first, second, _ = (ca.SX.sym(name, totals.size1_in(i)) for i, name in enumerate(("one", "two", "d")))
+    first, second, _ = (
+        ca.SX.sym(name, totals.size1_in(i)) for i, name in enumerate(("one", "two", "d"))
+    )
 
     def compose(name: str, function: ca.Function) -> ca.Function:
-        return ca.Function(name, [phi, d, h, q], [function(phi, mounted, h, q)], ["phi", "d", "h", "q"], ["y"])
+        return ca.Function(
+            name, [phi, d, h, q], [function(phi, mounted, h, q)], ["phi", "d", "h", "q"], ["y"]
+        )
 
     design = _mounted_function(device, size)
     both = ca.MX.sym("d", d.numel())
@@ -61,8 +68,14 @@ def add_deviations(machine: Machine, device: Device) -> Machine:
 
 
 def _mount_values(device: Device, d: Any, distances: Sequence[Any]) -> Any:
-    """Return the values (v,) that work like those of d (v + 2,), whose last two are deviations [m]."""
-    parts, begin, size = [], device.size - sum(len(stage.names) for stage in device.stages), len(device.data)
+    """Return the values (v,) that work like those of d (v + 2,), whose last two are deviations
+    [m].
+    """
+    parts, begin, size = (
+        [],
+        device.size - sum(len(stage.names) for stage in device.stages),
+        len(device.data),
+    )
     parts.append(d[:begin])
     for number, (stage, distance) in enumerate(zip(device.stages, distances, strict=True)):
         factor = 1 + d[size + number] / distance
@@ -73,7 +86,9 @@ def _mount_values(device: Device, d: Any, distances: Sequence[Any]) -> Any:
 
 
 def _mounted_function(device: Device, size: int) -> ca.Function:
-    """Return d (v + 2,) -> equivalent values (v,), from the centre distances of its pitch curves."""
+    """Return d (v + 2,) -> equivalent values (v,), from the centre distances of its pitch
+    curves.
+    """
     d = ca.SX.sym("d", size + len(DEVIATIONS))
     ends = device.size - np.cumsum([len(stage.names) for stage in reversed(device.stages)])[::-1]
     distances = [
@@ -84,7 +99,9 @@ def _mounted_function(device: Device, size: int) -> ca.Function:
 
 
 def _differentiate(machine: Machine, design: ca.Function, moved: tuple[int, ...]) -> ca.Function:
-    """Return (d) -> h, dh of the mounted machine, by the chain rule from the tangent of the machine."""
+    """Return (d) -> h, dh of the mounted machine, by the chain rule from the tangent of the
+    machine.
+    """
     assert machine.tangent is not None
     tangent = machine.tangent(tuple(range(len(machine.values))))
     d = design.sx_in(0)
@@ -103,7 +120,9 @@ def takes(source: str) -> bool:
 
 
 def load(source: str, changes: Mapping[str, float], model: Model = "exact") -> Machine:
-    """Return the machine of a planting device; raises InputError and GeometryError as its file and device do."""
+    """Return the machine of a planting device; raises InputError and GeometryError as its file and
+    device do.
+    """
     return _build_with_requirements(model, file.load(source, changes))
 
 
@@ -113,5 +132,7 @@ def _build_with_requirements(model: Model, machine: file.PlantingMachine) -> Mac
     if not machine.limits_motion:
         return built
     return replace(
-        built, build=partial(_build_with_requirements, model), requirements=partial(RequirementConstraints, device)
+        built,
+        build=partial(_build_with_requirements, model),
+        requirements=partial(RequirementConstraints, device),
     )

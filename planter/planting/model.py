@@ -1,6 +1,8 @@
 """The planting device: a machine in one of its models, with its design vector and its kernels.
 
-`build_machine` describes it for the engine: gear stages and cam law composed in, two sides half a cycle apart."""
+`build_machine` describes it for the engine: gear stages and cam law composed in, two sides half a
+cycle apart.
+"""
 
 from __future__ import annotations
 
@@ -50,10 +52,12 @@ VECTORS = {
 
 
 class Device:
-    """A machine in one of its models. Designs `x` are (p,) arrays in SI; angles in rad, forces in N.
+    """A machine in one of its models.
 
-    `names` are those of the design vector, `data` (v,) the machine's own design, then its constants; `lower` and
-    `upper` (p,) are its bounds [SI], `scale` (p,) is SI per shown unit.
+    Designs `x` are (p,) arrays in SI; angles in rad, forces in N.
+
+    `names` are those of the design vector, `data` (v,) the machine's own design, then its
+    constants; `lower` and `upper` (p,) are its bounds [SI], `scale` (p,) is SI per shown unit.
 
     Raises GeometryError where the machine's own design, or a corner of its bounds, has no gears.
     """
@@ -74,27 +78,47 @@ class Device:
         self._take(machine)
         ends = np.cumsum([len(part) for part in parts])
         first, second = (
-            stage.build_stage(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
+            stage.build_stage(
+                family,
+                self._vectors[f"parameters{i}"],
+                self._candidates(slice(ends[i - 1], ends[i])),
+            )
             for i, family in enumerate(pair, 1)
         )
         self.stages = first, second
-        self.functions = Functions(model, self.stages, functions.build_flank_function(machine.cam.flank))
+        self.functions = Functions(
+            model, self.stages, functions.build_flank_function(machine.cam.flank)
+        )
 
     def _take(self, machine: PlantingMachine) -> None:
-        """Take the numbers of a machine in SI: design and bounds (p,), and the model's other inputs (c,)."""
+        """Take the numbers of a machine in SI: design and bounds (p,), and the model's other inputs
+        (c,).
+        """
         self.machine, numbers = machine, machine.numbers()
-        if machine.measurement is not None:  # names of quantities are checked before anything is computed
-            models = [formulas.load(f"planting_{model}").sidecar["vectors"] for model in functions.MODELS]
-            by_key = {quantity.key: quantity for vectors in models for quantity in list_quantities(vectors)}
+        if (
+            machine.measurement is not None
+        ):  # names of quantities are checked before anything is computed
+            models = [
+                formulas.load(f"planting_{model}").sidecar["vectors"] for model in functions.MODELS
+            ]
+            by_key = {
+                quantity.key: quantity
+                for vectors in models
+                for quantity in list_quantities(vectors)
+            }
             quantities = tuple(by_key.values())
             forces = list_carried_forces(
                 machine.measurement, self.sidecar.get("supports", {}), quantities, machine.source
             )
             build_sensor_view(machine.measurement, (*quantities, *forces), machine.source)
         design = self.scale * [machine.design[name] for name in self.names]
-        constants = [numbers[e["shown"]] * units.unit_factor(e["shown"]) for e in self._vectors["machine"]]
+        constants = [
+            numbers[e["shown"]] * units.unit_factor(e["shown"]) for e in self._vectors["machine"]
+        ]
         self.data = np.concatenate([design, constants])
-        self.lower, self.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
+        self.lower, self.upper = (
+            self.scale * np.array([machine.bounds[name] for name in self.names]).T
+        )
 
     @property
     def design(self) -> Array:
@@ -116,7 +140,10 @@ class Device:
         mounting = tuple(entry["shown"] for entry in self._vectors["mounting"])
         return [
             mounting,
-            *(stage.list_design_names(f, self._vectors[f"parameters{i}"]) for i, f in enumerate(families, 1)),
+            *(
+                stage.list_design_names(f, self._vectors[f"parameters{i}"])
+                for i, f in enumerate(families, 1)
+            ),
         ]
 
     def _candidates(self, part: slice) -> list[StageCandidate]:
@@ -124,21 +151,35 @@ class Device:
         source = self.machine.source
         sides = list(zip(self.lower[part], self.upper[part], strict=True))
         corners = [np.array(corner) for corner in itertools.product(*sides)]
-        return [StageCandidate(self.design[part], lambda name: f"{source}: design.{name}"),
-                *(StageCandidate(corner, lambda name: f"{source}: bounds.{name}") for corner in corners)]  # fmt: skip
+        return [
+            StageCandidate(self.design[part], lambda name: f"{source}: design.{name}"),
+            *(
+                StageCandidate(corner, lambda name: f"{source}: bounds.{name}")
+                for corner in corners
+            ),
+        ]
 
     def like(self, machine: PlantingMachine) -> Device:
-        """The device of another machine with the same families, cam law and names: what was built for this one serves.
+        """The device of another machine with the same families, cam law and names: what was built
+        for this one serves.
 
-        Raises GeometryError where the machine's own design has no gears; the corners of its bounds are not looked at.
+        Raises GeometryError where the machine's own design has no gears; the corners of its bounds
+        are not looked at.
         """
         device = Device.__new__(Device)
         vars(device).update(vars(self))
         device._take(machine)
         device.force = self.force.with_machine(
-            replace(self.force.machine, document=machine, data=device.data, lower=device.lower, upper=device.upper,
-                    samples=machine.objective.samples, sampling=machine.objective.samples)
-        )  # fmt: skip
+            replace(
+                self.force.machine,
+                document=machine,
+                data=device.data,
+                lower=device.lower,
+                upper=device.upper,
+                samples=machine.objective.samples,
+                sampling=machine.objective.samples,
+            )
+        )
         for index, pair in enumerate(self.stages):
             parameters = device.of_stage(index, device.design)
             candidate = StageCandidate(parameters, lambda name: f"{machine.source}: design.{name}")
@@ -147,7 +188,9 @@ class Device:
         return device
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return machine, model and numbers for pickling: loading builds the device, compiled if it was."""
+        """Return machine, model and numbers for pickling: loading builds the device, compiled if it
+        was.
+        """
         return _restore_device, (self.machine, self.model, self.compiled, self.data)
 
     def compile(self, refined: bool = False) -> None:
@@ -160,7 +203,9 @@ class Device:
 
     @cached_property
     def force(self) -> QuantityCurves:
-        """The vertical force on the support over a turn, the only curve, with derivatives and joints."""
+        """The vertical force on the support over a turn, the only curve, with derivatives and
+        joints.
+        """
         return QuantityCurves(build_machine(self), [FORCE])
 
     @property
@@ -173,11 +218,15 @@ class Device:
         """Name, unit, meaning and source of each design parameter."""
         entries: list[Mapping[str, str]] = list(self._vectors["mounting"])
         for number, gear_stage in enumerate(self.stages, 1):
-            entries += [*gear_stage.sidecar["parameters"][:-1], self._vectors[f"parameters{number}"]["known"]["-1"]]
+            entries += [
+                *gear_stage.sidecar["parameters"][:-1],
+                self._vectors[f"parameters{number}"]["known"]["-1"],
+            ]
         return entries
 
     def x(self, **values: float) -> Array:
-        """The machine's own design (p,) in SI with some values changed, by name and in the unit [that it ends in].
+        """The machine's own design (p,) in SI with some values changed, by name and in the unit
+        [that it ends in].
 
         Raises InputError for a name that is none of `names`, with the nearest of them.
         """
@@ -192,18 +241,26 @@ class Device:
         return design
 
     def named(self, x: Array) -> dict[str, float]:
-        """A design (p,) in SI as it is shown: values by name, each in the unit [that its name ends in]."""
+        """A design (p,) in SI as it is shown: values by name, each in the unit [that its name ends
+        in].
+        """
         return {name: float(value) for name, value in zip(self.names, x / self.scale, strict=True)}
 
     def show(self) -> Any:
-        """Return a notebook widget that animates the device. Raises InputError if anywidget is missing."""
+        """Return a notebook widget that animates the device.
+
+        Raises InputError if anywidget is missing.
+        """
         from planter.view.animation import show_object
 
         return show_object(self)
 
     def _repr_html_(self) -> str:
         values, low, high = (self.named(x) for x in (self.design, self.lower, self.upper))
-        rows = ((name, values[name], low[name], high[name], units.display_unit(name)) for name in self.names)
+        rows = (
+            (name, values[name], low[name], high[name], units.display_unit(name))
+            for name in self.names
+        )
         families = " and ".join(stage.family for stage in self.stages)
         title = f"{self.machine.name}, {self.model} model, stages {families}"
         return format_table(title, ("design", "value", "lower", "upper", "unit"), rows)
@@ -215,7 +272,8 @@ class Device:
         return Kernel(ca.Function("hoisting", f.mx_in(), [f(*f.mx_in())], ["x", "c"], ["h"]))
 
     def prologue(self, x: Array, c: Array | None = None) -> DesignPoint:
-        """Return the invariants of a cycle for a design x (p,) [SI] with their derivatives, which all angles share.
+        """Return the invariants of a cycle for a design x (p,) [SI] with their derivatives, which
+        all angles share.
 
         `c` are data of a machine that differs from the device's own in nothing else.
         """
@@ -223,17 +281,23 @@ class Device:
 
     @cached_property
     def cycle_kernel(self) -> Kernel:
-        """Quantities of side 1, of side 2 and of both at carrier angles, from (phi, x, c, h) in SI."""
+        """Quantities of side 1, of side 2 and of both at carrier angles, from (phi, x, c, h) in
+        SI.
+        """
         names, outputs = ["phi", "x", "c", "h"], ["side1", "side2", "totals"]
         f = ca.Function("cycle", self.functions.inputs, list(self.functions.both), names, outputs)
         return Kernel(f, lanes=["phi"])
 
     def cycle(self, at: DesignPoint, phi: Array) -> dict[str, Array]:
-        """`side1`, `side2` and `totals` at carrier angles phi (n,) [rad]: a row (n,) for each quantity [SI]."""
+        """`side1`, `side2` and `totals` at carrier angles phi (n,) [rad]: a row (n,) for each
+        quantity [SI].
+        """
         return self.cycle_kernel(phi=phi, x=at.d[: self.size], c=at.d[self.size :], h=at.h)
 
     def side(self, x: Array, phi: Array) -> dict[str, Array]:
-        """Quantities (n,) of side 1 by their names [SI], of a design x (p,) at carrier angles phi (n,) [rad]."""
+        """Quantities (n,) of side 1 by their names [SI], of a design x (p,) at carrier angles phi
+        (n,) [rad].
+        """
         names = self.formulas.entries("side")
         return dict(zip(names, self.cycle(self.prologue(x), phi)["side1"], strict=True))
 
@@ -247,7 +311,9 @@ class Device:
         return self.force.value(at, phi)[0]
 
     def support_slopes(self, at: DesignPoint, phi: Array) -> tuple[Array, Array]:
-        """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI unit of x]."""
+        """Vertical support force (n,) [N] and its Jacobian in (phi, x), (n, 1 + p) [N/rad, N per SI
+        unit of x].
+        """
         values, slopes = self.force.slopes(at, phi)
         return values[0], slopes[0]
 
@@ -262,7 +328,9 @@ def _restore_device(machine: PlantingMachine, model: Model, compiled: bool, data
 
 
 def build_machine(device: Device) -> Machine:
-    """Return a device as a machine: its values are the design parameters, then the numbers of the file."""
+    """Return a device as a machine: its values are the design parameters, then the numbers of the
+    file.
+    """
     functions, vectors = device.functions, device.sidecar["vectors"]
     size = len(device.names)
     design = [
@@ -270,7 +338,14 @@ def build_machine(device: Device) -> Machine:
         for name, entry in zip(device.names, device.entries, strict=True)
     ]
     data = [
-        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], read_range(PlantingMachine, e["shown"]))
+        Value(
+            e["name"],
+            e["unit"],
+            e["meaning"],
+            e["shown"],
+            e["source"],
+            read_range(PlantingMachine, e["shown"]),
+        )
         for e in vectors["machine"]
     ]
     values = (*design, *data)
@@ -279,13 +354,17 @@ def build_machine(device: Device) -> Machine:
 
     def compose(name: str, output: ca.SX) -> ca.Function:
         (graph,) = ca.substitute([output], [functions.x, functions.c], [d[:size], d[size:]])
-        return ca.Function(name, [functions.phi, d, functions.h, q], [graph], ["phi", "d", "h", "q"], ["y"])
+        return ca.Function(
+            name, [functions.phi, d, functions.h, q], [graph], ["phi", "d", "h", "q"], ["y"]
+        )
 
     lane = compose("lane", functions.side(functions.phi))
     first, second = (ca.SX.sym(side, lane.numel_out(0)) for side in ("one", "two"))
     totals = ca.Function("totals", [first, second, d], [functions.frame(first, second, d[size:])])
     both = ca.MX.sym("d", len(values))
-    prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
+    prologue = ca.Function(
+        "prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"]
+    )
     quantities = list_quantities(vectors)
     machine = Machine(
         document=device.machine,
@@ -314,19 +393,25 @@ def build_machine(device: Device) -> Machine:
         genetic=device.machine.genetic_algorithm,
         documentation=_documentation(device),
     )
-    return add_carried_forces(machine, device.machine.measurement, device.sidecar.get("supports", {}))
+    return add_carried_forces(
+        machine, device.machine.measurement, device.sidecar.get("supports", {})
+    )
 
 
 def list_quantities(vectors: Mapping[str, Any]) -> tuple[Quantity, ...]:
     """Return the quantities of a side, then those of both sides together."""
     return tuple(
         Quantity(
-            e["name"], e["unit"], e["meaning"], e.get("shown") or units.display_key(e["name"], e["unit"]), total,
+            e["name"],
+            e["unit"],
+            e["meaning"],
+            e.get("shown") or units.display_key(e["name"], e["unit"]),
+            total,
             source=e["source"],
         )
         for vector, total in (("side", False), ("totals", True))
         for e in vectors[vector]
-    )  # fmt: skip
+    )
 
 
 def _rebuild_machine(kind: type[Device], model: Model, machine: PlantingMachine) -> Machine:
@@ -334,7 +419,9 @@ def _rebuild_machine(kind: type[Device], model: Model, machine: PlantingMachine)
 
 
 def build_measures(machine: PlantingMachine) -> tuple[Measure, Measure]:
-    """Return range and scatter of the support force as measures, weighted as in the machine file."""
+    """Return range and scatter of the support force as measures, weighted as in the machine
+    file.
+    """
     objective = machine.objective
     scatter: Kind = "variance" if objective.kind == "paper" else "std"
     return (
@@ -354,10 +441,16 @@ def _documentation(device: Device) -> Documentation:
     )
 
 
-def _find_event_kinds(entries: Sequence[Mapping[str, Any]], flank: str) -> dict[int, Mapping[str, Any]]:
-    """Return the events of a device by their places among its model's: of those of the flanks, a law's joints alone."""
+def _find_event_kinds(
+    entries: Sequence[Mapping[str, Any]], flank: str
+) -> dict[int, Mapping[str, Any]]:
+    """Return the events of a device by their places among its model's: of those of the flanks, a
+    law's joints alone.
+    """
     positions = tuple(sorted({entry["position"] for entry in entries if "position" in entry}))
-    orders = {joint.position: joint.order for joint in functions.find_flank_breakpoints(flank, positions)}
+    orders = {
+        joint.position: joint.order for joint in functions.find_flank_breakpoints(flank, positions)
+    }
     return {
         index: {**entry, "order": orders[entry["position"]]} if "position" in entry else entry
         for index, entry in enumerate(entries)
@@ -366,7 +459,9 @@ def _find_event_kinds(entries: Sequence[Mapping[str, Any]], flank: str) -> dict[
 
 
 def _tangent(functions: Functions, size: int, moved: tuple[int, ...]) -> ca.Function:
-    """Return (d) -> h, dh: the prologue and its sparse Jacobian in the moved values, stage by stage."""
+    """Return (d) -> h, dh: the prologue and its sparse Jacobian in the moved values, stage by
+    stage.
+    """
     count = size + functions.c.numel()
     d = ca.MX.sym("d", count)
     h, along_design = functions.tangent_function(d[:size], d[size:])

@@ -15,7 +15,9 @@ from planter.planting.model import SIDES, SPEED, Device, list_quantities
 
 NAME = "planting_drive"
 PATH = "operation.acceleration_rad_s2"
-"""Path of the carrier's acceleration, which no file has: it is zero unless a motor drives the device."""
+"""Path of the carrier's acceleration, which no file has: it is zero unless a motor drives the
+device.
+"""
 
 
 def build_driven_file(machine: PlantingMachine) -> Machine:
@@ -24,16 +26,26 @@ def build_driven_file(machine: PlantingMachine) -> Machine:
 
 
 def build_driven_machine(device: Device) -> Machine:
-    """Return a device at its own design whose last value is the carrier's acceleration. Raises InputError if printed.
+    """Return a device at its own design whose last value is the carrier's acceleration.
 
-    The design is fixed: the curves of its gears are given to the lane, which finds all else at every speed.
+    Raises InputError if printed.
+
+    The design is fixed: the curves of its gears are given to the lane, which finds all else at
+    every speed.
     """
     if device.model != "exact":
-        raise InputError("a motor drives the exact model: the printed one holds at constant speed alone")
+        raise InputError(
+            "a motor drives the exact model: the printed one holds at constant speed alone"
+        )
     functions, module = device.functions, generated.module(NAME)
     vectors = generated.sidecar(NAME)["vectors"]
-    values = tuple(Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"]) for e in vectors["machine"])
-    values += tuple(Value(e["name"], e["unit"], e["meaning"], PATH, e["source"]) for e in vectors["drive"])
+    values = tuple(
+        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"])
+        for e in vectors["machine"]
+    )
+    values += tuple(
+        Value(e["name"], e["unit"], e["meaning"], PATH, e["source"]) for e in vectors["drive"]
+    )
     size = len(vectors["machine"])
     phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", len(values)), ca.SX.sym("q", 0)
     h = ca.SX.sym("h", 0)
@@ -41,7 +53,9 @@ def build_driven_machine(device: Device) -> Machine:
     lane = module.lane(*contacts, build_flank_function(device.machine.cam.flank))
     prologue = module.prologue(*contacts)
     values_at_design = [device.design, device.prologue(device.design).h]
-    _, *packed, _, _ = ca.substitute(functions.lane_inputs(phi), [functions.x, functions.h], values_at_design)
+    _, *packed, _, _ = ca.substitute(
+        functions.lane_inputs(phi), [functions.x, functions.h], values_at_design
+    )
     machine_values, rate = d[:size], d[size:]
     side = lane(phi, *packed, machine_values, rate, prologue(*packed, machine_values, rate))
     first, second = (ca.SX.sym(name, side.numel()) for name in ("one", "two"))
@@ -51,7 +65,11 @@ def build_driven_machine(device: Device) -> Machine:
     frame = module.frame()(first, second, machine_values)
     totals = tuple(
         Quantity(
-            f"{name}_sum", e["unit"], f"{e['meaning']}, both sides", units.display_key(f"{name}_sum", e["unit"]), True
+            f"{name}_sum",
+            e["unit"],
+            f"{e['meaning']}, both sides",
+            units.display_key(f"{name}_sum", e["unit"]),
+            True,
         )
         for name in shared
         for e in vectors["side"]

@@ -1,4 +1,5 @@
-"""The objective (31) of Wang et al. (2017) over a cycle: over true extremes, over samples, and of many designs.
+"""The objective (31) of Wang et al. (2017) over a cycle: over true extremes, over samples, and of
+many designs.
 
 from planter import Device, Turns, evaluate_many, load_machine, load_mechanism
 
@@ -56,15 +57,19 @@ def read_weights(machine: PlantingMachine) -> Weights:
 
 def build_problem(
     device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None
-) -> DesignProblem:  # fmt: skip
-    """Return the device's objective over true extremes and integrals, or that many samples, under constraints if any.
+) -> DesignProblem:
+    """Return the device's objective over true extremes and integrals, or that many samples, under
+    constraints if any.
 
-    Parameters are searched in shares of the machine file's bounds. Raises InputError where the cam's law makes the
-    force jump: a jump that passes a sample has no gradient.
+    Parameters are searched in shares of the machine file's bounds. Raises InputError where the
+    cam's law makes the force jump: a jump that passes a sample has no gradient.
     """
     machine, curve = device.machine, device.force
     if (find_breakpoints(curve, curve.prologue(curve.design)).orders == 0).any():
-        allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
+        allowed = (
+            "the force jumps where its flanks begin and end; an optimisation needs a law "
+            "without such jumps"
+        )
         raise machine.input_error("cam.flank", allowed)
     total = CurveSumObjective(curve, build_range_sum(read_weights(machine)), sampling)
     further = [] if constraints is None else [constraints]
@@ -76,35 +81,53 @@ DENSE = np.linspace(0, 2 * np.pi, 721)
 
 
 def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
-    """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
-    extremes = ContinuousCycle.from_response(device.force, build_range_sum(read_weights(device.machine))).look(x)
+    """True extremes and integrals of the support force of a design x (p,) [SI], and the objective
+    of these.
+    """
+    extremes = ContinuousCycle.from_response(
+        device.force, build_range_sum(read_weights(device.machine))
+    ).look(x)
     objective = read_weights(device.machine).value(extremes.range, extremes.variance)
     return TrueExtremes(
         extremes.high, extremes.low, extremes.range, extremes.mean, extremes.variance, objective
-    )  # fmt: skip
+    )
 
 
 def evaluate_samples(device: Device, x: Array) -> SampledScore:
-    """Return the objective of a design x (p,) [SI] over the machine file's samples, and its parts."""
+    """Return the objective of a design x (p,) [SI] over the machine file's samples, and its
+    parts.
+    """
     samples = device.machine.objective.samples
-    look = SampledCycle(device.force, build_range_sum(read_weights(device.machine)), samples).look(x)
+    look = SampledCycle(device.force, build_range_sum(read_weights(device.machine)), samples).look(
+        x
+    )
     return SampledScore(
-        samples, read_weights(device.machine).value(look.range, look.variance), look.range, look.variance
+        samples,
+        read_weights(device.machine).value(look.range, look.variance),
+        look.range,
+        look.variance,
     )
 
 
 def find_curve_angles(device: Device, x: Array) -> Array:
-    """Carrier angles (n,) [rad] of a figure of a design x (p,) [SI]: its largest and least force are the true ones.
+    """Carrier angles (n,) [rad] of a figure of a design x (p,) [SI]: its largest and least force
+    are the true ones.
 
     Beside `DENSE` they hold the extremes of the support force, and both sides of where it may jump.
     """
     response = device.force
     panels = CyclePanels(response, x)
     ends = np.concatenate(
-        [panels.extremes(CurveSide(0, 0, 1)).angles, panels.breaks - ONE_SIDED_OFFSET, panels.breaks + ONE_SIDED_OFFSET]
+        [
+            panels.extremes(CurveSide(0, 0, 1)).angles,
+            panels.breaks - ONE_SIDED_OFFSET,
+            panels.breaks + ONE_SIDED_OFFSET,
+        ]
     )
     cycles = round(2 * np.pi / response.period)
-    all_ends = np.add.outer(response.period * np.arange(cycles), np.mod(ends, response.period)).ravel()
+    all_ends = np.add.outer(
+        response.period * np.arange(cycles), np.mod(ends, response.period)
+    ).ravel()
     return np.union1d(DENSE, all_ends)
 
 
@@ -113,11 +136,13 @@ FIELDS = (OBJECTIVE, "range_N", "variance_N2", "mean_N")
 
 
 class CycleObjective:
-    """Objective (31) of a device over N samples of a turn, and its exact gradient; designs x are (p,) in SI.
+    """Objective (31) of a device over N samples of a turn, and its exact gradient; designs x are
+    (p,) in SI.
 
-    Functions are compiled at the first use and stored in the user's cache; without a compiler evaluation is slower.
-    Threads may share an object: each has separate memory.
-    Raises ComputationError where a result is not finite, CallError for a design of another shape or not finite.
+    Functions are compiled at the first use and stored in the user's cache; without a compiler
+    evaluation is slower. Threads may share an object: each has separate memory. Raises
+    ComputationError where a result is not finite, CallError for a design of another shape or not
+    finite.
     """
 
     def __init__(self, device: Device, samples: int | None = None) -> None:
@@ -140,7 +165,9 @@ class CycleObjective:
         return self._outputs.rows.find_slopes(1).kernel.way
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return device and samples for pickling: a loaded copy has memory and compiled functions of its own."""
+        """Return device and samples for pickling: a loaded copy has memory and compiled functions
+        of its own.
+        """
         return CycleObjective, (self.device, self.samples)
 
     def copy(self) -> CycleObjective:
@@ -160,7 +187,9 @@ class CycleObjective:
         return float(self.many(np.asarray(x)[None])[0, 0])
 
     def gradient(self, x: Array) -> tuple[float, Array]:
-        """The objective (31) [-] of a design x (p,) and its gradient (p,) [1/SI]: extremes stay at their samples."""
+        """The objective (31) [-] of a design x (p,) and its gradient (p,) [1/SI]: extremes stay at
+        their samples.
+        """
         self._check(x, self.device.design.shape)
         if self._slopes:
             memory = self._run(self._slopes, x)
@@ -169,26 +198,34 @@ class CycleObjective:
         return float(rows[0, 0]), gradients[0]
 
     def gradients(self, designs: Array, data: Array) -> tuple[Array, Array]:
-        """Objectives (m,) and gradients (m, p) of designs (m, p), each on a machine with other data (m, c) [SI]."""
+        """Objectives (m,) and gradients (m, p) of designs (m, p), each on a machine with other data
+        (m, c) [SI].
+        """
         self._check(designs, (len(designs), *self.device.design.shape))
         self._check(data, (len(designs), *self.device.constants.shape))
         rows, gradients = self._differentiate(designs, data)
         return rows[:, 0], gradients
 
     def many(self, designs: Array, threads: int = 1) -> Array:
-        """Rows of objective [-], range [N], variance [N2] and mean [N], (m, 4), for designs (m, p) [SI]."""
+        """Rows of objective [-], range [N], variance [N2] and mean [N], (m, 4), for designs (m, p)
+        [SI].
+        """
         self._check(designs, (len(designs), *self.device.design.shape))
         rows = self._outputs.sample(self._join(designs, self._constants), threads)
         self._check_finite(designs, rows)
         return rows
 
     def many_gradients(self, designs: Array, threads: int = 1) -> tuple[Array, Array]:
-        """Rows of objective, range, variance and mean, (m, 4), and gradients (m, p) of the objective [1/SI]."""
+        """Rows of objective, range, variance and mean, (m, 4), and gradients (m, p) of the
+        objective [1/SI].
+        """
         self._check(designs, (len(designs), *self.device.design.shape))
         return self._differentiate(designs, self.device.constants, threads)
 
     def hessian(self, x: Array) -> Array:
-        """Hessian (p, p) [1/SI2] of the objective at x (p,) [SI], the extremes staying at their samples."""
+        """Hessian (p, p) [1/SI2] of the objective at x (p,) [SI], the extremes staying at their
+        samples.
+        """
         self._check(x, self.device.design.shape)
         if self._slopes and not self.device.compiled:
             self.device.compile()
@@ -202,7 +239,9 @@ class CycleObjective:
 
     def _differentiate(self, designs: Array, data: Array, threads: int = 1) -> tuple[Array, Array]:
         """Return rows of `FIELDS`, (m, 4), and gradients (m, p), for data (c,), or (m, c)."""
-        rows, slopes = self._outputs.sample_slopes(self._join(designs, data), threads, 1, compiled=True)
+        rows, slopes = self._outputs.sample_slopes(
+            self._join(designs, data), threads, 1, compiled=True
+        )
         self._check_finite(designs, rows, slopes[:, 0])
         return rows, slopes[:, 0]
 
@@ -225,7 +264,9 @@ class CycleObjective:
     @staticmethod
     def _failure(x: Array) -> PlanterError:
         if np.isfinite(x).all():
-            return ComputationError(f"the force, or a slope of it, is not finite at the design {list(x)}")
+            return ComputationError(
+                f"the force, or a slope of it, is not finite at the design {list(x)}"
+            )
         return CallError(f"a design must be finite, and was given as {list(x)}")
 
     @staticmethod
@@ -236,7 +277,8 @@ class CycleObjective:
 
 @dataclass(frozen=True)
 class Batch:
-    """The turn of each design, (m,) each: objective (31); range [N], variance [N2] and mean [N] of the force.
+    """The turn of each design, (m,) each: objective (31); range [N], variance [N2] and mean [N] of
+    the force.
 
     `gradient` (m, p) is that of the objective [1/SI], None if it was not asked for.
     """
@@ -261,23 +303,37 @@ class Batch:
 
     def _repr_html_(self) -> str:
         best = int(self.objective.argmin())
-        rows = ((name, values.min(), values[best], values.max()) for name, values in self._columns.items())
+        rows = (
+            (name, values.min(), values[best], values.max())
+            for name, values in self._columns.items()
+        )
         title = f"{len(self.objective)} designs, the best of them row {best}"
         return format_table(title, ("", "least", "of the best", "largest"), rows)
 
 
 @overload
 def evaluate_many(
-    device: Device, designs: Array, samples: int | None = None, progress: Listener | None = None,
-    threads: int | None = None, *, gradients: bool = False,
-) -> Batch: ...  # fmt: skip
+    device: Device,
+    designs: Array,
+    samples: int | None = None,
+    progress: Listener | None = None,
+    threads: int | None = None,
+    *,
+    gradients: bool = False,
+) -> Batch: ...
 
 
 @overload
 def evaluate_many(
-    device: Machine, designs: Array, samples: int | None = None, progress: Listener | None = None,
-    threads: int | None = None, *, gradients: bool = False, outputs: Sequence[str],
-) -> OutputBatch: ...  # fmt: skip
+    device: Machine,
+    designs: Array,
+    samples: int | None = None,
+    progress: Listener | None = None,
+    threads: int | None = None,
+    *,
+    gradients: bool = False,
+    outputs: Sequence[str],
+) -> OutputBatch: ...
 
 
 def evaluate_many(
@@ -290,18 +346,23 @@ def evaluate_many(
     gradients: bool = False,
     outputs: Sequence[str] = (),
 ) -> Batch | OutputBatch:
-    """The objective over a turn of many designs (m, p) [SI], with its `gradients` if they are asked for.
+    """The objective over a turn of many designs (m, p) [SI], with its `gradients` if they are asked
+    for.
 
-    Of any other machine, as `load_mechanism` returns it, `outputs` by name, which are those of `planter sweep`; the
-    designs are then those of its moved values. `progress` receives the number of evaluated designs. Beyond the result
-    only some chunks are in memory, whatever m is. Raises CallError for designs of another shape, ComputationError, with
-    the row, for one that is not finite or has no finite force; other machines have no numbers there. Ctrl-C ends it
-    after the chunks in hand.
+    Of any other machine, as `load_mechanism` returns it, `outputs` by name, which are those of
+    `planter sweep`; the designs are then those of its moved values. `progress` receives the number
+    of evaluated designs. Beyond the result only some chunks are in memory, whatever m is. Raises
+    CallError for designs of another shape, ComputationError, with the row, for one that is not
+    finite or has no finite force; other machines have no numbers there. Ctrl-C ends it after the
+    chunks in hand.
     """
     if isinstance(device, Machine):
         return evaluate_outputs(device, designs, outputs, samples, progress, threads, gradients)
     if np.ndim(designs) != 2 or np.shape(designs)[1] != len(device.design):
-        raise CallError(f"designs have the shape (m, {len(device.design)}), and were given as {np.shape(designs)}")
+        raise CallError(
+            f"designs have the shape (m, {len(device.design)}), and were given as "
+            f"{np.shape(designs)}"
+        )
     values = np.empty((len(designs), len(FIELDS)))
     slopes = np.empty(np.shape(designs)) if gradients else None
     turns, count = CycleObjective(device, samples), threads or os.cpu_count() or 1

@@ -1,4 +1,6 @@
-"""Optimisation of a planting device: least range and scatter of its support force within bounds and requirements."""
+"""Optimisation of a planting device: least range and scatter of its support force within bounds and
+requirements.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,13 @@ from typing import TYPE_CHECKING, Any
 from planter import errors
 from planter.engine import search
 from planter.engine.problem import DesignProblem
-from planter.engine.search import CandidateDesign, DesignOptimum, InterruptedSearch, SearchSpec, minimise
+from planter.engine.search import (
+    CandidateDesign,
+    DesignOptimum,
+    InterruptedSearch,
+    SearchSpec,
+    minimise,
+)
 from planter.engine.sections import HOLD
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
@@ -64,18 +72,25 @@ def build_constrained_problem(
     required: RequirementConstraints | None,
     lengths: PitchLengthConstraints | None = None,
 ) -> DesignProblem:
-    """Return the problem of a device under its requirements and lengths of pitch curves, where there are any."""
+    """Return the problem of a device under its requirements and lengths of pitch curves, where
+    there are any.
+    """
     parts: list[Constraints | None] = [required, lengths]
-    return objective.build_problem(device, sampling, join_constraints([part for part in parts if part is not None]))
+    return objective.build_problem(
+        device, sampling, join_constraints([part for part in parts if part is not None])
+    )
 
 
 def find_feasible_point(
-    task: Problem, required: RequirementConstraints | None, seed: int, lengths: PitchLengthConstraints | None = None
+    task: Problem,
+    required: RequirementConstraints | None,
+    seed: int,
+    lengths: PitchLengthConstraints | None = None,
 ) -> Array:
     """Return a point u (p,) that satisfies the constraints of a problem.
 
-    Raises InfeasibleRequirementsError, with the smallest violation, if no point does, ComputationError if not even
-    one with the lengths was found.
+    Raises InfeasibleRequirementsError, with the smallest violation, if no point does,
+    ComputationError if not even one with the lengths was found.
     """
     assert task.constraints is not None
     starts = sample_starts(task, MAX_ELASTIC_STARTS, seed)
@@ -83,9 +98,16 @@ def find_feasible_point(
     if nearest_point.is_feasible:
         return nearest_point.u
     suffix = "" if lengths is None else f" with {lengths.spec}"
-    if required is None or nearest_point.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE:
-        raise ComputationError(f"no design{suffix} was found within the bounds, from {len(starts)} starts")
-    raise build_infeasibility_error(required, task.design(nearest_point.u), nearest_point, len(starts), suffix)
+    if (
+        required is None
+        or nearest_point.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE
+    ):
+        raise ComputationError(
+            f"no design{suffix} was found within the bounds, from {len(starts)} starts"
+        )
+    raise build_infeasibility_error(
+        required, task.design(nearest_point.u), nearest_point, len(starts), suffix
+    )
 
 
 def search_from_design(task: Problem, x: Array) -> LocalMinimum:
@@ -93,23 +115,38 @@ def search_from_design(task: Problem, x: Array) -> LocalMinimum:
     return search_locally(task, select_start(task, task.box.point(x)))
 
 
-def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthConstraints | None = None) -> Task:
+def build_descent_task(
+    device: Device, sampling: Sampling, lengths: PitchLengthConstraints | None = None
+) -> Task:
     """Return the descents on a device's problem, from points (p,), as workers run them."""
-    arguments = {"machine": device.machine, "model": device.model, "sampling": sampling, "compiled": device.compiled,
-                 "tooth_counts": None if lengths is None else lengths.spec}  # fmt: skip
+    arguments = {
+        "machine": device.machine,
+        "model": device.model,
+        "sampling": sampling,
+        "compiled": device.compiled,
+        "tooth_counts": None if lengths is None else lengths.spec,
+    }
     return Task(prepare_device_descents, arguments)
 
 
 def prepare_device_descents(
-    machine: PlantingMachine, model: Model, sampling: Sampling, compiled: bool, tooth_counts: ToothCountSpec | None
+    machine: PlantingMachine,
+    model: Model,
+    sampling: Sampling,
+    compiled: bool,
+    tooth_counts: ToothCountSpec | None,
 ) -> Callable[[Descent], SearchRecord]:
-    """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
+    """Return the function that descends from a point (p,), with kernels compiled if asked for,
+    whole teeth if any.
+    """
     device = Device(machine, model)
     if compiled:
         device.compile(sampling == "refined")
     lengths = None if tooth_counts is None else PitchLengthConstraints(device, tooth_counts)
     return search.prepare_descents(
-        build_constrained_problem(device, sampling, RequirementConstraints.from_device(device), lengths)
+        build_constrained_problem(
+            device, sampling, RequirementConstraints.from_device(device), lengths
+        )
     )
 
 
@@ -117,8 +154,8 @@ def prepare_device_descents(
 class DeviceOptimum(OptimiserResult):
     """A device's optimum: `design` x (p,) in SI.
 
-    `insensitive` spans the directions in which the force does not change at the optimum, each [{name: weight}, ...] in
-    parts of the box width: along these the design is not determined.
+    `insensitive` spans the directions in which the force does not change at the optimum, each
+    [{name: weight}, ...] in parts of the box width: along these the design is not determined.
     """
 
     sampling: Sampling
@@ -146,7 +183,9 @@ class DeviceOptimum(OptimiserResult):
         )
 
     def _proof(self) -> PlantingCertificate:
-        """The certificate, with the requirements that hold the optimum where there are any to keep."""
+        """The certificate, with the requirements that hold the optimum where there are any to
+        keep.
+        """
         proof, required = self.certificate, {constraint.name for constraint in self.requirements}
         active = [each for each in proof.active_constraints if each.name in required]
         return PlantingCertificate(
@@ -164,12 +203,15 @@ Table = dict[str, Any]
 
 
 class OptimisationInterrupted(errors.Interrupted):
-    """The user stopped an optimisation; `best` is the result so far, None if nothing feasible was evaluated yet.
+    """The user stopped an optimisation; `best` is the result so far, None if nothing feasible was
+    evaluated yet.
 
     `partial` is that result, or else the table of the closest design if there is one.
     """
 
-    def __init__(self, best: DeviceOptimum | None, scale: Array, closest: Table | None = None) -> None:
+    def __init__(
+        self, best: DeviceOptimum | None, scale: Array, closest: Table | None = None
+    ) -> None:
         super().__init__(closest if best is None else best.build_record(scale).table())
         self.best = best
 
@@ -188,20 +230,26 @@ def search_optimum(
 ) -> DeviceOptimum:
     """The best design of a device within its bounds, with its certificate.
 
-    `samples` is "refined" for true extremes and integrals, or a number of angles of a cycle. `starts` is the number of
-    descents, `progress` hears how far the search is, `keep` gets the best so far as it is found. With `lengths` the
-    pitch curves have these, for whole teeth; minima next to the designs `nearby`, (p,) each, count too.
-    `means` says what runs the descents, whose results do not depend on it.
+    `samples` is "refined" for true extremes and integrals, or a number of angles of a cycle.
+    `starts` is the number of descents, `progress` hears how far the search is, `keep` gets the best
+    so far as it is found. With `lengths` the pitch curves have these, for whole teeth; minima next
+    to the designs `nearby`, (p,) each, count too. `means` says what runs the descents, whose
+    results do not depend on it.
 
-    Raises InputError for an unknown method, InfeasibleRequirementsError if no design satisfies the requirements, and
-    Interrupted, with the best so far, on KeyboardInterrupt.
+    Raises InputError for an unknown method, InfeasibleRequirementsError if no design satisfies the
+    requirements, and Interrupted, with the best so far, on KeyboardInterrupt.
     """
     if device.machine.measure_limits:
-        reason = "this search has no limits on measures; planter optimise and optimise_machine satisfy them"
+        reason = (
+            "this search has no limits on measures; planter optimise and optimise_machine "
+            "satisfy them"
+        )
         raise InputError(f"{device.machine.source}: {HOLD}: {reason}")
     start_s, required = time.perf_counter(), RequirementConstraints.from_device(device)
     task = build_constrained_problem(device, samples, required, lengths)
-    spec = SearchSpec(samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm)
+    spec = SearchSpec(
+        samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm
+    )
 
     def build_optimum(best: DesignOptimum) -> DeviceOptimum:
         result = replace(best.result, seconds=time.perf_counter() - start_s)
@@ -210,11 +258,20 @@ def search_optimum(
     def build_table(candidate: CandidateDesign) -> Table:
         look = task.score(candidate.x).look
         return {
-            "machine": device.machine.name, "model": device.model, "method": method, "samples": samples, "seed": seed,
-            "objective": candidate.objective, "design": device.named(candidate.x), "range_N": look.range,
-            "variance_N2": look.variance, "start_objective": task.reference.objective, "seconds": candidate.seconds,
-            "met": candidate.is_feasible, "violated": None if candidate.is_feasible else candidate.violated,
-        }  # fmt: skip
+            "machine": device.machine.name,
+            "model": device.model,
+            "method": method,
+            "samples": samples,
+            "seed": seed,
+            "objective": candidate.objective,
+            "design": device.named(candidate.x),
+            "range_N": look.range,
+            "variance_N2": look.variance,
+            "start_objective": task.reference.objective,
+            "seconds": candidate.seconds,
+            "met": candidate.is_feasible,
+            "violated": None if candidate.is_feasible else candidate.violated,
+        }
 
     def keep_table(candidate: CandidateDesign) -> None:
         assert keep is not None
@@ -225,13 +282,19 @@ def search_optimum(
         if task.closest is None:
             return None
         x, seconds = task.design(task.closest.u), time.perf_counter() - start_s
-        return build_table(CandidateDesign(x, task.score(x).objective, task.closest.violation, seconds))
+        return build_table(
+            CandidateDesign(x, task.score(x).objective, task.closest.violation, seconds)
+        )
 
     try:
-        feasible = [] if task.constraints is None else [find_feasible_point(task, required, seed, lengths)]
+        feasible = (
+            [] if task.constraints is None else [find_feasible_point(task, required, seed, lengths)]
+        )
         feasible += [search_from_design(task, x).u for x in nearby]
         descents = build_descent_task(device, samples, lengths)
-        return build_optimum(minimise(task, spec, progress, descents, means, feasible, keep and keep_table))
+        return build_optimum(
+            minimise(task, spec, progress, descents, means, feasible, keep and keep_table)
+        )
     except InterruptedSearch as stop:
         best = None if stop.best is None else build_optimum(stop.best)
         closest = None if stop.candidate is None else build_table(stop.candidate)
@@ -248,12 +311,17 @@ def _build_optimum(
     result: OptimiserResult,
 ) -> DeviceOptimum:
     equation_gradients = None if lengths is None else lengths.slopes(result.design)
-    directions = find_insensitivity(device.force, result.design, count_angles(sampling), equation_gradients)
+    directions = find_insensitivity(
+        device.force, result.design, count_angles(sampling), equation_gradients
+    )
     return DeviceOptimum(
-        **vars(result), sampling=sampling, names=device.names, effective_parameters=directions.effective_parameters,
+        **vars(result),
+        sampling=sampling,
+        names=device.names,
+        effective_parameters=directions.effective_parameters,
         insensitive=directions.named,
         requirements=[] if required is None else required.record(result.design),
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -284,12 +352,15 @@ class Optimisation:
         return build_widget(build_scene(device, self.optimum.design, device.design))
 
     def to_frame(self) -> DataFrame:
-        """The design before and after as a table of pandas, a row for each parameter, values in the unit [of its name].
+        """The design before and after as a table of pandas, a row for each parameter, values in the
+        unit [of its name].
 
         Raises InputError where pandas is missing (`planter[notebook]` brings it).
         """
         start, best = self.result.start_design, self.result.design
-        return build_frame([{"parameter": name, "start": start[name], "optimum": best[name]} for name in best])
+        return build_frame(
+            [{"parameter": name, "start": start[name], "optimum": best[name]} for name in best]
+        )
 
     def _repr_html_(self) -> str:
         return self.result._repr_html_()
@@ -305,10 +376,12 @@ def optimise(
     keep: Callable[[Table], None] | None = None,
     means: Means = AUTO,
 ) -> Optimisation:
-    """The best design of a device within its bounds; `keep` is handed the best so far as it is found.
+    """The best design of a device within its bounds; `keep` is handed the best so far as it is
+    found.
 
-    `samples` is "refined", the default, for true extremes and integrals, or a number of angles of a cycle. Raises
-    InputError for `samples` that are neither, Interrupted with what was found so far when the user stops the search.
+    `samples` is "refined", the default, for true extremes and integrals, or a number of angles of a
+    cycle. Raises InputError for `samples` that are neither, Interrupted with what was found so far
+    when the user stops the search.
     """
     sampling = parse_sampling(samples)
     device = Device(device.machine, device.model)
@@ -323,9 +396,13 @@ def optimise(
 def add_pareto_front(optimisation: Optimisation, progress: Listener | None = None) -> Optimisation:
     """Return the optimum with the Pareto front from the smallest range to the smallest variance."""
     device = optimisation.devices[optimisation.result.model]
-    front = pareto.trace_pareto_front(device.force, optimisation.optimum.sampling, pareto.FRONT_POINTS, progress)
+    front = pareto.trace_pareto_front(
+        device.force, optimisation.optimum.sampling, pareto.FRONT_POINTS, progress
+    )
     points = [
-        FrontPoint(point.evaluation.look.range, point.evaluation.look.variance, device.named(point.design))
+        FrontPoint(
+            point.evaluation.look.range, point.evaluation.look.variance, device.named(point.design)
+        )
         for point in front
     ]
     return replace(optimisation, front=front, result=replace(optimisation.result, front=points))
@@ -335,7 +412,8 @@ def evaluate_in_both_models(device: Device, optimum: DeviceOptimum) -> Optimisat
     """Return an optimum and the design it started from, evaluated in both models."""
     sampling, record = optimum.sampling, optimum.build_record(device.scale)
     devices: dict[str, Device] = {
-        model: device if model == device.model else Device(device.machine, model) for model in MODELS
+        model: device if model == device.model else Device(device.machine, model)
+        for model in MODELS
     }
     tasks = {model: build_problem(other, sampling) for model, other in devices.items()}
     start = tasks[device.model].reference.look
@@ -358,22 +436,34 @@ def evaluate_in_both_models(device: Device, optimum: DeviceOptimum) -> Optimisat
 
 
 def describe_optimum(start_range_N: float, record: OptimumFound, parameters: int) -> str:
-    """Return an optimisation in one sentence: the range before and after, how certain it is, and what limits it."""
+    """Return an optimisation in one sentence: the range before and after, how certain it is, and
+    what limits it.
+    """
     share = 100 * (record.range_N / start_range_N - 1)
     proof = record.certificate
-    sure = proof.kkt_residual < STATIONARITY_TOLERANCE and (proof.agreeing_starts > 1 or not proof.starts)
+    sure = proof.kkt_residual < STATIONARITY_TOLERANCE and (
+        proof.agreeing_starts > 1 or not proof.starts
+    )
     parts = [f"{len(proof.active_bounds)} of {parameters} parameters at a bound"]
     if proof.active_requirements is not None:
         parts.append(count_things(len(proof.active_requirements), "active requirement"))
     if not sure:
-        parts.append(f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} starts agree")
+        parts.append(
+            f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} "
+            f"starts agree"
+        )
     word = "certified" if sure else "not certified"
     over = "" if record.samples == "refined" else f" over {record.samples} samples"
-    return f"range {start_range_N:#.4g} to {record.range_N:#.4g} N{over}, {share:+.1f} %, {word}; {'; '.join(parts)}"
+    return (
+        f"range {start_range_N:#.4g} to {record.range_N:#.4g} N{over}, {share:+.1f} %, {word}; "
+        f"{'; '.join(parts)}"
+    )
 
 
 def parse_sampling(text: str | None) -> Sampling:
-    """A number of samples of a cycle, or "refined", the default, for its true extremes and integrals."""
+    """A number of samples of a cycle, or "refined", the default, for its true extremes and
+    integrals.
+    """
     if text is None or text == "refined":
         return "refined"
     try:

@@ -10,7 +10,13 @@ from planter.kernels import generated
 from planter.planting.design_results import BORNE, COMPARED, list_largest_loads
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
-from planter.planting.results import CalibrationFound, ComparedPair, ComparisonFound, ModelFitted, NarrowBox
+from planter.planting.results import (
+    CalibrationFound,
+    ComparedPair,
+    ComparisonFound,
+    ModelFitted,
+    NarrowBox,
+)
 from planter.report import files, style
 from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import count_things, format_name, list_values, separate_words
@@ -25,12 +31,23 @@ NARROW = "the paper's narrow box"
 PAGE_COLUMNS = ("feasible", "KKT residual")
 PAIR_HEAD = ("rank", PAIR, "settled", "objective", "range / N", "variance / N2", *PAGE_COLUMNS)
 CSV_COLUMNS = (
-    "rank", "stage1", "stage2", "feasible", "settled", "objective", "range_N", "variance_N2", "kkt_residual", "seconds",
-)  # fmt: skip
+    "rank",
+    "stage1",
+    "stage2",
+    "feasible",
+    "settled",
+    "objective",
+    "range_N",
+    "variance_N2",
+    "kkt_residual",
+    "seconds",
+)
 
 
 def present_comparison(result: ComparisonFound, machine: PlantingMachine) -> ResultPresentation:
-    """Return the presentation of compared gear families: ranks, requirements, loads, conflicting requirements."""
+    """Return the presentation of compared gear families: ranks, requirements, loads, conflicting
+    requirements.
+    """
     return ResultPresentation(
         title=f"Comparison of gear families in the planting device {machine.name}",
         conclusion=_conclude_comparison(result),
@@ -52,14 +69,18 @@ def _conclude_comparison(result: ComparisonFound) -> str:
         return "No pair satisfies all requirements."
     kind = "settled" if best.settled else "feasible, but not settled,"
     narrow = f"{NARROW} has {result.narrow.objective:.6g}"
-    return f"The best {kind} pair is {pair_name(best)}, with objective {best.objective:.6g}; {narrow}."
+    return (
+        f"The best {kind} pair is {pair_name(best)}, with objective {best.objective:.6g}; {narrow}."
+    )
 
 
 def _list_comparison_figures(result: ComparisonFound) -> Iterator[KeyFigure]:
     best = next((pair for pair in result.devices if pair.feasible), None)
     if best is not None:
         yield KeyFigure(f"{best.objective:.4g}", "", f"least objective, {pair_name(best)}")
-        yield KeyFigure(f"{best.range_N:.4g}", "N", f"range of the support force, {pair_name(best)}")
+        yield KeyFigure(
+            f"{best.range_N:.4g}", "N", f"range of the support force, {pair_name(best)}"
+        )
     feasible = sum(pair.feasible for pair in result.devices)
     yield KeyFigure(f"{feasible} of {len(result.devices)}", "", "pairs satisfy all requirements")
 
@@ -67,25 +88,37 @@ def _list_comparison_figures(result: ComparisonFound) -> Iterator[KeyFigure]:
 def _list_comparison_sections(result: ComparisonFound) -> Iterator[Section]:
     devices = result.devices
     rows = [*map(_tabulate_pair, devices), _tabulate_pair(result.narrow)]
-    table = Table(PAIR_HEAD, rows, "Pairs, settled ones first, true extremes and integrals", PAGE_COLUMNS)
+    table = Table(
+        PAIR_HEAD, rows, "Pairs, settled ones first, true extremes and integrals", PAGE_COLUMNS
+    )
     description = (
-        f"{result.settled} of {len(devices)} pairs are settled: a KKT residual below 1e-6 and a second start that "
-        "agrees, or a violation that is least to first order. The others are only the best points reached. The "
+        f"{result.settled} of {len(devices)} pairs are settled: a KKT residual below 1e-6 and a "
+        f"second start that "
+        "agrees, or a violation that is least to first order. The others are only the best points "
+        "reached. The "
         f"computation took {result.seconds:.3g} s."
     )
     yield Section(
-        "Pairs of gear families", [Text(description, "" if result.settled == len(devices) else "warning"), table]
+        "Pairs of gear families",
+        [Text(description, "" if result.settled == len(devices) else "warning"), table],
     )
     items = [f"{pair_name(pair)}: {'; '.join(describe_pair(pair))}" for pair in devices]
-    yield Section("Requirements", [Text("Requirements that each pair makes active or violates:"), Items(items)])
+    yield Section(
+        "Requirements",
+        [Text("Requirements that each pair makes active or violates:"), Items(items)],
+    )
     if result.proposal is not None:
         proposal = result.proposal
         conflicting = ", ".join(proposal.conflicting) or "no single one"
         limits = ", ".join(f"{key} = {value:.6g}" for key, value in proposal.limits.items())
         remedy = f"{proposal.stage1} with {proposal.stage2} satisfies them with {limits}."
         sentences = (f"Requirements that every pair violates: {conflicting}.", remedy)
-        yield Section("Conflicting requirements", [Text(sentence, "warning") for sentence in sentences])
-    loads: list[tuple[Cell, ...]] = [(pair_name(pair), *list_largest_loads(pair.designer)) for pair in devices]
+        yield Section(
+            "Conflicting requirements", [Text(sentence, "warning") for sentence in sentences]
+        )
+    loads: list[tuple[Cell, ...]] = [
+        (pair_name(pair), *list_largest_loads(pair.designer)) for pair in devices
+    ]
     yield Section("Largest loads over a cycle", [Table((PAIR, *COMPARED), loads)])
 
 
@@ -108,7 +141,11 @@ def describe_pair(entry: ComparedPair) -> Iterator[str]:
         for violation in entry.violations
     ]
     names = ", ".join(amounts or map(_name_requirement, entry.binding))
-    yield f"{'active' if entry.feasible else 'violated'}: {names}" if names else "no active requirement"
+    yield (
+        f"{'active' if entry.feasible else 'violated'}: {names}"
+        if names
+        else "no active requirement"
+    )
     if entry.lacks:
         yield f"lacks {' and '.join(entry.lacks)}"
 
@@ -119,11 +156,16 @@ def _name_requirement(key: str) -> str:
 
 
 def format_devices_csv(machine: PlantingMachine, result: ComparisonFound) -> str:
-    """Return the ranked devices with their loads and their active or violated requirements as CSV."""
+    """Return the ranked devices with their loads and their active or violated requirements as
+    CSV.
+    """
     head = f"# machine: {machine.name}, {result.starts} starts, seed {result.seed}"
     rows = [head, ",".join((*CSV_COLUMNS, *BORNE, "binding"))]
     for entry in result.devices:
-        values = (*(getattr(entry, key) for key in CSV_COLUMNS), *list_largest_loads(entry.designer))
+        values = (
+            *(getattr(entry, key) for key in CSV_COLUMNS),
+            *list_largest_loads(entry.designer),
+        )
         cells = ["" if value is None else str(value) for value in values]
         rows.append(",".join([*cells, " ".join(entry.binding)]))
     return "\n".join(rows) + "\n"
@@ -131,9 +173,12 @@ def format_devices_csv(machine: PlantingMachine, result: ComparisonFound) -> str
 
 @style.with_style
 def draw_comparison(result: ComparisonFound) -> Figure:
-    """Return the figure of the objectives by rank; pairs that violate requirements are hollow and say by how much."""
+    """Return the figure of the objectives by rank; pairs that violate requirements are hollow and
+    say by how much.
+    """
     bars: list[tuple[str, ComparedPair | NarrowBox, str]] = [
-        (f"{pair.stage1} / {pair.stage2}".replace("_", " "), pair, style.BLUE) for pair in result.devices
+        (f"{pair.stage1} / {pair.stage2}".replace("_", " "), pair, style.BLUE)
+        for pair in result.devices
     ]
     bars.append((NARROW, result.narrow, style.ORANGE))
     figure = style.new_figure(1.0 + 0.24 * len(bars))
@@ -142,8 +187,14 @@ def draw_comparison(result: ComparisonFound) -> Figure:
         fill = shade if entry.feasible else "none"
         opacity = 0.45 if isinstance(entry, ComparedPair) and not entry.settled else 1.0
         axes.barh(row, entry.objective, color=fill, edgecolor=shade, height=0.7, alpha=opacity)
-        axes.annotate(_label_bar(entry), (entry.objective, row), (4, 0), textcoords="offset points", va="center",
-                      fontsize=7)  # fmt: skip
+        axes.annotate(
+            _label_bar(entry),
+            (entry.objective, row),
+            (4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=7,
+        )
     axes.set_yticks(range(len(bars)), [label for label, _, _ in bars])
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
@@ -157,13 +208,16 @@ def _label_bar(entry: ComparedPair | NarrowBox) -> str:
         return f"{entry.objective:.4g}"
     violations = entry.violations if isinstance(entry, ComparedPair) else []
     amounts = [
-        f"{_name_requirement(violation.name)} by {violation.amount:.3g} {violation.unit}" for violation in violations
+        f"{_name_requirement(violation.name)} by {violation.amount:.3g} {violation.unit}"
+        for violation in violations
     ]
     return f"violates {', '.join(amounts or map(_name_requirement, entry.binding))}"
 
 
 def present_calibration(result: CalibrationFound, device: Device) -> ResultPresentation:
-    """Return the presentation of inputs fitted to a paper's figures: fitted inputs, and what each model can reach."""
+    """Return the presentation of inputs fitted to a paper's figures: fitted inputs, and what each
+    model can reach.
+    """
     return ResultPresentation(
         title=f"Calibration of the planting device {result.machine}",
         conclusion=result.statement,
@@ -181,29 +235,48 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
     yield Section("Fitted inputs", [Table(head, fitted, caption, page_columns=("origin",))])
     for model in sorted(result.models, key=lambda model: model != result.model):
         fit = result.models[model]
-        statement = [] if model == result.model else [Text(fit.statement, "" if fit.met else "warning")]
-        yield Section(f"What the {model} model can reach", [*statement, *_describe_fit(fit, result.target)])
-    yield Section("The other model with the fitted inputs", [list_values(result.other_model.table())])
+        statement = (
+            [] if model == result.model else [Text(fit.statement, "" if fit.met else "warning")]
+        )
+        yield Section(
+            f"What the {model} model can reach", [*statement, *_describe_fit(fit, result.target)]
+        )
+    yield Section(
+        "The other model with the fitted inputs", [list_values(result.other_model.table())]
+    )
     angles = {f"{format_name(key)} / deg": angle for key, angle in result.events.items()}
-    yield Section("Carrier angles at which flanks begin, side 1; the paper gives them roughly", [Keys(angles)])
-    ranges = {"with a cam that only pushes / N": result.largest_range_N.cam_pushing,
-              "with a cam that may also pull / N": result.largest_range_N.free_sign}  # fmt: skip
+    yield Section(
+        "Carrier angles at which flanks begin, side 1; the paper gives them roughly", [Keys(angles)]
+    )
+    ranges = {
+        "with a cam that only pushes / N": result.largest_range_N.cam_pushing,
+        "with a cam that may also pull / N": result.largest_range_N.free_sign,
+    }
     flanks = ", ".join(result.models["exact"].choices.values())
     scope = (
-        f"Of the inputs above alone, with {flanks} flanks that begin near the events; `planter audit --front` searches "
+        f"Of the inputs above alone, with {flanks} flanks that begin near the events; `planter "
+        f"audit --front` searches "
         "all laws of the flanks, wherever they begin."
     )
-    yield Section("Largest range of the exact model with the fit's flanks and events", [Keys(ranges), Text(scope)])
+    yield Section(
+        "Largest range of the exact model with the fit's flanks and events",
+        [Keys(ranges), Text(scope)],
+    )
 
 
 def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Block]:
-    """Yield a model's errors against the target, the distance of its inputs from the machine's, and the best misses."""
+    """Yield a model's errors against the target, the distance of its inputs from the machine's, and
+    the best misses.
+    """
     rows = [
         (format_name(key), value, fit.reached[key], units.display_unit(key), fit.miss_percent[key])
         for key, value in target.items()
     ]
     yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
-    yield Text(f"The target determines {count_things(fit.rank, 'combination')} of the {len(fit.fitted)} inputs.")
+    yield Text(
+        f"The target determines {count_things(fit.rank, 'combination')} of the {len(fit.fitted)} "
+        f"inputs."
+    )
     yield Keys(
         {
             "flanks": ", ".join(fit.choices.values()),
@@ -217,6 +290,7 @@ def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Blo
     if fit.front:
         head = ("flanks", *(f"{format_name(key)} missed / %" for key in target), "range / N")
         misses: list[tuple[Cell, ...]] = [
-            (*best.choices.values(), *(best.miss_percent[key] for key in target), best.range_N) for best in fit.front
+            (*best.choices.values(), *(best.miss_percent[key] for key in target), best.range_N)
+            for best in fit.front
         ]
         yield Table(head, misses, "The smallest misses, with a cam that only pushes")

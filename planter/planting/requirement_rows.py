@@ -1,9 +1,11 @@
-"""Requirements of a device as rows: smooth functions of the design near a point, with exact derivatives.
+"""Requirements of a device as rows: smooth functions of the design near a point, with exact
+derivatives.
 
-Each row is a number at angles that the design moves: the lowest tip point, the ends of the soil, extremes between
-them. Near a design such an angle is one Newton step from the angle found there (two for the second derivative of what
-is not stationary in it), so that differentiating the row differentiates the angle implicitly. Rows of extremes are
-smooth but where two extremes change places.
+Each row is a number at angles that the design moves: the lowest tip point, the ends of the soil,
+extremes between them. Near a design such an angle is one Newton step from the angle found there
+(two for the second derivative of what is not stationary in it), so that differentiating the row
+differentiates the angle implicitly. Rows of extremes are smooth but where two extremes change
+places.
 """
 
 from __future__ import annotations
@@ -45,9 +47,11 @@ _GEARS = ("sun", "gear 5", "gear 6", "planet")
 
 @dataclass(frozen=True)
 class RequirementRow:
-    """A row: its requirement, value, angle, and the gear, contact or point that it concerns, if any.
+    """A row: its requirement, value, angle, and the gear, contact or point that it concerns, if
+    any.
 
-    A row on a pitch curve has its `stage`, 0 or 1, and whether it lies in the curve's second segment.
+    A row on a pitch curve has its `stage`, 0 or 1, and whether it lies in the curve's second
+    segment.
     """
 
     kind: RequirementKind
@@ -116,7 +120,8 @@ class RequirementRows:
             ph = slice(hoisted, hoisted + 1 + stage.terms)
             start, hoisted = px.stop, ph.stop
             segments += [
-                (*gears, pitch.build_segment_function(stage, second, teeth), px, ph) for second in (False, True)
+                (*gears, pitch.build_segment_function(stage, second, teeth), px, ph)
+                for second in (False, True)
             ]
         return segments
 
@@ -124,7 +129,8 @@ class RequirementRows:
     def _segment_kernels(self) -> list[Kernel]:
         return [pitch.build_segment_kernel(segment[2]) for segment in self.segments]
 
-    # --- the graph -----------------------------------------------------------------------------------
+    # --- the graph
+    # -----------------------------------------------------------------------------------
 
     def _build(self) -> None:
         f = self.device.functions.prologue_function
@@ -134,20 +140,31 @@ class RequirementRows:
         parts = (self._fixed, self._moving, self._tubes, self._soil, self._teeth)
         rows = [row for part in parts for row in part(x, c, h, inputs)]
         order = [kind.name for kind in self.kinds]
-        self.rows = sorted((row for row in rows if row.kind.name in order), key=lambda r: order.index(r.kind.name))
-        values, angles = (ca.vertcat(*parts) for parts in zip(*((r.value, r.angle) for r in self.rows), strict=True))
+        self.rows = sorted(
+            (row for row in rows if row.kind.name in order), key=lambda r: order.index(r.kind.name)
+        )
+        values, angles = (
+            ca.vertcat(*parts)
+            for parts in zip(*((r.value, r.angle) for r in self.rows), strict=True)
+        )
         inner = ca.Function("rows", [x, c, *inputs.symbols.values()], [values, angles])
         packed = ca.MX.sym("given", sum(s.numel() for s in inputs.symbols.values()))
         ends = np.cumsum([0, *(s.numel() for s in inputs.symbols.values())]).tolist()
         self._order = list(inputs.symbols)
         symbols, names = [x, c, packed], ["x", "c", "given"]
         values, angles = inner(x, c, *ca.vertsplit(packed, ends))
-        self._values = Kernel(ca.Function("requirements", symbols, [values, angles], names, ["rows", "places"]))
-        self._slopes = Kernel(ca.Function("slopes", symbols, [ca.densify(ca.jacobian(values, x))], names, ["slopes"]))
+        self._values = Kernel(
+            ca.Function("requirements", symbols, [values, angles], names, ["rows", "places"])
+        )
+        self._slopes = Kernel(
+            ca.Function("slopes", symbols, [ca.densify(ca.jacobian(values, x))], names, ["slopes"])
+        )
         weights = ca.MX.sym("weights", len(self.rows))
         hessian, _ = ca.hessian(ca.dot(weights, values), x)
         self._hessian = Kernel(
-            ca.Function("bent", [*symbols, weights], [ca.densify(hessian)], [*names, "weights"], ["bent"])
+            ca.Function(
+                "bent", [*symbols, weights], [ca.densify(hessian)], [*names, "weights"], ["bent"]
+            )
         )
 
     def _fixed(self, x: ca.MX, c: ca.MX, h: ca.MX, inputs: _GraphInputs) -> list[RequirementRow]:
@@ -161,26 +178,35 @@ class RequirementRows:
         z, m = ca.vertcat(x, c, h), self.motion
         self._z = z
         self._low = _find_root(lambda phi: m.height.call([phi, z])[1:], inputs.angle("low"))
-        self._high = high = _find_root(lambda phi: m.height.call([phi, z])[1:], inputs.angle("high"))
+        self._high = high = _find_root(
+            lambda phi: m.height.call([phi, z])[1:], inputs.angle("high")
+        )
         self._bottom = m.height(self._low, z)[0]
         low, top = self._low, m.height(high, z)[0]
         speed_over_ground = m.position(low, z)[1] * self.device.machine.si("operation.speed_rpm")
         speed = abs(self.device.machine.si("operation.forward_speed_m_s"))
-        closest = _find_interior_extremum(lambda phi: m.nozzle_distance.call([phi, z])[1:], inputs.angle("between"))
+        closest = _find_interior_extremum(
+            lambda phi: m.nozzle_distance.call([phi, z])[1:], inputs.angle("between")
+        )
         return [
-            self._row("release_tilt", m.tilt(low, z)[0], low), self._row("catching_tilt", m.tilt(high, z)[0], high),
+            self._row("release_tilt", m.tilt(low, z)[0], low),
+            self._row("catching_tilt", m.tilt(high, z)[0], high),
             self._row("ground_speed_ratio", speed_over_ground / speed, low),
             self._row("path_height", top - self._bottom, high),
             self._row("funnel_speed", m.funnel_speed(high, z), high),
             self._row("nozzle_distance", m.nozzle_distance(closest, z)[0], closest),
-        ]  # fmt: skip
+        ]
 
     def _tubes(self, x: ca.MX, c: ca.MX, h: ca.MX, inputs: _GraphInputs) -> list[RequirementRow]:
         """Return the rows where the path is nearest to each point."""
         rows = []
         for number, (px, py, tube) in enumerate(self.points):
-            at = _find_interior_extremum(partial(self._distance_rates, px, py), inputs.angle(_point(number)))
-            distance = ca.sqrt(self.motion.squared_distance(at, self._z, px, py)[0] + DISTANCE_EPS**2)
+            at = _find_interior_extremum(
+                partial(self._distance_rates, px, py), inputs.angle(_point(number))
+            )
+            distance = ca.sqrt(
+                self.motion.squared_distance(at, self._z, px, py)[0] + DISTANCE_EPS**2
+            )
             rows.append(RequirementRow(BY_NAME["tube_excess"], distance - tube, at, _point(number)))
         return rows
 
@@ -204,23 +230,35 @@ class RequirementRows:
             interior = _find_interior_extremum(lambda phi: function(phi)[1:], start, weights[2])
             return weights[0] * sides[0] + weights[1] * sides[1] + weights[2] * interior
 
-        tilts = [*ends, *(extreme(n, lambda phi: m.tilt.call([phi, z]), ends) for n in ("tilt high", "tilt low"))]
+        tilts = [
+            *ends,
+            *(
+                extreme(n, lambda phi: m.tilt.call([phi, z]), ends)
+                for n in ("tilt high", "tilt low")
+            ),
+        ]
         cuts = [
-            extreme(n, lambda phi: m.ground_intersection.call([phi, z, soil]), ends) for n in ("cut high", "cut low")
+            extreme(n, lambda phi: m.ground_intersection.call([phi, z, soil]), ends)
+            for n in ("cut high", "cut low")
         ]
         rows = [self._row("soil_tilt", m.tilt(phi, z)[0], phi) for phi in tilts]
         rows.append(self._row("depth", soil - self._bottom, low))
         rows.append(
             self._row(
                 "hole_length",
-                m.ground_intersection(cuts[0], z, soil)[0] - m.ground_intersection(cuts[1], z, soil)[0],
+                m.ground_intersection(cuts[0], z, soil)[0]
+                - m.ground_intersection(cuts[1], z, soil)[0],
                 cuts[0],
             )
         )
         if "seedling_clearance" in self.names:
             top, plant = soil + self.setting("seedling_height_mm"), m.position(low, z)[0]
-            over = _find_root(lambda phi: _subtract_level(m.height.call([phi, z]), top), inputs.angle("over"))
-            at = extreme("clearance", lambda phi: m.clearance.call([phi, z, plant, top]), [ends[1], over])
+            over = _find_root(
+                lambda phi: _subtract_level(m.height.call([phi, z]), top), inputs.angle("over")
+            )
+            at = extreme(
+                "clearance", lambda phi: m.clearance.call([phi, z, plant, top]), [ends[1], over]
+            )
             free = m.clearance(at, z, plant, top)[0] - self.setting("seedling_width_mm") / 2
             rows.append(self._row("seedling_clearance", free, at))
         return rows
@@ -239,14 +277,16 @@ class RequirementRows:
                     u = start - flag * first[row] / _safe(second[row], flag)
                     positions = (*ends, (u, f(u, p, q)[0]))
                     rows += [
-                        RequirementRow(BY_NAME[name], v[row], at, subject, k // 2, k % 2 == 1) for at, v in positions
+                        RequirementRow(BY_NAME[name], v[row], at, subject, k // 2, k % 2 == 1)
+                        for at, v in positions
                     ]
         return rows
 
     def _row(self, name: str, value: ca.MX, angle: ca.MX) -> RequirementRow:
         return RequirementRow(BY_NAME[name], value, angle)
 
-    # --- at a design ---------------------------------------------------------------------------------
+    # --- at a design
+    # ---------------------------------------------------------------------------------
 
     def _evaluate(self, x: Array) -> RowValues:
         at = self.device.prologue(x)
@@ -284,15 +324,22 @@ class RequirementRows:
         if "seedling_clearance" in self.names:
             height = AngleFunction(kernels["height"], z=z)
             top = soil + self.setting("seedling_height_mm")
-            inputs["over"] = over = self._find_clear_angle(height, top, leave, tip.highest + 2 * np.pi)
-            plant = float(self.motion.position_kernel(phi=tip.lowest, z=z)["f"][0, 0])
-            extremes["clearance"] = AngleFunction(kernels["clearance"], z=z, first=plant, second=top).find_extremum(
-                leave, over, -1
+            inputs["over"] = over = self._find_clear_angle(
+                height, top, leave, tip.highest + 2 * np.pi
             )
+            plant = float(self.motion.position_kernel(phi=tip.lowest, z=z)["f"][0, 0])
+            extremes["clearance"] = AngleFunction(
+                kernels["clearance"], z=z, first=plant, second=top
+            ).find_extremum(leave, over, -1)
         return inputs | _name_extrema(extremes)
 
-    def _find_clear_angle(self, height: AngleFunction, top: float, leave: float, high: float) -> float:
-        """Return where the leaving tip passes the top of the seedling. Raises ComputationError if it never does."""
+    def _find_clear_angle(
+        self, height: AngleFunction, top: float, leave: float, high: float
+    ) -> float:
+        """Return where the leaving tip passes the top of the seedling.
+
+        Raises ComputationError if it never does.
+        """
         if height.value(high) <= top:
             allowed = "the soil and seedling_height_mm must be less than the height of its path"
             raise ComputationError(f"the tip never rises over the seedling: {allowed}")
@@ -315,7 +362,9 @@ class RequirementRows:
 
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the weighted sum (p, p) of the rows' Hessians."""
-        return self._hessian(x=x, c=self.device.constants, given=self.at(x).inputs, weights=weights)["bent"]
+        return self._hessian(
+            x=x, c=self.device.constants, given=self.at(x).inputs, weights=weights
+        )["bent"]
 
 
 class _GraphInputs:
@@ -343,14 +392,21 @@ def _name_extrema(extremes: Mapping[str, AngleExtreme]) -> dict[str, Any]:
 
 
 def _tooth_rows(inner: str, outer: str) -> list[tuple[int, str, str, int]]:
-    """Return the rows of a segment: index, gears, requirement, and whether the largest or the smallest value counts."""
-    gears = [(row, gear, name, sign) for row, gear in ((pitch.INNER, inner), (pitch.OUTER, outer))
-             for name, sign in zip(pitch.TOOTH[:2], (-1, 1), strict=True)]  # fmt: skip
+    """Return the rows of a segment: index, gears, requirement, and whether the largest or the
+    smallest value counts.
+    """
+    gears = [
+        (row, gear, name, sign)
+        for row, gear in ((pitch.INNER, inner), (pitch.OUTER, outer))
+        for name, sign in zip(pitch.TOOTH[:2], (-1, 1), strict=True)
+    ]
     return [*gears, (pitch.RATIO, f"{inner} and {outer}", pitch.TOOTH[2], -1)]
 
 
 def _find_root(rates: Rates, start: ca.MX) -> ca.MX:
-    """Return the angle where the first of `rates` is zero by two Newton steps: exact to its second derivative."""
+    """Return the angle where the first of `rates` is zero by two Newton steps: exact to its second
+    derivative.
+    """
     for _ in range(2):
         value, slope = rates(start)
         start = start - value / slope
@@ -358,7 +414,8 @@ def _find_root(rates: Rates, start: ca.MX) -> ca.MX:
 
 
 def _find_interior_extremum(rates: Rates, start: ca.MX, flag: ca.MX | float = 1.0) -> ca.MX:
-    """Return the interior extremum after one Newton step, which suffices because the value is stationary there.
+    """Return the interior extremum after one Newton step, which suffices because the value is
+    stationary there.
 
     Where `flag` is 0, the extremum is at an end and the start is returned.
     """

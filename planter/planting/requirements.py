@@ -1,4 +1,6 @@
-"""Requirements of a planting device against their limits: the evaluation of a design, and optimisation constraints."""
+"""Requirements of a planting device against their limits: the evaluation of a design, and
+optimisation constraints.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,12 @@ from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
 from planter.optimise.feasibility import ViolationMinimum
 from planter.planting.angle_functions import TOOTH, AngleFunction
 from planter.planting.model import Device
-from planter.planting.requirement_rows import ABSOLUTE, STRICT_MARGIN, RequirementRow, RequirementRows
+from planter.planting.requirement_rows import (
+    ABSOLUTE,
+    STRICT_MARGIN,
+    RequirementRow,
+    RequirementRows,
+)
 from planter.planting.requirements_section import BY_NAME, RequirementKind, Requirements
 from planter.planting.results import RequirementResult, Violation
 
@@ -24,7 +31,8 @@ INVERSE = "curvature_radius"
 
 @dataclass(frozen=True)
 class RowBounds:
-    """Bounds (k,) on the rows of `RequirementRows`, and the step (k,) in which violations are counted, in SI.
+    """Bounds (k,) on the rows of `RequirementRows`, and the step (k,) in which violations are
+    counted, in SI.
 
     With margins they are the constraints of an optimum, without them the limits of the file.
     """
@@ -42,24 +50,33 @@ def compute_bounds(measures: RequirementRows, margins: bool = True) -> RowBounds
     """Return the bounds of every row."""
     pairs = [_pair(measures.section, row.kind, margins) for row in measures.rows]
     lower, upper = np.array(pairs, dtype=float).T
-    return RowBounds(lower, upper, np.array([_step(measures.section, row.kind) for row in measures.rows]))
+    return RowBounds(
+        lower, upper, np.array([_step(measures.section, row.kind) for row in measures.rows])
+    )
 
 
 def to_display_unit(row: RequirementRow, value: float) -> float:
-    """Return a row's value as the requirement's number in the display unit: an absolute value, or a radius."""
+    """Return a row's value as the requirement's number in the display unit: an absolute value, or a
+    radius.
+    """
     if row.kind.name == INVERSE:
         value = 1 / value
     return (abs(value) if row.kind.name in ABSOLUTE else value) / row.kind.factor
 
 
-def display_limits(section: Requirements, kind: RequirementKind) -> tuple[float | None, float | None]:
+def display_limits(
+    section: Requirements, kind: RequirementKind
+) -> tuple[float | None, float | None]:
     """Return lower and upper limit in the units of the file."""
     return section.limit(kind.name, "min"), section.limit(kind.name, "max")
 
 
 def _compute_margins(low: float | None, high: float | None, value: float) -> dict[str, float]:
     """Return how far a value is inside the limit of each side; infinite without one."""
-    return {"min": np.inf if low is None else value - low, "max": np.inf if high is None else high - value}
+    return {
+        "min": np.inf if low is None else value - low,
+        "max": np.inf if high is None else high - value,
+    }
 
 
 def compute_margin(section: Requirements, kind: RequirementKind, value: float) -> float:
@@ -69,7 +86,9 @@ def compute_margin(section: Requirements, kind: RequirementKind, value: float) -
 
 
 def suggest_limit(section: Requirements, name: str, value: float) -> tuple[str, float, float]:
-    """Return the key of the limit that a value violates, the limit, and one that it satisfies with margin."""
+    """Return the key of the limit that a value violates, the limit, and one that it satisfies with
+    margin.
+    """
     kind = BY_NAME[name]
     low, high = display_limits(section, kind)
     margin = section.limit(name, "margin") or 0.0
@@ -103,15 +122,22 @@ def _step(section: Requirements, kind: RequirementKind) -> float:
 
 
 def evaluate_device_requirements(device: Device) -> list[RequirementResult] | None:
-    """Return the requirements at the design of the machine file, None if it has no [requirements]."""
-    return evaluate_requirements(RequirementRows(device), device.design) if device.machine.limits_motion else None
+    """Return the requirements at the design of the machine file, None if it has no
+    [requirements].
+    """
+    return (
+        evaluate_requirements(RequirementRows(device), device.design)
+        if device.machine.limits_motion
+        else None
+    )
 
 
 def evaluate_requirements(measures: RequirementRows, x: Array) -> list[RequirementResult]:
-    """Return every requirement of the file at a design (p,): value, limits, margins, verdict and angle.
+    """Return every requirement of the file at a design (p,): value, limits, margins, verdict and
+    angle.
 
-    `margin` is how far the value is inside the nearest limit, in the requirement's unit; `phi_deg` is the carrier angle
-    of side 1 at which the value occurs, None if it belongs to no angle.
+    `margin` is how far the value is inside the nearest limit, in the requirement's unit; `phi_deg`
+    is the carrier angle of side 1 at which the value occurs, None if it belongs to no angle.
     """
     rows = measures.at(x)
     excess = compute_bounds(measures).excess(rows.values)
@@ -121,19 +147,32 @@ def evaluate_requirements(measures: RequirementRows, x: Array) -> list[Requireme
         worst = max(indices, key=lambda k: excess[k])
         row = measures.rows[worst]
         entries.append(
-            build_entry(measures, kind, row, float(rows.values[worst]), find_carrier_angle(measures, x, worst))
+            build_entry(
+                measures,
+                kind,
+                row,
+                float(rows.values[worst]),
+                find_carrier_angle(measures, x, worst),
+            )
         )
     return entries
 
 
 def build_entry(
-    measures: RequirementRows, kind: RequirementKind, row: RequirementRow, value: float, angle: float | None
+    measures: RequirementRows,
+    kind: RequirementKind,
+    row: RequirementRow,
+    value: float,
+    angle: float | None,
 ) -> RequirementResult:
     """Return the result of one requirement."""
     section, machine = measures.section, measures.device.machine
     number = to_display_unit(row, value)
     lower, upper = display_limits(section, kind)
-    margin, required_margin = compute_margin(section, kind, number), section.limit(kind.name, "margin") or 0.0
+    margin, required_margin = (
+        compute_margin(section, kind, number),
+        section.limit(kind.name, "margin") or 0.0,
+    )
     side = "min" if lower is not None else "max"
     return RequirementResult(
         name=kind.name,
@@ -166,15 +205,21 @@ def judge_margin(kind: RequirementKind, margin: float, required_margin: float) -
 
 
 def find_carrier_angle(measures: RequirementRows, x: Array, index: int) -> float | None:
-    """Return the carrier angle of side 1 of a row at a design [rad], None for the spacing, which has no angle."""
+    """Return the carrier angle of side 1 of a row at a design [rad], None for the spacing, which
+    has no angle.
+    """
     row, angle = measures.rows[index], float(measures.at(x).angles[index])
     if row.kind.name == "spacing":
         return None
     return _find_contact_angle(measures, x, row, angle) if row.kind.name in TOOTH else angle
 
 
-def _find_contact_angle(measures: RequirementRows, x: Array, row: RequirementRow, u: float) -> float:
-    """Return the carrier angle in [0, 2 pi] at which the position u of a segment is in contact [rad]."""
+def _find_contact_angle(
+    measures: RequirementRows, x: Array, row: RequirementRow, u: float
+) -> float:
+    """Return the carrier angle in [0, 2 pi] at which the position u of a segment is in contact
+    [rad].
+    """
     device = measures.device
     polar = device.stages[row.stage].polar(u=[u], parameters=device.of_stage(row.stage, x))
     target = float(polar["t_second" if row.second else "t_first"][0, 0])
@@ -222,27 +267,40 @@ class RequirementConstraints(Constraints):
 
 
 class InfeasibleRequirementsError(PlanterError):
-    """No design was found that satisfies the requirements; `violations` are the smallest, at `design` (p,) in SI."""
+    """No design was found that satisfies the requirements; `violations` are the smallest, at
+    `design` (p,) in SI.
+    """
 
     name = "Infeasible"
     partial: dict[str, Any]
 
     def __init__(
-        self, violations: list[Violation], partial: dict[str, Any], design: Array, starts: int, suffix: str = ""
+        self,
+        violations: list[Violation],
+        partial: dict[str, Any],
+        design: Array,
+        starts: int,
+        suffix: str = "",
     ) -> None:
         details = "; ".join(map(str, violations))
         count = f"{starts} start{'s' if starts > 1 else ''}"
         super().__init__(
-            f"no design{suffix} that satisfies all requirements was found within the bounds, from {count}; the closest "
+            f"no design{suffix} that satisfies all requirements was found within the bounds, from "
+            f"{count}; the closest "
             f"design violates: {details}"
         )
         self.violations, self.partial, self.design = violations, partial, design
 
 
 def build_infeasibility_error(
-    required: RequirementConstraints, x: Array, violation: ViolationMinimum, starts: int, suffix: str = ""
+    required: RequirementConstraints,
+    x: Array,
+    violation: ViolationMinimum,
+    starts: int,
+    suffix: str = "",
 ) -> InfeasibleRequirementsError:
-    """Return the error for the smallest violation, which searches from some `starts` ended with at a design x (p,).
+    """Return the error for the smallest violation, which searches from some `starts` ended with at
+    a design x (p,).
 
     `suffix` says which designs were considered, if not all within the bounds.
     """
@@ -259,4 +317,6 @@ def build_infeasibility_error(
 
 def _violation(required: RequirementConstraints, entry: RequirementResult) -> Violation:
     key, limit, new = suggest_limit(required.measures.section, entry.name, entry.value)
-    return Violation(entry.name, abs(new - limit), entry.unit, entry.phi_deg, entry.value, key, limit, new)
+    return Violation(
+        entry.name, abs(new - limit), entry.unit, entry.phi_deg, entry.value, key, limit, new
+    )

@@ -1,7 +1,7 @@
 """The `[requirements]` of a machine file: which there are, their limits, and what they rest on.
 
-The list is the project's own. A key is the requirement's name, `min`, `max` or `margin`, and the unit, as in
-`release_tilt_max_deg`; an optimum keeps away from a limit by its margin.
+The list is the project's own. A key is the requirement's name, `min`, `max` or `margin`, and the
+unit, as in `release_tilt_max_deg`; an optimum keeps away from a limit by its margin.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from planter.files.fields import (
 class RequirementKind:
     """A requirement: `sides` that its file may limit, the unit's suffix, and what the number means.
 
-    Violations of two requirements count the same if they are the same number of `step` (in the shown unit). `needs` are
-    the settings that it rests on.
+    Violations of two requirements count the same if they are the same number of `step` (in the
+    shown unit). `needs` are the settings that it rests on.
     """
 
     name: str
@@ -56,26 +56,97 @@ class RequirementKind:
 
 
 _SOIL = ("soil_depth_mm",)
-KINDS = tuple(RequirementKind(*row) for row in (
-    ("spacing", ("min", "max"), "mm", 5, "distance between two plants"),
-    ("release_tilt", ("max",), "deg", 2, "absolute tilt of the nozzle at release, where the tip is lowest"),
-    ("soil_tilt", ("max",), "deg", 2, "absolute tilt of the nozzle while the tip is in the soil", _SOIL),
-    ("ground_speed_ratio", ("max",), "", 0.02,
-         "absolute horizontal speed of the tip over ground where it is lowest, over the machine's"),
-    ("depth", ("min", "max"), "mm", 5, "depth of the lowest tip point below the soil", _SOIL),
-    ("hole_length", ("max",), "mm", 5, "length that the nozzle's axis cuts at the level of the soil", _SOIL),
-    ("path_height", ("min",), "mm", 10, "height of the tip's path"),
-    ("tube_excess", ("max",), "mm", 1, "how far the tip's path stays outside the tube of a point, negative inside",
-         ("points_mm",)),
-    ("seedling_clearance", ("min",), "mm", 10, "least distance of the leaving nozzle halves from the seedling",
-         (*_SOIL, "seedling_height_mm", "seedling_width_mm")),
-    ("catching_tilt", ("max",), "deg", 3, "absolute tilt of the nozzle at catching, where the tip is highest"),
-    ("funnel_speed", ("max",), "m_s", 0.05, "speed of the funnel's shaft relative to the machine at catching"),
-    ("nozzle_distance", ("min",), "mm", 10, "least distance between the two nozzles over a turn"),
-    ("pitch_curvature", ("min",), "per_mm", 0.001, "least signed curvature of the four pitch curves"),
-    ("curvature_radius", ("min",), "mm", 1, "least radius of curvature of the four pitch curves"),
-    ("contact_ratio", ("min",), "", 0.05, "least contact ratio of both stages", ("module_mm",)),
-))  # fmt: skip
+KINDS = tuple(
+    RequirementKind(*row)
+    for row in (
+        ("spacing", ("min", "max"), "mm", 5, "distance between two plants"),
+        (
+            "release_tilt",
+            ("max",),
+            "deg",
+            2,
+            "absolute tilt of the nozzle at release, where the tip is lowest",
+        ),
+        (
+            "soil_tilt",
+            ("max",),
+            "deg",
+            2,
+            "absolute tilt of the nozzle while the tip is in the soil",
+            _SOIL,
+        ),
+        (
+            "ground_speed_ratio",
+            ("max",),
+            "",
+            0.02,
+            "absolute horizontal speed of the tip over ground where it is lowest, over the "
+            "machine's",
+        ),
+        ("depth", ("min", "max"), "mm", 5, "depth of the lowest tip point below the soil", _SOIL),
+        (
+            "hole_length",
+            ("max",),
+            "mm",
+            5,
+            "length that the nozzle's axis cuts at the level of the soil",
+            _SOIL,
+        ),
+        ("path_height", ("min",), "mm", 10, "height of the tip's path"),
+        (
+            "tube_excess",
+            ("max",),
+            "mm",
+            1,
+            "how far the tip's path stays outside the tube of a point, negative inside",
+            ("points_mm",),
+        ),
+        (
+            "seedling_clearance",
+            ("min",),
+            "mm",
+            10,
+            "least distance of the leaving nozzle halves from the seedling",
+            (*_SOIL, "seedling_height_mm", "seedling_width_mm"),
+        ),
+        (
+            "catching_tilt",
+            ("max",),
+            "deg",
+            3,
+            "absolute tilt of the nozzle at catching, where the tip is highest",
+        ),
+        (
+            "funnel_speed",
+            ("max",),
+            "m_s",
+            0.05,
+            "speed of the funnel's shaft relative to the machine at catching",
+        ),
+        (
+            "nozzle_distance",
+            ("min",),
+            "mm",
+            10,
+            "least distance between the two nozzles over a turn",
+        ),
+        (
+            "pitch_curvature",
+            ("min",),
+            "per_mm",
+            0.001,
+            "least signed curvature of the four pitch curves",
+        ),
+        (
+            "curvature_radius",
+            ("min",),
+            "mm",
+            1,
+            "least radius of curvature of the four pitch curves",
+        ),
+        ("contact_ratio", ("min",), "", 0.05, "least contact ratio of both stages", ("module_mm",)),
+    )
+)
 BY_NAME = {kind.name: kind for kind in KINDS}
 SETTINGS = {
     "soil_depth_mm": "height of the soil above the lowest point of the tip's path",
@@ -88,7 +159,9 @@ LIMIT_WORDS = {"min": "least allowed", "max": "greatest allowed"}
 SIGNED = ("tube_excess",)
 """Requirements whose number may be negative."""
 SOIL_LINE = "soil_line_mm"
-"""Instead of the first of them: the level of the soil in the machine's frame, above O if positive."""
+"""Instead of the first of them: the level of the soil in the machine's frame, above O if
+positive.
+"""
 
 
 class Limited(FileSection):
@@ -102,12 +175,16 @@ class Limited(FileSection):
     @check
     def _limits_are_usable(self) -> Problems:
         if self.hold is None and not self.kinds:
-            yield missing_value_problem(KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given")
+            yield missing_value_problem(
+                KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given"
+            )
         for kind in KINDS:
             yield from self._problems(kind)
         line: float | None = getattr(self, SOIL_LINE)
         if line is not None and getattr(self, *_SOIL) is not None:
-            yield invalid_value_problem(SOIL_LINE, line, f"the soil level is {SOIL_LINE} or {_SOIL[0]}, not both")
+            yield invalid_value_problem(
+                SOIL_LINE, line, f"the soil level is {SOIL_LINE} or {_SOIL[0]}, not both"
+            )
 
     def _problems(self, kind: RequirementKind) -> Problems:
         low, high, margin = (self.limit(kind.name, side) for side in ("min", "max", "margin"))
@@ -118,13 +195,19 @@ class Limited(FileSection):
                 )
             return
         for need in kind.needs:
-            if getattr(self, need) is None and not (need in _SOIL and getattr(self, SOIL_LINE) is not None):
+            if getattr(self, need) is None and not (
+                need in _SOIL and getattr(self, SOIL_LINE) is not None
+            ):
                 yield missing_value_problem(need, f"{kind.name} is limited, and rests on it")
         if kind.name == "curvature_radius" and low is not None and low <= 0:
             yield invalid_value_problem(kind.key("min"), low, "it must be greater than 0")
         if low is not None and high is not None and high - low <= 2 * (margin or 0):
-            twice = "" if margin is None else f" by more than twice {kind.key('margin')} = {margin:g}"
-            yield invalid_value_problem(kind.key("max"), high, f"it must exceed {kind.key('min')} = {low:g}{twice}")
+            twice = (
+                "" if margin is None else f" by more than twice {kind.key('margin')} = {margin:g}"
+            )
+            yield invalid_value_problem(
+                kind.key("max"), high, f"it must exceed {kind.key('min')} = {low:g}{twice}"
+            )
         if high is not None and low is None and high <= (margin or 0) and kind.name not in SIGNED:
             yield invalid_value_problem(kind.key("max"), high, "it must be greater than its margin")
 
@@ -134,7 +217,9 @@ class Limited(FileSection):
         return value
 
     def surface_mm(self, lowest_mm: float) -> float | None:
-        """The level of the soil [mm] with the lowest tip point; None where the file says nothing of it."""
+        """The level of the soil [mm] with the lowest tip point; None where the file says nothing of
+        it.
+        """
         depth: float | None = getattr(self, *_SOIL)
         line: float | None = getattr(self, SOIL_LINE)
         return line if depth is None else lowest_mm + depth
@@ -142,7 +227,9 @@ class Limited(FileSection):
     @property
     def kinds(self) -> tuple[RequirementKind, ...]:
         """The requirements that the file limits."""
-        return tuple(k for k in KINDS if any(self.limit(k.name, side) is not None for side in k.sides))
+        return tuple(
+            k for k in KINDS if any(self.limit(k.name, side) is not None for side in k.sides)
+        )
 
 
 def _first_key(kind: RequirementKind) -> str:
@@ -150,15 +237,25 @@ def _first_key(kind: RequirementKind) -> str:
 
 
 def _fields() -> dict[str, Any]:
-    limits = {k.key(side): _field(Real, f"{LIMIT_WORDS[side]} {k.meaning}") for k in KINDS for side in k.sides}
+    limits = {
+        k.key(side): _field(Real, f"{LIMIT_WORDS[side]} {k.meaning}")
+        for k in KINDS
+        for side in k.sides
+    }
     margins = {
-        k.key("margin"): _field(NotNegative, f"by how much an optimum keeps inside the limits of: {k.meaning}")
+        k.key("margin"): _field(
+            NotNegative, f"by how much an optimum keeps inside the limits of: {k.meaning}"
+        )
         for k in KINDS
     }
     settings = {name: _field(Positive, meaning) for name, meaning in SETTINGS.items()}
     places = {
-        SOIL_LINE: _field(Real, "height of the soil above O in the machine's frame, in place of soil_depth_mm"),
-        "points_mm": _field(Points, "points x, y that the tip's path must pass, each with the radius of its tube"),
+        SOIL_LINE: _field(
+            Real, "height of the soil above O in the machine's frame, in place of soil_depth_mm"
+        ),
+        "points_mm": _field(
+            Points, "points x, y that the tip's path must pass, each with the radius of its tube"
+        ),
     }
     return {**settings, **places, **limits, **margins}
 

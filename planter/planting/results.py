@@ -7,7 +7,12 @@ from typing import Literal
 
 from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityResult
-from planter.measured.findings import ExplanationFound, MeasuredFound, MeasuredPreview, MeasurementResult
+from planter.measured.findings import (
+    ExplanationFound,
+    MeasuredFound,
+    MeasuredPreview,
+    MeasurementResult,
+)
 from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
 from planter.optimise.certificate import ActiveBound, ActiveConstraint
 from planter.optimise.proof.search import GlobalBound
@@ -36,7 +41,9 @@ class PlantingWarning(WarningRecord):
 
 @dataclass(frozen=True)
 class RequirementResult(Record):
-    """A requirement at a design: limits and angle may be null; `of` says which gear or pair is meant."""
+    """A requirement at a design: limits and angle may be null; `of` says which gear or pair is
+    meant.
+    """
 
     name: str
     value: float
@@ -54,7 +61,9 @@ class RequirementResult(Record):
 
 @dataclass(frozen=True)
 class Violation(Record):
-    """A requirement that must be relaxed: by `amount` in `unit`, its limit of `key` to `relaxed`."""
+    """A requirement that must be relaxed: by `amount` in `unit`, its limit of `key` to
+    `relaxed`.
+    """
 
     name: str
     amount: float
@@ -69,7 +78,8 @@ class Violation(Record):
         place = f" at phi = {self.phi_deg:.6g} deg" if self.phi_deg is not None else ""
         unit = "" if self.unit == "1" else f" {self.unit}"
         return (
-            f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by {self.amount:.6g}{unit}"
+            f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by "
+            f"{self.amount:.6g}{unit}"
         )
 
 
@@ -146,7 +156,8 @@ class DeviceState(Record):
 class Lifted(Record):
     """Effect of relaxing one assumption of the exact model over a cycle.
 
-    `support_N` and `joints_N` are the largest changes of the support force and of the sizes of the joint forces.
+    `support_N` and `joints_N` are the largest changes of the support force and of the sizes of the
+    joint forces.
     """
 
     assumption: str
@@ -160,12 +171,14 @@ class Lifted(Record):
 
 @dataclass(frozen=True)
 class SimulationFound(Record):
-    """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any.
+    """`planter simulate`: a machine's own design over a turn; `requirements` where its file has
+    any.
 
-    `holds` are the limits of the file on measures, if it has any, and `met` says whether all of them are satisfied.
+    `holds` are the limits of the file on measures, if it has any, and `met` says whether all of
+    them are satisfied.
 
-    `objective` and `support_force` are evaluated over `samples` samples, but for the mean force, which is an integral,
-    `refined` by true extremes and integrals.
+    `objective` and `support_force` are evaluated over `samples` samples, but for the mean force,
+    which is an integral, `refined` by true extremes and integrals.
 
     `measurement` is what the sensor sees over the same samples, if the file has [measurement].
     """
@@ -231,7 +244,9 @@ class SampledScore(Record):
 
 @dataclass(frozen=True)
 class OptimumFound(Record):
-    """An optimum, less its scores in both models; `samples` names the kind of all objectives, ranges and variances."""
+    """An optimum, less its scores in both models; `samples` names the kind of all objectives,
+    ranges and variances.
+    """
 
     method: str
     samples: int | str
@@ -258,7 +273,9 @@ class Scores(Record):
 
 @dataclass(frozen=True)
 class FrontPoint(Record):
-    """A design of which neither range nor variance can be made smaller without the other growing."""
+    """A design of which neither range nor variance can be made smaller without the other
+    growing.
+    """
 
     range_N: float
     variance_N2: float
@@ -267,10 +284,12 @@ class FrontPoint(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class OptimisationFound(Record):
-    """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth where asked for.
+    """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth
+    where asked for.
 
-    `samples` names the kind of objectives, ranges and variances, whole teeth and front included: "refined" for true
-    extremes and integrals, else a number of angles. `sampled` and `refined` are the optimum's in either kind.
+    `samples` names the kind of objectives, ranges and variances, whole teeth and front included:
+    "refined" for true extremes and integrals, else a number of angles. `sampled` and `refined` are
+    the optimum's in either kind.
     """
 
     machine: str
@@ -328,7 +347,8 @@ class OtherModel(Record):
 class Distance(Record):
     """Distance of fitted inputs from the machine's own, and unusual values.
 
-    `rms_share` is in widths of the bounds; `at_bounds` are inputs on a bound; `unusual` says what no such machine has.
+    `rms_share` is in widths of the bounds; `at_bounds` are inputs on a bound; `unusual` says what
+    no such machine has.
     """
 
     rms_share: float
@@ -350,7 +370,8 @@ class CalibrationTradeoff(Record):
 class ModelFitted(Record):
     """Result of a calibration for one model; `front` has the best misses if the target is not met.
 
-    `least_push_N` is the least force of the cam on the roller over the turn: below zero it would have to pull.
+    `least_push_N` is the least force of the cam on the roller over the turn: below zero it would
+    have to pull.
     """
 
     met: bool
@@ -368,9 +389,11 @@ class ModelFitted(Record):
 
 @dataclass(frozen=True)
 class LargestRange(Record):
-    """The largest range of the exact model with the flanks of its fit, near the events, by the cam's contact.
+    """The largest range of the exact model with the flanks of its fit, near the events, by the
+    cam's contact.
 
-    Inputs stay within the bounds. `planter audit --front` searches all laws of the flanks, wherever they begin.
+    Inputs stay within the bounds. `planter audit --front` searches all laws of the flanks, wherever
+    they begin.
     """
 
     cam_pushing: float | None
@@ -379,9 +402,11 @@ class LargestRange(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationFound(ModelFitted):
-    """`planter calibrate`: fitted inputs, their errors against the target, and what the target determines.
+    """`planter calibrate`: fitted inputs, their errors against the target, and what the target
+    determines.
 
-    Its own figures are those of the `model` that was asked for; `models` holds what was found for each.
+    Its own figures are those of the `model` that was asked for; `models` holds what was found for
+    each.
     """
 
     machine: str
@@ -395,7 +420,9 @@ class CalibrationFound(ModelFitted):
 
 @dataclass(frozen=True)
 class ComparedPair(Record):
-    """A pair of gear families; only one that is settled has a rank, `lacks` says what the others do not have."""
+    """A pair of gear families; only one that is settled has a rank, `lacks` says what the others do
+    not have.
+    """
 
     rank: int | None
     stage1: str
@@ -419,7 +446,9 @@ class ComparedPair(Record):
 
 @dataclass(frozen=True)
 class NarrowBox(Record):
-    """The machine's own pair within its own bounds, no requirement kept, and what that makes of them."""
+    """The machine's own pair within its own bounds, no requirement kept, and what that makes of
+    them.
+    """
 
     objective: float
     range_N: float
@@ -432,7 +461,9 @@ class NarrowBox(Record):
 
 @dataclass(frozen=True)
 class Proposal(Record):
-    """Requirements that every pair violates; limits that the nearest pair satisfies but for `violation`, in steps."""
+    """Requirements that every pair violates; limits that the nearest pair satisfies but for
+    `violation`, in steps.
+    """
 
     conflicting: list[str]
     limits: dict[str, float]
@@ -445,7 +476,8 @@ class Proposal(Record):
 class ComparisonFound(Record):
     """`planter compare`: pairs by rank; a proposal if no pair satisfies the requirements.
 
-    `samples` names the kind of all objectives, ranges and variances: "refined", true extremes and integrals.
+    `samples` names the kind of all objectives, ranges and variances: "refined", true extremes and
+    integrals.
     """
 
     machine: str

@@ -40,19 +40,49 @@ if TYPE_CHECKING:
 
 EXPORTS = (
     Export("report", "page, figures and tables of the cycle", ("simulate",), modelled=True),
-    Export("optimum", "report comparing this design with its optimum", ("optimise",), modelled=True),
-    Export("gears", "teeth of both stages (DXF, SVG, flanks as CSV), their mesh solved and checked", ("gears",)),
-    Export("cam", "the cam's contour (DXF) and what it bears", ("cam",),
-           asks=(RequiredOption("--roller-mm", "radius of the roller / mm", 6.0),)),
-    Export("drive", "the carrier on a motor", ("drive",),
-           asks=(RequiredOption("--stall-Nm", "torque at rest / N m", 6.0),
-                 RequiredOption("--idle-rpm", "speed without torque / rpm", 42.0),
-                 RequiredOption("--flywheel-kgm2", "flywheel / kg m\N{SUPERSCRIPT TWO}", 0.1))),
-    *(Export(f"motion-{form}", f"motions and forces over time {form.purpose}", ("export", "motion"),
-             ("--format", form.value), modelled=True) for form in MotionFormat),
+    Export(
+        "optimum", "report comparing this design with its optimum", ("optimise",), modelled=True
+    ),
+    Export(
+        "gears",
+        "teeth of both stages (DXF, SVG, flanks as CSV), their mesh solved and checked",
+        ("gears",),
+    ),
+    Export(
+        "cam",
+        "the cam's contour (DXF) and what it bears",
+        ("cam",),
+        asks=(RequiredOption("--roller-mm", "radius of the roller / mm", 6.0),),
+    ),
+    Export(
+        "drive",
+        "the carrier on a motor",
+        ("drive",),
+        asks=(
+            RequiredOption("--stall-Nm", "torque at rest / N m", 6.0),
+            RequiredOption("--idle-rpm", "speed without torque / rpm", 42.0),
+            RequiredOption("--flywheel-kgm2", "flywheel / kg m\N{SUPERSCRIPT TWO}", 0.1),
+        ),
+    ),
+    *(
+        Export(
+            f"motion-{form}",
+            f"motions and forces over time {form.purpose}",
+            ("export", "motion"),
+            ("--format", form.value),
+            modelled=True,
+        )
+        for form in MotionFormat
+    ),
     Export("c", "motions, forces, objective and gradient in C99", ("export", "c"), modelled=True),
-    Export("unit", "unit for co-simulation (FMI 2.0)", ("export", "fmu"), modelled=True, file="machine.fmu"),
-)  # fmt: skip
+    Export(
+        "unit",
+        "unit for co-simulation (FMI 2.0)",
+        ("export", "fmu"),
+        modelled=True,
+        file="machine.fmu",
+    ),
+)
 
 
 POINTS = "requirements.points_mm"
@@ -96,10 +126,17 @@ def _list_points(machine: PlantingMachine) -> list[tuple[float, float, float]]:
 
 DESIGN = "design."
 BESIDE = (
-    "operation.speed_rpm", "operation.forward_speed_m_s", "contact.tooth_friction_angle_deg",
-    "contact.cam_friction_angle_deg", "mass.planet_kg", "mass.middle_kg", "mass.half_C2_kg", "cam.opening_deg",
-    "spring.preload_N", "spring.rate_N_m",
-)  # fmt: skip
+    "operation.speed_rpm",
+    "operation.forward_speed_m_s",
+    "contact.tooth_friction_angle_deg",
+    "contact.cam_friction_angle_deg",
+    "mass.planet_kg",
+    "mass.middle_kg",
+    "mass.half_C2_kg",
+    "cam.opening_deg",
+    "spring.preload_N",
+    "spring.rate_N_m",
+)
 """Numbers beside the design that a hand is offered."""
 
 
@@ -141,7 +178,11 @@ class PlantingView:
         points = find_point_bounds(self.machine)
         sensor = describe_sensor_inputs(find_sensor_view(device.force.machine))
         return list_controls(
-            self.machine, [*paths, *BESIDE, *points, *sensor], meanings | sensor, bounds | points, NAMES
+            self.machine,
+            [*paths, *BESIDE, *points, *sensor],
+            meanings | sensor,
+            bounds | points,
+            NAMES,
         )
 
     @property
@@ -162,20 +203,28 @@ class PlantingView:
     def wished(self, values: Values) -> str:
         """Its file with points on its own path, each with a tube that the tip's path must pass."""
         return write_numbers(
-            self.machine, add_path_points(*self._at(values, "exact"), change_numbers(self.machine, values))
+            self.machine,
+            add_path_points(*self._at(values, "exact"), change_numbers(self.machine, values)),
         )
 
     def describe_goal(self) -> str:
         """Return the weighted sum of range and scatter of the support force."""
         weights = self.machine.objective
         scatter = "variance [N²]" if weights.kind == "paper" else "standard deviation [N]"
-        parts = f"{weights.weight_range:g} {TIMES} range [N] + {weights.weight_variance:g} {TIMES} {scatter}"
+        parts = (
+            f"{weights.weight_range:g} {TIMES} range [N] + {weights.weight_variance:g} "
+            f"{TIMES} {scatter}"
+        )
         return f"{parts} of the vertical support force, objective (31)"
 
     @property
     def words(self) -> Mapping[str, str]:
         """Names of the requirements, and what their limits are."""
-        limits = {kind.key(side): f"its {LIMIT_WORDS[side]} value" for kind in KINDS for side in kind.sides}
+        limits = {
+            kind.key(side): f"its {LIMIT_WORDS[side]} value"
+            for kind in KINDS
+            for side in kind.sides
+        }
         return limits | {kind.name: _label(kind.name) or kind.meaning for kind in KINDS}
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
@@ -192,20 +241,28 @@ class PlantingView:
         return [replace(still_scene, later=partial(build_scene, device, x, before))]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """Objective, support force, motor torque, centre distances; all of the samples of the file."""
+        """Objective, support force, motor torque, centre distances; all of the samples of the
+        file.
+        """
         from planter.measured.sensor_presentation import list_signal_readings
         from planter.planting import cycle
         from planter.planting.objective import read_weights
 
         device, x = self._at(values, model)
         at = device.prologue(x)
-        turn = cycle.evaluate_cycle(device, at, cycle.sample_angles(device.machine.objective.samples))
+        turn = cycle.evaluate_cycle(
+            device, at, cycle.sample_angles(device.machine.objective.samples)
+        )
         force, torque = cycle.compute_statistics(turn.support), turn.totals["M_L_Nm"]
         over = partial(cycle.name_over_samples, samples=device.machine.objective.samples)
         a1, a2 = cycle.find_centre_distances(device, at) * 1e3
         return [
             *list_signal_readings(cycle.measure_design(device, x, turn)),
-            Reading(over("objective (31)"), "", read_weights(device.machine).value(force.range_N, force.variance_N2)),
+            Reading(
+                over("objective (31)"),
+                "",
+                read_weights(device.machine).value(force.range_N, force.variance_N2),
+            ),
             Reading(over("range of the support force"), "N", force.range_N),
             Reading(over("largest support force"), "N", force.max_N),
             Reading(over("least support force"), "N", force.min_N),
@@ -224,7 +281,9 @@ class PlantingView:
 
         device, x = self._at(values, "exact")
         machine = device.force.machine
-        results = evaluate_limits(machine.with_data(machine.build_data(x))) if machine.limits else []
+        results = (
+            evaluate_limits(machine.with_data(machine.build_data(x))) if machine.limits else []
+        )
         checks = list_limit_checks(machine, results)
         if not device.machine.limits_motion:
             return checks
@@ -232,7 +291,15 @@ class PlantingView:
             self._measures = RequirementRows(device)
         return checks + [
             RequirementCheck(
-                r.meaning, r.unit, r.value, r.margin, r.verdict != "fail", r.lower, r.upper, _label(r.name), r.phi_deg
+                r.meaning,
+                r.unit,
+                r.value,
+                r.margin,
+                r.verdict != "fail",
+                r.lower,
+                r.upper,
+                _label(r.name),
+                r.phi_deg,
             )
             for r in evaluate_requirements(self._measures, x)
         ]
@@ -244,7 +311,10 @@ class PlantingView:
 
         record = summarise_design(*self._at(values, model))
         notes = [[sentence] for sentence in describe_design(record)]
-        tables = (DetailTable(table.caption, table.head, table.rows) for table in list_design_tables(record))
+        tables = (
+            DetailTable(table.caption, table.head, table.rows)
+            for table in list_design_tables(record)
+        )
         return [*tables, DetailTable("Notes", ("",), notes)]
 
     def text(self, values: Values) -> str:
@@ -280,8 +350,14 @@ class PlantingView:
 
     def _at(self, values: Values, model: str) -> tuple[Device, Array]:
         """The device with these numbers but for the design, which is (p,) [SI]."""
-        device = self._device(model, {path: value for path, value in values.items() if not path.startswith(DESIGN)})
-        design = {path.removeprefix(DESIGN): value for path, value in values.items() if path.startswith(DESIGN)}
+        device = self._device(
+            model, {path: value for path, value in values.items() if not path.startswith(DESIGN)}
+        )
+        design = {
+            path.removeprefix(DESIGN): value
+            for path, value in values.items()
+            if path.startswith(DESIGN)
+        }
         return device, device.x(**design)
 
     def _device(self, model: str, besides: Values) -> Device:

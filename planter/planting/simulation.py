@@ -1,7 +1,9 @@
-"""`planter simulate`, `sensitivity` and `validate` of a planting device, and warnings of implausible values.
+"""`planter simulate`, `sensitivity` and `validate` of a planting device, and warnings of
+implausible values.
 
-The plausible ranges are the project's own. They are wide: about a tenth to ten times the values of hand-sized to
-tractor-drawn transplanters. A value outside is read, but a wrong unit or digit is likely.
+The plausible ranges are the project's own. They are wide: about a tenth to ten times the values of
+hand-sized to tractor-drawn transplanters. A value outside is read, but a wrong unit or digit is
+likely.
 """
 
 from __future__ import annotations
@@ -46,7 +48,9 @@ if TYPE_CHECKING:
 
 
 class PlausibleRange(NamedTuple):
-    """Sizes of a number, without its sign, in the unit that its path ends in; of a list, those of each item."""
+    """Sizes of a number, without its sign, in the unit that its path ends in; of a list, those of
+    each item.
+    """
 
     path: str
     low: float
@@ -60,12 +64,19 @@ _REACH = "a planting device fits between two rows"
 _PUSH = "a spring closes the nozzle against a seedling's weight and inertia"
 
 RANGES = (
-    PlausibleRange("operation.speed_rpm", 2, 300, "transplanters plant some tens of seedlings a minute and side"),
+    PlausibleRange(
+        "operation.speed_rpm",
+        2,
+        300,
+        "transplanters plant some tens of seedlings a minute and side",
+    ),
     PlausibleRange("operation.gravity_m_s2", 9.7, 9.9, "it is 9.76 to 9.83 on the ground"),
     PlausibleRange("operation.forward_speed_m_s", 0, 3, "transplanters travel at walking pace"),
     PlausibleRange("contact.pressure_angle_deg", 10, 35, "gears are cut at 14.5 to 30"),
     PlausibleRange("contact.cam_friction_angle_deg", 0, 35, "friction coefficients are below 0.7"),
-    PlausibleRange("contact.tooth_friction_angle_deg", 0, 20, "friction coefficients of teeth are below 0.36"),
+    PlausibleRange(
+        "contact.tooth_friction_angle_deg", 0, 20, "friction coefficients of teeth are below 0.36"
+    ),
     PlausibleRange("mass.sun_kg", 0.02, 10, _BODY),
     PlausibleRange("mass.middle_kg", 0.02, 10, _BODY),
     PlausibleRange("mass.planet_kg", 0.05, 20, _BODY),
@@ -83,10 +94,14 @@ RANGES = (
     PlausibleRange("nozzle.C1_mm", 0, 300, _REACH),
     PlausibleRange("nozzle.C2_mm", 0, 400, _REACH),
     PlausibleRange("nozzle.hook_F_mm", 0, 300, _REACH),
-    PlausibleRange("nozzle.tip_distance_mm", 50, 600, "a nozzle reaches over the gears and into the soil"),
+    PlausibleRange(
+        "nozzle.tip_distance_mm", 50, 600, "a nozzle reaches over the gears and into the soil"
+    ),
     PlausibleRange("cam.rocker_length_mm", 5, 150, _REACH),
     PlausibleRange("cam.base_radius_mm", 5, 150, _REACH),
-    PlausibleRange("cam.opening_deg", 2, 60, "a nozzle half opens by some degrees, as wide as a seedling"),
+    PlausibleRange(
+        "cam.opening_deg", 2, 60, "a nozzle half opens by some degrees, as wide as a seedling"
+    ),
     PlausibleRange("spring.preload_N", 0, 500, _PUSH),
     PlausibleRange("spring.rate_N_m", 0, 20_000, _PUSH),
 )
@@ -112,7 +127,10 @@ def _check_value(item: PlausibleRange, path: str, value: float) -> PlantingWarni
         return None
     unit = units.display_unit(path)
     usual = f"up to {item.high:g}" if item.low == 0 else f"{item.low:g} to {item.high:g}"
-    message = f"{path} = {value:g} {unit} is not what is usual, {usual} {unit}: {item.reason}; is the unit right?"
+    message = (
+        f"{path} = {value:g} {unit} is not what is usual, {usual} {unit}: {item.reason}; is "
+        f"the unit right?"
+    )
     return PlantingWarning(name="implausible_value", message=message)
 
 
@@ -121,7 +139,8 @@ FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
 
 @dataclass(frozen=True)
 class Simulation:
-    """A simulated cycle: its samples (n,) each [in shown units], and the result as `planter simulate --json` has it.
+    """A simulated cycle: its samples (n,) each [in shown units], and the result as
+    `planter simulate --json` has it.
 
     `measured` is what the sensor sees, if the file has [measurement].
     """
@@ -132,18 +151,24 @@ class Simulation:
     measured: SensorSignal | None = None
 
     def show(self) -> Any:
-        """Return a notebook widget that animates the device. Raises InputError if anywidget is missing."""
+        """Return a notebook widget that animates the device.
+
+        Raises InputError if anywidget is missing.
+        """
         return self.device.show()
 
     def to_frame(self) -> DataFrame:
-        """The cycle's columns as a table of pandas, each in the unit [that its name ends in], a row for each sample.
+        """The cycle's columns as a table of pandas, each in the unit [that its name ends in], a row
+        for each sample.
 
         Raises InputError where pandas is missing (`planter[notebook]` brings it).
         """
         return build_frame(self.columns())
 
     def columns(self) -> dict[str, Array]:
-        """Return columns (n,) of the cycle, and the sensor's signal if the file has one [in the units of the keys]."""
+        """Return columns (n,) of the cycle, and the sensor's signal if the file has one [in the
+        units of the keys].
+        """
         return {**self.cycle.columns(), **({} if self.measured is None else self.measured.column)}
 
     def _repr_html_(self) -> str:
@@ -153,7 +178,9 @@ class Simulation:
 
         result, device = self.result, self.device
         at, phi = device.prologue(device.design), find_curve_angles(device, device.design)
-        figure = draw_support_force({result.model: (np.degrees(phi), device.support(at, phi))}, result.weight_N)
+        figure = draw_support_force(
+            {result.model: (np.degrees(phi), device.support(at, phi))}, result.weight_N
+        )
         return result._repr_html_() + inline_svg(
             style.render_svg(figure), f"turn-{id(self)}", "vertical support force over a turn"
         )
@@ -161,12 +188,17 @@ class Simulation:
 
 @overload
 def simulate(
-    device: Device, samples: int | None = None, at_deg: Sequence[float] = (), lift_mm: float | None = None
+    device: Device,
+    samples: int | None = None,
+    at_deg: Sequence[float] = (),
+    lift_mm: float | None = None,
 ) -> Simulation: ...
 
 
 @overload
-def simulate(device: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> MechanismCycle: ...
+def simulate(
+    device: Machine, samples: int | None = None, at_deg: Sequence[float] = ()
+) -> MechanismCycle: ...
 
 
 def simulate(
@@ -175,16 +207,20 @@ def simulate(
     at_deg: Sequence[float] = (),
     lift_mm: float | None = None,
 ) -> Simulation | MechanismCycle:
-    """A machine's own design over a cycle of `samples` angles, and at single angles of its drive [deg].
+    """A machine's own design over a cycle of `samples` angles, and at single angles of its drive
+    [deg].
 
-    It may be any machine, as `load_mechanism` returns it. With `lift_mm`, the module of its teeth, what each assumption
-    of a planting device does is found, too. Raises InputError for a number of samples out of range, for an angle that
-    is not finite, and where the printed model's assumptions are to be lifted.
+    It may be any machine, as `load_mechanism` returns it. With `lift_mm`, the module of its teeth,
+    what each assumption of a planting device does is found, too. Raises InputError for a number of
+    samples out of range, for an angle that is not finite, and where the printed model's assumptions
+    are to be lifted.
     """
     if isinstance(device, Machine):
         return mechanism.simulate_machine(device, samples, at_deg)
     if lift_mm is not None and device.model != "exact":
-        raise InputError("--lift needs --model exact: the printed model has no assumptions to relax")
+        raise InputError(
+            "--lift needs --model exact: the printed model has no assumptions to relax"
+        )
     count = check_samples(device.machine.objective.samples if samples is None else samples)
     prologue = device.prologue(device.design)
     turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
@@ -198,10 +234,15 @@ def simulate(
         samples=count,
         design=device.named(device.design),
         weight_N=planting.compute_weight(device),
-        centre_distance_mm=CentreDistances(*map(float, planting.find_centre_distances(device, prologue) * 1e3)),
+        centre_distance_mm=CentreDistances(
+            *map(float, planting.find_centre_distances(device, prologue) * 1e3)
+        ),
         support_force=sampled,
         objective=objective.value(sampled.range_N, sampled.variance_N2),
-        warnings=[*find_implausible_values(device.machine), *planting.find_cycle_warnings(device, device.design, turn)],
+        warnings=[
+            *find_implausible_values(device.machine),
+            *planting.find_cycle_warnings(device, device.design, turn),
+        ],
         refined=refined,
         work=compute_work(device),
         at=evaluate_angles(device, at_deg),
@@ -229,7 +270,9 @@ def evaluate_angles(device: Device, angles_deg: Sequence[float]) -> list[DeviceS
         return []
     degrees = np.asarray(angles_deg, dtype=float)
     if not np.isfinite(degrees).all():
-        raise InputError.for_value("--at", degrees[~np.isfinite(degrees)][0], "it must be a finite angle in deg")
+        raise InputError.for_value(
+            "--at", degrees[~np.isfinite(degrees)][0], "it must be a finite angle in deg"
+        )
     cycle = planting.evaluate_cycle(device, device.prologue(device.design), np.radians(degrees))
     columns = {"phi_deg": degrees, **cycle.sides[0], **cycle.totals}
     return [
@@ -239,7 +282,9 @@ def evaluate_angles(device: Device, angles_deg: Sequence[float]) -> list[DeviceS
 
 
 def compute_work(device: Device) -> WorkPerCycle:
-    """Work over a turn [J], by quadrature between joints: of the motor, and lost to friction at both cams."""
+    """Work over a turn [J], by quadrature between joints: of the motor, and lost to friction at
+    both cams.
+    """
     panels = CyclePanels(device.force, device.design)
     cycle = planting.evaluate_cycle(device, device.prologue(device.design), panels.nodes)
     lost = cycle.sides[0]["F_E_loss_W"] + cycle.sides[1]["F_E_loss_W"]
@@ -251,12 +296,16 @@ def compute_work(device: Device) -> WorkPerCycle:
 
 
 def sensitivity(
-    device: Device | Machine, samples: int | None = None, least: str | None = None, all_values: bool = False
+    device: Device | Machine,
+    samples: int | None = None,
+    least: str | None = None,
+    all_values: bool = False,
 ) -> SensitivityResult:
     """Return the sensitivity of the objective, or of the sum `least`, over samples.
 
-    It is that in the design, or, with `all_values`, in all numbers of the machine's file. Of any other machine, as
-    `load_mechanism` returns it, it is that of true extremes where neither `samples` nor the file say a number.
+    It is that in the design, or, with `all_values`, in all numbers of the machine's file. Of any
+    other machine, as `load_mechanism` returns it, it is that of true extremes where neither
+    `samples` nor the file say a number.
     """
     if isinstance(device, Machine):
         return compute_objective_sensitivity(device, least, samples, all_values)
@@ -265,13 +314,17 @@ def sensitivity(
 
 
 def compute_objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
-    """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
+    """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that
+    of its sample.
+    """
     goal = Goal(device.force.machine, build_measures(device.machine), (), samples)
     return goal.evaluate(device.design), goal.slope(device.design)
 
 
 def validate(device: Device) -> Validation:
-    """Return requirements and warnings of a machine whose file and gears have passed every check."""
+    """Return requirements and warnings of a machine whose file and gears have passed every
+    check.
+    """
     machine, limits = device.machine, evaluate_file_limits(device)
     return Validation(
         machine=machine.name,
@@ -286,5 +339,7 @@ def validate(device: Device) -> Validation:
 
 
 def evaluate_file_limits(device: Device) -> list[LimitResult] | None:
-    """Return the limits of a device's file on measures with their values at its own design, None if it has none."""
+    """Return the limits of a device's file on measures with their values at its own design, None if
+    it has none.
+    """
     return evaluate_limits(device.force.machine) if device.machine.measure_limits else None

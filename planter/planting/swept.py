@@ -42,7 +42,14 @@ class PlantingSweepAdapter(MachineAdapter):
     """Planting devices; centre distances may deviate from those of the pitch curves."""
 
     choices: Mapping[str, Sequence[str]] = {"model": ("exact", "printed")}
-    banded = ("objective", "support_range_N", "support_max_N", "M_L_max_Nm", "tip_y_min_mm", "tip_x_range_mm")
+    banded = (
+        "objective",
+        "support_range_N",
+        "support_max_N",
+        "M_L_max_Nm",
+        "tip_y_min_mm",
+        "tip_x_range_mm",
+    )
     curves = ("support_N", "M_L_Nm")
     paths = (("tip_x_mm", "tip_y_mm"),)
 
@@ -63,30 +70,48 @@ class PlantingSweepAdapter(MachineAdapter):
         return PlantingMachine.read(frozen["table"], frozen["source"])
 
     def tolerances(self, machine: PlantingMachine) -> dict[str, dict[str, Any]]:
-        """Return assumed ones of masses, centroids, phases, centre distances, curves and friction; speeds measured."""
+        """Return assumed ones of masses, centroids, phases, centre distances, curves and friction;
+        speeds measured.
+        """
         return _assume_tolerances(machine)
 
     def subject(
-        self, frozen: Mapping[str, Any], choices: Mapping[str, str], inputs: Ends, outputs: Sequence[str]
+        self,
+        frozen: Mapping[str, Any],
+        choices: Mapping[str, str],
+        inputs: Ends,
+        outputs: Sequence[str],
     ) -> SampledOutputs:
         """Return the outputs of a device in one of its models.
 
-        Raises InputError if its file does not allow an end of an input, GeometryError if a corner has no gears.
+        Raises InputError if its file does not allow an end of an input, GeometryError if a corner
+        has no gears.
         """
         device = _build_device(self.thaw(frozen), choices, inputs)
         return SampledOutputs(_build_machine(device, inputs), tuple(inputs), outputs)
 
     def build_robust(
-        self, machine: PlantingMachine, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
+        self,
+        machine: PlantingMachine,
+        choices: Mapping[str, str],
+        spreads: Mapping[str, Spread],
+        settings: Settings,
     ) -> RobustGoal | None:
-        """Return the objective over machines as the tolerances make them, under the file's requirements.
+        """Return the objective over machines as the tolerances make them, under the file's
+        requirements.
 
-        Another sum, and other values that are varied, are searched as of any machine, without the requirements.
+        Another sum, and other values that are varied, are searched as of any machine, without the
+        requirements.
         """
         if settings.is_stated:
             return super().build_robust(machine, choices, spreads, settings)
-        # A design's deviations leave the file's bounds by little; those are what its gears are checked on.
-        ends = {name: (spread.low, spread.high) for name, spread in spreads.items() if not name.startswith("design.")}
+        # A design's deviations leave the file's bounds by little; those are what its gears are
+        # checked on.
+        ends = {
+            name: (spread.low, spread.high)
+            for name, spread in spreads.items()
+            if not name.startswith("design.")
+        }
         device = _build_device(machine, choices, ends)
         built, samples = _build_machine(device, spreads), machine.objective.samples
         parts: list[Constraints | None] = [RequirementConstraints.from_device(device)]
@@ -98,13 +123,16 @@ class PlantingSweepAdapter(MachineAdapter):
 
 
 def _build_machine(device: Device, inputs: Sequence[str] | Mapping[str, Any]) -> Machine:
-    """Return the machine of a device, with deviations of its centre distances if they are among the inputs."""
+    """Return the machine of a device, with deviations of its centre distances if they are among the
+    inputs.
+    """
     machine = build_machine(device)
     return add_deviations(machine, device) if set(DEVIATIONS) & set(inputs) else machine
 
 
 def _build_device(machine: PlantingMachine, choices: Mapping[str, str], inputs: Ends) -> Device:
-    """Return a device with the ends of varied design parameters as their bounds, so that all corners have gears.
+    """Return a device with the ends of varied design parameters as their bounds, so that all
+    corners have gears.
 
     Raises InputError if the file does not allow an end.
     """
@@ -123,7 +151,8 @@ def _build_device(machine: PlantingMachine, choices: Mapping[str, str], inputs: 
             if low < high:
                 table["bounds"][key] = [low, high]
     return Device(
-        type(machine).read(table, machine.source), "printed" if choices.get("model") == "printed" else "exact"
+        type(machine).read(table, machine.source),
+        "printed" if choices.get("model") == "printed" else "exact",
     )
 
 
@@ -151,7 +180,9 @@ def _list_tolerances(device: Device) -> Iterator[tuple[str, ToleranceSpec]]:
 
 def _above_zero(tolerance: ToleranceSpec, nominal: float) -> ToleranceSpec:
     """A tolerance that leaves nothing negative."""
-    return tolerance | {"plus_minus": min(tolerance["plus_minus"], nominal) or tolerance["plus_minus"]}
+    return tolerance | {
+        "plus_minus": min(tolerance["plus_minus"], nominal) or tolerance["plus_minus"]
+    }
 
 
 ADAPTER = PlantingSweepAdapter(__package__)

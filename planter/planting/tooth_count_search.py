@@ -1,4 +1,6 @@
-"""`planter optimise` with integer tooth numbers: the best numbers, the design for them, and their price."""
+"""`planter optimise` with integer tooth numbers: the best numbers, the design for them, and their
+price.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +22,19 @@ from planter.optimise.optimiser import Method
 from planter.optimise.range_variance import Sampling
 from planter.parallel.task import AUTO, Means
 from planter.planting import optimisation
-from planter.planting.design_results import ToothCountCandidate, ToothCountGear, ToothCountResult, ToothCountStage
+from planter.planting.design_results import (
+    ToothCountCandidate,
+    ToothCountGear,
+    ToothCountResult,
+    ToothCountStage,
+)
 from planter.planting.model import Device
-from planter.planting.optimisation import DeviceOptimum, Optimisation, OptimisationInterrupted, Table
+from planter.planting.optimisation import (
+    DeviceOptimum,
+    Optimisation,
+    OptimisationInterrupted,
+    Table,
+)
 from planter.planting.requirements import RequirementConstraints
 from planter.planting.tooth_counts import (
     PitchLengthConstraints,
@@ -39,23 +51,37 @@ ToothCounts = tuple[int, ...]
 
 
 class ToothCountSearch:
-    """Search for tooth numbers near a free optimum (p,), each judged by one local search from there.
+    """Search for tooth numbers near a free optimum (p,), each judged by one local search from
+    there.
 
     The tooth numbers of `constraints` do not count.
     """
 
     def __init__(
-        self, constraints: PitchLengthConstraints, free: Array, sampling: Sampling, progress: Listener | None = None
+        self,
+        constraints: PitchLengthConstraints,
+        free: Array,
+        sampling: Sampling,
+        progress: Listener | None = None,
     ) -> None:
-        self.constraints, self.free, self.sampling, self.progress = constraints, free, sampling, progress
+        self.constraints, self.free, self.sampling, self.progress = (
+            constraints,
+            free,
+            sampling,
+            progress,
+        )
         self.required = RequirementConstraints.from_device(constraints.device)
         self.candidates: dict[ToothCounts, ToothCountCandidate] = {}
 
     def run(self) -> ToothCountSpec:
-        """Return the numbers that no permitted neighbour on one stage improves; the bounds must permit some."""
+        """Return the numbers that no permitted neighbour on one stage improves; the bounds must
+        permit some.
+        """
         ranges = compute_length_ranges(self.constraints)
         lengths = self.constraints.lengths(self.free)
-        counts = tuple(bounds.find_tooth_count(length) for bounds, length in zip(ranges, lengths, strict=True))
+        counts = tuple(
+            bounds.find_tooth_count(length) for bounds, length in zip(ranges, lengths, strict=True)
+        )
         while True:
             choices = [counts, *generate_neighbours(counts, ranges)]
             self._evaluate([choice for choice in choices if choice not in self.candidates])
@@ -72,7 +98,9 @@ class ToothCountSearch:
 
     def _search_design(self, counts: ToothCounts) -> ToothCountCandidate:
         constraints = self.constraints.with_spec(self.constraints.spec.with_teeth(counts))
-        task = optimisation.build_constrained_problem(constraints.device, self.sampling, self.required, constraints)
+        task = optimisation.build_constrained_problem(
+            constraints.device, self.sampling, self.required, constraints
+        )
         try:
             minimum = optimisation.search_from_design(task, self.free)
         except ComputationError:
@@ -87,7 +115,10 @@ class ToothCountSearch:
 
     def _rank(self, counts: ToothCounts) -> tuple[bool, float]:
         candidate = self.candidates[counts]
-        return not candidate.settled, math.inf if candidate.objective is None else candidate.objective
+        return (
+            not candidate.settled,
+            math.inf if candidate.objective is None else candidate.objective,
+        )
 
     def _is_better(self, counts: ToothCounts, reference: ToothCounts) -> bool:
         """Return whether tooth numbers are better by more than two local searches may differ."""
@@ -95,7 +126,9 @@ class ToothCountSearch:
         return (unsettled, objective + AGREEMENT_TOLERANCE * abs(objective)) < bar
 
 
-def generate_neighbours(counts: ToothCounts, ranges: Sequence[PitchLengthRange]) -> Iterator[ToothCounts]:
+def generate_neighbours(
+    counts: ToothCounts, ranges: Sequence[PitchLengthRange]
+) -> Iterator[ToothCounts]:
     """Yield the permitted tooth numbers that differ by one on one stage."""
     for k, bounds in enumerate(ranges):
         for z in (counts[k] - 1, counts[k] + 1):
@@ -106,18 +139,33 @@ def generate_neighbours(counts: ToothCounts, ranges: Sequence[PitchLengthRange])
 def evaluate_stages(
     constraints: PitchLengthConstraints, x: Array, free: Array, active: Sequence[ActiveConstraint]
 ) -> list[ToothCountStage]:
-    """Return the stages of an optimum x (p,) with its active constraints, compared with a free optimum (p,)."""
+    """Return the stages of an optimum x (p,) with its active constraints, compared with a free
+    optimum (p,).
+    """
     spec, stages = constraints.spec, []
     slopes = {limit.name: limit.multiplier * (-1 if limit.side == "max" else 1) for limit in active}
     errors = constraints.values(x) / constraints.upper - 1
-    lengths = zip(spec.stages, constraints.lengths(x), constraints.lengths(free), errors, strict=True)
+    lengths = zip(
+        spec.stages, constraints.lengths(x), constraints.lengths(free), errors, strict=True
+    )
     for k, length, free_length, error in lengths:
         z, module = spec.teeth[k] or 0, spec.modules[k] or 0.0
-        pair, refusal = _cut_stage(constraints, k, x, ToothOrder(teeth=z, module=module, keep="module"))
-        gears = None if pair is None else [
-            ToothCountGear(gear.name, gear.z, float(gear.flanks.margins.min()), float(gear.top_lands.min()) * 1e3)
-            for gear in pair.gears
-        ]  # fmt: skip
+        pair, refusal = _cut_stage(
+            constraints, k, x, ToothOrder(teeth=z, module=module, keep="module")
+        )
+        gears = (
+            None
+            if pair is None
+            else [
+                ToothCountGear(
+                    gear.name,
+                    gear.z,
+                    float(gear.flanks.margins.min()),
+                    float(gear.top_lands.min()) * 1e3,
+                )
+                for gear in pair.gears
+            ]
+        )
         per_length = slopes.get(constraint_name(k), 0.0)
         stages.append(
             ToothCountStage(
@@ -140,7 +188,9 @@ def evaluate_stages(
 def _cut_stage(
     constraints: PitchLengthConstraints, stage: int, x: Array, order: ToothOrder
 ) -> tuple[ToothedPair | None, str | None]:
-    """Return the teeth of a stage, None if they cannot be cut at all, and the reason if not as ordered."""
+    """Return the teeth of a stage, None if they cannot be cut at all, and the reason if not as
+    ordered.
+    """
     device = constraints.device
     pair = build_stage_pair(device.stages[stage], device.of_stage(stage, x), SENSES[stage])
     refusal = None
@@ -165,13 +215,16 @@ def optimise_with_tooth_counts(
     keep: Callable[[Table], None] | None = None,
     means: Means = AUTO,
 ) -> Optimisation:
-    """Return the best design of a device with integer tooth numbers; without `spec` as `optimisation.optimise`.
+    """Return the best design of a device with integer tooth numbers; without `spec` as
+    `optimisation.optimise`.
 
-    Missing tooth numbers are searched for. Raises InputError if the bounds do not permit the numbers,
-    InfeasibleRequirementsError if no design with them satisfies the requirements.
+    Missing tooth numbers are searched for. Raises InputError if the bounds do not permit the
+    numbers, InfeasibleRequirementsError if no design with them satisfies the requirements.
     """
     if spec is None:
-        return optimisation.optimise(device, method, samples, seed, starts, progress, keep, means=means)
+        return optimisation.optimise(
+            device, method, samples, seed, starts, progress, keep, means=means
+        )
     begin = time.perf_counter()
     _check_feasibility(device, spec, seed)
     free = optimisation.optimise(device, method, samples, seed, starts, progress, means=means)
@@ -187,19 +240,30 @@ def optimise_with_tooth_counts(
             device, method, sampling, seed, starts, progress, keep, constraints, nearby, means
         )
         return _add_tooth_counts(
-            optimisation.evaluate_in_both_models(device, optimum), free.optimum, constraints, candidates, begin
+            optimisation.evaluate_in_both_models(device, optimum),
+            free.optimum,
+            constraints,
+            candidates,
+            begin,
         )
     except KeyboardInterrupt:
         raise OptimisationInterrupted(optimum, device.scale) from None
 
 
 def _check_feasibility(device: Device, spec: ToothCountSpec, seed: int) -> None:
-    """Raise InputError or InfeasibleRequirementsError, before any search, if no design has the tooth numbers."""
-    constraints, required = PitchLengthConstraints(device, spec), RequirementConstraints.from_device(device)
+    """Raise InputError or InfeasibleRequirementsError, before any search, if no design has the
+    tooth numbers.
+    """
+    constraints, required = (
+        PitchLengthConstraints(device, spec),
+        RequirementConstraints.from_device(device),
+    )
     for bounds in compute_length_ranges(constraints):
         bounds.check(spec.teeth[bounds.stage])
     if required is not None and spec.is_complete:
-        task = optimisation.build_constrained_problem(device, device.machine.objective.samples, required, constraints)
+        task = optimisation.build_constrained_problem(
+            device, device.machine.objective.samples, required, constraints
+        )
         optimisation.find_feasible_point(task, required, seed, constraints)
 
 
@@ -210,12 +274,16 @@ def _add_tooth_counts(
     candidates: list[ToothCountCandidate] | None,
     begin: float,
 ) -> Optimisation:
-    """Return an optimum with the limits and the price of its tooth numbers; the searches began at `begin` [s]."""
+    """Return an optimum with the limits and the price of its tooth numbers; the searches began at
+    `begin` [s].
+    """
     device, optimum = constraints.device, scored.optimum
     x, objective = _find_free_optimum(device, free, optimum)
     price = optimum.objective - objective
     teeth = ToothCountResult(
-        stages=evaluate_stages(constraints, optimum.design, x, optimum.certificate.active_constraints),
+        stages=evaluate_stages(
+            constraints, optimum.design, x, optimum.certificate.active_constraints
+        ),
         free_objective=objective,
         free_design=device.named(x),
         price=price,
@@ -227,13 +295,18 @@ def _add_tooth_counts(
     return replace(scored, result=replace(scored.result, statement=statement, teeth=teeth))
 
 
-def _find_free_optimum(device: Device, free: DeviceOptimum, optimum: DeviceOptimum) -> tuple[Array, float]:
+def _find_free_optimum(
+    device: Device, free: DeviceOptimum, optimum: DeviceOptimum
+) -> tuple[Array, float]:
     """Return the free optimum (p,) and its objective.
 
-    A constrained optimum that is better shows that the free search missed one: it is then repeated from there.
+    A constrained optimum that is better shows that the free search missed one: it is then repeated
+    from there.
     """
     if optimum.objective >= free.objective:
         return free.design, free.objective
-    task = optimisation.build_constrained_problem(device, free.sampling, RequirementConstraints.from_device(device))
+    task = optimisation.build_constrained_problem(
+        device, free.sampling, RequirementConstraints.from_device(device)
+    )
     minimum = optimisation.search_from_design(task, optimum.design)
     return task.design(minimum.u), minimum.objective

@@ -1,7 +1,9 @@
-"""Integer tooth numbers of standard modules: the numbers that a design shall have, and the constraints they imply.
+"""Integer tooth numbers of standard modules: the numbers that a design shall have, and the
+constraints they imply.
 
-A stage with z teeth of module m has an inner pitch curve of length pi m z, which is an equality constraint of the
-optimisation. The bounds of a design permit a range of lengths, and so of tooth numbers.
+A stage with z teeth of module m has an inner pitch curve of length pi m z, which is an equality
+constraint of the optimisation. The bounds of a design permit a range of lengths, and so of tooth
+numbers.
 """
 
 from __future__ import annotations
@@ -36,7 +38,8 @@ LENGTH_TOLERANCE = 1e-9
 class ToothCountSpec:
     """Modules [m] and tooth numbers of the inner gears of stages 1 and 2.
 
-    A stage without a module is left as it is; for one with a module but no number the best number is searched for.
+    A stage without a module is left as it is; for one with a module but no number the best number
+    is searched for.
     """
 
     modules: tuple[float | None, ...]
@@ -66,31 +69,41 @@ class ToothCountSpec:
         return self.circular_pitch(stage) * (self.teeth[stage] or 0)
 
     def __str__(self) -> str:
-        """Return the tooth numbers as part of a sentence: 31 teeth of 2 mm on stage 1 and 33 teeth of ...."""
+        """Return the tooth numbers as part of a sentence: 31 teeth of 2 mm on stage 1 and 33 teeth
+        of ....
+        """
         return " and ".join(
-            f"{self.teeth[k]} teeth of {1e3 * (self.modules[k] or 0.0):.6g} mm on stage {k + 1}" for k in self.stages
+            f"{self.teeth[k]} teeth of {1e3 * (self.modules[k] or 0.0):.6g} mm on stage {k + 1}"
+            for k in self.stages
         )
 
 
 def parse_tooth_count_options(
     module: float | None, module1: float | None, module2: float | None, teeth: str | None
 ) -> ToothCountSpec | None:
-    """Return what the options of a command ask for, modules in mm; None if they ask for no integer tooth numbers.
+    """Return what the options of a command ask for, modules in mm; None if they ask for no integer
+    tooth numbers.
 
-    Raises InputError if there are tooth numbers without a module, too many or too few of them, or one below the minimum
-    of a gear.
+    Raises InputError if there are tooth numbers without a module, too many or too few of them, or
+    one below the minimum of a gear.
     """
     modules = request.parse_modules(module, module1, module2)
     counts = request.parse_tooth_counts(teeth)
     spec = ToothCountSpec(tuple(None if m is None else m * 1e-3 for m in modules), (None, None))
     if not spec.stages:
         if counts:
-            raise InputError(f"--teeth {teeth} needs a module: add --module, or --module1 and --module2")
+            raise InputError(
+                f"--teeth {teeth} needs a module: add --module, or --module1 and --module2"
+            )
         return None
     if not counts:
         return spec
     if len(counts) != len(spec.stages):
-        allowed = "Z1,Z2" if len(spec.stages) == 2 else f"Z, the teeth of stage {spec.stages[0] + 1}, which has one"
+        allowed = (
+            "Z1,Z2"
+            if len(spec.stages) == 2
+            else f"Z, the teeth of stage {spec.stages[0] + 1}, which has one"
+        )
         raise InputError(f"--teeth {teeth}: it must be {allowed}, one for each stage with a module")
     if min(counts) < MIN_TEETH:
         raise InputError(f"--teeth {teeth}: every gear needs at least {MIN_TEETH} teeth")
@@ -98,7 +111,8 @@ def parse_tooth_count_options(
 
 
 class PitchLengthConstraints(Constraints):
-    """Lengths of pitch curves as equality constraints: one for each stage of `spec`; designs x are (p,) in SI.
+    """Lengths of pitch curves as equality constraints: one for each stage of `spec`; designs x are
+    (p,) in SI.
 
     They cannot be relaxed: if other constraints conflict with them, those are reported.
     """
@@ -108,7 +122,8 @@ class PitchLengthConstraints(Constraints):
         self.parameter_indices = [find_stage_parameters(device, k) for k in spec.stages]
         self.curves = [build_pitch_length(device, k) for k in spec.stages]
         self.kinds = [
-            NamedConstraint(constraint_name(k), ("min", "max"), "mm", LENGTH_SCALE * 1e3) for k in spec.stages
+            NamedConstraint(constraint_name(k), ("min", "max"), "mm", LENGTH_SCALE * 1e3)
+            for k in spec.stages
         ]
         self.owner: Integers = np.arange(len(self.kinds))
         self._set_spec(spec)
@@ -133,7 +148,10 @@ class PitchLengthConstraints(Constraints):
 
     def lengths(self, x: Array) -> list[float]:
         """Return the lengths at a design (p,) [m]."""
-        return [curve.at(x[at]).value for curve, at in zip(self.curves, self.parameter_indices, strict=True)]
+        return [
+            curve.at(x[at]).value
+            for curve, at in zip(self.curves, self.parameter_indices, strict=True)
+        ]
 
     def values(self, x: Array) -> Array:
         """Return the scaled pitch lengths of a design x (p,)."""
@@ -147,7 +165,9 @@ class PitchLengthConstraints(Constraints):
         return rows
 
     def curvature(self, x: Array, weights: Array) -> Array:
-        """Return the weighted sum (p, p) of the Hessians of the scaled pitch lengths at a design x (p,)."""
+        """Return the weighted sum (p, p) of the Hessians of the scaled pitch lengths at a design x
+        (p,).
+        """
         total = np.zeros((len(x), len(x)))
         for weight, curve, at in zip(weights, self.curves, self.parameter_indices, strict=True):
             total[np.ix_(at, at)] += weight / LENGTH_SCALE * curve.at(x[at]).hessian
@@ -165,12 +185,17 @@ def find_stage_parameters(device: Device, stage: int) -> Integers:
 
 
 def build_pitch_length(device: Device, stage: int) -> PitchLength:
-    """Return the length of a stage's pitch curve, exact to rounding at the design and at the corners of its bounds."""
+    """Return the length of a stage's pitch curve, exact to rounding at the design and at the
+    corners of its bounds.
+    """
     at, source = find_stage_parameters(device, stage), device.machine.source
     corners = itertools.product(*zip(device.lower[at], device.upper[at], strict=True))
     candidates = [
         StageCandidate(device.design[at], lambda key: f"{source}: design.{key}"),
-        *(StageCandidate(np.array(corner), lambda key: f"{source}: bounds.{key}") for corner in corners),
+        *(
+            StageCandidate(np.array(corner), lambda key: f"{source}: bounds.{key}")
+            for corner in corners
+        ),
     ]
     curve = PitchLength(device.stages[stage], candidates)
     if device.compiled:
@@ -180,7 +205,9 @@ def build_pitch_length(device: Device, stage: int) -> PitchLength:
 
 @dataclass(frozen=True)
 class PitchLengthRange:
-    """Shortest and longest pitch curve of a stage within the bounds [m], and the circular pitch [m]."""
+    """Shortest and longest pitch curve of a stage within the bounds [m], and the circular pitch
+    [m].
+    """
 
     stage: int
     shortest: float
@@ -203,10 +230,14 @@ class PitchLengthRange:
         if teeth is None and not self.teeth:
             below = math.floor(self.shortest / self.pitch)
             hint = " and ".join(self._describe_modules(z) for z in (below, below + 1))
-            raise InputError(f"whole teeth of {module} do not fit on stage {self.stage + 1}: {self}; {hint}")
+            raise InputError(
+                f"whole teeth of {module} do not fit on stage {self.stage + 1}: {self}; {hint}"
+            )
         if teeth is not None and teeth not in self.teeth:
             hint = self._describe_modules(teeth)
-            raise InputError(f"{teeth} teeth of {module} do not fit on stage {self.stage + 1}: {self}; {hint}")
+            raise InputError(
+                f"{teeth} teeth of {module} do not fit on stage {self.stage + 1}: {self}; {hint}"
+            )
 
     def _describe_modules(self, teeth: int) -> str:
         """Return which modules the bounds permit with a tooth number."""
@@ -215,8 +246,10 @@ class PitchLengthRange:
 
     def __str__(self) -> str:
         return (
-            f"within the bounds the pitch curve of stage {self.stage + 1} is {self.shortest * 1e3:.6g} to "
-            f"{self.longest * 1e3:.6g} mm long, {self.shortest / self.pitch:.5g} to {self.longest / self.pitch:.5g} "
+            f"within the bounds the pitch curve of stage {self.stage + 1} is "
+            f"{self.shortest * 1e3:.6g} to "
+            f"{self.longest * 1e3:.6g} mm long, {self.shortest / self.pitch:.5g} to "
+            f"{self.longest / self.pitch:.5g} "
             "of them"
         )
 
@@ -225,8 +258,13 @@ def compute_length_ranges(constraints: PitchLengthConstraints) -> list[PitchLeng
     """Return the range of every stage that shall have an integer tooth number."""
     device, spec = constraints.device, constraints.spec
     ranges = []
-    for k, curve, at in zip(spec.stages, constraints.curves, constraints.parameter_indices, strict=True):
-        shortest, longest = (_find_extreme_length(curve, device.lower[at], device.upper[at], sign) for sign in (1, -1))
+    for k, curve, at in zip(
+        spec.stages, constraints.curves, constraints.parameter_indices, strict=True
+    ):
+        shortest, longest = (
+            _find_extreme_length(curve, device.lower[at], device.upper[at], sign)
+            for sign in (1, -1)
+        )
         ranges.append(PitchLengthRange(k, shortest, longest, spec.circular_pitch(k)))
     return ranges
 
@@ -256,9 +294,12 @@ def _find_extreme_length(curve: PitchLength, lower: Array, upper: Array, sign: i
     names = tuple(str(k) for k in range(len(lower)))
     centre = (lower + upper) / 2
     problem = Problem(
-        SmoothObjective(signed, len(lower), curve.at(centre).value), DesignBox.shares(names, lower, upper, centre)
+        SmoothObjective(signed, len(lower), curve.at(centre).value),
+        DesignBox.shares(names, lower, upper, centre),
     )
-    corners = (np.array(corner, dtype=float) for corner in itertools.product((0, 1), repeat=len(lower)))
+    corners = (
+        np.array(corner, dtype=float) for corner in itertools.product((0, 1), repeat=len(lower))
+    )
     best = min(corners, key=lambda u: signed.value(problem.design(u)))
     ends = [best, *(minimum.u for minimum in search_from_points(problem, [problem.start, best]))]
     return sign * min(signed.value(problem.design(u)) for u in ends)

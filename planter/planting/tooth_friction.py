@@ -1,7 +1,9 @@
-"""Friction of a planting device's gear teeth: along the flanks at the points of contact, against the sliding.
+"""Friction of a planting device's gear teeth: along the flanks at the points of contact, against
+the sliding.
 
-The forces are those of the derived model `planting_lifted` at the pressure angle of the teeth. All is rigid and without
-backlash, so that the contacts are those of the exact flanks, and the flank that pushes carries the load.
+The forces are those of the derived model `planting_lifted` at the pressure angle of the teeth. All
+is rigid and without backlash, so that the contacts are those of the exact flanks, and the flank
+that pushes carries the load.
 """
 
 from __future__ import annotations
@@ -16,7 +18,14 @@ from planter.files import units
 from planter.gear_geometry.cutting import ToothedPair
 from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad, find_changes
 from planter.gear_geometry.pitch_curves import POLAR
-from planter.gears.results import KINDS, Friction, FrictionCurves, FrictionTurn, PartExtent, name_column
+from planter.gears.results import (
+    KINDS,
+    Friction,
+    FrictionCurves,
+    FrictionTurn,
+    PartExtent,
+    name_column,
+)
 from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN
@@ -36,7 +45,9 @@ ASIDE = 1e-8
 
 @dataclass(frozen=True)
 class Angles:
-    """Carrier angles (n,) [rad] of a turn, its second half as its first, with weights of means over the turn."""
+    """Carrier angles (n,) [rad] of a turn, its second half as its first, with weights of means over
+    the turn.
+    """
 
     phi: Array
     weights: Array
@@ -48,7 +59,10 @@ class Angles:
         distinct = folded[np.diff(folded, append=folded[0] + np.pi) > 10 * ASIDE]
         ends = np.append(distinct, distinct[0] + np.pi)
         pieces = np.ceil(np.diff(ends) / LONGEST).astype(int)
-        inner = [np.linspace(a, b, k, endpoint=False) for a, b, k in zip(ends[:-1], ends[1:], pieces, strict=True)]
+        inner = [
+            np.linspace(a, b, k, endpoint=False)
+            for a, b, k in zip(ends[:-1], ends[1:], pieces, strict=True)
+        ]
         cut = np.append(np.concatenate(inner), ends[-1])
         nodes, weights = piecewise.gauss_panels(cut, NODES)
         sides = cut[:-1, None] + ASIDE, cut[1:, None] - ASIDE
@@ -80,13 +94,18 @@ class ToothedTurn:
 
     @cached_property
     def angles(self) -> Angles:
-        """Angles between which no pair of teeth that bears comes, goes or passes the pitch point, and nothing else
-        jumps."""
-        breakpoints = response.find_breakpoints(self.device.force, self.device.prologue(self.x)).angles
+        """Angles between which no pair of teeth that bears comes, goes or passes the pitch point,
+        and nothing else jumps.
+        """
+        breakpoints = response.find_breakpoints(
+            self.device.force, self.device.prologue(self.x)
+        ).angles
         return Angles.from_jumps(np.concatenate([breakpoints, *self._changes()]))
 
     def _changes(self) -> Iterator[Array]:
-        """Angles (m,) at which pairs of teeth that bear come, go, and pass the pitch point, of each stage."""
+        """Angles (m,) at which pairs of teeth that bear come, go, and pass the pitch point, of each
+        stage.
+        """
         dense = self._model.turn(_DENSE).one
         for k, (tag, stage) in enumerate(zip(MESHES, self.stages, strict=True), 1):
             mesh, t = stage.mesh, f"t{k}"
@@ -103,9 +122,14 @@ class ToothedTurn:
             yield phi[side == pushing]
 
     def turn(
-        self, lifted: Lifting | None = None, friction: float | None = None, behind: Lifting | None = None
+        self,
+        lifted: Lifting | None = None,
+        friction: float | None = None,
+        behind: Lifting | None = None,
     ) -> LiftedCycle:
-        """A turn with values of what is lifted, and with another angle of friction [rad] than the machine's."""
+        """A turn with values of what is lifted, and with another angle of friction [rad] than the
+        machine's.
+        """
         changes = self._pressure | ({} if friction is None else {FRICTION: friction})
         return self._model.turn(self.angles.phi, lifted, changes, behind)
 
@@ -122,7 +146,9 @@ class ToothedTurn:
             for k, stage in enumerate(self.stages, 1)
         )
 
-    def evaluate_sliding(self, loads: Sequence[SharedLoad], friction: float | None = None) -> LiftedCycle:
+    def evaluate_sliding(
+        self, loads: Sequence[SharedLoad], friction: float | None = None
+    ) -> LiftedCycle:
         """Friction against the sliding, with loads that are shared out at P and at Q."""
         return self.turn(self.compute_lifting(loads), friction)
 
@@ -159,7 +185,11 @@ LOSSES = {
 
 
 UNITS = ((FORCES, "N"), (TORQUES, "N m"), (LOSSES, "W"))
-FRICTION_NAMES = {units.display_key(name, unit): meaning for names, unit in UNITS for name, meaning in names.items()}
+FRICTION_NAMES = {
+    units.display_key(name, unit): meaning
+    for names, unit in UNITS
+    for name, meaning in names.items()
+}
 """Meanings of all quantities by key."""
 
 
@@ -174,7 +204,9 @@ def describe_friction_columns() -> dict[str, str]:
 
 
 NORMAL = ("F_E", *(f"F_N{tag}" for tag in MESHES))
-"""Contact forces of side 1 that are told beside those of the joints: the cam's, and the teeth's normal forces."""
+"""Contact forces of side 1 that are told beside those of the joints: the cam's, and the teeth's
+normal forces.
+"""
 LOST = {"stage 1": "F_P_loss", "stage 2": "F_Q_loss", "cams": "F_E_loss"}
 
 
@@ -206,7 +238,9 @@ def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) ->
     phi = np.mod(teeth.angles.phi, TURN)
     order = np.argsort(phi)
     curves = _curves({kind: turns[kind] for kind in KINDS})
-    ordered = {key: {kind: row[order] for kind, row in kinds.items()} for key, kinds in curves.items()}
+    ordered = {
+        key: {kind: row[order] for kind, row in kinds.items()} for key, kinds in curves.items()
+    }
     return FrictionCurves(friction, np.degrees(phi[order]), ordered, FRICTION_NAMES)
 
 
@@ -219,46 +253,69 @@ def summarise_turn(teeth: ToothedTurn, turn: LiftedCycle) -> FrictionTurn:
         rms_N={name: float(np.sqrt(mean(size**2))) for name, size in sizes.items()},
         torque_Nm=PartExtent(float(torque.min()), float(torque.max())),
         motor_work_J=TURN * mean(torque),
-        lost_J={place: per_turn * mean(turn.one[name] + turn.two[name]) for place, name in LOST.items()},
-        efficiency=[1 - mean(turn.one[f"F_{tag}_loss"]) / mean(_input_power(turn, tag)) for tag in MESHES],
+        lost_J={
+            place: per_turn * mean(turn.one[name] + turn.two[name]) for place, name in LOST.items()
+        },
+        efficiency=[
+            1 - mean(turn.one[f"F_{tag}_loss"]) / mean(_input_power(turn, tag)) for tag in MESHES
+        ],
     )
 
 
 def compute_maximum_forces(teeth: ToothedTurn) -> dict[str, float]:
     """Bounds of the forces over all ways to share the loads of all meshes at all angles [N].
 
-    A force is a quotient of linear functions in the shares of each mesh, so that its size is largest where at each mesh
-    a single pair bears all.
+    A force is a quotient of linear functions in the shares of each mesh, so that its size is
+    largest where at each mesh a single pair bears all.
     """
     first, second = teeth.bearings
-    pairs = [[first.alone(i), second.alone(j)] for i in range(first.pairs) for j in range(second.pairs)]
+    pairs = [
+        [first.alone(i), second.alone(j)] for i in range(first.pairs) for j in range(second.pairs)
+    ]
     equal = teeth.compute_lifting(teeth.equal)
     alone = [teeth.turn(teeth.compute_lifting(loads), behind=equal) for loads in pairs]
-    bounds = {name: max(float(_size(turn, name).max()) for turn in alone) for name in (*JOINTS, *NORMAL)}
-    return bounds | {name: _bound_shared_force(teeth.shared, alone, name) for name in JOINTS if name in TOTALS}
+    bounds = {
+        name: max(float(_size(turn, name).max()) for turn in alone) for name in (*JOINTS, *NORMAL)
+    }
+    return bounds | {
+        name: _bound_shared_force(teeth.shared, alone, name) for name in JOINTS if name in TOTALS
+    }
 
 
 def _bound_shared_force(shared: LiftedCycle, alone: Sequence[LiftedCycle], name: str) -> float:
-    """The largest size of a force that both sides add up to, each with any single pair of teeth at each mesh."""
+    """The largest size of a force that both sides add up to, each with any single pair of teeth at
+    each mesh.
+    """
     base = _vector(shared, name)
     more = [_vector(turn, name) - base for turn in alone]
     behind = [np.roll(part, base.shape[1] // 2, axis=1) for part in more]
-    return max(float(np.hypot(*(base + first + second)).max()) for first in more for second in behind)
+    return max(
+        float(np.hypot(*(base + first + second)).max()) for first in more for second in behind
+    )
 
 
 def _input_power(turn: LiftedCycle, tag: str) -> Array:
-    """Power (n,) that a mesh is given, by the inner gear or by the outer one, seen from the carrier [W]."""
+    """Power (n,) that a mesh is given, by the inner gear or by the outer one, seen from the carrier
+    [W].
+    """
     power, loss = turn.one[f"F_{tag}_power"], turn.one[f"F_{tag}_loss"]
     return np.asarray(np.maximum(power + loss, 0) + np.maximum(-power, 0))
 
 
 def _curves(turns: Mapping[str, LiftedCycle]) -> dict[str, dict[str, Array]]:
     """Quantities over a turn by key, each by kind of friction."""
-    joints = {units.display_key(name, "N"): {kind: turn.joint(name) for kind, turn in turns.items()} for name in FORCES}
-    torques = {
-        units.display_key(name, "N m"): {kind: turn.totals[name] for kind, turn in turns.items()} for name in TORQUES
+    joints = {
+        units.display_key(name, "N"): {kind: turn.joint(name) for kind, turn in turns.items()}
+        for name in FORCES
     }
-    losses = {units.display_key(name, "W"): {kind: turn.one[name] for kind, turn in turns.items()} for name in LOSSES}
+    torques = {
+        units.display_key(name, "N m"): {kind: turn.totals[name] for kind, turn in turns.items()}
+        for name in TORQUES
+    }
+    losses = {
+        units.display_key(name, "W"): {kind: turn.one[name] for kind, turn in turns.items()}
+        for name in LOSSES
+    }
     return joints | torques | losses
 
 

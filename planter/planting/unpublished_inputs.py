@@ -1,4 +1,6 @@
-"""Inputs that a paper does not publish: their bounds, the support force as their function, their fit to its figures."""
+"""Inputs that a paper does not publish: their bounds, the support force as their function, their
+fit to its figures.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ DEG = units.unit_factor("_deg")
 
 @cache
 def load_calibration_data() -> dict[str, Any]:
-    """Return the assumed bounds, the cam events that the paper gives, and its figures of the force."""
+    """Return the assumed bounds, the cam events that the paper gives, and its figures of the
+    force.
+    """
     name = "calibration.toml"
     return parse_toml(files("planter.planting").joinpath(name).read_text(encoding="utf-8"), name)
 
@@ -37,8 +41,9 @@ def load_calibration_data() -> dict[str, Any]:
 class CalibrationInputs:
     """Paths in the machine file, with bounds (n,) in SI.
 
-    A path that comes `after` another one has bounds for its distance from that. The planet body's moment of inertia
-    about its pin follows from its mass and centroid with a constant centroidal one [kg m2], so that it stays a body.
+    A path that comes `after` another one has bounds for its distance from that. The planet body's
+    moment of inertia about its pin follows from its mass and centroid with a constant centroidal
+    one [kg m2], so that it stays a body.
     """
 
     paths: tuple[str, ...]
@@ -59,26 +64,39 @@ class CalibrationInputs:
 
     @classmethod
     def with_events(cls, device: Device) -> CalibrationInputs:
-        """Return the assumed bounds, with the cam's flanks where the paper has the nozzles open and close."""
+        """Return the assumed bounds, with the cam's flanks where the paper has the nozzles open and
+        close.
+        """
         inputs, events = cls.wide(device), load_calibration_data()["events"]
         low, high = inputs.lower.copy(), inputs.upper.copy()
         for flank, angle in compute_flank_angles(device).items():
-            ends = compute_cam_angles(device, angle + events["within_deg"] * DEG * np.array([-1.0, 1.0]))
+            ends = compute_cam_angles(
+                device, angle + events["within_deg"] * DEG * np.array([-1.0, 1.0])
+            )
             start, end = (inputs.paths.index(path.format(flank)) for path in (START, END))
             low[start], high[start] = ends
             low[end], high[end] = np.multiply(events["flank_deg"], DEG)
-        return replace(inputs, lower=low, upper=high, after={END.format(f): START.format(f) for f in ("rise", "fall")})
+        return replace(
+            inputs,
+            lower=low,
+            upper=high,
+            after={END.format(f): START.format(f) for f in ("rise", "fall")},
+        )
 
     def __len__(self) -> int:
         return len(self.paths)
 
     def find_constants(self, device: Device) -> list[int]:
-        """Return the indices of the inputs, and of the moment of inertia, in a device's constants, (n + 1,)."""
+        """Return the indices of the inputs, and of the moment of inertia, in a device's constants,
+        (n + 1,).
+        """
         paths = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
         return [paths.index(path) for path in (*self.paths, INERTIA)]
 
     def values(self, z: Array) -> Array:
-        """Return the values in SI of a point in the unit box, (n + 1,): the inputs, then the moment of inertia."""
+        """Return the values in SI of a point in the unit box, (n + 1,): the inputs, then the moment
+        of inertia.
+        """
         inputs = self._inputs(z)
         mass, x, y = inputs[self._body]
         return np.append(inputs, self.centroidal_inertia + mass * (x**2 + y**2))
@@ -104,17 +122,24 @@ class CalibrationInputs:
         return np.clip((parts - self.lower) / (self.upper - self.lower), 0, 1)
 
     def table(self, z: Array) -> list[dict[str, Any]]:
-        """Return the values with their bounds, in display units; a dependent value is its own bound."""
+        """Return the values with their bounds, in display units; a dependent value is its own
+        bound.
+        """
         values = self.values(z)
         starts = (self._sum_matrix - np.eye(len(self))) @ values[:-1]
         ends = (np.append(starts + bound, values[-1]) for bound in (self.lower, self.upper))
         rows = zip((*self.paths, INERTIA), values, *ends, strict=True)
         return [
-            {"name": path, "value": float(value / units.unit_factor(path)), "unit": units.display_unit(path) or "1",
-             "lower": float(low / units.unit_factor(path)), "upper": float(high / units.unit_factor(path)),
-             "origin": "calibrated"}
+            {
+                "name": path,
+                "value": float(value / units.unit_factor(path)),
+                "unit": units.display_unit(path) or "1",
+                "lower": float(low / units.unit_factor(path)),
+                "upper": float(high / units.unit_factor(path)),
+                "origin": "calibrated",
+            }
             for path, value, low, high in rows
-        ]  # fmt: skip
+        ]
 
     @cached_property
     def _sum_matrix(self) -> Array:
@@ -126,10 +151,11 @@ class CalibrationInputs:
 
 
 def compute_flank_angles(device: Device) -> dict[str, float]:
-    """Return the carrier angle of side 1 [rad] at which each flank begins, by the events that the paper gives.
+    """Return the carrier angle of side 1 [rad] at which each flank begins, by the events that the
+    paper gives.
 
-    Side 2 is half a revolution behind. The nozzle that is higher at the carrier angle zero is the upper one. Raises
-    ValueError if the events of the two sides are not half a revolution apart.
+    Side 2 is half a revolution behind. The nozzle that is higher at the carrier angle zero is the
+    upper one. Raises ValueError if the events of the two sides are not half a revolution apart.
     """
     columns = cycle.evaluate_cycle(device, device.prologue(device.design), np.zeros(1)).sides
     upper = int(columns[1]["tip_y_mm"][0] > columns[0]["tip_y_mm"][0])
@@ -151,7 +177,9 @@ def compute_cam_angles(device: Device, phi: Array) -> Array:
 
 CONTACT = "F_E"
 PUSH_MARGIN = 0.5
-"""Least force of cam on roller that a search aims at [N], so that its penalties end on the safe side of zero."""
+"""Least force of cam on roller that a search aims at [N], so that its penalties end on the safe
+side of zero.
+"""
 SEARCH_UNIT = 100.0
 """Unit of the force in a search [N]."""
 FIGURES = ("max_N", "min_N", "variance_N2")
@@ -159,7 +187,9 @@ FIGURES = ("max_N", "min_N", "variance_N2")
 
 @dataclass(frozen=True)
 class CalibrationForceCurve:
-    """Support force [N] (n,) over its period, cam's force on the roller [N] (m,) over a turn, Jacobians in z."""
+    """Support force [N] (n,) over its period, cam's force on the roller [N] (m,) over a turn,
+    Jacobians in z.
+    """
 
     force: Array
     push: Array
@@ -186,7 +216,13 @@ class CalibrationForceCurve:
 
     def figure_slopes(self) -> Array:
         """Return the Jacobian of the figures in z, (3, n): an extreme's is that of its sample."""
-        return np.array([self.slopes[self.force.argmax()], self.slopes[self.force.argmin()], self.variance_slopes])
+        return np.array(
+            [
+                self.slopes[self.force.argmax()],
+                self.slopes[self.force.argmin()],
+                self.variance_slopes,
+            ]
+        )
 
 
 class CalibrationForce:
@@ -200,7 +236,11 @@ class CalibrationForce:
         offsets, curves = device.force.offsets, device.prologue(device.design).h[: self._curves]
         phi = sample_angles(device.machine.objective.samples, device.force.period)
         self._count = len(offsets)
-        self._fixed = {"phi": np.add.outer(offsets, phi).reshape(1, -1), "x": device.design, "curves": curves}
+        self._fixed = {
+            "phi": np.add.outer(offsets, phi).reshape(1, -1),
+            "x": device.design,
+            "curves": curves,
+        }
 
     def _build_kernel(self) -> Kernel:
         functions = self.device.functions
@@ -214,14 +254,19 @@ class CalibrationForce:
         slopes = ca.densify(ca.jacobian(forces, functions.c[self._constants]))
         names = ["phi", "x", "c", "curves"]
         return Kernel(
-            ca.Function("inputs", inputs, ca.cse([forces, ca.vec(slopes)]), names, ["forces", "slopes"]), ["phi"]
+            ca.Function(
+                "inputs", inputs, ca.cse([forces, ca.vec(slopes)]), names, ["forces", "slopes"]
+            ),
+            ["phi"],
         )
 
     def __call__(self, z: Array) -> CalibrationForceCurve:
         constants = self.device.constants.copy()
         constants[self._constants] = self.inputs.values(z)
         values = self._kernel(c=constants, **self._fixed)
-        jacobian = values["slopes"].reshape(len(self._constants), 2, -1).transpose(1, 2, 0) @ self.inputs.slopes(z)
+        jacobian = values["slopes"].reshape(len(self._constants), 2, -1).transpose(
+            1, 2, 0
+        ) @ self.inputs.slopes(z)
         force = values["forces"][0].reshape(self._count, -1).sum(axis=0)
         slopes = jacobian[0].reshape(self._count, len(force), -1).sum(axis=0)
         return CalibrationForceCurve(force, values["forces"][1], slopes, jacobian[1])
@@ -280,23 +325,33 @@ class ForceFit:
 
     @property
     def distance(self) -> float:
-        """Root of the mean square of the distances from the machine's values in the file, in widths of the bounds."""
+        """Root of the mean square of the distances from the machine's values in the file, in widths
+        of the bounds.
+        """
         return float(np.sqrt(np.mean((self.z - self.force.file_point()) ** 2)))
 
     @property
     def rank(self) -> tuple[bool, bool, float]:
-        """Smaller is better: met, with a cam that pushes, near to the file's values or to the target."""
+        """Smaller is better: met, with a cam that pushes, near to the file's values or to the
+        target.
+        """
         return not self.met, not self.pushes, self.distance if self.met else self.worst
 
 
 def fit_from_starts(
     force: CalibrationForce, target: Figures, pushing: bool, starts: Iterable[Array], weights: Array
 ) -> Iterator[ForceFit]:
-    """Yield fits by least squares of the weighted misses, and of the cam's pull if it must push, from each start."""
+    """Yield fits by least squares of the weighted misses, and of the cam's pull if it must push,
+    from each start.
+    """
 
     def residuals(z: Array) -> Array:
         curve = force(z)
-        pull = CONTACT_WEIGHT * np.maximum(PUSH_MARGIN - curve.push, 0) / SEARCH_UNIT if pushing else np.empty(0)
+        pull = (
+            CONTACT_WEIGHT * np.maximum(PUSH_MARGIN - curve.push, 0) / SEARCH_UNIT
+            if pushing
+            else np.empty(0)
+        )
         return np.append(weights * _misses(curve, target), pull)
 
     def slopes(z: Array) -> Array:
@@ -304,7 +359,11 @@ def fit_from_starts(
         rows = weights[:, None] * _slopes(curve, target)
         if not pushing:
             return rows
-        pull = -CONTACT_WEIGHT * np.where((curve.push < PUSH_MARGIN)[:, None], curve.push_slopes, 0) / SEARCH_UNIT
+        pull = (
+            -CONTACT_WEIGHT
+            * np.where((curve.push < PUSH_MARGIN)[:, None], curve.push_slopes, 0)
+            / SEARCH_UNIT
+        )
         return np.vstack([rows, pull])
 
     exact = {"ftol": CLOSE, "xtol": CLOSE, "gtol": CLOSE}
@@ -317,10 +376,16 @@ def fit_from_starts(
 
 
 def fit_nearest(fit: ForceFit, pushing: bool) -> ForceFit:
-    """Return the fit nearest to the file's values that a search from a fit reaches; that one if the target is lost."""
+    """Return the fit nearest to the file's values that a search from a fit reaches; that one if the
+    target is lost.
+    """
     force, target, reference = fit.force, fit.target, fit.force.file_point()
     constraints = [
-        {"type": "eq", "fun": lambda z: _misses(force(z), target), "jac": lambda z: _slopes(force(z), target)}
+        {
+            "type": "eq",
+            "fun": lambda z: _misses(force(z), target),
+            "jac": lambda z: _slopes(force(z), target),
+        }
     ]
     if pushing:
         stride = slice(None, None, CONTACT_STRIDE)

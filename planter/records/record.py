@@ -1,4 +1,6 @@
-"""Results as records: attributes are the keys of the JSON, shown in notebooks as HTML and as tables of pandas."""
+"""Results as records: attributes are the keys of the JSON, shown in notebooks as HTML and as tables
+of pandas.
+"""
 
 from __future__ import annotations
 
@@ -18,16 +20,22 @@ if TYPE_CHECKING:
 
 
 def build_frame(rows: Sequence[Mapping[str, Any]] | Mapping[str, Any]) -> DataFrame:
-    """Return a table of pandas from rows, or from columns by name. Raises InputError if pandas is not installed."""
+    """Return a table of pandas from rows, or from columns by name.
+
+    Raises InputError if pandas is not installed.
+    """
     try:
         pandas = import_module("pandas")
     except ImportError:
-        raise InputError("to_frame needs pandas, which is not installed: pip install 'planter[notebook]'") from None
+        raise InputError(
+            "to_frame needs pandas, which is not installed: pip install 'planter[notebook]'"
+        ) from None
     return pandas.DataFrame(rows)
 
 
 def select_rows(title: str, table: Mapping[str, Any], name: str | None) -> DataFrame:
-    """Return the rows at a key of a result, by default the first rows, with groups within a row flattened.
+    """Return the rows at a key of a result, by default the first rows, with groups within a row
+    flattened.
 
     Raises InputError if the key has no rows.
     """
@@ -63,7 +71,9 @@ def _lists(table: Mapping[str, Any]) -> Iterator[tuple[str, list[Mapping[str, An
 
 def is_rows(value: object) -> bool:
     """Return whether a value is a list of tables, and not empty."""
-    return isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)
+    return (
+        isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)
+    )
 
 
 MOST_ROWS = 8
@@ -75,10 +85,17 @@ def format_record(title: str, table: Mapping[str, Any]) -> str:
     entries = dict(flatten(table))
     lists = {key: value for key, value in entries.items() if is_rows(value)}
     single = [(key, value) for key, value in entries.items() if key not in lists]
-    return "\n".join([format_table(title, ("", "value"), single), *(_rows(key, rows) for key, rows in lists.items())])
+    return "\n".join(
+        [
+            format_table(title, ("", "value"), single),
+            *(_rows(key, rows) for key, rows in lists.items()),
+        ]
+    )
 
 
-def format_table(title: str, head: Sequence[str], rows: Iterable[Sequence[object]], figure: str = "") -> str:
+def format_table(
+    title: str, head: Sequence[str], rows: Iterable[Sequence[object]], figure: str = ""
+) -> str:
     """Return an HTML table with a caption, and the SVG text of a figure below it."""
     top = "".join(f"<th>{_text(name)}</th>" for name in head)
     body = "".join(f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows)
@@ -96,7 +113,8 @@ def _rows(key: str, rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _text(value: object) -> str:
-    """Return a value as text of a page: numbers to six digits, nothing hidden, nothing that is markup.
+    """Return a value as text of a page: numbers to six digits, nothing hidden, nothing that is
+    markup.
 
     >>> _text(211.3237944), _text([1.0, 2.5]), _text("<b>")
     ('211.324', '1, 2.5', '&lt;b&gt;')
@@ -116,19 +134,29 @@ def _text(value: object) -> str:
 class Record:
     """A result, or a part of one.
 
-    A field with the default None is an optional key, left out if it is None. Any other None is null.
+    A field with the default None is an optional key, left out if it is None. Any other None is
+    null.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = {"extra": "forbid"}
 
     def table(self) -> dict[str, Any]:
-        """Return the record as in its JSON: dicts, lists, texts, numbers in the units of their keys."""
+        """Return the record as in its JSON: dicts, lists, texts, numbers in the units of their
+        keys.
+        """
         values = ((field, getattr(self, field.name)) for field in fields(self))
-        return {field.name: _plain(value) for field, value in values if field.default is MISSING or value is not None}
+        return {
+            field.name: _plain(value)
+            for field, value in values
+            if field.default is MISSING or value is not None
+        }
 
     @classmethod
     def read(cls, table: Mapping[str, Any]) -> Self:
-        """Build a record from its `table` or its JSON. Raises ValueError for other keys or types."""
+        """Build a record from its `table` or its JSON.
+
+        Raises ValueError for other keys or types.
+        """
         from pydantic import TypeAdapter
 
         return TypeAdapter(cls).validate_python(table)
@@ -136,8 +164,8 @@ class Record:
     def to_frame(self, rows: str | None = None) -> DataFrame:
         """Return a list of this record as a table of pandas, columns in the units of their names.
 
-        `rows` is the key of the list, by default the first list of rows. Raises InputError if there is no such list, or
-        if pandas is not installed (`pip install planter[notebook]`).
+        `rows` is the key of the list, by default the first list of rows. Raises InputError if there
+        is no such list, or if pandas is not installed (`pip install planter[notebook]`).
         """
         return select_rows(type(self).__name__, self.table(), rows)
 
@@ -148,9 +176,11 @@ class Record:
 
 
 class WarningRecord(Record):
-    """A warning: its name, the angle [deg] at which its cause begins or is worst, if it has one, and its message.
+    """A warning: its name, the angle [deg] at which its cause begins or is worst, if it has one,
+    and its message.
 
-    Each kind of machine declares the fields, because each has its own key for the angle, between name and message.
+    Each kind of machine declares the fields, because each has its own key for the angle, between
+    name and message.
     """
 
     name: str

@@ -14,7 +14,9 @@ from planter import plugins
 
 
 class _Keys(GenerateJsonSchema):
-    """Generator of schemas in which optional keys are never null, as in `Record`, and keys have no titles."""
+    """Generator of schemas in which optional keys are never null, as in `Record`, and keys have no
+    titles.
+    """
 
     def field_title_should_be_set(self, schema: object) -> bool:
         return False
@@ -26,13 +28,21 @@ class _Keys(GenerateJsonSchema):
 
 def load_result_types() -> dict[str, Any]:
     """Return the record, or union of records, of each command of all packages, by name."""
-    return {name: kind for package in plugins.load_modules("results") for name, kind in package.COMMANDS.items()}
+    return {
+        name: kind
+        for package in plugins.load_modules("results")
+        for name, kind in package.COMMANDS.items()
+    }
 
 
 def build_schema(command: str, kind: Any) -> Mapping[str, Any]:
     """Return the JSON schema (2020-12) of the result of a command."""
     generated = TypeAdapter(kind).json_schema(mode="serialization", schema_generator=_Keys)
-    return {"$schema": GenerateJsonSchema.schema_dialect, **generated, "title": f"planter {command} --json"}
+    return {
+        "$schema": GenerateJsonSchema.schema_dialect,
+        **generated,
+        "title": f"planter {command} --json",
+    }
 
 
 def format_schema(command: str, kind: Any) -> str:

@@ -25,26 +25,36 @@ class RenderedFigure:
     pdf: bytes
 
 
-def render_figures(figures: Mapping[str, Figure], progress: Listener | None = None) -> dict[str, RenderedFigure]:
-    """Render figures by name as SVG, PNG and PDF, and report the number of rendered figures to `progress`."""
+def render_figures(
+    figures: Mapping[str, Figure], progress: Listener | None = None
+) -> dict[str, RenderedFigure]:
+    """Render figures by name as SVG, PNG and PDF, and report the number of rendered figures to
+    `progress`.
+    """
     rendered, phase = {}, ProgressPhase("drawing", "figure", len(figures), progress)
     for name, figure in figures.items():
-        rendered[name] = RenderedFigure(style.render_svg(figure), style.render_png(figure), style.render_pdf(figure))
+        rendered[name] = RenderedFigure(
+            style.render_svg(figure), style.render_png(figure), style.render_pdf(figure)
+        )
         phase.advance(name)
     return rendered
 
 
 @renews_files
-def write_bundle(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, RenderedFigure]) -> None:
+def write_bundle(
+    out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, RenderedFigure]
+) -> None:
     """Write texts by file name, and figures into the folder `figures`.
 
-    Raises InputError, naming the path, before any file is written if the folder cannot be written or if it has a file
-    of one of these names that planter did not write.
+    Raises InputError, naming the path, before any file is written if the folder cannot be written
+    or if it has a file of one of these names that planter did not write.
     """
     contents: dict[str, str | bytes] = {}
     for name, figure in figures.items():
         stem, count = file_name(name), 1
-        while f"figures/{stem}.svg" in contents:  # names that differ only in characters which file names cannot have
+        while (
+            f"figures/{stem}.svg" in contents
+        ):  # names that differ only in characters which file names cannot have
             count += 1
             stem = f"{file_name(name)}-{count}"
         kinds: dict[str, str | bytes] = {"svg": figure.svg, "png": figure.png, "pdf": figure.pdf}

@@ -1,4 +1,7 @@
-"""Result files: CSV and JSON without rounding, with their provenance. A file is replaced at once, never in part."""
+"""Result files: CSV and JSON without rounding, with their provenance.
+
+A file is replaced at once, never in part.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,8 @@ if TYPE_CHECKING:
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a result file, and enter it in the manifest of its folder.
 
-    Raises InputError, naming the path, if it cannot be written or would replace a file that planter did not write.
+    Raises InputError, naming the path, if it cannot be written or would replace a file that planter
+    did not write.
     """
     folder.write_file(path, content)
 
@@ -58,30 +62,40 @@ def _encoded(content: str) -> bytes:
     return content.encode("utf-8", "backslashreplace")
 
 
-def write_cycle_csv(path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> None:
+def write_cycle_csv(
+    path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]
+) -> None:
     """Write the table of `cycle_csv`.
 
-    Raises ComputationError, naming the path, as `cycle_csv` does, and InputError if the file cannot be written.
+    Raises ComputationError, naming the path, as `cycle_csv` does, and InputError if the file cannot
+    be written.
     """
     write_text(path, cycle_csv(str(path), comments, columns))
 
 
-def cycle_csv(name: str, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> str:
+def cycle_csv(
+    name: str, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]
+) -> str:
     """Return columns (n,) by name as CSV text, after comment lines that start with `#`.
 
     Numbers are the shortest text that reads back to the same bits.
 
-    Raises ComputationError, naming the file `name`, if columns differ in length or a value is not finite.
+    Raises ComputationError, naming the file `name`, if columns differ in length or a value is not
+    finite.
     """
     arrays = {column: np.asarray(values, dtype=float) for column, values in columns.items()}
     _check_columns(name, arrays)
-    return csv_rows.format_csv(comments, arrays, zip(*(array.tolist() for array in arrays.values()), strict=True))
+    return csv_rows.format_csv(
+        comments, arrays, zip(*(array.tolist() for array in arrays.values()), strict=True)
+    )
 
 
 def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
     shapes = {name: array.shape for name, array in arrays.items()}
     if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
-        raise ComputationError(f"{path}: the columns must be lists of equal length; their shapes are {shapes}")
+        raise ComputationError(
+            f"{path}: the columns must be lists of equal length; their shapes are {shapes}"
+        )
     for name, array in arrays.items():
         if not np.isfinite(array).all():
             row = int(np.argmin(np.isfinite(array)))
@@ -97,14 +111,17 @@ def read_cycle_csv(path: Path) -> tuple[list[str], dict[str, Array]]:
     lines = text.read_text(path, LARGEST_CYCLE).splitlines()
     comments = [line.removeprefix("#").strip() for line in lines if line.startswith("#")]
     header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
-    values = np.array([[float(value) for value in row] for row in rows]).reshape(len(rows), len(header))
+    values = np.array([[float(value) for value in row] for row in rows]).reshape(
+        len(rows), len(header)
+    )
     return comments, dict(zip(header, values.T, strict=True))
 
 
 def write_summary(path: Path, summary: Mapping[str, Any]) -> None:
     """Write a summary as JSON without rounding.
 
-    Raises ComputationError, naming the key, if a number is not finite, and InputError if the file cannot be written.
+    Raises ComputationError, naming the key, if a number is not finite, and InputError if the file
+    cannot be written.
     """
     write_text(path, summary_text(summary))
 
@@ -117,7 +134,9 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     plain = _plain(summary)
     for key, value in paths.walk_paths(plain):
         if isinstance(value, float) and not math.isfinite(value):
-            raise ComputationError(f"the result {key} = {value} is not finite, so no summary is written")
+            raise ComputationError(
+                f"the result {key} = {value} is not finite, so no summary is written"
+            )
     return json.dumps(plain, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -135,7 +154,8 @@ def _plain(value: Any) -> Any:
 def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
     """Return what a run can be repeated from: versions, the machine, and a hash of its values.
 
-    The hash covers the values, including those set on the command line, but not the layout or path of the file.
+    The hash covers the values, including those set on the command line, but not the layout or path
+    of the file.
     """
     content = json.dumps(machine.table(), sort_keys=True, allow_nan=False).encode("utf-8")
     record: dict[str, Any] = {
@@ -151,17 +171,25 @@ def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any
 
 
 def write_unfinished(out: Path, machine: Document, table: Mapping[str, Any]) -> None:
-    """Write what a command has computed of a machine so far to summary.json, which says that it is not finished."""
+    """Write what a command has computed of a machine so far to summary.json, which says that it is
+    not finished.
+    """
     basis = {"input": machine.table(), "provenance": list_provenance(machine)}
     write_summary(output_folder(out) / "summary.json", {**table, "finished": False, **basis})
 
 
-def list_comments(machine: Document, kind: str, more: Iterable[str] = (), seed: int | None = None) -> Iterator[str]:
-    """Yield the header lines of a CSV: the machine, named by its kind, the lines `more`, and the provenance."""
+def list_comments(
+    machine: Document, kind: str, more: Iterable[str] = (), seed: int | None = None
+) -> Iterator[str]:
+    """Yield the header lines of a CSV: the machine, named by its kind, the lines `more`, and the
+    provenance.
+    """
     yield f"{kind}: {machine.name} ({machine.description})"
     yield from more
     record = list_provenance(machine, seed)
-    yield "versions: " + ", ".join(f"{name} {record[name]}" for name in ("planter", "casadi", "numpy", "python"))
+    yield "versions: " + ", ".join(
+        f"{name} {record[name]}" for name in ("planter", "casadi", "numpy", "python")
+    )
     yield f"machine_sha256: {record['machine_sha256']}"
     if machine.changed:
         yield "set on the command line: " + ", ".join(machine.changed)

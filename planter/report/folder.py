@@ -1,7 +1,7 @@
 """The output folder of a command: files that are replaced at once, and a manifest of them.
 
-The next command removes files of the manifest that it does not write itself, so that no figure of an earlier machine
-remains.
+The next command removes files of the manifest that it does not write itself, so that no figure of
+an earlier machine remains.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from planter.errors import InputError
 from planter.files import text
 
 LOCK_NAME = ".planter.lock"
-"""The locked file, which contains the number of the owning process; it is removed when the lock is released."""
+"""The locked file, which contains the number of the owning process; it is removed when the lock is
+released.
+"""
 _TAKEN = {errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK}
 _UNSUPPORTED = {errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOLCK}
 
@@ -51,17 +53,20 @@ else:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def _release(path: Path, file: int) -> None:
-        with suppress(OSError):  # name first, lock second: a process that has opened the file sees its removal
+        with suppress(
+            OSError
+        ):  # name first, lock second: a process that has opened the file sees its removal
             path.unlink()
         os.close(file)
 
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Lock a folder, within the context, against other processes and other threads; the lock ends with its process.
+    """Lock a folder, within the context, against other processes and other threads; the lock ends
+    with its process.
 
-    A warning is issued if the file system has no locks. Raises InputError, naming folder and process, if the folder is
-    locked, and OSError if the lock file cannot be created.
+    A warning is issued if the file system has no locks. Raises InputError, naming folder and
+    process, if the folder is locked, and OSError if the lock file cannot be created.
     """
     path = folder / LOCK_NAME
     file = _open_locked(path)
@@ -75,7 +80,9 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def _open_locked(path: Path) -> int:
-    """Return a descriptor of the locked file; a file that its last owner has just removed is created again."""
+    """Return a descriptor of the locked file; a file that its last owner has just removed is
+    created again.
+    """
     while True:
         file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         try:
@@ -104,10 +111,14 @@ def _take(path: Path, file: int) -> None:
         raise InputError(f"{path.parent}: {process} is writing into this folder; {allowed}")
     if content and not content.isdigit():
         raise InputError(
-            f"{path}: planter did not write this file and does not overwrite it; remove it, or choose another --out"
+            f"{path}: planter did not write this file and does not overwrite it; remove it, or "
+            f"choose another --out"
         )
     if error_number in _UNSUPPORTED:
-        warning = f"{path.parent}: this file system has no locks; run one command at a time on this folder"
+        warning = (
+            f"{path.parent}: this file system has no locks; run one command at a time on "
+            f"this folder"
+        )
         warnings.warn(warning, RuntimeWarning, stacklevel=2)
 
 
@@ -138,8 +149,9 @@ def output_folder(path: str | Path) -> Path:
 def write_file(path: Path, content: bytes) -> None:
     """Write a file and enter it in the manifest of its folder.
 
-    Readers see the old content or the new, never a part. Raises InputError, naming the path, if it cannot be written,
-    and as `check_files` does if it would replace a file that planter did not write.
+    Readers see the old content or the new, never a part. Raises InputError, naming the path, if it
+    cannot be written, and as `check_files` does if it would replace a file that planter did not
+    write.
     """
     with replace_file(path) as part:
         part.write_bytes(content)
@@ -185,7 +197,8 @@ def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
 
 
 def check_files(folder: str | Path, names: Iterable[str]) -> None:
-    """Raise InputError for the first of some files that planter did not write, or that was edited since.
+    """Raise InputError for the first of some files that planter did not write, or that was edited
+    since.
 
     No file is refused within `allow_overwriting(True)`.
     """
@@ -213,18 +226,23 @@ _OVERWRITING: ContextVar[bool] = ContextVar("overwriting", default=False)
 
 
 def _check(path: Path, manifest: Manifest, content: str | None = None) -> None:
-    """Raise InputError if planter did not write the file and its content differs from the hash `content`."""
+    """Raise InputError if planter did not write the file and its content differs from the hash
+    `content`.
+    """
     if not os.path.lexists(path) or _OVERWRITING.get() or _is_as_written(path, content):
         return
     if not (manifest.wrote(path) or Manifest(path.parent).wrote(path)):
         raise InputError(
-            f"{path}: planter did not write this file, or it was edited since, and it is not overwritten; rename it, "
+            f"{path}: planter did not write this file, or it was edited since, and it is not "
+            f"overwritten; rename it, "
             "choose another --out, or add --overwrite"
         )
 
 
 def _manifest(path: Path) -> Manifest:
-    """Return the manifest of a file: that of the folder being renewed, or else that of its parent folder."""
+    """Return the manifest of a file: that of the folder being renewed, or else that of its parent
+    folder.
+    """
     manifest = _OPEN.get()
     return manifest if manifest is not None and manifest.holds(path) else Manifest(path.parent)
 
@@ -235,11 +253,13 @@ def _enter(path: Path, content: str) -> None:
 
 
 class Manifest:
-    """The files in a folder that planter wrote, each with a hash of its content; `old` files are removed at the end.
+    """The files in a folder that planter wrote, each with a hash of its content; `old` files are
+    removed at the end.
 
-    A file that was edited since, that this process has read, or that a link leads to is never removed. `independent`
-    are files of commands that write single files; no other command removes them. `earlier` are hashes of the previous
-    contents: a manifest is saved before its file, so that a kill between the two leaves no unlisted file.
+    A file that was edited since, that this process has read, or that a link leads to is never
+    removed. `independent` are files of commands that write single files; no other command removes
+    them. `earlier` are hashes of the previous contents: a manifest is saved before its file, so
+    that a kill between the two leaves no unlisted file.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -255,7 +275,9 @@ class Manifest:
         """Whether planter wrote a file as it is."""
         name = path.relative_to(self._folder).as_posix()
         hashes = (part.get(name) for part in (self.new, self.old, self.independent, self.earlier))
-        return _lies_inside(self._folder, name) and any(_is_as_written(path, content) for content in hashes)
+        return _lies_inside(self._folder, name) and any(
+            _is_as_written(path, content) for content in hashes
+        )
 
     def enter(self, path: Path, content: str, independent: bool) -> None:
         """Enter a file that is about to be written, with the hash of its content."""
@@ -279,7 +301,9 @@ class Manifest:
             self.new[name] = self.old.pop(name)
 
     def clear(self) -> None:
-        """Remove files that earlier commands wrote and this one did not, and folders that become empty."""
+        """Remove files that earlier commands wrote and this one did not, and folders that become
+        empty.
+        """
         for name, content in self.old.items():
             path = self._folder / name
             if _is_as_written(path, content) and not text.was_read(path):
@@ -290,8 +314,16 @@ class Manifest:
         self._save()
 
     def _save(self) -> None:
-        parts = {"files": self.old | self.new, "independent": self.independent, "earlier": self.earlier}
-        listed = {part: dict(sorted(rows.items())) for part, rows in parts.items() if rows or part == "files"}
+        parts = {
+            "files": self.old | self.new,
+            "independent": self.independent,
+            "earlier": self.earlier,
+        }
+        listed = {
+            part: dict(sorted(rows.items()))
+            for part, rows in parts.items()
+            if rows or part == "files"
+        }
         with _replacing(self._folder / NAME) as part:
             part.write_bytes((json.dumps(listed, indent=1) + "\n").encode())
 
@@ -303,8 +335,9 @@ _OPEN: ContextVar[Manifest | None] = ContextVar("open manifest", default=None)
 def renew_files(out: str | Path | None) -> Iterator[None]:
     """Replace, within the context, the files that earlier commands wrote into a folder.
 
-    They are removed at the end; after an error they remain until the next command. Nothing is replaced if `out` is
-    None, and an inner context leaves the removal to the outer. Raises InputError if another process is writing there.
+    They are removed at the end; after an error they remain until the next command. Nothing is
+    replaced if `out` is None, and an inner context leaves the removal to the outer. Raises
+    InputError if another process is writing there.
     """
     if out is None or _OPEN.get() is not None:
         yield
@@ -330,7 +363,9 @@ def _owning(folder: Path) -> Iterator[Path]:
 
 
 def renews_files(write: Callable[P, T]) -> Callable[P, T]:
-    """Decorate a function that writes the result of a command into the folder of its first argument."""
+    """Decorate a function that writes the result of a command into the folder of its first
+    argument.
+    """
 
     @wraps(write)
     def renewed(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -343,28 +378,37 @@ def renews_files(write: Callable[P, T]) -> Callable[P, T]:
 
 
 def keep_file(path: Path) -> None:
-    """Keep a file of an earlier command in a folder that is being renewed, because this command continues it."""
+    """Keep a file of an earlier command in a folder that is being renewed, because this command
+    continues it.
+    """
     manifest = _OPEN.get()
     if manifest is not None and manifest.holds(path):
         manifest.keep(path)
 
 
 def _listed(folder: Path) -> list[dict[str, str]]:
-    """Return names and hashes of each part of a manifest, without invalid parts and files outside the folder."""
+    """Return names and hashes of each part of a manifest, without invalid parts and files outside
+    the folder.
+    """
     try:
         table = text.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)
         parts = [table["files"], table.get("independent", {}), table.get("earlier", {})]
         rows = [{str(name): str(content) for name, content in part.items()} for part in parts]
     except (InputError, KeyError, AttributeError):
         return [{}, {}, {}]
-    return [{name: content for name, content in part.items() if _lies_inside(folder, name)} for part in rows]
+    return [
+        {name: content for name, content in part.items() if _lies_inside(folder, name)}
+        for part in rows
+    ]
 
 
 def _lies_inside(folder: Path, name: str) -> bool:
     parts = PurePosixPath(name).parts
     if not parts or ".." in parts or PurePosixPath(name).is_absolute() or "\0" in name:
         return False
-    return not any((folder / Path(*parts[:count])).is_symlink() for count in range(1, len(parts) + 1))
+    return not any(
+        (folder / Path(*parts[:count])).is_symlink() for count in range(1, len(parts) + 1)
+    )
 
 
 def _drop_empty(inner: Path, folder: Path) -> None:

@@ -1,8 +1,8 @@
 """A self-contained HTML page: sections of text, keys, tables and figures in one file.
 
-A page opens with a conclusion, key figures and a picture. It loads no external resources, and every text is escaped.
-Its content security policy allows at most one script, by its hash. It follows the reader's light or dark setting, and
-is printed in light colours on A4.
+A page opens with a conclusion, key figures and a picture. It loads no external resources, and every
+text is escaped. Its content security policy allows at most one script, by its hash. It follows the
+reader's light or dark setting, and is printed in light colours on A4.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from planter.report import style
 MANY_COLUMNS = 7
 """Columns from which on a table is printed in smaller type."""
 SHORT, LONG = 10, 24
-"""Characters up to which a text stays on one line, and from which on it has a column of some width."""
+"""Characters up to which a text stays on one line, and from which on it has a column of some
+width.
+"""
 CLASS_NUMBER = ' class="number"'
 Cell = str | int | float | bool | None
 """A value in a table; None is displayed as a dash."""
@@ -50,7 +52,9 @@ class Block(Protocol):
 
 @runtime_checkable
 class Scripted(Block, Protocol):
-    """A part with CSS `style`, animated by an ES module `script`, which may be empty; without it the part is static."""
+    """A part with CSS `style`, animated by an ES module `script`, which may be empty; without it
+    the part is static.
+    """
 
     @property
     def script(self) -> str: ...
@@ -135,7 +139,11 @@ class Items:
 
     def html(self, name: str) -> str:
         attribute = f' class="{escape_markup(self.kind)}"' if self.kind else ""
-        return _lines(f"<ul{attribute}>", *(f"<li>{typeset_numbers(item)}</li>" for item in self.items), "</ul>")
+        return _lines(
+            f"<ul{attribute}>",
+            *(f"<li>{typeset_numbers(item)}</li>" for item in self.items),
+            "</ul>",
+        )
 
 
 @dataclass(frozen=True)
@@ -146,7 +154,8 @@ class Keys:
 
     def html(self, name: str) -> str:
         rows = (
-            f"<div><dt>{typeset_label(key)}</dt><dd>{cell_text(value)}</dd></div>" for key, value in self.pairs.items()
+            f"<div><dt>{typeset_label(key)}</dt><dd>{cell_text(value)}</dd></div>"
+            for key, value in self.pairs.items()
         )
         return _lines("<dl>", *rows, "</dl>")
 
@@ -171,18 +180,26 @@ class Table:
             if self.rows and all(is_number(row[index]) or row[index] is None for row in self.rows)
         }
         head = "".join(
-            f'<th scope="col"{CLASS_NUMBER if index in numbers else ""}>{typeset_label(column)}</th>'
+            f"<th "
+            f'scope="col"{CLASS_NUMBER if index in numbers else ""}>{typeset_label(column)}</th>'
             if column
             else "<td></td>"
             for index, column in enumerate(self.head)
         )
         unit_columns = {index for index, column in enumerate(self.head) if column == "unit"}
         cells = (
-            [units.typeset_unit(value) if index in unit_columns and isinstance(value, str) else value
-             for index, value in enumerate(row)]
+            [
+                units.typeset_unit(value)
+                if index in unit_columns and isinstance(value, str)
+                else value
+                for index, value in enumerate(row)
+            ]
             for row in self.rows
-        )  # fmt: skip
-        body = (f"<tr>{''.join(_cell(i, value, i in numbers) for i, value in enumerate(row))}</tr>" for row in cells)
+        )
+        body = (
+            f"<tr>{''.join(_cell(i, value, i in numbers) for i, value in enumerate(row))}</tr>"
+            for row in cells
+        )
         kind = ' class="many"' if len(self.head) > MANY_COLUMNS else ""
         opened, closed = f'<div class="wide" tabindex="0"><table{kind}>', "</tbody></table></div>"
         return _lines(opened, caption, f"<thead><tr>{head}</tr></thead>", "<tbody>", *body, closed)
@@ -190,15 +207,21 @@ class Table:
 
 @dataclass(frozen=True)
 class FigureSvg:
-    """A drawing, as the SVG text of `style.render_svg`, its caption, and its name for readers who cannot see it."""
+    """A drawing, as the SVG text of `style.render_svg`, its caption, and its name for readers who
+    cannot see it.
+    """
 
     svg: str
     caption: str = ""
     name: str = ""
 
     def html(self, name: str) -> str:
-        caption = f"<figcaption>{typeset_numbers(self.caption)}</figcaption>" if self.caption else ""
-        return _lines("<figure>", inline_svg(self.svg, name, self.caption or self.name), caption, "</figure>")
+        caption = (
+            f"<figcaption>{typeset_numbers(self.caption)}</figcaption>" if self.caption else ""
+        )
+        return _lines(
+            "<figure>", inline_svg(self.svg, name, self.caption or self.name), caption, "</figure>"
+        )
 
 
 @dataclass(frozen=True)
@@ -210,7 +233,11 @@ class Folded:
 
     def html(self, name: str) -> str:
         parts = (block.html(f"{name}-{i}") for i, block in enumerate(self.blocks))
-        return _lines(f'<details open="open"><summary>{escape_markup(self.title)}</summary>', *parts, "</details>")
+        return _lines(
+            f'<details open="open"><summary>{escape_markup(self.title)}</summary>',
+            *parts,
+            "</details>",
+        )
 
 
 def escape_markup(text: str) -> str:
@@ -236,24 +263,31 @@ def cell_text(value: Cell) -> str:
 
 
 def typeset_label(label: str) -> str:
-    """Return a label as escaped text, with the unit behind its last stroke, if it has one, as `typeset_unit` does."""
+    """Return a label as escaped text, with the unit behind its last stroke, if it has one, as
+    `typeset_unit` does.
+    """
     return escape_markup(units.typeset_label(label))
 
 
 def typeset_numbers(text: str) -> str:
-    r"""Return a text as escaped text whose negative numbers have a minus sign, and angles the sign of degrees.
+    r"""Return a text as escaped text whose negative numbers have a minus sign, and angles the sign
+    of degrees.
 
     >>> [typeset_numbers(text).count("\N{MINUS SIGN}") for text in ("between -3.2 and 1e-06", "x-2 in 2026-11")]
     [2, 0]
     >>> typeset_numbers("at 12.5 deg of 360 deg, 5 deg/s, from 5 deg.csv")
     'at 12.5° of 360°, 5 deg/s, from 5 deg.csv'
     """
-    minus = re.sub(r"(?:(?<![\w.\])-])|(?<=\de))-(?=\.?\d)", "\N{MINUS SIGN}", units.typeset_degrees(text))
+    minus = re.sub(
+        r"(?:(?<![\w.\])-])|(?<=\de))-(?=\.?\d)", "\N{MINUS SIGN}", units.typeset_degrees(text)
+    )
     return escape_markup(minus)
 
 
 def inline_svg(svg: str, name: str, label: str = "") -> str:
-    """Return SVG text as a part of a page: without prologue and size, with ids prefixed by `name`."""
+    """Return SVG text as a part of a page: without prologue and size, with ids prefixed by
+    `name`.
+    """
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
     for pattern in (r'(\bid=")', r'(href="#)', r"(url\(#)"):
@@ -264,15 +298,23 @@ def inline_svg(svg: str, name: str, label: str = "") -> str:
 
 
 def render_page(
-    title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "", lead: Sequence[Block] = ()
+    title: str,
+    sections: Sequence[Section],
+    subtitle: str = "",
+    extra_style: str = "",
+    lead: Sequence[Block] = (),
 ) -> str:
-    """Return the page as text; `lead` are the blocks that it opens with, `extra_style` is additional CSS."""
+    """Return the page as text; `lead` are the blocks that it opens with, `extra_style` is
+    additional CSS.
+    """
     blocks = [*lead, *(block for section in sections for block in section.blocks)]
     moving = [block for block in blocks if isinstance(block, Scripted)]
     parts = [block.html(f"lead-{number}") for number, block in enumerate(lead, 1)]
     script = "".join(dict.fromkeys(block.script for block in moving))
     bodies = [_section(i, section) for i, section in enumerate(sections, 1)]
-    links = (f'<li><a href="#s{i}">{escape_markup(s.title)}</a></li>' for i, s in enumerate(sections, 1))
+    links = (
+        f'<li><a href="#s{i}">{escape_markup(s.title)}</a></li>' for i, s in enumerate(sections, 1)
+    )
     return _PAGE.substitute(
         title=escape_markup(title),
         subtitle=escape_markup(subtitle),
@@ -282,13 +324,16 @@ def render_page(
         style=Template(_STYLE).substitute(shades=_DARK_RULES)
         + "".join(dict.fromkeys(block.style for block in moving))
         + extra_style,
-        policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {policy_source(script)}",
+        policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src "
+        f"{policy_source(script)}",
         script=f'<script type="module">{script}</script>' if script else "",
     )
 
 
 def policy_source(text: str) -> str:
-    """Return the source of a content security policy for a script or style: its hash, or `none` if it is empty."""
+    """Return the source of a content security policy for a script or style: its hash, or `none` if
+    it is empty.
+    """
     if not text:
         return "'none'"
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
@@ -296,7 +341,12 @@ def policy_source(text: str) -> str:
 
 def _section(number: int, section: Section) -> str:
     parts = (block.html(f"s{number}-{i}") for i, block in enumerate(section.blocks, 1))
-    return _lines(f'<section id="s{number}">', f"<h2>{escape_markup(section.title)}</h2>", *parts, "</section>")
+    return _lines(
+        f'<section id="s{number}">',
+        f"<h2>{escape_markup(section.title)}</h2>",
+        *parts,
+        "</section>",
+    )
 
 
 def _cell(index: int, value: Cell, in_numbers: bool) -> str:
@@ -304,7 +354,11 @@ def _cell(index: int, value: Cell, in_numbers: bool) -> str:
         return f"<td{CLASS_NUMBER}>{cell_text(value)}</td>"
     length = len(re.sub(r"<[^>]*>", "", cell_text(value)))
     kind = ' class="short"' if length <= SHORT else ' class="long"' if length >= LONG else ""
-    return f"<td{kind}>{cell_text(value)}</td>" if index else f'<th scope="row"{kind}>{cell_text(value)}</th>'
+    return (
+        f"<td{kind}>{cell_text(value)}</td>"
+        if index
+        else f'<th scope="row"{kind}>{cell_text(value)}</th>'
+    )
 
 
 def is_number(value: Cell) -> TypeGuard[int | float]:
@@ -318,10 +372,16 @@ def _lines(*parts: str) -> str:
 
 _DARK_RULES = "\n  ".join(
     f'svg [style*="{part}: {shade}"] {{ {part}: {dark} !important; }}'
-    for shade, dark in {style.INK: "var(--ink)", style.PAPER: "var(--paper)", **style.DARK_SHADES}.items()
+    for shade, dark in {
+        style.INK: "var(--ink)",
+        style.PAPER: "var(--paper)",
+        **style.DARK_SHADES,
+    }.items()
     for part in ("fill", "stroke")
 )
-"""Figures are drawn in ink on paper; on a dark screen these two colours are exchanged, and others are lighter."""
+"""Figures are drawn in ink on paper; on a dark screen these two colours are exchanged, and others
+are lighter.
+"""
 _STYLE = """\
 :root { color-scheme: light dark; --canvas: #eef1f4; --paper: #fefefe; --sunk: #f6f8fa; --ink: #141c26; --soft: #4c5766;
   --rule: #d8dee6; --edge: #78838f; --a: #0b5cad; --good: #0a6640; --good-paper: #e4f4ec; --warn: #775200;

@@ -52,7 +52,8 @@ def format_name(key: str) -> str:
 
 
 def label_axis(path: str, meanings: Mapping[str, str], width: int = 30) -> str:
-    """Return the label of an axis for a number or a result: its meaning, or the words of its key, with its unit.
+    """Return the label of an axis for a number or a result: its meaning, or the words of its key,
+    with its unit.
 
     Lines of a meaning have at most `width` characters.
 
@@ -91,12 +92,17 @@ def _clean_cell(value: Any) -> Cell:
 
 
 def list_values(values: Mapping[str, Any]) -> Keys:
-    """Return the single values of a result under their labels, those of a group behind its name; lists are left out."""
+    """Return the single values of a result under their labels, those of a group behind its name;
+    lists are left out.
+    """
     pairs: dict[str, Cell] = {}
     for key, value in values.items():
         if isinstance(value, Mapping):
             unit = f" / {units.display_unit(key)}" if units.display_unit(key) else ""
-            pairs |= {f"{format_name(key)}: {item}{unit}": cell for item, cell in list_values(value).pairs.items()}
+            pairs |= {
+                f"{format_name(key)}: {item}{unit}": cell
+                for item, cell in list_values(value).pairs.items()
+            }
         elif not isinstance(value, list | tuple):
             pairs[format_label(key)] = value
     return Keys(pairs)
@@ -114,7 +120,9 @@ def tabulate_named(values: Mapping[str, Any], names: Mapping[str, str], caption:
     rows = []
     for key, value in values.items():
         name, stroke, unit = names.get(key, format_name(key)).partition(" /")
-        rows.append((name, format_cell(value), unit.strip() if stroke else units.display_unit(key), key))
+        rows.append(
+            (name, format_cell(value), unit.strip() if stroke else units.display_unit(key), key)
+        )
     return Table(NAMED_HEAD, rows, caption)
 
 
@@ -135,10 +143,17 @@ def tabulate_rows(
 
 
 def tabulate_angles(rows: Sequence[Mapping[str, Any]], angle: str) -> Table:
-    """Return a table of quantities at the angles [deg] that `rows` have under the key `angle`, one column each."""
+    """Return a table of quantities at the angles [deg] that `rows` have under the key `angle`, one
+    column each.
+    """
     head = ("quantity", *(f"at {row[angle]:.6g} deg" for row in rows))
     return Table(
-        head, [(format_label(key), *(format_cell(row[key]) for row in rows)) for key in rows[0] if key != angle]
+        head,
+        [
+            (format_label(key), *(format_cell(row[key]) for row in rows))
+            for key in rows[0]
+            if key != angle
+        ],
     )
 
 

@@ -1,4 +1,6 @@
-"""How a result is presented: declared once, from which the terminal, the page and the folder of a command follow."""
+"""How a result is presented: declared once, from which the terminal, the page and the folder of a
+command follow.
+"""
 
 from __future__ import annotations
 
@@ -47,32 +49,51 @@ if TYPE_CHECKING:
 
 
 def list_proof_files(certificate: str | None) -> dict[str, str]:
-    """Return the files of a proof: its certificate, if there is one, and the program that checks it."""
+    """Return the files of a proof: its certificate, if there is one, and the program that checks
+    it.
+    """
     if certificate is None:
         return {}
     checker = "check_proof.py"
-    program = resources.files("planter.optimise.proof").joinpath(checker).read_text(encoding="utf-8")
+    program = (
+        resources.files("planter.optimise.proof").joinpath(checker).read_text(encoding="utf-8")
+    )
     return {PROOF: certificate, checker: program}
 
 
 def describe_proof(proof: Mapping[str, Any]) -> Iterator[Block]:
-    """Yield the bound on the objective of any design within the bounds, its gap to the optimum, and the method.
+    """Yield the bound on the objective of any design within the bounds, its gap to the optimum, and
+    the method.
 
     Bound and gap are dashes if the objective is not bounded.
     """
-    yield Text(f"{proof['statement'][0].upper()}{proof['statement'][1:]}.", "" if proof["proved"] else "warning")
-    yield Keys({labels.format_label(key): value for key, value in proof.items() if key not in ("statement", "design")})
+    yield Text(
+        f"{proof['statement'][0].upper()}{proof['statement'][1:]}.",
+        "" if proof["proved"] else "warning",
+    )
+    yield Keys(
+        {
+            labels.format_label(key): value
+            for key, value in proof.items()
+            if key not in ("statement", "design")
+        }
+    )
     rows = [(labels.format_label(key), value) for key, value in proof["design"].items()]
     yield Table(("quantity", "best design that is known"), rows)
     yield Text(
-        "By branch and bound on enclosures of the objective and its derivatives over boxes, in doubles whose rounding "
-        "is added to each: it rests on the arithmetic of IEEE 754, and on sines, cosines, arc tangents within 2^-49.",
+        "By branch and bound on enclosures of the objective and its derivatives over boxes, in "
+        "doubles whose rounding "
+        "is added to each: it rests on the arithmetic of IEEE 754, and on sines, cosines, arc "
+        "tangents within 2^-49.",
         "note",
     )
 
 
-def tabulate_inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[str] = ()) -> Iterator[Block]:
-    """Yield tables of every number of a file by its meaning, with unit, origin and key, without the sections `besides`.
+def tabulate_inputs(
+    machine: Document, meanings: Mapping[str, str], besides: Collection[str] = ()
+) -> Iterator[Block]:
+    """Yield tables of every number of a file by its meaning, with unit, origin and key, without the
+    sections `besides`.
 
     A number without a meaning has the words of its key.
     """
@@ -84,15 +105,22 @@ def tabulate_inputs(machine: Document, meanings: Mapping[str, str], besides: Col
             meaning = meanings.get(path) or labels.format_name(key)
             row = (meaning, value, units.display_unit(path), origins[path], key)
             by_section.setdefault(section, []).append(row)
-    yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
+    yield Text(
+        "What is not marked as the paper's was chosen by whoever wrote the machine file.", "note"
+    )
     for section, rows in by_section.items():
-        yield Folded(separate_words(section), [Table(("quantity", "value", "unit", "origin", "key"), rows)])
+        yield Folded(
+            separate_words(section), [Table(("quantity", "value", "unit", "origin", "key"), rows)]
+        )
 
 
 def provenance_section(provenance: Mapping[str, Any]) -> Section:
-    """Return versions, hash and seed, as `planter.report.files.list_provenance` returns them, as a section."""
+    """Return versions, hash and seed, as `planter.report.files.list_provenance` returns them, as a
+    section.
+    """
     return Section(
-        "Provenance", [Keys({separate_words(name): format_cell(value) for name, value in provenance.items()})]
+        "Provenance",
+        [Keys({separate_words(name): format_cell(value) for name, value in provenance.items()})],
     )
 
 
@@ -115,14 +143,23 @@ class ModelAssumptions:
     @classmethod
     def from_sidecar(cls, sidecar: Mapping[str, Any], in_summary: bool = True) -> ModelAssumptions:
         """Return the description of a generated model from its sidecar."""
-        entries = (entry for vector in sidecar["vectors"].values() for entry in vector if "shown" in entry)
+        entries = (
+            entry for vector in sidecar["vectors"].values() for entry in vector if "shown" in entry
+        )
         meanings = {entry["shown"]: entry["meaning"] for entry in entries}
-        return cls(f"{sidecar['title']} ({sidecar['source']})", sidecar["assumptions"], meanings, in_summary)
+        return cls(
+            f"{sidecar['title']} ({sidecar['source']})",
+            sidecar["assumptions"],
+            meanings,
+            in_summary,
+        )
 
 
 @dataclass(frozen=True)
 class PlacedFigure:
-    """The place, within a section of the page, of a figure by its name; other figures follow the sections."""
+    """The place, within a section of the page, of a figure by its name; other figures follow the
+    sections.
+    """
 
     figure: str
 
@@ -135,10 +172,10 @@ class PlacedFigure:
 class ResultPresentation:
     """The presentation of one result; `record` is the result as JSON.
 
-    The terminal prints title, `conclusion` (one sentence) and `sections`; the page has all parts. The functions are
-    called only if a folder is written: moving drawings, `figures` by name with their `captions`, sections behind the
-    figures (`details`), `tables` of columns (n,) by CSV file name under the header lines `comments`, and other `texts`
-    by file name.
+    The terminal prints title, `conclusion` (one sentence) and `sections`; the page has all parts.
+    The functions are called only if a folder is written: moving drawings, `figures` by name with
+    their `captions`, sections behind the figures (`details`), `tables` of columns (n,) by CSV file
+    name under the header lines `comments`, and other `texts` by file name.
     """
 
     title: str
@@ -172,7 +209,9 @@ class ResultPresentation:
         return files.list_provenance(self.document)
 
     def summary(self) -> dict[str, Any]:
-        """Return the content of summary.json: the record, what the model assumes, the input and the provenance."""
+        """Return the content of summary.json: the record, what the model assumes, the input and the
+        provenance.
+        """
         basis = describe_basis(self.model, self.document, self._provenance)
         return {**self.record.table(), **self.summary_parts, **basis}
 
@@ -180,10 +219,13 @@ class ResultPresentation:
         """Return the page as HTML text, with figures as SVG texts by name."""
         sections: list[Section] = []
         figures = {
-            name: FigureSvg(svg, self.captions.get(name, ""), separate_words(name)) for name, svg in svgs.items()
+            name: FigureSvg(svg, self.captions.get(name, ""), separate_words(name))
+            for name, svg in svgs.items()
         }
         for section in self.sections:
-            blocks = [figures.pop(b.figure) if isinstance(b, PlacedFigure) else b for b in section.blocks]
+            blocks = [
+                figures.pop(b.figure) if isinstance(b, PlacedFigure) else b for b in section.blocks
+            ]
             sections.append(Section(section.title, blocks))
         motions = list(self.motions())
         lead: list[Block] = [Conclusion(self.conclusion)] if self.conclusion else []
@@ -199,10 +241,19 @@ class ResultPresentation:
             sections.append(Section("Figures", list(figures.values())))
         sections += self.details()
         if self.model is not None:
-            sections.append(Section("Model", [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)]))
+            sections.append(
+                Section(
+                    "Model",
+                    [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)],
+                )
+            )
         if self.document is not None:
             meanings = self.meanings if self.model is None else self.model.meanings
-            sections.append(Section("Inputs", list(tabulate_inputs(self.document, meanings, self.displayed_inputs))))
+            sections.append(
+                Section(
+                    "Inputs", list(tabulate_inputs(self.document, meanings, self.displayed_inputs))
+                )
+            )
         if provenance := self._provenance:
             sections.append(provenance_section(provenance))
         if command := process.format_command():
@@ -221,7 +272,8 @@ class ResultPresentation:
         bundle.write_bundle(out, {**self._data(), "report.html": page}, images)
 
     def write_data(self, out: Path) -> None:
-        """Write summary.json, tables and texts, but neither figures nor the page, which take longer.
+        """Write summary.json, tables and texts, but neither figures nor the page, which take
+        longer.
 
         Raises InputError if the folder cannot be written.
         """
@@ -231,12 +283,17 @@ class ResultPresentation:
         comments = list(self.comments)
         return {
             "summary.json": files.summary_text(self.summary()),
-            **{name: files.cycle_csv(name, comments, columns) for name, columns in self.tables().items()},
+            **{
+                name: files.cycle_csv(name, comments, columns)
+                for name, columns in self.tables().items()
+            },
             **self.texts(),
         }
 
     def show(self, console: Console, out: Path | None = None) -> None:
-        """Write the folder if there is one, and print the result as JSON, or title, conclusion and sections."""
+        """Write the folder if there is one, and print the result as JSON, or title, conclusion and
+        sections.
+        """
         if out is not None:
             self.write(out, console.progress)
         console.result(self.record, lambda: self._print(console))
@@ -254,12 +311,18 @@ MOST_KEY_FIGURES = 3
 
 
 def find_key_figures(sections: Sequence[Section]) -> list[KeyFigure]:
-    """Return the first numbers of the lists and tables of sections: of a table, the first number of each row.
+    """Return the first numbers of the lists and tables of sections: of a table, the first number of
+    each row.
 
-    A unit in a row is that of its numbers that are no counts, so that an integer among them is passed over. Rows of
-    named values, with their keys, are named without the section.
+    A unit in a row is that of its numbers that are no counts, so that an integer among them is
+    passed over. Rows of named values, with their keys, are named without the section.
     """
-    return list(islice((figure for section in sections for figure in _list_key_figures(section)), MOST_KEY_FIGURES))
+    return list(
+        islice(
+            (figure for section in sections for figure in _list_key_figures(section)),
+            MOST_KEY_FIGURES,
+        )
+    )
 
 
 def _list_key_figures(section: Section) -> Iterator[KeyFigure]:
@@ -271,15 +334,30 @@ def _list_key_figures(section: Section) -> Iterator[KeyFigure]:
         elif isinstance(block, Table):
             for row in block.rows:
                 numbers = [k for k, value in enumerate(row) if is_number(value)]
-                unit = next((str(row[k] or "") for k, head in enumerate(block.head) if head.endswith("unit")), None)
-                sizes = [k for k in numbers if isinstance(row[k], float)] if unit and 0 not in numbers else []
+                unit = next(
+                    (
+                        str(row[k] or "")
+                        for k, head in enumerate(block.head)
+                        if head.endswith("unit")
+                    ),
+                    None,
+                )
+                sizes = (
+                    [k for k in numbers if isinstance(row[k], float)]
+                    if unit and 0 not in numbers
+                    else []
+                )
                 index = next(iter(sizes or numbers), None)
-                if index and row[0] is not None:  # rows whose first cell is a number are only counted by it
+                if (
+                    index and row[0] is not None
+                ):  # rows whose first cell is a number are only counted by it
                     name, stroke, behind = str(row[0]).rpartition(" / ")
                     head = "" if block.head[index] == "value" else block.head[index]
                     title = "" if "key" in block.head else section.title
                     words = ", ".join(filter(None, (title, name or behind, head)))
-                    yield _build_key_figure(row[index], words, behind if stroke and unit is None else unit)
+                    yield _build_key_figure(
+                        row[index], words, behind if stroke and unit is None else unit
+                    )
 
 
 def _build_key_figure(value: Cell, label: str, unit: str | None = None) -> KeyFigure:
@@ -294,7 +372,9 @@ def _build_key_figure(value: Cell, label: str, unit: str | None = None) -> KeyFi
 def describe_basis(
     model: ModelAssumptions | None, document: Document | None, provenance: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the keys of summary.json that say what a result is based on: assumptions, input, provenance."""
+    """Return the keys of summary.json that say what a result is based on: assumptions, input,
+    provenance.
+    """
     basis: dict[str, Any] = {}
     if model is not None and model.in_summary:
         basis["assumptions"] = model.assumptions
@@ -307,11 +387,18 @@ def describe_basis(
 
 def list_warning_sections(warnings: Sequence[str | WarningRecord]) -> list[Section]:
     """Return a section of warnings, or an empty list."""
-    return [Section("Warnings", [Items([str(warning) for warning in warnings], "warning")])] if warnings else []
+    return (
+        [Section("Warnings", [Items([str(warning) for warning in warnings], "warning")])]
+        if warnings
+        else []
+    )
 
 
-def describe_violations(violated: Sequence[str], count: int, kind: str, separator: str = ", ") -> str:
-    """Return the sentence on how many of `count` requirements, or whatever their `kind`, are violated, and which.
+def describe_violations(
+    violated: Sequence[str], count: int, kind: str, separator: str = ", "
+) -> str:
+    """Return the sentence on how many of `count` requirements, or whatever their `kind`, are
+    violated, and which.
 
     >>> describe_violations([], 1, "limit"), describe_violations(["F <= 3"], 2, "limit")
     ('The limit is satisfied.', '1 of 2 limits is violated: F <= 3.')
@@ -321,12 +408,17 @@ def describe_violations(violated: Sequence[str], count: int, kind: str, separato
         return f"The {kind} is violated: {names}." if violated else f"The {kind} is satisfied."
     plural = f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
     if violated:
-        return f"{len(violated)} of {count} {plural} {'is' if len(violated) == 1 else 'are'} violated: {names}."
+        return (
+            f"{len(violated)} of {count} {plural} {'is' if len(violated) == 1 else 'are'} "
+            f"violated: {names}."
+        )
     return f"All {count} {plural} are satisfied."
 
 
 def print_section(console: Console, section: Section) -> None:
-    """Print the sentences, keys and tables of a section; drawings and folded parts are left to the page."""
+    """Print the sentences, keys and tables of a section; drawings and folded parts are left to the
+    page.
+    """
     title = section.title
     for block, following in zip_longest(section.blocks, section.blocks[1:]):
         match block:
@@ -343,9 +435,13 @@ def print_section(console: Console, section: Section) -> None:
                 console.table(title, ("", "value"), list(block.pairs.items()))
                 title = ""
             case Table():
-                columns = [index for index, head in enumerate(block.head) if head not in block.page_columns]
+                columns = [
+                    index for index, head in enumerate(block.head) if head not in block.page_columns
+                ]
                 rows = [[row[index] for index in columns] for row in block.rows]
-                console.table(block.caption or title, [block.head[index] for index in columns], rows)
+                console.table(
+                    block.caption or title, [block.head[index] for index in columns], rows
+                )
                 title = ""
 
 

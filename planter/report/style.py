@@ -39,10 +39,23 @@ CLEAR = {"boxstyle": "square,pad=0.1", "facecolor": PAPER, "edgecolor": "none", 
 PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours that people with any kind of colour vision can tell apart (Okabe and Ito)."""
 
-TEXT_SHADES = {VERMILION: "#b54f00", GREEN: "#00795a", PURPLE: "#a04a80", ORANGE: "#8f6400", SKY: "#1b6d9c"}
+TEXT_SHADES = {
+    VERMILION: "#b54f00",
+    GREEN: "#00795a",
+    PURPLE: "#a04a80",
+    ORANGE: "#8f6400",
+    SKY: "#1b6d9c",
+}
 """Darker shades of the palette's colours for text, with a contrast of 4.5 to the paper."""
-DARK_SHADES = {BLUE: "#4ea3e6", PURPLE: "#cf7db2", "#b54f00": "#e8742b", "#00795a": "#2bb58c", "#a04a80": "#cf7db2",
-               "#8f6400": ORANGE, "#1b6d9c": SKY}  # fmt: skip
+DARK_SHADES = {
+    BLUE: "#4ea3e6",
+    PURPLE: "#cf7db2",
+    "#b54f00": "#e8742b",
+    "#00795a": "#2bb58c",
+    "#a04a80": "#cf7db2",
+    "#8f6400": ORANGE,
+    "#1b6d9c": SKY,
+}
 """Colours on a dark page in the place of those that are too dark for it."""
 
 _MODEL_COLOURS = {"exact": BLUE, "printed": VERMILION}
@@ -94,7 +107,9 @@ T = TypeVar("T")
 
 @contextmanager
 def _settings() -> Iterator[None]:
-    """Apply the settings of this style to one thread at a time, because Matplotlib's settings are global."""
+    """Apply the settings of this style to one thread at a time, because Matplotlib's settings are
+    global.
+    """
     import matplotlib
 
     with _LOCK, matplotlib.rc_context():
@@ -123,7 +138,9 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
 
 
 def curve_colour(label: str, index: int) -> str:
-    """Return the colour of a curve: a fixed one for a model's label, or else the palette's at the index."""
+    """Return the colour of a curve: a fixed one for a model's label, or else the palette's at the
+    index.
+    """
     return _MODEL_COLOURS.get(label, PALETTE[index % len(PALETTE)])
 
 
@@ -144,12 +161,20 @@ def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
 
 
 def draw_tubes(axes: Axes, points: Sequence[Sequence[float]]) -> None:
-    """Draw points (x, y, radius) that a path must pass, each as a circle of its tolerance radius."""
+    """Draw points (x, y, radius) that a path must pass, each as a circle of its tolerance
+    radius.
+    """
     from matplotlib.patches import Circle
 
     for number, (x, y, radius) in enumerate(points, 1):
-        axes.add_patch(Circle((x, y), radius, facecolor=GREEN, alpha=0.2, edgecolor=GREEN, linewidth=0.6, zorder=1))
-        axes.annotate(str(number), (x, y), color=GREEN, ha="center", va="center", fontsize=7, zorder=1)
+        axes.add_patch(
+            Circle(
+                (x, y), radius, facecolor=GREEN, alpha=0.2, edgecolor=GREEN, linewidth=0.6, zorder=1
+            )
+        )
+        axes.annotate(
+            str(number), (x, y), color=GREEN, ha="center", va="center", fontsize=7, zorder=1
+        )
 
 
 def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -> None:
@@ -165,11 +190,14 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -
     targets = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()
     for (_, text, shade), height in zip(order, spread_heights(targets, gap), strict=True):
         shade = TEXT_SHADES.get(shade, shade)
-        axes.text(1.012, height, text, color=shade, transform=axes.transAxes, va="center", ha="left")
+        axes.text(
+            1.012, height, text, color=shade, transform=axes.transAxes, va="center", ha="left"
+        )
 
 
 def spread_heights(heights: Sequence[float], gap: float) -> list[float]:
-    """Return sorted heights in [0, 1], moved as little as needed so that neighbours are `gap` apart.
+    """Return sorted heights in [0, 1], moved as little as needed so that neighbours are `gap`
+    apart.
 
     >>> [round(h, 3) for h in spread_heights([0.1, 0.5, 0.52], 0.1)]
     [0.1, 0.46, 0.56]
@@ -211,7 +239,9 @@ def render_pdf(figure: Figure) -> bytes:
 
 
 def fix_layout(figure: Figure) -> None:
-    """Typeset the units of a figure's axes and texts, and fix its layout, so that drawing it again moves nothing."""
+    """Typeset the units of a figure's axes and texts, and fix its layout, so that drawing it again
+    moves nothing.
+    """
     for axes in figure.axes:
         for axis in filter(None, (axes.xaxis, axes.yaxis, getattr(axes, "zaxis", None))):
             axis.set_label_text(units.typeset_label(axis.get_label_text()))

@@ -17,7 +17,9 @@ from planter.terminal.console import Console
 
 OverwriteOption = Annotated[
     bool,
-    typer.Option("--overwrite", help="replace files that planter did not write, or that were edited since"),
+    typer.Option(
+        "--overwrite", help="replace files that planter did not write, or that were edited since"
+    ),
 ]
 
 
@@ -31,7 +33,9 @@ PROOF = "proof.json"
 
 
 def find_proof(out: Path | None) -> tuple[Path | None, Callable[[str], None]]:
-    """Return the file of a proof in the folder of a result, and the function that writes its text there."""
+    """Return the file of a proof in the folder of a result, and the function that writes its text
+    there.
+    """
 
     def write(text: str) -> None:
         if out is not None:
@@ -49,11 +53,14 @@ def interruptible_result(result: dict[str, Any]) -> Iterator[None]:
         raise Interrupted(result) from None
 
 
-def writes_files(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Decorate a command that writes into the folder of its parameter `out` with the option `--overwrite`.
+def writes_files(
+    *names: str, figures: tuple[str, ...] = ()
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Decorate a command that writes into the folder of its parameter `out` with the option
+    `--overwrite`.
 
-    The files `names` and the `figures` that it always writes are checked before it begins; every file is checked again
-    when it is written (`planter.report.folder`).
+    The files `names` and the `figures` that it always writes are checked before it begins; every
+    file is checked again when it is written (`planter.report.folder`).
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:

@@ -1,1 +1,3 @@
-"""The studio: an interactive page in the browser, where sliders update drawing, curves and results immediately."""
+"""The studio: an interactive page in the browser, where sliders update drawing, curves and results
+immediately.
+"""

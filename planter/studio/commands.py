@@ -22,23 +22,35 @@ DEFAULT = "wang2017"
 @writes_files()
 def studio(
     machine: Annotated[
-        str | None, typer.Argument(help="a machine's file, or the name of a built-in one", show_default=False)
+        str | None,
+        typer.Argument(help="a machine's file, or the name of a built-in one", show_default=False),
     ] = None,
-    folder: Annotated[Path, typer.Option(help="folder whose files can be opened; no others are read")] = Path(),
-    port: Annotated[int, typer.Option(min=0, max=65535, help="port on this computer; 0 takes a free one")] = 0,
+    folder: Annotated[
+        Path, typer.Option(help="folder whose files can be opened; no others are read")
+    ] = Path(),
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="port on this computer; 0 takes a free one")
+    ] = 0,
     static: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="write the page to one HTML file that needs no server", show_default=False),
+        typer.Option(
+            metavar="FILE",
+            help="write the page to one HTML file that needs no server",
+            show_default=False,
+        ),
     ] = None,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="open the page in the browser")] = True,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="open the page in the browser")
+    ] = True,
 ) -> None:
     """Open an interactive page in your browser.
 
     Move a slider, and drawing, curves and results update at once.
 
-    With --static the page is written to one file that runs on its own in any browser (WebAssembly), for planting
-    devices and your own mechanisms; writing it needs planter[compiler]. It has sliders, the drawing, curves, results
-    and a local optimisation, but no requirements, teeth or certified optima.
+    With --static the page is written to one file that runs on its own in any browser (WebAssembly),
+    for planting devices and your own mechanisms; writing it needs planter[compiler]. It has
+    sliders, the drawing, curves, results and a local optimisation, but no requirements, teeth or
+    certified optima.
 
     planter studio wang2017 --static wang2017.html
     """
@@ -54,7 +66,8 @@ def studio(
             from planter.studio import server
         except ImportError as error:
             raise InputError(
-                f"planter studio needs {error.name}, which is not installed: pip install 'planter[studio]'"
+                f"planter studio needs {error.name}, which is not installed: pip install "
+                f"'planter[studio]'"
             ) from None
         if machine is not None and is_file(Path(machine)):
             refuse_unused("with a FILE, whose own folder is served", "--folder")

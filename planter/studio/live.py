@@ -1,4 +1,6 @@
-"""The WebSocket connection of a page: only its newest request is computed, and slow results follow when it pauses."""
+"""The WebSocket connection of a page: only its newest request is computed, and slow results follow
+when it pauses.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ GRACE_S = 1.0
 """Maximum remaining time of an answer that is no longer needed [s]."""
 LONGEST_ANSWER = 2**27
 """Maximum size of an answer [byte]."""
-Request = Literal["seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works"]
+Request = Literal[
+    "seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works"
+]
 
 
 Task = Callable[[], Coroutine[Any, Any, Any]]
@@ -58,7 +62,11 @@ class RemoteSession:
     """A session whose process starts with the first request, or earlier by `begin`."""
 
     def __init__(self, folder: Path, scratch: Path, explicit: Path | None = None) -> None:
-        self._places = {"folder": str(folder), "scratch": str(scratch), "explicit": explicit and str(explicit)}
+        self._places = {
+            "folder": str(folder),
+            "scratch": str(scratch),
+            "explicit": explicit and str(explicit),
+        }
         self._process: Worker | None = None
         self._thread = ThreadPoolExecutor(1)
         self._opened: Message | None = None
@@ -79,8 +87,8 @@ class RemoteSession:
     async def ask(self, request: Request, opening: Message, message: Message) -> StudioAnswer:
         """Return the answer to a request on the machine opened by `opening`.
 
-        If the caller is cancelled, the process still completes this request before the next. Raises ComputationError
-        if the process ends.
+        If the caller is cancelled, the process still completes this request before the next. Raises
+        ComputationError if the process ends.
         """
         task = asyncio.create_task(self._ask(request, opening, message))
         task.add_done_callback(lambda done: done.cancelled() or done.exception())
@@ -89,7 +97,9 @@ class RemoteSession:
     def interrupt(self) -> None:
         """Kill the process if its present request takes longer than the grace time."""
         if self._busy:
-            asyncio.get_running_loop().call_later(GRACE_S, self._kill_if_still_at, self._request_count)
+            asyncio.get_running_loop().call_later(
+                GRACE_S, self._kill_if_still_at, self._request_count
+            )
 
     async def close(self) -> None:
         """Kill the process and wait for its end; no other is started."""
@@ -119,7 +129,9 @@ class RemoteSession:
         self._busy, self._given_up = True, self._closed
         content, loop = _to_bytes({"do": request, "message": message}), asyncio.get_running_loop()
         try:
-            text = (await loop.run_in_executor(self._thread, process.ask, content, LONGEST_S)).decode("ascii")
+            text = (
+                await loop.run_in_executor(self._thread, process.ask, content, LONGEST_S)
+            ).decode("ascii")
             return StudioAnswer(text[1:], text.startswith(DONE))
         except TimeoutError:
             self._process = None
@@ -161,15 +173,21 @@ ANSWERED: Mapping[str, Request] = {"file": "file", "wish": "wished"}
 
 
 class Live:
-    """The connection of a page with two processes: one follows the user, and one computes slow results."""
+    """The connection of a page with two processes: one follows the user, and one computes slow
+    results.
+    """
 
     def __init__(self, socket: WebSocket, folder: Path, explicit: Path | None = None) -> None:
         self.socket, self.folder = socket, folder.resolve()
         self._scratch = TemporaryDirectory(prefix="planter-", ignore_cleanup_errors=True)
         self.front, self.background = (
-            RemoteSession(self.folder, Path(self._scratch.name, name), explicit) for name in ("front", "background")
+            RemoteSession(self.folder, Path(self._scratch.name, name), explicit)
+            for name in ("front", "background")
         )
-        self.search, self.export = StudioProcess("search", self._send), StudioProcess("export", self._send)
+        self.search, self.export = (
+            StudioProcess("search", self._send),
+            StudioProcess("export", self._send),
+        )
         self._to_open: Message | None = None
         self._newest: Message | None = None
         self._opening: Message = {}
@@ -202,7 +220,10 @@ class Live:
             self._scratch.cleanup()
 
     async def _receive(self) -> Message:
-        """Return the next message. Raises InputError if it is not a JSON object, or if it is too large."""
+        """Return the next message.
+
+        Raises InputError if it is not a JSON object, or if it is too large.
+        """
         try:
             return parse_json(await self.socket.receive_text(), "the message", LONGEST_MESSAGE)
         except KeyError:
@@ -234,12 +255,15 @@ class Live:
             request = partial(self.front.ask, ANSWERED[ask], self._opening, message)
             self._begin(partial(self._send_answer, request))
         else:
-            await self._send({"error": f"ask = {safe_text.format_value(ask)}: there is no such request"})
+            await self._send(
+                {"error": f"ask = {safe_text.format_value(ask)}: there is no such request"}
+            )
 
     def _begin(self, task: Task) -> None:
         """Start a task in the background; an exception becomes an error message.
 
-        A coroutine is made where it is awaited: one that is handed over stays behind where a page closes before.
+        A coroutine is made where it is awaited: one that is handed over stays behind where a page
+        closes before.
         """
         running = asyncio.create_task(self._guarded(task))
         self._tasks.add(running)
@@ -261,7 +285,10 @@ class Live:
 
     async def _export(self, message: Message) -> None:
         answer = (await self.front.ask("works", self._opening, message)).table()
-        tasks = [ExportTask(work["name"], Path(work["folder"]), work["command"]) for work in answer["works"]]
+        tasks = [
+            ExportTask(work["name"], Path(work["folder"]), work["command"])
+            for work in answer["works"]
+        ]
         await export_file(self.export, self.folder, tasks)
 
     async def _follow(self) -> None:
@@ -277,7 +304,9 @@ class Live:
             if self._newest is not None and self._to_open is None:
                 message, self._newest = self._newest, None
                 if await self._send_answer(partial(self.front.ask, "seen", self._opening, message)):
-                    self._details = asyncio.create_task(self._guarded(partial(self._send_details, message)))
+                    self._details = asyncio.create_task(
+                        self._guarded(partial(self._send_details, message))
+                    )
 
     def _cancel_details(self) -> None:
         """Cancel the computation of slow results."""
@@ -285,10 +314,14 @@ class Live:
             self._details.cancel()
 
     async def _send_details(self, message: Message) -> None:
-        """Send requirements, complete scenes and details, one after another, until the user continues."""
+        """Send requirements, complete scenes and details, one after another, until the user
+        continues.
+        """
         for request, pause in PAUSES.items():
             await asyncio.sleep(pause)
-            if not await self._send_answer(partial(self.background.ask, request, self._opening, message)):
+            if not await self._send_answer(
+                partial(self.background.ask, request, self._opening, message)
+            ):
                 return
 
     async def _send_answer(self, request: Task) -> bool:
@@ -314,7 +347,11 @@ class Live:
 
 
 def error_message(error: Exception) -> dict[str, str]:
-    """Return an exception as a message: the message of an error of planter, or type and text of any other."""
+    """Return an exception as a message: the message of an error of planter, or type and text of any
+    other.
+    """
     if isinstance(error, PlanterError):
         return {"error": error.message}
-    return {"error": safe_text.sanitise_line(f"this cannot be done ({type(error).__name__}: {error})")}
+    return {
+        "error": safe_text.sanitise_line(f"this cannot be done ({type(error).__name__}: {error})")
+    }

@@ -26,11 +26,15 @@ HINTS = {
     "polish: individual": "Last local searches: design",
     "pickup: round": "Moving the path: round",
 }
-"""Parts of messages that refer to the command line or to methods, and their replacements on a page."""
+"""Parts of messages that refer to the command line or to methods, and their replacements on a
+page.
+"""
 
 
 def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
-    """Return a message for a page, without references to the command line, and with `labels` for paths and keys."""
+    """Return a message for a page, without references to the command line, and with `labels` for
+    paths and keys.
+    """
     for before, after in HINTS.items():
         sentence = sentence.replace(before, after)
     if labels:
@@ -52,7 +56,9 @@ class StudioProcess:
         await self._send({"work": self.name, **message})
 
     def begin(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-        """Start a task after cancelling the previous one; if it fails, its error message is sent."""
+        """Start a task after cancelling the previous one; if it fails, its error message is
+        sent.
+        """
         self.cancel()
         self._work = asyncio.create_task(self._done(work))
 
@@ -64,8 +70,11 @@ class StudioProcess:
             self._process.terminate()
         self._process = self._work = None
 
-    async def command(self, words: Sequence[str], labels: Mapping[str, str] = MappingProxyType({})) -> str:
-        """Run `planter WORDS` and return its output; its progress is sent line by line, with `labels` for paths.
+    async def command(
+        self, words: Sequence[str], labels: Mapping[str, str] = MappingProxyType({})
+    ) -> str:
+        """Run `planter WORDS` and return its output; its progress is sent line by line, with
+        `labels` for paths.
 
         Raises ComputationError with the message of the command if it fails.
         """
@@ -114,7 +123,9 @@ def export_path(folder: Path, *parts: str) -> Path:
     """
     path = folder.joinpath(FOLDER, *(re.sub(r"[^\w-]+", "_", part) for part in parts))
     if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{path}: a link leads out of the studio's folder {folder}; remove the link")
+        raise InputError(
+            f"{path}: a link leads out of the studio's folder {folder}; remove the link"
+        )
     return path
 
 
@@ -138,15 +149,28 @@ class ExportTask:
     command: Sequence[str]
 
     def state(self) -> dict[Path, tuple[int, int]]:
-        """Return the files of the folder with time and number, which change if a file is written again."""
-        files = ((path, path.stat()) for path in self.folder.rglob("*") if path.is_file() and path.name != LIST)
+        """Return the files of the folder with time and number, which change if a file is written
+        again.
+        """
+        files = (
+            (path, path.stat())
+            for path in self.folder.rglob("*")
+            if path.is_file() and path.name != LIST
+        )
         return {path: (stat.st_mtime_ns, stat.st_ino) for path, stat in files}
 
-    def written_files(self, studio: Path, before: Mapping[Path, tuple[int, int]]) -> list[dict[str, Any]]:
-        """Return files written after the state `before`: paths below the exports of a studio, and sizes [byte]."""
+    def written_files(
+        self, studio: Path, before: Mapping[Path, tuple[int, int]]
+    ) -> list[dict[str, Any]]:
+        """Return files written after the state `before`: paths below the exports of a studio, and
+        sizes [byte].
+        """
         files = sorted(path for path, marks in self.state().items() if before.get(path) != marks)
         root = studio / FOLDER
-        return [{"path": path.relative_to(root).as_posix(), "bytes": path.stat().st_size} for path in files]
+        return [
+            {"path": path.relative_to(root).as_posix(), "bytes": path.stat().st_size}
+            for path in files
+        ]
 
 
 async def export_file(process: StudioProcess, folder: Path, tasks: Sequence[ExportTask]) -> None:
@@ -154,8 +178,8 @@ async def export_file(process: StudioProcess, folder: Path, tasks: Sequence[Expo
 
     A command replaces files that it wrote before, and refuses to replace others.
 
-    Raises ComputationError with the message of the first command that fails, and InputError if a folder cannot be
-    written into.
+    Raises ComputationError with the message of the first command that fails, and InputError if a
+    folder cannot be written into.
     """
     await process.send({"exporting": ""})
     for task in tasks:
@@ -164,5 +188,7 @@ async def export_file(process: StudioProcess, folder: Path, tasks: Sequence[Expo
         before = task.state()
         await process.command(task.command)
         files = task.written_files(folder, before)
-        await process.send({"exported": task.name, "folder": str(task.folder.parent), "files": files})
+        await process.send(
+            {"exported": task.name, "folder": str(task.folder.parent), "files": files}
+        )
     await process.send({"exporting": None})

@@ -1,4 +1,6 @@
-"""The web server of the studio on this computer: a page and its files, a WebSocket for each tab, access control."""
+"""The web server of the studio on this computer: a page and its files, a WebSocket for each tab,
+access control.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ from planter.studio.process import find_export
 from planter.view.subject import open_machine
 
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
+    "data:; "
     "base-uri 'none'; form-action 'none'"
 )
 HEADERS = (
@@ -41,7 +44,9 @@ def create_token() -> str:
 
 
 class Guard:
-    """Middleware that passes requests with valid host, origin and token, and refuses all others with status 403."""
+    """Middleware that passes requests with valid host, origin and token, and refuses all others
+    with status 403.
+    """
 
     def __init__(self, app: ASGIApp, token: str, port: int) -> None:
         self.app, self.token = app, token
@@ -56,7 +61,9 @@ class Guard:
             await self.app(scope, receive, _with_headers(send))
 
     def _allowed(self, scope: Scope) -> bool:
-        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
+        headers = {
+            name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]
+        }
         origin = headers.get("origin")
         if headers.get("host") not in self.hosts:
             return False
@@ -77,7 +84,13 @@ async def _refused(scope: Scope, send: Send) -> None:
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": 4403})
         return
-    await send({"type": "http.response.start", "status": 403, "headers": [(b"content-type", b"text/plain")]})
+    await send(
+        {
+            "type": "http.response.start",
+            "status": 403,
+            "headers": [(b"content-type", b"text/plain")],
+        }
+    )
     await send({"type": "http.response.body", "body": b"not allowed"})
 
 
@@ -106,11 +119,15 @@ FILES = {
 }
 """Files that a page loads, by name below its token."""
 EXPORTED = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
-"""Policy of exported files, which cannot reach the studio or its address; a report has a stricter one."""
+"""Policy of exported files, which cannot reach the studio or its address; a report has a stricter
+one.
+"""
 
 
 def build_application(folder: Path, token: str, port: int, explicit: Path | None = None) -> Guard:
-    """Return the studio of a folder and of the file that the user named, at a port, protected by a token."""
+    """Return the studio of a folder and of the file that the user named, at a port, protected by a
+    token.
+    """
 
     async def live(socket: WebSocket) -> None:
         await Live(socket, folder, explicit).run()
@@ -122,7 +139,11 @@ def build_application(folder: Path, token: str, port: int, explicit: Path | None
     files = [Route(f"/{{token}}/{name}", _file(*place)) for name, place in FILES.items()]
     return Guard(
         Starlette(
-            routes=[*files, Route("/{token}/exports/{path:path}", exported), WebSocketRoute("/{token}/live", live)]
+            routes=[
+                *files,
+                Route("/{token}/exports/{path:path}", exported),
+                WebSocketRoute("/{token}/live", live),
+            ]
         ),
         token,
         port,
@@ -131,7 +152,9 @@ def build_application(folder: Path, token: str, port: int, explicit: Path | None
 
 def _file(package: str, name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
     async def sent(request: Request) -> Response:
-        return Response(resources.files(package).joinpath(name).read_text(encoding="utf-8"), media_type=kind)
+        return Response(
+            resources.files(package).joinpath(name).read_text(encoding="utf-8"), media_type=kind
+        )
 
     return sent
 
@@ -140,7 +163,10 @@ HOST = "127.0.0.1"
 
 
 def serve_studio(machine: str | None, folder: Path, port: int, browser: bool) -> None:
-    """Print the address and serve until interrupted. Raises InputError if the machine or folder does not exist."""
+    """Print the address and serve until interrupted.
+
+    Raises InputError if the machine or folder does not exist.
+    """
     explicit = None
     if machine is not None:
         open_machine(machine)
@@ -154,11 +180,16 @@ def serve_studio(machine: str | None, folder: Path, port: int, browser: bool) ->
             listening.bind((HOST, port))
             listening.listen()
         except OSError:
-            raise InputError(f"--port {port}: another program uses this port; choose another") from None
+            raise InputError(
+                f"--port {port}: another program uses this port; choose another"
+            ) from None
         secret, port = create_token(), listening.getsockname()[1]
         name = f"#{quote(Path(machine).name)}" if machine else ""
         address = f"http://{HOST}:{port}/{secret}/{name}"
-        print(f"planter studio: {address}\nOnly this computer can reach it. Ctrl-C ends it.", flush=True)
+        print(
+            f"planter studio: {address}\nOnly this computer can reach it. Ctrl-C ends it.",
+            flush=True,
+        )
         if browser:
             webbrowser.open(address)
         config = uvicorn.Config(

@@ -1,4 +1,6 @@
-"""The session of a page: it answers messages about the machine that is open, which is its only state."""
+"""The session of a page: it answers messages about the machine that is open, which is its only
+state.
+"""
 
 from __future__ import annotations
 
@@ -48,14 +50,17 @@ Message = Mapping[str, Any]
 
 def list_sources(folder: Path) -> list[str]:
     """Return the machines that can be opened by name: files of the folder, then built-in ones."""
-    return [*sorted(path.name for path in folder.glob("*.toml")), *examples.list_examples(None, ".toml")]
+    return [
+        *sorted(path.name for path in folder.glob("*.toml")),
+        *examples.list_examples(None, ".toml"),
+    ]
 
 
 class Session:
     """A page's session with the studio of a `folder`, whose machines are opened by name.
 
-    Files that a page loads are stored in `scratch`. `explicit` is the file that the user named on the command line: its
-    code may be in any folder.
+    Files that a page loads are stored in `scratch`. `explicit` is the file that the user named on
+    the command line: its code may be in any folder.
     """
 
     def __init__(self, folder: Path, scratch: Path, explicit: Path | None = None) -> None:
@@ -71,7 +76,9 @@ class Session:
         return to_page_words(error.message, self._labels | self._names)
 
     def open(self, message: Message) -> dict[str, Any]:
-        """Open a machine by name or by the text of its file, and return its description for the page."""
+        """Open a machine by name or by the text of its file, and return its description for the
+        page.
+        """
         self.machine = open_machine(self._source(message))
         self._names = {control.path: control.name for control in self.machine.controls}
         return {"opened": self._description()}
@@ -106,10 +113,16 @@ class Session:
 
     def checked(self, message: Message) -> dict[str, Any]:
         """Return the requirements of the machine with changed numbers."""
-        return {"checks": [asdict(check) for check in self._open.checks(*self._values_and_model(message))]}
+        return {
+            "checks": [
+                asdict(check) for check in self._open.checks(*self._values_and_model(message))
+            ]
+        }
 
     def details(self, message: Message) -> dict[str, Any]:
-        """Return the tables for sizing of the machine with changed numbers, and the results of its other models."""
+        """Return the tables for sizing of the machine with changed numbers, and the results of its
+        other models.
+        """
         values, model = self._values_and_model(message)
         other_models = [name for name in self._open.models if name != model]
         return {
@@ -118,7 +131,9 @@ class Session:
         }
 
     def ends(self, message: Message) -> dict[str, Any]:
-        """Return the range of each number for the present values of the others, or nothing if that takes too long."""
+        """Return the range of each number for the present values of the others, or nothing if that
+        takes too long.
+        """
         values, model = self._values_and_model(message)
 
         def attempt(path: str, number: float) -> None:
@@ -133,7 +148,9 @@ class Session:
         ends = {}
         for control in self._open.controls:
             value, try_number = values[control.path], partial(attempt, control.path)
-            ends[control.path] = [find_farthest(value, end, try_number) for end in (control.lower, control.upper)]
+            ends[control.path] = [
+                find_farthest(value, end, try_number) for end in (control.lower, control.upper)
+            ]
         return {"ends": ends}
 
     def _compare(self, values: Values, model: str) -> dict[str, Any]:
@@ -154,7 +171,8 @@ class Session:
         return {"wished": self._open.wished(self._values_and_model(message)[0])}
 
     def search(self, message: Message) -> dict[str, Any]:
-        """Return the command that optimises the machine's file, which is stored in the scratch folder, and its goal.
+        """Return the command that optimises the machine's file, which is stored in the scratch
+        folder, and its goal.
 
         Raises InputError if the machine cannot be optimised.
         """
@@ -178,9 +196,13 @@ class Session:
             return self._open.text(values)
         lockable = self._lockable
         if not isinstance(locked, list) or not all(number in lockable for number in locked):
-            raise InputError(f"locked = {safe_text.format_value(locked)}: a search does not vary such numbers")
+            raise InputError(
+                f"locked = {safe_text.format_value(locked)}: a search does not vary such numbers"
+            )
         if all(number in locked for number in lockable):
-            raise InputError("all numbers of the design are locked; unlock at least one for a search")
+            raise InputError(
+                "all numbers of the design are locked; unlock at least one for a search"
+            )
         assert isinstance(self._open, LockingSearch)
         return self._open.with_locks(values, locked)
 
@@ -192,7 +214,8 @@ class Session:
         return {"optimum": dict(result.values), "sentence": result.sentence}
 
     def works(self, message: Message) -> dict[str, Any]:
-        """Write the file of the machine with changed numbers, and return the tasks of the requested exports.
+        """Write the file of the machine with changed numbers, and return the tasks of the requested
+        exports.
 
         Raises InputError if an export does not exist, or if the file cannot be written.
         """
@@ -203,11 +226,19 @@ class Session:
             raise InputError("no export is selected; tick at least one")
         for name in names:
             if not isinstance(name, str) or name not in offered:
-                raise InputError(f"{name}: there is no such export; choose one of {', '.join(offered)}")
+                raise InputError(
+                    f"{name}: there is no such export; choose one of {', '.join(offered)}"
+                )
         file = export_path(self.folder, self._open.name, "machine").with_suffix(".toml")
         folders = {name: export_path(self.folder, self._open.name, name) for name in names}
-        works = [{"name": name, "folder": str(folder), "command": offered[name].command(file, folder, model, numbers)}
-                 for name, folder in folders.items()]  # fmt: skip
+        works = [
+            {
+                "name": name,
+                "folder": str(folder),
+                "command": offered[name].command(file, folder, model, numbers),
+            }
+            for name, folder in folders.items()
+        ]
         files.output_folder(file.parent)
         files.write_text(file, self._open.text(self._values_and_model(message)[0]))
         return {"works": works}
@@ -234,23 +265,35 @@ class Session:
         return self.machine
 
     def _values_and_model(self, message: Message) -> tuple[dict[str, float], str]:
-        """Return values of all controls, and the model. Raises InputError if a number, value or model is invalid."""
+        """Return values of all controls, and the model.
+
+        Raises InputError if a number, value or model is invalid.
+        """
         machine, values = self._open, _table(message, "values")
         controls = {control.path: control for control in machine.controls}
         for path, value in values.items():
             if path not in controls:
-                raise InputError(f"{path}: {machine.name} has no such number, or it cannot be changed")
+                raise InputError(
+                    f"{path}: {machine.name} has no such number, or it cannot be changed"
+                )
             if (
                 isinstance(value, bool)
                 or not isinstance(value, int | float)
                 or not controls[path].lower <= value <= controls[path].upper
             ):
                 low, high = controls[path].lower, controls[path].upper
-                raise InputError(f"{path} = {value}: the value must be between {low:g} and {high:g}")
+                raise InputError(
+                    f"{path} = {value}: the value must be between {low:g} and {high:g}"
+                )
         model = message.get("model", machine.models[0])
         if model not in machine.models:
-            raise InputError(f"model = {model}: there is no such model; choose one of {', '.join(machine.models)}")
-        return {path: float(values.get(path, control.value)) for path, control in controls.items()}, model
+            raise InputError(
+                f"model = {model}: there is no such model; choose one of "
+                f"{', '.join(machine.models)}"
+            )
+        return {
+            path: float(values.get(path, control.value)) for path, control in controls.items()
+        }, model
 
     def _source(self, message: Message) -> str:
         if "text" in message:
@@ -261,34 +304,52 @@ class Session:
         names = list_sources(self.folder)
         if name not in names:
             raise InputError(
-                f"{safe_text.quote_name(str(name))}: there is no such machine here; choose one of {', '.join(names)}"
+                f"{safe_text.quote_name(str(name))}: there is no such machine here; choose one of "
+                f"{', '.join(names)}"
             )
         path = (self.folder / name).resolve()
         self._labels[str(path)] = name
         if path.parent != self.folder:
-            raise InputError(f"{name}: there is no such machine here; it is a link to another folder")
+            raise InputError(
+                f"{name}: there is no such machine here; it is a link to another folder"
+            )
         if path != self._explicit and self._leads_outside(parse_toml(read_text(path), name)):
             raise InputError(
-                f"{name}: its Python code is outside the studio's folder; open it by `planter studio {name}`"
+                f"{name}: its Python code is outside the studio's folder; open it by `planter "
+                f"studio {name}`"
             )
         return str(path)
 
     def _leads_outside(self, table: Mapping[str, Any]) -> bool:
-        """Return whether the functions of a mechanism's file may be outside the folder, by a path or a link."""
+        """Return whether the functions of a mechanism's file may be outside the folder, by a path
+        or a link.
+        """
         code = f"{table.get(CODE, '')}.py"
-        folders = (self.folder / str(table.get(CODE_FOLDER, "")), self.folder, self.folder / GENERATED)
-        return CODE in table and not all((folder / code).resolve().is_relative_to(self.folder) for folder in folders)
+        folders = (
+            self.folder / str(table.get(CODE_FOLDER, "")),
+            self.folder,
+            self.folder / GENERATED,
+        )
+        return CODE in table and not all(
+            (folder / code).resolve().is_relative_to(self.folder) for folder in folders
+        )
 
     def _loaded(self, text: Any, label: Any) -> str:
-        """Store the text of a file and return its path. Raises InputError if Python code belongs to the file."""
+        """Store the text of a file and return its path.
+
+        Raises InputError if Python code belongs to the file.
+        """
         if not isinstance(text, str) or not isinstance(label, str):
             raise InputError("text and file must be strings: the text of a file and its name")
         if len(text) > LARGEST:
-            raise InputError(f"{safe_text.quote_name(label)}: at most {LARGEST} characters can be loaded")
+            raise InputError(
+                f"{safe_text.quote_name(label)}: at most {LARGEST} characters can be loaded"
+            )
         table = parse_toml(text, safe_text.quote_name(label))
         if {CODE, CODE_FOLDER} & table.keys():
             raise InputError(
-                f"{safe_text.quote_name(label)}: Python code belongs to this file ({CODE} or {CODE_FOLDER}); "
+                f"{safe_text.quote_name(label)}: Python code belongs to this file ({CODE} or "
+                f"{CODE_FOLDER}); "
                 "open it by `planter studio FILE`"
             )
         self._texts += 1
@@ -315,8 +376,22 @@ def _draw_scenes(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
 
 
 MEMORY_BYTES = 2 * 2**30
-"""Maximum address space of a process, including its libraries; every machine needs less than half of it."""
-REQUESTS = ("open", "seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works")
+"""Maximum address space of a process, including its libraries; every machine needs less than half
+of it.
+"""
+REQUESTS = (
+    "open",
+    "seen",
+    "finished",
+    "checked",
+    "details",
+    "ends",
+    "file",
+    "wished",
+    "search",
+    "sought",
+    "works",
+)
 """Methods of a session that a request can name."""
 ECHOED = ("id", "opening")
 """Keys of a message that an answer repeats, so that the page can assign it."""
@@ -327,13 +402,17 @@ DONE, FAILED = "+", "-"
 def main() -> None:
     """Answer requests; the first message has the folders of the session."""
     list(plugins.load_modules("show"))
-    import_module("planter.kernels.formulas")  # takes longest to load, so that it is loaded before the first request
+    import_module(
+        "planter.kernels.formulas"
+    )  # takes longest to load, so that it is loaded before the first request
     workers.serve(_open_session, MEMORY_BYTES)
 
 
 def _open_session(first: bytes) -> Callable[[bytes], bytes]:
     places = json.loads(first)
-    session = Session(*(place and Path(place) for place in map(places.get, ("folder", "scratch", "explicit"))))
+    session = Session(
+        *(place and Path(place) for place in map(places.get, ("folder", "scratch", "explicit")))
+    )
 
     def answer(message: bytes) -> bytes:
         request = json.loads(message)
@@ -343,7 +422,9 @@ def _open_session(first: bytes) -> Callable[[bytes], bytes]:
 
 
 def answer_request(session: Session, name: str, message: Message) -> str:
-    """Return the answer of a session to the request `name` as text; an exception becomes an error answer."""
+    """Return the answer of a session to the request `name` as text; an exception becomes an error
+    answer.
+    """
     echoed = {key: message[key] for key in ECHOED if key in message}
     try:
         if name not in REQUESTS:
@@ -353,7 +434,10 @@ def answer_request(session: Session, name: str, message: Message) -> str:
     except PlanterError as error:
         sentence = session.in_page_words(error)
     except MemoryError:
-        sentence = f"this needs more memory than the {MEMORY_BYTES / 2**30:g} GB that a page's machine may take"
+        sentence = (
+            f"this needs more memory than the {MEMORY_BYTES / 2**30:g} GB that a page's "
+            f"machine may take"
+        )
     except Exception as error:
         sentence = f"this cannot be computed ({type(error).__name__}: {error})"
     return FAILED + _format_answer({"error": safe_text.sanitise_line(sentence), **echoed})

@@ -1,7 +1,9 @@
-"""The sources of a drawing in the numbers of a machine's programs, found by comparing both at random designs.
+"""The sources of a drawing in the numbers of a machine's programs, found by comparing both at
+random designs.
 
-A series of a scene, a corner of an outline, or a position of a label is identified with a row or single number of the
-programs if the two differ by a constant in all designs; values that are the same in all designs are constant.
+A series of a scene, a corner of an outline, or a position of a label is identified with a row or
+single number of the programs if the two differ by a constant in all designs; values that are the
+same in all designs are constant.
 """
 
 from __future__ import annotations
@@ -24,15 +26,18 @@ from planter.view.subject import Movable, Portable, Values
 SAME = 1e-9
 """Tolerance of equal numbers, relative to the largest."""
 Source = dict[str, Any]
-"""A row: its start, count, lead, sign and added constant; or a single number: its index and added constant."""
+"""A row: its start, count, lead, sign and added constant; or a single number: its index and added
+constant.
+"""
 
 
 @dataclass(frozen=True)
 class DrawingTemplate:
     """The sources of the moving parts of a drawing, ready for JSON.
 
-    `channels` are paths in a record with their sources; `outlines` are lines of the picture by number, closed or not,
-    with two rows or with two sources for each corner; `labels` are texts by number with the sources of x and y.
+    `channels` are paths in a record with their sources; `outlines` are lines of the picture by
+    number, closed or not, with two rows or with two sources for each corner; `labels` are texts by
+    number with the sources of x and y.
     """
 
     channels: list[tuple[list[str | int], Source]] = field(default_factory=list)
@@ -41,9 +46,13 @@ class DrawingTemplate:
 
 
 class Recogniser:
-    """The programs of a machine evaluated at some designs, and their scenes, which have the same lines."""
+    """The programs of a machine evaluated at some designs, and their scenes, which have the same
+    lines.
+    """
 
-    def __init__(self, portable: Portable, designs: Sequence[Values], scenes: Sequence[Scene]) -> None:
+    def __init__(
+        self, portable: Portable, designs: Sequence[Values], scenes: Sequence[Scene]
+    ) -> None:
         self.scenes = scenes
         program = portable.seen
         results = [portable.at(values, program) for values in designs]
@@ -57,7 +66,10 @@ class Recogniser:
         self.singles = [(start + k, values) for k, values in enumerate(singles)]
 
     def plan(self) -> DrawingTemplate:
-        """Return the sources of all moving parts. Raises ComputationError if a part has no source."""
+        """Return the sources of all moving parts.
+
+        Raises ComputationError if a part has no source.
+        """
         plan = DrawingTemplate()
         for path, values in self._channels():
             source = self._source(values, str(path))
@@ -69,7 +81,8 @@ class Recogniser:
                 plan.outlines.append(outline)
         for number, labels in enumerate(zip(*(scene.labels for scene in self.scenes), strict=True)):
             x, y = (
-                self._source([np.asarray(getattr(label, axis)) for label in labels], labels[0].text) for axis in "xy"
+                self._source([np.asarray(getattr(label, axis)) for label in labels], labels[0].text)
+                for axis in "xy"
             )
             plan.labels.append((number, x, y))
         return plan
@@ -83,7 +96,9 @@ class Recogniser:
         parts = {
             "bodies": lambda scene: [(*body.at, body.turn) for body in scene.all_bodies()],
             "points": lambda scene: [(point.x, point.y) for point in scene.points],
-            "forces": lambda scene: [(force.at.x, force.at.y, force.x, force.y) for force in scene.forces],
+            "forces": lambda scene: [
+                (force.at.x, force.at.y, force.x, force.y) for force in scene.forces
+            ],
         }
         for key, part in parts.items():
             for k, versions in enumerate(zip(*map(part, self.scenes), strict=True)):
@@ -92,7 +107,10 @@ class Recogniser:
         for k, curves in enumerate(zip(*(scene.curves for scene in self.scenes), strict=True)):
             yield ["curves", k, "values"], [curve.values for curve in curves]
             if curves[0].reference is not None:
-                yield ["curves", k, "reference"], [np.asarray(curve.reference, dtype=float) for curve in curves]
+                yield (
+                    ["curves", k, "reference"],
+                    [np.asarray(curve.reference, dtype=float) for curve in curves],
+                )
 
     def _outline(self, number: int, versions: Sequence[Outline]) -> dict[str, Any] | None:
         points = np.array([outline.points for outline in versions])
@@ -103,7 +121,10 @@ class Recogniser:
         if x is not None and y is not None:
             return entry | {"rows": [x, y]}
         name = f"corner of the line {number}"
-        corners = [[self._fixed(points[:, k, axis], name) for axis in (0, 1)] for k in range(points.shape[1])]
+        corners = [
+            [self._fixed(points[:, k, axis], name) for axis in (0, 1)]
+            for k in range(points.shape[1])
+        ]
         return entry | {"corners": corners}
 
     def _fixed(self, values: Array, name: str) -> Source:
@@ -118,7 +139,9 @@ class Recogniser:
             return None
         source = self._row(stacked) if stacked.ndim == 2 else self._single(stacked)
         if source is None:
-            raise ComputationError(f"{self.scenes[0].title}: a page without a server cannot follow its {name}")
+            raise ComputationError(
+                f"{self.scenes[0].title}: a page without a server cannot follow its {name}"
+            )
         return source
 
     def _single(self, values: Array) -> Source | None:
@@ -182,15 +205,27 @@ class StaticPageModel:
 
     def _inputs(self, program: Program) -> list[dict[str, Any]]:
         paths = {control.path for control in self.machine.controls}
-        return [{"path": entry.path, "at": program.offsets[entry.vector] + entry.index, "factor": entry.factor}
-                for entry in self.portable.inputs if entry.path in paths]  # fmt: skip
+        return [
+            {
+                "path": entry.path,
+                "at": program.offsets[entry.vector] + entry.index,
+                "factor": entry.factor,
+            }
+            for entry in self.portable.inputs
+            if entry.path in paths
+        ]
 
     def _readings(self, values: Values) -> list[dict[str, Any]]:
-        """Return names, units and indices of the readings; the index is null if no program computes the reading."""
+        """Return names, units and indices of the readings; the index is null if no program computes
+        the reading.
+        """
         start = self.portable.seen.offsets["singles"]
         indices = {name: start + index for index, name in enumerate(self.portable.singles)}
         readings = self.machine.readings(values, self.name)
-        return [{"name": entry.name, "unit": entry.unit, "at": indices.get(entry.name)} for entry in readings]
+        return [
+            {"name": entry.name, "unit": entry.unit, "at": indices.get(entry.name)}
+            for entry in readings
+        ]
 
     def _descent(self) -> dict[str, Any] | None:
         program = self.portable.gradient
@@ -198,14 +233,19 @@ class StaticPageModel:
             return None
         factors = {entry.path: entry.factor for entry in self.portable.inputs}
         return {
-            "name": program.name, "inputs": self._inputs(program), "paths": list(self.portable.design),
+            "name": program.name,
+            "inputs": self._inputs(program),
+            "paths": list(self.portable.design),
             "factors": [factors[path] for path in self.portable.design],
-            "objective": program.offsets["objective"], "gradient": program.offsets["gradient"],
-        }  # fmt: skip
+            "objective": program.offsets["objective"],
+            "gradient": program.offsets["gradient"],
+        }
 
     @cached_property
     def _designs(self) -> list[tuple[Values, Scene]]:
-        """Random designs whose drawings have the same lines as that of the first, with their scenes."""
+        """Random designs whose drawings have the same lines as that of the first, with their
+        scenes.
+        """
         designs: list[tuple[Values, Scene]] = []
         for values, scene in self._random_designs():
             if not designs or _shape(scene) == _shape(designs[0][1]):
@@ -213,13 +253,17 @@ class StaticPageModel:
             if len(designs) == ALIKE:
                 return designs
         raise ComputationError(
-            f"{self.machine.name}: fewer than {ALIKE} of {TRIES} random designs have similar drawings"
+            f"{self.machine.name}: fewer than {ALIKE} of {TRIES} random designs have similar "
+            f"drawings"
         )
 
     def _random_designs(self) -> Iterator[tuple[Values, Scene]]:
         rng, controls = np.random.default_rng(1), self.machine.controls
         for _ in range(TRIES):
-            values = {control.path: float(rng.uniform(control.lower, control.upper)) for control in controls}
+            values = {
+                control.path: float(rng.uniform(control.lower, control.upper))
+                for control in controls
+            }
             if (scene := self._scene(values)) is not None:
                 yield values, scene
 
@@ -231,22 +275,45 @@ class StaticPageModel:
 
     @cached_property
     def _frame(self) -> Frame:
-        """A fixed frame of the drawing, which encloses the scenes at the bounds of every single number."""
+        """A fixed frame of the drawing, which encloses the scenes at the bounds of every single
+        number.
+        """
         controls = self.machine.controls
         initial = {control.path: control.value for control in controls}
-        moved = [initial | {control.path: end} for control in controls for end in (control.lower, control.upper)]
+        moved = [
+            initial | {control.path: end}
+            for control in controls
+            for end in (control.lower, control.upper)
+        ]
         scenes = [scene for values in moved if (scene := self._scene(values)) is not None]
-        return _join([Picture(scene).frames[0] for scene in (*scenes, *(scene for _, scene in self._designs))])
+        return _join(
+            [
+                Picture(scene).frames[0]
+                for scene in (*scenes, *(scene for _, scene in self._designs))
+            ]
+        )
 
 
 def _join(frames: Sequence[Frame]) -> Frame:
     """Return the smallest frame that encloses all frames."""
     left, bottom = min(frame.left for frame in frames), min(frame.bottom for frame in frames)
-    right, top = max(frame.left + frame.width for frame in frames), max(frame.bottom + frame.height for frame in frames)
+    right, top = (
+        max(frame.left + frame.width for frame in frames),
+        max(frame.bottom + frame.height for frame in frames),
+    )
     return Frame(left, bottom, right - left, top - bottom)
 
 
 def _shape(scene: Scene) -> list[int]:
-    """Return the numbers of points of each line, and of bodies, points, chains, forces, curves and labels."""
-    parts = list(scene.all_bodies()), scene.points, scene.chains, scene.forces, scene.curves, scene.labels
+    """Return the numbers of points of each line, and of bodies, points, chains, forces, curves and
+    labels.
+    """
+    parts = (
+        list(scene.all_bodies()),
+        scene.points,
+        scene.chains,
+        scene.forces,
+        scene.curves,
+        scene.labels,
+    )
     return [*(len(outline.points) for outline in list_outlines(scene)), *map(len, parts)]

@@ -1,4 +1,6 @@
-"""Adapters of machines for sweeps: protocol of the object `ADAPTER` in the module `swept` of a package of machines."""
+"""Adapters of machines for sweeps: protocol of the object `ADAPTER` in the module `swept` of a
+package of machines.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +20,16 @@ class SweepSubject(Protocol):
     """A machine that evaluates rows of inputs."""
 
     def evaluated(self, points: Array, threads: int) -> Array:
-        """Return outputs (m, k) at points (m, n), in display units; rows without a result are NaN."""
+        """Return outputs (m, k) at points (m, n), in display units; rows without a result are
+        NaN.
+        """
 
 
 class SweepAdapter(Protocol):
-    """Adapter of a kind of machines. All values are in the display units [which their keys name]."""
+    """Adapter of a kind of machines.
+
+    All values are in the display units [which their keys name].
+    """
 
     choices: Mapping[str, Sequence[str]]
     """Inputs with texts as values, and their allowed values, the default first."""
@@ -37,7 +44,8 @@ class SweepAdapter(Protocol):
         """Return the meanings of the outputs, by name."""
 
     def describe_measure(self, machine: Any, text: str, label: str) -> tuple[str, str]:
-        """Return the name and the meaning of an output that is an expression in the language of measures.
+        """Return the name and the meaning of an output that is an expression in the language of
+        measures.
 
         Raises InputError, which begins with `label`, if the expression is invalid.
         """
@@ -49,12 +57,17 @@ class SweepAdapter(Protocol):
         """Return the hashes of further files that outputs need, by path."""
 
     def frozen(self, machine: Any) -> dict[str, Any]:
-        """Return a description of the machine, fit for JSON, from which `subject` builds it in another process."""
+        """Return a description of the machine, fit for JSON, from which `subject` builds it in
+        another process.
+        """
 
     def subject(
-        self, frozen: Mapping[str, Any], choices: Mapping[str, str],
-        inputs: Mapping[str, tuple[float, float]], outputs: Sequence[str],
-    ) -> SweepSubject:  # fmt: skip
+        self,
+        frozen: Mapping[str, Any],
+        choices: Mapping[str, str],
+        inputs: Mapping[str, tuple[float, float]],
+        outputs: Sequence[str],
+    ) -> SweepSubject:
         """Build a machine whose `inputs`, by path, take values between two ends.
 
         Raises InputError if it cannot be built at these ends.
@@ -67,7 +80,10 @@ class ResolvedMachine:
     def __init__(self, source: str, changes: Mapping[str, float] | None = None) -> None:
         adapter = load_part(source, "swept") if find_kind(source) else None
         if adapter is None:
-            raise InputError(f"{source}: no such machine; name a machine file, or a built-in machine that can be swept")
+            raise InputError(
+                f"{source}: no such machine; name a machine file, or a built-in machine that can "
+                f"be swept"
+            )
         self.module, self.adapter, self.source = adapter.__name__, adapter.ADAPTER, source
         self.machine = self.adapter.load(source, changes or {})
 
@@ -90,19 +106,29 @@ class ResolvedMachine:
         return choices
 
     def path(self, name: str, label: str) -> str:
-        """Return the full path of an input. Raises InputError, which begins with `label`, if it does not exist."""
+        """Return the full path of an input.
+
+        Raises InputError, which begins with `label`, if it does not exist.
+        """
         return find_full_name(name, self.inputs, label, "inputs")
 
     def hash_curves(self, outputs: Sequence[str]) -> dict[str, Any]:
-        """Return the hashes of files that outputs need, as arguments of a recipe: other curves give other rows."""
+        """Return the hashes of files that outputs need, as arguments of a recipe: other curves give
+        other rows.
+        """
         hashes = self.adapter.hash_curves(self.machine, outputs)
         return {"curves": dict(hashes)} if hashes else {}
 
     def resolve_outputs(self, names: Sequence[str], label: str) -> list[str]:
-        """Return full names of outputs, the default ones if `names` is empty. Raises InputError as `path`."""
+        """Return full names of outputs, the default ones if `names` is empty.
+
+        Raises InputError as `path`.
+        """
         names = names or self.adapter.default_outputs(self.machine)
         if not names:
-            raise InputError(f"{label} is missing: name at least one output; {_hint((), 'outputs')}")
+            raise InputError(
+                f"{label} is missing: name at least one output; {_hint((), 'outputs')}"
+            )
         return [self.describe_output(name, label)[0] for name in names]
 
     def describe_output(self, name: str, label: str) -> tuple[str, str]:
@@ -117,7 +143,8 @@ class ResolvedMachine:
 def find_full_name(name: str, meanings: Mapping[str, str], label: str, kind: str) -> str:
     """Return the key of `meanings` that is `name`, or the only one that ends in it.
 
-    Raises InputError, which begins with `label` and names the `kind` of the names, unless there is exactly one.
+    Raises InputError, which begins with `label` and names the `kind` of the names, unless there is
+    exactly one.
     """
     candidates = paths.Names(list(meanings)).candidates(name)
     if len(candidates) == 1:
@@ -136,7 +163,9 @@ def _hint(close: Sequence[str], kind: str) -> str:
 
 
 def resolve_source(source: str, folder: Path | None) -> str:
-    """Return the path of a machine file that a plan names relative to its folder, else the source itself."""
+    """Return the path of a machine file that a plan names relative to its folder, else the source
+    itself.
+    """
     if folder is not None and not Path(source).is_absolute() and (folder / source).is_file():
         return str(folder / source)
     return source

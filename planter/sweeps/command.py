@@ -23,12 +23,13 @@ STORE_NAME = "sweep.sqlite"
 def compute_sweep(
     plan: Plan, out: Path | None = None, means: Means = AUTO, progress: Listener | None = None
 ) -> ResultPresentation:
-    """Compute the rows of a plan and return their presentation, which is written to the folder `out`, if any.
+    """Compute the rows of a plan and return their presentation, which is written to the folder
+    `out`, if any.
 
     Finished chunks of the same plan in that folder are reused.
 
-    Raises InputError if the plan does not fit its machines, ComputationError if rows cannot be computed, and
-    Interrupted on Ctrl-C, after which the same call resumes.
+    Raises InputError if the plan does not fit its machines, ComputationError if rows cannot be
+    computed, and Interrupted on Ctrl-C, after which the same call resumes.
     """
     started, request = time.perf_counter(), Sweep(plan)
     recipe, points = request.recipe, plan.sample_points
@@ -38,15 +39,25 @@ def compute_sweep(
             outcome = run_job(recipe, store, means, progress)
             rows = Rows(request.inputs, points, request.outputs, store)
             result = SweepFound(
-                name=plan.name, machine=plan.machine, scheme=plan.scheme, seed=plan.seed, rows=points.rows,
-                columns=rows.columns, hash=store.digest(), resumed=outcome.resumed,
-                seconds=time.perf_counter() - started, workers=outcome.workers, envelope=rows.envelope(),
-            )  # fmt: skip
+                name=plan.name,
+                machine=plan.machine,
+                scheme=plan.scheme,
+                seed=plan.seed,
+                rows=points.rows,
+                columns=rows.columns,
+                hash=store.digest(),
+                resumed=outcome.resumed,
+                seconds=time.perf_counter() - started,
+                workers=outcome.workers,
+                envelope=rows.envelope(),
+            )
             presentation = present_sweep(request, result, rows)
             if out is not None:
                 scheme = f"scheme: {plan.scheme}, seed {plan.seed}"
                 names = [f"sweep: {plan.name}", f"machine: {', '.join(plan.machine)}"]
-                write_rows(out, rows, [*names, scheme, f"hash of the numbers: {result.hash}"], progress)
+                write_rows(
+                    out, rows, [*names, scheme, f"hash of the numbers: {result.hash}"], progress
+                )
                 presentation.write(out, progress)
     return presentation
 

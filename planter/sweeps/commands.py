@@ -10,7 +10,13 @@ import typer
 from planter.errors import InputError
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import ClusterOption, JsonOption, OutOption, WorkersOption, refuse_unused
+from planter.terminal.options import (
+    ClusterOption,
+    JsonOption,
+    OutOption,
+    WorkersOption,
+    refuse_unused,
+)
 
 app = typer.Typer()
 
@@ -44,16 +50,23 @@ Results are the same for any number of workers. From 20000 rows on, all cores ar
 @app.command(help=HELP)
 @writes_files("summary.json", "rows.csv", "rows.parquet", "report.html")
 def sweep(
-    plan: Annotated[Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)] = None,
+    plan: Annotated[
+        Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)
+    ] = None,
     listed: Annotated[
         str | None,
-        typer.Option("--list", metavar="MACHINE", help="list the inputs and outputs of a machine", show_default=False),
+        typer.Option(
+            "--list",
+            metavar="MACHINE",
+            help="list the inputs and outputs of a machine",
+            show_default=False,
+        ),
     ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
-) -> None:  # fmt: skip
+) -> None:
     console = Console(as_json)
     with console.outcome():
         from planter.parallel.task import Means
@@ -69,7 +82,9 @@ def sweep(
             present_inputs(command.list_inputs(listed)).show(console)
             return
         assert plan is not None
-        presentation = command.compute_sweep(load_plan(plan), out, Means(workers, cluster), console.progress)
+        presentation = command.compute_sweep(
+            load_plan(plan), out, Means(workers, cluster), console.progress
+        )
         if out is not None and not has_parquet():
             console.say(PARQUET_HINT)
         presentation.show(console)

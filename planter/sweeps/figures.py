@@ -33,8 +33,8 @@ MARKED, DRAWN_AS_LINES = 61, 2000
 
 @dataclass(frozen=True)
 class Steps:
-    """Abscissae of an output: `values` (k,), the index (m,) of each row among these, and the edges (k + 1,) of slices
-    if the values are the centres of slices.
+    """Abscissae of an output: `values` (k,), the index (m,) of each row among these, and the edges
+    (k + 1,) of slices if the values are the centres of slices.
     """
 
     values: Array
@@ -60,7 +60,9 @@ class SweepData:
     meanings: Mapping[str, str] = field(default_factory=dict)
 
     def label(self, name: str) -> str:
-        """Return the label of an axis: the meaning of an input or an output, or its name, with the unit."""
+        """Return the label of an axis: the meaning of an input or an output, or its name, with the
+        unit.
+        """
         return label_axis(name, self.meanings)
 
     @property
@@ -70,10 +72,15 @@ class SweepData:
 
     @cached_property
     def kinds(self) -> list[tuple[str, Flags]]:
-        """Masks (m,) of the rows of each text of the first input with texts; a mask of all rows without one."""
+        """Masks (m,) of the rows of each text of the first input with texts; a mask of all rows
+        without one.
+        """
         if self._split is None:
             return [("", np.ones(len(self.points), dtype=bool))]
-        return [(text, self.column(self._split) == i) for i, text in enumerate(self.inputs[self._split].texts or ())]
+        return [
+            (text, self.column(self._split) == i)
+            for i, text in enumerate(self.inputs[self._split].texts or ())
+        ]
 
     @property
     def _varied(self) -> list[str]:
@@ -113,7 +120,9 @@ def list_numeric_inputs(inputs: Mapping[str, Axis]) -> list[str]:
 
 @style.with_style
 def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
-    """Draw an output along each input for each text: computed rows, or mean and extremes over the other inputs."""
+    """Draw an output along each input for each text: computed rows, or mean and extremes over the
+    other inputs.
+    """
     names, kinds = rows.numbers, rows.kinds[:MOST_KINDS]
     lines, columns = -(-len(names) // PANELS), min(len(names), PANELS)
     figure = style.new_figure(0.3 + 1.9 * lines * len(kinds), min(style.WIDTH, 0.8 + 2.6 * columns))
@@ -129,11 +138,15 @@ def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
         for axes in shared.ravel()[len(names) :]:
             axes.set_visible(False)
         shared[0, 0].set_title(kind)
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
+    figure.legend(
+        *panels[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False
+    )
     return figure
 
 
-def _curve(axes: Axes, steps: Steps, mask: Flags, values: Array, has_others: bool, shade: str) -> None:
+def _curve(
+    axes: Axes, steps: Steps, mask: Flags, values: Array, has_others: bool, shade: str
+) -> None:
     """Draw the rows of a mask (m,) along an input; a value without a result is a gap."""
     mask = mask & ~np.isnan(values)
     index, count = steps.index[mask], len(steps.values)
@@ -148,9 +161,16 @@ def _curve(axes: Axes, steps: Steps, mask: Flags, values: Array, has_others: boo
         if steps.edges is not None:  # a step extends from its edge to the next
             at, low, high = steps.edges, np.append(low, low[-1]), np.append(high, high[-1])
         axes.fill_between(
-            at, low, high, step=None if steps.edges is None else "post", color=shade, alpha=0.2, linewidth=0,
-            label="minimum to maximum", rasterized=as_picture,
-        )  # fmt: skip
+            at,
+            low,
+            high,
+            step=None if steps.edges is None else "post",
+            color=shade,
+            alpha=0.2,
+            linewidth=0,
+            label="minimum to maximum",
+            rasterized=as_picture,
+        )
     if steps.edges is not None:
         axes.stairs(mean, steps.edges, baseline=None, color=shade, label=word)
     else:
@@ -159,7 +179,9 @@ def _curve(axes: Axes, steps: Steps, mask: Flags, values: Array, has_others: boo
 
 
 def draw_map(rows: SweepData, x: str, y: str, output: str, values: Array) -> Figure | None:
-    """Draw the mean of an output over two inputs, a panel for each text; None if no row has a result."""
+    """Draw the mean of an output over two inputs, a panel for each text; None if no row has a
+    result.
+    """
     return None if np.isnan(values).all() else _map(rows, x, y, output, values)
 
 
@@ -184,7 +206,9 @@ def _map(rows: SweepData, x: str, y: str, output: str, values: Array) -> Figure:
 
 
 def _edges(steps: Steps) -> Array:
-    """Return the edges (k + 1,) of the cells of a map: midway between computed values, or those of the slices."""
+    """Return the edges (k + 1,) of the cells of a map: midway between computed values, or those of
+    the slices.
+    """
     if steps.edges is not None:
         return steps.edges
     middles = (steps.values[1:] + steps.values[:-1]) / 2

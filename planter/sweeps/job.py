@@ -1,4 +1,6 @@
-"""Jobs in chunks, computed in any process with the same bytes, and the SQLite store of finished chunks."""
+"""Jobs in chunks, computed in any process with the same bytes, and the SQLite store of finished
+chunks.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,8 @@ class Job(Protocol):
     width: int
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:
-        """Return the rows from `start` to `stop`, (stop - start, width), independent of earlier calls.
+        """Return the rows from `start` to `stop`, (stop - start, width), independent of earlier
+        calls.
 
         A row without a result is NaN.
         """
@@ -42,7 +45,9 @@ class Job(Protocol):
 
 @dataclass(frozen=True)
 class Recipe:
-    """Recipe by which any process builds a job: a function "package.module:name" and its arguments, fit for JSON."""
+    """Recipe by which any process builds a job: a function "package.module:name" and its arguments,
+    fit for JSON.
+    """
 
     function: str
     arguments: Mapping[str, Any]
@@ -84,7 +89,9 @@ def chunk_limits(number: int, rows: int) -> tuple[int, int]:
 
 
 def evaluate_chunk(job: Job, number: int, threads: int = 1) -> bytes:
-    """Return the bytes of a chunk as they are stored: row by row, little-endian numbers of eight bytes."""
+    """Return the bytes of a chunk as they are stored: row by row, little-endian numbers of eight
+    bytes.
+    """
     return job.chunk(*chunk_limits(number, job.rows), threads).astype("<f8").tobytes()
 
 
@@ -106,7 +113,10 @@ _CHUNKS = (
 
 
 def open_store(path: Path | None, question: str, rows: int, width: int) -> Store:
-    """Open a store; within `overwriting(True)`, replace a file that `Store` refuses. Raises as `Store`."""
+    """Open a store; within `overwriting(True)`, replace a file that `Store` refuses.
+
+    Raises as `Store`.
+    """
     try:
         return Store(path, question, rows, width)
     except InputError:
@@ -118,18 +128,22 @@ def open_store(path: Path | None, question: str, rows: int, width: int) -> Store
 
 
 class Store:
-    """Stored chunks of a job, `rows` of `width` numbers in all; in memory if `path` is None. Use as a context manager.
+    """Stored chunks of a job, `rows` of `width` numbers in all; in memory if `path` is None.
 
-    `question` is the hash that identifies the job. A chunk is valid if its hash fits its content, its number and the
-    question. Raises InputError if the file belongs to another question or if planter did not write it, and
-    ComputationError if it cannot be used.
+    Use as a context manager.
+
+    `question` is the hash that identifies the job. A chunk is valid if its hash fits its content,
+    its number and the question. Raises InputError if the file belongs to another question or if
+    planter did not write it, and ComputationError if it cannot be used.
     """
 
     def __init__(self, path: Path | None, question: str, rows: int, width: int) -> None:
         self._name, self._question = str(path or ":memory:"), question
         self.rows, self.width = rows, width
         with self._reporting_errors():
-            self._file = sqlite3.connect(self._name, timeout=PATIENCE_S, isolation_level=None, check_same_thread=False)
+            self._file = sqlite3.connect(
+                self._name, timeout=PATIENCE_S, isolation_level=None, check_same_thread=False
+            )
             try:
                 self._prepare()
             except BaseException:
@@ -157,7 +171,9 @@ class Store:
 
     def _check_question(self) -> None:
         if self._file.execute("SELECT question FROM asked").fetchall() != [(self._question,)]:
-            raise self._refusal("it contains the rows of another plan, machine or version of planter")
+            raise self._refusal(
+                "it contains the rows of another plan, machine or version of planter"
+            )
 
     def _refusal(self, reason: str) -> InputError:
         return InputError(f"{self._name}: {reason}; choose another --out, or add --overwrite")
@@ -166,40 +182,61 @@ class Store:
         """Return the numbers of the valid chunks; delete all others."""
         with self._reporting_errors():
             stored = self._file.execute("SELECT question, number FROM chunks").fetchall()
-            sound = {number for question, number in stored if question == self._question and self._is_sound(number)}
+            sound = {
+                number
+                for question, number in stored
+                if question == self._question and self._is_sound(number)
+            }
             for question, number in stored:
                 if question != self._question or number not in sound:
-                    self._file.execute("DELETE FROM chunks WHERE question = ? AND number = ?", (question, number))
+                    self._file.execute(
+                        "DELETE FROM chunks WHERE question = ? AND number = ?", (question, number)
+                    )
         return sound
 
     def save(self, number: int, content: bytes) -> None:
         """Store a chunk in one transaction. Raises as the class."""
         if not self._fits(number, content):
-            raise ComputationError(f"{self._name}: chunk {number} has {len(content)} bytes, not those of its rows")
+            raise ComputationError(
+                f"{self._name}: chunk {number} has {len(content)} bytes, not those of its rows"
+            )
         row = (self._question, number, self._hash(number, content), content)
         with self._reporting_errors(), self._transaction():
             self._check_question()
             self._file.execute("INSERT OR REPLACE INTO chunks VALUES (?, ?, ?, ?)", row)
 
     def blocks(self) -> Iterator[Array]:
-        """Yield the chunks in order, (m, width) each. Raises ComputationError if a chunk is missing or damaged."""
+        """Yield the chunks in order, (m, width) each.
+
+        Raises ComputationError if a chunk is missing or damaged.
+        """
         for content in self._contents():
             yield np.frombuffer(content, dtype="<f8").reshape(-1, self.width)
 
     def digest(self) -> str:
-        """Return the hash of all numbers, read again in order. Raises ComputationError as `blocks`."""
+        """Return the hash of all numbers, read again in order.
+
+        Raises ComputationError as `blocks`.
+        """
         return _sha256("".join(_sha256(content) for content in self._contents()).encode())
 
     def _contents(self) -> Iterator[bytes]:
         numbers = range(count_chunks(self.rows))
         with self._reporting_errors():
-            stored = [row[0] for row in self._file.execute("SELECT number FROM chunks ORDER BY question, number")]
+            stored = [
+                row[0]
+                for row in self._file.execute("SELECT number FROM chunks ORDER BY question, number")
+            ]
             if stored != list(numbers):
-                raise ComputationError(f"{self._name}: the stored chunks are not those of the {self.rows} rows; "
-                                       "something else has changed this file, run the command again")  # fmt: skip
+                raise ComputationError(
+                    f"{self._name}: the stored chunks are not those of the {self.rows} rows; "
+                    "something else has changed this file, run the command again"
+                )
             for number in numbers:
                 if not self._is_sound(number):
-                    raise ComputationError(f"{self._name}: chunk {number} is damaged; run the command again")
+                    raise ComputationError(
+                        f"{self._name}: chunk {number} is damaged; run the command again"
+                    )
                 yield self._row(number)[1]
 
     def _is_sound(self, number: int) -> bool:
@@ -208,7 +245,8 @@ class Store:
 
     def _row(self, number: int) -> tuple[str, bytes]:
         row = self._file.execute(
-            "SELECT sha256, content FROM chunks WHERE question = ? AND number = ?", (self._question, number)
+            "SELECT sha256, content FROM chunks WHERE question = ? AND number = ?",
+            (self._question, number),
         ).fetchone()
         return row or ("", b"")
 
@@ -240,7 +278,9 @@ class Store:
                 self._file.close()
             if error.sqlite_errorname == "SQLITE_NOTADB":
                 raise self._refusal("planter did not write this file") from None
-            raise ComputationError(f"{self._name}: chunks cannot be stored in it ({error})") from error
+            raise ComputationError(
+                f"{self._name}: chunks cannot be stored in it ({error})"
+            ) from error
 
 
 def _sha256(content: bytes) -> str:
@@ -261,10 +301,13 @@ class JobRun:
     workers: int
 
 
-def run_job(recipe: Recipe, store: Store, means: Means = AUTO, progress: Listener | None = None) -> JobRun:
+def run_job(
+    recipe: Recipe, store: Store, means: Means = AUTO, progress: Listener | None = None
+) -> JobRun:
     """Compute every chunk that the store lacks.
 
-    Raises ComputationError if a chunk cannot be computed, and Interrupted with the number of finished rows on Ctrl-C.
+    Raises ComputationError if a chunk cannot be computed, and Interrupted with the number of
+    finished rows on Ctrl-C.
     """
     rows, done = store.rows, store.list_finished()
     todo = [number for number in range(count_chunks(rows)) if number not in done]

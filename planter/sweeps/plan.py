@@ -34,7 +34,10 @@ MOST_STEPS = 1_000_000
 
 
 def _choice(value: Any) -> Any:
-    """Return a list as a tuple. Raises ValueError unless it has only numbers or only texts, each once."""
+    """Return a list as a tuple.
+
+    Raises ValueError unless it has only numbers or only texts, each once.
+    """
     if not isinstance(value, list | tuple):
         return value
     texts = [isinstance(item, str) for item in value]
@@ -47,9 +50,14 @@ def _choice(value: Any) -> Any:
 
 
 class Axis(FileSection):
-    """An input: a list of `values`, or a range `from` ... `to`, which a grid divides into `steps` values."""
+    """An input: a list of `values`, or a range `from` ...
 
-    values: Annotated[tuple[Real | str, ...] | None, BeforeValidator(_choice), Field(min_length=1)] = None
+    `to`, which a grid divides into `steps` values.
+    """
+
+    values: Annotated[
+        tuple[Real | str, ...] | None, BeforeValidator(_choice), Field(min_length=1)
+    ] = None
     low: Annotated[Real | None, Field(alias="from")] = None
     high: Annotated[Real | None, Field(alias="to")] = None
     steps: Annotated[Whole, Field(ge=2, le=MOST_STEPS)] | None = None
@@ -57,11 +65,17 @@ class Axis(FileSection):
     @check
     def _list_or_range(self) -> Problems:
         ends = (self.low, self.high)
-        if (self.values is None) == (ends == (None, None)) or (self.values is not None and self.steps is not None):
+        if (self.values is None) == (ends == (None, None)) or (
+            self.values is not None and self.steps is not None
+        ):
             yield invalid_value_problem(
-                "", self.table, "it must be a list of values, or { from = ..., to = ..., steps = ... }"
+                "",
+                self.table,
+                "it must be a list of values, or { from = ..., to = ..., steps = ... }",
             )
-        elif self.values is None and (self.low is None or self.high is None or not self.low < self.high):
+        elif self.values is None and (
+            self.low is None or self.high is None or not self.low < self.high
+        ):
             yield invalid_value_problem("", self.table, "it must have from less than to")
 
     @property
@@ -121,7 +135,9 @@ def to_axis_table(entry: Any) -> Any:
         return entry
     if isinstance(entry, list | tuple):
         return {"values": list(entry)}
-    raise invalid_value_problem("", entry, "it must be a list of values, or { from = ..., to = ..., steps = ... }")
+    raise invalid_value_problem(
+        "", entry, "it must be a list of values, or { from = ..., to = ..., steps = ... }"
+    )
 
 
 class Points(Protocol):
@@ -130,7 +146,9 @@ class Points(Protocol):
     rows: int
 
     def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n inputs."""
+        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
+        inputs.
+        """
 
 
 class Grid:
@@ -144,7 +162,9 @@ class Grid:
     def block(self, start: int, stop: int) -> Array:
         """Return the points from `start` to `stop`, (stop - start, n)."""
         indices = np.unravel_index(np.arange(start, stop), self.shape)
-        return np.column_stack([axis.on_grid(index) for axis, index in zip(self.axes, indices, strict=True)])
+        return np.column_stack(
+            [axis.on_grid(index) for axis, index in zip(self.axes, indices, strict=True)]
+        )
 
 
 class UnitCubePoints:
@@ -156,7 +176,9 @@ class UnitCubePoints:
     def block(self, start: int, stop: int) -> Array:
         """Return the points from `start` to `stop`, (stop - start, n)."""
         cube = self.cube(start, stop)
-        return np.column_stack([axis.from_unit(shares) for axis, shares in zip(self.axes, cube.T, strict=True)])
+        return np.column_stack(
+            [axis.from_unit(shares) for axis, shares in zip(self.axes, cube.T, strict=True)]
+        )
 
     def cube(self, start: int, stop: int) -> Array:
         """Return the points from `start` to `stop` in [0, 1), (stop - start, n)."""
@@ -220,7 +242,9 @@ def _listed(value: Any) -> Any:
     return [value] if isinstance(value, str) else value
 
 
-Sources = Annotated[list[Annotated[Line, Field(min_length=1)]], BeforeValidator(_listed), Field(min_length=1)]
+Sources = Annotated[
+    list[Annotated[Line, Field(min_length=1)]], BeforeValidator(_listed), Field(min_length=1)
+]
 
 
 class Map(FileSection):
@@ -234,8 +258,8 @@ class Map(FileSection):
 class Plan(FileSection):
     """Plan of a sweep: the inputs that vary and the outputs to compute.
 
-    `machine` is a file or a name, or a list of these, which is then the first input. `points` is the number of points
-    of the schemes sobol and latin.
+    `machine` is a file or a name, or a list of these, which is then the first input. `points` is
+    the number of points of the schemes sobol and latin.
     """
 
     name: Annotated[Line, Field(max_length=80)] = "sweep"
@@ -263,7 +287,10 @@ class Plan(FileSection):
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Load a plan from a file. Raises InputError, which names file, key, value and the allowed values."""
+        """Load a plan from a file.
+
+        Raises InputError, which names file, key, value and the allowed values.
+        """
         return cls.read(read_toml(path), str(path), path.parent)
 
     @classmethod
@@ -280,7 +307,9 @@ class Plan(FileSection):
     def _check_inputs(self) -> Problems:
         if not self.inputs:
             yield invalid_value_problem(
-                "inputs", {}, "name at least one input to vary, or use `planter simulate` for a single design"
+                "inputs",
+                {},
+                "name at least one input to vary, or use `planter simulate` for a single design",
             )
 
     @check
@@ -288,15 +317,23 @@ class Plan(FileSection):
         if self.scheme == "grid":
             if self.points is not None:
                 yield invalid_value_problem(
-                    "points", self.points, "steps and lists determine the points of a grid; delete this key"
+                    "points",
+                    self.points,
+                    "steps and lists determine the points of a grid; delete this key",
                 )
             for name, axis in self.inputs.items():
                 if axis.values is None and axis.steps is None:
-                    yield missing_value_problem(f"inputs.{name}.steps", "a range of a grid needs its number of steps")
+                    yield missing_value_problem(
+                        f"inputs.{name}.steps", "a range of a grid needs its number of steps"
+                    )
             if len(self.inputs) > 32:
-                yield invalid_value_problem("inputs", len(self.inputs), "a grid must have at most 32")
+                yield invalid_value_problem(
+                    "inputs", len(self.inputs), "a grid must have at most 32"
+                )
         elif self.points is None:
-            yield missing_value_problem("points", f"the scheme {self.scheme} needs a number of points")
+            yield missing_value_problem(
+                "points", f"the scheme {self.scheme} needs a number of points"
+            )
         else:
             for name, axis in self.inputs.items():
                 if axis.steps is not None:

@@ -1,4 +1,6 @@
-"""The presentation of `planter sweep`: ranges of the outputs, figures, and lists of inputs and outputs."""
+"""The presentation of `planter sweep`: ranges of the outputs, figures, and lists of inputs and
+outputs.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,13 @@ from planter.report import files
 from planter.report.html import Folded, Items, Keys, Section, Table, Text
 from planter.report.labels import count_things, format_cell, format_label
 from planter.report.presentation import ResultPresentation, tabulate_inputs
-from planter.sweeps.figures import MOST_KINDS, SweepData, draw_envelope, draw_map, list_numeric_inputs
+from planter.sweeps.figures import (
+    MOST_KINDS,
+    SweepData,
+    draw_envelope,
+    draw_map,
+    list_numeric_inputs,
+)
 from planter.sweeps.results import SweepFound, Varied
 from planter.sweeps.sweep import Rows, Sweep
 
@@ -22,18 +30,23 @@ MOST_FIGURES = 12
 MOST_ROWS = 5_000_000
 """Number of rows up to which figures are drawn."""
 ALONG_INPUTS = (
-    "Along each input: a value without a result is a gap. Random values are averaged in slices of their range. "
+    "Along each input: a value without a result is a gap. Random values are averaged in slices of "
+    "their range. "
     f"Of several texts the first {MOST_KINDS} are drawn."
 )
 OVER_TWO_INPUTS = (
-    "Over two inputs: mean over all other inputs, empty where no row has a result. Random values are averaged in "
+    "Over two inputs: mean over all other inputs, empty where no row has a result. Random values "
+    "are averaged in "
     "slices of their ranges."
 )
 
 
 def present_sweep(sweep: Sweep, result: SweepFound, rows: Rows) -> ResultPresentation:
     """Return the presentation: plan, range of each output, figures of `rows`, and the machines."""
-    plan, reused = sweep.plan, f", {count_things(result.resumed, 'chunk')} reused" if result.resumed else ""
+    plan, reused = (
+        sweep.plan,
+        f", {count_things(result.resumed, 'chunk')} reused" if result.resumed else "",
+    )
     return ResultPresentation(
         title=f"Sweep: {plan.name}",
         conclusion=(
@@ -54,7 +67,9 @@ def present_sweep(sweep: Sweep, result: SweepFound, rows: Rows) -> ResultPresent
 def _list_sections(sweep: Sweep, result: SweepFound) -> Iterator[Section]:
     plan, resolved = sweep.plan, sweep.machines[0]
     machines = ", ".join(plan.machine)
-    keys = Keys({"machine": machines, "scheme": plan.scheme, "seed": plan.seed, "hash": result.hash})
+    keys = Keys(
+        {"machine": machines, "scheme": plan.scheme, "seed": plan.seed, "hash": result.hash}
+    )
     values = [(format_label(name), format_cell(axis.table)) for name, axis in sweep.inputs.items()]
     description = [Text(plan.description)] if plan.description else []
     yield Section("Plan", [*description, keys, Table(("input", "values"), values)])
@@ -75,10 +90,17 @@ def _list_sections(sweep: Sweep, result: SweepFound) -> Iterator[Section]:
         for end, point in (("minimum", extent.min_at), ("maximum", extent.max_at))
         if point is not None
     ]
-    yield Section("Envelope", [
-        Table(("output", "min", "mean", "max", "missing", "meaning"), ranges, page_columns=("meaning",)),
-        Folded("inputs of the extremes", [Table(("extreme", "inputs"), ends)]),
-    ])  # fmt: skip
+    yield Section(
+        "Envelope",
+        [
+            Table(
+                ("output", "min", "mean", "max", "missing", "meaning"),
+                ranges,
+                page_columns=("meaning",),
+            ),
+            Folded("inputs of the extremes", [Table(("extreme", "inputs"), ends)]),
+        ],
+    )
 
 
 def _list_machines(sweep: Sweep) -> Iterator[Section]:
@@ -88,8 +110,12 @@ def _list_machines(sweep: Sweep) -> Iterator[Section]:
 
 
 def _provenance(sweep: Sweep) -> dict[str, Any]:
-    entries = [files.list_provenance(resolved.machine, sweep.plan.seed) for resolved in sweep.machines]
-    return entries[0] | {key: [entry[key] for entry in entries] for key in ("machine", "machine_sha256", "changed")}
+    entries = [
+        files.list_provenance(resolved.machine, sweep.plan.seed) for resolved in sweep.machines
+    ]
+    return entries[0] | {
+        key: [entry[key] for entry in entries] for key in ("machine", "machine_sha256", "changed")
+    }
 
 
 def _draw(sweep: Sweep, rows: Rows) -> Iterator[tuple[str, Figure]]:
@@ -97,7 +123,9 @@ def _draw(sweep: Sweep, rows: Rows) -> Iterator[tuple[str, Figure]]:
         return
     points, outputs = rows.load_all()
     resolved = sweep.machines[0]
-    meanings = {name: resolved.describe_output(name, "output")[1] for name in rows.outputs} | dict(resolved.inputs)
+    meanings = {name: resolved.describe_output(name, "output")[1] for name in rows.outputs} | dict(
+        resolved.inputs
+    )
     data = SweepData(rows.inputs, points, sweep.plan.scheme != "grid", meanings)
     values = dict(zip(rows.outputs, outputs.T, strict=True))
     if data.numbers:
@@ -113,12 +141,16 @@ def _name_envelope(output: str) -> str:
 
 
 def _list_maps(sweep: Sweep) -> dict[str, tuple[str, str, str]]:
-    """Return x, y and output of the maps of a plan by figure name, by default of all outputs over two inputs."""
+    """Return x, y and output of the maps of a plan by figure name, by default of all outputs over
+    two inputs.
+    """
     maps = [tuple(map(sweep.find_column, (item.x, item.y, item.output))) for item in sweep.plan.map]
     numbers = list_numeric_inputs(sweep.inputs)
     if not maps and len(numbers) > 1:
         maps = [(*numbers[:2], output) for output in sweep.outputs[:MOST_FIGURES]]
-    return {f"map-{output}-{_file_part(x)}-{_file_part(y)}": (x, y, output) for x, y, output in maps}
+    return {
+        f"map-{output}-{_file_part(x)}-{_file_part(y)}": (x, y, output) for x, y, output in maps
+    }
 
 
 def _file_part(path: str) -> str:
@@ -131,9 +163,15 @@ def present_inputs(result: Varied) -> ResultPresentation:
     return ResultPresentation(
         title=f"Inputs and outputs of {result.machine} for a sweep",
         record=result,
-        sections=[_list_meanings("Inputs", choices | result.inputs), _list_meanings("Outputs", result.outputs)],
+        sections=[
+            _list_meanings("Inputs", choices | result.inputs),
+            _list_meanings("Outputs", result.outputs),
+        ],
     )
 
 
 def _list_meanings(title: str, meanings: Mapping[str, str]) -> Section:
-    return Section(title, [Text(f"{title}:"), Items([f"{name}: {meaning}" for name, meaning in meanings.items()])])
+    return Section(
+        title,
+        [Text(f"{title}:"), Items([f"{name}: {meaning}" for name, meaning in meanings.items()])],
+    )

@@ -9,7 +9,8 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class SweepExtent(Record):
-    """Range of an output over all rows, in its unit: `min_at`, `max_at` are the inputs of the rows with the extremes.
+    """Range of an output over all rows, in its unit: `min_at`, `max_at` are the inputs of the rows
+    with the extremes.
 
     All values are null if no row has a result; `missing` is the number of rows without a result.
     """
@@ -24,9 +25,11 @@ class SweepExtent(Record):
 
 @dataclass(frozen=True)
 class SweepFound(Record):
-    """Result of `planter sweep`: rows and columns of the table, a hash of its numbers, the range of each output.
+    """Result of `planter sweep`: rows and columns of the table, a hash of its numbers, the range of
+    each output.
 
-    `resumed` is the number of chunks reused from an earlier run, `workers` of processes started (0 for a small sweep).
+    `resumed` is the number of chunks reused from an earlier run, `workers` of processes started (0
+    for a small sweep).
     """
 
     name: str

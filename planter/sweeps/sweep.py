@@ -1,4 +1,6 @@
-"""A plan as a job, each row evaluated by the machine and model that its texts name, and its rows: ranges and files."""
+"""A plan as a job, each row evaluated by the machine and model that its texts name, and its rows:
+ranges and files.
+"""
 
 from __future__ import annotations
 
@@ -17,18 +19,31 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.progress import Listener, ProgressPhase
 from planter.report import folder
-from planter.sweeps.adapter import ResolvedMachine, SweepAdapter, SweepSubject, find_full_name, resolve_source
+from planter.sweeps.adapter import (
+    ResolvedMachine,
+    SweepAdapter,
+    SweepSubject,
+    find_full_name,
+    resolve_source,
+)
 from planter.sweeps.job import Recipe, Store
 from planter.sweeps.plan import Axis, Plan, Points
 from planter.sweeps.results import SweepExtent
 
-PARQUET_HINT = "rows.parquet is not written, rows.csv has the same rows; for Parquet: pip install 'planter[parquet]'"
+PARQUET_HINT = (
+    "rows.parquet is not written, rows.csv has the same rows; for Parquet: pip install "
+    "'planter[parquet]'"
+)
 
 
 class Rows:
-    """Inputs by path, outputs by name, in display units [which the names end in]; a text is its index in its list."""
+    """Inputs by path, outputs by name, in display units [which the names end in]; a text is its
+    index in its list.
+    """
 
-    def __init__(self, inputs: Mapping[str, Axis], points: Points, outputs: list[str], store: Store) -> None:
+    def __init__(
+        self, inputs: Mapping[str, Axis], points: Points, outputs: list[str], store: Store
+    ) -> None:
         self.inputs, self.points, self.outputs, self._store = inputs, points, outputs, store
 
     @property
@@ -37,7 +52,9 @@ class Rows:
         return [*self.inputs, *self.outputs]
 
     def blocks(self) -> Iterator[tuple[Array, Array]]:
-        """Yield the points (m, n) and outputs (m, k) of each chunk; rows without a result are NaN."""
+        """Yield the points (m, n) and outputs (m, k) of each chunk; rows without a result are
+        NaN.
+        """
         start = 0
         for outputs in self._store.blocks():
             yield self.points.block(start, start + len(outputs)), outputs
@@ -51,7 +68,10 @@ class Rows:
     def tables(self) -> Iterator[dict[str, Array | list[str]]]:
         """Yield the columns of each chunk by name; a text is itself, a row without a result NaN."""
         for points, outputs in self.blocks():
-            inputs = (_input_column(axis, column) for axis, column in zip(self.inputs.values(), points.T, strict=True))
+            inputs = (
+                _input_column(axis, column)
+                for axis, column in zip(self.inputs.values(), points.T, strict=True)
+            )
             yield dict(zip(self.columns, [*inputs, *outputs.T], strict=True))
 
     def describe_point(self, point: Array) -> dict[str, float | str]:
@@ -102,7 +122,12 @@ class _Tally:
             return SweepExtent(None, None, None, self.missing, None, None)
         mean = self.total / self.count
         return SweepExtent(
-            self.low, self.high, mean, self.missing, rows.describe_point(self.low_at), rows.describe_point(self.high_at)
+            self.low,
+            self.high,
+            mean,
+            self.missing,
+            rows.describe_point(self.low_at),
+            rows.describe_point(self.high_at),
         )
 
 
@@ -111,8 +136,11 @@ def has_parquet() -> bool:
     return find_spec("pyarrow") is not None
 
 
-def write_rows(out: Path, rows: Rows, comments: Iterable[str], progress: Listener | None = None) -> None:
-    """Write rows.csv, and rows.parquet if the extra `parquet` is installed; a failure leaves no partial file.
+def write_rows(
+    out: Path, rows: Rows, comments: Iterable[str], progress: Listener | None = None
+) -> None:
+    """Write rows.csv, and rows.parquet if the extra `parquet` is installed; a failure leaves no
+    partial file.
 
     Raises InputError if a file cannot be written.
     """
@@ -128,7 +156,9 @@ def _write_csv(path: Path, rows: Rows, comments: Iterable[str], progress: Listen
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(rows.columns)
         for table in rows.tables():
-            columns = [column if isinstance(column, list) else _cells(column) for column in table.values()]
+            columns = [
+                column if isinstance(column, list) else _cells(column) for column in table.values()
+            ]
             writer.writerows(zip(*columns, strict=True))
             phase.report(phase.done + len(columns[0]))
 
@@ -146,8 +176,13 @@ def _write_parquet(path: Path, rows: Rows) -> None:
     from pyarrow.parquet import ParquetWriter
 
     texts = {name for name, axis in rows.inputs.items() if axis.texts is not None}
-    schema = pa.schema([(name, pa.string() if name in texts else pa.float64()) for name in rows.columns])
-    with folder.replace_file(path) as part, ParquetWriter(part, schema, compression="zstd") as writer:
+    schema = pa.schema(
+        [(name, pa.string() if name in texts else pa.float64()) for name in rows.columns]
+    )
+    with (
+        folder.replace_file(path) as part,
+        ParquetWriter(part, schema, compression="zstd") as writer,
+    ):
         for table in rows.tables():
             columns = [pa.array(column, from_pandas=True) for column in table.values()]
             writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=schema))
@@ -158,11 +193,16 @@ MACHINE = "machine"
 
 
 class Sweep:
-    """A plan with its machines loaded. Raises InputError if a machine, an input or an output does not exist."""
+    """A plan with its machines loaded.
+
+    Raises InputError if a machine, an input or an output does not exist.
+    """
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self.machines = [ResolvedMachine(resolve_source(source, plan.folder)) for source in plan.machine]
+        self.machines = [
+            ResolvedMachine(resolve_source(source, plan.folder)) for source in plan.machine
+        ]
         first = self.machines[0]
         if any(resolved.module != first.module for resolved in self.machines):
             raise InputError(f"{plan.source}: machine: all machines must be of the same kind")
@@ -176,7 +216,8 @@ class Sweep:
     def _outputs(self) -> list[str]:
         """Return the full names of the outputs, which every machine must have."""
         names = [
-            resolved.resolve_outputs(self.plan.outputs, f"{self.plan.source}: outputs") for resolved in self.machines
+            resolved.resolve_outputs(self.plan.outputs, f"{self.plan.source}: outputs")
+            for resolved in self.machines
         ]
         return list(dict.fromkeys(names[0]))
 
@@ -204,32 +245,56 @@ class Sweep:
     @property
     def recipe(self) -> Recipe:
         """Recipe of the job."""
-        return Recipe(f"{__name__}:{PlanJob.__name__}", {
-            "module": self.machines[0].module,
-            "machines": [resolved.adapter.frozen(resolved.machine) for resolved in self.machines],
-            "plan": self.plan.model_dump(mode="json", by_alias=True, exclude_none=True),
-            "inputs": list(self.inputs), "outputs": self.outputs, **self.machines[0].hash_curves(self.outputs),
-        })  # fmt: skip
+        return Recipe(
+            f"{__name__}:{PlanJob.__name__}",
+            {
+                "module": self.machines[0].module,
+                "machines": [
+                    resolved.adapter.frozen(resolved.machine) for resolved in self.machines
+                ],
+                "plan": self.plan.model_dump(mode="json", by_alias=True, exclude_none=True),
+                "inputs": list(self.inputs),
+                "outputs": self.outputs,
+                **self.machines[0].hash_curves(self.outputs),
+            },
+        )
 
     def find_column(self, name: str) -> str:
-        """Return the name of the column of a name of the plan. Raises InputError if it does not exist."""
+        """Return the name of the column of a name of the plan.
+
+        Raises InputError if it does not exist.
+        """
         meanings = dict.fromkeys([*self.inputs, *self.outputs], "")
-        return find_full_name(name, meanings, f"{self.plan.source}: map: {name}", "inputs and outputs")
+        return find_full_name(
+            name, meanings, f"{self.plan.source}: map: {name}", "inputs and outputs"
+        )
 
 
 class PlanJob:
     """Job of a plan: `outputs` of machines of one kind at the points of the plan."""
 
     def __init__(
-        self, module: str, machines: Sequence[Mapping[str, Any]], plan: dict[str, Any], inputs: Sequence[str],
-        outputs: Sequence[str], curves: Mapping[str, str] | None = None,
-    ) -> None:  # fmt: skip
-        """Prepare the job; `curves`, hashes of files that outputs need, distinguish it from jobs with other files."""
+        self,
+        module: str,
+        machines: Sequence[Mapping[str, Any]],
+        plan: dict[str, Any],
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        curves: Mapping[str, str] | None = None,
+    ) -> None:
+        """Prepare the job; `curves`, hashes of files that outputs need, distinguish it from jobs
+        with other files.
+        """
         self._adapter: SweepAdapter = import_module(module).ADAPTER
         self._machines, self._outputs = machines, outputs
         spec = Plan.read(plan, plan.get("name", "plan"))
-        self.points, self._axes = spec.sample_points, dict(zip(inputs, spec.axes.values(), strict=True))
-        self._texts = [index for index, axis in enumerate(self._axes.values()) if axis.texts is not None]
+        self.points, self._axes = (
+            spec.sample_points,
+            dict(zip(inputs, spec.axes.values(), strict=True)),
+        )
+        self._texts = [
+            index for index, axis in enumerate(self._axes.values()) if axis.texts is not None
+        ]
         self._numbers = [index for index in range(len(inputs)) if index not in self._texts]
         self.rows, self.width = self.points.rows, len(outputs)
         self._subjects: dict[tuple[int, ...], SweepSubject] = {}
@@ -238,7 +303,9 @@ class PlanJob:
         """Return the outputs of the points from `start` to `stop`, (stop - start, width)."""
         block = self.points.block(start, stop)
         outputs = np.empty((len(block), self.width))
-        kinds, kind_numbers = np.unique(block[:, self._texts].astype(int), axis=0, return_inverse=True)
+        kinds, kind_numbers = np.unique(
+            block[:, self._texts].astype(int), axis=0, return_inverse=True
+        )
         for number, kind in enumerate(kinds):
             rows = kind_numbers.ravel() == number
             subject = self._subject(tuple(map(int, kind)))

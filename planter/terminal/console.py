@@ -1,4 +1,6 @@
-"""What a command says: one JSON object or tables to standard output, progress and errors to standard error."""
+"""What a command says: one JSON object or tables to standard output, progress and errors to
+standard error.
+"""
 
 from __future__ import annotations
 
@@ -29,12 +31,17 @@ class Console:
     as_json: bool
 
     def result(self, content: Record | dict[str, Any], tables: Callable[[], None]) -> None:
-        """Print a result: as JSON, or by `tables`. From here on signals do not count: the work is done."""
+        """Print a result: as JSON, or by `tables`.
+
+        From here on signals do not count: the work is done.
+        """
         if process.exit_code() is not None:
             raise Interrupted
         table = content.table() if isinstance(content, Record) else content
         if self.as_json and (infinite := next(_find_infinite(table), "")):
-            raise ComputationError(f"the result has no finite value of {infinite}, so that it is not shown")
+            raise ComputationError(
+                f"the result has no finite value of {infinite}, so that it is not shown"
+            )
         text = json.dumps(table, indent=2, allow_nan=False) if self.as_json else ""
         process.ignore_signals()
         with process.flush_output():
@@ -53,10 +60,14 @@ class Console:
         listed = [list(row) for row in rows]
         for row in listed:
             row[:] = [
-                DEGREE if name == "unit" and cell == "deg" else cell for name, cell in zip(header, row, strict=True)
+                DEGREE if name == "unit" and cell == "deg" else cell
+                for name, cell in zip(header, row, strict=True)
             ]
         for index, name in enumerate(header):
-            numeric = any(isinstance(row[index], int | float) and not isinstance(row[index], bool) for row in listed)
+            numeric = any(
+                isinstance(row[index], int | float) and not isinstance(row[index], bool)
+                for row in listed
+            )
             table.add_column(_typeset(name), justify="right" if numeric else "left")
         for row in listed:
             table.add_row(*(_typeset(cell_text(cell)) for cell in row))
@@ -71,10 +82,17 @@ class Console:
         process.print_line(_typeset(text))
 
     def progress(self, at: Progress) -> None:
-        """Tell how far a work is: one line that is written over on a terminal, else ten lines in all."""
+        """Tell how far a work is: one line that is written over on a terminal, else ten lines in
+        all.
+        """
         if sys.stderr.isatty():
             line = safe_text.sanitise_line(str(at))[: shutil.get_terminal_size().columns - 1]
-            print(f"\r\x1b[2K{line}", end="\n" if at.done == at.total else "", file=sys.stderr, flush=True)
+            print(
+                f"\r\x1b[2K{line}",
+                end="\n" if at.done == at.total else "",
+                file=sys.stderr,
+                flush=True,
+            )
         elif at.done * 10 // at.total > (at.done - 1) * 10 // at.total:
             self.say(str(at))
 
@@ -87,7 +105,8 @@ class Console:
             self.fail(stop)
         except (KeyboardInterrupt, Exception) as error:
             if isinstance(error, KeyboardInterrupt) or process.exit_code() is not None:
-                # A solver that swallows the interrupt fails with an error of its own, which has what was found.
+                # A solver that swallows the interrupt fails with an error of its own, which has
+                # what was found.
                 self.fail(Interrupted(getattr(error, "partial", None)))
             if isinstance(error, MemoryError):
                 self.fail(ComputationError("there is not enough memory for this"))
@@ -96,7 +115,9 @@ class Console:
             self.fail(error)
 
     def fail(self, error: PlanterError) -> NoReturn:
-        """End with an error's sentence and exit code, with JSON also its object; each signal has a different code."""
+        """End with an error's sentence and exit code, with JSON also its object; each signal has a
+        different code.
+        """
         process.ignore_signals()
         process.print_line(f"planter: {units.typeset_degrees(error.message)}")
         if self.as_json and error.exit_code != InputError.exit_code:

@@ -28,13 +28,17 @@ class ModelName(enum.StrEnum):
 MachineArgument = Annotated[
     str,
     typer.Argument(
-        help="a machine file, the name of a built-in machine, or your mechanism's file: NAME.toml, or NAME of one here "
+        help="a machine file, the name of a built-in machine, or your mechanism's file: "
+        "NAME.toml, or NAME of one here "
         "or in generated/",
         show_default=False,
     ),
 ]
 ModelOption = Annotated[
-    ModelName, typer.Option(help="first principles, or the paper's equations as printed, of machines that have both")
+    ModelName,
+    typer.Option(
+        help="first principles, or the paper's equations as printed, of machines that have both"
+    ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
 OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]
@@ -43,24 +47,31 @@ SetOption = Annotated[
     typer.Option(
         "--set",
         metavar="NAME=VALUE",
-        help="change a number for this call (repeatable). NAME is a key of the file, as `planter example` shows one: "
+        help="change a number for this call (repeatable). NAME is a key of the file, as `planter "
+        "example` shows one: "
         "in full, as mass.sun_kg or nozzle.hinge_A_mm[0], or its last part if that is unique",
         show_default=False,
     ),
 ]
 SpeedOption = Annotated[
-    float | None, typer.Option(help="change the speed of the drive for this call [r/min]", show_default=False)
+    float | None,
+    typer.Option(help="change the speed of the drive for this call [r/min]", show_default=False),
 ]
 WorkersOption = Annotated[
     int | None,
     typer.Option(
-        min=1, max=1024, help="number of worker processes [default: one per core if that is faster]", show_default=False
+        min=1,
+        max=1024,
+        help="number of worker processes [default: one per core if that is faster]",
+        show_default=False,
     ),
 ]
 ClusterOption = Annotated[
     str | None,
     typer.Option(
-        metavar="ADDRESS", help="Dask scheduler whose workers run the jobs (planter[cluster])", show_default=False
+        metavar="ADDRESS",
+        help="Dask scheduler whose workers run the jobs (planter[cluster])",
+        show_default=False,
     ),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="random seed")]
@@ -69,8 +80,10 @@ LeastOption = Annotated[
     typer.Option(
         metavar="SUM",
         help="instead of the objective in the file: a sum to minimise, such as "
-        '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, jump, or NAME at DEG, or NAME '
-        "where NAME is least; most also while NAME <= NUMBER); -min NAME makes a least value greater",
+        '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, jump, or '
+        "NAME at DEG, or NAME "
+        "where NAME is least; most also while NAME <= NUMBER); -min NAME makes a least value "
+        "greater",
         show_default=False,
     ),
 ]
@@ -78,7 +91,8 @@ HoldOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="LIMIT",
-        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "min distance tip to ground__D '
+        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "min '
+        "distance tip to ground__D "
         '>= 20 mm" (repeatable)',
         show_default=False,
     ),
@@ -87,7 +101,8 @@ VaryOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="PATH=LOW:HIGH",
-        help="vary this value of the file within these bounds, instead of the values with bounds (repeatable)",
+        help="vary this value of the file within these bounds, instead of the values with bounds "
+        "(repeatable)",
         show_default=False,
     ),
 ]
@@ -98,9 +113,11 @@ _GIVEN: ContextVar[frozenset[str]] = ContextVar("given options", default=frozens
 
 
 def record_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that refuses numbers that are not finite, and knows which of its options are given.
+    """Return a command that refuses numbers that are not finite, and knows which of its options are
+    given.
 
-    Raises InputError for an option with a number that is not finite, since infinity may lie within its limits.
+    Raises InputError for an option with a number that is not finite, since infinity may lie within
+    its limits.
     """
     parameters = inspect.signature(command, eval_str=True).parameters
     options = {name: _spell_option(parameter) for name, parameter in parameters.items()}
@@ -111,7 +128,11 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
             for number in value if isinstance(value, list | tuple) else (value,):
                 if isinstance(number, float) and not math.isfinite(number):
                     raise InputError.for_value(options[name], number, "it must be a finite number")
-        present = [name for name, value in values.items() if value not in ([], (), parameters[name].default)]
+        present = [
+            name
+            for name, value in values.items()
+            if value not in ([], (), parameters[name].default)
+        ]
         token = _GIVEN.set(frozenset(options[name] for name in present))
         try:
             command(**values)
@@ -135,13 +156,18 @@ def find_unused(*options: str) -> list[str]:
 
 
 def refuse_unused(mode: str, *options: str) -> None:
-    """Raise InputError for an option that is given but has no effect in a mode, as "without --ensemble"."""
+    """Raise InputError for an option that is given but has no effect in a mode, as "without
+    --ensemble".
+    """
     if unused := find_unused(*options):
         raise InputError(f"{unused[0]} has no effect {mode}: leave {unused[0]} out")
 
 
-def parse_changes(texts: Sequence[str] | None, options: Mapping[str, float | None] | None = None) -> dict[str, float]:
-    """Return the changed numbers by name, from texts of `--set NAME=VALUE` and from separate `options`.
+def parse_changes(
+    texts: Sequence[str] | None, options: Mapping[str, float | None] | None = None
+) -> dict[str, float]:
+    """Return the changed numbers by name, from texts of `--set NAME=VALUE` and from separate
+    `options`.
 
     Raises InputError if a text is not NAME=VALUE with a number.
     """
@@ -153,13 +179,20 @@ def parse_changes(texts: Sequence[str] | None, options: Mapping[str, float | Non
         except ValueError:
             pointed = safe_text.replace_decimal_comma(text)
             hint = f" (with a decimal point: {pointed})" if pointed else ""
-            allowed = f"it must be NAME=VALUE with a number{hint}" if equals else "it must be NAME=VALUE"
-            raise InputError(f"--set {safe_text.sanitise_line(assignment, 200)}: {allowed}") from None
+            allowed = (
+                f"it must be NAME=VALUE with a number{hint}" if equals else "it must be NAME=VALUE"
+            )
+            raise InputError(
+                f"--set {safe_text.sanitise_line(assignment, 200)}: {allowed}"
+            ) from None
     return numbers | {name: value for name, value in (options or {}).items() if value is not None}
 
 
 def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Return the ends of each range `PATH=LOW:HIGH` of an option, by path. Raises InputError for other texts."""
+    """Return the ends of each range `PATH=LOW:HIGH` of an option, by path.
+
+    Raises InputError for other texts.
+    """
     ranges: dict[str, tuple[float, float]] = {}
     for text in texts:
         name, _, ends = text.partition("=")
@@ -173,11 +206,17 @@ def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, flo
 
 
 def list_allowed(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
-    """Return a command whose help lists the allowed values of its parameters, looked up at that time."""
+    """Return a command whose help lists the allowed values of its parameters, looked up at that
+    time.
+    """
 
     class Listing(TyperCommand):
         def format_help(self, ctx: Any, formatter: Any) -> None:
-            parameters = {item.name: item for item in self.params if isinstance(item, TyperArgument | TyperOption)}
+            parameters = {
+                item.name: item
+                for item in self.params
+                if isinstance(item, TyperArgument | TyperOption)
+            }
             before = {name: parameters[name].help for name in values}
             for name, list_values in values.items():
                 parameters[name].help = f"{before[name]}: {', '.join(list_values())}"

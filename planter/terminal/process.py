@@ -1,4 +1,6 @@
-"""Signals, and standard streams that accept any text, with one-line errors if they cannot be written."""
+"""Signals, and standard streams that accept any text, with one-line errors if they cannot be
+written.
+"""
 
 from __future__ import annotations
 
@@ -61,9 +63,10 @@ def format_command() -> str:
 def listen_signals() -> None:
     """Hear both signals from now on; a process that was started deaf to one stays so.
 
-    A signal raises KeyboardInterrupt, so that a search can save what it has found. Within an import, which may swallow
-    that or make another error of it, it ends the process at once. Python raises nothing within a call of compiled code:
-    one that goes on for more than `GRACE_S` is ended with the process. Slow steps are reported.
+    A signal raises KeyboardInterrupt, so that a search can save what it has found. Within an
+    import, which may swallow that or make another error of it, it ends the process at once. Python
+    raises nothing within a call of compiled code: one that goes on for more than `GRACE_S` is ended
+    with the process. Slow steps are reported.
     """
     _came.clear()
     _heard.clear()
@@ -77,7 +80,9 @@ def listen_signals() -> None:
 
 
 def _watch(incoming: socket.socket, _outgoing: socket.socket) -> None:
-    """End the process if the main thread does not hear a signal, and report slow steps; the sockets stay open."""
+    """End the process if the main thread does not hear a signal, and report slow steps; the sockets
+    stay open.
+    """
     incoming.settimeout(WATCH_INTERVAL_S)
     while True:
         try:
@@ -86,7 +91,11 @@ def _watch(incoming: socket.socket, _outgoing: socket.socket) -> None:
             if (step := describe_slow_step()) is not None:
                 print_line(f"planter: {safe_text.sanitise_line(step)}")
             continue
-        if number in _HEARD and signal.getsignal(number) is not signal.SIG_IGN and not _heard.wait(GRACE_S):
+        if (
+            number in _HEARD
+            and signal.getsignal(number) is not signal.SIG_IGN
+            and not _heard.wait(GRACE_S)
+        ):
             _leave(128 + number)
 
 
@@ -119,7 +128,9 @@ def _importing(frame: FrameType | None) -> bool:
 
 
 def _leave(code: int) -> None:
-    """End the process past what is half imported or does not come back: no result has been printed by then."""
+    """End the process past what is half imported or does not come back: no result has been printed
+    by then.
+    """
     error = Interrupted()
     os.write(2, f"planter: {error.message}\n".encode())
     if "--json" in sys.argv:
@@ -138,7 +149,8 @@ def take_any_text() -> None:
 def flush_output() -> Iterator[None]:
     """Flush standard output at the end of the context.
 
-    Raises ComputationError if standard output cannot be written, and SystemExit(1) if its reader has closed it.
+    Raises ComputationError if standard output cannot be written, and SystemExit(1) if its reader
+    has closed it.
     """
     try:
         yield
@@ -149,7 +161,9 @@ def flush_output() -> Iterator[None]:
         raise SystemExit(ComputationError.exit_code) from None
     except OSError as error:
         _drop()
-        raise ComputationError(f"standard output: this cannot be written ({error.strerror or error})") from None
+        raise ComputationError(
+            f"standard output: this cannot be written ({error.strerror or error})"
+        ) from None
 
 
 def print_line(text: str) -> None:

@@ -1,4 +1,6 @@
-"""Adapters of machines for tolerances: those of `planter.sweeps.adapter` with slopes, curves and robust designs."""
+"""Adapters of machines for tolerances: those of `planter.sweeps.adapter` with slopes, curves and
+robust designs.
+"""
 
 from __future__ import annotations
 
@@ -30,10 +32,14 @@ class ToleranceSubject(adapter.SweepSubject, Protocol):
     """A machine that evaluates rows of inputs, and slopes at one point."""
 
     def slopes(self, point: Array) -> tuple[Array, Array] | None:
-        """Return outputs (k,) at a point (n,) and their exact slopes (k, n), in display units; None without slopes."""
+        """Return outputs (k,) at a point (n,) and their exact slopes (k, n), in display units; None
+        without slopes.
+        """
 
     def curves(self, keys: Sequence[str], points: Array) -> Mapping[str, Array]:
-        """Return quantities over a cycle, (m, angles) each, at points (m, n), and their angles `phi_deg`."""
+        """Return quantities over a cycle, (m, angles) each, at points (m, n), and their angles
+        `phi_deg`.
+        """
 
 
 class ToleranceAdapter(adapter.SweepAdapter, Protocol):
@@ -50,20 +56,28 @@ class ToleranceAdapter(adapter.SweepAdapter, Protocol):
         """Return the values of the inputs in the file, in display units."""
 
     def tolerances(self, machine: Any) -> Mapping[str, Mapping[str, Any]]:
-        """Return the default tolerances as the table of a file, empty if the kind has no defaults."""
+        """Return the default tolerances as the table of a file, empty if the kind has no
+        defaults.
+        """
 
     def robust(
-        self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
+        self,
+        machine: Any,
+        choices: Mapping[str, str],
+        spreads: Mapping[str, Spread],
+        settings: Settings,
         progress: Listener | None,
-    ) -> RobustFound | None:  # fmt: skip
-        """Return the design with the smallest mean plus `sigmas` standard deviations of the objective.
+    ) -> RobustFound | None:
+        """Return the design with the smallest mean plus `sigmas` standard deviations of the
+        objective.
 
         None if the machine has no objective or no design variables.
         """
 
 
 class MachineAdapter(ABC):
-    """Adapter of machines of the engine: inputs are their values, outputs measures of their quantities.
+    """Adapter of machines of the engine: inputs are their values, outputs measures of their
+    quantities.
 
     The modules `file` and `machines` of the package load files and build machines.
     """
@@ -108,32 +122,47 @@ class MachineAdapter(ABC):
         return {name: output.meaning for name, output in list_outputs(self.build(machine)).items()}
 
     def describe_measure(self, machine: Any, text: str, label: str) -> tuple[str, str]:
-        """Return the name and the meaning of an output that is an expression in the language of measures."""
+        """Return the name and the meaning of an output that is an expression in the language of
+        measures.
+        """
         from planter.engine.outputs import find_output
 
         output = find_output(self.build(machine), text, label)
         return output.name, output.meaning
 
     def default_outputs(self, machine: Any) -> Sequence[str]:
-        """Return the objective of the machine's file, if it has one, and the loads of its motors."""
+        """Return the objective of the machine's file, if it has one, and the loads of its
+        motors.
+        """
         from planter.engine.outputs import list_default_outputs
 
         return list_default_outputs(self.build(machine))
 
     def hash_curves(self, machine: Any, outputs: Sequence[str]) -> dict[str, str]:
-        """Return the hashes of the files with curves that outputs are distances from, by their paths."""
+        """Return the hashes of the files with curves that outputs are distances from, by their
+        paths.
+        """
         from planter.engine.measures import parse_distance
         from planter.engine.outputs import find_output
 
         built = self.build(machine)
-        names = [name for text in outputs for term in find_output(built, text).terms for name in term.names]
+        names = [
+            name
+            for text in outputs
+            for term in find_output(built, text).terms
+            for name in term.names
+        ]
         paths = [
-            curve.find_file(built.source) for curve in map(parse_distance, names) if curve is not None and curve.file
+            curve.find_file(built.source)
+            for curve in map(parse_distance, names)
+            if curve is not None and curve.file
         ]
         return {str(path): hash_file(path) for path in paths}
 
     def nominal(self, machine: Any) -> dict[str, float]:
-        """Return the machine's values in the units of their paths, unrounded from the file where it has them."""
+        """Return the machine's values in the units of their paths, unrounded from the file where it
+        has them.
+        """
         built, numbers = self.build(machine), machine.numbers()
         return {
             value.path: numbers.get(value.path, float(number / value.factor))
@@ -145,13 +174,18 @@ class MachineAdapter(ABC):
         return {}
 
     def robust(
-        self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
+        self,
+        machine: Any,
+        choices: Mapping[str, str],
+        spreads: Mapping[str, Spread],
+        settings: Settings,
         progress: Listener | None,
-    ) -> RobustFound | None:  # fmt: skip
-        """Return the design with the smallest mean plus `sigmas` standard deviations of a sum of measures.
+    ) -> RobustFound | None:
+        """Return the design with the smallest mean plus `sigmas` standard deviations of a sum of
+        measures.
 
-        None without a sum or without design variables. Raises ComputationError if the file's design has
-        no cycle.
+        None without a sum or without design variables. Raises ComputationError if the file's design
+        has no cycle.
         """
         from planter.tolerance.robust import find_robust
 
@@ -159,12 +193,16 @@ class MachineAdapter(ABC):
         return None if robust is None else find_robust(robust, settings, progress)
 
     def build_robust(
-        self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
+        self,
+        machine: Any,
+        choices: Mapping[str, str],
+        spreads: Mapping[str, Spread],
+        settings: Settings,
     ) -> RobustGoal | None:
         """Return a sum of measures over machines within tolerances; None as `robust`.
 
-        The sum, its limits and the design variables are those of the file or of the settings. Raises InputError if
-        the settings state a search without a sum or without design variables.
+        The sum, its limits and the design variables are those of the file or of the settings.
+        Raises InputError if the settings state a search without a sum or without design variables.
         """
         from planter.engine.goal import Goal, resolve_limit, resolve_measure
         from planter.engine.limits import MeasureLimits
@@ -177,12 +215,18 @@ class MachineAdapter(ABC):
             terms = [resolve_measure(built, measure) for measure in parse_sum(settings.sum_text)]
         limits = [*limits, *(resolve_limit(built, parse_limit(text)) for text in settings.holds)]
         if settings.is_stated and not (terms and built.moved):
-            missing = "values to search in: give --vary PATH=LOW:HIGH" if terms else "sum to minimise: give --least SUM"
+            missing = (
+                "values to search in: give --vary PATH=LOW:HIGH"
+                if terms
+                else "sum to minimise: give --least SUM"
+            )
             raise InputError(f"{built.source}: the robust design has no {missing}")
         if not terms or not built.moved:
             return None
         bounds = MeasureLimits(Goal(built, (), limits)) if limits else None
-        return RobustGoal(replace(built, objective=tuple(terms)), spreads, settings, samples, bounds)
+        return RobustGoal(
+            replace(built, objective=tuple(terms)), spreads, settings, samples, bounds
+        )
 
     def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int]:
         """Return the sum of measures that a file minimises, its limits, and samples.
@@ -193,13 +237,23 @@ class MachineAdapter(ABC):
 
         built = self.build(machine)
         terms = tuple(resolve_measure(built, measure) for measure in built.objective)
-        return terms, tuple(resolve_limit(built, limit) for limit in built.limits), built.objective_samples
+        return (
+            terms,
+            tuple(resolve_limit(built, limit) for limit in built.limits),
+            built.objective_samples,
+        )
 
     def subject(
-        self, frozen: Mapping[str, Any], choices: Mapping[str, str], inputs: Mapping[str, tuple[float, float]],
+        self,
+        frozen: Mapping[str, Any],
+        choices: Mapping[str, str],
+        inputs: Mapping[str, tuple[float, float]],
         outputs: Sequence[str],
-    ) -> SampledOutputs:  # fmt: skip
-        """Return the outputs of a machine. Raises InputError if its file does not allow an end of an input."""
+    ) -> SampledOutputs:
+        """Return the outputs of a machine.
+
+        Raises InputError if its file does not allow an end of an input.
+        """
         from planter.engine.outputs import SampledOutputs
 
         document = self.thaw(frozen)
@@ -212,10 +266,14 @@ class MachineAdapter(ABC):
 
 
 class FileAdapter(MachineAdapter):
-    """Adapter of machines whose files other processes read again, since they may name other files or be built in."""
+    """Adapter of machines whose files other processes read again, since they may name other files
+    or be built in.
+    """
 
     def frozen(self, machine: Any) -> dict[str, Any]:
-        """Return the path of the file, its changed numbers, and its table, which must not change."""
+        """Return the path of the file, its changed numbers, and its table, which must not
+        change.
+        """
         path = Path(machine.source)
         numbers = machine.numbers()
         return {
@@ -229,6 +287,7 @@ class FileAdapter(MachineAdapter):
         document = self.load(frozen["source"], frozen["changes"])
         if document.table() != frozen["table"]:
             raise InputError(
-                f"{frozen['source']}: the file has changed since the command started; run the command again"
+                f"{frozen['source']}: the file has changed since the command started; run the "
+                f"command again"
             )
         return document

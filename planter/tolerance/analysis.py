@@ -1,4 +1,6 @@
-"""Analysis of tolerances: cycles of a machine at random values, their bands, and Sobol' indices of the variance."""
+"""Analysis of tolerances: cycles of a machine at random values, their bands, and Sobol' indices of
+the variance.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,15 @@ import scipy
 from pydantic import Field, ValidationError
 
 from planter.errors import ComputationError, InputError
-from planter.files.fields import FileSection, Positive, Problems, Real, check, describe_problems, invalid_value_problem
+from planter.files.fields import (
+    FileSection,
+    Positive,
+    Problems,
+    Real,
+    check,
+    describe_problems,
+    invalid_value_problem,
+)
 from planter.files.paths import last_part
 from planter.files.text import read_toml
 from planter.kernels import Array
@@ -32,9 +42,11 @@ from planter.tolerance.robust import Settings
 
 
 class Tolerance(FileSection):
-    """Tolerance of an input about its nominal value: `plus_minus` in its unit, `percent` of it, or `from` ... `to`.
+    """Tolerance of an input about its nominal value: `plus_minus` in its unit, `percent` of it, or
+    `from` ... `to`.
 
-    The default distribution is normal with its ends at three standard deviations, or uniform for `from` ... `to`.
+    The default distribution is normal with its ends at three standard deviations, or uniform for
+    `from` ... `to`.
     """
 
     plus_minus: Positive | None = None
@@ -47,10 +59,12 @@ class Tolerance(FileSection):
     def _check_range(self) -> Problems:
         table = self.model_dump(by_alias=True, exclude_none=True)
         is_range = self.low is not None and self.high is not None
-        if sum([self.plus_minus is not None, self.percent is not None, is_range]) != 1 or (self.low is None) != (
-            self.high is None
-        ):
-            yield invalid_value_problem("", table, "it must have either plus_minus, or percent, or from and to")
+        if sum([self.plus_minus is not None, self.percent is not None, is_range]) != 1 or (
+            self.low is None
+        ) != (self.high is None):
+            yield invalid_value_problem(
+                "", table, "it must have either plus_minus, or percent, or from and to"
+            )
         elif self.low is not None and self.high is not None and not self.low < self.high:
             yield invalid_value_problem("", table, "it must have from less than to")
 
@@ -58,18 +72,27 @@ class Tolerance(FileSection):
         """Return the distribution about a nominal value, or between the ends."""
         if self.low is not None and self.high is not None:
             return Spread(self.distribution or "uniform", self.low, self.high)
-        half = self.plus_minus if self.plus_minus is not None else abs(nominal) * (self.percent or 0) / 100
+        half = (
+            self.plus_minus
+            if self.plus_minus is not None
+            else abs(nominal) * (self.percent or 0) / 100
+        )
         return Spread(self.distribution or "normal", nominal - half, nominal + half)
 
 
 class Tolerances(FileSection):
-    """Tolerances by input: a name as in `--set`, or a pattern such as "mass.*" for all inputs that match it."""
+    """Tolerances by input: a name as in `--set`, or a pattern such as "mass.*" for all inputs that
+    match it.
+    """
 
     tolerances: Annotated[dict[str, Tolerance], Field(min_length=1)]
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Load tolerances from a file. Raises InputError, which names file, key, value and the allowed values."""
+        """Load tolerances from a file.
+
+        Raises InputError, which names file, key, value and the allowed values.
+        """
         return cls.read(read_toml(path), str(path))
 
     @classmethod
@@ -81,7 +104,8 @@ class Tolerances(FileSection):
             raise describe_problems(error, source, cls) from None
 
     def spreads(self, resolved: ResolvedMachine, source: str) -> dict[str, Spread]:
-        """Return the distributions of the inputs with a tolerance; of several entries that match, the last counts.
+        """Return the distributions of the inputs with a tolerance; of several entries that match,
+        the last counts.
 
         Raises InputError if an entry matches no input, or has no width.
         """
@@ -95,41 +119,58 @@ class Tolerances(FileSection):
 
     @staticmethod
     def _matches(name: str, resolved: ResolvedMachine, source: str) -> list[str]:
-        """Return the inputs that a name or a pattern matches, by full paths, else by the last parts of paths."""
+        """Return the inputs that a name or a pattern matches, by full paths, else by the last parts
+        of paths.
+        """
         is_pattern = "*" in name or "?" in name
         matches = [path for path in resolved.inputs if is_pattern and fnmatchcase(path, name)]
-        matches = matches or [path for path in resolved.inputs if is_pattern and fnmatchcase(last_part(path), name)]
+        matches = matches or [
+            path for path in resolved.inputs if is_pattern and fnmatchcase(last_part(path), name)
+        ]
         return matches or [resolved.path(name, f"{source}: tolerances.{name}")]
 
 
 RESAMPLES, CONFIDENCE = 60, 1.96
-"""Number of bootstrap samples of an index, and standard deviations to either end of its 95 % interval."""
+"""Number of bootstrap samples of an index, and standard deviations to either end of its 95 %
+interval.
+"""
 NO_EFFECT = 1e-9
 """Share of the range of an output below which a change by an input is rounding."""
 
 
 def compute_bands(
-    names: Sequence[str], rows: Array, nominal: Array, slopes: Array | None, spreads: Sequence[Spread]
+    names: Sequence[str],
+    rows: Array,
+    nominal: Array,
+    slopes: Array | None,
+    spreads: Sequence[Spread],
 ) -> dict[str, Band]:
-    """Return the band of each output from rows (m, k); `nominal` (k,) and slopes (k, n) are those at the centre.
+    """Return the band of each output from rows (m, k); `nominal` (k,) and slopes (k, n) are those
+    at the centre.
 
     Raises ComputationError if fewer than two rows have a result.
     """
     valid = rows[~np.isnan(rows).any(axis=1)]
     if len(valid) < 2:
-        raise ComputationError(f"{len(rows) - len(valid)} of {len(rows)} machines have no cycle; narrow the "
-                               "tolerances")  # fmt: skip
+        raise ComputationError(
+            f"{len(rows) - len(valid)} of {len(rows)} machines have no cycle; narrow the tolerances"
+        )
     low, high = np.percentile(valid, (5, 95), axis=0)
     mean, std = valid.mean(axis=0), valid.std(axis=0, ddof=1)
     first = None if slopes is None else first_order_std(slopes, spreads)
     return {
         name: Band(
-            nominal=float(nominal[k]), mean=float(mean[k]), std=float(std[k]), p5=float(low[k]), p95=float(high[k]),
-            mean_error=float(std[k] / np.sqrt(len(valid))), missing=len(rows) - len(valid),
+            nominal=float(nominal[k]),
+            mean=float(mean[k]),
+            std=float(std[k]),
+            p5=float(low[k]),
+            p95=float(high[k]),
+            mean_error=float(std[k] / np.sqrt(len(valid))),
+            missing=len(rows) - len(valid),
             first_order_std=None if first is None or not np.isfinite(first[k]) else float(first[k]),
         )
         for k, name in enumerate(names)
-    }  # fmt: skip
+    }
 
 
 def first_order_std(slopes: Array, spreads: Sequence[Spread]) -> Array:
@@ -147,7 +188,9 @@ def compute_indices(
     """
     if np.isnan(rows).any():
         lost = int(np.isnan(rows).any(axis=1).sum())
-        raise ComputationError(f"{lost} of {len(rows)} machines have no cycle: there are no Sobol' indices")
+        raise ComputationError(
+            f"{lost} of {len(rows)} machines have no cycle: there are no Sobol' indices"
+        )
     f_a, f_b, *mixed = rows.reshape(-1, base, len(names)).transpose(0, 2, 1)
     return {
         name: _shares(inputs, f_a[k], f_b[k], np.array([matrix[k] for matrix in mixed]), seed)
@@ -160,25 +203,34 @@ def compute_tightening(
 ) -> dict[str, dict[str, Tightening]]:
     """Return what half of each tolerance does to each output, from the rows of `HalvedTolerances`.
 
-    The share by which the standard deviation of the same machines changes applies to that of the bands. Machines
-    without a cycle are left out; raises ComputationError if fewer than two are left.
+    The share by which the standard deviation of the same machines changes applies to that of the
+    bands. Machines without a cycle are left out; raises ComputationError if fewer than two are
+    left.
     """
     full, *halved = rows.reshape(len(inputs) + 1, -1, len(names))
     tightened: dict[str, dict[str, Tightening]] = {name: {} for name in names}
     for path, part in zip(inputs, halved, strict=True):
         valid = ~np.isnan(full + part).any(axis=1)
         if valid.sum() < 2:
-            raise ComputationError(f"no machines have a cycle with half the tolerance of {path}; narrow the tolerances")
+            raise ComputationError(
+                f"no machines have a cycle with half the tolerance of {path}; narrow the tolerances"
+            )
         before, after = full[valid].std(axis=0), part[valid].std(axis=0)
-        changed = np.ptp(full[valid] - part[valid], axis=0) > NO_EFFECT * np.ptp(full[valid], axis=0)
+        changed = np.ptp(full[valid] - part[valid], axis=0) > NO_EFFECT * np.ptp(
+            full[valid], axis=0
+        )
         shares = np.where(changed, after / np.where(before > 0, before, 1.0), 1.0)
         for name, share in zip(names, shares.tolist(), strict=True):
             tightened[name][path] = Tightening(bands[name].std * share, 100 * (1 - share))
     return tightened
 
 
-def _shares(inputs: Sequence[str], f_a: Array, f_b: Array, f_ab: Array, seed: int) -> dict[str, Share]:
-    """Return the indices of an output from its values on A, B (n,) and the mixed matrices (d, n); 0 without effect."""
+def _shares(
+    inputs: Sequence[str], f_a: Array, f_b: Array, f_ab: Array, seed: int
+) -> dict[str, Share]:
+    """Return the indices of an output from its values on A, B (n,) and the mixed matrices (d, n); 0
+    without effect.
+    """
     has_effect = np.ptp(f_ab - f_a, axis=1) > NO_EFFECT * np.ptp(f_a)
     shares = dict.fromkeys(inputs, Share(0.0, 0.0, 0.0, 0.0))
     if not has_effect.any():
@@ -197,17 +249,22 @@ def _shares(inputs: Sequence[str], f_a: Array, f_b: Array, f_ab: Array, seed: in
 def _indices(f_a: Array, f_b: Array, f_ab: Array) -> Array:
     """Return first and total indices, (2, d)."""
     mixed = np.concatenate([f_ab, f_ab[:1]])[:, None]  # SciPy fails on the values of a single input
-    result = scipy.stats.sobol_indices(func={"f_A": f_a[None], "f_B": f_b[None], "f_AB": mixed}, n=len(f_a))
+    result = scipy.stats.sobol_indices(
+        func={"f_A": f_a[None], "f_B": f_b[None], "f_AB": mixed}, n=len(f_a)
+    )
     return np.array([np.ravel(result.first_order)[:-1], np.ravel(result.total_order)[:-1]])
 
 
 ROWS, BASE, HALVED = 100_000, 2048, 512
-"""Default numbers of random machines, of points of the Sobol' indices, and of machines with halved tolerances."""
+"""Default numbers of random machines, of points of the Sobol' indices, and of machines with halved
+tolerances.
+"""
 
 
 @dataclass(frozen=True)
 class ToleranceRequest:
-    """Request of an analysis: outputs, number of random machines, points of the indices (a power of 2, or 0), a seed.
+    """Request of an analysis: outputs, number of random machines, points of the indices (a power of
+    2, or 0), a seed.
 
     `halved` is the number of machines whose tolerances are halved one by one, 0 for none.
     `robust` are the settings of the robust design, None for an analysis without it.
@@ -261,13 +318,21 @@ class ToleranceAnalysis:
 
 
 def analyse_tolerances(
-    resolved: ResolvedMachine, choices: Mapping[str, str], tolerances: Tolerances, source: str,
-    request: ToleranceRequest, out: Path | None = None, means: Means = AUTO, progress: Listener | None = None,
-) -> ToleranceAnalysis:  # fmt: skip
-    """Compute bands, indices and the robust design of a machine; `source` is the file of its tolerances, for messages.
+    resolved: ResolvedMachine,
+    choices: Mapping[str, str],
+    tolerances: Tolerances,
+    source: str,
+    request: ToleranceRequest,
+    out: Path | None = None,
+    means: Means = AUTO,
+    progress: Listener | None = None,
+) -> ToleranceAnalysis:
+    """Compute bands, indices and the robust design of a machine; `source` is the file of its
+    tolerances, for messages.
 
-    Rows are stored in the folder `out`, if any. Raises InputError if tolerances or outputs do not fit the machine,
-    ComputationError if it has no cycles, and Interrupted on Ctrl-C, after which the same call resumes.
+    Rows are stored in the folder `out`, if any. Raises InputError if tolerances or outputs do not
+    fit the machine, ComputationError if it has no cycles, and Interrupted on Ctrl-C, after which
+    the same call resumes.
     """
     if request.base & (request.base - 1):
         raise InputError(f"--indices = {request.base}: the number must be a power of 2, or 0")
@@ -279,13 +344,19 @@ def analyse_tolerances(
     index_rows, shares = 0, dict[str, dict[str, Share]]()
     if request.base:
         index_rows = request.base * (len(case.spreads) + 2)
-        index_outputs, index_digest = cycles.compute("indices", index_rows, base=request.base, seed=request.seed)
-        shares = compute_indices(case.outputs, list(case.spreads), index_outputs, request.base, request.seed)
+        index_outputs, index_digest = cycles.compute(
+            "indices", index_rows, base=request.base, seed=request.seed
+        )
+        shares = compute_indices(
+            case.outputs, list(case.spreads), index_outputs, request.base, request.seed
+        )
         digest = hashlib.sha256(f"{digest}{index_digest}".encode()).hexdigest()
     bands, tightened = _bands(case, rows), dict[str, dict[str, Tightening]]()
     halved_rows = request.halved * (len(case.spreads) + 1) if request.halved else 0
     if halved_rows:
-        halved, halved_digest = cycles.compute("halved", halved_rows, machines=request.halved, seed=request.seed)
+        halved, halved_digest = cycles.compute(
+            "halved", halved_rows, machines=request.halved, seed=request.seed
+        )
         tightened = compute_tightening(case.outputs, list(case.spreads), halved, bands)
         digest = hashlib.sha256(f"{digest}{halved_digest}".encode()).hexdigest()
     robust = (
@@ -294,12 +365,20 @@ def analyse_tolerances(
         else adapter.robust(resolved.machine, choices, case.spreads, request.robust, progress)
     )
     result = ToleranceFound(
-        machine=resolved.machine.name, choices=dict(choices), seed=request.seed, rows=request.rows,
+        machine=resolved.machine.name,
+        choices=dict(choices),
+        seed=request.seed,
+        rows=request.rows,
         inputs=[Toleranced(name, s.kind, s.low, s.high, s.std) for name, s in case.spreads.items()],
-        index_rows=index_rows, outputs=bands, sobol=shares,
-        seconds=time.perf_counter() - started, hash=digest, robust=robust,
-        tightened_rows=halved_rows, tightened=tightened,
-    )  # fmt: skip
+        index_rows=index_rows,
+        outputs=bands,
+        sobol=shares,
+        seconds=time.perf_counter() - started,
+        hash=digest,
+        robust=robust,
+        tightened_rows=halved_rows,
+        tightened=tightened,
+    )
     return ToleranceAnalysis(case, rows, result)
 
 
@@ -315,7 +394,9 @@ class _CycleRows:
     def compute(self, name: str, count: int, **sampling: int) -> tuple[Array, str]:
         """Return `count` rows of outputs at the points of `sampling`, and their hash."""
         case = self.case
-        recipe = job.build_recipe(case.resolved, case.choices, case.spreads, case.outputs, **sampling)
+        recipe = job.build_recipe(
+            case.resolved, case.choices, case.spreads, case.outputs, **sampling
+        )
         path = None if self.out is None else folder.output_folder(self.out) / f"{name}.sqlite"
         with open_store(path, recipe.question, count, len(case.outputs)) as store:
             run_job(recipe, store, self.means, self.progress)
@@ -325,7 +406,9 @@ class _CycleRows:
 def _bands(case: ToleranceCase, rows: Array) -> dict[str, Band]:
     subject = case.subject
     linear = subject.slopes(case.centre)
-    nominal, slopes = (subject.evaluated(case.centre[None], 1)[0], None) if linear is None else linear
+    nominal, slopes = (
+        (subject.evaluated(case.centre[None], 1)[0], None) if linear is None else linear
+    )
     return compute_bands(case.outputs, rows, nominal, slopes, list(case.spreads.values()))
 
 
@@ -333,5 +416,7 @@ def default_tolerances(resolved: ResolvedMachine) -> Tolerances:
     """Return the default tolerances of a machine. Raises InputError if its kind has no defaults."""
     table = cast(ToleranceAdapter, resolved.adapter).tolerances(resolved.machine)
     if not table:
-        raise InputError(f"{resolved.source}: this machine has no default tolerances; add --tolerances FILE")
+        raise InputError(
+            f"{resolved.source}: this machine has no default tolerances; add --tolerances FILE"
+        )
     return Tolerances.read({"tolerances": table}, f"{resolved.source}: default tolerances")

@@ -58,7 +58,8 @@ lists all inputs and outputs. With --out finished work is saved: run the same co
 def tolerance(
     machine: Annotated[str, typer.Argument(help="machine file, or name of a built-in machine")],
     tolerances: Annotated[
-        Path | None, typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False)
+        Path | None,
+        typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False),
     ] = None,
     output: Annotated[
         list[str] | None,
@@ -71,24 +72,39 @@ def tolerance(
     choose: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME=TEXT", help="value of an input with texts, such as model=printed", show_default=False
+            metavar="NAME=TEXT",
+            help="value of an input with texts, such as model=printed",
+            show_default=False,
         ),
     ] = None,
-    samples: Annotated[int, typer.Option(min=100, max=100_000_000, help="number of random machines")] = 100_000,
+    samples: Annotated[
+        int, typer.Option(min=100, max=100_000_000, help="number of random machines")
+    ] = 100_000,
     indices: Annotated[
-        int, typer.Option(min=0, max=2**20, help="number of points of the Sobol' indices, a power of 2; 0: no indices")
+        int,
+        typer.Option(
+            min=0,
+            max=2**20,
+            help="number of points of the Sobol' indices, a power of 2; 0: no indices",
+        ),
     ] = 2048,
     halved: Annotated[
         int,
         typer.Option(
-            min=0, max=100_000, help="number of machines to see what half of each tolerance would buy; 0: do not"
+            min=0,
+            max=100_000,
+            help="number of machines to see what half of each tolerance would buy; 0: do not",
         ),
     ] = 512,
-    robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also find the robust design")] = True,
+    robust: Annotated[
+        bool, typer.Option("--robust/--no-robust", help="also find the robust design")
+    ] = True,
     least: LeastOption = None,
     hold: HoldOption = None,
     vary: VaryOption = None,
-    sigmas: Annotated[float, typer.Option(min=0, max=10, help="number of standard deviations added to the mean")] = 3,
+    sigmas: Annotated[
+        float, typer.Option(min=0, max=10, help="number of standard deviations added to the mean")
+    ] = 3,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     seed: SeedOption = 0,
@@ -101,7 +117,12 @@ def tolerance(
         from planter.parallel.task import Means
         from planter.report.folder import renew_files
         from planter.sweeps.adapter import ResolvedMachine
-        from planter.tolerance.analysis import ToleranceRequest, Tolerances, analyse_tolerances, default_tolerances
+        from planter.tolerance.analysis import (
+            ToleranceRequest,
+            Tolerances,
+            analyse_tolerances,
+            default_tolerances,
+        )
         from planter.tolerance.presentation import present_tolerance
         from planter.tolerance.robust import Settings
 
@@ -109,16 +130,28 @@ def tolerance(
             refuse_unused("with --no-robust", "--sigmas")
         resolved = ResolvedMachine(machine, parse_changes(set_))
         ranges = read_ranges("--vary", vary or ())
-        settings = Settings(sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges)
+        settings = Settings(
+            sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges
+        )
         if settings.is_stated and not robust:
             raise InputError("--least, --hold and --vary set the robust design; remove --no-robust")
-        request = ToleranceRequest(output or (), samples, indices, seed, halved, settings if robust else None)
+        request = ToleranceRequest(
+            output or (), samples, indices, seed, halved, settings if robust else None
+        )
         limits = default_tolerances(resolved) if tolerances is None else Tolerances.load(tolerances)
         source = str(tolerances) if tolerances is not None else f"{machine}: default tolerances"
         with renew_files(out):
             choices = _parse_choices(resolved.choices, choose or ())
-            analysis = analyse_tolerances(resolved, choices, limits, source, request, out,
-                                         Means(workers, cluster), console.progress)  # fmt: skip
+            analysis = analyse_tolerances(
+                resolved,
+                choices,
+                limits,
+                source,
+                request,
+                out,
+                Means(workers, cluster),
+                console.progress,
+            )
             presentation = present_tolerance(analysis)
             if out is not None:
                 presentation.write(out, console.progress)
@@ -126,12 +159,17 @@ def tolerance(
 
 
 def _parse_choices(allowed: Mapping[str, Sequence[str]], options: Sequence[str]) -> dict[str, str]:
-    """Return the values of inputs with texts, by default the first allowed one. Raises InputError for other values."""
+    """Return the values of inputs with texts, by default the first allowed one.
+
+    Raises InputError for other values.
+    """
     choices = {name: texts[0] for name, texts in allowed.items()}
     for option in options:
         name, _, text = option.partition("=")
         if text not in allowed.get(name, ()):
-            hint = " or ".join(f"{name}={text}" for name, texts in allowed.items() for text in texts)
+            hint = " or ".join(
+                f"{name}={text}" for name, texts in allowed.items() for text in texts
+            )
             raise InputError(f"--choose {option}: {f'it must be {hint}' if hint else 'remove it'}")
         choices[name] = text
     return choices

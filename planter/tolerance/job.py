@@ -1,4 +1,6 @@
-"""Cycles of machines at points within their tolerances: distributions, random points, points of Sobol' indices."""
+"""Cycles of machines at points within their tolerances: distributions, random points, points of
+Sobol' indices.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,9 @@ class Spread:
             case "triangular":
                 half = np.sqrt(np.minimum(shares, 1 - shares) / 2)
                 return np.where(shares < 0.5, self.low + half * width, self.high - half * width)
-        values: Array = self.centre + width / (2 * ENDS) * scipy.special.ndtri(_TAIL + shares * (1 - 2 * _TAIL))
+        values: Array = self.centre + width / (2 * ENDS) * scipy.special.ndtri(
+            _TAIL + shares * (1 - 2 * _TAIL)
+        )
         return values
 
 
@@ -68,33 +72,62 @@ Spreads = Mapping[str, Spread]
 
 
 def build_recipe(
-    resolved: ResolvedMachine, choices: Mapping[str, str], spreads: Spreads, outputs: Sequence[str], **sampling: Any
+    resolved: ResolvedMachine,
+    choices: Mapping[str, str],
+    spreads: Spreads,
+    outputs: Sequence[str],
+    **sampling: Any,
 ) -> Recipe:
-    """Return the recipe of the rows; `sampling` is `rows` and `seed`, `base` and `seed` for indices, or `machines` and
-    `seed` for halved tolerances.
+    """Return the recipe of the rows; `sampling` is `rows` and `seed`, `base` and `seed` for
+    indices, or `machines` and `seed` for halved tolerances.
     """
-    return Recipe(f"{__name__}:{Turns.__name__}", {
-        "module": resolved.module, "machine": resolved.adapter.frozen(resolved.machine), "choices": dict(choices),
-        "spreads": {name: [spread.kind, spread.low, spread.high] for name, spread in spreads.items()},
-        "outputs": list(outputs),
-        "drawn": sampling,
-        **resolved.hash_curves(outputs),
-    })  # fmt: skip
+    return Recipe(
+        f"{__name__}:{Turns.__name__}",
+        {
+            "module": resolved.module,
+            "machine": resolved.adapter.frozen(resolved.machine),
+            "choices": dict(choices),
+            "spreads": {
+                name: [spread.kind, spread.low, spread.high] for name, spread in spreads.items()
+            },
+            "outputs": list(outputs),
+            "drawn": sampling,
+            **resolved.hash_curves(outputs),
+        },
+    )
 
 
 class Turns:
     """Job of the outputs of a machine at points within its tolerances."""
 
     def __init__(
-        self, module: str, machine: Mapping[str, Any], choices: Mapping[str, str], spreads: Mapping[str, Any],
-        outputs: Sequence[str], drawn: Mapping[str, int], curves: Mapping[str, str] | None = None,
-    ) -> None:  # fmt: skip
-        """Build the machine; `curves`, hashes of files that outputs need, distinguish jobs with other files."""
+        self,
+        module: str,
+        machine: Mapping[str, Any],
+        choices: Mapping[str, str],
+        spreads: Mapping[str, Any],
+        outputs: Sequence[str],
+        drawn: Mapping[str, int],
+        curves: Mapping[str, str] | None = None,
+    ) -> None:
+        """Build the machine; `curves`, hashes of files that outputs need, distinguish jobs with
+        other files.
+        """
         distributions = {name: Spread(*entry) for name, entry in spreads.items()}
         ends = {name: (spread.low, spread.high) for name, spread in distributions.items()}
-        self.subject: SweepSubject = import_module(module).ADAPTER.subject(machine, choices, ends, outputs)
-        kind = Saltelli if "base" in drawn else HalvedTolerances if "machines" in drawn else RandomPoints
-        self.points: RandomPoints | Saltelli | HalvedTolerances = kind(tuple(distributions.values()), **drawn)
+        self.subject: SweepSubject = import_module(module).ADAPTER.subject(
+            machine, choices, ends, outputs
+        )
+        kind = (
+            Saltelli
+            if "base" in drawn
+            else HalvedTolerances
+            if "machines" in drawn
+            else RandomPoints
+        )
+        self.points: RandomPoints | Saltelli | HalvedTolerances = kind(
+            tuple(distributions.values()), **drawn
+        )
         self.rows, self.width = self.points.rows, len(outputs)
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:
@@ -109,12 +142,18 @@ class RandomPoints:
         self.spreads, self.rows, self.seed = spreads, rows, seed
 
     def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n inputs."""
-        return scale_points(self.spreads, chunk_generator(self.seed, start).random((stop - start, len(self.spreads))))
+        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
+        inputs.
+        """
+        return scale_points(
+            self.spreads,
+            chunk_generator(self.seed, start).random((stop - start, len(self.spreads))),
+        )
 
 
 class Saltelli:
-    """Points for Sobol' indices (Saltelli et al. 2010): A, B, and for each column, A with that column of B.
+    """Points for Sobol' indices (Saltelli et al. 2010): A, B, and for each column, A with that
+    column of B.
 
     A and B are the halves of one Sobol' sequence, of `base` points, a power of 2.
     """
@@ -125,7 +164,9 @@ class Saltelli:
         self._sequence = SobolSequence(2 * len(spreads), seed)
 
     def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop`, (stop - start, n), of A, then B, then the mixed matrices."""
+        """Return the points from `start` to `stop`, (stop - start, n), of A, then B, then the mixed
+        matrices.
+        """
         parts, row = [], start
         while row < stop:
             matrix, first = divmod(row, self.base)
@@ -144,9 +185,11 @@ class Saltelli:
 
 
 class HalvedTolerances:
-    """Points of the same machines with each tolerance halved in turn: X, then for each column X with half deviations.
+    """Points of the same machines with each tolerance halved in turn: X, then for each column X
+    with half deviations.
 
-    X are the points of one Sobol' sequence, `machines` of them, so that their outputs differ by the tolerance alone.
+    X are the points of one Sobol' sequence, `machines` of them, so that their outputs differ by the
+    tolerance alone.
     """
 
     def __init__(self, spreads: Sequence[Spread], machines: int, seed: int) -> None:
@@ -155,14 +198,18 @@ class HalvedTolerances:
         self._sequence = SobolSequence(len(spreads), seed)
 
     def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop`, (stop - start, n), of X, then of each X with one column halved."""
+        """Return the points from `start` to `stop`, (stop - start, n), of X, then of each X with
+        one column halved.
+        """
         parts, row = [], start
         while row < stop:
             halved, first = divmod(row, self.machines)
             last = min(first + stop - row, self.machines)
             points = scale_points(self.spreads, self._sequence(first, last))
             if halved:
-                points[:, halved - 1] += (self.spreads[halved - 1].centre - points[:, halved - 1]) / 2
+                points[:, halved - 1] += (
+                    self.spreads[halved - 1].centre - points[:, halved - 1]
+                ) / 2
             parts.append(points)
             row += last - first
         return np.vstack(parts)
@@ -170,4 +217,6 @@ class HalvedTolerances:
 
 def scale_points(spreads: Sequence[Spread], cube: Array) -> Array:
     """Return points (m, n) of the unit cube as values of the inputs."""
-    return np.column_stack([spread.quantiles(shares) for spread, shares in zip(spreads, cube.T, strict=True)])
+    return np.column_stack(
+        [spread.quantiles(shares) for spread, shares in zip(spreads, cube.T, strict=True)]
+    )

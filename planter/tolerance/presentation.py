@@ -34,18 +34,26 @@ TITLE_HEIGHT, BAR_HEIGHT = 0.7, 0.38
 """Height of a panel's title, and of an input, whose name may have three lines [inch]."""
 BINS = 60
 LEAST_LINES = 3
-"""Number of inputs for which the figure of an output has room at least, so that bars are not thicker."""
+"""Number of inputs for which the figure of an output has room at least, so that bars are not
+thicker.
+"""
 MIN_TOTAL = 0.005
 """Total index above which an input is in the figure."""
 LEAST_REDUCTION = 0.1
-"""Reduction of a standard deviation [%] below which the tolerance of an input is not worth a row."""
+"""Reduction of a standard deviation [%] below which the tolerance of an input is not worth a
+row.
+"""
 PATHS = 100
 """Maximum number of machines with a path in the figure."""
 
 
 @style.with_style
-def draw_distributions(outputs: Mapping[str, Band], rows: Array, meanings: Mapping[str, str]) -> Figure:
-    """Draw histograms of the outputs, their 5 and 95 % points, and the normal distributions to first order."""
+def draw_distributions(
+    outputs: Mapping[str, Band], rows: Array, meanings: Mapping[str, str]
+) -> Figure:
+    """Draw histograms of the outputs, their 5 and 95 % points, and the normal distributions to
+    first order.
+    """
     lines = -(-len(outputs) // PANELS)
     figure = style.new_figure(0.4 + 2.0 * lines)
     panels = figure.subplots(lines, PANELS, squeeze=False).ravel()
@@ -56,7 +64,9 @@ def draw_distributions(outputs: Mapping[str, Band], rows: Array, meanings: Mappi
         axes.locator_params(axis="x", nbins=4)
     for axes in panels[len(outputs) :]:
         axes.set_visible(False)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False)
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False
+    )
     return figure
 
 
@@ -67,28 +77,52 @@ def _distribution(axes: Axes, band: Band, values: Array) -> None:
     if band.first_order_std:
         x = np.linspace(values.min(), values.max(), 200)
         deviation = (x - band.nominal) / band.first_order_std
-        axes.plot(x, np.exp(-(deviation**2) / 2) / (band.first_order_std * np.sqrt(2 * np.pi)), color=style.VERMILION,
-                  label="first order")  # fmt: skip
+        axes.plot(
+            x,
+            np.exp(-(deviation**2) / 2) / (band.first_order_std * np.sqrt(2 * np.pi)),
+            color=style.VERMILION,
+            label="first order",
+        )
 
 
 @style.with_style
 def draw_indices(sobol: Mapping[str, Mapping[str, Share]], meanings: Mapping[str, str]) -> Figure:
     """Draw first and total indices of each output in the inputs that matter most."""
     bars = {
-        name: [(path, share) for path, share in rank_shares(shares)[:BARS] if share.total > MIN_TOTAL][::-1]
+        name: [
+            (path, share) for path, share in rank_shares(shares)[:BARS] if share.total > MIN_TOTAL
+        ][::-1]
         for name, shares in sobol.items()
     }
     counts = [max(len(each), LEAST_LINES) for each in bars.values()]
     heights = [TITLE_HEIGHT + BAR_HEIGHT * max(counts[k : k + 2]) for k in range(0, len(counts), 2)]
     figure = style.new_figure(0.4 + sum(heights))
-    panels = figure.subplots(len(heights), 2, squeeze=False, sharex=True, height_ratios=heights).ravel()
+    panels = figure.subplots(
+        len(heights), 2, squeeze=False, sharex=True, height_ratios=heights
+    ).ravel()
     for axes, (name, largest) in zip(panels, bars.items(), strict=False):
         positions = np.arange(len(largest))
-        total, first = ([getattr(share, kind) for _, share in largest] for kind in ("total", "first"))
-        errors, thin = [share.total_error for _, share in largest], {"ecolor": style.SOFT, "linewidth": 0.8}
-        axes.barh(positions, total, 0.8, color=style.SKY, alpha=0.7, label="total", xerr=errors, error_kw=thin)
+        total, first = (
+            [getattr(share, kind) for _, share in largest] for kind in ("total", "first")
+        )
+        errors, thin = (
+            [share.total_error for _, share in largest],
+            {"ecolor": style.SOFT, "linewidth": 0.8},
+        )
+        axes.barh(
+            positions,
+            total,
+            0.8,
+            color=style.SKY,
+            alpha=0.7,
+            label="total",
+            xerr=errors,
+            error_kw=thin,
+        )
         axes.barh(positions, first, 0.35, color=style.BLUE, label="first order")
-        names = [textwrap.fill(meanings.get(path) or last_part(path), NAME_WIDTH) for path, _ in largest]
+        names = [
+            textwrap.fill(meanings.get(path) or last_part(path), NAME_WIDTH) for path, _ in largest
+        ]
         axes.set_yticks(positions, names, fontsize=6.5)
         axes.set_title(units.typeset_label(label_axis(name, meanings, TITLE_WIDTH)))
         axes.grid(visible=False, axis="y")
@@ -96,27 +130,37 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]], meanings: Mapping[str
         axes.set_ylim(-0.6, max(len(largest), LEAST_LINES) - 0.4)
     for axes in panels[len(sobol) :]:
         axes.set_visible(False)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False
+    )
     return figure
 
 
 @style.with_style
 def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
-    """Draw a quantity (m, n) over a cycle: nominal, median and the 5 to 95 % band of the machines."""
+    """Draw a quantity (m, n) over a cycle: nominal, median and the 5 to 95 % band of the
+    machines.
+    """
     figure = style.new_figure(2.6)
     axes = figure.subplots()
     low, middle, high = np.percentile(rows, (5, 50, 95), axis=0)
-    axes.fill_between(phi_deg, low, high, color=style.SKY, alpha=0.5, linewidth=0, label="5 to 95 %")
+    axes.fill_between(
+        phi_deg, low, high, color=style.SKY, alpha=0.5, linewidth=0, label="5 to 95 %"
+    )
     axes.plot(phi_deg, middle, color=style.BLUE, linewidth=0.9, label="median")
     axes.plot(phi_deg, nominal, color=style.INK, linewidth=0.9, linestyle="--", label="nominal")
     style.over_a_turn(axes)
     axes.set_ylabel(format_label(key))
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False)
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False
+    )
     return figure
 
 
 @style.with_style
-def draw_path(keys: Sequence[str], rows: tuple[Array, Array], nominal: tuple[Array, Array]) -> Figure:
+def draw_path(
+    keys: Sequence[str], rows: tuple[Array, Array], nominal: tuple[Array, Array]
+) -> Figure:
     """Draw paths, and percentiles of their distance from the nominal path at each angle."""
     figure = style.new_figure(3.4)
     plane, distance = figure.subplots(1, 2)
@@ -127,7 +171,9 @@ def draw_path(keys: Sequence[str], rows: tuple[Array, Array], nominal: tuple[Arr
     off = np.hypot(rows[0] - nominal[0], rows[1] - nominal[1])
     angles = np.linspace(0, 360, off.shape[1], endpoint=False)
     for share, shade in ((50, style.SKY), (95, style.BLUE)):
-        distance.plot(angles, np.percentile(off, share, axis=0), color=shade, label=f"{share} % of machines")
+        distance.plot(
+            angles, np.percentile(off, share, axis=0), color=shade, label=f"{share} % of machines"
+        )
     style.over_a_turn(distance)
     distance.set_ylabel("distance from the nominal path / mm")
     distance.set_ylim(0, None)
@@ -142,11 +188,15 @@ def _closed(x: Array, y: Array) -> tuple[Array, Array]:
 MACHINES = 500
 """Number of machines of the bands over a cycle."""
 LARGEST, MOST_INPUTS = 3, 10
-"""Maximum number of inputs of an output in the common table of indices, and in the table of the output."""
+"""Maximum number of inputs of an output in the common table of indices, and in the table of the
+output.
+"""
 
 
 def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
-    """Return the presentation: bands, the inputs that matter most, the robust design, figures and tolerances."""
+    """Return the presentation: bands, the inputs that matter most, the robust design, figures and
+    tolerances.
+    """
     result, resolved, meanings = analysis.result, analysis.case.resolved, _list_meanings(analysis)
     chosen = "".join(f", {text} {name}" for name, text in result.choices.items())
     return ResultPresentation(
@@ -156,7 +206,8 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
             KeyFigure(
                 f"\N{PLUS-MINUS SIGN} {100 * band.std / abs(band.mean):.2g} %",
                 "",
-                f"{meanings[name]}: standard deviation over the mean of {band.mean:.4g} {units.display_unit(name)}",
+                f"{meanings[name]}: standard deviation over the mean of {band.mean:.4g} "
+                f"{units.display_unit(name)}",
             )
             for name, band in list(result.outputs.items())[:MOST_KEY_FIGURES]
             if band.mean
@@ -177,17 +228,23 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
 def _list_meanings(analysis: ToleranceAnalysis) -> dict[str, str]:
     """Return the meanings of inputs by path, and of outputs by name."""
     resolved = analysis.case.resolved
-    outputs = {name: resolved.describe_output(name, "output")[1] for name in analysis.result.outputs}
+    outputs = {
+        name: resolved.describe_output(name, "output")[1] for name in analysis.result.outputs
+    }
     return outputs | dict(resolved.inputs)
 
 
 def _conclude(result: ToleranceFound, meanings: Mapping[str, str]) -> str:
     """Return how many inputs vary, and whose tolerance is worth halving first."""
-    sentence = f"{len(result.inputs)} inputs vary over {result.rows} random machines, in {result.seconds:.3g} s."
+    sentence = (
+        f"{len(result.inputs)} inputs vary over {result.rows} random machines, in "
+        f"{result.seconds:.3g} s."
+    )
     for name, entries in result.tightened.items():
         path, best = max(entries.items(), key=lambda pair: pair[1].reduction_percent)
         return (
-            f"{sentence} Half the tolerance of {meanings[path]} ({last_part(path)}) would reduce the standard "
+            f"{sentence} Half the tolerance of {meanings[path]} ({last_part(path)}) would reduce "
+            f"the standard "
             f"deviation of {meanings[name]} most, by {best.reduction_percent:.3g} %."
         )
     return sentence
@@ -196,7 +253,8 @@ def _conclude(result: ToleranceFound, meanings: Mapping[str, str]) -> str:
 def format_tolerances(result: ToleranceFound) -> str:
     """Return the tolerances as a file that `--tolerances` reads."""
     entries = (
-        f'"{entry.name}" = {{ from = {entry.low!r}, to = {entry.high!r}, distribution = "{entry.distribution}" }}'
+        f'"{entry.name}" = {{ from = {entry.low!r}, to = {entry.high!r}, distribution = '
+        f'"{entry.distribution}" }}'
         for entry in result.inputs
     )
     title = f"# Tolerances of {safe_text.sanitise_line(result.machine)}."
@@ -219,25 +277,35 @@ def _list_sections(result: ToleranceFound) -> Iterator[Section]:
     ]
     head = ("output", "nominal", "mean", "std", "first order", "5 %", "95 %", "standard error")
     note = (
-        "Nominal is the machine at the centre of the tolerances; first order is the standard deviation from its exact "
+        "Nominal is the machine at the centre of the tolerances; first order is the standard "
+        "deviation from its exact "
         "gradients."
     )
     yield Section("Bands", [Table(head, bands, page_columns=head[-1:]), Text(note, "note")])
     shares: list[tuple[str, ...]] = [
-        ("" if rank else format_label(name), last_part(path), f"{share.first:.3f}", f"{share.total:.3f}",
-         f"{share.total_error:.3f}")
+        (
+            "" if rank else format_label(name),
+            last_part(path),
+            f"{share.first:.3f}",
+            f"{share.total:.3f}",
+            f"{share.total_error:.3f}",
+        )
         for name, indices in result.sobol.items()
         for rank, (path, share) in enumerate(rank_shares(indices)[:LARGEST])
         if share.total > 0
-    ]  # fmt: skip
+    ]
     if shares:
         note = (
-            "Sobol' indices: the share of an output's variance that an input causes by itself (first) and with all "
+            "Sobol' indices: the share of an output's variance that an input causes by itself "
+            "(first) and with all "
             f"others (total). {result.index_rows} cycles; errors are half the 95 % intervals."
         )
         yield Section(
             "Largest Sobol' indices",
-            [Table(("output", "input", "first", "total", "\N{PLUS-MINUS SIGN}"), shares), Text(note, "note")],
+            [
+                Table(("output", "input", "first", "total", "\N{PLUS-MINUS SIGN}"), shares),
+                Text(note, "note"),
+            ],
         )
     yield from _list_tightening(result, LARGEST)
     if result.robust is not None:
@@ -245,20 +313,30 @@ def _list_sections(result: ToleranceFound) -> Iterator[Section]:
 
 
 def _list_tightening(result: ToleranceFound, count: int) -> Iterator[Section]:
-    """Yield what half of a tolerance buys: for each output the inputs whose tolerance reduces its deviation most."""
+    """Yield what half of a tolerance buys: for each output the inputs whose tolerance reduces its
+    deviation most.
+    """
     rows: list[tuple[Cell, ...]] = []
     for name, entries in result.tightened.items():
         ranked = sorted(entries.items(), key=lambda pair: -pair[1].reduction_percent)[:count]
-        useful = [(path, entry) for path, entry in ranked if entry.reduction_percent > LEAST_REDUCTION]
+        useful = [
+            (path, entry) for path, entry in ranked if entry.reduction_percent > LEAST_REDUCTION
+        ]
         rows += [
-            ("" if rank else format_label(name), last_part(path), result.outputs[name].std, entry.std,
-             float(f"{entry.reduction_percent:.3g}"))
+            (
+                "" if rank else format_label(name),
+                last_part(path),
+                result.outputs[name].std,
+                entry.std,
+                float(f"{entry.reduction_percent:.3g}"),
+            )
             for rank, (path, entry) in enumerate(useful)
-        ]  # fmt: skip
+        ]
     if rows:
         head = ("output", "input", "std now", "std with half", "reduction / %")
         note = (
-            "The standard deviation of an output if the tolerance of one input alone is halved, by the same machines "
+            "The standard deviation of an output if the tolerance of one input alone is halved, "
+            "by the same machines "
             "with and without."
         )
         yield Section("What half of a tolerance buys", [Table(head, rows), Text(note, "note")])
@@ -267,16 +345,37 @@ def _list_tightening(result: ToleranceFound, count: int) -> Iterator[Section]:
 def _describe_robust(result: RobustFound) -> Iterator[Block]:
     designs = (result.own, result.best_nominal, result.best_robust)
     head = ("", "own design", "nominal optimum", "robust optimum")
-    attributes = {"without tolerances": "nominal", "mean": "mean", "standard deviation": "std",
-                  f"mean + {result.sigmas:g} std": "robust"}  # fmt: skip
-    rows = [(name, *(getattr(scored, key) for scored in designs)) for name, key in attributes.items()]
-    yield Table(head, rows, f"Objective over {result.machines} machines, {result.samples} samples of a cycle")
+    attributes = {
+        "without tolerances": "nominal",
+        "mean": "mean",
+        "standard deviation": "std",
+        f"mean + {result.sigmas:g} std": "robust",
+    }
+    rows = [
+        (name, *(getattr(scored, key) for scored in designs)) for name, key in attributes.items()
+    ]
     yield Table(
-        head, [(format_label(name), *(scored.design[name] for scored in designs)) for name in result.design], "Design"
+        head,
+        rows,
+        f"Objective over {result.machines} machines, {result.samples} samples of a cycle",
     )
-    yield Text(f"The robust optimum has the smallest mean plus {result.sigmas:g} standard deviations within the bounds "
-               "of the file.", "note")  # fmt: skip
-    yield Keys({"starts": result.starts, "relative projected slope at the optimum": result.residual})
+    yield Table(
+        head,
+        [
+            (format_label(name), *(scored.design[name] for scored in designs))
+            for name in result.design
+        ],
+        "Design",
+    )
+    yield Text(
+        f"The robust optimum has the smallest mean plus {result.sigmas:g} standard deviations "
+        f"within the bounds "
+        "of the file.",
+        "note",
+    )
+    yield Keys(
+        {"starts": result.starts, "relative projected slope at the optimum": result.residual}
+    )
 
 
 def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
@@ -285,24 +384,43 @@ def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
     tables = []
     for name, shares in result.sobol.items():
         rows: list[tuple[Cell, ...]] = [
-            (path, *(round(value, 3) for value in (share.first, share.first_error, share.total, share.total_error)))
+            (
+                path,
+                *(
+                    round(value, 3)
+                    for value in (share.first, share.first_error, share.total, share.total_error)
+                ),
+            )
             for path, share in rank_shares(shares)[:MOST_INPUTS]
             if share.total > 0
         ]
         tables += (
-            [Table(("input", "first", "\N{PLUS-MINUS SIGN}", "total", "\N{PLUS-MINUS SIGN}"), rows, format_label(name))]
+            [
+                Table(
+                    ("input", "first", "\N{PLUS-MINUS SIGN}", "total", "\N{PLUS-MINUS SIGN}"),
+                    rows,
+                    format_label(name),
+                )
+            ]
             if rows
             else []
         )
     if tables:
         yield Section("Sobol' indices of each output", tables)
-    entries = [(x.name, x.distribution, x.low, x.high, x.std, meanings[x.name]) for x in result.inputs]
-    yield Section("Tolerances", [Table(("input", "distribution", "from", "to", "std", "meaning"), entries)])
+    entries = [
+        (x.name, x.distribution, x.low, x.high, x.std, meanings[x.name]) for x in result.inputs
+    ]
+    yield Section(
+        "Tolerances", [Table(("input", "distribution", "from", "to", "std", "meaning"), entries)]
+    )
 
 
 def _name_cycles(analysis: ToleranceAnalysis) -> list[str]:
     adapter = analysis.case.adapter
-    return [*(f"turn-{key}" for key in adapter.curves), *(f"path-{x}-{y}" for x, y in adapter.paths)]
+    return [
+        *(f"turn-{key}" for key in adapter.curves),
+        *(f"path-{x}-{y}" for x, y in adapter.paths),
+    ]
 
 
 def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:

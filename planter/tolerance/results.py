@@ -10,7 +10,9 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class Toleranced(Record):
-    """Input with a tolerance: its distribution between two ends and its standard deviation, in the unit of its name."""
+    """Input with a tolerance: its distribution between two ends and its standard deviation, in the
+    unit of its name.
+    """
 
     name: str
     distribution: str
@@ -21,10 +23,12 @@ class Toleranced(Record):
 
 @dataclass(frozen=True)
 class Band(Record):
-    """Distribution of an output by Monte Carlo; `nominal` is its value at the centre of the tolerances.
+    """Distribution of an output by Monte Carlo; `nominal` is its value at the centre of the
+    tolerances.
 
-    `mean_error` is the standard error of the mean, `missing` the number of machines without a cycle, and
-    `first_order_std` the standard deviation from exact gradients, null if the machine has no gradients.
+    `mean_error` is the standard error of the mean, `missing` the number of machines without a
+    cycle, and `first_order_std` the standard deviation from exact gradients, null if the machine
+    has no gradients.
     """
 
     nominal: float
@@ -39,7 +43,9 @@ class Band(Record):
 
 @dataclass(frozen=True)
 class Share(Record):
-    """Sobol' indices of an output in an input, and half the width of their 95 % intervals by bootstrap."""
+    """Sobol' indices of an output in an input, and half the width of their 95 % intervals by
+    bootstrap.
+    """
 
     first: float
     total: float
@@ -49,7 +55,9 @@ class Share(Record):
 
 @dataclass(frozen=True)
 class Tightening(Record):
-    """The standard deviation of an output with half an input's tolerance, and by how much that reduces it."""
+    """The standard deviation of an output with half an input's tolerance, and by how much that
+    reduces it.
+    """
 
     std: float
     reduction_percent: float
@@ -57,7 +65,9 @@ class Tightening(Record):
 
 @dataclass(frozen=True)
 class Scored(Record):
-    """A design with its objective: without tolerances, and mean, standard deviation and robust sum with tolerances."""
+    """A design with its objective: without tolerances, and mean, standard deviation and robust sum
+    with tolerances.
+    """
 
     design: dict[str, float]
     nominal: float
@@ -68,11 +78,12 @@ class Scored(Record):
 
 @dataclass(frozen=True)
 class RobustFound(Record):
-    """Design with the smallest mean plus `sigmas` standard deviations of the objective over `machines` random machines.
+    """Design with the smallest mean plus `sigmas` standard deviations of the objective over
+    `machines` random machines.
 
-    `objective` is that sum; all objectives are evaluated at `samples` angles of a cycle. `own` is the design of the
-    file, `best_nominal` the optimum without tolerances. `residual` is the largest projected slope of the objective over
-    the width of the bounds, relative to the objective.
+    `objective` is that sum; all objectives are evaluated at `samples` angles of a cycle. `own` is
+    the design of the file, `best_nominal` the optimum without tolerances. `residual` is the largest
+    projected slope of the objective over the width of the bounds, relative to the objective.
     """
 
     design: dict[str, float]
@@ -89,10 +100,12 @@ class RobustFound(Record):
 
 @dataclass(frozen=True)
 class ToleranceFound(Record):
-    """Result of `planter tolerance`: inputs, bands of outputs, Sobol' indices by output and input, the robust design.
+    """Result of `planter tolerance`: inputs, bands of outputs, Sobol' indices by output and input,
+    the robust design.
 
-    `rows`, `index_rows` and `tightened_rows` are the numbers of cycles of the bands, the indices and the halved
-    tolerances. `sobol` and `tightened`, by output and input, are empty and `robust` null if they were not requested.
+    `rows`, `index_rows` and `tightened_rows` are the numbers of cycles of the bands, the indices
+    and the halved tolerances. `sobol` and `tightened`, by output and input, are empty and `robust`
+    null if they were not requested.
     """
 
     machine: str

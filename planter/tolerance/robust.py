@@ -1,11 +1,15 @@
-"""Robust designs: the mean plus k standard deviations of an objective over machines within tolerances.
+"""Robust designs: the mean plus k standard deviations of an objective over machines within
+tolerances.
 
-The machines are sampled once, so that the sum is a function of the design alone. Of objectives J_i with gradients G_i,
+The machines are sampled once, so that the sum is a function of the design alone. Of objectives J_i
+with gradients G_i,
 
-    f = mean J + k s,   f' = mean G + k / (n s) sum (J_i - mean J) G_i,   s^2 = 1/n sum (J_i - mean J)^2,
+    f = mean J + k s,   f' = mean G + k / (n s) sum (J_i - mean J) G_i,   s^2 = 1/n sum (J_i - mean
+    J)^2,
 
-where an extreme stays at its sample, as in every gradient of a sampled objective. Local searches start at the design of
-the file, at the nominal optimum and at random designs; limits are those of the nominal design, without deviations.
+where an extreme stays at its sample, as in every gradient of a sampled objective. Local searches
+start at the design of the file, at the nominal optimum and at random designs; limits are those of
+the nominal design, without deviations.
 """
 
 from __future__ import annotations
@@ -35,9 +39,13 @@ ROUNDING = 1e-12
 ITERATIONS = 60
 """Maximum number of steps of a local search."""
 PRECISION = 1e-9
-"""Change of the objective, relative to that of the design of the file, at which a local search ends."""
+"""Change of the objective, relative to that of the design of the file, at which a local search
+ends.
+"""
 REFUSED = 1e3
-"""Objective of a design without a cycle, relative to that of the file: steps to such a design are shortened."""
+"""Objective of a design without a cycle, relative to that of the file: steps to such a design are
+shortened.
+"""
 THREADS = 4
 """Number of threads that evaluate the machines."""
 NOMINAL = None
@@ -46,10 +54,11 @@ NOMINAL = None
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a robust design: standard deviations added to the mean, random machines, starts, a seed.
+    """Settings of a robust design: standard deviations added to the mean, random machines, starts,
+    a seed.
 
-    `sum_text` replaces the sum of the machine file, `holds` are further limits, `ranges` the bounds of further design
-    variables, by path, in display units.
+    `sum_text` replaces the sum of the machine file, `holds` are further limits, `ranges` the bounds
+    of further design variables, by path, in display units.
     """
 
     sigmas: float = 3.0
@@ -68,7 +77,9 @@ class Settings:
 
 @dataclass(frozen=True)
 class Moments:
-    """Mean and standard deviation of the objective over the machines, and their gradients (p,) in the design [1/SI]."""
+    """Mean and standard deviation of the objective over the machines, and their gradients (p,) in
+    the design [1/SI].
+    """
 
     mean: float
     std: float
@@ -77,17 +88,22 @@ class Moments:
 
 
 class RobustGoal:
-    """Objective of a machine over a fixed sample of machines, as a function of its design variables x (p,) [SI].
+    """Objective of a machine over a fixed sample of machines, as a function of its design variables
+    x (p,) [SI].
 
-    `design`, `lower` and `upper` (p,) are the design and its bounds, `limits` its constraints; the objective is
-    evaluated at `samples` angles of a cycle. `spreads` are distributions of values by path, about the design if it has
-    them.
+    `design`, `lower` and `upper` (p,) are the design and its bounds, `limits` its constraints; the
+    objective is evaluated at `samples` angles of a cycle. `spreads` are distributions of values by
+    path, about the design if it has them.
     """
 
     def __init__(
-        self, machine: Machine, spreads: Mapping[str, Spread], settings: Settings, samples: int,
+        self,
+        machine: Machine,
+        spreads: Mapping[str, Spread],
+        settings: Settings,
+        samples: int,
         limits: Constraints | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.machine, self.samples, self.limits = machine, samples, limits
         self.design, self.lower, self.upper = machine.design, machine.lower, machine.upper
         moved = [machine.values[index].path for index in machine.moved]
@@ -99,15 +115,23 @@ class RobustGoal:
         for column, path in enumerate([*moved, *fixed]):
             if path in samples_by_path:
                 centre = spreads[path].centre if path in moved else 0.0
-                self.deviations[:, column] = (samples_by_path[path] - centre) * self.outputs.machine.scale[column]
+                self.deviations[:, column] = (
+                    samples_by_path[path] - centre
+                ) * self.outputs.machine.scale[column]
         self.at = LastCallCache(self._moments)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
-        """Return the objective (m,) of each machine, and its gradients (m, p). Raises ComputationError without one."""
+        """Return the objective (m,) of each machine, and its gradients (m, p).
+
+        Raises ComputationError without one.
+        """
         return self._differentiate(self.deviations + np.concatenate([x, np.zeros_like(self._rest)]))
 
     def nominal(self, x: Array) -> tuple[float, Array]:
-        """Return the objective without tolerances, and its gradient (p,). Raises ComputationError without one."""
+        """Return the objective without tolerances, and its gradient (p,).
+
+        Raises ComputationError without one.
+        """
         values, slopes = self._differentiate(np.concatenate([x, self._rest])[None])
         return float(values[0]), slopes[0]
 
@@ -122,7 +146,9 @@ class RobustGoal:
     def to_display(self, x: Array) -> dict[str, float]:
         """Return a design by the names of the file, in its units."""
         names = self.machine.design_names
-        return {name: float(value) for name, value in zip(names, x / self.machine.scale, strict=True)}
+        return {
+            name: float(value) for name, value in zip(names, x / self.machine.scale, strict=True)
+        }
 
     def _moments(self, x: Array) -> Moments:
         values, slopes = self.evaluate(x)
@@ -133,7 +159,9 @@ class RobustGoal:
         return Moments(variance.mean, std, slopes.mean(axis=0), std_slope)
 
     def value(self, x: Array, sigmas: float | None) -> tuple[float, Array]:
-        """Return mean plus `sigmas` standard deviations at x, or the nominal objective, with gradient (p,) [1/SI]."""
+        """Return mean plus `sigmas` standard deviations at x, or the nominal objective, with
+        gradient (p,) [1/SI].
+        """
         if sigmas is NOMINAL:
             return self.nominal(x)
         at = self.at(x)
@@ -142,21 +170,29 @@ class RobustGoal:
     def score(self, x: Array, sigmas: float) -> Scored:
         """Return a design with its objectives, for results."""
         at = self.at(x)
-        return Scored(self.to_display(x), self.nominal(x)[0], at.mean, at.std, at.mean + sigmas * at.std)
+        return Scored(
+            self.to_display(x), self.nominal(x)[0], at.mean, at.std, at.mean + sigmas * at.std
+        )
 
 
 def sample_inputs(spreads: Mapping[str, Spread], settings: Settings) -> dict[str, Array]:
-    """Return values (m,) of each input: points of a Sobol' sequence, scaled to the distributions."""
+    """Return values (m,) of each input: points of a Sobol' sequence, scaled to the
+    distributions.
+    """
     if not spreads:
         return {}
     cube = SobolSequence(len(spreads), settings.seed)(0, settings.machines)
-    return {name: spread.quantiles(shares) for (name, spread), shares in zip(spreads.items(), cube.T, strict=True)}
+    return {
+        name: spread.quantiles(shares)
+        for (name, spread), shares in zip(spreads.items(), cube.T, strict=True)
+    }
 
 
 def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | None) -> RobustFound:
     """Return the best design within the bounds of all local searches.
 
-    Raises ComputationError if none satisfies the limits, or if the design of the file has no objective.
+    Raises ComputationError if none satisfies the limits, or if the design of the file has no
+    objective.
     """
     search, sigmas = _Search(robust), settings.sigmas
     starts = [search.initial, *search.random_starts(settings)]
@@ -170,14 +206,22 @@ def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | Non
     ends += descend([search.best(ends, sigmas)], NOMINAL)
     nominal, best = search.best(ends, NOMINAL), search.best(ends, sigmas)
     if not search.is_feasible(best):
-        raise ComputationError("no robust design satisfies the requirements; relax a requirement or widen the bounds")
+        raise ComputationError(
+            "no robust design satisfies the requirements; relax a requirement or widen the bounds"
+        )
     score = robust.score(search.design(best), sigmas)
     return RobustFound(
-        design=score.design, objective=score.robust, samples=robust.samples, sigmas=sigmas,
-        machines=settings.machines, starts=len(starts) + 1, residual=search.residual(best, sigmas),
-        own=robust.score(robust.design, sigmas), best_nominal=robust.score(search.design(nominal), sigmas),
+        design=score.design,
+        objective=score.robust,
+        samples=robust.samples,
+        sigmas=sigmas,
+        machines=settings.machines,
+        starts=len(starts) + 1,
+        residual=search.residual(best, sigmas),
+        own=robust.score(robust.design, sigmas),
+        best_nominal=robust.score(search.design(nominal), sigmas),
         best_robust=score,
-    )  # fmt: skip
+    )
 
 
 class _Search:
@@ -197,7 +241,9 @@ class _Search:
     def random_starts(self, settings: Settings) -> Array:
         """Return random initial points, (n, p)."""
         generator = np.random.default_rng(settings.seed)
-        cube: Array = scipy.stats.qmc.LatinHypercube(len(self.initial), rng=generator).random(settings.starts)
+        cube: Array = scipy.stats.qmc.LatinHypercube(len(self.initial), rng=generator).random(
+            settings.starts
+        )
         return cube
 
     def value(self, u: Array, sigmas: float | None) -> tuple[float, Array]:
@@ -217,18 +263,30 @@ class _Search:
             return value / scale, slope / scale
 
         result = scipy.optimize.minimize(
-            scaled, start, jac=True, method="SLSQP", bounds=[(0, 1)] * len(start), constraints=self._constraints,
+            scaled,
+            start,
+            jac=True,
+            method="SLSQP",
+            bounds=[(0, 1)] * len(start),
+            constraints=self._constraints,
             options={"maxiter": ITERATIONS, "ftol": PRECISION},
-        )  # fmt: skip
+        )
         phase.advance()
         end: Array = np.clip(result.x, 0, 1)
         return (
-            end if self.value(end, sigmas)[0] <= self.value(start, sigmas)[0] or not self.is_feasible(start) else start
+            end
+            if self.value(end, sigmas)[0] <= self.value(start, sigmas)[0]
+            or not self.is_feasible(start)
+            else start
         )
 
     def best(self, points: Sequence[Array], sigmas: float | None) -> Array:
         """Return the best of some points that satisfy the limits; the first if none does."""
-        return min(filter(self.is_feasible, points), key=lambda u: self.value(u, sigmas)[0], default=points[0])
+        return min(
+            filter(self.is_feasible, points),
+            key=lambda u: self.value(u, sigmas)[0],
+            default=points[0],
+        )
 
     def is_feasible(self, u: Array) -> bool:
         """Return whether a point satisfies the limits."""
@@ -264,7 +322,9 @@ class _Search:
         return [{"type": "ineq", "fun": rows, "jac": slopes}]
 
     def residual(self, u: Array, sigmas: float) -> float:
-        """Return the largest projected slope relative to the value; active limits are not subtracted."""
+        """Return the largest projected slope relative to the value; active limits are not
+        subtracted.
+        """
         value, slope = self.value(u, sigmas)
         step = np.clip(u - slope, 0, 1) - u
         return float(np.abs(np.where(np.abs(step) > 0, slope, 0.0)).max() / (abs(value) or 1.0))

@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 
 Record = Mapping[str, Any]
 EVEN = 1e-9
-"""Deviation of a linear series from its line, relative to its range; it is below the resolution of float32."""
+"""Deviation of a linear series from its line, relative to its range; it is below the resolution of
+float32.
+"""
 
 
 class Channels:
@@ -50,7 +52,8 @@ class Channels:
         self._numbers: dict[bytes, int] = {}
 
     def add(self, values: float | Array) -> float | dict[str, float]:
-        """Add a series, and return its value, its first value and step, or the number of its series and its lead.
+        """Add a series, and return its value, its first value and step, or the number of its series
+        and its lead.
 
         A series that equals an earlier one shifted by half a cycle refers to that one.
         """
@@ -59,7 +62,10 @@ class Channels:
         if np.ptp(series) == 0:
             return float(series[0])
         if np.ptp(exact - np.linspace(exact[0], exact[-1], self.moments)) < EVEN * np.ptp(exact):
-            return {"from": float(exact[0]), "step": float(exact[-1] - exact[0]) / (self.moments - 1)}
+            return {
+                "from": float(exact[0]),
+                "step": float(exact[-1] - exact[0]) / (self.moments - 1),
+            }
         for ahead in (0, self.moments // 2):
             number = self._numbers.get(np.roll(series, ahead).tobytes())
             if number is not None:
@@ -81,12 +87,21 @@ def pack_curves(scene: Scene) -> Record:
 
 
 def _curves(scene: Scene, series: Channels) -> list[dict[str, Any]]:
-    return [{"name": curve.name, "unit": units.typeset_unit(curve.unit), "values": series.add(curve.values),
-             "reference": curve.reference} for curve in scene.curves]  # fmt: skip
+    return [
+        {
+            "name": curve.name,
+            "unit": units.typeset_unit(curve.unit),
+            "values": series.add(curve.values),
+            "reference": curve.reference,
+        }
+        for curve in scene.curves
+    ]
 
 
 def pack_scene(scene: Scene) -> Record:
-    """Return the JSON record that animates the picture of a scene; bodies are in the order of the picture."""
+    """Return the JSON record that animates the picture of a scene; bodies are in the order of the
+    picture.
+    """
     series = Channels(scene.moments)
     return {
         "moments": scene.moments,
@@ -98,11 +113,15 @@ def pack_scene(scene: Scene) -> Record:
         "travel": series.add(scene.travel) if scene.travel is not None and scene.travels else 0.0,
         "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in scene.all_bodies()],
         "points": [[series.add(v) for v in (point.x, point.y)] for point in scene.points],
-        "chains": [{"points": list(chain.points), "closed": chain.closed} for chain in scene.chains],
+        "chains": [
+            {"points": list(chain.points), "closed": chain.closed} for chain in scene.chains
+        ],
         "forces": [[series.add(v) for v in (f.at.x, f.at.y, f.x, f.y)] for f in scene.forces],
         "largest_N": scene.largest_force,
         "curves": _curves(scene, series),
-        "events": [[event.name, event.place] for event in sorted(scene.events, key=lambda e: e.place)],
+        "events": [
+            [event.name, event.place] for event in sorted(scene.events, key=lambda e: e.place)
+        ],
         "data": series.text(),
     }
 
@@ -132,7 +151,8 @@ class MotionBlock:
                 f'<figure id="{name}">',
                 '<div class="planter-view" data-view="still" tabindex="0">',
                 draw_picture(self.scene),
-                f'<script type="application/json">{_safe(json.dumps(pack_scene(self.scene)))}</script>',
+                f"<script "
+                f'type="application/json">{_safe(json.dumps(pack_scene(self.scene)))}</script>',
                 "</div>",
                 caption,
                 "</figure>",
@@ -147,7 +167,8 @@ def read_text(name: str) -> str:
 
 
 def compact_script(text: str) -> str:
-    """Return a script without indentation and without lines that are comments, for pages that contain it.
+    """Return a script without indentation and without lines that are comments, for pages that
+    contain it.
 
     >>> compact_script("/** One. */\\n  let x = 1; // stays\\n  // goes\\n")
     'let x = 1; // stays'
@@ -162,7 +183,8 @@ def _safe(text: str) -> str:
 
 
 def build_widget(scene: Scene) -> Any:
-    """Return a scene as a widget; its traits `picture` and `record` can be replaced together with `hold_sync`.
+    """Return a scene as a widget; its traits `picture` and `record` can be replaced together with
+    `hold_sync`.
 
     Raises InputError if anywidget is missing, which `planter[notebook]` installs.
     """
@@ -170,7 +192,8 @@ def build_widget(scene: Scene) -> Any:
 
 
 def show(source: str, changes: Values | None = None, model: str | None = None) -> Any:
-    """Return the motion of a machine, a file or built-in name, with changed numbers and in one of its models.
+    """Return the motion of a machine, a file or built-in name, with changed numbers and in one of
+    its models.
 
     Raises InputError if the machine or model does not exist, or if anywidget is missing.
     """
@@ -191,7 +214,9 @@ def _kind() -> Any:
         import anywidget
         import traitlets
     except ImportError:
-        raise InputError("show needs anywidget, which is not installed: pip install 'planter[notebook]'") from None
+        raise InputError(
+            "show needs anywidget, which is not installed: pip install 'planter[notebook]'"
+        ) from None
 
     class Drawing(anywidget.AnyWidget):
         """A mechanism in motion."""
@@ -216,16 +241,20 @@ VIDEO_CODECS = {".mp4": "libx264", ".webm": "libvpx-vp9"}
 EARLY = 1e-9
 """Share of a cycle by which a moment may be early because of rounding."""
 _LINES: dict[str, dict[str, Any]] = {
-    "body": {"linewidth": 1.0}, "gear": {"linewidth": 0.9}, "teeth": {"linewidth": 0.6},
+    "body": {"linewidth": 1.0},
+    "gear": {"linewidth": 0.9},
+    "teeth": {"linewidth": 0.6},
     "frame": {"linewidth": 1.6, "color": style.INK},
-    "mark": {"linewidth": 0.6, "color": style.SOFT}, "ground": {"linewidth": 1.0, "color": "#7a5c34"},
+    "mark": {"linewidth": 0.6, "color": style.SOFT},
+    "ground": {"linewidth": 1.0, "color": "#7a5c34"},
     "before": {"linewidth": 0.6, "color": style.FAINT, "linestyle": (0, (3, 2))},
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
 class AnimationOptions:
-    """The duration of a cycle [s], by default its own, the width [pixel], and the frame rate [1/s] of an animation.
+    """The duration of a cycle [s], by default its own, the width [pixel], and the frame rate [1/s]
+    of an animation.
 
     Without a rate a long cycle has fewer frames per second, so that a GIF stays small.
     """
@@ -235,7 +264,9 @@ class AnimationOptions:
     rate: float | None = None
 
     def count_frames(self, scene: Scene) -> tuple[int, float]:
-        """Return the number of frames of a cycle, and the frame rate [1/s] at which it lasts as long as it should."""
+        """Return the number of frames of a cycle, and the frame rate [1/s] at which it lasts as
+        long as it should.
+        """
         seconds = scene.seconds if self.seconds is None else self.seconds
         max_count = MAX_FRAMES if self.rate is None else max(MAX_FRAMES, round(self.rate * seconds))
         count = int(np.clip(round((self.rate or RATE) * seconds), 2, max_count))
@@ -251,8 +282,9 @@ def animate(
 ) -> Animated:
     """Write the motion of a machine, to a file, or as a GIF into a folder under the machine's name.
 
-    A file that ends in .mp4 or .webm is a video, which needs ffmpeg. Raises InputError if the machine or model does
-    not exist, if the file cannot be written, or if there is no ffmpeg for a video.
+    A file that ends in .mp4 or .webm is a video, which needs ffmpeg. Raises InputError if the
+    machine or model does not exist, if the file cannot be written, or if there is no ffmpeg for a
+    video.
     """
     machine = open_machine(source, changes)
     scene, model_name = first_scene(machine, model, f"--model {model}")
@@ -302,8 +334,20 @@ def _create_writer(suffix: str, rate: float) -> AbstractMovieWriter:
     if suffix not in VIDEO_CODECS:
         return PillowWriter(fps=rate)  # type: ignore[arg-type]
     if not FFMpegWriter.isAvailable():
-        raise InputError(f"{suffix}: ffmpeg writes videos, and it is not installed; name a file that ends in .gif")
-    steady = ("-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-threads", "1")
+        raise InputError(
+            f"{suffix}: ffmpeg writes videos, and it is not installed; name a file that ends in "
+            f".gif"
+        )
+    steady = (
+        "-pix_fmt",
+        "yuv420p",
+        "-fflags",
+        "+bitexact",
+        "-flags:v",
+        "+bitexact",
+        "-threads",
+        "1",
+    )
     return FFMpegWriter(fps=rate, codec=VIDEO_CODECS[suffix], extra_args=steady)  # type: ignore[arg-type]
 
 
@@ -314,7 +358,9 @@ def _refuse_failed_video(suffix: str) -> Iterator[None]:
         yield
     except (subprocess.CalledProcessError, BrokenPipeError) as error:
         codec = VIDEO_CODECS.get(suffix, "")
-        raise InputError(f"{suffix}: ffmpeg cannot write it with {codec} ({error}); name a .gif") from None
+        raise InputError(
+            f"{suffix}: ffmpeg cannot write it with {codec} ({error}); name a .gif"
+        ) from None
 
 
 def draw(axes: Axes, picture: Picture, moment: int) -> None:
@@ -323,7 +369,10 @@ def draw(axes: Axes, picture: Picture, moment: int) -> None:
     axes.clear()
     axes.set_axis_off()
     axes.set_aspect("equal")
-    axes.set(xlim=(frame.left, frame.left + frame.width), ylim=(frame.bottom, frame.bottom + frame.height))
+    axes.set(
+        xlim=(frame.left, frame.left + frame.width),
+        ylim=(frame.bottom, frame.bottom + frame.height),
+    )
     for point, path in zip(scene.points, picture.paths, strict=True):
         if point.traced:
             axes.plot(*path.T, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)))

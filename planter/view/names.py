@@ -1,4 +1,6 @@
-"""Names of numbers on pages: the file `names.toml` of a machine's package has them by group and path."""
+"""Names of numbers on pages: the file `names.toml` of a machine's package has them by group and
+path.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,10 @@ class DisplayName(NamedTuple):
 
 
 class DisplayNames:
-    """Names by paths. A path `pose[].x_mm` stands for all indices, whose number, counted from 1, replaces {}."""
+    """Names by paths.
+
+    A path `pose[].x_mm` stands for all indices, whose number, counted from 1, replaces {}.
+    """
 
     def __init__(self, groups: Mapping[str, Mapping[str, Any]]) -> None:
         self._names: dict[str, DisplayName] = {}
@@ -39,19 +44,25 @@ class DisplayNames:
         for pattern, index in _list_patterns(path):
             if pattern in self._names:
                 entry = self._names[pattern]
-                return entry._replace(name=entry.name.format(index), group=entry.group.format(index))
+                return entry._replace(
+                    name=entry.name.format(index), group=entry.group.format(index)
+                )
         return None
 
     def with_symbols(self) -> dict[str, str]:
         """Return the names of all numbers by their paths, with their symbols in brackets."""
-        return {path: f"{name} ({symbol})" if symbol else name for path, (name, symbol, _) in self._names.items()}
+        return {
+            path: f"{name} ({symbol})" if symbol else name
+            for path, (name, symbol, _) in self._names.items()
+        }
 
     def meanings(self, paths: Iterable[str]) -> dict[str, str]:
         """Return the names of numbers by their paths, without those that have none."""
         return {path: entry.name for path in paths if (entry := self.find(path)) is not None}
 
     def position(self, path: str) -> tuple[int, int, int]:
-        """Return the position of a path on a page: of its group, its index, and its position in the group.
+        """Return the position of a path on a page: of its group, its index, and its position in the
+        group.
 
         Paths without a name come last.
         """
@@ -63,7 +74,9 @@ class DisplayNames:
 
 
 def _list_patterns(path: str) -> Iterator[tuple[str, int]]:
-    """Yield a path, and the path for all of its first indices with the number of its index, counted from 1."""
+    """Yield a path, and the path for all of its first indices with the number of its index, counted
+    from 1.
+    """
     yield path, 0
     if match := _INDEX.search(path):
         yield f"{path[: match.start()]}[]{path[match.end() :]}", int(match[1]) + 1

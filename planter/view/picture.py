@@ -1,4 +1,6 @@
-"""The drawing of a scene at its first moment as SVG; moving elements carry the numbers that a script refers to."""
+"""The drawing of a scene at its first moment as SVG; moving elements carry the numbers that a
+script refers to.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ class Frame:
 
     def __str__(self) -> str:
         """Return the view box of an SVG, whose y axis points down."""
-        return " ".join(map(format_number, (self.left, -self.bottom - self.height, self.width, self.height)))
+        return " ".join(
+            map(format_number, (self.left, -self.bottom - self.height, self.width, self.height))
+        )
 
 
 def draw_picture(scene: Scene) -> str:
@@ -62,21 +66,25 @@ class Picture:
         title, (machine, ground) = escape_markup(self.scene.title), self.frames
         classes = "mechanism toothed" if self.scene.toothed else "mechanism"
         numbers = count()
-        return "\n".join([
-            f'<svg xmlns="http://www.w3.org/2000/svg" class="{classes}" role="img" aria-label="{title}" '
-            f'viewBox="{machine}" data-near="{machine}" data-wide="{ground}" data-force="{self.force_scale:.6g}">',
-            f"<title>{title}</title>",
-            '<g transform="scale(1 -1)">',
-            *self._ground(),
-            "<g data-machine>",
-            *self._traces(),
-            *(line for body in self.scene.bodies for line in self._body(body, numbers)),
-            *self._chains(),
-            *self._forces(),
-            *self._points(),
-            *self._labels(),
-            "</g></g></svg>",
-        ])  # fmt: skip
+        return "\n".join(
+            [
+                f'<svg xmlns="http://www.w3.org/2000/svg" class="{classes}" role="img" '
+                f'aria-label="{title}" '
+                f'viewBox="{machine}" data-near="{machine}" data-wide="{ground}" '
+                f'data-force="{self.force_scale:.6g}">',
+                f"<title>{title}</title>",
+                '<g transform="scale(1 -1)">',
+                *self._ground(),
+                "<g data-machine>",
+                *self._traces(),
+                *(line for body in self.scene.bodies for line in self._body(body, numbers)),
+                *self._chains(),
+                *self._forces(),
+                *self._points(),
+                *self._labels(),
+                "</g></g></svg>",
+            ]
+        )
 
     @cached_property
     def frames(self) -> tuple[Frame, Frame]:
@@ -105,7 +113,9 @@ class Picture:
     def _body(self, body: Body, numbers: Iterator[int]) -> Iterator[str]:
         x, y, turn = (format_number(float(channel[0])) for channel in self.scene.pose(body))
         middle = _find_middle(body)
-        yield f'<g data-body="{next(numbers)}"{middle} transform="translate({x} {y}) rotate({turn})">'
+        yield (
+            f'<g data-body="{next(numbers)}"{middle} transform="translate({x} {y}) rotate({turn})">'
+        )
         yield f"<title>{escape_markup(body.name)}</title>"
         yield from map(_outline, body.outlines)
         for part in body.parts:
@@ -120,25 +130,39 @@ class Picture:
 
     def _traces(self) -> Iterator[str]:
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
-            attributes = f'd="{format_line(path, self.scene.again)}"' if point.traced else 'visibility="hidden"'
+            attributes = (
+                f'd="{format_line(path, self.scene.again)}"'
+                if point.traced
+                else 'visibility="hidden"'
+            )
             yield f'<path class="trace" data-trace="{k}" {attributes}/>'
 
     def _points(self) -> Iterator[str]:
         size = format_number(self.frames[0].width / 160)
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
-            attributes = f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{size}"'
-            yield f'<circle data-point="{k}" {attributes}><title>{escape_markup(point.name)}</title></circle>'
+            attributes = (
+                f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{size}"'
+            )
+            yield (
+                f'<circle data-point="{k}" '
+                f"{attributes}><title>{escape_markup(point.name)}</title></circle>"
+            )
 
     def _chains(self) -> Iterator[str]:
         for k, chain in enumerate(self.scene.chains):
             corners = np.array([self.paths[index][0] for index in chain.points])
-            yield f'<path class="body link s{chain.shade}" data-chain="{k}" d="{format_line(corners, chain.closed)}">'
+            yield (
+                f'<path class="body link s{chain.shade}" data-chain="{k}" '
+                f'd="{format_line(corners, chain.closed)}">'
+            )
             yield f"<title>{escape_markup(chain.name)}</title></path>"
 
     def _forces(self) -> Iterator[str]:
         for k, force in enumerate(self.scene.forces):
             x, y = _path(force.at, self.scene.moments)[0].tolist()
-            path = format_arrow(x, y, self.force_scale * float(force.x[0]), self.force_scale * float(force.y[0]))
+            path = format_arrow(
+                x, y, self.force_scale * float(force.x[0]), self.force_scale * float(force.y[0])
+            )
             yield f'<path class="force s{k % 6}" data-arrow="{k}" d="{path}">'
             yield f"<title>{escape_markup(force.name)}</title></path>"
 
@@ -146,13 +170,22 @@ class Picture:
         size = format_number(self.frames[0].width / 42)
         for label in self.scene.labels:
             at = f"{format_number(label.x)} {format_number(label.y)}"
-            attributes = f'transform="translate({at}) scale(1 -1)" font-size="{size}" text-anchor="{label.anchor}"'
+            attributes = (
+                f'transform="translate({at}) scale(1 -1)" font-size="{size}" '
+                f'text-anchor="{label.anchor}"'
+            )
             yield f"<text {attributes}>{escape_markup(label.text)}</text>"
 
 
 def _find_middle(body: Body) -> str:
-    """Return the middle of a body's last outline, where its name points, as an attribute; empty if it has no name."""
-    outlines = [outline for outline in body.outlines if outline.look not in ("teeth", "before", "ground", "mark")]
+    """Return the middle of a body's last outline, where its name points, as an attribute; empty if
+    it has no name.
+    """
+    outlines = [
+        outline
+        for outline in body.outlines
+        if outline.look not in ("teeth", "before", "ground", "mark")
+    ]
     if not outlines:
         return ""
     low, high = outlines[-1].points.min(axis=0), outlines[-1].points.max(axis=0)
@@ -180,13 +213,16 @@ def format_line(points: Array, closed: bool) -> str:
 
 
 def format_steps(points: Array, closed: bool) -> str:
-    """Return points (k, 2) as a relative path of an SVG in hundredths, which takes half as many characters.
+    """Return points (k, 2) as a relative path of an SVG in hundredths, which takes half as many
+    characters.
 
     >>> format_steps(np.array([[0.0, 1.0], [2.5, 3.0], [2.0, 0.0]]), closed=True)
     'm0 100 250 200-50-300z'
     """
     moves = np.diff(np.rint(100 * points).astype(int), axis=0, prepend=0)
-    return f"m{' '.join(map(str, moves.ravel().tolist())).replace(' -', '-')}{'z' if closed else ''}"
+    return (
+        f"m{' '.join(map(str, moves.ravel().tolist())).replace(' -', '-')}{'z' if closed else ''}"
+    )
 
 
 def _outline(outline: Outline) -> str:
@@ -196,7 +232,9 @@ def _outline(outline: Outline) -> str:
 
 def _path(point: Point, moments: int) -> Array:
     """Return the positions of a point at all moments, (n, 2) [mm]."""
-    return np.column_stack([np.broadcast_to(np.asarray(v, dtype=float), (moments,)) for v in (point.x, point.y)])
+    return np.column_stack(
+        [np.broadcast_to(np.asarray(v, dtype=float), (moments,)) for v in (point.x, point.y)]
+    )
 
 
 def format_arrow(x: float, y: float, dx: float, dy: float) -> str:
@@ -206,6 +244,5 @@ def format_arrow(x: float, y: float, dx: float, dy: float) -> str:
         return f"M{format_number(x)} {format_number(y)}"
     end, direction = np.array([x + dx, y + dy]), np.array([dx, dy]) / np.hypot(dx, dy)
     back, side = end - head * direction, 0.4 * head * np.array([-direction[1], direction[0]])
-    return (
-        f"{format_line(np.array([[x, y], end]), False)}{format_line(np.array([back + side, end, back - side]), False)}"
-    )
+    shaft = format_line(np.array([[x, y], end]), False)
+    return shaft + format_line(np.array([back + side, end, back - side]), False)

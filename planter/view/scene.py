@@ -1,4 +1,5 @@
-"""The motion of a mechanism over a cycle: poses of rigid bodies, points, forces, curves and events; sampling of curves.
+"""The motion of a mechanism over a cycle: poses of rigid bodies, points, forces, curves and events;
+sampling of curves.
 
 Lengths in mm, angles in deg, y upwards; all series are sampled at the same n moments.
 """
@@ -18,7 +19,8 @@ from planter.numerics.arrays import Flags, Integers
 
 Complex = NDArray[np.complex128]
 Look = Literal["body", "gear", "teeth", "frame", "mark", "ground", "before"]
-"""Style of an outline: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground, or pale.
+"""Style of an outline: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground,
+or pale.
 
 A gear is its pitch curve, which is a thin mark if the scene has teeth.
 """
@@ -36,7 +38,9 @@ class Outline:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: its outlines, and its origin [mm] and angle [deg] relative to its parent or the machine."""
+    """A rigid body: its outlines, and its origin [mm] and angle [deg] relative to its parent or the
+    machine.
+    """
 
     name: str
     outlines: Sequence[Outline]
@@ -57,7 +61,9 @@ class Point:
 
 @dataclass(frozen=True)
 class Chain:
-    """A line through points, by their numbers in the scene: a body that is defined by its joints only."""
+    """A line through points, by their numbers in the scene: a body that is defined by its joints
+    only.
+    """
 
     name: str
     points: Sequence[int]
@@ -87,7 +93,9 @@ class Force:
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity over the cycle (n,); `reference` is a value to compare it with, such as the weight."""
+    """A quantity over the cycle (n,); `reference` is a value to compare it with, such as the
+    weight.
+    """
 
     name: str
     unit: str
@@ -105,12 +113,14 @@ class Event:
 
 @dataclass(frozen=True)
 class Scene:
-    """A mechanism over a cycle of a duration `seconds` [s], with the positions `places` (n,) of its moments.
+    """A mechanism over a cycle of a duration `seconds` [s], with the positions `places` (n,) of its
+    moments.
 
-    `shares` (n,) are the elapsed shares of the duration at all moments, from 0; by default they are equidistant.
-    A cycle is repeated `again`, and its last share is below 1, unless the motion is not periodic.
-    `later` returns the same scene with details that take too long to compute while a slider moves, such as teeth.
-    `travel` (n,) [mm] is the displacement of the machine in x relative to the ground, in which `ground` is fixed.
+    `shares` (n,) are the elapsed shares of the duration at all moments, from 0; by default they are
+    equidistant. A cycle is repeated `again`, and its last share is below 1, unless the motion is
+    not periodic. `later` returns the same scene with details that take too long to compute while a
+    slider moves, such as teeth. `travel` (n,) [mm] is the displacement of the machine in x relative
+    to the ground, in which `ground` is fixed.
     """
 
     title: str
@@ -153,7 +163,9 @@ class Scene:
     @property
     def toothed(self) -> bool:
         """Whether any teeth are drawn."""
-        return any(outline.look == "teeth" for body in self.all_bodies() for outline in body.outlines)
+        return any(
+            outline.look == "teeth" for body in self.all_bodies() for outline in body.outlines
+        )
 
     @property
     def largest_force(self) -> float:
@@ -173,9 +185,14 @@ class Scene:
     def _placed(
         self, body: Body, moments: slice, origin: Complex, direction: Complex
     ) -> Iterator[tuple[Outline, Array]]:
-        """Yield outlines of a body and its parts; the parent's origins and directions (m,) are complex numbers."""
+        """Yield outlines of a body and its parts; the parent's origins and directions (m,) are
+        complex numbers.
+        """
         x, y, turn = (channel[moments] for channel in self.pose(body))
-        origin, direction = origin + direction * (x + 1j * y), direction * np.exp(1j * np.radians(turn))
+        origin, direction = (
+            origin + direction * (x + 1j * y),
+            direction * np.exp(1j * np.radians(turn)),
+        )
         for outline in body.outlines:
             points = origin[:, None] + direction[:, None] * (outline.points @ [1, 1j])
             yield outline, np.stack([points.real, points.imag], axis=-1)
@@ -184,7 +201,10 @@ class Scene:
 
     def pose(self, body: Body) -> tuple[Array, Array, Array]:
         """Return x, y [mm] and angle [deg] of a body at all moments, (n,) each."""
-        x, y, turn = (np.broadcast_to(np.asarray(v, dtype=float), (self.moments,)) for v in (*body.at, body.turn))
+        x, y, turn = (
+            np.broadcast_to(np.asarray(v, dtype=float), (self.moments,))
+            for v in (*body.at, body.turn)
+        )
         return x, y, turn
 
 
@@ -195,18 +215,24 @@ def _with_parts(bodies: Sequence[Body]) -> Iterator[Body]:
 
 
 TOLERANCE = 5e-4
-"""Maximum deviation of a segment from its curve, relative to the range of the curve; it is invisible."""
+"""Maximum deviation of a segment from its curve, relative to the range of the curve; it is
+invisible.
+"""
 ROUNDS = 7
-"""Maximum number of bisections of a segment: a jump is drawn within 1/128 of the initial spacing."""
+"""Maximum number of bisections of a segment: a jump is drawn within 1/128 of the initial
+spacing.
+"""
 Rows = Callable[[Array], Sequence[Array] | Array]
 """Function that returns series (n,) at ordered positions (n,); angles must be unwrapped."""
 
 
 def refine_places(rows: Rows, places: Array) -> Array:
-    """Return the ordered places (n,) with more places between them, (m,), where straight segments follow all rows.
+    """Return the ordered places (n,) with more places between them, (m,), where straight segments
+    follow all rows.
 
-    A segment is bisected as long as its middle deviates by more than TOLERANCE of the range of a row. A detail between
-    two of the initial places can be missed, so that these must include known zeros and corners.
+    A segment is bisected as long as its middle deviates by more than TOLERANCE of the range of a
+    row. A detail between two of the initial places can be missed, so that these must include known
+    zeros and corners.
     """
     unresolved = np.ones(len(places) - 1, dtype=bool)
     for _ in range(ROUNDS):
@@ -229,7 +255,9 @@ def refine_places(rows: Rows, places: Array) -> Array:
 
 
 def _deviates(values: Array, at: Integers) -> Flags:
-    """Return whether the points at indices `at` (k,) deviate from the chord of their neighbours in any row, (k,)."""
+    """Return whether the points at indices `at` (k,) deviate from the chord of their neighbours in
+    any row, (k,).
+    """
     sizes = np.ptp(values, axis=1)
     off = np.abs(values[:, at] - (values[:, at - 1] + values[:, at + 1]) / 2)
     is_off: Flags = (off > TOLERANCE * sizes[:, None]).any(axis=0)
@@ -237,7 +265,8 @@ def _deviates(values: Array, at: Integers) -> Flags:
 
 
 def simplify_outline(points: Array, tolerance: float) -> Array:
-    """Return the points (m, 2) of a closed line (k, 2) whose chords deviate from it by at most a tolerance.
+    """Return the points (m, 2) of a closed line (k, 2) whose chords deviate from it by at most a
+    tolerance.
 
     >>> simplify_outline(np.array([[0.0, 0.0], [1.0, 0.001], [2.0, 0.0], [1.0, 2.0]]), 0.01).tolist()
     [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0]]

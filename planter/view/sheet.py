@@ -1,4 +1,5 @@
-"""Drawings with symbols: a scene at one moment, with named points, lengths and angles, and their names next to it.
+"""Drawings with symbols: a scene at one moment, with named points, lengths and angles, and their
+names next to it.
 
 Lengths in mm, angles in deg, y upwards, as in a scene.
 """
@@ -75,7 +76,9 @@ class Length:
 
 @dataclass(frozen=True)
 class Angle:
-    """An angle [deg] about a vertex (2,) [mm] from a direction, positive anticlockwise, drawn at a radius."""
+    """An angle [deg] about a vertex (2,) [mm] from a direction, positive anticlockwise, drawn at a
+    radius.
+    """
 
     names: Sequence[str]
     vertex: Array
@@ -84,8 +87,12 @@ class Angle:
     radius: float
 
     @classmethod
-    def between(cls, names: Sequence[str], vertex: Array, start: Array, end: Array, radius: float) -> Angle:
-        """Return the angle of at most 180 deg from the direction of point `start` (2,) to that of `end`."""
+    def between(
+        cls, names: Sequence[str], vertex: Array, start: Array, end: Array, radius: float
+    ) -> Angle:
+        """Return the angle of at most 180 deg from the direction of point `start` (2,) to that of
+        `end`.
+        """
         first, second = (direction_angle(vertex, point) for point in (start, end))
         return cls(names, vertex, first, (second - first + 180) % 360 - 180, radius)
 
@@ -100,12 +107,16 @@ class Angle:
 
     def legs(self) -> tuple[Array, Array]:
         """Return both legs from the vertex to slightly beyond the arc, (2, 2) [mm] each."""
-        ends = self.vertex + 1.15 * (self._points(np.array([self.start, self.start + self.turn])) - self.vertex)
+        ends = self.vertex + 1.15 * (
+            self._points(np.array([self.start, self.start + self.turn])) - self.vertex
+        )
         return np.array([self.vertex, ends[0]]), np.array([self.vertex, ends[1]])
 
     def _points(self, directions: Array) -> Array:
         angles = np.radians(directions)
-        return np.asarray(self.vertex) + self.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        return np.asarray(self.vertex) + self.radius * np.column_stack(
+            [np.cos(angles), np.sin(angles)]
+        )
 
 
 Mark = Spot | Length | Angle
@@ -152,10 +163,15 @@ class Draughtsman(Protocol):
     """The module `labelled` of a package, which draws its machines with symbols."""
 
     UNDRAWN: Mapping[str, Sequence[str]]
-    """Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as `table.`."""
+    """Reasons why names are on no sheet, with patterns of names, of sources, or of the file's
+    tables as `table.`.
+    """
 
     def draw_labelled(self, source: str, changes: Mapping[str, float]) -> Labelled:
-        """Return the sheets of a machine with changed numbers. Raises InputError if it is invalid."""
+        """Return the sheets of a machine with changed numbers.
+
+        Raises InputError if it is invalid.
+        """
 
 
 COLUMN, LETTER = 1.3, 0.06
@@ -167,9 +183,28 @@ TALLEST = 8.0
 LEAD = 0.06
 """Distance of names from the drawing, relative to its width."""
 GREEK = (
-    "alpha", "beta", "gamma", "delta", "epsilon", "theta", "lambda", "mu", "nu", "xi", "rho", "sigma", "tau", "phi",
-    "psi", "omega", "Delta", "Theta", "Phi", "Psi", "Omega",
-)  # fmt: skip
+    "alpha",
+    "beta",
+    "gamma",
+    "delta",
+    "epsilon",
+    "theta",
+    "lambda",
+    "mu",
+    "nu",
+    "xi",
+    "rho",
+    "sigma",
+    "tau",
+    "phi",
+    "psi",
+    "omega",
+    "Delta",
+    "Theta",
+    "Phi",
+    "Psi",
+    "Omega",
+)
 _NAME = re.compile(rf"({'|'.join(GREEK)}|[A-Za-z])_?(\d*|(?<=_).+)$")
 _SHAPES = {"phi": "varphi", "epsilon": "varepsilon"}
 
@@ -186,7 +221,9 @@ class LabelPosition:
 def draw_figure(sheet: Sheet) -> Figure:
     """Return the drawing of a sheet with all its names."""
     picture, frame = Picture(sheet.scene), _frame(sheet)
-    column = max(COLUMN, LETTER * (5 + max(len(name) for mark in sheet.marks for name in mark.names)))
+    column = max(
+        COLUMN, LETTER * (5 + max(len(name) for mark in sheet.marks for name in mark.names))
+    )
     wide = style.WIDTH - 2 * column
     rows = -(-len(sheet.marks) // 2) + 1
     tall = min(max(wide * frame.height / frame.width, rows * LINE), TALLEST)
@@ -200,7 +237,9 @@ def draw_figure(sheet: Sheet) -> Figure:
     _marks(axes, sheet)
     low, size = np.array([x - half_wide, y - half_tall]), 2 * np.array([half_wide, half_tall])
     anchors = np.array([(np.asarray(mark.anchor) - low) / size for mark in sheet.marks])
-    for mark, anchor, position in zip(sheet.marks, anchors, place_labels(anchors, LINE, tall), strict=True):
+    for mark, anchor, position in zip(
+        sheet.marks, anchors, place_labels(anchors, LINE, tall), strict=True
+    ):
         _name(axes, set_names(mark.names), anchor.tolist(), position)
     return labelled
 
@@ -232,8 +271,13 @@ def _arrow(axes: Axes, mark: Angle) -> None:
         axes.plot(*leg.T, color=style.SOFT, linewidth=0.4, linestyle=(0, (6, 3)))
     points = mark.outline()
     axes.plot(*points.T, color=style.VERMILION, linewidth=0.9)
-    head = {"arrowstyle": "-|>,head_length=0.35,head_width=0.13", "color": style.VERMILION, "linewidth": 0.9,
-            "shrinkA": 0, "shrinkB": 0}  # fmt: skip
+    head = {
+        "arrowstyle": "-|>,head_length=0.35,head_width=0.13",
+        "color": style.VERMILION,
+        "linewidth": 0.9,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
     axes.annotate("", points[-1], points[-2], arrowprops=head)
 
 
@@ -244,27 +288,39 @@ def _name(axes: Axes, text: str, anchor: list[float], position: LabelPosition) -
     line = [[anchor[0], edge, beyond - gap], [anchor[1], position.height, position.height]]
     axes.plot(*line, color=style.SOFT, linewidth=0.5, transform=axes.transAxes, clip_on=False)
     axes.plot(*anchor, "o", color=style.SOFT, markersize=1.6, transform=axes.transAxes)
-    axes.text(beyond, position.height, text, transform=axes.transAxes, va="center",
-              ha="left" if position.right else "right", fontsize=8.5 if "$" in text else 7)  # fmt: skip
+    axes.text(
+        beyond,
+        position.height,
+        text,
+        transform=axes.transAxes,
+        va="center",
+        ha="left" if position.right else "right",
+        fontsize=8.5 if "$" in text else 7,
+    )
 
 
 def place_labels(anchors: Array, line: float, tall: float) -> list[LabelPosition]:
-    """Return positions for labels of anchors (k, 2) in a drawing from (0, 0) to (1, 1), half of them at either side.
+    """Return positions for labels of anchors (k, 2) in a drawing from (0, 0) to (1, 1), half of
+    them at either side.
 
-    Labels of a column are at least a `line` apart, where `tall` is the height of the drawing in the same unit.
+    Labels of a column are at least a `line` apart, where `tall` is the height of the drawing in the
+    same unit.
     """
     order = np.argsort(anchors[:, 0], kind="stable")
     left = set(order[: len(order) // 2].tolist())
     positions: dict[int, LabelPosition] = {}
     for right in (False, True):
         side = [index for index in range(len(anchors)) if (index not in left) == right]
-        for index, height in zip(side, arrange_column(anchors[side], line / tall, 1.0 if right else 0.0), strict=True):
+        for index, height in zip(
+            side, arrange_column(anchors[side], line / tall, 1.0 if right else 0.0), strict=True
+        ):
             positions[index] = LabelPosition(right, height)
     return [positions[index] for index in range(len(anchors))]
 
 
 def arrange_column(anchors: Array, gap: float, edge: float) -> list[float]:
-    """Return heights of a column's labels in the order of anchors (k, 2), so that no lines to `edge` cross.
+    """Return heights of a column's labels in the order of anchors (k, 2), so that no lines to
+    `edge` cross.
 
     Exchanging the labels of two crossing lines shortens both together, so that the iteration ends.
     """
@@ -281,12 +337,23 @@ def arrange_column(anchors: Array, gap: float, edge: float) -> list[float]:
 
 def find_crossing(anchors: Array, heights: Sequence[float], edge: float) -> tuple[int, int] | None:
     """Return the indices of the first two lines that cross, or None if no lines cross."""
-    lines = [LineString([(edge, height), anchor]) for height, anchor in zip(heights, anchors, strict=True)]
-    return next((pair for pair in combinations(range(len(lines)), 2) if lines[pair[0]].crosses(lines[pair[1]])), None)
+    lines = [
+        LineString([(edge, height), anchor])
+        for height, anchor in zip(heights, anchors, strict=True)
+    ]
+    return next(
+        (
+            pair
+            for pair in combinations(range(len(lines)), 2)
+            if lines[pair[0]].crosses(lines[pair[1]])
+        ),
+        None,
+    )
 
 
 def set_name(name: str) -> str:
-    """Return a name for Matplotlib's mathtext: a letter with its index and without a unit, or the word itself.
+    """Return a name for Matplotlib's mathtext: a letter with its index and without a unit, or the
+    word itself.
 
     >>> set_name("phi52"), set_name("x_A1"), set_name("circumradius"), set_name("x_tip_machine")
     ('$\\\\varphi_{52}$', '$x_{A1}$', 'circumradius', '$x_{tip,machine}$')

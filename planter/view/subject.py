@@ -24,7 +24,9 @@ from planter.view.scene import Scene
 
 @dataclass(frozen=True)
 class RequiredOption:
-    """A positive number that a command requires and that machine files do not have, with its option."""
+    """A positive number that a command requires and that machine files do not have, with its
+    option.
+    """
 
     option: str
     meaning: str
@@ -33,7 +35,8 @@ class RequiredOption:
 
 @dataclass(frozen=True)
 class Export:
-    """An export by `planter WORDS MACHINE OPTIONS --out FOLDER`, with `--model` if the machine has several models.
+    """An export by `planter WORDS MACHINE OPTIONS --out FOLDER`, with `--model` if the machine has
+    several models.
 
     `file` is the name of the file for a command that writes a single one.
     """
@@ -46,16 +49,27 @@ class Export:
     modelled: bool = False
     file: str = ""
 
-    def command(self, machine: Path, folder: Path, model: str, numbers: Mapping[str, float]) -> list[str]:
-        """Return the command line for a machine's file, with numbers by option; `folder` must exist.
+    def command(
+        self, machine: Path, folder: Path, model: str, numbers: Mapping[str, float]
+    ) -> list[str]:
+        """Return the command line for a machine's file, with numbers by option; `folder` must
+        exist.
 
         Raises InputError if a number is not positive.
         """
-        words = [*self.words, str(machine), *self.options, *(("--model", model) if self.modelled else ())]
+        words = [
+            *self.words,
+            str(machine),
+            *self.options,
+            *(("--model", model) if self.modelled else ()),
+        ]
         for required in self.asks:
             value = numbers.get(required.option, required.value)
             if not (isinstance(value, int | float) and 0 < value < float("inf")):
-                raise InputError(f"{required.meaning} = {safe_text.format_value(value)}: a positive number is required")
+                raise InputError(
+                    f"{required.meaning} = {safe_text.format_value(value)}: a positive number is "
+                    f"required"
+                )
             words += [required.option, repr(float(value))]
         return [*words, "--out", str(folder / self.file)]
 
@@ -74,7 +88,9 @@ REACH = 0.5
 
 @dataclass(frozen=True)
 class Control:
-    """A number that a user can change: its path, meaning, unit, value and bounds, and its name, symbol and group."""
+    """A number that a user can change: its path, meaning, unit, value and bounds, and its name,
+    symbol and group.
+    """
 
     path: str
     meaning: str
@@ -102,10 +118,12 @@ class Reading:
 
 @dataclass(frozen=True)
 class RequirementCheck:
-    """A requirement with its margin, and whether it is satisfied; `value` is None if only the margin is known.
+    """A requirement with its margin, and whether it is satisfied; `value` is None if only the
+    margin is known.
 
-    `lower` and `upper` are its limits in the unit, None on a side without one. `label` is its name on a page where that
-    is another one, and `phi_deg` the angle at which it is closest to its limit, None if it belongs to no angle.
+    `lower` and `upper` are its limits in the unit, None on a side without one. `label` is its name
+    on a page where that is another one, and `phi_deg` the angle at which it is closest to its
+    limit, None if it belongs to no angle.
     """
 
     name: str
@@ -129,13 +147,17 @@ class DetailTable:
 
 
 class Shown(Protocol):
-    """A machine with numbers that a user changes; all methods raise PlanterError if these are invalid."""
+    """A machine with numbers that a user changes; all methods raise PlanterError if these are
+    invalid.
+    """
 
     name: str
     models: Sequence[str]
     controls: Sequence[Control]
     handles: Sequence[tuple[str, str]]
-    """Points of the drawing that a user can drag: paths of the numbers [mm] that are their x and y."""
+    """Points of the drawing that a user can drag: paths of the numbers [mm] that are their x and
+    y.
+    """
 
     exports: Sequence[Export]
     """Exports of the machine by commands."""
@@ -165,11 +187,22 @@ class Sought:
 
     @classmethod
     def from_answer(cls, answer: Mapping[str, Any], section: str) -> Sought:
-        """Return the design in the JSON object of `planter optimise`, whose numbers a file has in a section."""
+        """Return the design in the JSON object of `planter optimise`, whose numbers a file has in a
+        section.
+        """
         agreeing = answer.get("certificate")
-        starts = f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)" if agreeing else ""
-        sentence = f"Optimised: objective {answer['start_objective']:.6g} to {answer['objective']:.6g}{starts}."
-        return cls({f"{section}.{name}": value for name, value in answer["design"].items()}, sentence)
+        starts = (
+            f" ({agreeing['agreeing_starts']} of {agreeing['starts']} starts agree)"
+            if agreeing
+            else ""
+        )
+        sentence = (
+            f"Optimised: objective {answer['start_objective']:.6g} to "
+            f"{answer['objective']:.6g}{starts}."
+        )
+        return cls(
+            {f"{section}.{name}": value for name, value in answer["design"].items()}, sentence
+        )
 
 
 STARTS = 8
@@ -182,7 +215,9 @@ class Searching(Protocol):
 
     @property
     def search(self) -> Sequence[str]:
-        """Words of the command without the machine's file; they are empty if this machine cannot be optimised."""
+        """Words of the command without the machine's file; they are empty if this machine cannot be
+        optimised.
+        """
 
     @property
     def starts(self) -> int:
@@ -208,7 +243,9 @@ class LockingSearch(Protocol):
         """Paths of the numbers that a search varies."""
 
     def with_locks(self, values: Values, locked: Collection[str]) -> str:
-        """Return the text of the machine's file for a search that leaves the numbers at the paths `locked`."""
+        """Return the text of the machine's file for a search that leaves the numbers at the paths
+        `locked`.
+        """
 
 
 @runtime_checkable
@@ -220,11 +257,16 @@ class Wishing(Protocol):
         """Whether the path has no points yet, so that some can be added."""
 
     def wished(self, values: Values) -> str:
-        """Return the text of the machine's file with points on its present path, which a user can drag."""
+        """Return the text of the machine's file with points on its present path, which a user can
+        drag.
+        """
 
 
 def build_scene(thing: object) -> Scene:
-    """Return the motion of an object, by the module `show` that has it. Raises InputError if no package can draw it."""
+    """Return the motion of an object, by the module `show` that has it.
+
+    Raises InputError if no package can draw it.
+    """
     for module in plugins.load_modules("show"):
         scene: Scene | None = module.build_scene(thing) if hasattr(module, "build_scene") else None
         if scene is not None:
@@ -233,9 +275,11 @@ def build_scene(thing: object) -> Scene:
 
 
 def open_machine(source: str, changes: Values | None = None) -> Shown:
-    """Open the machine of a file or a built-in name with changed numbers, by `open_view` of its kind's `show`.
+    """Open the machine of a file or a built-in name with changed numbers, by `open_view` of its
+    kind's `show`.
 
-    Raises InputError if it is not a machine, with the position of the error if the file is not valid TOML.
+    Raises InputError if it is not a machine, with the position of the error if the file is not
+    valid TOML.
     """
     module = load_part(source, "show") if find_kind(source) else None
     if module is not None:
@@ -243,8 +287,13 @@ def open_machine(source: str, changes: Values | None = None) -> Shown:
         return view
     if is_file(Path(source)):
         parse_toml(read_text(source), source)
-        raise InputError(f"{source}: this file does not describe a machine; its tables match no kind of machine")
-    raise InputError(f"{source}: there is no such machine; give a machine's file or the name of a built-in machine")
+        raise InputError(
+            f"{source}: this file does not describe a machine; its tables match no kind of machine"
+        )
+    raise InputError(
+        f"{source}: there is no such machine; give a machine's file or the name of a built-in "
+        f"machine"
+    )
 
 
 def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, str]:
@@ -254,7 +303,9 @@ def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, 
     """
     name = machine.models[0] if model is None else model
     if name not in machine.models:
-        raise InputError(f"{option}: {machine.name} has no such model; choose one of {', '.join(machine.models)}")
+        raise InputError(
+            f"{option}: {machine.name} has no such model; choose one of {', '.join(machine.models)}"
+        )
     values = {control.path: control.value for control in machine.controls}
     return machine.scenes(values, name)[0].with_details(), name
 
@@ -266,25 +317,36 @@ def list_controls(
     bounds: Mapping[str, tuple[float, float]],
     names: DisplayNames | None = None,
 ) -> list[Control]:
-    """Return controls for numbers of a file, within bounds by path if there are any, and within the valid range.
+    """Return controls for numbers of a file, within bounds by path if there are any, and within the
+    valid range.
 
-    They are in the order of `names`. A number without a name there is named by its meaning, or by the words of its key.
-    A number with a single valid value is omitted.
+    They are in the order of `names`. A number without a name there is named by its meaning, or by
+    the words of its key. A number with a single valid value is omitted.
     """
     numbers, result = document.numbers(), []
     for path in paths:
         value = float(numbers[path])
-        ends = (_allowed_end(document, path, value, end) for end in bounds.get(path) or _about(value))
+        ends = (
+            _allowed_end(document, path, value, end) for end in bounds.get(path) or _about(value)
+        )
         lower, upper = min(value, next(ends)), max(value, next(ends))
         if lower < upper:
             meaning = meanings.get(path, "")
             named = (names and names.find(path)) or _name_number(path, meaning)
-            result.append(Control(path, meaning, units.display_unit(path), value, lower, upper, *named))
-    return result if names is None else sorted(result, key=lambda control: names.position(control.path))
+            result.append(
+                Control(path, meaning, units.display_unit(path), value, lower, upper, *named)
+            )
+    return (
+        result
+        if names is None
+        else sorted(result, key=lambda control: names.position(control.path))
+    )
 
 
 def _name_number(path: str, meaning: str) -> DisplayName:
-    """Return a number's name by its meaning, its symbol by its key, and its group by the section of its file."""
+    """Return a number's name by its meaning, its symbol by its key, and its group by the section of
+    its file.
+    """
     section, _, key = path.rpartition(".")
     symbol = key.removesuffix(units.unit_suffix(key))
     group = labels.separate_words(section.partition("[")[0].partition(".")[0]) or "values"
@@ -302,7 +364,8 @@ def _allowed_end(document: Document, path: str, value: float, end: float) -> flo
 
 
 def find_farthest(value: float, end: float, attempt: Callable[[float], object]) -> float:
-    """Return the farthest of `STEPS` numbers from a value towards an end at which an attempt succeeds, by bisection.
+    """Return the farthest of `STEPS` numbers from a value towards an end at which an attempt
+    succeeds, by bisection.
 
     An attempt fails if it raises PlanterError; at the value itself it must succeed.
     """
@@ -323,7 +386,9 @@ def _about(value: float) -> tuple[float, float]:
 
 
 def list_readings(table: Mapping[str, Any]) -> list[Reading]:
-    """Return the scalar numbers of a result as readings, whose names are the words of their keys."""
+    """Return the scalar numbers of a result as readings, whose names are the words of their
+    keys.
+    """
     return [
         Reading(labels.format_name(key), units.display_unit(key), float(value))
         for key, value in table.items()
@@ -343,19 +408,32 @@ HAND = "assumed; set by hand"
 
 
 def write_numbers(original: Document, moved: Document) -> str:
-    """Return the text of a file whose numbers a user has moved, with their previous values as comments."""
+    """Return the text of a file whose numbers a user has moved, with their previous values as
+    comments.
+    """
     before, table = original.numbers(), moved.table()
-    was = {path: before[path] for path, value in moved.numbers().items() if path in before and before[path] != value}
+    was = {
+        path: before[path]
+        for path, value in moved.numbers().items()
+        if path in before and before[path] != value
+    }
     table["origin"] = {**moved.origins, **dict.fromkeys(was, HAND)}
-    notes = {path: f"was {value!r} {units.display_unit(path)}".rstrip() for path, value in was.items()}
-    head = f"# The machine {json.dumps(original.name)} with numbers set by hand, by planter {__version__}."
+    notes = {
+        path: f"was {value!r} {units.display_unit(path)}".rstrip() for path, value in was.items()
+    }
+    head = (
+        f"# The machine {json.dumps(original.name)} with numbers set by hand, by planter "
+        f"{__version__}."
+    )
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict | list)))
     return "\n".join([head, "", *format_lines(order, notes)]) + "\n"
 
 
 @dataclass(frozen=True)
 class Input:
-    """The position of a file's number in all programs: its vector and index, and the factor to SI units."""
+    """The position of a file's number in all programs: its vector and index, and the factor to SI
+    units.
+    """
 
     path: str
     vector: str
@@ -367,10 +445,11 @@ class Input:
 class Portable:
     """A machine in one of its models.
 
-    `rows` are the vectors of `seen` with rows of numbers, stored one row after another, and the number of their rows;
-    the vector `singles` has the named numbers of the drawing and the readings. `gradient`, if there is one, computes
-    the `objective`, which is minimised, and its `gradient` with respect to the SI values of the numbers at the paths
-    `design`. `assumptions` are those of the model, and `notes` list what a page omits.
+    `rows` are the vectors of `seen` with rows of numbers, stored one row after another, and the
+    number of their rows; the vector `singles` has the named numbers of the drawing and the
+    readings. `gradient`, if there is one, computes the `objective`, which is minimised, and its
+    `gradient` with respect to the SI values of the numbers at the paths `design`. `assumptions` are
+    those of the model, and `notes` list what a page omits.
     """
 
     inputs: Sequence[Input]
@@ -411,4 +490,6 @@ class Movable(Shown, Protocol):
         """
 
     def handed(self, values: Values) -> str:
-        """Return the text of the machine's file with changed numbers, without paths of this computer."""
+        """Return the text of the machine's file with changed numbers, without paths of this
+        computer.
+        """

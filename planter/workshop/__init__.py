@@ -1,1 +1,3 @@
-"""Files for manufacturing from exact outlines: arcs within a tolerance, drawings, solids, meshes, tables."""
+"""Files for manufacturing from exact outlines: arcs within a tolerance, drawings, solids, meshes,
+tables.
+"""

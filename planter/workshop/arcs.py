@@ -1,10 +1,10 @@
 """Curves of exact pieces, and of circular arcs that follow them within a tolerance.
 
-An arc is given as in drawings by the bulge at its first vertex: a quarter of the central angle has this tangent,
-positive to the left, zero for a straight line. A biarc is two arcs with a common tangent where they meet, from point
-and tangent to point and tangent. There is one for each ratio of the two outer tangents, as far as they meet the tangent
-at the joint (Bolton, Biarc curves, Computer-Aided Design 7, 1975). Here the ratio is the one that preserves the area
-next to the curve.
+An arc is given as in drawings by the bulge at its first vertex: a quarter of the central angle has
+this tangent, positive to the left, zero for a straight line. A biarc is two arcs with a common
+tangent where they meet, from point and tangent to point and tangent. There is one for each ratio of
+the two outer tangents, as far as they meet the tangent at the joint (Bolton, Biarc curves,
+Computer-Aided Design 7, 1975). Here the ratio is the one that preserves the area next to the curve.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ _STEP = 1e-5
 
 
 class Piece(Protocol):
-    """A smooth piece of a curve, along a parameter s from 0 to 1 in the direction of the curve; `kind` names it.
+    """A smooth piece of a curve, along a parameter s from 0 to 1 in the direction of the curve;
+    `kind` names it.
 
-    `at(s)` gives points (n, 2) [m], `tangent(s)` unit vectors (n, 2), `curvature(s)` (n,) [1/m], positive where the
-    curve turns to the left.
+    `at(s)` gives points (n, 2) [m], `tangent(s)` unit vectors (n, 2), `curvature(s)` (n,) [1/m],
+    positive where the curve turns to the left.
     """
 
     @property
@@ -59,17 +60,22 @@ class ClosedCurve:
         return chord / np.hypot(*chord.T)[:, None]
 
     def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
+        the left.
+        """
         before, middle, after = (self.at(s + step) for step in (-_STEP, 0.0, _STEP))
         first, second = middle - before, after - middle
-        turn = np.arctan2(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1))
+        turn = np.arctan2(
+            first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1)
+        )
         return turn / ((np.hypot(*first.T) + np.hypot(*second.T)) / 2)
 
 
 @dataclass(frozen=True)
 class OutlinePoints:
-    """Points (n, 2) [m] with outward normals (n, 2), arc lengths (n,) [m], curvatures (n,) [1/m], piece numbers "
-    "(n,)."""
+    """Points (n, 2) [m] with outward normals (n, 2), arc lengths (n,) [m], curvatures (n,) [1/m],
+    piece numbers " "(n,).
+    """
 
     length: Array
     place: Array
@@ -90,15 +96,23 @@ class OutlinePoints:
 
 
 def sample_outline(pieces: Sequence[Piece], steps: int) -> OutlinePoints:
-    """Return points of consecutive pieces, anticlockwise, each in `steps` equal steps of its parameter, ends included.
+    """Return points of consecutive pieces, anticlockwise, each in `steps` equal steps of its
+    parameter, ends included.
 
     The length between two points is that of an arc along both tangents.
     """
     s = np.linspace(0.0, 1.0, steps + 1)
-    places, tangents = np.array([piece.at(s) for piece in pieces]), np.array([piece.tangent(s) for piece in pieces])
+    places, tangents = (
+        np.array([piece.at(s) for piece in pieces]),
+        np.array([piece.tangent(s) for piece in pieces]),
+    )
     chords, (before, after) = np.diff(places, axis=1), (tangents[:, :-1], tangents[:, 1:])
     half = (
-        np.arctan2(before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0], (before * after).sum(axis=-1)) / 2
+        np.arctan2(
+            before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0],
+            (before * after).sum(axis=-1),
+        )
+        / 2
     )
     lengths = np.hypot(chords[..., 0], chords[..., 1]) / np.sinc(half / np.pi)
     ends = np.cumsum(lengths.sum(axis=1))
@@ -107,18 +121,24 @@ def sample_outline(pieces: Sequence[Piece], steps: int) -> OutlinePoints:
     normals = np.stack([tangents[..., 1], -tangents[..., 0]], axis=-1)
     curvature = np.array([piece.curvature(s) for piece in pieces])
     return OutlinePoints(
-        arc_length.ravel(), places.reshape(-1, 2), normals.reshape(-1, 2), curvature.ravel(),
+        arc_length.ravel(),
+        places.reshape(-1, 2),
+        normals.reshape(-1, 2),
+        curvature.ravel(),
         np.repeat(np.arange(len(pieces)), steps + 1),
-    )  # fmt: skip
+    )
 
 
 _SMALL = 1e-3
-"""Half angle [rad] below which the area of a segment is a series, whose next term is below rounding."""
+"""Half angle [rad] below which the area of a segment is a series, whose next term is below
+rounding.
+"""
 
 
 @dataclass(frozen=True)
 class Arcs:
-    """A curve of arcs: `vertices` (n, 2) [m], `bulges` (n,); the last arc of a closed one leads to the first vertex.
+    """A curve of arcs: `vertices` (n, 2) [m], `bulges` (n,); the last arc of a closed one leads to
+    the first vertex.
 
     An open one has a bulge of 0 at its last vertex.
     """
@@ -136,7 +156,9 @@ class Arcs:
 
     @property
     def half_angles(self) -> Array:
-        """Half the central angle of each arc [rad], which is also the angle between chord and tangent at its start."""
+        """Half the central angle of each arc [rad], which is also the angle between chord and
+        tangent at its start.
+        """
         return 2 * np.arctan(self.bulges[: len(self.chords)])
 
     @property
@@ -149,15 +171,20 @@ class Arcs:
         """Area of a closed curve [m2], positive where it runs anticlockwise."""
         x, y = self.vertices.T
         polygon = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
-        return float(polygon + (np.hypot(*self.chords.T) ** 2 * _segment_area(self.half_angles)).sum())
+        return float(
+            polygon + (np.hypot(*self.chords.T) ** 2 * _segment_area(self.half_angles)).sum()
+        )
 
     def points(self, tolerance: float) -> Array:
-        """Return points (k, 2) [m] on the curve with chords within `tolerance` [m] of its arcs, including all vertices.
+        """Return points (k, 2) [m] on the curve with chords within `tolerance` [m] of its arcs,
+        including all vertices.
 
         The first point of a closed curve is not repeated.
         """
         half, chords = self.half_angles, self.chords
-        counts = np.maximum(1, np.ceil(np.sqrt(self.lengths * np.abs(half) / (4 * tolerance)))).astype(int)
+        counts = np.maximum(
+            1, np.ceil(np.sqrt(self.lengths * np.abs(half) / (4 * tolerance)))
+        ).astype(int)
         arc = np.repeat(np.arange(len(chords)), counts)
         step = np.arange(len(arc)) - np.repeat(np.cumsum(counts) - counts, counts)
         points = interpolate_arcs(self.vertices[arc], chords[arc], half[arc], step / counts[arc])
@@ -166,12 +193,17 @@ class Arcs:
     def moved(self, turn: float, shift: tuple[float, float] | Array = (0.0, 0.0)) -> Arcs:
         """Return the curve rotated about the origin by `turn` [rad], then shifted [m]."""
         c, s = np.cos(turn), np.sin(turn)
-        return Arcs(self.vertices @ np.array([[c, s], [-s, c]]) + np.asarray(shift), self.bulges, self.closed)
+        return Arcs(
+            self.vertices @ np.array([[c, s], [-s, c]]) + np.asarray(shift),
+            self.bulges,
+            self.closed,
+        )
 
 
 def interpolate_arcs(start: Array, chord: Array, half: Array, share: Array) -> Array:
-    """Return points (n, 2) [m] at shares (n,) of the lengths of n arcs with chords (n, 2) [m], half angles (n,) "
-    "[rad]."""
+    """Return points (n, 2) [m] at shares (n,) of the lengths of n arcs with chords (n, 2) [m], half
+    angles (n,) " "[rad].
+    """
     angle = half * share
     size = share * np.sinc(angle / np.pi) / np.sinc(half / np.pi)
     turn = angle - half
@@ -187,7 +219,9 @@ def build_circle(radius: float, centre: tuple[float, float] = (0.0, 0.0)) -> Arc
 
 
 def _segment_area(half: Array) -> Array:
-    """Return the area between arc and chord over the chord's square, positive to the right of the chord."""
+    """Return the area between arc and chord over the chord's square, positive to the right of the
+    chord.
+    """
     safe = np.where(np.abs(half) < _SMALL, _SMALL, half)
     exact = (2 * safe - np.sin(2 * safe)) / (8 * np.sin(safe) ** 2)
     return np.where(np.abs(half) < _SMALL, half / 6 * (1 + 2 * half**2 / 15), exact)
@@ -215,14 +249,18 @@ class ArcFit:
 
 
 def fit_arcs(pieces: Sequence[Piece], tolerance: float, closed: bool = True) -> ArcFit:
-    """Return arcs within `tolerance` [m] of consecutive pieces, on either side and as seen from either.
+    """Return arcs within `tolerance` [m] of consecutive pieces, on either side and as seen from
+    either.
 
     Raises ComputationError, naming the piece, if no arcs follow it.
     """
     keys, parts = zip(*_fit_spans(pieces, SEEN_SHARE * tolerance), strict=True)
     order = np.lexsort(np.hstack(keys)[::-1])
     biarcs = Biarcs(
-        *(np.concatenate(rows)[order] for rows in zip(*(vars(part).values() for part in parts), strict=True))
+        *(
+            np.concatenate(rows)[order]
+            for rows in zip(*(vars(part).values() for part in parts), strict=True)
+        )
     )
     single = biarcs.merge_deviation < _MERGE_SHARE * tolerance
     needed = np.ravel(np.column_stack([np.ones_like(single), ~single]))
@@ -235,7 +273,9 @@ def fit_arcs(pieces: Sequence[Piece], tolerance: float, closed: bool = True) -> 
 
 
 def _fit_spans(pieces: Sequence[Piece], limit: float) -> Iterator[tuple[Array, Biarcs]]:
-    """Yield keys (2, m), piece and parameter, and biarcs whose measured deviation is at most `limit` [m]."""
+    """Yield keys (2, m), piece and parameter, and biarcs whose measured deviation is at most
+    `limit` [m].
+    """
     number, low, width = np.arange(len(pieces)), np.zeros(len(pieces)), 1.0
     for _ in range(_MAX_CALLS):
         places, tangents = _evaluate_spans(pieces, number, low, width)
@@ -244,25 +284,43 @@ def _fit_spans(pieces: Sequence[Piece], limit: float) -> Iterator[tuple[Array, B
             index = row[:, None], first[:, None] + steps * np.arange(SAMPLES + 1)
             biarcs = join_biarcs(places[index], tangents[index])
             good = biarcs.deviation <= limit
-            yield np.array([number[row], low[row] + width * first / _GRID])[:, good], biarcs.select(good)
+            yield (
+                np.array([number[row], low[row] + width * first / _GRID])[:, good],
+                biarcs.select(good),
+            )
             row, first = np.repeat(row[~good], 2), np.repeat(first[~good], 2)
             first[1::2] += steps * SAMPLES // 2
         if not len(row):
             return
-        number, low, width = number[row], low[row] + width * first / _GRID, width / (2 * _GRID // SAMPLES)
+        number, low, width = (
+            number[row],
+            low[row] + width * first / _GRID,
+            width / (2 * _GRID // SAMPLES),
+        )
     piece = pieces[int(number[0])]
-    raise ComputationError(f"piece {number[0]}, {piece.kind}, turns too sharply for arcs within {limit * 1e6:g} um")
+    raise ComputationError(
+        f"piece {number[0]}, {piece.kind}, turns too sharply for arcs within {limit * 1e6:g} um"
+    )
 
 
-def _evaluate_spans(pieces: Sequence[Piece], number: Indices, low: Array, width: float) -> tuple[Array, Array]:
+def _evaluate_spans(
+    pieces: Sequence[Piece], number: Indices, low: Array, width: float
+) -> tuple[Array, Array]:
     """Return points [m] and unit tangents (m, _GRID + 1, 2) of m spans of pieces."""
     share = np.linspace(0.0, 1.0, _GRID + 1)
-    spans = [(pieces[i], start + width * share) for i, start in zip(number.tolist(), low.tolist(), strict=True)]
-    return np.array([piece.at(s) for piece, s in spans]), np.array([piece.tangent(s) for piece, s in spans])
+    spans = [
+        (pieces[i], start + width * share)
+        for i, start in zip(number.tolist(), low.tolist(), strict=True)
+    ]
+    return np.array([piece.at(s) for piece, s in spans]), np.array(
+        [piece.tangent(s) for piece, s in spans]
+    )
 
 
 MIN_COSINE = 0.5
-"""Smallest cosine between a curve and its arcs: above it, a deviation across is valid as seen from either."""
+"""Smallest cosine between a curve and its arcs: above it, a deviation across is valid as seen from
+either.
+"""
 MAX_HALF_ANGLE = np.pi / 4
 """Largest half angle of an arc [rad]."""
 _SECOND_RATIO = 1.1
@@ -276,8 +334,9 @@ _MAX_RATIO = 3.0
 class Biarcs:
     """m biarcs: starts, joints and ends (m, 2) [m], half angles of their arcs (m, 2) [rad].
 
-    `deviation` (m,) is the largest distance from the curves [m], infinite if a biarc does not follow its curve;
-    `area` (m,) lies between the two, positive where the curve is to the left [m2].
+    `deviation` (m,) is the largest distance from the curves [m], infinite if a biarc does not
+    follow its curve; `area` (m,) lies between the two, positive where the curve is to the left
+    [m2].
     """
 
     start: Array
@@ -293,8 +352,9 @@ class Biarcs:
 
     @property
     def merge_deviation(self) -> Array:
-        """Deviation of one common arc from the two arcs of each biarc (m,) [m], by the difference of their "
-        "curvatures."""
+        """Deviation of one common arc from the two arcs of each biarc (m,) [m], by the difference
+        of their " "curvatures.
+        """
         squares = np.column_stack(
             [compute_products(arc, arc) for arc in (self.joint - self.start, self.end - self.joint)]
         )
@@ -314,36 +374,68 @@ def join_biarcs(places: Array, tangents: Array) -> Biarcs:
         ratio = np.clip(np.where(np.isfinite(target), target, 1.0), 1 / _MAX_RATIO, _MAX_RATIO)
         pairs = _build_biarcs(places, tangents, ratio)
     better = pairs.deviation <= equal.deviation
-    return Biarcs(*(np.where(better.reshape(-1, *[1] * (old.ndim - 1)), new, old)
-                   for old, new in zip(vars(equal).values(), vars(pairs).values(), strict=True)))  # fmt: skip
+    return Biarcs(
+        *(
+            np.where(better.reshape(-1, *[1] * (old.ndim - 1)), new, old)
+            for old, new in zip(vars(equal).values(), vars(pairs).values(), strict=True)
+        )
+    )
 
 
 def _build_biarcs(places: Array, tangents: Array, ratio: Array) -> Biarcs:
     """Return biarcs whose second outer tangent is `ratio` (m,) times as long as the first."""
     start, end, first, last = places[:, 0], places[:, -1], tangents[:, 0], tangents[:, -1]
     chord = end - start
-    square, forward = compute_products(chord, chord), compute_products(chord, first + ratio[:, None] * last)
-    reach = square / (forward + np.sqrt(forward**2 + 2 * ratio * (1 - compute_products(first, last)) * square))
-    first_corner, second_corner = start + reach[:, None] * first, end - (ratio * reach)[:, None] * last
+    square, forward = (
+        compute_products(chord, chord),
+        compute_products(chord, first + ratio[:, None] * last),
+    )
+    reach = square / (
+        forward + np.sqrt(forward**2 + 2 * ratio * (1 - compute_products(first, last)) * square)
+    )
+    first_corner, second_corner = (
+        start + reach[:, None] * first,
+        end - (ratio * reach)[:, None] * last,
+    )
     joint = (ratio[:, None] * first_corner + second_corner) / (1 + ratio)[:, None]
-    half = np.column_stack([_compute_angles(first, joint - start), _compute_angles(end - joint, last)])
-    across = (joint - first_corner) / np.sqrt(compute_products(joint - first_corner, joint - first_corner))[:, None]
+    half = np.column_stack(
+        [_compute_angles(first, joint - start), _compute_angles(end - joint, last)]
+    )
+    across = (joint - first_corner) / np.sqrt(
+        compute_products(joint - first_corner, joint - first_corner)
+    )[:, None]
     arcs = ((start, first, half[:, 0], joint - start), (joint, across, half[:, 1], end - joint))
-    (first_offset, first_cosine), (second_offset, second_cosine) = (_offsets(places, tangents, *arc) for arc in arcs)
+    (first_offset, first_cosine), (second_offset, second_cosine) = (
+        _offsets(places, tangents, *arc) for arc in arcs
+    )
     beyond = compute_products(places - joint[:, None], across[:, None]) > 0
-    offset, cosine = np.where(beyond, second_offset, first_offset), np.where(beyond, second_cosine, first_cosine)
-    valid = (forward > 0) & (cosine.min(axis=1) > MIN_COSINE) & (np.abs(half).max(axis=1) < MAX_HALF_ANGLE)
+    offset, cosine = (
+        np.where(beyond, second_offset, first_offset),
+        np.where(beyond, second_cosine, first_cosine),
+    )
+    valid = (
+        (forward > 0)
+        & (cosine.min(axis=1) > MIN_COSINE)
+        & (np.abs(half).max(axis=1) < MAX_HALF_ANGLE)
+    )
     steps = np.sqrt(compute_products(np.diff(places, axis=1), np.diff(places, axis=1)))
     area = ((offset[:, 1:] + offset[:, :-1]) / 2 * steps).sum(axis=1)
-    return Biarcs(start, joint, end, half, np.where(valid, np.abs(offset).max(axis=1), np.inf), area)
+    return Biarcs(
+        start, joint, end, half, np.where(valid, np.abs(offset).max(axis=1), np.inf), area
+    )
 
 
 def _offsets(
     places: Array, tangents: Array, start: Array, tangent: Array, half: Array, chord: Array
 ) -> tuple[Array, Array]:
-    """Return distances [m] of points (m, k, 2) from m arcs, positive to the left, and cosines of their directions."""
+    """Return distances [m] of points (m, k, 2) from m arcs, positive to the left, and cosines of
+    their directions.
+    """
     curvature = (2 * np.sin(half) / np.sqrt(compute_products(chord, chord)))[:, None]
-    normal, from_start = np.column_stack([-tangent[:, 1], tangent[:, 0]])[:, None], places - start[:, None]
+    normal, from_start = (
+        np.column_stack([-tangent[:, 1], tangent[:, 0]])[:, None],
+        places - start[:, None],
+    )
     left, square = compute_products(from_start, normal), compute_products(from_start, from_start)
     root = np.sqrt(np.maximum(1 - 2 * curvature * left + curvature**2 * square, 0.0))
     inward = normal - curvature[..., None] * from_start

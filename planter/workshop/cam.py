@@ -1,4 +1,6 @@
-"""Cams for rollers as parts, whatever mechanism they move: contour, limits of the roller, and drawing."""
+"""Cams for rollers as parts, whatever mechanism they move: contour, limits of the roller, and
+drawing.
+"""
 
 from __future__ import annotations
 
@@ -33,12 +35,17 @@ _CHORD_TOLERANCE = 1e-5
 def check_roller(radius: float) -> None:
     """Raise InputError if a roller radius [m] is out of range."""
     if not 0 < radius <= MAX_ROLLER_RADIUS:
-        raise InputError(f"--roller-mm = {radius * 1e3:g}: give a radius above 0 and up to {MAX_ROLLER_RADIUS * 1e3:g}")
+        raise InputError(
+            f"--roller-mm = {radius * 1e3:g}: give a radius above 0 and up to "
+            f"{MAX_ROLLER_RADIUS * 1e3:g}"
+        )
 
 
 @dataclass(frozen=True)
 class ContourPiece:
-    """A smooth piece of a contour from one angle of the cam [rad] to another, which may be smaller."""
+    """A smooth piece of a contour from one angle of the cam [rad] to another, which may be
+    smaller.
+    """
 
     kind: str
     start: float
@@ -59,7 +66,9 @@ class ContourPiece:
         return sense * np.column_stack([np.cos(heading), np.sin(heading)])
 
     def curvature(self, s: Array) -> Array:
-        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to
+        the left.
+        """
         columns = self.course(self._angles(s))
         curvature: Array = np.sign(self.end - self.start) * columns["kappa"] / columns["room"]
         return curvature
@@ -67,11 +76,13 @@ class ContourPiece:
 
 @dataclass(frozen=True)
 class Profile:
-    """A cam for a roller: positions of the roller's centre and of the contact in the plane of the cam, by the angle.
+    """A cam for a roller: positions of the roller's centre and of the contact in the plane of the
+    cam, by the angle.
 
-    `course` returns at angles (n,) [rad] the columns of the generated functions contact_x, contact_y, heading, kappa,
-    room, pressure (n,), and the pitch curve under the names in `pitch` [SI]. `breaks` are the breakpoints
-    of a turn [rad], first and last included. `closed`: a disc, whose contour runs against the angle.
+    `course` returns at angles (n,) [rad] the columns of the generated functions contact_x,
+    contact_y, heading, kappa, room, pressure (n,), and the pitch curve under the names in `pitch`
+    [SI]. `breaks` are the breakpoints of a turn [rad], first and last included. `closed`: a disc,
+    whose contour runs against the angle.
     """
 
     name: str
@@ -85,7 +96,9 @@ class Profile:
     def pieces(self) -> tuple[ContourPiece, ...]:
         """Exact pieces of the contour in the direction of its outline."""
         angles = tuple(reversed(self.breaks)) if self.closed else self.breaks
-        return tuple(ContourPiece("contour", start, end, self.course) for start, end in pairwise(angles))
+        return tuple(
+            ContourPiece("contour", start, end, self.course) for start, end in pairwise(angles)
+        )
 
     @cached_property
     def pitch_pieces(self) -> tuple[ContourPiece, ...]:
@@ -101,16 +114,24 @@ class Profile:
                 "room": np.ones(len(angles)),
             }
 
-        return tuple(ContourPiece("pitch", piece.start, piece.end, evaluate_pitch) for piece in self.pieces)
+        return tuple(
+            ContourPiece("pitch", piece.start, piece.end, evaluate_pitch) for piece in self.pieces
+        )
 
     def find_smallest(self, column: str) -> ExtremePoint:
         """Return the smallest value of a column over a turn, on both sides of every breakpoint."""
-        minima = (extrema.find_minimum(lambda at: self.course(at)[column], at) for at in self._sample_pieces())
+        minima = (
+            extrema.find_minimum(lambda at: self.course(at)[column], at)
+            for at in self._sample_pieces()
+        )
         return min(minima, key=lambda minimum: minimum.value)
 
     def find_largest(self, column: str) -> ExtremePoint:
         """Return the largest value of a column over a turn, on both sides of every breakpoint."""
-        maxima = (extrema.find_maximum(lambda at: self.course(at)[column], at) for at in self._sample_pieces())
+        maxima = (
+            extrema.find_maximum(lambda at: self.course(at)[column], at)
+            for at in self._sample_pieces()
+        )
         return max(maxima, key=lambda maximum: maximum.value)
 
     def _sample_pieces(self) -> list[Array]:
@@ -118,7 +139,8 @@ class Profile:
         return [start + (end - start) * inside for start, end in pairwise(self.breaks)]
 
     def check_clearance(self) -> ExtremePoint:
-        """Return the smallest margin against undercutting, 1 - radius / radius of curvature, and its angle.
+        """Return the smallest margin against undercutting, 1 - radius / radius of curvature, and
+        its angle.
 
         Raises GeometryError, naming the angle and the radius, if the roller undercuts the contour.
         """
@@ -126,22 +148,32 @@ class Profile:
         if clearance.value <= 0:
             radius, angle = self.roller / (1 - clearance.value), np.degrees(clearance.place)
             raise GeometryError(
-                f"{self.name}: a roller of a radius of {self.roller * 1e3:g} mm undercuts the contour at a cam "
-                f"angle of {angle:.4g} deg, where the pitch curve has a radius of {radius * 1e3:.4g} mm: "
+                f"{self.name}: a roller of a radius of {self.roller * 1e3:g} mm undercuts the "
+                f"contour at a cam "
+                f"angle of {angle:.4g} deg, where the pitch curve has a radius of "
+                f"{radius * 1e3:.4g} mm: "
                 "choose a smaller roller"
             )
-        if not LineString(np.vstack([piece.at(np.linspace(0, 1, SAMPLES)) for piece in self.pieces])).is_simple:
-            raise GeometryError(f"{self.name}: the contour for a roller of {self.roller * 1e3:g} mm crosses itself")
+        if not LineString(
+            np.vstack([piece.at(np.linspace(0, 1, SAMPLES)) for piece in self.pieces])
+        ).is_simple:
+            raise GeometryError(
+                f"{self.name}: the contour for a roller of {self.roller * 1e3:g} mm crosses itself"
+            )
         return clearance
 
 
 MIN_SPEED_SHARE = 1e-3
-"""Share of a machine's speed that stands for rest, at which directions of sliding are still defined."""
+"""Share of a machine's speed that stands for rest, at which directions of sliding are still
+defined.
+"""
 MAX_SPEED_RATIO = 64
 """Multiple of a machine's speed up to which a lift-off is searched."""
 _ANGLES = 2 * np.pi * np.arange(720) / 720
 Push = Callable[[Array, float], Array]
-"""Contact force (n,) [N], positive where the cam pushes, at angles (n,) [rad] and a speed [rad/s]."""
+"""Contact force (n,) [N], positive where the cam pushes, at angles (n,) [rad] and a speed
+[rad/s].
+"""
 
 
 @dataclass(frozen=True)
@@ -153,8 +185,8 @@ class RollerLiftOff:
 
 
 def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
-    """Return the lowest speed at which the contact force vanishes in a turn, or None up to `MAX_SPEED_RATIO` times
-    `speed`.
+    """Return the lowest speed at which the contact force vanishes in a turn, or None up to
+    `MAX_SPEED_RATIO` times `speed`.
 
     The speed is zero if nothing presses the roller on at rest.
     """
@@ -167,7 +199,9 @@ def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
         if abs(high) > MAX_SPEED_RATIO * abs(speed):
             return None
     critical = float(
-        scipy.optimize.brentq(lambda trial: _find_smallest_force(push, trial).value, low, high, rtol=1e-12)
+        scipy.optimize.brentq(
+            lambda trial: _find_smallest_force(push, trial).value, low, high, rtol=1e-12
+        )
     )
     return RollerLiftOff(critical, _find_smallest_force(push, critical).place % (2 * np.pi))
 
@@ -177,8 +211,9 @@ def _find_smallest_force(push: Push, speed: float) -> extrema.ExtremePoint:
 
 
 MIN_WALL = 0.1
-"""Smallest wall between a bore and the contour, in diameters of the bore: a rule of this program without a standard;
-a thinner ring deforms under the roller and in the chuck."""
+"""Smallest wall between a bore and the contour, in diameters of the bore: a rule of this program
+without a standard; a thinner ring deforms under the roller and in the chuck.
+"""
 _STEP = np.radians(1.0)
 _ANGLE_TOLERANCE = 1e-9
 """Difference below which two angles are one row of the table [rad]."""
@@ -194,12 +229,18 @@ class CamPart:
 
 
 def build_cam_part(
-    profile: Profile, kind: str, tolerance: float, lift_off: RollerLiftOff | None, machine_speed: float, base: float,
+    profile: Profile,
+    kind: str,
+    tolerance: float,
+    lift_off: RollerLiftOff | None,
+    machine_speed: float,
+    base: float,
     bore: Bore | None = None,
-) -> CamPart:  # fmt: skip
+) -> CamPart:
     """Return the part of a profile with arcs within `tolerance` [m].
 
-    `base` is the height of the strip below an open contour [m]; a closed one may have a bore. Speeds in [rad/s].
+    `base` is the height of the strip below an open contour [m]; a closed one may have a bore.
+    Speeds in [rad/s].
 
     Raises GeometryError if the roller is too large, InputError if the bore is.
     """
@@ -213,7 +254,9 @@ def build_cam_part(
             check_wall(bore, outline, profile.name, MIN_WALL * bore.diameter)
             lines += bore.lines()
         lines += build_cross((0.0, 0.0), float(np.hypot(*outline.vertices.T).max()) * 1.1)
-    return CamPart(profile, tuple(lines), _summarise(profile, kind, tightest, contour, lift_off, machine_speed))
+    return CamPart(
+        profile, tuple(lines), _summarise(profile, kind, tightest, contour, lift_off, machine_speed)
+    )
 
 
 def _summarise(
@@ -224,7 +267,11 @@ def _summarise(
     lift_off: RollerLiftOff | None,
     machine_speed: float,
 ) -> cam_results.Cam:
-    radius, concave, pressure = profile.roller * 1e3, tightest.value < 1, profile.find_largest("pressure")
+    radius, concave, pressure = (
+        profile.roller * 1e3,
+        tightest.value < 1,
+        profile.find_largest("pressure"),
+    )
     return cam_results.Cam(
         machine=profile.name,
         kind=kind,
@@ -234,7 +281,9 @@ def _summarise(
             least_curvature_radius_mm=radius / (1 - tightest.value) if concave else None,
             at_deg=float(np.degrees(tightest.place)) if concave else None,
         ),
-        pressure_angle_deg=cam_results.Most(float(np.degrees(pressure.value)), float(np.degrees(pressure.place))),
+        pressure_angle_deg=cam_results.Most(
+            float(np.degrees(pressure.value)), float(np.degrees(pressure.place))
+        ),
         lift_off=None
         if lift_off is None
         else cam_results.LiftOff(
@@ -243,22 +292,27 @@ def _summarise(
             float(np.degrees(lift_off.angle)),
         ),
         contour=cam_results.Contour(
-            float(contour.arcs.lengths.sum()) * 1e3, len(contour.arcs.chords), contour.deviation * 1e6
+            float(contour.arcs.lengths.sum()) * 1e3,
+            len(contour.arcs.chords),
+            contour.deviation * 1e6,
         ),
         files=[],
     )
 
 
 def _close_strip(contour: Arcs, base: float) -> Arcs:
-    """Return the closed outline of a strip under a contour, down to `base` [m] below its lowest point."""
+    """Return the closed outline of a strip under a contour, down to `base` [m] below its lowest
+    point.
+    """
     low = float(contour.vertices[:, 1].min()) - base
     corners = [(contour.vertices[-1, 0], low), (contour.vertices[0, 0], low)]
     return Arcs(np.vstack([contour.vertices, corners]), np.append(contour.bulges, [0.0, 0.0]))
 
 
 def tabulate_contour(profile: Profile, entries: Sequence[dict[str, str]]) -> dict[str, Array]:
-    """Return all quantities of a contour in display units by keys that end in them, at whole degrees and "
-    "breakpoints."""
+    """Return all quantities of a contour in display units by keys that end in them, at whole
+    degrees and " "breakpoints.
+    """
     angles = np.unique(np.concatenate([np.arange(0, 2 * np.pi, _STEP), profile.breaks]))
     angles = angles[np.append(np.diff(angles) > _ANGLE_TOLERANCE, True)]
     columns: Columns = profile.course(angles)

@@ -1,4 +1,6 @@
-"""The presentation of `planter cam`: what the terminal prints, and drawing, table, figures, page and solid."""
+"""The presentation of `planter cam`: what the terminal prints, and drawing, table, figures, page
+and solid.
+"""
 
 from __future__ import annotations
 
@@ -25,15 +27,21 @@ if TYPE_CHECKING:
 
 CAPTIONS = {
     "contour": "Contour, pitch curve, and the roller at every 30 deg of the cam.",
-    "limits": "Pressure angle; 1 - roller / radius of curvature of the pitch curve, at zero the roller would cut in.",
-    "lifting": "Force between cam and roller over a turn; the roller lifts off where it vanishes first.",
+    "limits": (
+        "Pressure angle; 1 - roller / radius of curvature of the pitch curve, at zero the "
+        "roller would cut in."
+    ),
+    "lifting": (
+        "Force between cam and roller over a turn; the roller lifts off where it vanishes first."
+    ),
 }
 
 
 @dataclass(frozen=True)
 class CamPageContent:
-    """Context of a cam's page: machine, meanings of its inputs, sidecar of the generated functions, contact force or
-    None, and the speed of the machine [rad/s]."""
+    """Context of a cam's page: machine, meanings of its inputs, sidecar of the generated functions,
+    contact force or None, and the speed of the machine [rad/s].
+    """
 
     machine: Document
     meanings: Mapping[str, str]
@@ -58,13 +66,20 @@ class CamOutput:
 
 
 def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> ResultPresentation:
-    """Return the presentation of a cam, with its solid if `step`; a `written` result names its files.
+    """Return the presentation of a cam, with its solid if `step`; a `written` result names its
+    files.
 
     Writing raises InputError if a solid needs Open CASCADE and it is not installed.
     """
     part, content = cam.part, cam.content
-    names = ["contour.dxf", "contour.svg", "contour.csv", *(["cam.step"] if step else []), "summary.json",
-             "report.html"]  # fmt: skip
+    names = [
+        "contour.dxf",
+        "contour.svg",
+        "contour.csv",
+        *(["cam.step"] if step else []),
+        "summary.json",
+        "report.html",
+    ]
     result = replace(part.result, files=names if written else [])
     title = f"Cam of {content.machine.name}"
     model = Text(f"{content.sidecar['title']} ({content.sidecar['source']}). Assumptions:")
@@ -91,7 +106,10 @@ def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> Re
 def _conclude(result: Cam) -> str:
     angle = result.pressure_angle_deg
     lift = "stays on the cam" if result.lift_off is None else "would lift off the cam"
-    return f"The largest pressure angle is {angle.max:.4g} deg, at {angle.at_deg:.4g} deg; the roller {lift}."
+    return (
+        f"The largest pressure angle is {angle.max:.4g} deg, at {angle.at_deg:.4g} deg; the "
+        f"roller {lift}."
+    )
 
 
 def _list_results(result: Cam) -> Iterator[Block]:
@@ -106,12 +124,16 @@ def _list_results(result: Cam) -> Iterator[Block]:
             )
     if result.lift_off is None:
         yield Text(
-            "The roller does not lift off at any speed in the searched range, or no contact force was given.", "note"
+            "The roller does not lift off at any speed in the searched range, or no contact force "
+            "was given.",
+            "note",
         )
 
 
 def _describe_columns(part: CamPart, content: CamPageContent) -> Iterator[str]:
-    roller = f"{part.result.kind} cam for a roller of a radius of {part.result.roller.radius_mm:g} mm"
+    roller = (
+        f"{part.result.kind} cam for a roller of a radius of {part.result.roller.radius_mm:g} mm"
+    )
     meanings = (f"{entry['name']}: {entry['meaning']}" for entry in content.entries)
     yield from files.list_comments(content.machine, "cam", (roller, *meanings))
 
@@ -120,7 +142,11 @@ def _build_figures(part: CamPart, content: CamPageContent) -> dict[str, Figure]:
     plots = {"contour": plot_contour(part), "limits": plot_limits(part)}
     if content.push is not None:
         lift_off = part.result.lift_off
-        speed = None if lift_off is None else lift_off.speed_rpm / lift_off.own_speed_rpm * content.machine_speed
+        speed = (
+            None
+            if lift_off is None
+            else lift_off.speed_rpm / lift_off.own_speed_rpm * content.machine_speed
+        )
         plots["lifting"] = plot_lift_off(content.push, content.machine_speed, speed)
     return plots
 
@@ -144,12 +170,23 @@ def plot_contour(part: CamPart) -> Figure:
         closing = points[:1] if line.arcs.closed else points[:0]
         x, y = np.vstack([points, closing]).T
         thin = line.layer in ("PITCH", "CENTRE")
-        axes.plot(x, y, color=style.BLUE if line.layer == "PITCH" else style.SOFT if thin else style.INK,
-                  linewidth=0.7 if thin else 1.3, linestyle=(0, (5, 3)) if thin else "-")  # fmt: skip
+        axes.plot(
+            x,
+            y,
+            color=style.BLUE if line.layer == "PITCH" else style.SOFT if thin else style.INK,
+            linewidth=0.7 if thin else 1.3,
+            linestyle=(0, (5, 3)) if thin else "-",
+        )
     centres = profile.course(2 * np.pi * np.arange(ROLLERS) / ROLLERS)
     for x, y in zip(*(centres[name] * 1e3 for name in profile.pitch), strict=True):
-        axes.add_patch(Circle((x, y), profile.roller * 1e3, fill=False, edgecolor=style.VERMILION, linewidth=0.7))
-    style.drawing_board(axes, *(("x / mm", "y / mm") if profile.closed else ("along / mm", "height / mm")))
+        axes.add_patch(
+            Circle(
+                (x, y), profile.roller * 1e3, fill=False, edgecolor=style.VERMILION, linewidth=0.7
+            )
+        )
+    style.drawing_board(
+        axes, *(("x / mm", "y / mm") if profile.closed else ("along / mm", "height / mm"))
+    )
     axes.autoscale_view()
     return figure
 
@@ -169,10 +206,14 @@ def plot_limits(part: CamPart) -> Figure:
 
 @style.with_style
 def plot_lift_off(push: Push, machine_speed: float, lift_off_speed: float | None) -> Figure:
-    """Plot the force between cam and roller over a turn, at the machine's speed and the lift-off speed [rad/s]."""
+    """Plot the force between cam and roller over a turn, at the machine's speed and the lift-off
+    speed [rad/s].
+    """
     figure = style.new_figure(2.6)
     axes = figure.subplots()
-    speeds = {"machine speed": machine_speed} | ({} if not lift_off_speed else {"lift-off": lift_off_speed})
+    speeds = {"machine speed": machine_speed} | (
+        {} if not lift_off_speed else {"lift-off": lift_off_speed}
+    )
     ends = []
     for index, (name, speed) in enumerate(speeds.items()):
         force, shade = push(_TURN, speed), style.curve_colour(name, index)

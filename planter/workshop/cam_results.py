@@ -17,7 +17,8 @@ class Most(Record):
 
 @dataclass(frozen=True)
 class Roller(Record):
-    """Smallest concave radius of curvature of the pitch curve and its angle, both null if the curve is convex.
+    """Smallest concave radius of curvature of the pitch curve and its angle, both null if the curve
+    is convex.
 
     `margin` is 1 - radius of the roller / that radius; rollers must be below it.
     """
@@ -30,7 +31,9 @@ class Roller(Record):
 
 @dataclass(frozen=True)
 class LiftOff(Record):
-    """The lowest speed at which the force between cam and roller vanishes, and the angle of the mechanism there."""
+    """The lowest speed at which the force between cam and roller vanishes, and the angle of the
+    mechanism there.
+    """
 
     speed_rpm: float
     own_speed_rpm: float
@@ -48,7 +51,9 @@ class Contour(Record):
 
 @dataclass(frozen=True)
 class Cam(Record):
-    """`planter cam`: a contour for a roller; lift-off is null if the roller stays on or no force was given."""
+    """`planter cam`: a contour for a roller; lift-off is null if the roller stays on or no force
+    was given.
+    """
 
     machine: str
     kind: str

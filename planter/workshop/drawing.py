@@ -26,7 +26,14 @@ if TYPE_CHECKING:
     from ezdxf.document import Drawing
 
 Layer = Literal["TEETH", "PITCH", "BORE", "KEYWAY", "CENTRE", "CONTOUR"]
-_COLOURS: dict[Layer, int] = {"TEETH": 7, "CONTOUR": 7, "PITCH": 8, "BORE": 5, "KEYWAY": 6, "CENTRE": 1}
+_COLOURS: dict[Layer, int] = {
+    "TEETH": 7,
+    "CONTOUR": 7,
+    "PITCH": 8,
+    "BORE": 5,
+    "KEYWAY": 6,
+    "CENTRE": 1,
+}
 _MM = 1e3
 _CENTRE_LINE = ("CENTER", "long and short dashes", [12.0, 8.0, -1.5, 1.0, -1.5])
 """Name, meaning, and pattern [mm]: its length, then dashes, gaps as negative."""
@@ -72,7 +79,9 @@ def _add_line(drawing: Drawing, line: DrawingLine) -> None:
         drawing.layers.add(line.layer, color=_COLOURS[line.layer], linetype=kind)
     points = np.column_stack([_MM * line.arcs.vertices, line.arcs.bulges])
     attributes = {"layer": line.layer}
-    drawing.modelspace().add_lwpolyline(points, format="xyb", close=line.arcs.closed, dxfattribs=attributes)
+    drawing.modelspace().add_lwpolyline(
+        points, format="xyb", close=line.arcs.closed, dxfattribs=attributes
+    )
 
 
 @contextmanager
@@ -113,14 +122,16 @@ def format_svg(lines: Iterable[DrawingLine], title: str) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.3f}mm" height="{height:.3f}mm" '
         f'viewBox="{x:.3f} {y:.3f} {width:.3f} {height:.3f}">\n<title>{escape(title)}</title>\n'
-        f'<rect x="{x:.3f}" y="{y:.3f}" width="{width:.3f}" height="{height:.3f}" fill="#fefefe"/>\n{paths}\n</svg>\n'
+        f'<rect x="{x:.3f}" y="{y:.3f}" width="{width:.3f}" height="{height:.3f}" '
+        f'fill="#fefefe"/>\n{paths}\n</svg>\n'
     )
 
 
 def _format_line(line: DrawingLine, width: float) -> str:
     stroke = width * (0.001 if line.layer in _THIN else 0.002)
     return (
-        f'<path class="{line.layer}" fill="none" stroke="{_STYLES[line.layer]}" stroke-width="{stroke:.3f}" '
+        f'<path class="{line.layer}" fill="none" stroke="{_STYLES[line.layer]}" '
+        f'stroke-width="{stroke:.3f}" '
         f'd="{format_path(line.arcs)}"/>'
     )
 
@@ -140,7 +151,10 @@ def format_path(arcs: Arcs) -> str:
             steps.append(f"L{_format_point(end)}")
         else:
             radius = _format_number(abs(chord / (2 * np.sin(angle))))
-            steps.append(f"A{radius} {radius} 0 {int(abs(angle) > np.pi / 2)} {int(angle < 0)} {_format_point(end)}")
+            steps.append(
+                f"A{radius} {radius} 0 {int(abs(angle) > np.pi / 2)} {int(angle < 0)} "
+                f"{_format_point(end)}"
+            )
     return "".join(steps) + ("Z" if arcs.closed else "")
 
 
@@ -178,7 +192,8 @@ class Bore:
     def __post_init__(self) -> None:
         if self.keyway is not None and not self.keyway.width < self.diameter:
             raise InputError(
-                f"keyway width = {self.keyway.width * _MM:g} mm: it must be below the bore's {self.diameter * _MM:g} mm"
+                f"keyway width = {self.keyway.width * _MM:g} mm: it must be below the bore's "
+                f"{self.diameter * _MM:g} mm"
             )
 
     @property
@@ -197,8 +212,12 @@ class Bore:
         bulge = np.tan((np.pi + slot.half_angles[-1]) / 2)
         return Arcs(slot.vertices, np.array([0.0, 0.0, 0.0, bulge]))
 
-    def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[DrawingLine]:
-        """Yield the circle of the bore, and the outline of the keyway, whose inner side lies on it."""
+    def lines(
+        self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)
+    ) -> Iterator[DrawingLine]:
+        """Yield the circle of the bore, and the outline of the keyway, whose inner side lies on
+        it.
+        """
         yield DrawingLine("BORE", build_circle(self.diameter / 2, centre))
         if self.keyway is not None:
             yield DrawingLine("KEYWAY", self._slot(self.keyway).moved(turn, centre))
@@ -220,13 +239,16 @@ def find_standard_keyway(diameter: float) -> tuple[float, float]:
     (0.006, 0.0028)
     """
     name = "keyways.toml"
-    table = parse_toml(resources.files(__package__).joinpath(name).read_text(encoding="utf-8"), name)
+    table = parse_toml(
+        resources.files(__package__).joinpath(name).read_text(encoding="utf-8"), name
+    )
     limits = [table["least_bore_mm"], *(row["bore_mm"] for row in table["rows"])]
     for (low, high), row in zip(pairwise(limits), table["rows"], strict=True):
         if low < diameter * _MM <= high:
             return row["width_mm"] * 1e-3, row["depth_mm"] * 1e-3
     raise InputError(
-        f"a bore of {diameter * _MM:g} mm has no keyway in {table['source']}: choose a bore over {limits[0]} mm "
+        f"a bore of {diameter * _MM:g} mm has no keyway in {table['source']}: choose a bore over "
+        f"{limits[0]} mm "
         f"and up to {limits[-1]} mm, or give the width and depth of the keyway"
     )
 
@@ -242,9 +264,15 @@ def check_wall(bore: Bore, outline: Arcs, name: str, limit: float) -> float:
     wall = float(part.exterior.distance(edge)) if part.contains(edge) else 0.0
     if wall < limit:
         roots = float(np.hypot(*outline.vertices.T).min())
-        slot = "" if bore.keyway is None else f", with its keyway {bore.reach * _MM:.4g} mm from the axis,"
+        slot = (
+            ""
+            if bore.keyway is None
+            else f", with its keyway {bore.reach * _MM:.4g} mm from the axis,"
+        )
         raise InputError(
-            f"{name}: a bore of {bore.diameter * _MM:g} mm{slot} leaves a wall of {wall * _MM:.4g} mm; at least "
-            f"{limit * _MM:.4g} mm are needed inside an outline whose smallest radius is {roots * _MM:.4g} mm"
+            f"{name}: a bore of {bore.diameter * _MM:g} mm{slot} leaves a wall of "
+            f"{wall * _MM:.4g} mm; at least "
+            f"{limit * _MM:.4g} mm are needed inside an outline whose smallest radius is "
+            f"{roots * _MM:.4g} mm"
         )
     return wall

@@ -1,4 +1,5 @@
-"""Solids in mm: STEP by Open CASCADE, with one cubic spline for each exact piece, and STL by trimesh.
+"""Solids in mm: STEP by Open CASCADE, with one cubic spline for each exact piece, and STL by
+trimesh.
 
 Open CASCADE comes with the extra `planter[step]` and is loaded with the first solid.
 """
@@ -47,7 +48,9 @@ class OpenCascade:
     def _silence(self) -> None:
         """Remove the printers of its messenger, whose banners would mix with a command's result."""
         message = self.Message
-        message.Message.DefaultMessenger_s().RemovePrinters(message.Message_PrinterOStream.get_type_descriptor_s())
+        message.Message.DefaultMessenger_s().RemovePrinters(
+            message.Message_PrinterOStream.get_type_descriptor_s()
+        )
 
     def __getattr__(self, name: str) -> Any:
         return import_module(f"OCP.{name}")
@@ -56,14 +59,16 @@ class OpenCascade:
 def format_prism(name: str, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> bytes:
     """Return a prism of a width [m] as a STEP file; the same body gives the same bytes.
 
-    Raises InputError if Open CASCADE is not installed, ComputationError if the outline bounds no body.
+    Raises InputError if Open CASCADE is not installed, ComputationError if the outline bounds no
+    body.
     """
     kernel = OpenCascade()
     return _format_step(kernel, name, _build_prism(kernel, outline, holes, width))
 
 
 def format_ring(name: str, rims: Sequence[tuple[SpaceCurve, SpaceCurve]], base: float) -> bytes:
-    """Return a ring as STEP, whose rim is ruled piece by piece from an inner to an outer curve, down to a plane [m].
+    """Return a ring as STEP, whose rim is ruled piece by piece from an inner to an outer curve,
+    down to a plane [m].
 
     A curve gives points (n, 3) [m] along s from 0 to 1. Raises as `format_prism` does.
     """
@@ -71,14 +76,22 @@ def format_ring(name: str, rims: Sequence[tuple[SpaceCurve, SpaceCurve]], base: 
     sewing = kernel.BRepBuilderAPI.BRepBuilderAPI_Sewing(_SEWING_TOLERANCE)
     for courses in rims:
         inner, outer = (
-            (_build_edge(kernel, course), _build_edge(kernel, _project_to_plane(course, base))) for course in courses
+            (_build_edge(kernel, course), _build_edge(kernel, _project_to_plane(course, base)))
+            for course in courses
         )
-        for first, second in ((inner[0], outer[0]), (outer[0], outer[1]), (outer[1], inner[1]), (inner[1], inner[0])):
+        for first, second in (
+            (inner[0], outer[0]),
+            (outer[0], outer[1]),
+            (outer[1], inner[1]),
+            (inner[1], inner[0]),
+        ):
             sewing.Add(kernel.BRepFill.BRepFill.Face_s(first, second))
     sewing.Perform()
     if sewing.NbFreeEdges():
         raise ComputationError(f"the ring is open along {sewing.NbFreeEdges()} edges")
-    solid = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeSolid(kernel.TopoDS.TopoDS.Shell(sewing.SewedShape())).Solid()
+    solid = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeSolid(
+        kernel.TopoDS.TopoDS.Shell(sewing.SewedShape())
+    ).Solid()
     kernel.BRepLib.BRepLib.OrientClosedSolid_s(solid)
     return _format_step(kernel, name, solid)
 
@@ -94,13 +107,19 @@ def _project_to_plane(course: SpaceCurve, base: float) -> SpaceCurve:
     return lambda s: course(s) * [1.0, 1.0, 0.0] + [0.0, 0.0, base]
 
 
-def _build_prism(kernel: OpenCascade, outline: Sequence[Piece], holes: Sequence[Arcs], width: float) -> Any:
+def _build_prism(
+    kernel: OpenCascade, outline: Sequence[Piece], holes: Sequence[Arcs], width: float
+) -> Any:
     splines = [fit_plane_spline(piece, TOLERANCE) for piece in outline]
     face = kernel.BRepBuilderAPI.BRepBuilderAPI_MakeFace(
         _build_wire(kernel, [_build_curve(kernel, s) for s in splines])
     )
     for hole in holes:
-        face.Add(kernel.TopoDS.TopoDS.Wire(_build_wire(kernel, list(_build_arcs(kernel, hole))).Reversed()))
+        face.Add(
+            kernel.TopoDS.TopoDS.Wire(
+                _build_wire(kernel, list(_build_arcs(kernel, hole))).Reversed()
+            )
+        )
     if not face.IsDone():
         raise ComputationError("the outline bounds no plane face")
     up = kernel.gp.gp_Vec(0, 0, _MM * width)
@@ -113,8 +132,13 @@ def _build_curve(kernel: OpenCascade, spline: Spline) -> Any:
     poles = collections.Array1_gp_Pnt(1, len(spline.poles))
     for i, (x, y, *z) in enumerate((_MM * spline.poles).tolist(), 1):
         poles.SetValue(i, gp.gp_Pnt(x, y, *(z or [0.0])))
-    knots, times = collections.Array1_double(1, len(spline.knots)), collections.Array1_int(1, len(spline.knots))
-    for i, (knot, count) in enumerate(zip((_MM * spline.knots).tolist(), spline.multiplicities, strict=True), 1):
+    knots, times = (
+        collections.Array1_double(1, len(spline.knots)),
+        collections.Array1_int(1, len(spline.knots)),
+    )
+    for i, (knot, count) in enumerate(
+        zip((_MM * spline.knots).tolist(), spline.multiplicities, strict=True), 1
+    ):
         knots.SetValue(i, knot)
         times.SetValue(i, count)
     return kernel.Geom.Geom_BSplineCurve(poles, knots, times, spline.degree)
@@ -134,12 +158,17 @@ def _build_arcs(kernel: OpenCascade, arcs: Arcs) -> Iterator[Any]:
 def _build_wire(kernel: OpenCascade, curves: Sequence[Any]) -> Any:
     """Return a closed wire of consecutive curves with common vertices."""
     build = kernel.BRepBuilderAPI
-    corners = [build.BRepBuilderAPI_MakeVertex(curve.Value(curve.FirstParameter())).Vertex() for curve in curves]
+    corners = [
+        build.BRepBuilderAPI_MakeVertex(curve.Value(curve.FirstParameter())).Vertex()
+        for curve in curves
+    ]
     wire = build.BRepBuilderAPI_MakeWire()
     for curve, start, end in zip(curves, corners, corners[1:] + corners[:1], strict=True):
         edge = build.BRepBuilderAPI_MakeEdge(curve, start, end)
         if not edge.IsDone():
-            raise ComputationError("the outline has an edge that does not end where the next begins")
+            raise ComputationError(
+                "the outline has an edge that does not end where the next begins"
+            )
         wire.Add(edge.Edge())
     return wire.Wire()
 
@@ -151,7 +180,10 @@ def _format_step(kernel: OpenCascade, name: str, shape: Any) -> bytes:
     content = io.BytesIO()
     writer.WriteStream(content)
     label = name.replace("'", " ")
-    titles = {b"FILE_NAME": f"FILE_NAME('{label}','{_FIXED_DATE}'", b"PRODUCT": f"PRODUCT('{label}','{label}'"}
+    titles = {
+        b"FILE_NAME": f"FILE_NAME('{label}','{_FIXED_DATE}'",
+        b"PRODUCT": f"PRODUCT('{label}','{label}'",
+    }
     return _TITLES.sub(lambda match: titles[match[1]].encode(), content.getvalue())
 
 
@@ -162,7 +194,9 @@ MIN_SPANS, MAX_SPANS = 8, 2048
 
 @dataclass(frozen=True)
 class Spline:
-    """A B-spline by the length along it [m]: poles (k, d) [m], distinct knots (m,) [m] with their multiplicities."""
+    """A B-spline by the length along it [m]: poles (k, d) [m], distinct knots (m,) [m] with their
+    multiplicities.
+    """
 
     poles: Array
     knots: Array
@@ -171,7 +205,8 @@ class Spline:
 
 
 def fit_plane_spline(piece: Piece, tolerance: float) -> Spline:
-    """Return a spline within `tolerance` [m] of a piece, measured across it halfway between the interpolated points.
+    """Return a spline within `tolerance` [m] of a piece, measured across it halfway between the
+    interpolated points.
 
     Raises ComputationError, naming the piece, if no spline follows it.
     """
@@ -181,11 +216,14 @@ def fit_plane_spline(piece: Piece, tolerance: float) -> Spline:
         x, y = (middles - places[1::2]).T
         if np.abs(x * tangents[1::2, 1] - y * tangents[1::2, 0]).max() <= tolerance:
             return spline
-    raise ComputationError(f"a piece, {piece.kind}, turns too sharply for a spline within {tolerance * 1e6:g} um")
+    raise ComputationError(
+        f"a piece, {piece.kind}, turns too sharply for a spline within {tolerance * 1e6:g} um"
+    )
 
 
 def fit_space_spline(places: Callable[[Array], Array], tolerance: float) -> Spline:
-    """Return a spline through points (n, 3) [m] along s from 0 to 1, within `tolerance` [m] of those halfway between.
+    """Return a spline through points (n, 3) [m] along s from 0 to 1, within `tolerance` [m] of
+    those halfway between.
 
     Raises ComputationError if no spline follows the curve.
     """
@@ -194,7 +232,9 @@ def fit_space_spline(places: Callable[[Array], Array], tolerance: float) -> Spli
         spline, middles = _interpolate(points, "not-a-knot")
         if np.sqrt(((middles - points[1::2]) ** 2).sum(axis=1)).max() <= tolerance:
             return spline
-    raise ComputationError(f"a curve in space turns too sharply for a spline within {tolerance * 1e6:g} um")
+    raise ComputationError(
+        f"a curve in space turns too sharply for a spline within {tolerance * 1e6:g} um"
+    )
 
 
 def _refine_parameters() -> Iterator[Array]:
@@ -205,7 +245,9 @@ def _refine_parameters() -> Iterator[Array]:
 
 
 def _interpolate(places: Array, ends: Any) -> tuple[Spline, Array]:
-    """Return a spline through every other point (2 n + 1, d) by chord length, and its values halfway between."""
+    """Return a spline through every other point (2 n + 1, d) by chord length, and its values
+    halfway between.
+    """
     length = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(places, axis=0) ** 2).sum(axis=1)))])
     spline = scipy.interpolate.make_interp_spline(length[::2], places[::2], k=DEGREE, bc_type=ends)
     knots, multiplicities = np.unique(spline.t, return_counts=True)
@@ -213,7 +255,9 @@ def _interpolate(places: Array, ends: Any) -> tuple[Spline, Array]:
 
 
 def format_stl(outline: Arcs, holes: Sequence[Arcs], width: float, tolerance: float) -> bytes:
-    """Return a prism of a width [m] as a binary STL file with chords within `tolerance` [m] of the arcs."""
+    """Return a prism of a width [m] as a binary STL file with chords within `tolerance` [m] of the
+    arcs.
+    """
     from shapely import Polygon
     from trimesh.creation import extrude_polygon
     from trimesh.exchange.stl import export_stl

@@ -9,23 +9,100 @@ from hypothesis import strategies as st
 from planter.files import examples
 
 NUMBERS = (
-    "nan", "inf", "-inf", "1e400", "-1e308", "1e-320", "0", "-0.0", "-1", "1e15", "9" * 400, "0x10", "1_000", "1,5",
-    "true", '""', '"12"', '"\\u0000"', "[]", "[1, 2]", "[[[]]]", "{}", "{ a = 1 }", "1979-05-27", "1.", ".5", "1e",
-    "'''\n'''", "\U0001d7d8", "\u202e1",
-)  # fmt: skip
+    "nan",
+    "inf",
+    "-inf",
+    "1e400",
+    "-1e308",
+    "1e-320",
+    "0",
+    "-0.0",
+    "-1",
+    "1e15",
+    "9" * 400,
+    "0x10",
+    "1_000",
+    "1,5",
+    "true",
+    '""',
+    '"12"',
+    '"\\u0000"',
+    "[]",
+    "[1, 2]",
+    "[[[]]]",
+    "{}",
+    "{ a = 1 }",
+    "1979-05-27",
+    "1.",
+    ".5",
+    "1e",
+    "'''\n'''",
+    "\U0001d7d8",
+    "\u202e1",
+)
 """What stands where a number should."""
 PIECES = (
-    "\x00", "\ufeff", "\r", "\t", "\x1b[31m", "\u2028", "]]", "[[", "=", "#", '"""', "'", "..", "a.b.c = 1",
-    "[design]", "[origin]", "[" * 300, "name = 1", "=" * 50, "\xa0", "\ud7ff", "e\u0301", ";", ",,,,", "-" * 1000,
-)  # fmt: skip
+    "\x00",
+    "\ufeff",
+    "\r",
+    "\t",
+    "\x1b[31m",
+    "\u2028",
+    "]]",
+    "[[",
+    "=",
+    "#",
+    '"""',
+    "'",
+    "..",
+    "a.b.c = 1",
+    "[design]",
+    "[origin]",
+    "[" * 300,
+    "name = 1",
+    "=" * 50,
+    "\xa0",
+    "\ud7ff",
+    "e\u0301",
+    ";",
+    ",,,,",
+    "-" * 1000,
+)
 """What stands where nothing should."""
 CORPUS: tuple[bytes, ...] = (
-    b"", b"\n", b"\x00", b"\xff\xfe", b"\xef\xbb\xbf", b"[", b"]", b"=", b"a", b"a=", b"[a]\n[a]", b"a = 1\na = 2",
-    b"a = " + b"[" * 5000, b'a = "' + b"x" * 100_000 + b'"', b"x_mm,y_mm\n", b"x_mm;y_mm\n1;2\n", b"1,2,3\n" * 10,
-    b"x_mm,y_mm\n" + b"nan,inf\n" * 20, b"x_mm,y_mm\n" + b"1e400,0\n" * 20, b"a,b\r\r\n1,2", b'"' * 99,
-    b"\xff" * 64, bytes(range(256)), b"PK\x03\x04", b"%PDF-1.4", b"<html>", b"{}", b"null", b"import os",
-    "name = '\u00e9'".encode("utf-16"), b"name = 'x'\n" * 2, b"[[pose]]\n" * 50,
-)  # fmt: skip
+    b"",
+    b"\n",
+    b"\x00",
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"[",
+    b"]",
+    b"=",
+    b"a",
+    b"a=",
+    b"[a]\n[a]",
+    b"a = 1\na = 2",
+    b"a = " + b"[" * 5000,
+    b'a = "' + b"x" * 100_000 + b'"',
+    b"x_mm,y_mm\n",
+    b"x_mm;y_mm\n1;2\n",
+    b"1,2,3\n" * 10,
+    b"x_mm,y_mm\n" + b"nan,inf\n" * 20,
+    b"x_mm,y_mm\n" + b"1e400,0\n" * 20,
+    b"a,b\r\r\n1,2",
+    b'"' * 99,
+    b"\xff" * 64,
+    bytes(range(256)),
+    b"PK\x03\x04",
+    b"%PDF-1.4",
+    b"<html>",
+    b"{}",
+    b"null",
+    b"import os",
+    "name = '\u00e9'".encode("utf-16"),
+    b"name = 'x'\n" * 2,
+    b"[[pose]]\n" * 50,
+)
 """The fixed corpus."""
 
 
@@ -61,11 +138,25 @@ def _blow(lines: list[str], place: float, kind: str, piece: str, number: str) ->
         lines[k], lines[-1] = lines[-1], lines[k]
 
 
-KINDS = ("number", "number", "number", "cell", "drop", "twice", "insert", "within", "cut", "exchange")
+KINDS = (
+    "number",
+    "number",
+    "number",
+    "cell",
+    "drop",
+    "twice",
+    "insert",
+    "within",
+    "cut",
+    "exchange",
+)
 BLOWS = st.lists(
-    st.tuples(st.floats(0, 1), st.sampled_from(KINDS), st.sampled_from(PIECES), st.sampled_from(NUMBERS)), min_size=1,
+    st.tuples(
+        st.floats(0, 1), st.sampled_from(KINDS), st.sampled_from(PIECES), st.sampled_from(NUMBERS)
+    ),
+    min_size=1,
     max_size=4,
-)  # fmt: skip
+)
 ENCODINGS = ("utf-8", "utf-8", "utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252")
 
 

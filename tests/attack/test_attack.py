@@ -1,6 +1,8 @@
-"""Whatever a file or an option holds, a command ends in a result, or in one sentence; never in a traceback.
+"""Whatever a file or an option holds, a command ends in a result, or in one sentence; never in a
+traceback.
 
-`make attack` tries ten thousand, others with another PLANTER_ATTACK_SEED; the suite a thousand, always the same ones.
+`make attack` tries ten thousand, others with another PLANTER_ATTACK_SEED; the suite a thousand,
+always the same ones.
 """
 
 from __future__ import annotations
@@ -32,9 +34,15 @@ TAKERS = {
     "mapping": ("synthesise",),
 }
 """A quick command for the files of each room."""
-TABLES = {"yu2023-path": ("pickup",), "sun2019-curve": ("train",), "shi2021-field": ("clutch", "field")}
+TABLES = {
+    "yu2023-path": ("pickup",),
+    "sun2019-curve": ("train",),
+    "shi2021-field": ("clutch", "field"),
+}
 SLOW = ("pickup", "mapping", "yu2023-path")
-"""Rooms and tables whose files, where nothing is wrong with them, take half a second; a tenth are of these."""
+"""Rooms and tables whose files, where nothing is wrong with them, take half a second; a tenth are
+of these.
+"""
 
 
 def often(names: Iterable[str], slow: Iterable[str]) -> tuple[str, ...]:
@@ -46,13 +54,18 @@ def often(names: Iterable[str], slow: Iterable[str]) -> tuple[str, ...]:
 
 MACHINES = {name: room for room in TAKERS for name in examples.list_examples(room, ".toml")}
 share = settings(
-    max_examples=max(1, CASES // 3), derandomize=not SEED, deadline=None, database=None,
+    max_examples=max(1, CASES // 3),
+    derandomize=not SEED,
+    deadline=None,
+    database=None,
     suppress_health_check=list(HealthCheck),
-)  # fmt: skip
+)
 
 
 def assert_ends_properly(*arguments: str) -> None:
-    """A call ends as every call does: one JSON object with numbers that are finite, or one sentence and code 1 or 2."""
+    """A call ends as every call does: one JSON object with numbers that are finite, or one sentence
+    and code 1 or 2.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         code, out, err = run(*arguments, "--json")
@@ -79,7 +92,8 @@ EVERY = (*TAKERS.values(), *TABLES.values(), ("sweep",), ("turn",), ("simulate",
 
 
 @pytest.mark.parametrize(
-    "command", [pytest.param(c, marks=[] if c in SAMPLED else pytest.mark.long, id=c[0]) for c in EVERY]
+    "command",
+    [pytest.param(c, marks=[] if c in SAMPLED else pytest.mark.long, id=c[0]) for c in EVERY],
 )
 def test_the_corpus_ends_in_sentences(command: tuple[str, ...]) -> None:
     for content in CORPUS:
@@ -118,8 +132,11 @@ def test_a_process_ends_as_a_call_does(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_bytes(content)
     done = subprocess.run(
         [sys.executable, "-W", "error", "-m", "planter", "validate", str(tmp_path / "own.toml")],
-        capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1

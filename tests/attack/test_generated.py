@@ -1,4 +1,6 @@
-"""Generated modules and sidecars that were emptied, cut or edited end in one sentence that says what to run."""
+"""Generated modules and sidecars that were emptied, cut or edited end in one sentence that says
+what to run.
+"""
 
 from __future__ import annotations
 
@@ -42,21 +44,31 @@ def rewrite(path: Path, old: str, new: str) -> None:
 
 CASES = {
     "no lane": lambda folder: rewrite(folder / "slider_crank.py", "def lane(", "def lost("),
-    "no lane over arrays": lambda folder: rewrite(folder / "array" / "slider_crank.py", "def lane(", "def lost("),
+    "no lane over arrays": lambda folder: rewrite(
+        folder / "array" / "slider_crank.py", "def lane(", "def lost("
+    ),
     "empty module": lambda folder: (folder / "slider_crank.py").write_text(""),
     "no module": lambda folder: (folder / "slider_crank.py").unlink(),
     "no module over arrays": lambda folder: (folder / "array" / "slider_crank.py").unlink(),
     "broken module": lambda folder: rewrite(folder / "slider_crank.py", "def lane(", "def ( lane("),
-    "module that fails": lambda folder: rewrite(folder / "slider_crank.py", "def lane() -> Function:",
-                                                "def lane() -> Function:\n    raise KeyError('phi')"),
-    "module that gives nothing": lambda folder: rewrite(folder / "slider_crank.py", "def lane() -> Function:",
-                                                        "def lane() -> Function:\n    return 1"),
-    "module that is not text": lambda folder: (folder / "slider_crank.py").write_bytes(b"\xff\xfe\x00\x01"),
+    "module that fails": lambda folder: rewrite(
+        folder / "slider_crank.py",
+        "def lane() -> Function:",
+        "def lane() -> Function:\n    raise KeyError('phi')",
+    ),
+    "module that gives nothing": lambda folder: rewrite(
+        folder / "slider_crank.py",
+        "def lane() -> Function:",
+        "def lane() -> Function:\n    return 1",
+    ),
+    "module that is not text": lambda folder: (folder / "slider_crank.py").write_bytes(
+        b"\xff\xfe\x00\x01"
+    ),
     "empty sidecar": lambda folder: (folder / "slider_crank.json").write_text(""),
     "sidecar of nothing": lambda folder: (folder / "slider_crank.json").write_text("{}"),
     "sidecar that is no object": lambda folder: (folder / "slider_crank.json").write_text("[]"),
     "no sidecar": lambda folder: (folder / "slider_crank.json").unlink(),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -69,16 +81,23 @@ def test_spoiled_model_is_one_sentence(case: str) -> None:
 
 
 def list_places(entry: Any, *path: str | int) -> list[tuple[str | int, ...]]:
-    children = entry.items() if isinstance(entry, dict) else enumerate(entry[:2]) if isinstance(entry, list) else ()
+    children = (
+        entry.items()
+        if isinstance(entry, dict)
+        else enumerate(entry[:2])
+        if isinstance(entry, list)
+        else ()
+    )
     return [path, *(place for key, value in children for place in list_places(value, *path, key))]
 
 
 @seed(SEED)
 @share
 @given(
-    name=st.sampled_from(sorted(NAMES)), at=st.floats(0, 1),
+    name=st.sampled_from(sorted(NAMES)),
+    at=st.floats(0, 1),
     content=st.sampled_from([None, "lost", [], {}, 3, "delete", {"name": 1}]),
-)  # fmt: skip
+)
 def test_sidecars_with_other_parts_end_in_sentences(name: str, at: float, content: object) -> None:
     folder = copy(name)
     path = folder / f"{name}.json"

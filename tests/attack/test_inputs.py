@@ -1,4 +1,6 @@
-"""What no file should be: nested without end, a device, a pipe without a writer; every command refuses it."""
+"""What no file should be: nested without end, a device, a pipe without a writer; every command
+refuses it.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +16,40 @@ from planter.files import text
 from tests.support.cli import run
 
 TAKERS = (
-    "animate", "audit", "calibrate", "calibrate wang2017 --data", "cam", "clutch engage", "clutch field",
-    "clutch geometry", "compare", "derive", "drive", "explain", "export motion", "gears", "gears --curve", "move",
-    "optimise", "pickup", "sensitivity", "simulate", "studio --static page.html", "sweep", "synthesise", "tolerance",
-    "train", "turn", "validate",
-)  # fmt: skip
+    "animate",
+    "audit",
+    "calibrate",
+    "calibrate wang2017 --data",
+    "cam",
+    "clutch engage",
+    "clutch field",
+    "clutch geometry",
+    "compare",
+    "derive",
+    "drive",
+    "explain",
+    "export motion",
+    "gears",
+    "gears --curve",
+    "move",
+    "optimise",
+    "pickup",
+    "sensitivity",
+    "simulate",
+    "studio --static page.html",
+    "sweep",
+    "synthesise",
+    "tolerance",
+    "train",
+    "turn",
+    "validate",
+)
 """Commands that take a file, which follows."""
-TEXTS = {"dots": "a" + ".a" * 3000 + " = 1\n", "brackets": "a = " + "[" * 2000, "values": "a = 1\n" * 60_000}
+TEXTS = {
+    "dots": "a" + ".a" * 3000 + " = 1\n",
+    "brackets": "a = " + "[" * 2000,
+    "values": "a = 1\n" * 60_000,
+}
 posix = pytest.mark.skipif(os.name != "posix", reason="no pipes with names and no /dev/zero here")
 
 
@@ -37,10 +66,17 @@ def make_pipe(path: Path) -> None:
 
 
 @posix
-@pytest.mark.parametrize(("command", "make"), [
-    (command, make) for command in TAKERS for make in (make_text, make_device, make_pipe)
-    if not (command in ("audit", "derive") and make is make_text)  # that is a Python file, and run as one
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "make"),
+    [
+        (command, make)
+        for command in TAKERS
+        for make in (make_text, make_device, make_pipe)
+        if not (
+            command in ("audit", "derive") and make is make_text
+        )  # that is a Python file, and run as one
+    ],
+)
 def test_invalid_file_is_refused(
     command: str, make: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -53,7 +89,9 @@ def test_invalid_file_is_refused(
 
 
 @pytest.mark.parametrize("name", ["sweep", "tolerance"])
-def test_the_machine_of_a_plan_is_read_with_limits(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_machine_of_a_plan_is_read_with_limits(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("own.toml").write_text('functions = "x"\n' + TEXTS["dots"])
     Path("plan.toml").write_text(
@@ -73,11 +111,28 @@ def test_no_parser_gets_too_deep_or_too_large_text(content: str) -> None:
             parse(content, "own")
 
 
-@pytest.mark.parametrize("message", [
-    "", "[]", "3", "{", '{"a": 1e999}', '{"a": NaN}', '{"a": "\\u0000"}', '{"a": "\\ud800"}', '{"\\udfff": 1}',
-    '{"a": ' + "[" * 3000, '{"a": ' + "9" * 5000 + "}", '{"a": 18446744073709551616}', '{"a": "\x00"}', "\ud800",
-    '{"a": [' + "1," * 60_000 + "1]}", '{"' + "a" * 300 + '": 1}', " " * 1_000_001,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "message",
+    [
+        "",
+        "[]",
+        "3",
+        "{",
+        '{"a": 1e999}',
+        '{"a": NaN}',
+        '{"a": "\\u0000"}',
+        '{"a": "\\ud800"}',
+        '{"\\udfff": 1}',
+        '{"a": ' + "[" * 3000,
+        '{"a": ' + "9" * 5000 + "}",
+        '{"a": 18446744073709551616}',
+        '{"a": "\x00"}',
+        "\ud800",
+        '{"a": [' + "1," * 60_000 + "1]}",
+        '{"' + "a" * 300 + '": 1}',
+        " " * 1_000_001,
+    ],
+)
 def test_no_json_input_is_unusable(message: str) -> None:
     with pytest.raises(InputError):
         text.parse_json(message, "the message")
@@ -95,7 +150,9 @@ def test_nonsense_command_line_is_refused(words: list[str]) -> None:
 
 
 @posix
-def test_a_pipe_in_place_of_a_file_makes_nobody_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pipe_in_place_of_a_file_makes_nobody_wait(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It takes the file's place between the look at it and the opening."""
     os.mkfifo(tmp_path / "own.toml")
     monkeypatch.setattr(text, "check_regular", lambda path: None)

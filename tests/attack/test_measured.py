@@ -1,4 +1,6 @@
-"""Logger files with columns that hold nothing, little or everything at odds end in a curve or in one sentence."""
+"""Logger files with columns that hold nothing, little or everything at odds end in a curve or in
+one sentence.
+"""
 
 from __future__ import annotations
 
@@ -24,22 +26,35 @@ from tests.support.labview import Layout, write_lvm
 ROWS = 60
 WORDS = ("nan", "", "inf", "OVERFLOW", "-", "1e99", "-0.0", "0", "true")
 _column = st.one_of(
-    st.sampled_from(["counted", "constant", "falling", "pulses", "random", "steps"]), st.sampled_from(WORDS)
+    st.sampled_from(["counted", "constant", "falling", "pulses", "random", "steps"]),
+    st.sampled_from(WORDS),
 )
-_hole = st.sampled_from(["none", "first half", "second half", "odd", "all but one", "all but the last"])
+_hole = st.sampled_from(
+    ["none", "first half", "second half", "odd", "all but one", "all but the last"]
+)
 
 
 def write_column(kind: str, hole: str, word: str, scale: float) -> list[str]:
-    """Return the cells of a column: a record with a hole that `word` fills, or nothing but a word."""
+    """Return the cells of a column: a record with a hole that `word` fills, or nothing but a
+    word.
+    """
     i = np.arange(ROWS, dtype=float)
     records = {
-        "counted": i, "constant": np.ones(ROWS), "falling": -i, "pulses": (i % 7 < 2) * 5.0,
-        "random": np.sin(i * i), "steps": i // 20,
-    }  # fmt: skip
+        "counted": i,
+        "constant": np.ones(ROWS),
+        "falling": -i,
+        "pulses": (i % 7 < 2) * 5.0,
+        "random": np.sin(i * i),
+        "steps": i // 20,
+    }
     holes = {
-        "none": i < 0, "first half": i < ROWS / 2, "second half": i >= ROWS / 2, "odd": i % 2 == 1,
-        "all but one": i != 3, "all but the last": i < ROWS - 1,
-    }  # fmt: skip
+        "none": i < 0,
+        "first half": i < ROWS / 2,
+        "second half": i >= ROWS / 2,
+        "odd": i % 2 == 1,
+        "all but one": i != 3,
+        "all but the last": i < ROWS - 1,
+    }
     if kind not in records:
         return [kind] * ROWS
     cells = zip(records[kind] * scale, holes[hole], strict=True)
@@ -62,9 +77,19 @@ def attempt(call: Callable[[], T]) -> T | str:
 @given(
     columns=st.tuples(*[st.tuples(_column, _hole, st.sampled_from(WORDS))] * 4),
     scales=st.tuples(*[st.sampled_from([1.0, 10.0, 1e-6, 1e12])] * 4),
-    positions=st.sampled_from(["angle", "time", "trigger", "angle time", "trigger time", "interval_s",
-                               "trigger interval_s", "angle interval_s"]),
-)  # fmt: skip
+    positions=st.sampled_from(
+        [
+            "angle",
+            "time",
+            "trigger",
+            "angle time",
+            "trigger time",
+            "interval_s",
+            "trigger interval_s",
+            "angle interval_s",
+        ]
+    ),
+)
 def test_columns_without_numbers_end_in_sentences(
     columns: tuple[tuple[str, str, str], ...], scales: tuple[float, ...], positions: str
 ) -> None:
@@ -87,32 +112,52 @@ def test_columns_without_numbers_end_in_sentences(
 
 @pytest.mark.parametrize("option", ["--angle", "--time", "--trigger", "--column"])
 def test_column_of_nothing_but_nan_is_named(option: str, tmp_path: Path) -> None:
-    (tmp_path / "own.csv").write_text("a [deg];t [s];F [N];nothing\n" + "".join(
-        f"{9 * i};{i / 100};{i * i};nan\n" for i in range(ROWS)
-    ))  # fmt: skip
+    (tmp_path / "own.csv").write_text(
+        "a [deg];t [s];F [N];nothing\n"
+        + "".join(f"{9 * i};{i / 100};{i * i};nan\n" for i in range(ROWS))
+    )
     place = {"--column": "F"} if option != "--column" else {"--angle": "a"}
     words = [word for pair in {**place, option: "nothing"}.items() for word in pair]
-    assert_ends_properly("calibrate", "wang2017", "--preview", "--data", str(tmp_path / "own.csv"), *words)
+    assert_ends_properly(
+        "calibrate", "wang2017", "--preview", "--data", str(tmp_path / "own.csv"), *words
+    )
     with pytest.raises(InputError, match="nothing holds no number"):
-        read(tmp_path / "own.csv", Columns(**{  # type: ignore[arg-type]
-            "value": "F", "angle": None if option in ("--time", "--trigger") else "a", "value_unit": "N",
-            "place_unit": None if option == "--trigger" else "s" if option == "--time" else "deg",
-            {"--column": "value"}.get(option, option[2:]): "nothing",
-        }), 30.0)  # fmt: skip
+        read(
+            tmp_path / "own.csv",
+            Columns(
+                **{  # type: ignore[arg-type]
+                    "value": "F",
+                    "angle": None if option in ("--time", "--trigger") else "a",
+                    "value_unit": "N",
+                    "place_unit": None
+                    if option == "--trigger"
+                    else "s"
+                    if option == "--time"
+                    else "deg",
+                    {"--column": "value"}.get(option, option[2:]): "nothing",
+                }
+            ),
+            30.0,
+        )
 
 
 _blow = st.tuples(
-    st.floats(0, 1), st.integers(0, 8), st.sampled_from(["cell", "drop", "twice", "insert", "cut"]),
-    st.sampled_from([*NUMBERS, *PIECES, "X_Value", "***End_of_Header***", "Channels\t1", "Samples\t0"]),
-)  # fmt: skip
+    st.floats(0, 1),
+    st.integers(0, 8),
+    st.sampled_from(["cell", "drop", "twice", "insert", "cut"]),
+    st.sampled_from(
+        [*NUMBERS, *PIECES, "X_Value", "***End_of_Header***", "Channels\t1", "Samples\t0"]
+    ),
+)
 
 
 @seed(SEED)
 @share
 @given(
-    blows=st.lists(_blow, min_size=1, max_size=5), x_columns=st.sampled_from(["No", "One", "Multi"]),
+    blows=st.lists(_blow, min_size=1, max_size=5),
+    x_columns=st.sampled_from(["No", "One", "Multi"]),
     restarts=st.booleans(),
-)  # fmt: skip
+)
 def test_spoiled_labview_files_end_in_tables_or_sentences(
     blows: list[tuple[float, int, str, str]], x_columns: str, restarts: bool
 ) -> None:
@@ -126,9 +171,12 @@ def test_spoiled_labview_files_end_in_tables_or_sentences(
             cells = lines[k].split("\t")
             cells[cell % len(cells)] = piece
             lines[k : k + 1] = {
-                "cell": ["\t".join(cells)], "drop": [], "twice": [lines[k]] * 2, "insert": [piece, lines[k]],
+                "cell": ["\t".join(cells)],
+                "drop": [],
+                "twice": [lines[k]] * 2,
+                "insert": [piece, lines[k]],
                 "cut": [lines[k]],
-            }[kind]  # fmt: skip
+            }[kind]
             lines = (lines[: k + 1] if kind == "cut" else lines) or [""]
         path.write_text("\n".join(lines), errors="replace")
         table = attempt(lambda: read_logger_table(path))

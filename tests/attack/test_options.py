@@ -1,4 +1,6 @@
-"""No option is passed over in silence: it changes the result, or it is refused or named in a note."""
+"""No option is passed over in silence: it changes the result, or it is refused or named in a
+note.
+"""
 
 from __future__ import annotations
 
@@ -28,41 +30,126 @@ MEANS = {"--seed", "--workers", "--cluster"}
 NO_TASKS = ("move", "calibrate", "sweep --list")
 """Beginnings of calls without such a task; an ensemble has one."""
 VALUES: dict[str, tuple[str, ...]] = {
-    "--samples": ("48",), "--at": ("33",), "--model": ("printed",), "--lift": (), "--module-mm": ("3",),
-    "--speed-rpm": ("31",), "--least": ("range M_L",), "--all": (), "--points": ("31",), "--tolerance": ("1e-6",),
-    "--rest": (), "--least-squares": (), "--stiff": (), "--perturbation": ("0.01",), "--since": ("0.002",),
-    "--period": ("0.003",), "--seed": ("5",), "--ensemble": ("3",), "--workers": ("2",), "--cluster": ("tcp://a:1",),
-    "--column": ("Channel 0",), "--angle": ("Channel 1",), "--time": ("X_Value",), "--trigger": ("Channel 1",),
-    "--interval-s": ("0.003",), "--unit": ("kN",), "--place-unit": ("ms",), "--quantity": ("M_L_Nm",),
-    "--fit": ("mass.planet_kg=0.8:1.6",), "--prior": ("mass.planet_kg=1.2:0.1",), "--preview": (), "--explain": (),
-    "--check": ("own.lvm",), "--check-rpm": ("50",), "--target": ("other",), "--flank": ("other",),
+    "--samples": ("48",),
+    "--at": ("33",),
+    "--model": ("printed",),
+    "--lift": (),
+    "--module-mm": ("3",),
+    "--speed-rpm": ("31",),
+    "--least": ("range M_L",),
+    "--all": (),
+    "--points": ("31",),
+    "--tolerance": ("1e-6",),
+    "--rest": (),
+    "--least-squares": (),
+    "--stiff": (),
+    "--perturbation": ("0.01",),
+    "--since": ("0.002",),
+    "--period": ("0.003",),
+    "--seed": ("5",),
+    "--ensemble": ("3",),
+    "--workers": ("2",),
+    "--cluster": ("tcp://a:1",),
+    "--column": ("Channel 0",),
+    "--angle": ("Channel 1",),
+    "--time": ("X_Value",),
+    "--trigger": ("Channel 1",),
+    "--interval-s": ("0.003",),
+    "--unit": ("kN",),
+    "--place-unit": ("ms",),
+    "--quantity": ("M_L_Nm",),
+    "--fit": ("mass.planet_kg=0.8:1.6",),
+    "--prior": ("mass.planet_kg=1.2:0.1",),
+    "--preview": (),
+    "--explain": (),
+    "--check": ("own.lvm",),
+    "--check-rpm": ("50",),
+    "--target": ("other",),
+    "--flank": ("other",),
     "--data": ("own.lvm",),
-    "--least-slope": ("0.2",), "--largest-slope": ("5",), "--carrier": ("2",), "--poses": ("sun2019",),
-    "--crank-mm": ("80",), "--centre-distance-mm": ("75",), "--optimise": (), "--bibtex": (),
+    "--least-slope": ("0.2",),
+    "--largest-slope": ("5",),
+    "--carrier": ("2",),
+    "--poses": ("sun2019",),
+    "--crank-mm": ("80",),
+    "--centre-distance-mm": ("75",),
+    "--optimise": (),
+    "--bibtex": (),
     "--hold": ("M_L <= 3 N m",),
-    "--shape": ("clamped-cosine",), "--mode": ("contact",), "--vertices": ("3",), "--sides": ("8",),
-    "--shaft-mm": ("21",), "--travel-mm": ("14",), "--radius-mm": ("90",), "--length-mm": ("200",),
-    "--response": ("Y2",), "--blank": ("C",), "--ignore": ("C",), "--goal": ("Y1=larger",),
+    "--shape": ("clamped-cosine",),
+    "--mode": ("contact",),
+    "--vertices": ("3",),
+    "--sides": ("8",),
+    "--shaft-mm": ("21",),
+    "--travel-mm": ("14",),
+    "--radius-mm": ("90",),
+    "--length-mm": ("200",),
+    "--response": ("Y2",),
+    "--blank": ("C",),
+    "--ignore": ("C",),
+    "--goal": ("Y1=larger",),
     "--comparison": ("none.csv",),
-    "--factor": ("A=1,2",), "--turns": ("2",), "--start-rpm": ("33",), "--stall-Nm": ("7",), "--idle-rpm": ("45",),
-    "--flywheel-kgm2": ("0.5",), "--roller-mm": ("7",), "--y": ("y",), "--x": ("x",), "--force": ("F_E",),
-    "--bore-mm": ("10",), "--width-mm": ("14",), "--tolerance-um": ("2",), "--step": (), "--out": ("out",),
-    "--list": ("wang2017",), "--starts": ("3",), "--until": ("0.012",), "--against": ("a.py",), "--names": ("a.toml",),
-    "--numbers": ("a.toml",), "--front": (), "--experiment": (), "--machine": ("compact",), "--slips": ("3",),
+    "--factor": ("A=1,2",),
+    "--turns": ("2",),
+    "--start-rpm": ("33",),
+    "--stall-Nm": ("7",),
+    "--idle-rpm": ("45",),
+    "--flywheel-kgm2": ("0.5",),
+    "--roller-mm": ("7",),
+    "--y": ("y",),
+    "--x": ("x",),
+    "--force": ("F_E",),
+    "--bore-mm": ("10",),
+    "--width-mm": ("14",),
+    "--tolerance-um": ("2",),
+    "--step": (),
+    "--out": ("out",),
+    "--list": ("wang2017",),
+    "--starts": ("3",),
+    "--until": ("0.012",),
+    "--against": ("a.py",),
+    "--names": ("a.toml",),
+    "--numbers": ("a.toml",),
+    "--front": (),
+    "--experiment": (),
+    "--machine": ("compact",),
+    "--slips": ("3",),
     "--answers": ("a.jsonl",),
-}  # fmt: skip
+}
 """A value for each option, other than its default."""
-VALID = {"validate wang2017": {"--speed-rpm"}, "cite simulate": {"--bibtex"}, "clutch engage shi2021": {"--mode"}}
+VALID = {
+    "validate wang2017": {"--speed-rpm"},
+    "cite simulate": {"--bibtex"},
+    "clutch engage shi2021": {"--mode"},
+}
 """Options by calls whose result says that a value is valid, has both forms, or takes long."""
 CALLS = (
-    "simulate wang2017", "simulate own", "sensitivity wang2017 --samples 36", "validate wang2017",
-    "move free --until 0.01 --points 11", "move free --until 0.01 --points 11 --ensemble 2",
-    "calibrate wang2017 --data own.lvm --preview", "calibrate wang2017 --data own.lvm --preview --column 2 --time 1",
-    "synthesise sun2019", "train sun2019-curve", "cite", "cite simulate", "explain",
-    "explain range_N", "explain wang2017 F_E", "clutch engage shi2021", "clutch geometry shi2021", "clutch rotor",
-    "clutch field", "clutch plan L9", "drive compact --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4",
-    "cam wang2017 --roller-mm 6", "sweep --list wang2017", "audit wang2017", "diff compact wang2017",
-)  # fmt: skip
+    "simulate wang2017",
+    "simulate own",
+    "sensitivity wang2017 --samples 36",
+    "validate wang2017",
+    "move free --until 0.01 --points 11",
+    "move free --until 0.01 --points 11 --ensemble 2",
+    "calibrate wang2017 --data own.lvm --preview",
+    "calibrate wang2017 --data own.lvm --preview --column 2 --time 1",
+    "synthesise sun2019",
+    "train sun2019-curve",
+    "cite",
+    "cite simulate",
+    "explain",
+    "explain range_N",
+    "explain wang2017 F_E",
+    "clutch engage shi2021",
+    "clutch geometry shi2021",
+    "clutch rotor",
+    "clutch field",
+    "clutch plan L9",
+    "drive compact --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4",
+    "cam wang2017 --roller-mm 6",
+    "sweep --list wang2017",
+    "audit wang2017",
+    "diff compact wang2017",
+)
 """Calls that are quick, in modes that differ by the options which they take."""
 
 
@@ -114,7 +201,9 @@ def first_result(folder: Path, call: str) -> tuple[int, Any, str]:
 
 def is_told(folder: Path, call: str, option: str, values: tuple[str, ...] | None = None) -> bool:
     """Return whether an option changes the result of a call, or what is said names it."""
-    code, result, notes = say(folder, [*resolve(call), option, *(VALUES[option] if values is None else values)])
+    code, result, notes = say(
+        folder, [*resolve(call), option, *(VALUES[option] if values is None else values)]
+    )
     return code != 0 or result != first_result(folder, call)[1] or option in notes
 
 
@@ -135,24 +224,54 @@ def test_options_without_effect_are_refused_or_said(call: str, folder: Path) -> 
 
 
 IGNORED = {
-    "move x --until 1": ("--since 1", "--period 1", "--perturbation 0.1", "--seed 1", "--workers 2"),
+    "move x --until 1": (
+        "--since 1",
+        "--period 1",
+        "--perturbation 0.1",
+        "--seed 1",
+        "--workers 2",
+    ),
     "move x --until 1 --ensemble 3": ("--rest", "--least-squares"),
-    "optimise wang2017": ("--prove-seconds 3",), "studio --static x.html": ("--port 1", "--folder x"),
-    "tolerance wang2017 --no-robust": ("--sigmas 2",), "audit": ("--seed 3", "--slips 2", "--machine compact"),
-    "audit --benchmark": ("--machine compact", "--front"), "simulate own": ("--module-mm 3",),
+    "optimise wang2017": ("--prove-seconds 3",),
+    "studio --static x.html": ("--port 1", "--folder x"),
+    "tolerance wang2017 --no-robust": ("--sigmas 2",),
+    "audit": ("--seed 3", "--slips 2", "--machine compact"),
+    "audit --benchmark": ("--machine compact", "--front"),
+    "simulate own": ("--module-mm 3",),
     "calibrate wang2017": (
-        "--column F", "--angle a", "--time t", "--trigger t", "--interval-s 1", "--unit N", "--place-unit s",
-        "--quantity F", "--fit a=1:2", "--prior a=1:2", "--preview", "--explain", "--check own.lvm", "--seed 1",
+        "--column F",
+        "--angle a",
+        "--time t",
+        "--trigger t",
+        "--interval-s 1",
+        "--unit N",
+        "--place-unit s",
+        "--quantity F",
+        "--fit a=1:2",
+        "--prior a=1:2",
+        "--preview",
+        "--explain",
+        "--check own.lvm",
+        "--seed 1",
     ),
     "calibrate wang2017 --data own.lvm --column F": ("--target other", "--flank other"),
-    "calibrate wang2017 --data own.lvm --column F --explain": ("--workers 2", "--check own.lvm", "--preview"),
-    "explain": ("--out x", "--set a=1"), "explain wang2017 F_E": ("--out x",), "cite": ("--bibtex",),
-    "train sun2019-curve": ("--carrier 2",), "sweep --list wang2017": ("--workers 2", "--out x"),
-}  # fmt: skip
+    "calibrate wang2017 --data own.lvm --column F --explain": (
+        "--workers 2",
+        "--check own.lvm",
+        "--preview",
+    ),
+    "explain": ("--out x", "--set a=1"),
+    "explain wang2017 F_E": ("--out x",),
+    "cite": ("--bibtex",),
+    "train sun2019-curve": ("--carrier 2",),
+    "sweep --list wang2017": ("--workers 2", "--out x"),
+}
 """Options that have no effect in a mode, by calls."""
 
 
-@pytest.mark.parametrize(("call", "option"), [(call, option) for call in IGNORED for option in IGNORED[call]])
+@pytest.mark.parametrize(
+    ("call", "option"), [(call, option) for call in IGNORED for option in IGNORED[call]]
+)
 def test_options_of_other_modes_are_refused(call: str, option: str, folder: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -170,8 +289,12 @@ FLOATS = [
 
 @seed(SEED)
 @share
-@given(pair=st.sampled_from(FLOATS), number=st.sampled_from(["nan", "inf", "-inf", "1e400", "-1e400"]))
-def test_numbers_of_options_that_are_not_finite_are_refused(pair: tuple[str, str], number: str) -> None:
+@given(
+    pair=st.sampled_from(FLOATS), number=st.sampled_from(["nan", "inf", "-inf", "1e400", "-1e400"])
+)
+def test_numbers_of_options_that_are_not_finite_are_refused(
+    pair: tuple[str, str], number: str
+) -> None:
     call, option = pair
     code, out, err = run(*call.split(), option, number)
     assert (code, out) == (2, "")

@@ -1,4 +1,6 @@
-"""No command overwrites or deletes a file that planter did not write: it names the file, and nothing is written."""
+"""No command overwrites or deletes a file that planter did not write: it names the file, and
+nothing is written.
+"""
 
 from __future__ import annotations
 
@@ -55,11 +57,17 @@ COMMANDS = {
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
 
 
 @pytest.mark.parametrize(("command", "name"), COMMANDS.items())
-def test_files_of_users_stay(command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_users_stay(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     for existing in (name, "notes.txt"):
         (tmp_path / existing).parent.mkdir(exist_ok=True)
@@ -76,13 +84,20 @@ def walk(command: typer.core.TyperGroup, *words: str) -> Iterator[tuple[str, set
         if hasattr(inner, "commands"):
             yield from walk(inner, *words, name)
         else:
-            yield " ".join((*words, name)), {option for parameter in inner.params for option in parameter.opts}
+            yield (
+                " ".join((*words, name)),
+                {option for parameter in inner.params for option in parameter.opts},
+            )
 
 
 def test_every_writing_command_is_covered() -> None:
     options = dict(walk(typer.main.get_command(build_application())))
-    writing = {name for name, known_options in options.items() if known_options & {"--out", "--static"}}
-    assert writing == {name for name, known_options in options.items() if "--overwrite" in known_options}
+    writing = {
+        name for name, known_options in options.items() if known_options & {"--out", "--static"}
+    }
+    assert writing == {
+        name for name, known_options in options.items() if "--overwrite" in known_options
+    }
     checked = {name for name in writing for command in COMMANDS if command.startswith(f"{name} ")}
     assert checked == writing - {"derive"}
 
@@ -97,7 +112,9 @@ def test_a_result_is_replaced_unless_it_was_edited(tmp_path: Path) -> None:
     assert (tmp_path / "report.html").read_text() != "edited"
 
 
-def test_the_name_of_a_machine_leads_out_of_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_name_of_a_machine_leads_out_of_no_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     _, text, _ = run("example", "compact")
@@ -110,9 +127,19 @@ def test_the_name_of_a_machine_leads_out_of_no_folder(tmp_path: Path, monkeypatc
 
 
 NAMES = (
-    "/somewhere/ABS", "..", ".hidden", "nul.txt", "COM1", "a" * 300, "\ud800\x00\n", "", "C:\\x", "-rf", "ß" * 150,
+    "/somewhere/ABS",
+    "..",
+    ".hidden",
+    "nul.txt",
+    "COM1",
+    "a" * 300,
+    "\ud800\x00\n",
+    "",
+    "C:\\x",
+    "-rf",
+    "ß" * 150,
     "e\u0301",
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("name", NAMES, ids=ascii)

@@ -1,4 +1,6 @@
-"""Files of proofs with any part exchanged are checked or refused, in valid JSON and in bounded time."""
+"""Files of proofs with any part exchanged are checked or refused, in valid JSON and in bounded
+time.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ OTHER = (None, True, [], {}, 10**6, 10**30, -1, 0, 0.5, "1/0", "1e999999999", "9
 
 
 def list_places(entry: Any, *path: str | int) -> list[tuple[str | int, ...]]:
-    """Return the paths of all parts of a document, but of long lists only the first and the last."""
+    """Return the paths of all parts of a document, but of long lists only the first and the
+    last.
+    """
     if isinstance(entry, dict):
         return [path, *(place for key in entry for place in list_places(entry[key], *path, key))]
     if isinstance(entry, list):
@@ -45,8 +49,14 @@ def exchange(document: Document, place: tuple[str | int, ...], content: object) 
 
 @seed(SEED)
 @share
-@given(kind=st.sampled_from(["true", "sampled"]), share_of_places=st.floats(0, 1), content=st.sampled_from(OTHER))
-def test_exchanged_parts_end_in_a_result(kind: str, share_of_places: float, content: object) -> None:
+@given(
+    kind=st.sampled_from(["true", "sampled"]),
+    share_of_places=st.floats(0, 1),
+    content=st.sampled_from(OTHER),
+)
+def test_exchanged_parts_end_in_a_result(
+    kind: str, share_of_places: float, content: object
+) -> None:
     document = prove_document(kind)
     places = [place for place in list_places(document) if place and place != ("sha256",)]
     place = places[int(share_of_places * (len(places) - 1))]
@@ -56,9 +66,20 @@ def test_exchanged_parts_end_in_a_result(kind: str, share_of_places: float, cont
 
 
 @pytest.mark.parametrize("number", ["inf", "-inf", "nan"])
-@pytest.mark.parametrize("place", [("lower_bound",), ("incumbent", "upper_bound"), ("incumbent", "x", 0),
-                                   ("box", 0, 1), ("terms", 0, "weight"), ("nodes", 0, "bound")])  # fmt: skip
-def test_numbers_that_are_not_finite_are_refused(place: tuple[str | int, ...], number: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "place",
+    [
+        ("lower_bound",),
+        ("incumbent", "upper_bound"),
+        ("incumbent", "x", 0),
+        ("box", 0, 1),
+        ("terms", 0, "weight"),
+        ("nodes", 0, "bound"),
+    ],
+)
+def test_numbers_that_are_not_finite_are_refused(
+    place: tuple[str | int, ...], number: str, tmp_path: Path
+) -> None:
     document = exchange(prove_document("sampled"), place, number)
     if (place[-1], number) == ("bound", "-inf"):  # claims nothing
         return
@@ -76,7 +97,7 @@ LARGE = {
     "power": (("response", "stages", 0, "operations", 0), ["power", [0], [(1e9).hex()]]),
     "digits of a period": (("response", "period"), "1/" + "3" * 50),
     "exponent of a period": (("response", "period"), "1e99999999"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", LARGE)

@@ -20,9 +20,16 @@ from tests.attack.test_attack import SEED, share
 
 pytest.importorskip("starlette")
 MESSAGES = (
-    {"values": {"x": 1}}, {"ask": "open", "name": "wang2017"}, {"ask": "file"}, {"ask": "wish"}, {"ask": "cancel"},
-    {"ask": "optimise"}, {"ask": "export"}, {"ask": 3}, {"values": {}, "ask": "file"},
-)  # fmt: skip
+    {"values": {"x": 1}},
+    {"ask": "open", "name": "wang2017"},
+    {"ask": "file"},
+    {"ask": "wish"},
+    {"ask": "cancel"},
+    {"ask": "optimise"},
+    {"ask": "export"},
+    {"ask": 3},
+    {"values": {}, "ask": "file"},
+)
 
 
 class Socket:
@@ -49,7 +56,9 @@ class Socket:
 async def ask(self: Any, *words: Any) -> StudioAnswer:
     """Answer in place of a process, after a turn of the loop."""
     await asyncio.sleep(0)
-    return StudioAnswer('{"works": [], "command": ["help"], "labels": {}, "goal": "", "starts": 1}', True)
+    return StudioAnswer(
+        '{"works": [], "command": ["help"], "labels": {}, "goal": "", "starts": 1}', True
+    )
 
 
 async def run_nothing(self: Any, *words: Any) -> str:
@@ -69,7 +78,9 @@ def list_warnings(messages: list[tuple[Any, int]]) -> list[str]:
         asyncio.run(Live(socket, Path(mkdtemp())).run())  # type: ignore[arg-type]
         gc.collect()
     assert socket.sent
-    return [str(warning.message) for warning in caught if issubclass(warning.category, RuntimeWarning)]
+    return [
+        str(warning.message) for warning in caught if issubclass(warning.category, RuntimeWarning)
+    ]
 
 
 @seed(SEED)

@@ -1,4 +1,6 @@
-"""Formulas in texts and names files that would grow without end are refused before anything computes them."""
+"""Formulas in texts and names files that would grow without end are refused before anything
+computes them.
+"""
 
 from __future__ import annotations
 
@@ -61,19 +63,31 @@ def read_reason(row: str, kind: str = ".tex") -> str:
 @cache
 def names() -> StatedNames:
     stated = find_stated(statement())
-    return StatedNames(stated, list_quantities(stated, build(stated, 1.0)), NameTable(), statement())
+    return StatedNames(
+        stated, list_quantities(stated, build(stated, 1.0)), NameTable(), statement()
+    )
 
 
 GROWING = {
-    "tower": r"s = 9^{9^{9^{9}}}", "power": r"s = r\, 2^{99999}", "negative": r"s = r\, 3^{-9^{9}}",
-    "root": r"s = \sqrt{9^{9^9}}", "part": r"s = r^{1/999999999999}", "function": r"s = r\sin(9^{99}\varphi)^{9^{9}}",
-    "unknown tower": r"s = r\varphi^{\varphi^{\varphi^{\varphi}}}", "ten": r"s = r\cdot 10^{10^{10}}",
-    "sum of powers": r"s = \sum_{i=1}^{50} r^{i^{i^{i}}}", "digits": "s = " + "9" * 6000,
-    "number of numbers": r"s = r\,(9^{99})^{99}", "expansion": r"s = l(1+\sin\varphi+\cos\varphi+\sin 2\varphi)^{99}",
-    "megabyte": "s = " + "r + " * 250_000 + "r", "brackets": "s = " + "(" * 3000 + "r" + ")" * 3000,
-    "braces": "s = " + "{" * 20_000 + "r" + "}" * 20_000, "fractions": "s = " + r"\frac{r}{l+" * 400 + "e" + "}" * 400,
-    "powers": "s = r" + "^{r" * 300 + "}" * 300, "exponentials": r"s = r\exp(\exp(\exp(\exp(\varphi))))",
-}  # fmt: skip
+    "tower": r"s = 9^{9^{9^{9}}}",
+    "power": r"s = r\, 2^{99999}",
+    "negative": r"s = r\, 3^{-9^{9}}",
+    "root": r"s = \sqrt{9^{9^9}}",
+    "part": r"s = r^{1/999999999999}",
+    "function": r"s = r\sin(9^{99}\varphi)^{9^{9}}",
+    "unknown tower": r"s = r\varphi^{\varphi^{\varphi^{\varphi}}}",
+    "ten": r"s = r\cdot 10^{10^{10}}",
+    "sum of powers": r"s = \sum_{i=1}^{50} r^{i^{i^{i}}}",
+    "digits": "s = " + "9" * 6000,
+    "number of numbers": r"s = r\,(9^{99})^{99}",
+    "expansion": r"s = l(1+\sin\varphi+\cos\varphi+\sin 2\varphi)^{99}",
+    "megabyte": "s = " + "r + " * 250_000 + "r",
+    "brackets": "s = " + "(" * 3000 + "r" + ")" * 3000,
+    "braces": "s = " + "{" * 20_000 + "r" + "}" * 20_000,
+    "fractions": "s = " + r"\frac{r}{l+" * 400 + "e" + "}" * 400,
+    "powers": "s = r" + "^{r" * 300 + "}" * 300,
+    "exponentials": r"s = r\exp(\exp(\exp(\exp(\varphi))))",
+}
 
 
 @pytest.mark.parametrize("kind", [".tex", ".md"])
@@ -84,17 +98,35 @@ def test_growing_formula_is_refused(case: str, kind: str) -> None:
 
 @pytest.mark.parametrize(
     "row",
-    [r"s = r\cos\varphi + l\cos\beta", r"s = r\cdot 1.5^{20}", r"s = r(1+\varphi)^{12}", r"s = r\varphi^{\varphi}"],
+    [
+        r"s = r\cos\varphi + l\cos\beta",
+        r"s = r\cdot 1.5^{20}",
+        r"s = r(1+\varphi)^{12}",
+        r"s = r\varphi^{\varphi}",
+    ],
 )
 def test_usual_powers_are_read(row: str) -> None:
     assert not read_reason(row)
 
 
 MEANINGS = (
-    "9**9**9**9", "r*9**9**9", "2**99999", "r**(1/999999999)", "(r+l+e_0)**99", "9" * 5000, "1e400", "r*1e400",
-    "exp(exp(exp(exp(phi))))", "phi**phi**phi**phi", "+".join(["r"] * 250_000), "(" * 500 + "r" + ")" * 500, "1/0",
-    "0**-1", "-" * 5000 + "r", "(9**99)**99",
-)  # fmt: skip
+    "9**9**9**9",
+    "r*9**9**9",
+    "2**99999",
+    "r**(1/999999999)",
+    "(r+l+e_0)**99",
+    "9" * 5000,
+    "1e400",
+    "r*1e400",
+    "exp(exp(exp(exp(phi))))",
+    "phi**phi**phi**phi",
+    "+".join(["r"] * 250_000),
+    "(" * 500 + "r" + ")" * 500,
+    "1/0",
+    "0**-1",
+    "-" * 5000 + "r",
+    "(9**99)**99",
+)
 
 
 @pytest.mark.parametrize("text", MEANINGS, ids=lambda text: text[:24])

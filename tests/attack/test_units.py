@@ -1,4 +1,6 @@
-"""Functions of units for co-simulation refuse what an importer must not hand in, and crash on nothing."""
+"""Functions of units for co-simulation refuse what an importer must not hand in, and crash on
+nothing.
+"""
 
 from __future__ import annotations
 
@@ -41,10 +43,21 @@ def build_unit(version: str) -> tuple[Path, str]:
     """Return the library of a unit and the token of its description."""
     folder = Path(mkdtemp())
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(co_simulation, "PLATFORMS", {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(
+            co_simulation,
+            "PLATFORMS",
+            {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"},
+        )
         patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
-        record = answer("export", "fmu", str(machine_file("slider_crank")), "--fmi", version,
-                        "--out", str(folder / "unit.fmu"))  # fmt: skip
+        record = answer(
+            "export",
+            "fmu",
+            str(machine_file("slider_crank")),
+            "--fmi",
+            version,
+            "--out",
+            str(folder / "unit.fmu"),
+        )
     with ZipFile(folder / "unit.fmu") as packed:
         packed.extractall(folder)
     return next(folder.rglob("*.so")), record["token"]
@@ -62,10 +75,17 @@ def test_no_function_crashes_without_an_instance(version: str, prefix: str) -> N
     functions = list_functions(library, prefix)
     functions = [name for name in functions if not name.removeprefix(prefix).startswith(SPECIAL)]
     assert len(functions) >= 25
-    done = subprocess.run([sys.executable, "-c", CALL_ALL, str(library), *functions], capture_output=True, text=True,
-                          timeout=60, check=False)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", CALL_ALL, str(library), *functions],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
     assert done.returncode == 0, done
-    assert dict(line.split() for line in done.stdout.splitlines()) == dict.fromkeys(functions, str(ERROR))
+    assert dict(line.split() for line in done.stdout.splitlines()) == dict.fromkeys(
+        functions, str(ERROR)
+    )
 
 
 class Unit:
@@ -85,7 +105,9 @@ class Unit:
 
     def step(self, time: float, step: float) -> int:
         """Return the status of a step."""
-        status: int = self.library.fmi2DoStep(self.instance, ctypes.c_double(time), ctypes.c_double(step), 1)
+        status: int = self.library.fmi2DoStep(
+            self.instance, ctypes.c_double(time), ctypes.c_double(step), 1
+        )
         return status
 
     def close(self) -> None:
@@ -100,7 +122,9 @@ def unit() -> Iterator[Unit]:
 
 
 def test_steps_follow_each_other(unit: Unit) -> None:
-    assert [unit.step(i * 0.1, 0.1) for i in range(1000)] == [OK] * 1000  # i * 0.1 is not the sum of steps
+    assert [unit.step(i * 0.1, 0.1) for i in range(1000)] == [
+        OK
+    ] * 1000  # i * 0.1 is not the sum of steps
     assert unit.step(50.0, 0.1) == ERROR
     assert unit.step(100.0, float("nan")) == ERROR
     assert unit.step(100.0, -0.1) == ERROR
@@ -110,10 +134,13 @@ def test_steps_follow_each_other(unit: Unit) -> None:
 
 @share
 @given(
-    steps=st.lists(st.floats(1e-6, 10), min_size=1, max_size=8), start=st.floats(-10, 10),
+    steps=st.lists(st.floats(1e-6, 10), min_size=1, max_size=8),
+    start=st.floats(-10, 10),
     gap=st.sampled_from([0.0, 1e-3, -1e-3, 1.0, 1e9, float("inf"), float("nan")]),
-)  # fmt: skip
-def test_communication_point_that_does_not_follow_is_refused(steps: list[float], start: float, gap: float) -> None:
+)
+def test_communication_point_that_does_not_follow_is_refused(
+    steps: list[float], start: float, gap: float
+) -> None:
     unit, time = Unit(start), start
     for step in steps:
         assert unit.step(time, step) == OK
@@ -124,7 +151,9 @@ def test_communication_point_that_does_not_follow_is_refused(steps: list[float],
 
 def test_arrays_that_are_missing_are_refused(unit: Unit) -> None:
     for function in ("fmi2SetReal", "fmi2GetReal"):
-        assert getattr(unit.library, function)(unit.instance, None, ctypes.c_size_t(3), None) == ERROR
+        assert (
+            getattr(unit.library, function)(unit.instance, None, ctypes.c_size_t(3), None) == ERROR
+        )
         assert getattr(unit.library, function)(unit.instance, None, ctypes.c_size_t(0), None) == OK
     assert unit.library.fmi2GetFMUstate(unit.instance, None) == ERROR
     assert unit.library.fmi2Reset(unit.instance) == OK

@@ -6,7 +6,17 @@ import pytest
 import sympy as sp
 from sympy import Piecewise
 
-from derive.chain import BlockError, Chain, ChainError, Solve, Together, close_cases, ordered, solve_linear, solve_set
+from derive.chain import (
+    BlockError,
+    Chain,
+    ChainError,
+    Solve,
+    Together,
+    close_cases,
+    ordered,
+    solve_linear,
+    solve_set,
+)
 from derive.equations import ClaimError, Definition, Equation, by_claim, defining_equation
 from derive.model import Let, LinearSolve, System
 from derive.papers import wang2017
@@ -24,7 +34,9 @@ def equation(number: str, residual: sp.Expr, defines: Quantity | None = None) ->
 
 def test_matching_determines_the_order() -> None:
     chain = ordered(
-        [equation("sum", a + b - 3), equation("double", b - 2 * c), equation("given", c - k)], [a, b, c], [a]
+        [equation("sum", a + b - 3), equation("double", b - 2 * c), equation("given", c - k)],
+        [a, b, c],
+        [a],
     )
     assert [s.unknown for s in chain.order] == [c, b, a]
     assert [let.expr for let in chain.lets()] == [k, 2 * c, 3 - b]
@@ -38,19 +50,30 @@ def test_a_definition_is_never_solved_backwards() -> None:
 
 def test_unknown_is_solved_through_definitions() -> None:
     chain = ordered(
-        [equation("balance", b + c - 6), equation("b", b - a, b), equation("c", c - 2 * a, c)], [a, b, c], [c]
+        [equation("balance", b + c - 6), equation("b", b - a, b), equation("c", c - 2 * a, c)],
+        [a, b, c],
+        [c],
     )
-    assert [s.unknown for s in chain.order] == [a, b, c] or [s.unknown for s in chain.order] == [a, c]
+    assert [s.unknown for s in chain.order] == [a, b, c] or [s.unknown for s in chain.order] == [
+        a,
+        c,
+    ]
     assert chain.lets()[0].expr == 2
 
 
 def test_order_may_name_claims() -> None:
     equations = by_claim(
-        [defining_equation(MadeUpClaim.SUM, a, b + c), defining_equation(MadeUpClaim.SHARE.of(b), b, 2 * c)]
+        [
+            defining_equation(MadeUpClaim.SUM, a, b + c),
+            defining_equation(MadeUpClaim.SHARE.of(b), b, 2 * c),
+        ]
     )
     chain = Chain.of_claims(equations, [(MadeUpClaim.SHARE.of(b), c), (MadeUpClaim.SUM, a)])
     assert [(let.symbol, let.expr) for let in chain.lets()] == [(c, b / 2), (a, b + c)]
-    with pytest.raises(ClaimError, match="nothing here states ClaimOf 'made-up share c'; near it: ClaimOf 'made-up sh"):
+    with pytest.raises(
+        ClaimError,
+        match="nothing here states ClaimOf 'made-up share c'; near it: ClaimOf 'made-up sh",
+    ):
         Chain.of_claims(equations, [(MadeUpClaim.SHARE.of(c), c)])
 
 
@@ -80,7 +103,9 @@ def dependents(changed: set[str], system: System) -> set[str]:
     return changed
 
 
-@pytest.mark.parametrize(("number", "unknown"), [("5", "F_Ax"), ("8", "F_E"), ("18", "F_B1y"), ("14", "M_P")])
+@pytest.mark.parametrize(
+    ("number", "unknown"), [("5", "F_Ax"), ("8", "F_E"), ("18", "F_B1y"), ("14", "M_P")]
+)
 def test_edited_transcription_changes_a_single_step(number: str, unknown: str) -> None:
     original = wang2017.PAPER.equations[number]
     edited = equation(number, original.residual + q.m1 * q.g)
@@ -126,7 +151,8 @@ def test_the_smallest_closed_set_is_solved_together() -> None:
 
 def test_undetermined_unknowns_name_their_equations() -> None:
     with pytest.raises(
-        ChainError, match=r"1 equation is left for 2 unknowns \(a, b\).*a stands in sum; b stands in sum"
+        ChainError,
+        match=r"1 equation is left for 2 unknowns \(a, b\).*a stands in sum; b stands in sum",
     ):
         ordered([equation("sum", a + b - 3)], [a, b], [a])
 
@@ -140,7 +166,10 @@ def test_size_of_unknown_is_solved_by_cases() -> None:
             if isinstance(step, Let):
                 values[step.symbol] = step.expr.xreplace(values)
             elif isinstance(step, LinearSolve):
-                matrix, right = sp.Matrix(step.matrix).xreplace(values), sp.Matrix(step.right).xreplace(values)
+                matrix, right = (
+                    sp.Matrix(step.matrix).xreplace(values),
+                    sp.Matrix(step.right).xreplace(values),
+                )
                 values |= dict(zip(step.symbols, matrix.LUsolve(right), strict=True))
         assert float(values[a]) == pytest.approx(expected)
         assert float(values[b]) == pytest.approx(abs(expected) / 2)

@@ -1,4 +1,6 @@
-"""Laws of every order of solution: what it finds fulfils the equations, and each of them is spent once."""
+"""Laws of every order of solution: what it finds fulfils the equations, and each of them is spent
+once.
+"""
 
 import random
 from collections.abc import Callable, Iterable, Mapping
@@ -40,7 +42,10 @@ def after(steps: Iterable[Step], initial: Values) -> Values:
     for step in steps:
         assert set(step.needs) <= values.keys()
         if isinstance(step, LinearSolve):
-            matrix, right = sp.Matrix(step.matrix).xreplace(values), sp.Matrix(step.right).xreplace(values)
+            matrix, right = (
+                sp.Matrix(step.matrix).xreplace(values),
+                sp.Matrix(step.right).xreplace(values),
+            )
             values |= dict(zip(step.symbols, matrix.LUsolve(right), strict=True))
         else:
             assert isinstance(step, Let)
@@ -49,11 +54,15 @@ def after(steps: Iterable[Step], initial: Values) -> Values:
 
 
 def system(seed: int) -> list[Equation]:
-    """Linear equations in random order, of which some give an unknown by others, some are loops, some define."""
+    """Linear equations in random order, of which some give an unknown by others, some are loops,
+    some define.
+    """
     rng = random.Random(seed)
     equations, count = [], len(UNKNOWNS)
     for i, unknown in enumerate(UNKNOWNS):
-        neighbours = rng.sample(UNKNOWNS[:i], min(i, 2)) + rng.sample(UNKNOWNS, rng.choice((0, 0, 1)))
+        neighbours = rng.sample(UNKNOWNS[:i], min(i, 2)) + rng.sample(
+            UNKNOWNS, rng.choice((0, 0, 1))
+        )
         terms = [rng.choice((-3, -2, 2, 3)) * other for other in neighbours if other != unknown]
         residual = (count + 7) * unknown + sp.Add(*terms) - rng.randint(1, 9) * k
         equations.append(equation(f"e{i}", residual, unknown if rng.random() < 0.4 else None))
@@ -83,7 +92,11 @@ def test_order_ends_with_requested_unknown(seed: int) -> None:
 
 
 def test_definition_is_used_once() -> None:
-    equations = [equation("balance", b + c - 6), equation("b", b - a, b), equation("c", c - 2 * a, c)]
+    equations = [
+        equation("balance", b + c - 6),
+        equation("b", b - a, b),
+        equation("c", c - 2 * a, c),
+    ]
     chain = ordered(equations, [a, b, c], [b, c])
     assert chain.order[0] == Solve("balance", a, (("b", b), ("c", c)))
     assert chain.order[0].involved == chain.spent == {"balance", "b", "c"}
@@ -98,7 +111,8 @@ def test_a_balance_with_two_roots_behind_definitions_is_no_way() -> None:
 
 def test_underdetermined_error_names_equations() -> None:
     with pytest.raises(
-        ChainError, match=r"u0 stands in sum; u1 stands in sum, far; u2 stands in far; u3 stands in none$"
+        ChainError,
+        match=r"u0 stands in sum; u1 stands in sum, far; u2 stands in far; u3 stands in none$",
     ):
         ordered([equation("sum", a + b - 3), equation("far", b + c - 1)], [a, b, c, d], [a])
 
@@ -116,7 +130,9 @@ def test_sizes_are_solved_by_cases(find: Callable[[list[Equation], list[Quantity
 
 @pytest.mark.parametrize("seed", range(6))
 def test_solvable_unknowns_are_solved_and_others_assumed(seed: int) -> None:
-    """Two equations are missing, one is a product: the others still hold of what is found, whatever the rest is."""
+    """Two equations are missing, one is a product: the others still hold of what is found, whatever
+    the rest is.
+    """
     equations = [e for e in system(seed) if e.number not in ("e0", "e5")]
     equations.append(equation("product", a * UNKNOWNS[5] - k))
     chain = select_solvable(equations, UNKNOWNS)
@@ -148,16 +164,24 @@ def test_states_of_friction_are_counted(value: int, count: int) -> None:
 @pytest.mark.parametrize("values", [(3, 1), (-3, 1), (3, -7), (-2, -7)])
 def test_two_sizes_have_four_exclusive_cases(values: tuple[int, int]) -> None:
     equations = [equation("one", a + sp.Abs(b) / 3 - k), equation("two", b - sp.Abs(a) / 4 - c)]
-    solution = after(solve_set(equations, (a, b)), {k: sp.Integer(values[0]), c: sp.Integer(values[1])})
+    solution = after(
+        solve_set(equations, (a, b)), {k: sp.Integer(values[0]), c: sp.Integer(values[1])}
+    )
     assert [e.residual.xreplace(solution) for e in equations] == [0, 0]
     assert solution[friction_states(a)] == 1
 
 
 @pytest.mark.parametrize("load", [6, -6])
 def test_sign_of_unknown_decides_case(load: int) -> None:
-    """As the flanks of teeth do: ``b`` presses with another lever on either side; definitions are eliminated."""
+    """As the flanks of teeth do: ``b`` presses with another lever on either side; definitions are
+    eliminated.
+    """
     lever = switch(a, sp.Integer(2), sp.Integer(-3))
-    block = [equation("lever", b - a / lever, b), equation("sum", c - b, c), equation("load", a + c - k)]
+    block = [
+        equation("lever", b - a / lever, b),
+        equation("sum", c - b, c),
+        equation("load", a + c - k),
+    ]
     steps = solve_set(block, (a, b, c))
     values = after(steps, {k: sp.Integer(load)})
     assert [e.residual.xreplace(values) for e in block] == [0, 0, 0]
@@ -178,7 +202,10 @@ def test_too_many_sizes_are_refused() -> None:
 def test_matching_is_maximal() -> None:
     """Where an equation's only unknown is taken, the one that took it makes way."""
     equations = [equation("both", a + b), equation("first", a - k), equation("none", k - 1)]
-    assert {u: e.number for u, e in match_equations(equations, [a, b]).items()} == {a: "first", b: "both"}
+    assert {u: e.number for u, e in match_equations(equations, [a, b]).items()} == {
+        a: "first",
+        b: "both",
+    }
     assert {u: e.number for u, e in match_equations(equations[:1], [a, b]).items()} == {a: "both"}
 
 

@@ -1,4 +1,6 @@
-"""The order of elimination: what can be solved alone is, pivots hold their columns, zeros stay zeros."""
+"""The order of elimination: what can be solved alone is, pivots hold their columns, zeros stay
+zeros.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ def list_rows(pattern: Pattern) -> list[set[int]]:
 
 
 def count_entries(pattern: Pattern) -> int:
-    """Entries of the factors for any choice of the pivots' rows, eliminated from the first column to the last."""
+    """Entries of the factors for any choice of the pivots' rows, eliminated from the first column
+    to the last.
+    """
     filled = pattern.copy()
     for k in range(len(filled)):
         candidates = [k, *(k + 1 + np.flatnonzero(filled[k + 1 :, k]))]
@@ -49,8 +53,11 @@ def test_blocks_are_found_in_any_order(seed: int) -> None:
     rows, columns = order_elimination(list_rows(shuffled))
     ordered = shuffled[rows][:, columns]
     ends = np.cumsum([0, *(len(b) for b in _list_blocks(shuffled))])
-    below = [(i, j) for i, j in zip(*np.nonzero(ordered), strict=True)
-             if np.searchsorted(ends, i, side="right") > np.searchsorted(ends, j, side="right")]  # fmt: skip
+    below = [
+        (i, j)
+        for i, j in zip(*np.nonzero(ordered), strict=True)
+        if np.searchsorted(ends, i, side="right") > np.searchsorted(ends, j, side="right")
+    ]
     assert sorted(rows) == sorted(columns) == list(range(sum(blocks)))
     assert not below
     assert sorted(np.diff(ends)) == sorted(blocks)
@@ -58,11 +65,16 @@ def test_blocks_are_found_in_any_order(seed: int) -> None:
 
 
 def _list_blocks(pattern: Pattern) -> list[frozenset[int]]:
-    """Sets of unknowns that need each other, those that need most first, by powers of the incidence."""
+    """Sets of unknowns that need each other, those that need most first, by powers of the
+    incidence.
+    """
     pairs = match_rows(list_rows(pattern), range(len(pattern)))
     needs = pattern[[pairs[column] for column in range(len(pattern))]]
     reached = np.linalg.matrix_power(needs.astype(float), len(pattern)) > 0
-    sets = {frozenset(np.flatnonzero(row & reached[:, j]).tolist()): int(row.sum()) for j, row in enumerate(reached)}
+    sets = {
+        frozenset(np.flatnonzero(row & reached[:, j]).tolist()): int(row.sum())
+        for j, row in enumerate(reached)
+    }
     return sorted(sets, key=lambda block: -sets[block])
 
 
@@ -96,5 +108,7 @@ def test_reordered_set_has_the_same_solution() -> None:
     (step,) = solve_linear_set(residuals, unknowns, "own")
     assert isinstance(step, LinearSolve)
     assert step.pivot.name == "pivot_u0"
-    solution = dict(zip(step.symbols, sp.Matrix(step.matrix).LUsolve(sp.Matrix(step.right)), strict=True))
+    solution = dict(
+        zip(step.symbols, sp.Matrix(step.matrix).LUsolve(sp.Matrix(step.right)), strict=True)
+    )
     assert [solution[unknown] for unknown in unknowns] == list(matrix.LUsolve(right))

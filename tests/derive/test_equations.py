@@ -35,7 +35,9 @@ def test_claims_are_said_by_their_sentences() -> None:
     assert str(ClutchClaim.HEXAGON_SIDE) == "side of the hexagon that fits the polygon's width"
     assert str(MadeUpClaim.SHARE.of(a)) == f"made-up share {a}"
     assert str(Definition("gear ratio")) == "definition: gear ratio"
-    assert str(Balance("sun", "moment", "z", "frame", "O")) == "sun: moment along z of frame about O"
+    assert (
+        str(Balance("sun", "moment", "z", "frame", "O")) == "sun: moment along z of frame about O"
+    )
 
 
 def test_claims_are_equal_by_value() -> None:
@@ -58,12 +60,18 @@ def test_no_two_members_say_the_same(vocabulary: type[Claim]) -> None:
 
 @pytest.mark.parametrize("things", [(), ("P",), ("P", "x", "y")])
 def test_claim_family_checks_number_of_arguments(things: tuple[str, ...]) -> None:
-    with pytest.raises(ClaimError, match=f"'tooth force at {{}}, {{}}' has gaps for 2, not for {len(things)}"):
+    with pytest.raises(
+        ClaimError, match=f"'tooth force at {{}}, {{}}' has gaps for 2, not for {len(things)}"
+    ):
         PlantingClaim.TOOTH_FORCE.of(*things)
     assert str(PlantingClaim.TOOTH_FORCE.of("P", "x")) == "tooth force at P, x"
 
 
-KNOWN: dict[Claimed, int] = {MadeUpClaim.SUM: 1, MadeUpClaim.SHARE.of(a): 2, Balance("sun", "force", "x", "frame"): 3}
+KNOWN: dict[Claimed, int] = {
+    MadeUpClaim.SUM: 1,
+    MadeUpClaim.SHARE.of(a): 2,
+    Balance("sun", "force", "x", "frame"): 3,
+}
 
 
 def test_among_returns_value_of_a_claim() -> None:
@@ -71,7 +79,9 @@ def test_among_returns_value_of_a_claim() -> None:
 
 
 def test_unknown_claim_error_suggests_near_claims() -> None:
-    message = f"nothing here states ClaimOf 'made-up share {b}'; near it: .*ClaimOf 'made-up share {a}'"
+    message = (
+        f"nothing here states ClaimOf 'made-up share {b}'; near it: .*ClaimOf 'made-up share {a}'"
+    )
     with pytest.raises(ClaimError, match=message):
         find_claim(KNOWN, MadeUpClaim.SHARE.of(b))
     with pytest.raises(ClaimError, match="near it: Balance 'sun: force along x of frame'"):
@@ -82,7 +92,10 @@ def test_unknown_claim_error_suggests_near_claims() -> None:
 
 def test_sentences_and_families_are_not_claims() -> None:
     sentence: object = "made-up sum"
-    with pytest.raises(ClaimError, match="nothing here states str 'made-up sum'; near it: MadeUpClaim 'made-up sum'"):
+    with pytest.raises(
+        ClaimError,
+        match="nothing here states str 'made-up sum'; near it: MadeUpClaim 'made-up sum'",
+    ):
         find_claim(KNOWN, sentence)  # type: ignore[arg-type]
     with pytest.raises(ClaimError, match=r"MadeUpClaim 'made-up share \{\}'"):
         find_claim(KNOWN, MadeUpClaim.SHARE)

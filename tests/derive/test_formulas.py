@@ -1,4 +1,6 @@
-"""Formulas: what is stated is found by its claim, solved, followed to values; the example against its own geometry."""
+"""Formulas: what is stated is found by its claim, solved, followed to values; the example against
+its own geometry.
+"""
 
 import json
 from pathlib import Path
@@ -36,8 +38,14 @@ def disc() -> Formulas:
 
 
 def test_function_solves_in_the_requested_order() -> None:
-    form = disc().function("sizes", (q.r,), what(q.d), what(q.A), (OfDisc.NOT_LESS, q.p), gives=(q.p, q.A))
-    assert [(step.symbol, step.expr) for step in form.steps] == [(q.d, 2 * q.r), (q.A, 3 * q.d**2 / 4), (q.p, 3 * q.d)]
+    form = disc().function(
+        "sizes", (q.r,), what(q.d), what(q.A), (OfDisc.NOT_LESS, q.p), gives=(q.p, q.A)
+    )
+    assert [(step.symbol, step.expr) for step in form.steps] == [
+        (q.d, 2 * q.r),
+        (q.A, 3 * q.d**2 / 4),
+        (q.p, 3 * q.d),
+    ]
     assert form.steps[0].source == "derived: what d is"
     assert (form.outputs.name, form.outputs.quantities) == ("sizes_outputs", (q.p, q.A))
 
@@ -62,14 +70,20 @@ def test_unusable_claims_are_refused() -> None:
 
 def test_lacking_claims_remove_dependent_steps() -> None:
     stated = [e for e in disc().equations.values() if e.defines != q.d]
-    with pytest.raises(ClaimError, match="said to be lacking, but stated: 'the perimeter is not less than'"):
+    with pytest.raises(
+        ClaimError, match="said to be lacking, but stated: 'the perimeter is not less than'"
+    ):
         Formulas("all", stated, lacking=frozenset({OfDisc.NOT_LESS}))
-    without = Formulas("less", [e for e in stated if e.defines], lacking=frozenset({OfDisc.NOT_LESS}))
+    without = Formulas(
+        "less", [e for e in stated if e.defines], lacking=frozenset({OfDisc.NOT_LESS})
+    )
     assert without.steps((OfDisc.NOT_LESS, q.d), what(q.A)) == ()
 
 
 def test_the_ellipses_of_the_example_roll() -> None:
-    """Pitch radius from the sum of the focal distances; the mate's turn by quadrature of the ratio."""
+    """Pitch radius from the sum of the focal distances; the mate's turn by quadrature of the
+    ratio.
+    """
     code = own.array_code("elliptic_gears")
     A, k = 0.021, 0.3
 
@@ -85,12 +99,20 @@ def test_the_ellipses_of_the_example_roll() -> None:
 
 def test_example_paper_is_judged_by_the_formulas(tmp_path: Path) -> None:
     assert derive([str(own.EXAMPLES / "elliptic_gears.py"), "--out", str(tmp_path)]) == 0
-    judged = {e["equation"]: e for e in json.loads((tmp_path / "audit.json").read_text())["equations"]}
-    assert {n: e["verdict"] for n, e in judged.items()} == {"1": "confirmed", "2": "misprint", "3": "confirmed"}
+    judged = {
+        e["equation"]: e for e in json.loads((tmp_path / "audit.json").read_text())["equations"]
+    }
+    assert {n: e["verdict"] for n, e in judged.items()} == {
+        "1": "confirmed",
+        "2": "misprint",
+        "3": "confirmed",
+    }
     assert "sign of r" in judged["2"]["correction"]
 
 
 def test_values_without_section_are_not_displayed() -> None:
     text = "a | mm | length | 3\n b | 1 | share"
     assert [s.shown for s in quantities(text).values()] == ["values.a_mm", "values.b"]
-    assert [(s.shown, s.source) for s in quantities(text, "a paper", section="").values()] == [("", "a paper")] * 2
+    assert [(s.shown, s.source) for s in quantities(text, "a paper", section="").values()] == [
+        ("", "a paper")
+    ] * 2

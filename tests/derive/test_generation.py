@@ -1,4 +1,6 @@
-"""What `python -m derive WHAT` makes of files of a user's own: what they may offer, and what is said of bad ones."""
+"""What `python -m derive WHAT` makes of files of a user's own: what they may offer, and what is
+said of bad ones.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +97,13 @@ def registries() -> Iterator[None]:
     for registry, before in ((FAMILIES, families), (_RESERVED, reserved)):
         registry.clear()
         registry.update(before)
-    for name in ("lengths", "derive_own_lever", "derive_own_lengths", "derive_own_curve", "derive_own_plain"):
+    for name in (
+        "lengths",
+        "derive_own_lever",
+        "derive_own_lengths",
+        "derive_own_curve",
+        "derive_own_plain",
+    ):
         sys.modules.pop(name, None)
 
 
@@ -116,7 +124,12 @@ def test_file_may_import_a_neighbour(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main([str(folder / "lever.py")]) == 0
     assert sys.path == path
     assert names(folder / "generated") == {
-        "__init__.py", "array/__init__.py", "array/lever.py", "lever.py", "lever.json"}  # fmt: skip
+        "__init__.py",
+        "array/__init__.py",
+        "array/lever.py",
+        "lever.py",
+        "lever.json",
+    }
     assert "5 files" in capsys.readouterr().out
     assert generated.module("array/lever", folder / "generated").turning(np, 0.5, 30.0) == (15.0,)
     assert float(generated.module("lever", folder / "generated").turning()(0.5, 30.0)) == 15.0
@@ -128,12 +141,19 @@ def test_folder_with_system_family_and_target(tmp_path: Path) -> None:
     assert main([str(folder), "--out", str(tmp_path / "out")]) == 0
     file_names = names(tmp_path / "out")
     assert {
-        f"{place}{name}.py" for place in ("", "array/", "plain/") for name in ("lever", "curve_exponential")
+        f"{place}{name}.py"
+        for place in ("", "array/", "plain/")
+        for name in ("lever", "curve_exponential")
     } < file_names
     assert {"lever.json", "curve_exponential.json", "plain/__init__.py"} < file_names
     assert not (folder / "generated").exists()
     assert generated.module("plain/lever", tmp_path / "out").turning(0.5, 30.0) == (15.0,)
-    assert json.loads((tmp_path / "out" / "curve_exponential.json").read_text())["parameters"][1]["name"] == "b"
+    assert (
+        json.loads((tmp_path / "out" / "curve_exponential.json").read_text())["parameters"][1][
+            "name"
+        ]
+        == "b"
+    )
 
 
 def test_other_files_of_the_folder_are_untouched(tmp_path: Path) -> None:
@@ -144,18 +164,24 @@ def test_other_files_of_the_folder_are_untouched(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
 
 
-def test_reserved_name_of_user_target_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_reserved_name_of_user_target_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     lever = LEVER.replace('"force", "N"', '"math", "N"')
     folder = written(tmp_path / "own", lever=lever, lengths=LENGTHS, plain=TARGET)
     assert main([str(folder / "lever.py")]) == 0
     assert main([str(folder)]) == 2
-    assert "math: generated plain code needs that name; write math_, or another" in capsys.readouterr().err
+    assert (
+        "math: generated plain code needs that name; write math_, or another"
+        in capsys.readouterr().err
+    )
 
 
 BAD = {
     "a refused name": (
         LEVER.replace('"moment", "N m"', '"lambda", "N m"'),
-        "lever.py, line 6: ValueError: quantity lambda: the name is a word of Python; write lambda_, or another",
+        "lever.py, line 6: ValueError: quantity lambda: the name is a word of Python; write "
+        "lambda_, or another",
     ),
     "a name that a target needs": (
         LEVER.replace('"moment", "N m"', '"vertcat", "N m"'),
@@ -166,19 +192,33 @@ BAD = {
         "lever.py, line 11: ValueError: turning: moment needs force, which nothing gives",
     ),
     "no Python": ("def lever(:\n", "lever.py, line 1: SyntaxError: invalid syntax"),
-    "a missing module": ("import not_there\n", "lever.py, line 1: ModuleNotFoundError: No module named 'not_there'"),
-    "no model": ("SYSTEMS = ('lever',)\n", "SYSTEMS and SYSTEM offer models, and 'lever' is not a System"),
+    "a missing module": (
+        "import not_there\n",
+        "lever.py, line 1: ModuleNotFoundError: No module named 'not_there'",
+    ),
+    "no model": (
+        "SYSTEMS = ('lever',)\n",
+        "SYSTEMS and SYSTEM offer models, and 'lever' is not a System",
+    ),
     "nothing": ("x = 1\n", "nothing to derive in it; a file offers SYSTEMS"),
     "what nobody can write": (
-        LEVER.replace("arm * force", "arm * force * __import__('sympy').gamma(2 * force / force + arm / arm + force)"),
+        LEVER.replace(
+            "arm * force",
+            "arm * force * __import__('sympy').gamma(2 * force / force + arm / arm + force)",
+        ),
         "UnsupportedNode: gamma cannot be written",
     ),
-    "two of one name": (LEVER.replace("(lever,)", "(lever, lever)"), "two models or families are called lever"),
+    "two of one name": (
+        LEVER.replace("(lever,)", "(lever, lever)"),
+        "two models or families are called lever",
+    ),
 }
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_file_error_names_the_line(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_file_error_names_the_line(
+    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     text, sentence = BAD[case]
     folder = written(tmp_path / "own", lever=text, lengths=LENGTHS)
     assert main([str(folder / "lever.py")]) == 2
@@ -189,7 +229,9 @@ def test_bad_file_error_names_the_line(case: str, tmp_path: Path, capsys: pytest
     assert not (folder / "generated").exists()
 
 
-def test_helper_error_names_helper_and_caller(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_helper_error_names_helper_and_caller(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = written(tmp_path / "own", lever=LEVER, lengths="1 / 0\n")
     assert main([str(folder / "lever.py")]) == 2
     first, *rest = capsys.readouterr().err.splitlines()
@@ -207,27 +249,39 @@ def test_missing_file_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
 def process(*arguments: str, path: Path) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"PYTHONPATH": str(path)}
     command = [sys.executable, "-m", "derive", *arguments]
-    return subprocess.run(command, env=environment, cwd=path, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        command, env=environment, cwd=path, capture_output=True, text=True, check=False
+    )
 
 
 def test_help_warns_of_execution_and_needs_no_sympy(tmp_path: Path) -> None:
-    (tmp_path / "sympy.py").write_text("raise ModuleNotFoundError('No module named sympy', name='sympy')\n")
+    (tmp_path / "sympy.py").write_text(
+        "raise ModuleNotFoundError('No module named sympy', name='sympy')\n"
+    )
     done = process("--help", path=tmp_path)
     assert done.returncode == 0
     assert "is run as Python" in " ".join(done.stdout.split())
     done = process("lever.py", path=tmp_path)
     assert done.returncode == 2
-    assert done.stderr == "deriving needs sympy, which is not installed: pip install 'planter[derive]'\n"
+    assert (
+        done.stderr
+        == "deriving needs sympy, which is not installed: pip install 'planter[derive]'\n"
+    )
 
 
 def test_installed_package_adds_a_system(tmp_path: Path) -> None:
-    package = written(tmp_path / "lever_package", lever=LEVER.replace("from lengths", "from lever_package.lengths"),
-                      lengths=LENGTHS, plain=TARGET)  # fmt: skip
+    package = written(
+        tmp_path / "lever_package",
+        lever=LEVER.replace("from lengths", "from lever_package.lengths"),
+        lengths=LENGTHS,
+        plain=TARGET,
+    )
     installed = tmp_path / "lever_package-1.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: lever_package\nVersion: 1\n")
     (installed / "entry_points.txt").write_text(
-        "[derive.systems]\nlever = lever_package.lever\n[derive.targets]\nplain = lever_package.plain\n"
+        "[derive.systems]\nlever = lever_package.lever\n[derive.targets]\nplain = "
+        "lever_package.plain\n"
     )
     done = process("lever", path=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -246,7 +300,9 @@ def test_the_built_in_run_asks_no_installed_package(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(generation, "find_entry_points", refused)
     monkeypatch.setattr(generation, "derive_models", lambda rooms: [])
     monkeypatch.setattr(generation, "FAMILIES", {})
-    assert generation.derive_code() == {"__init__.py": '"""Generated by `python -m derive`; do not edit."""\n'}
+    assert generation.derive_code() == {
+        "__init__.py": '"""Generated by `python -m derive`; do not edit."""\n'
+    }
     with pytest.raises(AssertionError, match=r"asked for \('derive.targets',\)"):
         generation.derive_user_code("lever")
 
@@ -257,6 +313,10 @@ def test_user_paper_is_audited(factor: str, verdict: str, tmp_path: Path) -> Non
     paper_file.write_text(centrifuge.TEXT.replace("WEIGHT", factor))
     assert main([str(paper_file)]) == 0
     written = tmp_path / "generated"
-    assert {path.name for path in written.glob("[!.]*")} == {"audit.json", "audit_mathml.json", "AUDIT.md"}
+    assert {path.name for path in written.glob("[!.]*")} == {
+        "audit.json",
+        "audit_mathml.json",
+        "AUDIT.md",
+    }
     first, second = json.loads((written / "audit.json").read_text())["equations"]
     assert (first["verdict"], second["verdict"]) == (verdict, "confirmed")

@@ -1,4 +1,6 @@
-"""What a result feels: internal forces that cancel, sides that do, and tampered ones that do not."""
+"""What a result feels: internal forces that cancel, sides that do, and tampered ones that do
+not.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,21 @@ def quantity(name: str) -> Quantity:
 
 
 phi, arm, load, tension, size, above, below, turned, rate, slack, total, part = map(
-    quantity, ("phi", "arm", "load", "tension", "size", "above", "below", "turned", "rate", "slack", "total", "part")
+    quantity,
+    (
+        "phi",
+        "arm",
+        "load",
+        "tension",
+        "size",
+        "above",
+        "below",
+        "turned",
+        "rate",
+        "slack",
+        "total",
+        "part",
+    ),
 )
 LAW = OpenVector("law", "numbers of a law", {}, sized_by=("turn", "law"))
 TURN = RuntimeFunction("turn", "laws", ("angle", "law"), ("turned", "rate", "slack"))
@@ -31,16 +47,27 @@ COSINE = cos(phi)
 
 
 def lane(reaction: int = 1, side: sp.Expr = COSINE, total_of: sp.Expr | None = None) -> Lane:
-    """Two bodies that pull at each other, one carried round by the arm: the pull cancels, and so do the sides' arms."""
+    """Two bodies that pull at each other, one carried round by the arm: the pull cancels, and so do
+    the sides' arms.
+    """
     steps = (
         Call((turned, rate, slack), TURN, phi, (LAW,), "test"),
         Let(tension, load * slack / size, "test"),
-        Let(above, tension + rate * sin(turned) ** 2 + rate * cos(turned) ** 2 + arm * side, "test"),
+        Let(
+            above, tension + rate * sin(turned) ** 2 + rate * cos(turned) ** 2 + arm * side, "test"
+        ),
         Let(below, -reaction * tension + load, "test"),
     )
     sum_of_sides = above + below + twin(above) + twin(below) if total_of is None else total_of
     shared = Shared(twin, (Let(total, sum_of_sides, "test"),), Vector("totals", (total,)))
-    return Lane(phi, (Vector("sizes", (arm, load, size)), LAW), steps, Vector("side", (above, below)), (), shared)
+    return Lane(
+        phi,
+        (Vector("sizes", (arm, load, size)), LAW),
+        steps,
+        Vector("side", (above, below)),
+        (),
+        shared,
+    )
 
 
 def influence(lane_: Lane) -> Influence:

@@ -36,11 +36,16 @@ def machine(tmp_path: Path) -> MachineFile:
 def test_numbers_are_in_si_to_the_working_precision(machine: MachineFile) -> None:
     with mpmath.workdps(40):
         expected = {
-            "carrier.speed_rpm": mpmath.pi, "carrier.speed_deg_per_s": mpmath.pi, "carrier.radius_mm": mpf("1e-4"),
-            "carrier.reach_mm[1]": mpf("2.5e-3"), "carrier.gravity_m_s2": mpf("9.81"),
-            "carrier.travel_mm_s": mpf("0.04"), "carrier.modulus_GPa": mpf("2.1e11"), "carrier.ratio": mpf("0.1"),
+            "carrier.speed_rpm": mpmath.pi,
+            "carrier.speed_deg_per_s": mpmath.pi,
+            "carrier.radius_mm": mpf("1e-4"),
+            "carrier.reach_mm[1]": mpf("2.5e-3"),
+            "carrier.gravity_m_s2": mpf("9.81"),
+            "carrier.travel_mm_s": mpf("0.04"),
+            "carrier.modulus_GPa": mpf("2.1e11"),
+            "carrier.ratio": mpf("0.1"),
             "pose[0].phi_deg": mpmath.pi / 2,
-        }  # fmt: skip
+        }
         for place, value in expected.items():
             assert abs(machine.si(place) - value) <= mpf(10) ** -38 * value, place
         assert abs(machine.si("carrier.ratio") - mpf(0.1)) > mpf(10) ** -20

@@ -1,4 +1,6 @@
-"""Every symbol of every system has unit, meaning and source, and every step has the dimension of what it defines."""
+"""Every symbol of every system has unit, meaning and source, and every step has the dimension of
+what it defines.
+"""
 
 import pytest
 import sympy as sp
@@ -15,20 +17,31 @@ from tests.support.late import LateDict
 SYSTEMS = LateDict(
     lambda: {
         model.name: model
-        for model in derive_models((*import_modules(gearing), *import_modules(systems), *import_modules(papers)))
+        for model in derive_models(
+            (*import_modules(gearing), *import_modules(systems), *import_modules(papers))
+        )
     }
 )
-NAMES = sorted(p.stem for p in GENERATED.glob("*.json") if not p.stem.startswith(("audit", "curve_")))
+NAMES = sorted(
+    p.stem for p in GENERATED.glob("*.json") if not p.stem.startswith(("audit", "curve_"))
+)
 """Of the systems, as they are in `generated/`."""
 
 
 def symbols(system: System) -> set[sp.Symbol]:
-    used = {s for step in system.steps for e in list_expressions(step) for s in e.free_symbols | set(step.defines)}
+    used = {
+        s
+        for step in system.steps
+        for e in list_expressions(step)
+        for s in e.free_symbols | set(step.defines)
+    }
     return used.union(*map(join_entries, system.inputs))
 
 
 def undescribed(symbols_: set[sp.Symbol]) -> list[str]:
-    described = (s for s in symbols_ if isinstance(s, Quantity) and s.unit and s.meaning and s.source)
+    described = (
+        s for s in symbols_ if isinstance(s, Quantity) and s.unit and s.meaning and s.source
+    )
     return sorted(str(s) for s in symbols_ - set(described))
 
 
@@ -42,7 +55,9 @@ def test_every_system_is_looked_at() -> None:
 
 
 def test_a_bare_symbol_is_noticed() -> None:
-    assert undescribed({*symbols(SYSTEMS["planting_exact"]), sp.Symbol("stranger", real=True)}) == ["stranger"]
+    assert undescribed({*symbols(SYSTEMS["planting_exact"]), sp.Symbol("stranger", real=True)}) == [
+        "stranger"
+    ]
 
 
 def test_a_quantity_without_meaning_is_refused() -> None:
@@ -67,7 +82,9 @@ def test_steps_have_the_dimension_of_their_symbol(name: str) -> None:
 
 
 def test_equations_7_and_31_of_wang2017_mix_dimensions() -> None:
-    """One prints a rate where an acceleration has to stand, the other adds a force to the square of one."""
+    """One prints a rate where an acceleration has to stand, the other adds a force to the square of
+    one.
+    """
     mixed = []
     for number, equation in wang2017.PAPER.equations.items():
         try:
@@ -78,7 +95,9 @@ def test_equations_7_and_31_of_wang2017_mix_dimensions() -> None:
 
 
 def test_equal_names_with_two_units_are_two_quantities() -> None:
-    """SymPy remembers products; one paper's symbol must not come back for another's of the same name."""
+    """SymPy remembers products; one paper's symbol must not come back for another's of the same
+    name.
+    """
     length, number = Quantity("zz", "m", "test", "test"), Quantity("zz", "1", "test", "test")
     assert dimension(2 * length) == of_unit("m")
     assert dimension(2 * number) == of_unit("1")

@@ -1,4 +1,6 @@
-"""A mechanism of a user's own, derived as a process: its code against the textbook and against its own energy."""
+"""A mechanism of a user's own, derived as a process: its code against the textbook and against its
+own energy.
+"""
 
 import json
 import shutil
@@ -20,7 +22,15 @@ EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "slider_crank.py"
 PHI = np.linspace(0, 2 * np.pi, 721)
 BARE = {"e_mm": 0.0, "g_m_s2": 0.0, "mu": 0.0, "k_N_m": 0.0, "p_0_N_m2": 0.0}
 """Nothing but inertia, the guide through the crank's axis."""
-OWN = {"omega_rpm": 105.0, "r_mm": 30.0, "l_mm": 110.0, "c_mm": 40.0, "m_r_kg": 0.7, "J_kg_m2": 0.0009, "m_s_kg": 1.3}
+OWN = {
+    "omega_rpm": 105.0,
+    "r_mm": 30.0,
+    "l_mm": 110.0,
+    "c_mm": 40.0,
+    "m_r_kg": 0.7,
+    "J_kg_m2": 0.0009,
+    "m_s_kg": 1.3,
+}
 R, L, C, M_ROD, J, M, OMEGA = 0.03, 0.11, 0.04, 0.7, 0.0009, 1.3, 105 * np.pi / 30
 
 
@@ -29,7 +39,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What `python -m derive FILE` writes beside a file, run from elsewhere."""
     place = tmp_path_factory.mktemp("own")
     file = shutil.copy(EXAMPLE, place)
-    done = subprocess.run([sys.executable, "-m", "derive", file], cwd="/", capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "derive", file], cwd="/", capture_output=True, text=True, check=True
+    )
     assert done.stdout == f"{place / 'generated'}/: 6 files of {file}\n"
     return place / "generated"
 
@@ -39,9 +51,15 @@ def model(folder: Path, **values: float) -> Model:
 
 
 def place_and_acceleration() -> tuple[np.ndarray, np.ndarray]:
-    """Of the slider: x = r cos(phi) + sqrt(L^2 - r^2 sin^2(phi)), differentiated twice by hand (any mechanics text)."""
+    """Of the slider: x = r cos(phi) + sqrt(L^2 - r^2 sin^2(phi)), differentiated twice by hand (any
+    mechanics text).
+    """
     root = np.sqrt(L**2 - (R * np.sin(PHI)) ** 2)
-    bend = -R * np.cos(PHI) - R**2 * np.cos(2 * PHI) / root - (R**2 * np.sin(2 * PHI)) ** 2 / (4 * root**3)
+    bend = (
+        -R * np.cos(PHI)
+        - R**2 * np.cos(2 * PHI) / root
+        - (R**2 * np.sin(2 * PHI)) ** 2 / (4 * root**3)
+    )
     return R * np.cos(PHI) + root, OMEGA**2 * bend
 
 
@@ -58,24 +76,36 @@ def test_a_heavier_slider_is_noticed(folder: Path) -> None:
 
 
 def test_motor_power_balances_energy(folder: Path) -> None:
-    """Torque is the slope of the kinetic energy over the crank angle: no gravity, no friction; complex steps."""
+    """Torque is the slope of the kinetic energy over the crank angle: no gravity, no friction;
+    complex steps.
+    """
 
     def energy(phi: np.ndarray) -> np.ndarray:
         psi = np.arcsin(R / L * np.sin(phi))
         turned = R / L * np.cos(phi) / np.cos(psi) * OMEGA
         slider = -R * OMEGA * np.sin(phi) - L * np.sin(psi) * turned
-        rod = (-R * OMEGA * np.sin(phi) - C * np.sin(psi) * turned, R * OMEGA * np.cos(phi) - C * np.cos(psi) * turned)
+        rod = (
+            -R * OMEGA * np.sin(phi) - C * np.sin(psi) * turned,
+            R * OMEGA * np.cos(phi) - C * np.cos(psi) * turned,
+        )
         return (M * slider**2 + M_ROD * (rod[0] ** 2 + rod[1] ** 2) + J * turned**2) / 2
 
     outputs = model(folder, **BARE, **OWN)(PHI)
-    assert outputs["M_in"] == pytest.approx(np.imag(energy(PHI + 1e-30j)) / 1e-30, rel=1e-11, abs=1e-12)
+    assert outputs["M_in"] == pytest.approx(
+        np.imag(energy(PHI + 1e-30j)) / 1e-30, rel=1e-11, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.4])
 def test_friction_follows_both_signs_of_the_guides_force(folder: Path, friction: float) -> None:
-    """The slider's balance, with Coulomb's law typed by hand; the fast one is pressed to either side of the guide."""
+    """The slider's balance, with Coulomb's law typed by hand; the fast one is pressed to either
+    side of the guide.
+    """
     outputs = model(folder, mu=friction, omega_rpm=900.0)(PHI)
-    normal, tangential = outputs["N_guide"], outputs["F_Bx"] + outputs["F_gas"] + outputs["F_spring"]
+    normal, tangential = (
+        outputs["N_guide"],
+        outputs["F_Bx"] + outputs["F_gas"] + outputs["F_spring"],
+    )
     assert normal.min() < 0 < normal.max()
     drag = -friction * np.abs(normal) * np.where(outputs["v_guide"] >= 0, 1, -1)
     assert tangential + drag == pytest.approx(1.5 * outputs["s_ddot"], abs=1e-9)
@@ -85,9 +115,11 @@ def test_friction_follows_both_signs_of_the_guides_force(folder: Path, friction:
 def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) -> None:
     outputs = compute_cycle(model(folder, mu=0.2, omega_rpm=700.0), 90).result
     assert {law.law.partition(",")[0] for law in outputs.laws} >= {
-        "power of all forces and of inertia", "rate of angular momentum less outer moments",
-        "virtual work where phi alone moves", "virtual work where beta alone moves",
-    }  # fmt: skip
+        "power of all forces and of inertia",
+        "rate of angular momentum less outer moments",
+        "virtual work where phi alone moves",
+        "virtual work where beta alone moves",
+    }
     assert max(law.violation for law in outputs.laws) < 1e-9
     assert outputs.work["M_in_J"] == pytest.approx(outputs.work["guide_J"], rel=1e-9)
     assert outputs.work["guide_J"] > 0.1
@@ -97,20 +129,37 @@ def test_the_casadi_module_builds_and_agrees_with_the_arrays(folder: Path) -> No
     arrays, derived_model = generated.module("array/slider_crank", folder), model(folder)
     data = derived_model.machine.data
     outputs = arrays.lane(
-        np, PHI, data, MachineResponse(derived_model.machine).coordinates(data, PHI), arrays.prologue(np, data)
+        np,
+        PHI,
+        data,
+        MachineResponse(derived_model.machine).coordinates(data, PHI),
+        arrays.prologue(np, data),
     )
     by_casadi = derived_model(PHI)
     for quantity, values in zip(derived_model.machine.quantities, outputs, strict=True):
-        assert by_casadi[quantity.name] == pytest.approx(values + 0 * PHI, rel=1e-10, abs=1e-10), quantity.name
+        assert by_casadi[quantity.name] == pytest.approx(values + 0 * PHI, rel=1e-10, abs=1e-10), (
+            quantity.name
+        )
 
 
 def test_single_side_module_has_no_composed_functions(folder: Path) -> None:
     described = json.loads((folder / "slider_crank.json").read_text())
-    assert list(described["functions"]) == ["prologue", "lane", "events", "assembly", "closure", "places"]
+    assert list(described["functions"]) == [
+        "prologue",
+        "lane",
+        "events",
+        "assembly",
+        "closure",
+        "places",
+    ]
     assert list(described["vectors"]) == ["data", "loops", "outputs", "start", "gaps", "places"]
     assert "callables" not in described
     for text in (path.read_text() for path in folder.rglob("slider_crank.py")):
-        assert not [word for word in ("side", "stage", "frame(", "None") if word in text.replace("outside", "")]
+        assert not [
+            word
+            for word in ("side", "stage", "frame(", "None")
+            if word in text.replace("outside", "")
+        ]
 
 
 def test_changed_written_file_is_noticed(folder: Path) -> None:

@@ -1,4 +1,6 @@
-"""Derivatives in one pass against those of SymPy, on every kind of expression that a mechanism may hold."""
+"""Derivatives in one pass against those of SymPy, on every kind of expression that a mechanism may
+hold.
+"""
 
 import pytest
 import sympy as sp
@@ -7,9 +9,17 @@ from derive.functions import directional_derivative, partial_derivative, switch
 
 x, y, z = sp.symbols("x y z", real=True)
 EXPRESSIONS = [
-    sp.Integer(3), z, x * y * z, (x + 2 * y) ** 3 / sp.sqrt(1 + x**2), sp.sin(x * y) * sp.cos(x - y) + sp.exp(x / 3),
-    sp.atan2(y, 1 + x**2), x ** (1 + y**2), switch(x - y, x**2, sp.sin(y)), sp.Abs(x + y) * x, sp.log(2 + x**2) ** -2,
-]  # fmt: skip
+    sp.Integer(3),
+    z,
+    x * y * z,
+    (x + 2 * y) ** 3 / sp.sqrt(1 + x**2),
+    sp.sin(x * y) * sp.cos(x - y) + sp.exp(x / 3),
+    sp.atan2(y, 1 + x**2),
+    x ** (1 + y**2),
+    switch(x - y, x**2, sp.sin(y)),
+    sp.Abs(x + y) * x,
+    sp.log(2 + x**2) ** -2,
+]
 
 
 @pytest.mark.parametrize("expr", EXPRESSIONS, ids=str)

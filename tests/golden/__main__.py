@@ -1,4 +1,6 @@
-"""Renew the record and print what differs: `python -m tests.golden [short|long|NAME ...]`, all commands by default."""
+"""Renew the record and print what differs: `python -m tests.golden [short|long|NAME ...]`, all
+commands by default.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ from tests.golden import record
 
 
 def renew(names: list[str]) -> None:
-    """Write the entries of these commands to kept.json, and print each line that differs from the record."""
+    """Write the entries of these commands to kept.json, and print each line that differs from the
+    record.
+    """
     recorded = record.read_kept()
     commands = record.list_commands(is_long=False) | record.list_commands(is_long=True)
     for name in names:
@@ -26,7 +30,10 @@ def renew(names: list[str]) -> None:
 
 def select(words: list[str]) -> list[str]:
     """Return the names of the commands that these words select."""
-    groups = {"short": [*record.list_commands(is_long=False)], "long": [*record.list_commands(is_long=True)]}
+    groups = {
+        "short": [*record.list_commands(is_long=False)],
+        "long": [*record.list_commands(is_long=True)],
+    }
     return [name for word in words or groups for name in groups.get(word, [word])]
 
 

@@ -1,7 +1,8 @@
-"""What is kept of a command's result and files: every number, long lists by their length and weighted sums.
+"""What is kept of a command's result and files: every number, long lists by their length and
+weighted sums.
 
-Sentences are left out, which may be reworded: keys, numbers, truth values and words without a space count. Source
-texts and drawings count by the byte.
+Sentences are left out, which may be reworded: keys, numbers, truth values and words without a space
+count. Source texts and drawings count by the byte.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ RELATIVE = 1e-12
 """How far numbers may stray, in parts of the largest of their list."""
 LONG = 6
 """Lists of more numbers are kept as sums."""
-TIMED = re.compile(r"(seconds|elapsed|version|_s_per_|files|folder|source|path)(\.|\[|$)|\.planter\.json")
+TIMED = re.compile(
+    r"(seconds|elapsed|version|_s_per_|files|folder|source|path)(\.|\[|$)|\.planter\.json"
+)
 """Entries that say when, by what and where, not what."""
 NUMBER = re.compile(r"[-+]?\d+(\.\d*)?(e[-+]?\d+)?")
 TEXTS = {".c", ".h", ".dxf"}
@@ -78,7 +81,9 @@ def evaluate(words: Sequence[str], folder: Path) -> Entries:
 
 
 def flatten(result: object, folder: Path) -> Entries:
-    """Return the entries of a command's JSON object and of the files that it wrote into a folder."""
+    """Return the entries of a command's JSON object and of the files that it wrote into a
+    folder.
+    """
     entries = dict(_leaves("", result))
     for file in sorted(path for path in folder.rglob("*") if path.is_file()):
         name = f"{file.relative_to(folder).as_posix()}"
@@ -103,7 +108,11 @@ def compare(recorded: Entries, entries: Entries, tolerances: Tolerances) -> list
 
 def _is_same(before: Any, now: Any, relative: float) -> bool:
     if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
-        return bool(np.allclose(before, now, rtol=relative, atol=relative * max(map(abs, before), default=0.0)))
+        return bool(
+            np.allclose(
+                before, now, rtol=relative, atol=relative * max(map(abs, before), default=0.0)
+            )
+        )
     if _is_number(before) and _is_number(now):
         return bool(np.isclose(before, now, rtol=relative, atol=relative))
     return bool(before == now)
@@ -144,7 +153,9 @@ def _columns(name: str, file: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _sums(numbers: Sequence[float]) -> list[float]:
-    """Return a list as it is if it is short, else its length, largest size, and three sums that tell orders apart."""
+    """Return a list as it is if it is short, else its length, largest size, and three sums that
+    tell orders apart.
+    """
     if len(numbers) <= LONG:
         return list(numbers)
     x = np.array(numbers, dtype=float)

@@ -1,4 +1,6 @@
-"""Every command gives the numbers of the record; `python -m tests.golden` renews it and prints what differs."""
+"""Every command gives the numbers of the record; `python -m tests.golden` renews it and prints what
+differs.
+"""
 
 import re
 from pathlib import Path
@@ -12,7 +14,9 @@ KEPT, TOLERANCES = record.read_kept(), record.read_tolerances()
 
 
 @pytest.mark.usefixtures("blank_figures")
-@pytest.mark.parametrize("name", [*SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in LONG)])
+@pytest.mark.parametrize(
+    "name", [*SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in LONG)]
+)
 def test_command_gives_the_recorded_numbers(name: str, tmp_path: Path) -> None:
     entries = record.evaluate((SHORT | LONG)[name], tmp_path)
     assert not record.compare(KEPT[name], entries, TOLERANCES.get(name, {}))

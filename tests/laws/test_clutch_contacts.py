@@ -1,4 +1,6 @@
-"""Laws of the clutches' contacts, on the generated array code alone: virtual work, power, conservation, the linkage."""
+"""Laws of the clutches' contacts, on the generated array code alone: virtual work, power,
+conservation, the linkage.
+"""
 
 from __future__ import annotations
 
@@ -17,15 +19,37 @@ from tests.support.structure import ROOT
 
 Values = dict[str, Any]
 MODELS = ("clutch_motion", "clutch_contact_reuleaux", "clutch_contact_dog")
-CONTACTS = {"tooth": (MODELS[1], 5), "side": (MODELS[1], 6), "jaw": (MODELS[2], 4), "fit": (MODELS[2], 1),
-            "bearing": (MODELS[0], 1), "linkage": (MODELS[0], 1)}  # fmt: skip
+CONTACTS = {
+    "tooth": (MODELS[1], 5),
+    "side": (MODELS[1], 6),
+    "jaw": (MODELS[2], 4),
+    "fit": (MODELS[2], 1),
+    "bearing": (MODELS[0], 1),
+    "linkage": (MODELS[0], 1),
+}
 PLACES = ("x", "y", "way", "output", "shaft_x", "shaft_y", "angle", "pushed")
 SIZES: Values = {
-    "stiffness": 2e9, "dissipation": 9.0, "friction": 0.2, "slip_speed": 1e-4, "least_depth": 1e-30, "core": 1e-9,
-    "tip": 0.0096, "root": 0.0104, "apothem": 0.0093, "fillet": 0.0031, "width": 0.027, "hole": 0.01365,
-    "travel": 0.004, "taper": 0.3, "jaws": 4, "radius": 0.012, "backlash": 0.0011, "edge": 6e-4, "depth": 3e-3,
+    "stiffness": 2e9,
+    "dissipation": 9.0,
+    "friction": 0.2,
+    "slip_speed": 1e-4,
+    "least_depth": 1e-30,
+    "core": 1e-9,
+    "tip": 0.0096,
+    "root": 0.0104,
+    "apothem": 0.0093,
+    "fillet": 0.0031,
+    "width": 0.027,
+    "hole": 0.01365,
+    "travel": 0.004,
+    "taper": 0.3,
+    "jaws": 4,
+    "radius": 0.012,
+    "backlash": 0.0011,
+    "edge": 6e-4,
+    "depth": 3e-3,
     "fit": 3e-5,
-}  # fmt: skip
+}
 """A clutch that is not the built-in one."""
 
 
@@ -44,9 +68,18 @@ def call(model: str, function: str, values: Values) -> Values:
     description = sidecar(model)
     vectors, emitted = description["vectors"], description["functions"][function]
     values = {name: np.complex128(value) for name, value in values.items()}
-    arguments = [[values[e["name"]] for e in vectors[n]] if n in vectors else values[n] for n in emitted["inputs"]]
+    arguments = [
+        [values[e["name"]] for e in vectors[n]] if n in vectors else values[n]
+        for n in emitted["inputs"]
+    ]
     results = getattr(module(model), function)(xp_complex, *arguments)
-    return dict(zip((e["name"] for e in vectors[emitted["output"]]), map(np.complex128, results), strict=True))
+    return dict(
+        zip(
+            (e["name"] for e in vectors[emitted["output"]]),
+            map(np.complex128, results),
+            strict=True,
+        )
+    )
 
 
 def numbers(model: str, function: str, values: Values) -> dict[str, float]:
@@ -57,12 +90,22 @@ def numbers(model: str, function: str, values: Values) -> dict[str, float]:
 def states(seed: int, count: int) -> Iterator[Values]:
     """Places and rates near contact."""
     random = np.random.default_rng(seed)
-    spread = {"x": 5e-4, "y": 5e-4, "way": 3e-3, "output": 3, "shaft_x": 1e-5, "shaft_y": 1e-5, "angle": 3,
-              "pushed": 3e-3}  # fmt: skip
+    spread = {
+        "x": 5e-4,
+        "y": 5e-4,
+        "way": 3e-3,
+        "output": 3,
+        "shaft_x": 1e-5,
+        "shaft_y": 1e-5,
+        "angle": 3,
+        "pushed": 3e-3,
+    }
     for _ in range(count):
         places = {name: size * random.uniform(-1, 1) for name, size in spread.items()}
         places |= {name: abs(places[name]) for name in ("way", "pushed")}
-        yield places | {f"{name}_dot": 20 * size * random.uniform(-1, 1) for name, size in spread.items()}
+        yield places | {
+            f"{name}_dot": 20 * size * random.uniform(-1, 1) for name, size in spread.items()
+        }
 
 
 def differentiate(function: Callable[[Values], Any], values: Values, direction: Values) -> float:
@@ -80,7 +123,9 @@ def touching(name: str, count: int = 60) -> Iterator[Values]:
         for state in states(seed, 40):
             values = {**SIZES, **state, "index": seed % equal}
             if name in ("bearing", "linkage"):
-                values["way"] = -abs(values["way"]) if name == "bearing" else values["pushed"] - 1e-5
+                values["way"] = (
+                    -abs(values["way"]) if name == "bearing" else values["pushed"] - 1e-5
+                )
             done = numbers(model, name, values)
             if done["normal"] > 0 and done["gap"] > -4e-4:
                 yield values
@@ -92,7 +137,9 @@ def touching(name: str, count: int = 60) -> Iterator[Values]:
 
 @pytest.mark.parametrize("name", CONTACTS)
 def test_normal_force_acts_along_slope_of_distance(name: str) -> None:
-    """Virtual work: without friction the generalised force is the normal force times the gap's gradient."""
+    """Virtual work: without friction the generalised force is the normal force times the gap's
+    gradient.
+    """
     model, _ = CONTACTS[name]
     acted = 0
     for values in touching(name, 30):
@@ -100,7 +147,9 @@ def test_normal_force_acts_along_slope_of_distance(name: str) -> None:
         done = numbers(model, name, at)
         for place in PLACES:
             slope = differentiate(lambda v: call(model, name, v)["gap"], at, {place: 1.0})
-            assert done[f"on_{place}"] == pytest.approx(slope * done["normal"], rel=1e-9, abs=1e-11 * done["normal"])
+            assert done[f"on_{place}"] == pytest.approx(
+                slope * done["normal"], rel=1e-9, abs=1e-11 * done["normal"]
+            )
             acted += slope != 0
     assert acted
 
@@ -113,13 +162,17 @@ def test_contact_power_is_stored_plus_lost(name: str) -> None:
     for values in touching(name):
         done = numbers(model, name, values)
         stored = differentiate(
-            lambda v: call(model, name, v)["stored"], values, {p: values[f"{p}_dot"] for p in PLACES}
+            lambda v: call(model, name, v)["stored"],
+            values,
+            {p: values[f"{p}_dot"] for p in PLACES},
         )
         taken = stored + done["damped"] + done["rubbed"]
         power = sum(done[f"on_{place}"] * values[f"{place}_dot"] for place in PLACES)
         size = abs(stored) + abs(done["damped"]) + done["rubbed"]
         assert -power == pytest.approx(taken, rel=1e-9, abs=1e-9 * size)
-        tampered = power + 1e-3 * (done["on_way"] * values["way_dot"] + done["on_x"] * values["x_dot"])
+        tampered = power + 1e-3 * (
+            done["on_way"] * values["way_dot"] + done["on_x"] * values["x_dot"]
+        )
         noticed += abs(tampered + taken) > 1e-6 * size
     assert noticed > 10
 
@@ -132,23 +185,46 @@ def test_friction_only_takes(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["tooth", "side", "jaw"])
 def test_body_and_shaft_do_the_opposite_to_each_other(name: str) -> None:
-    """Turning the whole clutch changes no distance: forces and their moments about the axis are in balance."""
+    """Turning the whole clutch changes no distance: forces and their moments about the axis are in
+    balance.
+    """
     for values in touching(name):
         done = numbers(CONTACTS[name][0], name, values)
-        if name != "jaw":  # whose middles are counted along the circumference, as if it were straight
+        if (
+            name != "jaw"
+        ):  # whose middles are counted along the circumference, as if it were straight
             assert done["on_x"] + done["on_shaft_x"] == pytest.approx(0, abs=1e-10 * done["normal"])
             assert done["on_y"] + done["on_shaft_y"] == pytest.approx(0, abs=1e-10 * done["normal"])
-        total = done["on_output"] + done["on_angle"] + sum(
-            values[f"{p}x"] * done[f"on_{p}y"] - values[f"{p}y"] * done[f"on_{p}x"] for p in ("", "shaft_")
-        )  # fmt: skip
+        total = (
+            done["on_output"]
+            + done["on_angle"]
+            + sum(
+                values[f"{p}x"] * done[f"on_{p}y"] - values[f"{p}y"] * done[f"on_{p}x"]
+                for p in ("", "shaft_")
+            )
+        )
         assert total == pytest.approx(0, abs=1e-12 * done["normal"])
 
 
 MOTION: Values = {
-    "body": 0.31, "sleeve": 0.17, "inertia": 3e-4, "shaft_mass": 0.05, "shaft_stiffness": 2e6, "shaft_damping": 11.0,
-    "preload": 30.0, "spring_rate": 5e3, "load": 0.8, "load_speed": 0.02, "push_x": 1.5, "push_y": -0.7, "slide": 6.0,
-    "lock": 900.0, "lock_travel": 9e-4, "lock_stiffness": 4e7, "creep": 1e-5,
-}  # fmt: skip
+    "body": 0.31,
+    "sleeve": 0.17,
+    "inertia": 3e-4,
+    "shaft_mass": 0.05,
+    "shaft_stiffness": 2e6,
+    "shaft_damping": 11.0,
+    "preload": 30.0,
+    "spring_rate": 5e3,
+    "load": 0.8,
+    "load_speed": 0.02,
+    "push_x": 1.5,
+    "push_y": -0.7,
+    "slide": 6.0,
+    "lock": 900.0,
+    "lock_travel": 9e-4,
+    "lock_stiffness": 4e7,
+    "creep": 1e-5,
+}
 BENT = ("bent_x", "bent_y")
 GIVEN, LOST = ("input", "linkage"), ("load", "damping", "friction", "slides", "shaft")
 
@@ -159,13 +235,21 @@ def moving(seed: int) -> Values:
     values = {**MOTION, **next(states(seed, 1)), **{b: 1e-7 * random.uniform(-1, 1) for b in BENT}}
     values["way"] *= 0.2
     forces = {f"on_{place}": 40 * random.uniform(-1, 1) for place in PLACES}
-    return values | forces | {"stored": 0.0, "damped": random.uniform(0, 2), "rubbed": random.uniform(0, 2)}
+    return (
+        values
+        | forces
+        | {"stored": 0.0, "damped": random.uniform(0, 2), "rubbed": random.uniform(0, 2)}
+    )
 
 
 def imbalance(values: Values, dropped: str = "") -> float:
-    """What is given less what is kept and lost, as a share of the largest; a power may be left out."""
+    """What is given less what is kept and lost, as a share of the largest; a power may be left
+    out.
+    """
     results = numbers("clutch_motion", "motion", values)
-    rates = {p: values[f"{p}_dot"] for p in PLACES[:6]} | {f"{p}_dot": results[f"{p}_ddot"] for p in PLACES[:6]}
+    rates = {p: values[f"{p}_dot"] for p in PLACES[:6]} | {
+        f"{p}_dot": results[f"{p}_ddot"] for p in PLACES[:6]
+    }
     rates |= {b: results[f"{b}_dot"] for b in BENT} | {"angle": values["angle_dot"]}
     change = differentiate(lambda v: call("clutch_motion", "motion", v)["energy"], values, rates)
     by_contacts = sum(values[f"on_{place}"] * values[f"{place}_dot"] for place in PLACES)
@@ -194,13 +278,24 @@ def test_bristles_hold_against_sliding_and_lose(seed: int) -> None:
     free = values | {"slide": 1e12}
     forces = numbers("clutch_motion", "motion", free)
     c, s = np.cos(values["angle"]), np.sin(values["angle"])
-    over = values["x_dot"] + values["angle_dot"] * values["y"], values["y_dot"] - values["angle_dot"] * values["x"]
+    over = (
+        values["x_dot"] + values["angle_dot"] * values["y"],
+        values["y_dot"] - values["angle_dot"] * values["x"],
+    )
     assert forces["bent_x_dot"] == pytest.approx(c * over[0] + s * over[1], rel=1e-6)
     assert forces["bent_y_dot"] == pytest.approx(-s * over[0] + c * over[1], rel=1e-6)
 
 
-LINK: Values = {"l_AB": 0.013, "l_BC": 0.05, "l_AC": 0.043, "k": 0.4, "gamma": 1.45, "link_start": 0.2,
-                "link_end": 0.03, "link_speed": 1.3}  # fmt: skip
+LINK: Values = {
+    "l_AB": 0.013,
+    "l_BC": 0.05,
+    "l_AC": 0.043,
+    "k": 0.4,
+    "gamma": 1.45,
+    "link_start": 0.2,
+    "link_end": 0.03,
+    "link_speed": 1.3,
+}
 
 
 def test_linkage_closes_and_rate_is_slope_of_path() -> None:
@@ -208,7 +303,9 @@ def test_linkage_closes_and_rate_is_slope_of_path() -> None:
     for t in np.linspace(-0.02, 0.2, 45):
         values = LINK | {"t": t}
         results = numbers("clutch_motion", "course", values)
-        slope = differentiate(lambda v: call("clutch_motion", "course", v)["pushed"], values, {"t": 1.0})
+        slope = differentiate(
+            lambda v: call("clutch_motion", "course", v)["pushed"], values, {"t": 1.0}
+        )
         assert results["pushed_dot"] == pytest.approx(slope, rel=1e-12, abs=1e-15)
         moved += slope != 0
         inclined = np.clip(0.2 - 1.3 * t, 0.03, 0.2)

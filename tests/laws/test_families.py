@@ -1,6 +1,8 @@
-"""Laws of gear pairs for every family of pitch curves, at random sizes, and of the devices with any two of them.
+"""Laws of gear pairs for every family of pitch curves, at random sizes, and of the devices with any
+two of them.
 
-Each law is a function that returns by how much it is broken; beside it stands a case in which it is.
+Each law is a function that returns by how much it is broken; beside it stands a case in which it
+is.
 """
 
 from __future__ import annotations
@@ -34,25 +36,39 @@ Chosen = TypeVar("Chosen", bound=tuple[object, ...])
 
 def sampled(cases: Sequence[Chosen], sample: Sequence[Chosen]) -> list[Any]:
     """All cases, those of the suite bare and the others for the long tests."""
-    return [case if case in sample else pytest.param(*case, marks=pytest.mark.long) for case in cases]
+    return [
+        case if case in sample else pytest.param(*case, marks=pytest.mark.long) for case in cases
+    ]
 
 
 TURN = 2 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(120)
 SOME_CURVES = [case for case in pairs.EVERY_CURVE if case[1] < 3]
 every_curve = pytest.mark.parametrize(("family", "seed"), sampled(pairs.EVERY_CURVE, SOME_CURVES))
-every_family = pytest.mark.parametrize("family", sorted({family for family, _ in pairs.EVERY_CURVE}))
+every_family = pytest.mark.parametrize(
+    "family", sorted({family for family, _ in pairs.EVERY_CURVE})
+)
 OFF = 1 + 1e-6
 
 
-def contact(family: str, seed: int, t: Array, stretched: float = 1.0, terms: int | None = None) -> dict[str, Array]:
-    """Contact at polar angles from the array code, real or complex, at a centre distance stretched by a factor."""
+def contact(
+    family: str, seed: int, t: Array, stretched: float = 1.0, terms: int | None = None
+) -> dict[str, Array]:
+    """Contact at polar angles from the array code, real or complex, at a centre distance stretched
+    by a factor.
+    """
     code, parameters = model.array_module(f"curve_{family}"), pairs.parameters(family, seed)
-    hoisted = code.prologue(np, parameters, pairs.stage(family, seed).terms if terms is None else terms)
+    hoisted = code.prologue(
+        np, parameters, pairs.stage(family, seed).terms if terms is None else terms
+    )
     hoisted[0] = hoisted[0] * stretched
     names = ("r", "dr", "ddr", "ratio", "dratio", "turned")
     values = dict(
-        zip(names, code.contact(xp_complex if np.iscomplexobj(t) else np, t, parameters, hoisted), strict=True)
+        zip(
+            names,
+            code.contact(xp_complex if np.iscomplexobj(t) else np, t, parameters, hoisted),
+            strict=True,
+        )
     )
     return values | {"a": hoisted[0]}
 
@@ -68,14 +84,17 @@ def angles(family: str, seed: int, count: int = 40) -> Array:
 
 
 def panels(family: str, seed: int, end: float = TURN) -> tuple[Array, Array]:
-    """Nodes and weights of a quadrature from 0 that knows the joint and runs in pieces of a quarter turn."""
+    """Nodes and weights of a quadrature from 0 that knows the joint and runs in pieces of a quarter
+    turn.
+    """
     edges = [0.0, *(k * TURN / 12 for k in range(1, 12)), joint(family, seed)]
     edges = np.array(sorted({min(edge, end) for edge in edges} | {end}))
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     return (middle + half * NODES).ravel(), (half * WEIGHTS).ravel()
 
 
-# --- closure and rotation ------------------------------------------------------------------------------
+# --- closure and rotation
+# ------------------------------------------------------------------------------
 
 
 def closure_gap(family: str, seed: int, stretched: float = 1.0) -> float:
@@ -89,7 +108,9 @@ def test_both_gears_turn_equally_per_cycle(family: str, seed: int) -> None:
     assert contact(family, seed, np.array([TURN]))["turned"][0] == pytest.approx(TURN, abs=1e-12)
 
 
-@pytest.mark.parametrize(("family", "seed"), [case for case in pairs.EVERY_CURVE if case[0] != "sine"])
+@pytest.mark.parametrize(
+    ("family", "seed"), [case for case in pairs.EVERY_CURVE if case[0] != "sine"]
+)
 def test_a_centre_distance_off_by_a_millionth_does_not_close(family: str, seed: int) -> None:
     assert closure_gap(family, seed, OFF) > 1e-7
 
@@ -108,7 +129,9 @@ def test_rotation_is_the_integral_of_the_ratio(family: str, seed: int) -> None:
     assert rotation_gap(family, seed) < 2e-12
 
 
-@pytest.mark.parametrize("family", [f for f, seed in pairs.EVERY_CURVE if seed == 1 and pairs.stage(f, 1).terms])
+@pytest.mark.parametrize(
+    "family", [f for f, seed in pairs.EVERY_CURVE if seed == 1 and pairs.stage(f, 1).terms]
+)
 def test_series_tail_equals_error_of_shorter_series(family: str) -> None:
     parameters, terms = pairs.parameters(family, 1), pairs.stage(family, 1).terms
     series = np.abs(pairs.stage(family, 1).prologue(parameters=parameters)["hoisted"][1:, 0])
@@ -127,11 +150,16 @@ def test_series_of_three_lobes_is_not_cut_between_terms() -> None:
     assert series[-3:].max() < SERIES_TOLERANCE
 
 
-# --- rolling -------------------------------------------------------------------------------------------
+# --- rolling
+# -------------------------------------------------------------------------------------------
 
 
-def tangents(family: str, seed: int, t: Array, stretched: float) -> tuple[NDArray[np.complex128], ...]:
-    """Tangents dz/dt of gear and conjugate at the contact, both curves drawn in their own gears and laid there."""
+def tangents(
+    family: str, seed: int, t: Array, stretched: float
+) -> tuple[NDArray[np.complex128], ...]:
+    """Tangents dz/dt of gear and conjugate at the contact, both curves drawn in their own gears and
+    laid there.
+    """
     step = t + 1j * xp_complex.STEP
     contact_values = contact(family, seed, step, stretched)
     r, turned = contact_values["r"], contact_values["turned"]
@@ -172,7 +200,8 @@ def test_rolled_arcs_are_equal(family: str, seed: int) -> None:
         assert weights @ first == pytest.approx(weights @ second, rel=1e-12)
 
 
-# --- exchange ------------------------------------------------------------------------------------------
+# --- exchange
+# ------------------------------------------------------------------------------------------
 
 
 def angle_at(family: str, seed: int, rotation: Array) -> Array:
@@ -186,7 +215,9 @@ def angle_at(family: str, seed: int, rotation: Array) -> Array:
 
 
 def exchange_gap(family: str, seed: int, stretched: float = 1.0) -> float:
-    """By how much the conjugate of the conjugate, drawn over the conjugate's own angle, misses the gear's rotation."""
+    """By how much the conjugate of the conjugate, drawn over the conjugate's own angle, misses the
+    gear's rotation.
+    """
     gaps = []
     for rotation in (1.0, 4.0):
         edges = np.array(sorted({0.0, min(joint(family, seed), rotation), rotation}))
@@ -206,16 +237,24 @@ def test_the_conjugate_of_the_conjugate_is_the_gear(family: str) -> None:
 
 @every_curve
 def test_the_conjugate_is_deformed_by_the_same_coefficient(family: str, seed: int) -> None:
-    """Its joint lies at pi/m of its own angle, and it is even about both joints in its own parameter."""
+    """Its joint lies at pi/m of its own angle, and it is even about both joints in its own
+    parameter.
+    """
     m = pairs.parameters(family, seed)[-1]
     m2 = m / (2 * m - 1)
     parameters = np.array([0.3, 1.1, 2.9])
-    first, second = (contact(family, seed, angle_at(family, seed, v)) for v in (parameters / m, TURN - parameters / m2))
+    first, second = (
+        contact(family, seed, angle_at(family, seed, v))
+        for v in (parameters / m, TURN - parameters / m2)
+    )
     assert first["r"] == pytest.approx(second["r"], rel=1e-12)
-    assert contact(family, seed, np.array([math.pi / m]))["turned"][0] == pytest.approx(math.pi / m, abs=1e-12)
+    assert contact(family, seed, np.array([math.pi / m]))["turned"][0] == pytest.approx(
+        math.pi / m, abs=1e-12
+    )
 
 
-# --- derivatives and curvature -------------------------------------------------------------------------
+# --- derivatives and curvature
+# -------------------------------------------------------------------------
 
 
 @every_curve
@@ -224,13 +263,18 @@ def test_derivatives_agree_with_complex_steps(family: str, seed: int) -> None:
     at = contact(family, seed, t + 1j * xp_complex.STEP)
     for value, derivative in (("r", "dr"), ("dr", "ddr"), ("ratio", "dratio"), ("turned", "ratio")):
         scale = np.abs(at[derivative]).max()
-        assert slope(at[value]) == pytest.approx(np.real(at[derivative]), rel=1e-11, abs=3e-12 * scale)
+        assert slope(at[value]) == pytest.approx(
+            np.real(at[derivative]), rel=1e-11, abs=3e-12 * scale
+        )
     assert slope(at["r"]) != pytest.approx(1.001 * np.real(at["dr"]), rel=1e-5)
 
 
 def drawn_curvatures(family: str, seed: int, t: mp.mpf) -> tuple[float, float]:
     """Of gear and conjugate at a polar angle, from their points by differences at 30 digits."""
-    code, parameters = model.array_module(f"curve_{family}"), [mp.mpf(float(p)) for p in pairs.parameters(family, seed)]
+    code, parameters = (
+        model.array_module(f"curve_{family}"),
+        [mp.mpf(float(p)) for p in pairs.parameters(family, seed)],
+    )
     hoisted = code.prologue(xp_mpmath, parameters, pairs.stage(family, seed).terms)
 
     def places(s: mp.mpf) -> tuple[mp.mpc, mp.mpc]:
@@ -252,7 +296,10 @@ def test_curvatures_are_those_of_the_drawn_curves(family: str) -> None:
     with mpmath.workdps(30):
         for u in (0.4, 2.0):
             at = {
-                name: row[0, 0] for name, row in stage.curvature(u=[u], parameters=parameters, hoisted=hoisted).items()
+                name: row[0, 0]
+                for name, row in stage.curvature(
+                    u=[u], parameters=parameters, hoisted=hoisted
+                ).items()
             }
             for segment, t in (("first", u / m), ("second", TURN - u * (2 * m - 1) / m)):
                 gear, mate = drawn_curvatures(family, 1, mp.mpf(t))
@@ -263,7 +310,9 @@ def test_curvatures_are_those_of_the_drawn_curves(family: str) -> None:
 
 def convexity(family: str, parameters: Array) -> float:
     """The closed form that is positive if and only if the deformed curve is convex."""
-    return float(Kernel(families.load_functions(family).convexity())(parameters=parameters)["convex"][0, 0])
+    return float(
+        Kernel(families.load_functions(family).convexity())(parameters=parameters)["convex"][0, 0]
+    )
 
 
 def hollowness(family: str, parameters: Array) -> float:
@@ -278,13 +327,19 @@ def hollowness(family: str, parameters: Array) -> float:
     return extrema.find_minimum(bend, np.linspace(0, np.pi, 181)).value * parameters[0]
 
 
-CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(families.load_functions(f), "convexity")]
+CLOSED = [
+    f
+    for f in sorted({f for f, _ in pairs.EVERY_CURVE})
+    if hasattr(families.load_functions(f), "convexity")
+]
 
 
 ALWAYS_CONVEX = {("ellipse", 1.0), ("ellipse", 1.3), ("eccentric_circle", 1.0)}
 
 
-@pytest.mark.parametrize("m", [0.72, *(pytest.param(m, marks=pytest.mark.long) for m in (1.0, 2.2)), 1.3])
+@pytest.mark.parametrize(
+    "m", [0.72, *(pytest.param(m, marks=pytest.mark.long) for m in (1.0, 2.2)), 1.3]
+)
 @pytest.mark.parametrize("family", CLOSED)
 def test_convexity_limits_are_where_the_least_curvature_vanishes(family: str, m: float) -> None:
     def at(swing: float) -> Array:
@@ -304,15 +359,21 @@ def test_fourier_becomes_concave_by_curvature() -> None:
     assert CLOSED == ["eccentric_circle", "ellipse", "limacon", "sine"]
 
     def hollow(swing: float, *shape: float) -> float:
-        return hollowness("fourier", pairs.sizing("fourier").parameters(Size(0.03, swing, 1.0, shape)))
+        return hollowness(
+            "fourier", pairs.sizing("fourier").parameters(Size(0.03, swing, 1.0, shape))
+        )
 
-    limits = [brentq(hollow, 0.2, 0.9, args=shape, xtol=1e-9) for shape in ((0.0, 0.0), (0.1, 0.0), (-0.1, 0.0))]
+    limits = [
+        brentq(hollow, 0.2, 0.9, args=shape, xtol=1e-9)
+        for shape in ((0.0, 0.0), (0.1, 0.0), (-0.1, 0.0))
+    ]
     assert limits[0] == pytest.approx(2 / math.sqrt(7), abs=1e-7)
     assert limits[1] > limits[0] + 0.01
     assert limits[2] < limits[0] - 0.01
 
 
-# --- size ----------------------------------------------------------------------------------------------
+# --- size
+# ----------------------------------------------------------------------------------------------
 
 
 @every_curve
@@ -326,7 +387,9 @@ def test_sized_curve_has_requested_size(family: str, seed: int) -> None:
     assert (ends[0] - ends[1]) / (ends[0] + ends[1]) == pytest.approx(size.swing, rel=1e-12)
     assert ends[1] <= at["ratio"].min() <= at["ratio"].max() <= ends[0]
     back = pairs.sizing(family).size(pairs.parameters(family, seed))
-    assert [back.mean_radius, back.swing] == pytest.approx([size.mean_radius, size.swing], rel=1e-13)
+    assert [back.mean_radius, back.swing] == pytest.approx(
+        [size.mean_radius, size.swing], rel=1e-13
+    )
 
 
 @every_curve
@@ -338,7 +401,9 @@ def test_the_swing_is_the_same_whichever_gear_drives(family: str, seed: int) -> 
 
 @every_family
 def test_small_swings_are_the_same_in_every_family(family: str) -> None:
-    """To first order in the swing s every pair is r = mean (1 + s/2 cos u) at twice the mean radius."""
+    """To first order in the swing s every pair is r = mean (1 + s/2 cos u) at twice the mean
+    radius.
+    """
     for swing, bound in ((1e-3, 1e-6), (1e-5, 1e-10)):
         parameters = pairs.sizing(family).parameters(Size(0.03, swing))
         stage = pairs.stage_of(family, parameters)
@@ -353,7 +418,10 @@ def test_small_swings_are_the_same_in_every_family(family: str) -> None:
 BAD_CURVES = {
     "limacon": ([0.03, 0.03, 1.2], "b_mm = 30: it must be less than l"),
     "sine": ([0.06, 1.0, 1.2], "c = 1: it must be less than 1"),
-    "fourier": ([0.03, 0.02, -0.02, 0.0, 1.2], "c1_mm = 20.* such that the radius at u = pi is greater than 0"),
+    "fourier": (
+        [0.03, 0.02, -0.02, 0.0, 1.2],
+        "c1_mm = 20.* such that the radius at u = pi is greater than 0",
+    ),
 }
 
 
@@ -361,7 +429,9 @@ BAD_CURVES = {
 def test_parameters_outside_the_domain_are_named(family: str) -> None:
     parameters, sentence = BAD_CURVES[family]
     with pytest.raises(GeometryError, match=sentence):
-        pairs.stage(family, 1).check_parameters(StageCandidate(np.array(parameters), lambda name: name))
+        pairs.stage(family, 1).check_parameters(
+            StageCandidate(np.array(parameters), lambda name: name)
+        )
 
 
 def test_a_radius_below_zero_between_the_joints_is_named() -> None:
@@ -372,7 +442,8 @@ def test_a_radius_below_zero_between_the_joints_is_named() -> None:
         stage.check_radius(StageCandidate(parameters, lambda name: name))
 
 
-# --- devices -------------------------------------------------------------------------------------------
+# --- devices
+# -------------------------------------------------------------------------------------------
 
 SOME_PAIRS = [pair for i, pair in enumerate(pairs.PAIRS) if i % 6 == 1 or i == 20]
 """Every family once in each stage, beside another."""
@@ -383,7 +454,9 @@ def device_gap(device: Device, moving: kinematics.Machine) -> float:
     phi = np.random.default_rng(5).uniform(0, TURN, 40)
     totals = model.cycle(device, phi).totals
     x, y = momentum_rate(moving, phi)
-    return float(np.max(np.abs([totals["F_support_x"] - x, totals["F_support"] - y - weight(moving)])))
+    return float(
+        np.max(np.abs([totals["F_support_x"] - x, totals["F_support"] - y - weight(moving)]))
+    )
 
 
 @every_pair
@@ -394,7 +467,9 @@ def test_every_pair_of_families_keeps_momentum(first: str, second: str) -> None:
 
 @every_family
 def test_another_swing_breaks_momentum(family: str) -> None:
-    """In stage 1 of the machine that moves: the second parameter is the one that swings, in every family."""
+    """In stage 1 of the machine that moves: the second parameter is the one that swings, in every
+    family.
+    """
     machine = pairs.machine(family, family)
     name = Device(machine).names[5]
     moved = machine.with_numbers({f"design.{name}": machine.design[name] * 1.001})
@@ -424,9 +499,13 @@ def test_gradients_agree_with_complex_steps_in_every_family(first: str, second: 
         assert np.abs(error).max() <= TOLERANCE * np.abs(gradient).max()
 
 
-@pytest.mark.parametrize("some", [SOME_PAIRS, pytest.param(pairs.PAIRS, marks=pytest.mark.long)], ids=len)
+@pytest.mark.parametrize(
+    "some", [SOME_PAIRS, pytest.param(pairs.PAIRS, marks=pytest.mark.long)], ids=len
+)
 def test_devices_of_different_families_are_different(some: list[tuple[str, str]]) -> None:
     phi = np.linspace(0, TURN, 50)
-    forces = np.array([model.cycle(Device(pairs.machine(*pair)), phi).totals["F_support"] for pair in some])
+    forces = np.array(
+        [model.cycle(Device(pairs.machine(*pair)), phi).totals["F_support"] for pair in some]
+    )
     gaps = np.abs(forces[:, None] - forces).max(axis=2)[np.triu_indices(len(forces), 1)]
     assert gaps.min() > 1e-3

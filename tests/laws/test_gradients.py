@@ -1,6 +1,8 @@
-"""Exact gradients of the support force against complex step through the array code (Squire and Trapp, SIAM Rev. 1998).
+"""Exact gradients of the support force against complex step through the array code (Squire and
+Trapp, SIAM Rev. 1998).
 
-An error counts by what it does to a design that moves through its box: |error_i| w_i, beside the largest |g_j| w_j.
+An error counts by what it does to a design that moves through its box: |error_i| w_i, beside the
+largest |g_j| w_j.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ every_machine = pytest.mark.parametrize("name", machines.sampled(2, 3))
 
 def support(device: Device, z: Array) -> Array:
     """Vertical support force from (phi, x), by array code on complex numbers."""
-    return model.ArrayModel.like(device)(xp_complex, z[0], z[1:], device.constants).totals["F_support"]
+    return model.ArrayModel.like(device)(xp_complex, z[0], z[1:], device.constants).totals[
+        "F_support"
+    ]
 
 
 def widths(device: Device) -> Array:
@@ -65,7 +69,9 @@ def test_a_gradient_at_a_neighbouring_angle_fails(kind: Model) -> None:
     device, rng = machines.device("wang2017", kind), np.random.default_rng(4)
     phi, design = smooth_point(device, rng)
     _, slopes = device.support_slopes(device.prologue(design), np.array([phi + 1e-6]))
-    expected = xp_complex.slopes(lambda moved: support(device, moved), np.concatenate([[phi], design]))
+    expected = xp_complex.slopes(
+        lambda moved: support(device, moved), np.concatenate([[phi], design])
+    )
     gap = np.abs(slopes[0] - expected) * widths(device)
     assert gap.max() > TOLERANCE * np.abs(expected[1:] * widths(device)[1:]).max()
 

@@ -1,4 +1,6 @@
-"""Kinematics of the planting device: closure and rolling of gear pairs, angles by quadrature, rates by differences."""
+"""Kinematics of the planting device: closure and rolling of gear pairs, angles by quadrature, rates
+by differences.
+"""
 
 from __future__ import annotations
 
@@ -37,17 +39,22 @@ def contact(device: Device, stage: int, t: Array, stretched: float = 1.0) -> dic
     return {key: values[key][0] for key in CONTACT}
 
 
-# --- closure ---------------------------------------------------------------------------------------
+# --- closure
+# ---------------------------------------------------------------------------------------
 
 
 def closure_gap(device: Device, stage: int, stretched: float = 1.0) -> float:
-    """Rotation of the conjugate over a turn, by quadrature of the ratio on both segments, less a turn."""
+    """Rotation of the conjugate over a turn, by quadrature of the ratio on both segments, less a
+    turn.
+    """
     joint = np.pi / parameters(device, stage)[-1]
     nodes, weights = np.polynomial.legendre.leggauss(60)
     total = 0.0
     for start, end in ((0.0, joint), (joint, TURN)):
         half = (end - start) / 2
-        total += half * weights @ contact(device, stage, start + half * (nodes + 1), stretched)["ratio"]
+        total += (
+            half * weights @ contact(device, stage, start + half * (nodes + 1), stretched)["ratio"]
+        )
     return total - TURN
 
 
@@ -69,7 +76,8 @@ def test_stages_turn_once_a_turn(name: str) -> None:
     assert later["phi72"] - now["phi72"] == pytest.approx(-TURN, abs=1e-12)
 
 
-# --- angles by quadrature ------------------------------------------------------------------------------
+# --- angles by quadrature
+# ------------------------------------------------------------------------------
 
 
 def turned(gear: kinematics.Gear, start: mp.mpf, end: mp.mpf) -> mp.mpf:
@@ -77,7 +85,9 @@ def turned(gear: kinematics.Gear, start: mp.mpf, end: mp.mpf) -> mp.mpf:
     edges = [k * 2 * mp.pi + joint for k in range(-2, 4) for joint in (mp.zero, mp.pi / gear.m)]
     inner = [edge for edge in edges if min(start, end) < edge < max(start, end)]
     points = [start, *sorted(inner), end]
-    return mp.quad(lambda t: gear.contact(Jet(MPMATH.xp, t))[2].value, points, method="gauss-legendre")
+    return mp.quad(
+        lambda t: gear.contact(Jet(MPMATH.xp, t))[2].value, points, method="gauss-legendre"
+    )
 
 
 def quadrature_gap(name: str, phase: float = 0.0) -> float:
@@ -103,19 +113,24 @@ def test_quadrature_shows_a_phase_off_by_a_millionth() -> None:
     assert quadrature_gap("wang2017", phase=1e-6) > 1e-8
 
 
-# --- rolling -------------------------------------------------------------------------------------------
+# --- rolling
+# -------------------------------------------------------------------------------------------
 
 
 def rolling_gap(name: str, stage: int, stretched: float = 1.0) -> Array:
-    """Tangent of the inner pitch curve less that of its mate at the contact, per polar angle, over the centre distance.
+    """Tangent of the inner pitch curve less that of its mate at the contact, per polar angle, over
+    the centre distance.
 
-    Both curves are drawn in their own gears from radius and rotation, differentiated by complex step and laid against
-    each other, the inner gear's centre at 0 and its mate's on the positive axis.
+    Both curves are drawn in their own gears from radius and rotation, differentiated by complex
+    step and laid against each other, the inner gear's centre at 0 and its mate's on the positive
+    axis.
     """
     device = machines.device(name)
     curve = model.array_module(f"curve_{device.stages[stage].family}")
     curve_parameters = parameters(device, stage)
-    hoisted = np.array(curve.prologue(np, curve_parameters, device.stages[stage].terms), dtype=float)
+    hoisted = np.array(
+        curve.prologue(np, curve_parameters, device.stages[stage].terms), dtype=float
+    )
     hoisted[0] *= stretched
     t = np.random.default_rng(3).uniform(0, TURN, 100)
     step = t + 1j * xp_complex.STEP
@@ -127,7 +142,9 @@ def rolling_gap(name: str, stage: int, stretched: float = 1.0) -> Array:
 
 
 def _tangent(x: Array, y: Array, turn_back: Array) -> Array:
-    """Slope of a point that is given to the first order by complex step, as a complex number, turned back."""
+    """Slope of a point that is given to the first order by complex step, as a complex number,
+    turned back.
+    """
     return (np.imag(x) + 1j * np.imag(y)) / xp_complex.STEP * np.exp(-1j * turn_back)
 
 
@@ -141,7 +158,8 @@ def test_pitch_curves_at_another_distance_do_not_roll() -> None:
     assert rolling_gap("wang2017", 0, stretched=1 + 1e-6).max() > 1e-8
 
 
-# --- rates by differences, on both sides of every joint ------------------------------------------------
+# --- rates by differences, on both sides of every joint
+# ------------------------------------------------
 
 STEP, POINTS = 0.008, 9
 
@@ -175,7 +193,9 @@ def beside_joints(name: str) -> Iterator[tuple[Array, float]]:
 
 
 def rates_gap(name: str, speed: float) -> float:
-    """Largest difference of the planet's rate and acceleration to differences, at a carrier speed."""
+    """Largest difference of the planet's rate and acceleration to differences, at a carrier
+    speed.
+    """
     gaps = []
     for phi, step in beside_joints(name):
         side = model.cycle(machines.device(name), phi).side1
@@ -193,14 +213,18 @@ def test_train_rates_agree_with_differences_off_breakpoints(name: str) -> None:
 
 @every_machine
 def test_swing_agrees_with_differences_off_breakpoints(name: str) -> None:
-    """Angles are the model's; its rates are inside it, so they are the independent ones that its forces agree with."""
+    """Angles are the model's; its rates are inside it, so they are the independent ones that its
+    forces agree with.
+    """
     device, machine = machines.device(name), machines.machine(name)
     for phi, step in beside_joints(name):
         swing = model.cycle(device, phi).side1["theta1"]
         motion = kinematics.Device(machine).side(phi[:1]).theta1
         for order in (1, 2):
             slope = one_sided(swing, step, order) * machine.si("speed_rpm") ** order
-            assert slope == pytest.approx(motion.parts[order].item(), abs=1e-3), f"order {order} at {phi[0]}"
+            assert slope == pytest.approx(motion.parts[order].item(), abs=1e-3), (
+                f"order {order} at {phi[0]}"
+            )
 
 
 @every_machine
@@ -211,9 +235,9 @@ def test_pitch_curve_slopes_agree_with_differences(name: str, stage: int) -> Non
         contact_values = contact(device, stage, samples(joint, side * STEP))
         for value, slope in (("r", "dr"), ("dr", "ddr"), ("turned", "ratio"), ("ratio", "dratio")):
             expected = one_sided(contact_values[value], side * STEP, 1)
-            assert contact_values[slope][0] == pytest.approx(expected, abs=1e-8 if value == "turned" else 1e-7), (
-                f"{slope} at {joint}"
-            )
+            assert contact_values[slope][0] == pytest.approx(
+                expected, abs=1e-8 if value == "turned" else 1e-7
+            ), f"{slope} at {joint}"
 
 
 def test_curvature_jumps_at_a_joint() -> None:

@@ -1,7 +1,8 @@
-"""Laws that every first-principles model of the planting device obeys, on built-in machines and random valid ones.
+"""Laws that every first-principles model of the planting device obeys, on built-in machines and
+random valid ones.
 
-The motion is written from the geometry alone (tests/support/kinematics.py). Each law is a function that returns by how
-much it is broken; beside it stands a case in which it is.
+The motion is written from the geometry alone (tests/support/kinematics.py). Each law is a function
+that returns by how much it is broken; beside it stands a case in which it is.
 """
 
 from __future__ import annotations
@@ -27,11 +28,16 @@ def angles(count: int = 200) -> Array:
     return np.random.default_rng(0).uniform(0, TURN, count)
 
 
-# --- momentum --------------------------------------------------------------------------------------
+# --- momentum
+# --------------------------------------------------------------------------------------
 
 
 def weight(machine: PlantingMachine) -> float:
-    side = machine.si("middle_kg") + machine.si("planet_kg") + 2 * (machine.si("half_C1_kg") + machine.si("half_C2_kg"))
+    side = (
+        machine.si("middle_kg")
+        + machine.si("planet_kg")
+        + 2 * (machine.si("half_C1_kg") + machine.si("half_C2_kg"))
+    )
     return machine.si("gravity_m_s2") * (machine.si("sun_kg") + machine.si("carrier_kg") + 2 * side)
 
 
@@ -39,7 +45,9 @@ def momentum_rate(machine: PlantingMachine, phi: Array) -> tuple[Array, Array]:
     """Sum over all bodies of mass times acceleration, horizontal and vertical."""
     device = kinematics.Device(machine)
     parts = [part for angle in (phi, phi - np.pi) for part in device.side(angle).weights()]
-    x, y = (sum(machine.si(mass) * place[axis].acceleration for mass, place in parts) for axis in (0, 1))
+    x, y = (
+        sum(machine.si(mass) * place[axis].acceleration for mass, place in parts) for axis in (0, 1)
+    )
     return x, y
 
 
@@ -47,7 +55,9 @@ def momentum_gap(device: Device, bodies: PlantingMachine) -> float:
     phi = angles()
     totals = model.cycle(device, phi).totals
     x, y = momentum_rate(bodies, phi)
-    return float(np.max(np.abs([totals["F_support_x"] - x, totals["F_support"] - y - weight(bodies)])))
+    return float(
+        np.max(np.abs([totals["F_support_x"] - x, totals["F_support"] - y - weight(bodies)]))
+    )
 
 
 @every_machine
@@ -56,17 +66,27 @@ def test_support_force_is_weight_and_rate_of_momentum(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", ["mass.planet_kg", "nozzle.C2_mm[2]", "centroid.middle_angle_deg", "design.theta_deg", "cam.opening_deg"]
+    "path",
+    [
+        "mass.planet_kg",
+        "nozzle.C2_mm[2]",
+        "centroid.middle_angle_deg",
+        "design.theta_deg",
+        "cam.opening_deg",
+    ],
 )
 def test_momentum_detects_error_of_1_percent(path: str) -> None:
     assert momentum_gap(machines.device("wang2017"), machines.tampered("wang2017", path)) > 1e-5
 
 
-# --- a cycle ---------------------------------------------------------------------------------------
+# --- a cycle
+# ---------------------------------------------------------------------------------------
 
 
 def lost_power(machine: PlantingMachine, outputs: model.Outputs, phi: Array) -> Array:
-    """Power that friction takes on both sides: each contact force against the relative velocity there."""
+    """Power that friction takes on both sides: each contact force against the relative velocity
+    there.
+    """
     device, total = kinematics.Device(machine), np.zeros(len(phi))
     for angle, side in zip((phi, phi - np.pi), outputs.sides, strict=True):
         motion = device.side(angle)
@@ -79,7 +99,9 @@ def lost_power(machine: PlantingMachine, outputs: model.Outputs, phi: Array) -> 
 
 
 def slip(motion: kinematics.Side, stage: int, place: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Velocity of the inner gear of a stage less that of the outer one at a place, as rigid bodies."""
+    """Velocity of the inner gear of a stage less that of the outer one at a place, as rigid
+    bodies.
+    """
     speed = motion.phi.rate
     middle = body_velocity(motion.A1, speed + motion.phi52.rate, place)
     if stage == 1:
@@ -97,14 +119,19 @@ def work_gap(name: str, moving: PlantingMachine) -> float:
     """Input work of a turn less friction work, with the sliding of the machine that is `moving`."""
     phi, weights = panels(name)
     outputs = model.cycle(machines.device(name), phi)
-    return float(weights @ (outputs.totals["M_L"] - lost_power(moving, outputs, phi) / moving.si("speed_rpm")))
+    return float(
+        weights
+        @ (outputs.totals["M_L"] - lost_power(moving, outputs, phi) / moving.si("speed_rpm"))
+    )
 
 
 @every_machine
 def test_mean_support_force_is_the_weight(name: str) -> None:
     phi, weights = panels(name)
     totals = model.cycle(machines.device(name), phi).totals
-    assert weights @ totals["F_support"] / TURN == pytest.approx(weight(machines.machine(name)), abs=1e-9)
+    assert weights @ totals["F_support"] / TURN == pytest.approx(
+        weight(machines.machine(name)), abs=1e-9
+    )
     assert weights @ totals["F_support_x"] / TURN == pytest.approx(0, abs=1e-9)
 
 
@@ -140,7 +167,8 @@ def test_no_friction_no_input_work(name: str) -> None:
     assert np.abs(totals["M_L"]).max() > 1e-2
 
 
-# --- symmetry and scaling --------------------------------------------------------------------------
+# --- symmetry and scaling
+# --------------------------------------------------------------------------
 
 
 @every_machine
@@ -161,10 +189,13 @@ def test_single_side_has_no_half_turn_symmetry() -> None:
 
 @every_machine
 @pytest.mark.parametrize(
-    "path", ["design.gamma_deg", "design.A6_mm", "centroid.sun_radius_mm", "inertia.J7_about_B1_kg_m2"]
+    "path",
+    ["design.gamma_deg", "design.A6_mm", "centroid.sun_radius_mm", "inertia.J7_about_B1_kg_m2"],
 )
 def test_support_force_depends_on_common_centroid_only(name: str, path: str) -> None:
-    """Shafts of the two sides lie opposite each other: where they are does not matter, nor does any inertia."""
+    """Shafts of the two sides lie opposite each other: where they are does not matter, nor does any
+    inertia.
+    """
     both = machines.device(name), Device(machines.tampered(name, path))
     base, changed = (model.cycle(device, angles(50)).totals for device in both)
     for force in ("F_support", "F_support_x"):
@@ -175,7 +206,10 @@ def speed_gap(name: str, power: int) -> float:
     """How far the force less the weight is from scaling with a power of the speed."""
     phi, base = angles(50), machines.machine(name)
     faster = Device(machines.tampered(name, "operation.speed_rpm", 1.5))
-    slow, fast = (model.cycle(d, phi).totals["F_support"] - weight(base) for d in (machines.device(name), faster))
+    slow, fast = (
+        model.cycle(d, phi).totals["F_support"] - weight(base)
+        for d in (machines.device(name), faster)
+    )
     return float(np.abs(fast - 1.5**power * slow).max())
 
 
@@ -185,7 +219,8 @@ def test_force_less_weight_scales_with_speed_squared(name: str) -> None:
     assert speed_gap(name, 3) > 1e-2
 
 
-# --- contacts --------------------------------------------------------------------------------------
+# --- contacts
+# --------------------------------------------------------------------------------------
 
 
 @every_machine
@@ -201,7 +236,9 @@ def test_the_roller_is_pushed_in_the_built_in_machines(name: str) -> None:
 
 
 def test_without_a_spring_the_roller_would_have_to_be_pulled() -> None:
-    slack = machines.machine("wang2017").with_numbers({"spring.preload_N": 0.0, "spring.rate_N_m": 0.0})
+    slack = machines.machine("wang2017").with_numbers(
+        {"spring.preload_N": 0.0, "spring.rate_N_m": 0.0}
+    )
     assert model.cycle(Device(slack), TURN * np.arange(720) / 720).side1["F_E"].min() < 0
 
 
@@ -211,7 +248,10 @@ def test_cam_friction_opposes_sliding_within_cone(name: str) -> None:
     side = model.cycle(machines.device(name), phi).side1
     x, z = kinematics.Device(machine).side(phi).sliding
     speed = np.hypot(x, z)
-    tangential, across = (side["F_Ex"] * x + side["F_Ez"] * z) / speed, (side["F_Ez"] * x - side["F_Ex"] * z) / speed
+    tangential, across = (
+        (side["F_Ex"] * x + side["F_Ez"] * z) / speed,
+        (side["F_Ez"] * x - side["F_Ex"] * z) / speed,
+    )
     mu = np.tan(machine.si("cam_friction_angle_deg"))
     assert tangential == pytest.approx(-mu * across, abs=1e-9)
     assert (tangential * side["F_E"] < 0).all()
@@ -237,7 +277,10 @@ def test_teeth_do_not_slide_at_the_pitch_point(name: str) -> None:
 @every_machine
 def test_the_other_flank_would_have_to_pull(name: str) -> None:
     phi = angles()
-    side, motion = model.cycle(machines.device(name), phi).side1, kinematics.Device(machines.machine(name)).side(phi)
+    side, motion = (
+        model.cycle(machines.device(name), phi).side1,
+        kinematics.Device(machines.machine(name)).side(phi),
+    )
     for stage, tooth in ((1, "P"), (2, "Q")):
         flank = np.where(side[f"M_{tooth}"] > 0, 1, -1)
         for bearing, sign in ((flank, 1), (-flank, -1)):
@@ -247,10 +290,16 @@ def test_the_other_flank_would_have_to_pull(name: str) -> None:
 @every_machine
 def test_tooth_forces_lie_at_the_pressure_angle_less_friction(name: str) -> None:
     phi, machine = angles(), machines.machine(name)
-    side, motion = model.cycle(machines.device(name), phi).side1, kinematics.Device(machine).side(phi)
+    side, motion = (
+        model.cycle(machines.device(name), phi).side1,
+        kinematics.Device(machine).side(phi),
+    )
     for stage, tooth in ((1, "P"), (2, "Q")):
         mesh = motion.mesh(stage)
-        expected, printed_force = mesh.force(side[f"M_{tooth}"]), (side[f"F_{tooth}x"], side[f"F_{tooth}y"])
+        expected, printed_force = (
+            mesh.force(side[f"M_{tooth}"]),
+            (side[f"F_{tooth}x"], side[f"F_{tooth}y"]),
+        )
         assert np.array(printed_force) == pytest.approx(np.array(expected), abs=1e-10)
         turned = replace(mesh, lean=mesh.lean + np.radians(0.1)).force(side[f"M_{tooth}"])
         assert np.abs(np.subtract(printed_force, turned)).max() > 1e-4

@@ -1,8 +1,10 @@
-"""Tests run with a module exchanged, each time in a fork of a process that has the large libraries loaded.
+"""Tests run with a module exchanged, each time in a fork of a process that has the large libraries
+loaded.
 
-A fork starts neither Python nor SymPy nor CasADi again, and loads the project's own modules anew, so that the module
-that stands in for another is in force before any that imports it. `python -m tests.mutants.forks` reads jobs as JSON
-and writes an answer to each, a line each: what catches the fault, and how long it took.
+A fork starts neither Python nor SymPy nor CasADi again, and loads the project's own modules anew,
+so that the module that stands in for another is in force before any that imports it.
+`python -m tests.mutants.forks` reads jobs as JSON and writes an answer to each, a line each: what
+catches the fault, and how long it took.
 """
 
 from __future__ import annotations
@@ -26,9 +28,21 @@ from types import CodeType
 import pytest
 
 ROOT = Path(__file__).parents[2]
-LIBRARIES = ("casadi", "hypothesis", "matplotlib", "mpmath", "numpy", "pydantic", "scipy.optimize", "sympy", "typer")
+LIBRARIES = (
+    "casadi",
+    "hypothesis",
+    "matplotlib",
+    "mpmath",
+    "numpy",
+    "pydantic",
+    "scipy.optimize",
+    "sympy",
+    "typer",
+)
 OPTIONS = ("-x", "-q", "-o", "addopts=", "--import-mode=importlib", "-m", "not long and not fault")
-"""The project's own without those of plugins, none of which is loaded: it would take as long as the tests."""
+"""The project's own without those of plugins, none of which is loaded: it would take as long as the
+tests.
+"""
 BYTES = 4 * 2**30
 
 
@@ -36,7 +50,8 @@ BYTES = 4 * 2**30
 class Job:
     """Tests to run, in this order until one fails, with another text in the place of a module's.
 
-    What takes more than `seconds` of the processor, or asks for more memory than `BYTES`, counts as caught.
+    What takes more than `seconds` of the processor, or asks for more memory than `BYTES`, counts as
+    caught.
     """
 
     module: str
@@ -51,7 +66,10 @@ class Job:
 
 @dataclass(frozen=True)
 class Answer:
-    """The first test that fails, or the limit that is passed; nothing where all pass. Seconds of the processor."""
+    """The first test that fails, or the limit that is passed; nothing where all pass.
+
+    Seconds of the processor.
+    """
 
     by: str
     seconds: float
@@ -60,7 +78,9 @@ class Answer:
 def answers(jobs: Sequence[Job]) -> Iterator[Answer]:
     """An answer to each job, in their order, as soon as it is there."""
     command = [sys.executable, "-m", "tests.mutants.forks"]
-    with subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdin is not None
         assert process.stdout is not None
         with process.stdin as requests:

@@ -1,8 +1,10 @@
-"""Single faults in the text of a module: an operator, a comparison, a condition, a constant, a statement.
+"""Single faults in the text of a module: an operator, a comparison, a condition, a constant, a
+statement.
 
-A fault is named by where it stands and what it changes, without line numbers, so that a seeded sample hardly changes
-with the code around it. Left alone are docstrings, annotations, decorators, what is raised, words (of meanings and
-sources), and `strict`, by which loops over several sequences state what cannot happen.
+A fault is named by where it stands and what it changes, without line numbers, so that a seeded
+sample hardly changes with the code around it. Left alone are docstrings, annotations, decorators,
+what is raised, words (of meanings and sources), and `strict`, by which loops over several sequences
+state what cannot happen.
 """
 
 from __future__ import annotations
@@ -16,31 +18,68 @@ from dataclasses import dataclass
 from hashlib import sha256
 
 OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
-    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult,
-    ast.FloorDiv: ast.Mult, ast.Mod: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
-}  # fmt: skip
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.FloorDiv: ast.Mult,
+    ast.Mod: ast.Mult,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
+}
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
-    ast.Lt: (ast.LtE, ast.Gt), ast.LtE: (ast.Lt, ast.GtE), ast.Gt: (ast.GtE, ast.Lt), ast.GtE: (ast.Gt, ast.LtE),
-    ast.Eq: (ast.NotEq,), ast.NotEq: (ast.Eq,), ast.Is: (ast.IsNot,), ast.IsNot: (ast.Is,), ast.In: (ast.NotIn,),
+    ast.Lt: (ast.LtE, ast.Gt),
+    ast.LtE: (ast.Lt, ast.GtE),
+    ast.Gt: (ast.GtE, ast.Lt),
+    ast.GtE: (ast.Gt, ast.LtE),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.Is: (ast.IsNot,),
+    ast.IsNot: (ast.Is,),
+    ast.In: (ast.NotIn,),
     ast.NotIn: (ast.In,),
-}  # fmt: skip
+}
 NAMES = {
-    "min": "max", "max": "min", "Min": "Max", "Max": "Min", "sin": "cos", "cos": "sin", "any": "all", "all": "any",
-    "Zero": "One", "One": "Zero", "X": "Y", "Y": "Z", "Z": "X",
-}  # fmt: skip
+    "min": "max",
+    "max": "min",
+    "Min": "Max",
+    "Max": "Min",
+    "sin": "cos",
+    "cos": "sin",
+    "any": "all",
+    "all": "any",
+    "Zero": "One",
+    "One": "Zero",
+    "X": "Y",
+    "Y": "Z",
+    "Z": "X",
+}
 """Names for which another may be taken."""
 TEXT = re.compile(r"(?<![^\s(])(?:[-+*/<>]|[<>=!]=)(?![^\s])|(?<![\w.])[01](?!\w)")
 IN_TEXT = {
-    "+": "-", "-": "+", "*": "/", "/": "*", "<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==",
-    "0": "1", "1": "0",
-}  # fmt: skip
+    "+": "-",
+    "-": "+",
+    "*": "/",
+    "/": "*",
+    "<": "<=",
+    "<=": "<",
+    ">": ">=",
+    ">=": ">",
+    "==": "!=",
+    "!=": "==",
+    "0": "1",
+    "1": "0",
+}
 """What is exchanged, sign by sign, in text that is itself a programme."""
 NOT_CODE = ("annotation", "returns", "decorator_list", "bases")
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One fault of a module: in which function and line, what stood there and what stands there now."""
+    """One fault of a module: in which function and line, what stood there and what stands there
+    now.
+    """
 
     place: str
     kind: str
@@ -107,7 +146,11 @@ class _Exchange(ast.NodeTransformer):
 
 
 def _format_node(node: ast.AST) -> str:
-    return ast.unparse(node).splitlines()[0] if not isinstance(node, ast.Constant) else repr(node.value)
+    return (
+        ast.unparse(node).splitlines()[0]
+        if not isinstance(node, ast.Constant)
+        else repr(node.value)
+    )
 
 
 def _faults(tree: ast.Module, writes: bool) -> Iterator[_Fault]:
@@ -117,7 +160,9 @@ def _faults(tree: ast.Module, writes: bool) -> Iterator[_Fault]:
 
 
 def _walk(node: ast.AST, place: str, line: int, writes: bool) -> Iterator[tuple[str, int, ast.AST]]:
-    """Every node that may be changed, with the names of the classes and functions around it and its line."""
+    """Every node that may be changed, with the names of the classes and functions around it and its
+    line.
+    """
     for name, value in ast.iter_fields(node):
         for child in value if isinstance(value, list) else [value]:
             if name in NOT_CODE or not isinstance(child, ast.AST) or _is_left_alone(child, writes):
@@ -143,13 +188,17 @@ def _changes(node: ast.AST, writes: bool) -> Changes:
         case ast.BinOp(op=op) | ast.AugAssign(op=op) if type(op) in OPERATORS:
             yield "operator", _with(node, op=OPERATORS[type(op)]())
         case ast.Compare(ops=[op]):
-            yield from (("comparison", _with(node, ops=[other()])) for other in COMPARISONS[type(op)])
+            yield from (
+                ("comparison", _with(node, ops=[other()])) for other in COMPARISONS[type(op)]
+            )
         case ast.BoolOp(op=op):
             yield "logic", _with(node, op=ast.Or() if isinstance(op, ast.And) else ast.And())
         case ast.UnaryOp(op=ast.USub() | ast.Not(), operand=operand):
             yield "sign", operand
         case ast.Constant(value=value):
-            yield from (("constant", _with(node, value=other)) for other in _constants(value, writes))
+            yield from (
+                ("constant", _with(node, value=other)) for other in _constants(value, writes)
+            )
         case ast.Name(id=name, ctx=ast.Load()) if name in NAMES:
             yield "name", _with(node, id=NAMES[name])
         case ast.Attribute(attr=name, ctx=ast.Load()) if name in NAMES:
@@ -182,7 +231,12 @@ def _left_out(node: ast.AST) -> Changes:
     match node:
         case ast.Return(value=ast.expr() as value) if not isinstance(value, ast.Constant):
             yield "statement", _with(node, value=ast.Constant(None))
-        case ast.Expr() | ast.AugAssign() | ast.Continue() | ast.If(body=[ast.Raise() | ast.Return()], orelse=[]):
+        case (
+            ast.Expr()
+            | ast.AugAssign()
+            | ast.Continue()
+            | ast.If(body=[ast.Raise() | ast.Return()], orelse=[])
+        ):
             yield "statement", ast.Pass()
 
 

@@ -1,4 +1,6 @@
-"""Which modules are tried with faults in them, how many of each room, which tests are concerned, what is equivalent."""
+"""Which modules are tried with faults in them, how many of each room, which tests are concerned,
+what is equivalent.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +32,8 @@ class Trial:
 class Room:
     """Modules by patterns, the size of the sample, and tests, those first that most likely fail.
 
-    `seconds` of the processor are more than twice what the tests need on sound modules. `writes` says that the modules
-    write programmes, so that faults are planted in that text, too.
+    `seconds` of the processor are more than twice what the tests need on sound modules. `writes`
+    says that the modules write programmes, so that faults are planted in that text, too.
     """
 
     modules: tuple[str, ...]
@@ -47,7 +49,11 @@ class Room:
 
     @cached_property
     def list_trials(self) -> list[Trial]:
-        return [Trial(path, m) for path in self.paths for m in mutants(path.read_text("utf-8"), self.writes)]
+        return [
+            Trial(path, m)
+            for path in self.paths
+            for m in mutants(path.read_text("utf-8"), self.writes)
+        ]
 
     @property
     def sample(self) -> list[Trial]:
@@ -56,7 +62,9 @@ class Room:
 
     def job(self, trial: Trial) -> Job:
         """The tests of a module with a fault in it."""
-        return self._job(trial.path, mutated(trial.path.read_text("utf-8"), trial.mutant, self.writes))
+        return self._job(
+            trial.path, mutated(trial.path.read_text("utf-8"), trial.mutant, self.writes)
+        )
 
     def sound(self, path: Path) -> Job:
         """The tests of a module as it is."""
@@ -68,7 +76,10 @@ class Room:
 
 
 def rooms() -> dict[str, Room]:
-    return {name: Room(**fields) for name, fields in tomllib.loads((HERE / "rooms.toml").read_text("utf-8")).items()}
+    return {
+        name: Room(**fields)
+        for name, fields in tomllib.loads((HERE / "rooms.toml").read_text("utf-8")).items()
+    }
 
 
 def equivalent() -> dict[str, str]:

@@ -1,4 +1,5 @@
-"""Faults planted in the code: of a seeded sample nearly all are caught by the tests of their module.
+"""Faults planted in the code: of a seeded sample nearly all are caught by the tests of their
+module.
 
 `python -m tests.mutants.test_mutants ADAPTER` prints what becomes of each.
 """
@@ -55,8 +56,16 @@ def test_words_are_left_alone() -> None:
 def test_signs_are_exchanged_in_program_text() -> None:
     source = "text = '{0} + {1} < 1.0'"
     assert not mutants(source)
-    exchanged = {mutated(source, m, writes=True).split("'")[1] for m in mutants(source, writes=True)}
-    assert exchanged == {"{1} + {1} < 1.0", "{0} - {1} < 1.0", "{0} + {0} < 1.0", "{0} + {1} <= 1.0", "{0} + {1} < 0.0"}
+    exchanged = {
+        mutated(source, m, writes=True).split("'")[1] for m in mutants(source, writes=True)
+    }
+    assert exchanged == {
+        "{1} + {1} < 1.0",
+        "{0} - {1} < 1.0",
+        "{0} + {0} < 1.0",
+        "{0} + {1} <= 1.0",
+        "{0} + {1} < 0.0",
+    }
 
 
 def test_mutants_have_unique_names_without_line_numbers() -> None:
@@ -73,7 +82,9 @@ def test_the_sample_is_large_and_tests_are_there() -> None:
 
 
 def test_equivalent_mutants_exist_and_have_reasons() -> None:
-    assert set(equivalent()) <= {trial.name for room in ROOMS.values() for trial in room.list_trials}
+    assert set(equivalent()) <= {
+        trial.name for room in ROOMS.values() for trial in room.list_trials
+    }
     assert all(equivalent().values())
 
 
@@ -85,7 +96,10 @@ def test_nearly_every_fault_is_caught(name: str) -> None:
     trials = [trial for trial in room.sample if trial.name not in known_equivalent]
     results = list(answers([room.job(trial) for trial in trials]))
     missed = [trial.name for trial, answer in zip(trials, results, strict=True) if not answer.by]
-    print(f"{name}: {len(trials) - len(missed)} of {len(trials)} caught, {room.size - len(trials)} equivalent")
+    print(
+        f"{name}: {len(trials) - len(missed)} of {len(trials)} caught, {room.size - len(trials)} "
+        f"equivalent"
+    )
     assert len(missed) <= (1 - CAUGHT) * len(trials), missed
 
 
@@ -103,14 +117,18 @@ def test_sound_modules_are_not_caught(name: str) -> None:
 def test_endless_mutant_is_caught() -> None:
     """And a module that cannot be loaded."""
     tests = ("tests/derive/test_quantities.py",)
-    endless, broken = (Job("derive.quantity", text, tests, seconds=2) for text in ("while True: pass", "1 / 0"))
+    endless, broken = (
+        Job("derive.quantity", text, tests, seconds=2) for text in ("while True: pass", "1 / 0")
+    )
     results = list(answers([endless, broken]))
     assert [answer.by for answer in results] == ["SIGXCPU", "collection"]
 
 
 if __name__ == "__main__":
     chosen: Room = ROOMS[sys.argv[1]]
-    for trial, answer in zip(chosen.sample, answers(list(map(chosen.job, chosen.sample))), strict=True):
+    for trial, answer in zip(
+        chosen.sample, answers(list(map(chosen.job, chosen.sample))), strict=True
+    ):
         outcome = "equivalent" if trial.name in equivalent() else "MISSED"
         print(f"{answer.seconds:6.2f} s  {answer.by or outcome}  {trial.name}", flush=True)
     print(f"seed {SEED}")

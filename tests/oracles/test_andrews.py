@@ -1,7 +1,8 @@
 """Andrews' squeezing mechanism against the numbers of the test set for initial value problems.
 
-F. Mazzia, C. Magherini, "Test Set for Initial Value Problem Solvers", release 2.4, University of Bari 2008, problem
-ANDREWS: consistent initial values, and the reference solution at 0.03 s. Its multipliers pull the other way round.
+F. Mazzia, C. Magherini, "Test Set for Initial Value Problem Solvers", release 2.4, University of
+Bari 2008, problem ANDREWS: consistent initial values, and the reference solution at 0.03 s. Its
+multipliers pull the other way round.
 """
 
 import numpy as np
@@ -16,9 +17,16 @@ START = """-0.0617138900142764496358948458001 0 0.455279819163070380255912382449
 ACCELERATIONS = "14222.4439199541138705911625887 -10666.8329399655854029433719415 0 0 0 0 0"
 MULTIPLIERS = "98.5668703962410896057654982170 -6.12268834425566265503114393122 0 0 0 0"
 END = np.array(
-    [15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304,
-     0.5347301163226948, 1.048080741042263]
-)  # fmt: skip
+    [
+        15.81077119629904,
+        -15.75637105984298,
+        0.04082224013073101,
+        -0.5347301163226948,
+        0.5244099658805304,
+        0.5347301163226948,
+        1.048080741042263,
+    ]
+)
 
 
 def exact(data: list[object]) -> tuple[list[object], list[object]]:
@@ -56,10 +64,14 @@ def test_accelerations_and_multipliers_have_all_digits_in_print() -> None:
     with mp.workdps(40):
         accelerations, multipliers = exact(as_written())
         for acceleration, printed in zip(
-            [*accelerations, *[-m for m in multipliers]], f"{ACCELERATIONS} {MULTIPLIERS}".split(), strict=True
+            [*accelerations, *[-m for m in multipliers]],
+            f"{ACCELERATIONS} {MULTIPLIERS}".split(),
+            strict=True,
         ):
             print(f"found {mp.nstr(acceleration, 30)}, printed {printed}")
-            assert abs(acceleration - mp.mpf(printed)) <= mp.mpf("1e-27") * max(1, abs(mp.mpf(printed)))
+            assert abs(acceleration - mp.mpf(printed)) <= mp.mpf("1e-27") * max(
+                1, abs(mp.mpf(printed))
+            )
 
 
 def test_error_in_last_digit_is_detected() -> None:
@@ -72,7 +84,9 @@ def test_error_in_last_digit_is_detected() -> None:
 def test_doubles_have_theirs() -> None:
     dynamics = own.dynamics("andrews")
     accelerations, multipliers = dynamics.accelerations(0.0, dynamics.start())
-    assert accelerations == pytest.approx(np.array(ACCELERATIONS.split(), float), rel=1e-13, abs=1e-9)
+    assert accelerations == pytest.approx(
+        np.array(ACCELERATIONS.split(), float), rel=1e-13, abs=1e-9
+    )
     assert -multipliers == pytest.approx(np.array(MULTIPLIERS.split(), float), rel=1e-13, abs=1e-11)
 
 
@@ -80,24 +94,32 @@ def test_the_angles_at_the_end_are_those_of_the_reference() -> None:
     """Over their size: beta and Theta are near 16 rad."""
     run = own.dynamics("andrews").run(np.array([0.0, 0.03]), 1e-12)
     size = np.maximum(1, np.abs(END))
-    assert own.deviation("seven angles over their size", run.states[:7, -1] / size, END / size) < 1e-9
+    assert (
+        own.deviation("seven angles over their size", run.states[:7, -1] / size, END / size) < 1e-9
+    )
 
 
 def test_remaining_error_equals_reference() -> None:
-    """Without projection, at the least tolerance there is, the angles are the same to a hundredth of the deviation."""
+    """Without projection, at the least tolerance there is, the angles are the same to a hundredth
+    of the deviation.
+    """
     dynamics = own.dynamics("andrews")
 
     def rates(time: float, state: np.ndarray) -> np.ndarray:
         return np.concatenate([state[7:], dynamics.accelerations(time, state)[0]])
 
-    free = solve_ivp(rates, (0, 0.03), dynamics.start(), method="DOP853", rtol=3e-14, atol=1e-16).y[:7, -1]
+    free = solve_ivp(rates, (0, 0.03), dynamics.start(), method="DOP853", rtol=3e-14, atol=1e-16).y[
+        :7, -1
+    ]
     final_state = dynamics.run(np.array([0.0, 0.03]), 1e-12).states[:7, -1]
     assert own.deviation("with and without projection", final_state, free) < 1.5e-11
     assert own.deviation("without projection, from the reference", free, END) < 2e-9
 
 
 def test_joint_forces_balance_every_body() -> None:
-    """At the start crank and rod lie in line; momentum of all bodies follows from the forces of the ground alone."""
+    """At the start crank and rod lie in line; momentum of all bodies follows from the forces of the
+    ground alone.
+    """
     run = own.dynamics("andrews").run(np.linspace(0, 0.01, 5), 1e-11)
     masses = own.file("andrews").values
     assert run.undetermined == ()

@@ -1,8 +1,10 @@
-"""Bricard's mechanism (IFToMM library of computational benchmarks, A04): five rods, six hinges, held once too often.
+"""Bricard's mechanism (IFToMM library of computational benchmarks, A04): five rods, six hinges,
+held once too often.
 
-M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, "A benchmarking system for MBS simulation software", Multibody Syst.
-Dyn. 16 (2006) 179-190. Thin rods of 1 m and 1 kg from rest. The reference trajectory is not in print; held here are the
-energy, and the turns of the hinges against the same mechanism opened at another hinge.
+M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, "A benchmarking system for MBS simulation software",
+Multibody Syst. Dyn. 16 (2006) 179-190. Thin rods of 1 m and 1 kg from rest. The reference
+trajectory is not in print; held here are the energy, and the turns of the hinges against the same
+mechanism opened at another hinge.
 """
 
 import numpy as np

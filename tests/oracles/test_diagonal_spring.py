@@ -1,9 +1,11 @@
-"""A four-bar with a diagonal spring (IFToMM library of computational benchmarks): its state of rest, its eigenvalues.
+"""A four-bar with a diagonal spring (IFToMM library of computational benchmarks): its state of
+rest, its eigenvalues.
 
-Three unit bars of 1 kg on a unit base; the spring, unloaded at the length of the square's diagonal, goes from one foot
-to the far corner. The angle of rest and the eigenvalues are the benchmark's, to ten to twelve digits, as B. Minaker
-(University of Windsor, software EoM, solution 120 of that library) cites them. The balance of moments about a foot,
-solved here to thirty digits, says that the last two of the angle are off.
+Three unit bars of 1 kg on a unit base; the spring, unloaded at the length of the square's diagonal,
+goes from one foot to the far corner. The angle of rest and the eigenvalues are the benchmark's, to
+ten to twelve digits, as B. Minaker (University of Windsor, software EoM, solution 120 of that
+library) cites them. The balance of moments about a foot, solved here to thirty digits, says that
+the last two of the angle are off.
 """
 
 import mpmath
@@ -42,15 +44,27 @@ FREE, DAMPED = 2.14767663837j, -0.2423858093 + 2.1339550282j
 
 
 def angle_of_rest() -> float:
-    """Of the rhombus: 2 m g l cos(phi) is the moment of the weights, the rest that of the spring."""
+    """Of the rhombus: 2 m g l cos(phi) is the moment of the weights, the rest that of the
+    spring.
+    """
     with mpmath.workdps(30):
         weight, root = 2 * mpmath.mpf("9.81"), mpmath.sqrt(2)
-        return float(mpmath.findroot(lambda x: weight * mpmath.cos(x) - 25 * (2 * mpmath.cos(x / 2) - root)
-                                     * mpmath.sin(x / 2), 2.2))  # fmt: skip
+        return float(
+            mpmath.findroot(
+                lambda x: (
+                    weight * mpmath.cos(x) - 25 * (2 * mpmath.cos(x / 2) - root) * mpmath.sin(x / 2)
+                ),
+                2.2,
+            )
+        )
 
 
-@pytest.mark.parametrize(("damping", "printed", "digits"), [(0.0, FREE, 1e-11), (1.0, DAMPED, 5e-11)])
-def test_rest_and_eigenvalues_are_those_of_the_benchmark(damping: float, printed: complex, digits: float) -> None:
+@pytest.mark.parametrize(
+    ("damping", "printed", "digits"), [(0.0, FREE, 1e-11), (1.0, DAMPED, 5e-11)]
+)
+def test_rest_and_eigenvalues_are_those_of_the_benchmark(
+    damping: float, printed: complex, digits: float
+) -> None:
     """The eigenvalues in print are those at the angle in print."""
     four_bar = own.dynamics(FOUR_BAR, "four_bar", c_N_s_m=damping)
     left, top, right = (four_bar.names.index(name) for name in ("left", "top", "right"))

@@ -1,9 +1,10 @@
-"""A row of N four-bars that passes singular poses (IFToMM library of computational benchmarks, A02).
+"""A row of N four-bars that passes singular poses (IFToMM library of computational benchmarks,
+A02).
 
-M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, "A benchmarking system for MBS simulation software", Multibody Syst.
-Dyn. 16 (2006) 179-190. Whenever all bars lie in line, the mechanism has N + 1 degrees of freedom for an instant. The
-place of B0 at 10 s for N = 2: J. Gerstmayr's Exudyn, example fourBarMechanismIftomm, by steps of 0.25 and 0.125 ms, of
-second order, carried to the limit.
+M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, "A benchmarking system for MBS simulation software",
+Multibody Syst. Dyn. 16 (2006) 179-190. Whenever all bars lie in line, the mechanism has N + 1
+degrees of freedom for an instant. The place of B0 at 10 s for N = 2: J. Gerstmayr's Exudyn, example
+fourBarMechanismIftomm, by steps of 0.25 and 0.125 ms, of second order, carried to the limit.
 """
 
 import numpy as np
@@ -44,13 +45,19 @@ END = FINE + (FINE - COARSE) / 3
 
 
 @pytest.mark.parametrize(
-    ("tolerance", "drift", "distance"), [(1e-8, 1e-6, 1e-6), pytest.param(1e-10, 1e-8, 2e-8, marks=pytest.mark.long)]
+    ("tolerance", "drift", "distance"),
+    [(1e-8, 1e-6, 1e-6), pytest.param(1e-10, 1e-8, 2e-8, marks=pytest.mark.long)],
 )
-def test_two_windows_fall_through_their_singular_poses(tolerance: float, drift: float, distance: float) -> None:
+def test_two_windows_fall_through_their_singular_poses(
+    tolerance: float, drift: float, distance: float
+) -> None:
     run = own.dynamics(BARS.replace("COUNT", "2"), "bars").run(np.linspace(0, 10, 101), tolerance)
     energy = run.results["kinetic"] + run.results["potential"]
     assert own.deviation("energy, N = 2", energy / energy[0], 1) < drift
-    assert own.deviation("B0 at 10 s", [run.results["B0x"][-1], run.results["B0y"][-1]], END) < distance
+    assert (
+        own.deviation("B0 at 10 s", [run.results["B0x"][-1], run.results["B0y"][-1]], END)
+        < distance
+    )
     assert own.deviation("uprights", run.states[0], run.states[2]) < 1e-6
 
 

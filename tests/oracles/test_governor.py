@@ -1,9 +1,10 @@
 """The stiff flyball governor (IFToMM library of computational benchmarks, A05) against Pinocchio.
 
-M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, "A benchmarking system for MBS simulation software", Multibody Syst.
-Dyn. 16 (2006) 179-190; its numbers as in RehabEngGroup's MBSbenchmarksInOpenSim. The reference trajectory is in print
-as a figure alone, so the slider's height is held against that which the forward dynamics of Pinocchio (Carpentier et
-al., SII 2019) give to another integrator, and the turning momentum against its start.
+M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, "A benchmarking system for MBS simulation software",
+Multibody Syst. Dyn. 16 (2006) 179-190; its numbers as in RehabEngGroup's MBSbenchmarksInOpenSim.
+The reference trajectory is in print as a figure alone, so the slider's height is held against that
+which the forward dynamics of Pinocchio (Carpentier et al., SII 2019) give to another integrator,
+and the turning momentum against its start.
 """
 
 import numpy as np
@@ -63,30 +64,52 @@ class Engine:
         self.tree = pin.Model()
         self.tree.gravity.linear = np.array([0, 0, -9.81])
         thin, slim = 0.3 * (L**2 + W**2) / 12, 0.3 * W**2 / 6
-        shaft = self._body(0, pin.JointModelRZ(), np.zeros(3), 0.3, [0, 0, L / 2], [thin, thin, slim])
-        self.slider = self._body(shaft, pin.JointModelPZ(), np.zeros(3), 3.0, [0, 0, 0], [3.0 * B**2 / 6] * 3)
+        shaft = self._body(
+            0, pin.JointModelRZ(), np.zeros(3), 0.3, [0, 0, L / 2], [thin, thin, slim]
+        )
+        self.slider = self._body(
+            shaft, pin.JointModelPZ(), np.zeros(3), 3.0, [0, 0, 0], [3.0 * B**2 / 6] * 3
+        )
         self.rods = []
         for side in (1, -1):
             joint = pin.JointModelRY() if side > 0 else pin.JointModelRevoluteUnaligned(0, -1, 0)
             hinge = np.array([side * B / 2, 0, L])
             rod = self._body(shaft, joint, hinge, 0.3, [side * L / 2, 0, 0], [slim, thin, thin])
-            self.tree.appendBodyToJoint(rod, pin.Inertia(5.0, np.array([side * L, 0, 0]), np.zeros((3, 3))),
-                                        pin.SE3.Identity())  # fmt: skip
+            self.tree.appendBodyToJoint(
+                rod,
+                pin.Inertia(5.0, np.array([side * L, 0, 0]), np.zeros((3, 3))),
+                pin.SE3.Identity(),
+            )
             self.rods.append((rod, side))
         self.data = self.tree.createData()
 
-    def _body(self, parent: int, joint: object, place: object, mass: float, centroid: object, moments: object) -> int:
-        index = self.tree.addJoint(parent, joint, pin.SE3(np.eye(3), np.asarray(place)), f"joint {self.tree.njoints}")
+    def _body(
+        self,
+        parent: int,
+        joint: object,
+        place: object,
+        mass: float,
+        centroid: object,
+        moments: object,
+    ) -> int:
+        index = self.tree.addJoint(
+            parent, joint, pin.SE3(np.eye(3), np.asarray(place)), f"joint {self.tree.njoints}"
+        )
         inertia = pin.Inertia(mass, np.array(centroid, dtype=float), np.diag(moments))
         self.tree.appendBodyToJoint(index, inertia, pin.SE3.Identity())
         return index
 
     def accelerations(self, places: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """Of shaft, slider and rods; the couplers pull at the rods' middles and at the slider's sides."""
+        """Of shaft, slider and rods; the couplers pull at the rods' middles and at the slider's
+        sides.
+        """
         pin.forwardKinematics(self.tree, self.data, places, rates)
         forces = [pin.Force.Zero() for _ in range(self.tree.njoints)]
         for rod, side in self.rods:
-            ends = [(rod, np.array([side * L / 2, 0, 0])), (self.slider, np.array([side * B / 2, 0, 0]))]
+            ends = [
+                (rod, np.array([side * L / 2, 0, 0])),
+                (self.slider, np.array([side * B / 2, 0, 0])),
+            ]
             (p, v), (r, u) = (self._point(*end) for end in ends)
             line, long = r - p, np.linalg.norm(r - p)
             pull = (STIFFNESS * (long - FREE) + DAMPING * (line @ (u - v)) / long) * line / long
@@ -106,7 +129,10 @@ def test_accelerations_are_those_of_the_engine() -> None:
     assert governor.names[:4] == ["turn", "s", "drop0", "drop1"]
     for _ in range(5):
         state = np.concatenate([rng.uniform(0.2, 0.7, 4), rng.uniform(-1, 1, 4)])
-        rates, expected = governor.accelerations(0.0, state)[0], engine.accelerations(state[:4], state[4:])
+        rates, expected = (
+            governor.accelerations(0.0, state)[0],
+            engine.accelerations(state[:4], state[4:]),
+        )
         assert own.deviation("accelerations", rates, expected) < 1e-11 * np.abs(expected).max()
     heavier = own.dynamics(GOVERNOR, "governor", m_b_kg=5.001).accelerations(0.0, state)[0]
     assert np.abs(heavier - expected).max() > 1e-6 * np.abs(expected).max()
@@ -119,7 +145,9 @@ def test_the_slider_moves_as_the_engine_says_over_ten_seconds() -> None:
     def rates(_: float, y: np.ndarray) -> np.ndarray:
         return np.concatenate([y[4:], engine.accelerations(y[:4], y[4:])])
 
-    solution = scipy.integrate.solve_ivp(rates, (0, 10), governor.start(), "LSODA", TIMES, rtol=1e-9, atol=1e-11)
+    solution = scipy.integrate.solve_ivp(
+        rates, (0, 10), governor.start(), "LSODA", TIMES, rtol=1e-9, atol=1e-11
+    )
     assert own.deviation("slider's height", run.states[1], solution.y[1]) < 1e-6
     assert np.ptp(run.states[1]) > 0.05
     assert own.deviation("both rods", run.states[2], run.states[3]) < 1e-8

@@ -1,6 +1,8 @@
-"""A second derivation of the exact model, by Lagrange's equations and virtual power, to 40 digits and more.
+"""A second derivation of the exact model, by Lagrange's equations and virtual power, to 40 digits
+and more.
 
-The generated array code runs at 50 digits on random machines and designs; the motion comes from the geometry alone.
+The generated array code runs at 50 digits on random machines and designs; the motion comes from the
+geometry alone.
 """
 
 from __future__ import annotations
@@ -44,8 +46,13 @@ class Side:
     def state(self) -> State:
         jets = [self.motion.phi, self.motion.phi52, self.motion.phi72, self.motion.theta1]
         values, rates, accelerations = ([jet.parts[order] for jet in jets] for order in range(3))
-        lengths = (self.device.sun.distance, self.device.gear6.distance, self.device["design.gamma_deg"],
-                   self.device["design.theta_deg"], *self.device.vector("nozzle.hinge_A_mm"))  # fmt: skip
+        lengths = (
+            self.device.sun.distance,
+            self.device.gear6.distance,
+            self.device["design.gamma_deg"],
+            self.device["design.theta_deg"],
+            *self.device.vector("nozzle.hinge_A_mm"),
+        )
         return State(values, rates, accelerations, lengths)
 
     def inertia(self) -> Objects:
@@ -72,7 +79,9 @@ class Side:
     def spring(self) -> Objects:
         origin, turned = self.state.frame("inner")
         hook = origin + turned @ _vector(*self.device.vector("nozzle.hook_F_mm"))
-        return self.motion.spring * self.state.power("inner", "outer", hook, _vector(mp.zero, mp.zero, mp.one))
+        return self.motion.spring * self.state.power(
+            "inner", "outer", hook, _vector(mp.zero, mp.zero, mp.one)
+        )
 
     def unknowns(self, flanks: tuple[int, int]) -> dict[str, Objects]:
         """Virtual power of each unknown force per unit of its size."""
@@ -82,7 +91,9 @@ class Side:
         forces = {"F_E": state.power("inner", "carrier", roller, axes @ _vector(x, mp.zero, z))}
         for stage, flank in enumerate(flanks, 1):
             mesh, (tooth, inner, outer) = self.motion.mesh(stage), TEETH[stage - 1]
-            forces[f"F_{tooth}"] = state.power(inner, outer, _vector(*mesh.place), _vector(*mesh.direction(flank)))
+            forces[f"F_{tooth}"] = state.power(
+                inner, outer, _vector(*mesh.place), _vector(*mesh.direction(flank))
+            )
         for shaft, name in (("A1", "middle"), ("B1", "planet")):
             at = state.frame(name)[0]
             for axis, unit in zip("xy", (_vector(mp.one), _vector(mp.zero, mp.one)), strict=True):
@@ -90,12 +101,18 @@ class Side:
         return forces
 
     def solve(self) -> dict[str, Number]:
-        """Sizes of the unknown forces, each on the flank that pushes; then what is left for the whole device."""
+        """Sizes of the unknown forces, each on the flank that pushes; then what is left for the
+        whole device.
+        """
         required, flanks = self.inertia() - self.spring(), (1, 1)
         for _ in range(3):
             powers = self.unknowns(flanks)
             matrix = mp.matrix(np.array(list(powers.values())).T[RELEASED].tolist())
-            sizes = dict(zip(powers, mp.lu_solve(matrix, mp.matrix(required[RELEASED].tolist())), strict=True))
+            sizes = dict(
+                zip(
+                    powers, mp.lu_solve(matrix, mp.matrix(required[RELEASED].tolist())), strict=True
+                )
+            )
             pulls = [tooth for tooth in ("F_P", "F_Q") if sizes[tooth] < 0]
             if not pulls:
                 break
@@ -116,7 +133,9 @@ class Side:
 SIDE = ("F_E", "F_Px", "F_Py", "F_Qx", "F_Qy", "F_A1x", "F_A1y", "F_B1x", "F_B1y")
 
 
-def lagrange(machine: PlantingMachine, phi: Number) -> tuple[list[dict[str, Number]], dict[str, Number]]:
+def lagrange(
+    machine: PlantingMachine, phi: Number
+) -> tuple[list[dict[str, Number]], dict[str, Number]]:
     """Forces of both sides, and of the frame on the whole device."""
     device = kinematics.Device(machine, MPMATH)
     sides = [Side(device, device.side(angle)).solve() for angle in (phi, phi - mp.pi)]
@@ -132,16 +151,25 @@ def angle(name: str) -> float:
 
 def generated(name: str, phi: Number) -> model.Outputs:
     device = machines.device(name)
-    design, constants = ([mp.mpf(float(v)) for v in vector] for vector in (device.design, device.constants))
+    design, constants = (
+        [mp.mpf(float(v)) for v in vector] for vector in (device.design, device.constants)
+    )
     return model.ArrayModel(device, TERMS)(xp_mpmath, phi, design, constants)
 
 
 def gaps(name: str, machine: PlantingMachine, phi: Number) -> dict[str, Number]:
     """Relative differences of the generated model to Lagrange's equations for a machine."""
     expected, actual = lagrange(machine, phi), generated(name, phi)
-    pairs = {f"{key}, side {i + 1}": (expected[0][i][key], actual.sides[i][key]) for i in (0, 1) for key in SIDE}
+    pairs = {
+        f"{key}, side {i + 1}": (expected[0][i][key], actual.sides[i][key])
+        for i in (0, 1)
+        for key in SIDE
+    }
     pairs |= {key: (expected[1][key], actual.totals[key]) for key in WHOLE}
-    return {key: abs(computed - reference) / max(1, abs(computed)) for key, (computed, reference) in pairs.items()}
+    return {
+        key: abs(computed - reference) / max(1, abs(computed))
+        for key, (computed, reference) in pairs.items()
+    }
 
 
 @pytest.mark.parametrize("name", machines.sampled(2))

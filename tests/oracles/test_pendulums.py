@@ -1,4 +1,6 @@
-"""Pendulum, double pendulum and spinning top against quadratures and elliptic functions, by mpmath."""
+"""Pendulum, double pendulum and spinning top against quadratures and elliptic functions, by
+mpmath.
+"""
 
 import mpmath
 import numpy as np
@@ -62,7 +64,9 @@ def double(**values: float) -> Dynamics:
 
 
 def test_small_swings_of_two_bobs() -> None:
-    """det(K - w^2 M) = 0 with M = [[m l1^2, m2 l1 l2], [., m2 l2^2]], K = g diag(m l1, m2 l2), m = m1 + m2."""
+    """det(K - w^2 M) = 0 with M = [[m l1^2, m2 l1 l2], [., m2 l2^2]], K = g diag(m l1, m2 l2), m =
+    m1 + m2.
+    """
     l1, l2, m1, m2, g = 0.7, 0.4, 1.3, 0.8, 9.81
     mass = np.array([[(m1 + m2) * l1**2, m2 * l1 * l2], [m2 * l1 * l2, m2 * l2**2]])
     stiff = g * np.diag([(m1 + m2) * l1, m2 * l2])
@@ -74,7 +78,9 @@ def test_small_swings_of_two_bobs() -> None:
 
 
 def test_two_bobs_without_gravity_turn_as_their_quadrature_says() -> None:
-    """Energy and momentum L stand, so the angle d between the rods obeys d'^2 = (2T - L^2/I)/(B - (B + D c)^2/I)."""
+    """Energy and momentum L stand, so the angle d between the rods obeys d'^2 = (2T - L^2/I)/(B -
+    (B + D c)^2/I).
+    """
     l1, l2, m1, m2 = map(mp.mpf, ("0.7", "0.4", "1.3", "0.8"))
     w1, w2, start = mp.mpf(-2), mp.mpf(9), mp.mpf("0.2")
     a, b, d = (m1 + m2) * l1**2, m2 * l2**2, m2 * l1 * l2
@@ -96,7 +102,8 @@ def test_two_bobs_without_gravity_turn_as_their_quadrature_says() -> None:
 
 
 def exact_tilt(times: np.ndarray) -> np.ndarray:
-    """Cosine of a heavy top's tilt, released without precession (Whittaker, Analytical dynamics, sections 71-72).
+    """Cosine of a heavy top's tilt, released without precession (Whittaker, Analytical dynamics,
+    sections 71-72).
 
     u'^2 = beta (u0 - u)(1 - u^2) - a^2 (u0 - u)^2, a = C spin/A, beta = 2 m g l/A:
     u = u1 + (u0 - u1) sn^2(K + sqrt(beta (u3 - u1))/2 t).
@@ -111,7 +118,10 @@ def exact_tilt(times: np.ndarray) -> np.ndarray:
         modulus = (u0 - u1) / (u3 - u1)
         pace, quarter = mp.sqrt(beta * (u3 - u1)) / 2, mp.ellipk(modulus)
         return np.array(
-            [float(u1 + (u0 - u1) * mpmath.ellipfun("sn", quarter + pace * t, m=modulus) ** 2) for t in times]
+            [
+                float(u1 + (u0 - u1) * mpmath.ellipfun("sn", quarter + pace * t, m=modulus) ** 2)
+                for t in times
+            ]
         )
 
 
@@ -136,7 +146,9 @@ def test_the_tip_bears_weight_and_momentum() -> None:
     dynamics = own.dynamics(TOP, "top")
     run = dynamics.run(np.array([0.0, 0.3 - step, 0.3, 0.3 + step]), 1e-12)
     phi, theta = run.states[:2]
-    place = 0.08 * np.array([np.sin(theta) * np.sin(phi), -np.sin(theta) * np.cos(phi), np.cos(theta)])
+    place = 0.08 * np.array(
+        [np.sin(theta) * np.sin(phi), -np.sin(theta) * np.cos(phi), np.cos(theta)]
+    )
     bent = 0.5 * (place[:, 3] - 2 * place[:, 2] + place[:, 1]) / step**2
     force = [run.results[f"F_O{axis}"][2] for axis in "xyz"]
     assert force == pytest.approx(bent + np.array([0, 0, 0.5 * 9.81]), rel=1e-5, abs=1e-5)

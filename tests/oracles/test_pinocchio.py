@@ -1,8 +1,10 @@
-"""All joint forces against Pinocchio's recursive Newton-Euler (Carpentier et al., SII 2019), which is given the motion.
+"""All joint forces against Pinocchio's recursive Newton-Euler (Carpentier et al., SII 2019), which
+is given the motion.
 
-Frame, carrier, two middle bodies, two planets and four nozzle halves are built from the machine file's numbers; the
-motion comes from the geometry alone; tooth, cam and spring forces act at their points, with only their sizes taken
-from the model. Where the model is right, free joints need no torque and all reactions agree.
+Frame, carrier, two middle bodies, two planets and four nozzle halves are built from the machine
+file's numbers; the motion comes from the geometry alone; tooth, cam and spring forces act at their
+points, with only their sizes taken from the model. Where the model is right, free joints need no
+torque and all reactions agree.
 """
 
 from __future__ import annotations
@@ -39,19 +41,34 @@ class Engine:
         si = self.numbers.si
         self.tree.gravity.linear = np.array([0, -si("gravity_m_s2"), 0])
         sun = si("centroid.sun_radius_mm") * _direction(si("centroid.sun_angle_deg"))
-        self._body("sun", 0, pin.JointModelRZ(), pin.SE3.Identity(), (si("sun_kg"), sun, np.ones(3)))
+        self._body(
+            "sun", 0, pin.JointModelRZ(), pin.SE3.Identity(), (si("sun_kg"), sun, np.ones(3))
+        )
         carrier = self._body(
-            "carrier", 0, pin.JointModelRZ(), pin.SE3.Identity(), (si("carrier_kg"), np.zeros(3), np.ones(3))
+            "carrier",
+            0,
+            pin.JointModelRZ(),
+            pin.SE3.Identity(),
+            (si("carrier_kg"), np.zeros(3), np.ones(3)),
         )
         for side in SIDES:
             self._side(side, carrier)
         self.data = self.tree.createData()
 
-    def _body(self, name: str, parent: int, joint: object, place: pin.SE3, *parts: tuple[float, Vector, Vector]) -> int:
+    def _body(
+        self,
+        name: str,
+        parent: int,
+        joint: object,
+        place: pin.SE3,
+        *parts: tuple[float, Vector, Vector],
+    ) -> int:
         """A body hung on a joint: parts are mass, centroid and centroidal moments of inertia."""
         index = self.tree.addJoint(parent, joint, place, name)
         for mass, centroid, moments in parts:
-            self.tree.appendBodyToJoint(index, pin.Inertia(mass, centroid, np.diag(moments)), pin.SE3.Identity())
+            self.tree.appendBodyToJoint(
+                index, pin.Inertia(mass, centroid, np.diag(moments)), pin.SE3.Identity()
+            )
         return index
 
     def _side(self, side: int, carrier: int) -> None:
@@ -63,11 +80,16 @@ class Engine:
         A1 = a1 * _direction(np.pi / 2 + turned)
         place = pin.SE3(_turn(turned), A1)
         self._body(f"middle {side}", carrier, pin.JointModelRZ(), place, (mass, centroid, middle))
-        centroid, mass = np.array([si("planet_xy_mm[0]"), si("planet_xy_mm[1]"), 0]), si("planet_kg")
+        centroid, mass = (
+            np.array([si("planet_xy_mm[0]"), si("planet_xy_mm[1]"), 0]),
+            si("planet_kg"),
+        )
         B1 = A1 + a2 * _direction(np.pi / 2 + turned + si("design.gamma_deg"))
         moments = np.array([1, 1, si("J7_about_B1_kg_m2") - mass * centroid @ centroid])
         place = pin.SE3(_turn(turned + si("design.theta_deg") - np.pi), B1)
-        planet = self._body(f"planet {side}", carrier, pin.JointModelRZ(), place, (mass, centroid, moments))
+        planet = self._body(
+            f"planet {side}", carrier, pin.JointModelRZ(), place, (mass, centroid, moments)
+        )
         for half in HALVES:
             hinge = pin.SE3(np.eye(3), self.hinge(half))
             parts = [self._part(part, half) for part in ("C1", "C2")]
@@ -75,13 +97,19 @@ class Engine:
 
     def point(self, name: str, half: str) -> Vector:
         """A point of the inner half, or its mirror image."""
-        return np.array([self.numbers.si(f"nozzle.{name}_mm[{i}]") for i in range(3)]) * _mirrored(half)
+        return np.array([self.numbers.si(f"nozzle.{name}_mm[{i}]") for i in range(3)]) * _mirrored(
+            half
+        )
 
     def hinge(self, half: str) -> Vector:
-        return self.point("hinge_A", half) + (0 if half == "inner" else np.array([0, 0, 2 * MIRROR]))
+        return self.point("hinge_A", half) + (
+            0 if half == "inner" else np.array([0, 0, 2 * MIRROR])
+        )
 
     def _part(self, name: str, half: str) -> tuple[float, Vector, Vector]:
-        moments = [self.numbers.si(f"inertia.{name}_centroidal_xx_yy_zz_kg_m2[{i}]") for i in range(3)]
+        moments = [
+            self.numbers.si(f"inertia.{name}_centroidal_xx_yy_zz_kg_m2[{i}]") for i in range(3)
+        ]
         return self.numbers.si(f"mass.half_{name}_kg"), self.point(name, half), np.array(moments)
 
     def run(self, sides: tuple[kinematics.Side, kinematics.Side], loads: list[Load]) -> None:
@@ -99,7 +127,9 @@ class Engine:
         state = np.zeros(self.tree.nq)
 
         def put(name: str, coordinate: object) -> None:
-            state[self.tree.joints[self.tree.getJointId(name)].idx_q] = np.asarray(coordinate).item()
+            state[self.tree.joints[self.tree.getJointId(name)].idx_q] = np.asarray(
+                coordinate
+            ).item()
 
         put("carrier", sides[0].phi.parts[order])
         for i, side in enumerate(sides):
@@ -170,31 +200,43 @@ class Case:
     def _teeth(self, i: int) -> list[Load]:
         side, values = self.sides[i], self.outputs.sides[i]
         P, Q = side.mesh(1), side.mesh(2)
-        return [Load("sun", f"middle {i}", _plane(*P.place), _plane(*P.force(values["M_P"]))),
-                Load(f"middle {i}", f"planet {i}", _plane(*Q.place), _plane(*Q.force(values["M_Q"])))]  # fmt: skip
+        return [
+            Load("sun", f"middle {i}", _plane(*P.place), _plane(*P.force(values["M_P"]))),
+            Load(f"middle {i}", f"planet {i}", _plane(*Q.place), _plane(*Q.force(values["M_Q"]))),
+        ]
 
     def _nozzle(self, i: int, cam_turned: float) -> list[Load]:
         side, values, axes = self.sides[i], self.outputs.sides[i], self.engine.planet_axes(i)
         x, z = (np.asarray(c).item() for c in side.cam_direction)
-        turned = np.array([[np.cos(cam_turned), np.sin(cam_turned)], [-np.sin(cam_turned), np.cos(cam_turned)]])
+        turned = np.array(
+            [[np.cos(cam_turned), np.sin(cam_turned)], [-np.sin(cam_turned), np.cos(cam_turned)]]
+        )
         x, z = turned @ (x, z) * values["F_E"]
         roller = np.array([np.asarray(c.value).item() for c in side.roller])
         pull = np.array([0, 0, np.asarray(side.spring).item()])
         hook = self._hook(i)
-        return [Load(f"inner {i}", "carrier", self.engine.place(i, roller), axes @ (x, 0, z)),
-                Load(f"inner {i}", f"outer {i}", hook, axes @ pull)]  # fmt: skip
+        return [
+            Load(f"inner {i}", "carrier", self.engine.place(i, roller), axes @ (x, 0, z)),
+            Load(f"inner {i}", f"outer {i}", hook, axes @ pull),
+        ]
 
     def _hook(self, i: int) -> Vector:
         index = self.engine.tree.getJointId(f"inner {i}")
         return np.array(self.engine.data.oMi[index].act(self.engine.point("hook_F", "inner")))
 
 
-def at(name: str, phi: float, numbers: PlantingMachine | None = None, cam_turned: float = 0.0) -> Case:
-    """Model and engine at one angle; `numbers` may give the engine another machine than the model's."""
+def at(
+    name: str, phi: float, numbers: PlantingMachine | None = None, cam_turned: float = 0.0
+) -> Case:
+    """Model and engine at one angle; `numbers` may give the engine another machine than the
+    model's.
+    """
     motion = kinematics.Device(machines.machine(name))
     sides = motion.side(np.array([phi])), motion.side(np.array([phi - np.pi]))
     outputs = model.cycle(machines.device(name), phi)
-    item = model.Outputs(*({k: v.item() for k, v in part.items()} for part in (*outputs.sides, outputs.totals)))
+    item = model.Outputs(
+        *({k: v.item() for k, v in part.items()} for part in (*outputs.sides, outputs.totals))
+    )
     case = Case(item, sides, Engine(numbers or machines.machine(name), motion))
     case.engine.run(sides, [])
     case.engine.run(sides, case.loads(cam_turned))
@@ -202,9 +244,14 @@ def at(name: str, phi: float, numbers: PlantingMachine | None = None, cam_turned
 
 
 def differences(case: Case) -> dict[str, float]:
-    """Model less engine for all joint forces and driving torques; torques that must vanish as they are."""
+    """Model less engine for all joint forces and driving torques; torques that must vanish as they
+    are.
+    """
     engine, totals = case.engine, case.outputs.totals
-    moments = {"M_1": totals["M_1"] - engine.torque("sun"), "M_L": totals["M_L"] - engine.torque("carrier")}
+    moments = {
+        "M_1": totals["M_1"] - engine.torque("sun"),
+        "M_L": totals["M_L"] - engine.torque("carrier"),
+    }
     for force, body in (("F_O", "sun"), ("F_O1", "carrier")):
         for axis, value in zip("xy", engine.reaction(body), strict=False):
             moments[f"{force}{axis}"] = totals[f"{force}{axis}"] - float(value)
@@ -215,10 +262,17 @@ def differences(case: Case) -> dict[str, float]:
 
 def _side_differences(case: Case, i: int) -> dict[str, float]:
     engine, side = case.engine, case.outputs.sides[i]
-    side_moments = {"middle free": engine.torque(f"middle {i}"), "planet free": engine.torque(f"planet {i}"),
-             "coupling without work": engine.torque(f"inner {i}") - engine.torque(f"outer {i}")}  # fmt: skip
-    joints = (("F_A1", f"middle {i}", np.eye(3)), ("F_B1", f"planet {i}", np.eye(3)),
-              ("F_A", f"inner {i}", engine.planet_axes(i)), ("F_Ao", f"outer {i}", engine.planet_axes(i)))  # fmt: skip
+    side_moments = {
+        "middle free": engine.torque(f"middle {i}"),
+        "planet free": engine.torque(f"planet {i}"),
+        "coupling without work": engine.torque(f"inner {i}") - engine.torque(f"outer {i}"),
+    }
+    joints = (
+        ("F_A1", f"middle {i}", np.eye(3)),
+        ("F_B1", f"planet {i}", np.eye(3)),
+        ("F_A", f"inner {i}", engine.planet_axes(i)),
+        ("F_Ao", f"outer {i}", engine.planet_axes(i)),
+    )
     for force, body, axes in joints:
         for axis, value in zip("xy", engine.reaction(body) @ axes, strict=False):
             side_moments[f"{force}{axis}"] = side[f"{force}{axis}"] - float(value)
@@ -240,7 +294,9 @@ def test_all_joint_forces_agree(name: str) -> None:
             assert abs(gap) < TOLERANCE, f"{key} at {np.degrees(phi):.3f} deg"
 
 
-@pytest.mark.parametrize("path", [p for p in machines.machine("wang2017").numbers() if p.startswith("mass.")])
+@pytest.mark.parametrize(
+    "path", [p for p in machines.machine("wang2017").numbers() if p.startswith("mass.")]
+)
 def test_mass_error_of_a_percent_is_detected(path: str) -> None:
     case = at("wang2017", 1.0, numbers=machines.tampered("wang2017", path))
     assert worst(case) > 1e3 * TOLERANCE
@@ -271,8 +327,11 @@ def test_the_directions_of_tooth_and_cam_forces_are_the_models() -> None:
         case = at(name, 2.0)
         for i in SIDES:
             side, values = case.sides[i], case.outputs.sides[i]
-            expected = (*side.mesh(1).force(values["M_P"]), *side.mesh(2).force(values["M_Q"]),
-                        *(values["F_E"] * c for c in side.cam_direction))  # fmt: skip
+            expected = (
+                *side.mesh(1).force(values["M_P"]),
+                *side.mesh(2).force(values["M_Q"]),
+                *(values["F_E"] * c for c in side.cam_direction),
+            )
             forces = (values[key] for key in ("F_Px", "F_Py", "F_Qx", "F_Qy", "F_Ex", "F_Ez"))
             for force, its in zip(expected, forces, strict=True):
                 assert np.asarray(force).item() == pytest.approx(its, abs=TOLERANCE)

@@ -1,4 +1,6 @@
-"""The corpus of the benchmark: every text is read, its sound rows hold, its known errors are found and mended."""
+"""The corpus of the benchmark: every text is read, its sound rows hold, its known errors are found
+and mended.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,11 @@ FREE = re.compile(r"(CC-BY|CC0|MIT|BSD|Apache)")
 
 
 @pytest.mark.parametrize(
-    "text", [pytest.param(text, marks=[pytest.mark.long] * (text.name in LONG), id=text.name) for text in PRESENT]
+    "text",
+    [
+        pytest.param(text, marks=[pytest.mark.long] * (text.name in LONG), id=text.name)
+        for text in PRESENT
+    ],
 )
 def test_sound_rows_hold_and_errors_are_found(text: CorpusText) -> None:
     claims = TextClaims(text)
@@ -49,7 +55,9 @@ def test_a_third_of_texts_is_held_out_and_says_why() -> None:
     held_out = [text for text in TEXTS if text.is_held_out]
     assert len(TEXTS) / 3 <= len(held_out) < 2 * len(TEXTS) / 3
     for text in held_out:
-        assert re.fullmatch(r"its hash|[0-9a-f]{8}, \d{4}-\d{2}-\d{2}", text.table["held_out"]), text.name
+        assert re.fullmatch(r"its hash|[0-9a-f]{8}, \d{4}-\d{2}-\d{2}", text.table["held_out"]), (
+            text.name
+        )
 
 
 @pytest.mark.long

@@ -1,4 +1,6 @@
-"""The device of Wang et al. 2017 at its optimum with the input set S1: public values, computed elsewhere."""
+"""The device of Wang et al. 2017 at its optimum with the input set S1: public values, computed
+elsewhere.
+"""
 
 import tomllib
 from collections.abc import Callable
@@ -31,7 +33,9 @@ def displayed_values(device: Device, outputs: model.Outputs) -> dict[str, np.nda
     return {keys[name]: values[name] / units.unit_factor(keys[name]) for name in values}
 
 
-def deviations(kind: Model, code: Callable[[Device, np.ndarray], model.Outputs]) -> dict[str, float]:
+def deviations(
+    kind: Model, code: Callable[[Device, np.ndarray], model.Outputs]
+) -> dict[str, float]:
     """Largest difference to each public value; NaN stands where there is none."""
     device = machines.device("wang2017", kind)
     values = displayed_values(device, code(device, ANGLES))
@@ -40,14 +44,17 @@ def deviations(kind: Model, code: Callable[[Device, np.ndarray], model.Outputs])
 
 @pytest.mark.parametrize("code", [model.cycle, by_array_code])
 @pytest.mark.parametrize("kind", ["exact", "printed"])
-def test_values_of_both_models(kind: Model, code: Callable[[Device, np.ndarray], model.Outputs]) -> None:
+def test_values_of_both_models(
+    kind: Model, code: Callable[[Device, np.ndarray], model.Outputs]
+) -> None:
     for key, deviation in deviations(kind, code).items():
         assert deviation < 1e-6, key
 
 
 def test_the_models_differ_by_more_than_the_tolerance() -> None:
     forces = [
-        model.cycle(machines.device("wang2017", kind), ANGLES).totals["F_support"] for kind in ("exact", "printed")
+        model.cycle(machines.device("wang2017", kind), ANGLES).totals["F_support"]
+        for kind in ("exact", "printed")
     ]
     assert np.abs(forces[0] - forces[1]).min() > 1
 
@@ -59,7 +66,9 @@ def gears(name: str) -> dict[str, float]:
     return {"a1_mm": h[0] * 1e3, "b1": h[1], "b2": h[2], "a2_mm": h[second] * 1e3}
 
 
-@pytest.mark.parametrize(("key", "tolerance"), [("a1_mm", 1e-9), ("a2_mm", 1e-9), ("b1", 1e-10), ("b2", 1e-10)])
+@pytest.mark.parametrize(
+    ("key", "tolerance"), [("a1_mm", 1e-9), ("a2_mm", 1e-9), ("b1", 1e-10), ("b2", 1e-10)]
+)
 def test_gears(key: str, tolerance: float) -> None:
     assert gears("wang2017")[key] == pytest.approx(VALUES["gears"][key], abs=tolerance)
     assert abs(gears("compact")[key] - VALUES["gears"][key]) > 1e3 * tolerance

@@ -1,4 +1,6 @@
-"""The public interface: light, every name there and explained with its units, nothing handed in is changed."""
+"""The public interface: light, every name there and explained with its units, nothing handed in is
+changed.
+"""
 
 from __future__ import annotations
 
@@ -35,17 +37,34 @@ def members() -> Iterator[tuple[str, object]]:
     for name, member in public().items():
         yield name, member
         if inspect.isclass(member) and not issubclass(member, Exception):
-            attributes = {key: value for key, value in vars(member).items() if not key.startswith("_")}
-            methods = {key: value for key, value in attributes.items() if callable(value) or hasattr(value, "__doc__")}
-            yield from ((f"{name}.{key}", value) for key, value in methods.items() if _is_code(value))
+            attributes = {
+                key: value for key, value in vars(member).items() if not key.startswith("_")
+            }
+            methods = {
+                key: value
+                for key, value in attributes.items()
+                if callable(value) or hasattr(value, "__doc__")
+            }
+            yield from (
+                (f"{name}.{key}", value) for key, value in methods.items() if _is_code(value)
+            )
 
 
 def _is_code(member: object) -> bool:
-    return inspect.isroutine(member) or isinstance(member, property) or type(member).__name__ == "cached_property"
+    return (
+        inspect.isroutine(member)
+        or isinstance(member, property)
+        or type(member).__name__ == "cached_property"
+    )
 
 
 def code(member: object) -> Callable[..., object]:
-    return getattr(member, "fget", None) or getattr(member, "func", None) or getattr(member, "__func__", None) or member
+    return (
+        getattr(member, "fget", None)
+        or getattr(member, "func", None)
+        or getattr(member, "__func__", None)
+        or member
+    )
 
 
 def unexplained(member: object) -> str:
@@ -61,14 +80,23 @@ def unexplained(member: object) -> str:
 
 def test_planter_is_light_to_import() -> None:
     script = "import sys, planter; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
-    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    loaded = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
 
 
 def test_commands_import_only_their_needs() -> None:
-    """What all commands are put together of knows no numbers: help, completion and refusals come at once."""
-    script = "import sys; from planter.cli.app import build_application; build_application(); print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    """What all commands are put together of knows no numbers: help, completion and refusals come at
+    once.
+    """
+    script = (
+        "import sys; from planter.cli.app import build_application; build_application(); "
+        "print(*sys.modules)"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert "planter.planting.commands.analysis" in loaded
     assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
     assert not {name for name in loaded if name.startswith("planter.") and ".results." in name}
@@ -121,16 +149,27 @@ def test_designs_carry_names_and_units(device: Device) -> None:
     assert x[device.names.index("R3_mm")] == pytest.approx(0.031, rel=1e-15)
     assert (device.x() == device.design).all()
     assert device.x() is not device.design
-    with pytest.raises(InputError, match="R3_m is not a design parameter of wang2017: did you mean R3_mm"):
+    with pytest.raises(
+        InputError, match="R3_m is not a design parameter of wang2017: did you mean R3_mm"
+    ):
         device.x(R3_m=0.031)
     with pytest.raises(InputError, match="it must be one of theta_deg, "):
         device.x(unheard_of=1.0)
 
 
 def state(device: Device) -> dict[str, object]:
-    """Everything of a device that a call might change, kernels that are made at the first use apart."""
-    saved = {key: value for key, value in vars(device).items() if isinstance(value, np.ndarray | bool | str | tuple)}
-    arrays = {key: value.tobytes() if isinstance(value, np.ndarray) else value for key, value in saved.items()}
+    """Everything of a device that a call might change, kernels that are made at the first use
+    apart.
+    """
+    saved = {
+        key: value
+        for key, value in vars(device).items()
+        if isinstance(value, np.ndarray | bool | str | tuple)
+    }
+    arrays = {
+        key: value.tobytes() if isinstance(value, np.ndarray) else value
+        for key, value in saved.items()
+    }
     return arrays | {"machine": device.machine.model_dump_json()}
 
 
@@ -183,7 +222,9 @@ def test_rows_become_frames(device: Device) -> None:
         simulation.result.work.to_frame()
 
 
-def test_missing_pandas_is_refused_in_a_sentence(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_pandas_is_refused_in_a_sentence(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InputError, match=r"pip install 'planter\[notebook\]'"):
         planter.simulate(device, 24).to_frame()
@@ -198,14 +239,20 @@ def test_records_are_frozen_and_their_keys_are_those_of_the_json(device: Device)
         result.samples = 1  # type: ignore[misc]
 
 
-def test_python_of_the_readme_runs_as_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_of_the_readme_runs_as_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("MPLBACKEND", "Agg")
     shutil.copytree(own.generated("slider_crank"), tmp_path / "own")
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "README.md").read_text(encoding="utf-8").partition("In Python:")[2]
-    blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^(?: {4}.*)?\n)+", text, re.MULTILINE)]
+    blocks = [
+        textwrap.dedent(block) for block in re.findall(r"(?:^(?: {4}.*)?\n)+", text, re.MULTILINE)
+    ]
     python_blocks = [block for block in blocks if "from planter import" in block]
-    assert [name in "".join(python_blocks) for name in ("device.x(", "evaluate_many(", "Kernel(")] == [True] * 3
+    assert [
+        name in "".join(python_blocks) for name in ("device.x(", "evaluate_many(", "Kernel(")
+    ] == [True] * 3
     space: dict[str, object] = {}
     for block in python_blocks:
         exec(compile(block, "README.md", "exec"), space)

@@ -57,7 +57,9 @@ GENERATED = '{"parameters": []}'
 
 @pytest.fixture
 def installed(tmp_path: Path) -> Path:
-    """Return a folder as `pip install` leaves it: a package of the expected shape and its entry point."""
+    """Return a folder as `pip install` leaves it: a package of the expected shape and its entry
+    point.
+    """
     package = tmp_path / "seeder_package"
     for part in ("examples", "printed", "generated"):
         (package / part).mkdir(parents=True)
@@ -72,15 +74,22 @@ def installed(tmp_path: Path) -> Path:
     (package / "generated" / "seeder_exact.py").write_text("speed = 3\n")
     metadata = tmp_path / "seeder_package-1.0.dist-info"
     metadata.mkdir()
-    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: seeder-package\nVersion: 1.0\n")
+    (metadata / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: seeder-package\nVersion: 1.0\n"
+    )
     (metadata / "entry_points.txt").write_text("[planter.machines]\nseeder = seeder_package\n")
     return tmp_path
 
 
 def run_python(*arguments: str, folder: Path | None = None) -> subprocess.CompletedProcess[str]:
     path = os.pathsep.join([*([str(folder)] if folder else []), os.environ.get("PYTHONPATH", "")])
-    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False,
-                          env={**os.environ, "PYTHONPATH": path})  # fmt: skip
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": path},
+    )
 
 
 def test_installed_package_adds_command_and_examples(installed: Path) -> None:
@@ -90,17 +99,23 @@ def test_installed_package_adds_command_and_examples(installed: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("printed", "verdict"), [("300", "reproduced"), ("310", "consistent"), ("400", "not reproduced")]
+    ("printed", "verdict"),
+    [("300", "reproduced"), ("310", "consistent"), ("400", "not reproduced")],
 )
 def test_installed_package_adds_paper_to_audit(installed: Path, printed: str, verdict: str) -> None:
-    (installed / "seeder_package" / "printed" / "nobody2026.toml").write_text(NUMBERS.format(printed=printed))
+    (installed / "seeder_package" / "printed" / "nobody2026.toml").write_text(
+        NUMBERS.format(printed=printed)
+    )
     done = run_python("-m", "planter", "audit", "nobody2026", "--json", folder=installed)
     (number,) = json.loads(done.stdout)["numbers"]
     assert (number["recomputed"], number["verdict"]) == (300, verdict)
 
 
 def test_installed_package_adds_generated_code(installed: Path) -> None:
-    script = "from planter.kernels import generated as g; print(g.module('seeder_exact').speed, g.names('seeder'))"
+    script = (
+        "from planter.kernels import generated as g; print(g.module('seeder_exact').speed, "
+        "g.names('seeder'))"
+    )
     assert run_python("-c", script, folder=installed).stdout.strip() == "3 ['seeder_exact']"
 
 
@@ -113,4 +128,7 @@ def test_broken_package_is_skipped_with_warning(installed: Path) -> None:
     (installed / "seeder_package" / "commands.py").write_text("import nowhere_at_all\n")
     done = run_python("-m", "planter", "example", folder=installed)
     assert (done.returncode, "wang2017" in done.stdout.split()) == (0, True)
-    assert done.stderr == "seeder_package is skipped: ModuleNotFoundError: No module named 'nowhere_at_all'\n"
+    assert (
+        done.stderr
+        == "seeder_package is skipped: ModuleNotFoundError: No module named 'nowhere_at_all'\n"
+    )

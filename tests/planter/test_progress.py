@@ -89,7 +89,9 @@ def test_console_without_terminal_prints_ten_lines(capsys: pytest.CaptureFixture
 def test_console_rewrites_line_of_terminal_width(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
-    monkeypatch.setattr("shutil.get_terminal_size", lambda fallback=(80, 24): os.terminal_size((30, 24)))
+    monkeypatch.setattr(
+        "shutil.get_terminal_size", lambda fallback=(80, 24): os.terminal_size((30, 24))
+    )
     show = Console(as_json=False).progress
     show(Progress("compare", "device", 1, 2, "eccentric-circle+ellipse objective 1.9\x1b[2J"))
     show(Progress("compare", "device", 2, 2))

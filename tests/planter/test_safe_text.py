@@ -36,7 +36,9 @@ def test_error_message_is_a_single_line() -> None:
 
 
 def test_table_escapes_markup_and_control_characters(capsys: pytest.CaptureFixture[str]) -> None:
-    Console(as_json=False).table("t[/i]", ("[/b]", "h\x1b"), [("[red]x[/x]", ":smile:"), ("\x1b[2J", 1.0)])
+    Console(as_json=False).table(
+        "t[/i]", ("[/b]", "h\x1b"), [("[red]x[/x]", ":smile:"), ("\x1b[2J", 1.0)]
+    )
     out = capsys.readouterr().out
     for text in ("t[/i]", "[/b]", "h\\x1b", "[red]x[/x]", ":smile:", "\\x1b[2J"):
         assert text in out
@@ -44,7 +46,9 @@ def test_table_escapes_markup_and_control_characters(capsys: pytest.CaptureFixtu
 
 
 def test_page_has_no_control_characters() -> None:
-    page = html.render_page(NASTY, [html.Section("<s>", [html.Text(NASTY), html.Table([NASTY], [[NASTY]])])])
+    page = html.render_page(
+        NASTY, [html.Section("<s>", [html.Text(NASTY), html.Table([NASTY], [[NASTY]])])]
+    )
     assert "\x1b" not in page
     assert "\x00" not in page
     assert "a\\x1b[31m" in page

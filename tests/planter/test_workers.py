@@ -1,4 +1,6 @@
-"""Processes beside the first: no file of the user's is executed, and none outlives the one that started it."""
+"""Processes beside the first: no file of the user's is executed, and none outlives the one that
+started it.
+"""
 
 import json
 import os
@@ -64,7 +66,9 @@ def test_busy_worker_ends_with_parent(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("module", [JOBS, "planter.studio.session"])
-def test_worker_takes_no_module_of_the_user(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_worker_takes_no_module_of_the_user(
+    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name in ("json", "pickle", "queue", "numpy", "planter"):
         (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'w').close()\n")
     monkeypatch.chdir(tmp_path)

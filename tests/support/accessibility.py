@@ -1,4 +1,6 @@
-"""Barriers of a page in a browser, as WCAG 2 (level AA) has them: contrast, names, table headers, targets, reflow."""
+"""Barriers of a page in a browser, as WCAG 2 (level AA) has them: contrast, names, table headers,
+targets, reflow.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Number systems for independent kinematics: elementary functions, a quadrature, and how to take in a float."""
+"""Number systems for independent kinematics: elementary functions, a quadrature, and how to take in
+a float.
+"""
 
 from __future__ import annotations
 

@@ -9,14 +9,24 @@ from pathlib import Path
 import pytest
 
 FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
-    "--disable-background-networking", "--disable-component-update",
-)  # fmt: skip
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-sync",
+    "--disable-background-networking",
+    "--disable-component-update",
+)
 
 
 def browser() -> str:
     """Where the browser is; a test that needs one is skipped without it."""
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    path = (
+        shutil.which("chromium")
+        or shutil.which("chromium-browser")
+        or shutil.which("google-chrome")
+    )
     if path is None:
         pytest.skip("needs a browser on the machine: chromium")
     return path
@@ -24,7 +34,13 @@ def browser() -> str:
 
 def page_after_scripts(page: Path, profile: Path) -> str:
     """The page's HTML when its scripts have run."""
-    command = [browser(), *FLAGS, f"--user-data-dir={profile}", "--virtual-time-budget=3000", "--dump-dom"]
+    command = [
+        browser(),
+        *FLAGS,
+        f"--user-data-dir={profile}",
+        "--virtual-time-budget=3000",
+        "--dump-dom",
+    ]
     return subprocess.run(
         [*command, page.as_uri()], capture_output=True, text=True, check=True, timeout=120
-    ).stdout  # fmt: skip
+    ).stdout

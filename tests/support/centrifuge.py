@@ -1,4 +1,6 @@
-"""A paper from outside, with its subject, as the text of a file: `WEIGHT` is a factor that print may get wrong."""
+"""A paper from outside, with its subject, as the text of a file: `WEIGHT` is a factor that print
+may get wrong.
+"""
 
 NAME = "centrifuge2024"
 TEXT = '''

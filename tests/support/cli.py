@@ -1,4 +1,6 @@
-"""The command line called from a test: what it prints, the one object of `--json`, the one sentence of a refusal."""
+"""The command line called from a test: what it prints, the one object of `--json`, the one sentence
+of a refusal.
+"""
 
 from __future__ import annotations
 
@@ -67,7 +69,9 @@ def _both_ways(result: Callable[..., None]) -> Callable[..., None]:
 
 
 def refusal(*arguments: str) -> str:
-    """The one sentence of a refused call: exit code 2, nothing on standard output, no traceback, `--json` or not."""
+    """The one sentence of a refused call: exit code 2, nothing on standard output, no traceback,
+    `--json` or not.
+    """
     for extra in ((), ("--json",)):
         code, out, err = run(*arguments, *extra)
         assert (code, out) == (2, ""), (out, err)
@@ -76,6 +80,8 @@ def refusal(*arguments: str) -> str:
     return err.strip()
 
 
-def below(*words: str) -> tuple[Callable[..., tuple[int, str, str]], Callable[..., Any], Callable[..., str]]:
+def below(
+    *words: str,
+) -> tuple[Callable[..., tuple[int, str, str]], Callable[..., Any], Callable[..., str]]:
     """`run`, `answer` and `refusal` of a command below others."""
     return partial(run, *words), partial(answer, *words), partial(refusal, *words)

@@ -8,7 +8,9 @@ import sympy as sp
 from derive.systems.clutch import subject as claims
 from tests.support.late import LateDict
 
-CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()})
+CLAIMS = LateDict(
+    lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()}
+)
 
 
 def value(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:
@@ -18,7 +20,9 @@ def value(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:
 
 
 def size(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:
-    return max((abs(value(term, point)) for term in sp.Add.make_args(expr)), default=mpmath.mpf(1)) or mpmath.mpf(1)
+    return max(
+        (abs(value(term, point)) for term in sp.Add.make_args(expr)), default=mpmath.mpf(1)
+    ) or mpmath.mpf(1)
 
 
 def derived(claim: str) -> sp.Expr:

@@ -1,7 +1,9 @@
-"""Corners of generated array code that no event of its module marks, by evaluating its text with numbers that remember.
+"""Corners of generated array code that no event of its module marks, by evaluating its text with
+numbers that remember.
 
-Every branch of array code is evaluated, so that its calls have one order, whatever the numbers are. A corner is what
-vanishes where a function is not smooth: the difference of both sides of a comparison, the argument of a root.
+Every branch of array code is evaluated, so that its calls have one order, whatever the numbers are.
+A corner is what vanishes where a function is not smooth: the difference of both sides of a
+comparison, the argument of a root.
 """
 
 from __future__ import annotations
@@ -17,7 +19,9 @@ from planter.kernels import Array
 
 POSITIVE, NOT_NEGATIVE, UNKNOWN = 1, 0, -1
 POINTS, NEAR = 4, 1e-5
-"""Pairs of points at which corners are compared with events, and the distance of both points of a pair [rad]."""
+"""Pairs of points at which corners are compared with events, and the distance of both points of a
+pair [rad].
+"""
 SCANNED = 200
 """Steps of a turn in which the zeros of a corner are looked for."""
 TOLERANCE = 1e-6
@@ -25,9 +29,11 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Traced:
-    """A number with what is certain of its sign: even powers are not negative, sums of what is certain are.
+    """A number with what is certain of its sign: even powers are not negative, sums of what is
+    certain are.
 
-    `parts` are the numbers that the extremum `kind` was taken of: targets write one of many as one of two, and so on.
+    `parts` are the numbers that the extremum `kind` was taken of: targets write one of many as one
+    of two, and so on.
     """
 
     value: float
@@ -50,7 +56,9 @@ class Traced:
 
     def __truediv__(self, other: Any) -> Traced:
         other = _trace(other)
-        return Traced(self.value / other.value if other.value else math.nan, min(self.sign, other.sign))
+        return Traced(
+            self.value / other.value if other.value else math.nan, min(self.sign, other.sign)
+        )
 
     def __neg__(self) -> Traced:
         return Traced(-self.value)
@@ -106,7 +114,9 @@ def _trace(number: Any) -> Traced:
 
 @dataclass
 class TracingNamespace:
-    """Elementary functions under NumPy's names, which note the corners that they meet and a word for each."""
+    """Elementary functions under NumPy's names, which note the corners that they meet and a word
+    for each.
+    """
 
     corners: list[float] = field(default_factory=list)
     kinds: list[str] = field(default_factory=list)
@@ -123,7 +133,9 @@ class TracingNamespace:
     def sqrt(self, x: Any) -> Traced:
         x = _trace(x)
         self.note("sqrt", x)
-        return Traced(math.sqrt(abs(x.value)), max(x.sign, NOT_NEGATIVE))  # of any number, as places count
+        return Traced(
+            math.sqrt(abs(x.value)), max(x.sign, NOT_NEGATIVE)
+        )  # of any number, as places count
 
     def absolute(self, x: Any) -> Traced:
         x = _trace(x)
@@ -170,15 +182,22 @@ class TracingNamespace:
         for left in first:
             for right in second:
                 gap = left - right
-                self._add(kind, math.nan if POSITIVE in (gap.sign, (right - left).sign) else gap.value)
+                self._add(
+                    kind, math.nan if POSITIVE in (gap.sign, (right - left).sign) else gap.value
+                )
         both = _trace(a), _trace(b)
         signs = [number.sign for number in both]
         return Traced(
-            function(n.value for n in both), max(signs) if kind == "max" else min(signs), kind, first + second
+            function(n.value for n in both),
+            max(signs) if kind == "max" else min(signs),
+            kind,
+            first + second,
         )
 
     def where(self, condition: Any, then: Any, other: Any) -> Traced:
-        condition = condition if isinstance(condition, Condition) else Condition(bool(condition), ())
+        condition = (
+            condition if isinstance(condition, Condition) else Condition(bool(condition), ())
+        )
         for gap in condition.gaps:
             self._add("where", gap)
         then, other = _trace(then), _trace(other)
@@ -210,17 +229,25 @@ class TracingNamespace:
 
 
 Inputs = Callable[[float], Sequence[Any]]
-"""Angle [rad] -> inputs of the lane after its namespace, the angle first; functions that it calls are among them."""
+"""Angle [rad] -> inputs of the lane after its namespace, the angle first; functions that it calls
+are among them.
+"""
 
 
 def list_unmarked(
-    lane: Callable[..., Any], events: Callable[..., Any] | None, inputs: Inputs, periods: Sequence[float | None],
-    turn: float = 2 * math.pi, seed: int = 0,
-) -> list[str]:  # fmt: skip
-    """Return the corners of a lane that change along the angle and that no event marks, by function and number.
+    lane: Callable[..., Any],
+    events: Callable[..., Any] | None,
+    inputs: Inputs,
+    periods: Sequence[float | None],
+    turn: float = 2 * math.pi,
+    seed: int = 0,
+) -> list[str]:
+    """Return the corners of a lane that change along the angle and that no event marks, by function
+    and number.
 
-    An event marks a corner if both are proportional, but for whole periods, or if it happens where the corner vanishes.
-    What is constant but for jumps, which have corners of their own, needs none.
+    An event marks a corner if both are proportional, but for whole periods, or if it happens where
+    the corner vanishes. What is constant but for jumps, which have corners of their own, needs
+    none.
     """
 
     def evaluate(angle: float) -> tuple[TracingNamespace, Array]:
@@ -243,14 +270,19 @@ def list_unmarked(
         if not np.isnan(column).all()
         and np.abs(column[1::2] - column[::2]).max() > TOLERANCE**2 * np.abs(column).max()
         and not any(
-            _matches(column, event, kinds[k], period) for event, period in zip(happened.T, spacing, strict=True)
+            _matches(column, event, kinds[k], period)
+            for event, period in zip(happened.T, spacing, strict=True)
         )
     ]
-    return [f"{kinds[k]} {k}" for k in unmarked if not _happens_at_zeros(evaluate, k, spacing, turn)]
+    return [
+        f"{kinds[k]} {k}" for k in unmarked if not _happens_at_zeros(evaluate, k, spacing, turn)
+    ]
 
 
 def _matches(corner: Array, event: Array, kind: str, period: float) -> bool:
-    """Return whether an event is proportional to a corner, but for periods passed; a floor has a corner at each 1."""
+    """Return whether an event is proportional to a corner, but for periods passed; a floor has a
+    corner at each 1.
+    """
     rise, event_rise = corner[1::2] - corner[::2], event[1::2] - event[::2]
     finite = np.isfinite(rise) & np.isfinite(event_rise) & (np.abs(rise) > 0)
     if not finite.any():
@@ -262,7 +294,9 @@ def _matches(corner: Array, event: Array, kind: str, period: float) -> bool:
     turns = event / period if math.isfinite(period) else event / np.abs(event).max()
     missed = turns - corner * scale / (period if math.isfinite(period) else np.abs(event).max())
     periods_passed = np.round(missed) if math.isfinite(period) else 0.0
-    is_as_dense = kind != "floor" or (math.isfinite(period) and abs(abs(scale) / period - 1) < TOLERANCE)
+    is_as_dense = kind != "floor" or (
+        math.isfinite(period) and abs(abs(scale) / period - 1) < TOLERANCE
+    )
     return bool(np.nanmax(np.abs(missed - periods_passed)) < 1e-3) and is_as_dense
 
 
@@ -277,7 +311,9 @@ def _happens_at_zeros(
         low, high, sign = grid[cell], grid[cell + 1], values[cell] > 0
         for _ in range(30):
             middle = (low + high) / 2
-            low, high = (middle, high) if (evaluate(middle)[0].corners[k] > 0) == sign else (low, middle)
+            low, high = (
+                (middle, high) if (evaluate(middle)[0].corners[k] > 0) == sign else (low, middle)
+            )
         before, after = evaluate(low - NEAR)[1], evaluate(high + NEAR)[1]
         periods_passed = np.where(np.isfinite(spacing), spacing, 1.0)
         passed = np.where(

@@ -39,11 +39,15 @@ def put(expr: Basic, path: Path, new: Basic) -> Basic:
     if not path:
         return new
     index, *rest = path
-    return expr.func(*expr.args[:index], put(expr.args[index], tuple(rest), new), *expr.args[index + 1 :])
+    return expr.func(
+        *expr.args[:index], put(expr.args[index], tuple(rest), new), *expr.args[index + 1 :]
+    )
 
 
 def rewritten(equation: Equation, change: Callable[[Expr], Expr]) -> Equation:
-    """An equation with its right side changed if it defines a symbol, else with its residual changed."""
+    """An equation with its right side changed if it defines a symbol, else with its residual
+    changed.
+    """
     symbol = equation.defines
     if symbol is None:
         return replace(equation, residual=change(equation.residual))
@@ -61,7 +65,10 @@ def _everywhere(
         for path, node in places(solved):
             for description, new in generate_errors(node, words):
                 mutated = put(solved, path, new)
-                yield description, replace(equation, residual=mutated if symbol is None else symbol - mutated)
+                yield (
+                    description,
+                    replace(equation, residual=mutated if symbol is None else symbol - mutated),
+                )
 
     return planted
 

@@ -18,7 +18,9 @@ MARGIN = 0.8
 
 
 def find_text_faults(figure: Figure) -> list[str]:
-    """Return the pairs of texts of a figure that overlap, and the texts that reach beyond its edges."""
+    """Return the pairs of texts of a figure that overlap, and the texts that reach beyond its
+    edges.
+    """
     style.fix_layout(figure)
     boxes = _draw_boxes(figure)
     faults = [
@@ -27,7 +29,9 @@ def find_text_faults(figure: Figure) -> list[str]:
         if box.intersects(other_box)
     ]
     sheet = shapely.box(*figure.bbox.extents)
-    return faults + [f"{text.get_text()!r} is cut" for text, box in boxes.items() if not sheet.contains(box)]
+    return faults + [
+        f"{text.get_text()!r} is cut" for text, box in boxes.items() if not sheet.contains(box)
+    ]
 
 
 @style.with_style

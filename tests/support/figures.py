@@ -1,9 +1,10 @@
-"""Figures of the pages, taken from what commands print: `python -m tests.support.figures [NAME...]` renews them.
+"""Figures of the pages, taken from what commands print: `python -m tests.support.figures [NAME...]`
+renews them.
 
-`docs/figures.toml` lists sentences of pages with fields such as `{exact.refined.range_N:.2f}`: the result of a
-command, then keys of its JSON; an entry of a list is named by one of its values. The values stand in
-`docs/figures.json`. Without a name the script runs the quick commands alone, with names those commands; then it writes
-values and pages.
+`docs/figures.toml` lists sentences of pages with fields such as `{exact.refined.range_N:.2f}`: the
+result of a command, then keys of its JSON; an entry of a list is named by one of its values. The
+values stand in `docs/figures.json`. Without a name the script runs the quick commands alone, with
+names those commands; then it writes values and pages.
 """
 
 from __future__ import annotations
@@ -62,19 +63,27 @@ class Sentence:
         return [part for part in self.parts if isinstance(part, Field)]
 
     def find(self, text: str) -> re.Match[str]:
-        """Return where a page has the sentence, a group for each field. Raises LookupError where it has not."""
+        """Return where a page has the sentence, a group for each field.
+
+        Raises LookupError where it has not.
+        """
         match = re.search("".join(_pattern(part) for part in self.parts), text)
         if match is None:
             raise LookupError(
-                f"{self.page} lacks: {''.join(part if isinstance(part, str) else '*' for part in self.parts)}"
+                f"{self.page} lacks: "
+                f"{''.join(part if isinstance(part, str) else '*' for part in self.parts)}"
             )
         return match
 
     def renewed(self, text: str, values: Mapping[str, Scalar]) -> str:
-        """Return a page's text with this sentence's fields as the values have them; line breaks stay."""
+        """Return a page's text with this sentence's fields as the values have them; line breaks
+        stay.
+        """
         match = self.find(text)
         for index, field in reversed(list(enumerate(self.fields, 1))):
-            text = text[: match.start(index)] + field.format_values(values) + text[match.end(index) :]
+            text = (
+                text[: match.start(index)] + field.format_values(values) + text[match.end(index) :]
+            )
         return text
 
 
@@ -109,7 +118,9 @@ def read_saved() -> dict[str, Scalar]:
 def measured(command: str) -> dict[str, Scalar]:
     """Run a command and return the values of its fields by path."""
     result = answer(*listed()["commands"][command].split())
-    return {path: lookup(result, path) for path, field in fields().items() if field.command == command}
+    return {
+        path: lookup(result, path) for path, field in fields().items() if field.command == command
+    }
 
 
 def lookup(result: Any, path: str) -> Scalar:
@@ -121,7 +132,9 @@ def lookup(result: Any, path: str) -> Scalar:
     for key in re.findall(r"\.(\w+)|\[([^\]]+)\]", path):
         name = "".join(key)
         if isinstance(result, list):
-            (result,) = [entry for entry in result if name in {_text(value) for value in entry.values()}]
+            (result,) = [
+                entry for entry in result if name in {_text(value) for value in entry.values()}
+            ]
         else:
             result = result[name]
     return ", ".join(f"({number})" for number in result) if isinstance(result, list) else result
@@ -141,7 +154,9 @@ def renewed(page: str, values: Mapping[str, Scalar]) -> str:
 
 
 def loose(page: str, text: str) -> list[str]:
-    """Numbers in a page's prose that no sentence has, and that `plain` does not list as no results."""
+    """Numbers in a page's prose that no sentence has, and that `plain` does not list as no
+    results.
+    """
     for sentence in sentences():
         if sentence.page == page:
             match = sentence.find(text)
@@ -153,10 +168,14 @@ def loose(page: str, text: str) -> list[str]:
 
 
 def main(names: list[str]) -> None:
-    """Renew the values of commands, without names those of quick ones and of any that has none yet, and all pages."""
+    """Renew the values of commands, without names those of quick ones and of any that has none yet,
+    and all pages.
+    """
     values = read_saved()
     lacking = {field.command for path, field in fields().items() if path not in values}
-    usual = [name for name in listed()["commands"] if name not in listed()["slow"] or name in lacking]
+    usual = [
+        name for name in listed()["commands"] if name not in listed()["slow"] or name in lacking
+    ]
     for name in names or usual:
         values |= measured(name)
     values = {path: values[path] for path in sorted(fields())}

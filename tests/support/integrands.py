@@ -1,7 +1,9 @@
-"""Functions of an angle with corners, roots, jumps and touching zeros, whose measures mpmath has to 30 digits.
+"""Functions of an angle with corners, roots, jumps and touching zeros, whose measures mpmath has to
+30 digits.
 
-Each is the text of a statement's formula in the angle `t`, the lengths `r` and `s` without unit, of which a search may
-move both. Its `breaks` are all places in a turn, functions of r and s, where it or one of its derivatives jumps.
+Each is the text of a statement's formula in the angle `t`, the lengths `r` and `s` without unit, of
+which a search may move both. Its `breaks` are all places in a turn, functions of r and s, where it
+or one of its derivatives jumps.
 """
 
 from __future__ import annotations
@@ -43,7 +45,9 @@ Place = Any
 
 @dataclass(frozen=True)
 class Integrand:
-    """A function by its text; `measure` is exact to the digits of mpmath at the breaks' precision."""
+    """A function by its text; `measure` is exact to the digits of mpmath at the breaks'
+    precision.
+    """
 
     text: str
     breaks: Callable[[Place, Place], Sequence[Place]]
@@ -73,7 +77,9 @@ class Integrand:
     def differentiate(self, r: Place = R, s: Place = S, power: int = 1) -> tuple[Place, Place]:
         """Return the derivatives of that mean in r and s, to about 12 digits."""
         return tuple(
-            mpmath.diff(lambda *at: self.integrate(*at, power), (mpf(r), mpf(s)), orders, h=mpf(10) ** -10)
+            mpmath.diff(
+                lambda *at: self.integrate(*at, power), (mpf(r), mpf(s)), orders, h=mpf(10) ** -10
+            )
             for orders in ((1, 0), (0, 1))
         )
 
@@ -93,7 +99,9 @@ def _none(r: Place, s: Place) -> list[Place]:
     return []
 
 
-def _cosine(level: Callable[[Place, Place], Place], count: int = 1) -> Callable[[Place, Place], list[Place]]:
+def _cosine(
+    level: Callable[[Place, Place], Place], count: int = 1
+) -> Callable[[Place, Place], list[Place]]:
     """Return the places where cos(count t) has a level."""
 
     def find(r: Place, s: Place) -> list[Place]:
@@ -116,21 +124,32 @@ def _steps(*shares: float) -> Callable[[Place, Place], list[Place]]:
 def _find_whole_numbers(r: Place, s: Place) -> list[Place]:
     """Return the places where 3 r cos(t) + s is whole."""
     levels = [(k - s) / (3 * r) for k in range(-5, 7)]
-    return [place for level in levels if abs(level) < 1 for place in _cosine(lambda *_, at=level: at)(r, s)]
+    return [
+        place
+        for level in levels
+        if abs(level) < 1
+        for place in _cosine(lambda *_, at=level: at)(r, s)
+    ]
 
 
 INTEGRANDS: dict[str, Integrand] = {
     # roots at an end of a case
-    "root_of_part": Integrand("Piecewise((sqrt(r*cos(t) - s), r*cos(t) > s), (0, True))", _cosine(lambda r, s: s / r)),
+    "root_of_part": Integrand(
+        "Piecewise((sqrt(r*cos(t) - s), r*cos(t) > s), (0, True))", _cosine(lambda r, s: s / r)
+    ),
     "power_of_part": Integrand(
-        "Piecewise(((r*cos(t) - s)**Rational(3, 2), r*cos(t) > s), (0, True))", _cosine(lambda r, s: s / r)
+        "Piecewise(((r*cos(t) - s)**Rational(3, 2), r*cos(t) > s), (0, True))",
+        _cosine(lambda r, s: s / r),
     ),
     "root_of_root": Integrand(
-        "Piecewise((sqrt(2*r - sqrt(r*cos(t) - s)), r*cos(t) > s), (sqrt(2*r), True))", _cosine(lambda r, s: s / r)
+        "Piecewise((sqrt(2*r - sqrt(r*cos(t) - s)), r*cos(t) > s), (sqrt(2*r), True))",
+        _cosine(lambda r, s: s / r),
     ),
     "root_of_greatest": Integrand("sqrt(Max(0, r*cos(t) - s))", _cosine(lambda r, s: s / r)),
     "root_of_size": Integrand("sqrt(Abs(r*sin(t) - s))", _sine(lambda r, s: s / r)),
-    "size_times_logarithm": Integrand("Abs(r*sin(t) - s)*log(Abs(r*sin(t) - s))", _sine(lambda r, s: s / r)),
+    "size_times_logarithm": Integrand(
+        "Abs(r*sin(t) - s)*log(Abs(r*sin(t) - s))", _sine(lambda r, s: s / r)
+    ),
     # corners
     "size": Integrand("Abs(r*sin(t) - s)", _sine(lambda r, s: s / r)),
     "size_of_seven_waves": Integrand("Abs(r*cos(7*t) - s)", _cosine(lambda r, s: s / r, 7)),
@@ -147,36 +166,54 @@ INTEGRANDS: dict[str, Integrand] = {
     "share_of_size": Integrand("1/(r + Abs(cos(t) - s))", _cosine(lambda r, s: s)),
     "size_of_cube": Integrand("Abs(r*sin(t - s)**3)", lambda r, s: [s, pi + s]),
     "size_of_product": Integrand(
-        "Abs((r*sin(t) - s)*cos(t))", lambda r, s: [*_sine(lambda r, s: s / r)(r, s), pi / 2, 3 * pi / 2]
+        "Abs((r*sin(t) - s)*cos(t))",
+        lambda r, s: [*_sine(lambda r, s: s / r)(r, s), pi / 2, 3 * pi / 2],
     ),
     "size_within_size": Integrand(
         "Abs(Abs(r*cos(t)) - s)",
-        lambda r, s: [pi / 2, 3 * pi / 2, *_cosine(lambda r, s: s / r)(r, s), *_cosine(lambda r, s: -s / r)(r, s)],
+        lambda r, s: [
+            pi / 2,
+            3 * pi / 2,
+            *_cosine(lambda r, s: s / r)(r, s),
+            *_cosine(lambda r, s: -s / r)(r, s),
+        ],
     ),
     # zeros that touch
     "norm_at_rest": Integrand("sqrt((r*sin(t - s))**2 + (r - r*cos(t - s))**2)", lambda r, s: [s]),
     "norm_of_root": Integrand("sqrt(r*(1 + cos(t - s)))", lambda r, s: [pi + s]),
     "power_at_rest": Integrand("(r*(1 + cos(t)))**Rational(3, 2)", lambda r, s: [pi]),
-    "norm_times_cosine": Integrand("cos(t)*sqrt(sin(t)**2 + sin(t)**4) + r*s", lambda r, s: [mpf(0), pi]),
+    "norm_times_cosine": Integrand(
+        "cos(t)*sqrt(sin(t)**2 + sin(t)**4) + r*s", lambda r, s: [mpf(0), pi]
+    ),
     "size_that_touches": Integrand("Abs(r - r*sin(t))", _none),
     "norm_nearly_at_rest": Integrand(
         "sqrt((r*cos(t - s))**2 + Rational(1, 10**6))", lambda r, s: [pi / 2 + s, 3 * pi / 2 + s]
     ),
-    "norm_farther_from_rest": Integrand("sqrt((r*cos(t))**2 + Rational(1, 100)*s)", lambda r, s: [pi / 2, 3 * pi / 2]),
-    "case_that_touches": Integrand("Piecewise((s, sin(t) >= 1), (r*cos(t)**2, True))", lambda r, s: [mpf(1), mpf(2)]),
+    "norm_farther_from_rest": Integrand(
+        "sqrt((r*cos(t))**2 + Rational(1, 100)*s)", lambda r, s: [pi / 2, 3 * pi / 2]
+    ),
+    "case_that_touches": Integrand(
+        "Piecewise((s, sin(t) >= 1), (r*cos(t)**2, True))", lambda r, s: [mpf(1), mpf(2)]
+    ),
     "logarithm": Integrand("log(Abs(r*sin(t - s)))", lambda r, s: [s, pi + s]),
     # dead centres
     "dead_centre": Integrand("r*cos(t) + sqrt(r**2 - (r*sin(t))**2)", _steps(0.25, 0.75)),
-    "near_dead_centre": Integrand("r*cos(t) + sqrt((1 + s/10**6)*r**2 - (r*sin(t))**2)", _steps(0.25, 0.75)),
+    "near_dead_centre": Integrand(
+        "r*cos(t) + sqrt((1 + s/10**6)*r**2 - (r*sin(t))**2)", _steps(0.25, 0.75)
+    ),
     "far_from_dead_centre": Integrand("r*cos(t) + sqrt(9*r**2 - (r*sin(t) - s)**2)", _none),
     "angle_at_dead_centre": Integrand("r*acos(cos(t - s))", lambda r, s: [s, pi + s]),
-    "sine_at_dead_centre": Integrand("r*s + asin(sin(t - s))", lambda r, s: [pi / 2 + s, 3 * pi / 2 + s]),
+    "sine_at_dead_centre": Integrand(
+        "r*s + asin(sin(t - s))", lambda r, s: [pi / 2 + s, 3 * pi / 2 + s]
+    ),
     "angle_near_dead_centre": Integrand("asin((1 - s/10**5)*sin(t)) + r", _steps(0.25, 0.75)),
     "angle_of_size": Integrand("acos(Abs(cos(t)))*r - s", _steps(0, 0.25, 0.5, 0.75)),
     # jumps
     "sign": Integrand("sign(r*cos(t) - s)", _cosine(lambda r, s: s / r)),
     "sign_of_friction": Integrand("(r + cos(t)**2)*sign(sin(t) - s)", _sine(lambda r, s: s)),
-    "case_that_jumps": Integrand("Piecewise((r*cos(t), sin(t) > s), (-s, True))", _sine(lambda r, s: s)),
+    "case_that_jumps": Integrand(
+        "Piecewise((r*cos(t), sin(t) > s), (-s, True))", _sine(lambda r, s: s)
+    ),
     "two_conditions": Integrand(
         "Piecewise((r*sin(t)**2, (cos(t) > s) & (sin(t) > 0)), (s*cos(t), True))",
         lambda r, s: [mpf(0), *_cosine(lambda r, s: s)(r, s), pi],
@@ -187,25 +224,32 @@ INTEGRANDS: dict[str, Integrand] = {
     ),
     "whole_numbers": Integrand("floor(3*r*cos(t) + s)*cos(t)", _find_whole_numbers),
     "saw": Integrand(
-        "5*t/(2*pi) + s - floor(5*t/(2*pi) + s)", lambda r, s: [2 * pi * (k - s) / 5 for k in range(1, 7)]
+        "5*t/(2*pi) + s - floor(5*t/(2*pi) + s)",
+        lambda r, s: [2 * pi * (k - s) / 5 for k in range(1, 7)],
     ),
     "direction": Integrand("r*atan2(sin(t + s), cos(t + s))", lambda r, s: [mpf(0), pi - s]),
     "direction_through_pole": Integrand("atan2(r*sin(t), r - r*cos(t)) + s", lambda r, s: [mpf(0)]),
     "direction_of_part": Integrand("atan2(sin(t)**2, cos(t) - s)*r", _steps(0, 0.5)),
     # events in a step of a scan, and closer than an accuracy
-    "narrow_pulse": Integrand("Piecewise((100*r, cos(t) > cos(s/100)), (s, True))", lambda r, s: [s / 100, -s / 100]),
-    "narrow_part": Integrand("Max(0, cos(t - s) - cos(r/1000))*10**6", lambda r, s: [s - r / 1000, s + r / 1000]),
+    "narrow_pulse": Integrand(
+        "Piecewise((100*r, cos(t) > cos(s/100)), (s, True))", lambda r, s: [s / 100, -s / 100]
+    ),
+    "narrow_part": Integrand(
+        "Max(0, cos(t - s) - cos(r/1000))*10**6", lambda r, s: [s - r / 1000, s + r / 1000]
+    ),
     "two_steps_at_once": Integrand(
         "(2 + cos(t))*(r*sign(sin(t - s)) + s*sign(sin(t - s - Rational(1, 10**9))))",
         lambda r, s: [s, s + mpf(10) ** -9, pi + s, pi + s + mpf(10) ** -9],
     ),
     # dwells and laws by cases
     "dwell": Integrand(
-        "r*Piecewise(((t/s)**2*(3 - 2*t/s), t < s), (1, t < 2), ((1 + cos(pi*(t - 2)))/2, t < 3), (0, True))",
+        "r*Piecewise(((t/s)**2*(3 - 2*t/s), t < s), (1, t < 2), ((1 + cos(pi*(t - 2)))/2, t < 3), "
+        "(0, True))",
         lambda r, s: [mpf(0), s, mpf(2), mpf(3)],
     ),
     "law_of_size": Integrand(
-        "Piecewise((s*(r*cos(t) - s), r*cos(t) > s), (2*(r*cos(t) - s), True))", _cosine(lambda r, s: s / r)
+        "Piecewise((s*(r*cos(t) - s), r*cos(t) > s), (2*(r*cos(t) - s), True))",
+        _cosine(lambda r, s: s / r),
     ),
     "smooth": Integrand("r/(1 + s*cos(t))", _none),
 }

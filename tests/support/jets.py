@@ -1,4 +1,6 @@
-"""Quantities with first and second time derivative, and vectors of them, on arrays and on mpmath numbers."""
+"""Quantities with first and second time derivative, and vectors of them, on arrays and on mpmath
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ class Jet:
 
     def __add__(self, other: Jet | Number) -> Jet:
         o = self._lift(other)
-        return Jet(self.xp, self.value + o.value, self.rate + o.rate, self.acceleration + o.acceleration)
+        return Jet(
+            self.xp, self.value + o.value, self.rate + o.rate, self.acceleration + o.acceleration
+        )
 
     def __neg__(self) -> Jet:
         return Jet(self.xp, -self.value, -self.rate, -self.acceleration)

@@ -1,4 +1,6 @@
-"""Carrier angles at which a planting device is not smooth, from the independent kinematics and by sign changes."""
+"""Carrier angles at which a planting device is not smooth, from the independent kinematics and by
+sign changes.
+"""
 
 from collections.abc import Callable
 from functools import cache
@@ -24,11 +26,16 @@ def roots(f: Callable[[Array], Array]) -> list[float]:
     grid = np.linspace(0, TURN, 721)
     values = f(grid)
     places = np.flatnonzero(values[:-1] * values[1:] < 0)
-    return [brentq(lambda p: f(np.array([p]))[0], grid[i], grid[i + 1], xtol=1e-15, rtol=1e-15) for i in places]
+    return [
+        brentq(lambda p: f(np.array([p]))[0], grid[i], grid[i + 1], xtol=1e-15, rtol=1e-15)
+        for i in places
+    ]
 
 
 def passages(machine: PlantingMachine) -> list[tuple[Callable[[kinematics.Side], Array], float]]:
-    """Angles of the train, and values at which they meet a joint of a pitch curve or of a cam flank."""
+    """Angles of the train, and values at which they meet a joint of a pitch curve or of a cam
+    flank.
+    """
     positions = (0.0, *kinematics.INNER_JOINTS.get(machine.cam.flank, ()), 1.0)
     ends = [[machine.si(f"{flank}_delta_deg[{i}]") for i in (0, 1)] for flank in ("rise", "fall")]
     flanks = [start + x * (end - start) for start, end in ends for x in positions]
@@ -50,7 +57,11 @@ def of_side(machine: PlantingMachine) -> list[float]:
 
 def of_teeth(device: Device) -> list[float]:
     """Where another flank of a tooth of side 1 begins to bear."""
-    return [angle for name in ("M_P", "M_Q") for angle in roots(lambda phi: model.cycle(device, phi).side1[name])]  # noqa: B023
+
+    def find(name: str) -> list[float]:
+        return roots(lambda phi: model.cycle(device, phi).side1[name])
+
+    return [*find("M_P"), *find("M_Q")]
 
 
 @cache
@@ -62,7 +73,9 @@ def of_both_sides(name: str) -> Array:
 
 @cache
 def panels(name: str) -> tuple[Array, Array]:
-    """Nodes and weights of Gauss-Legendre quadrature over a turn, split at the joints and once between."""
+    """Nodes and weights of Gauss-Legendre quadrature over a turn, split at the joints and once
+    between.
+    """
     edges = np.unique([0, *of_both_sides(name), TURN])
     edges = np.sort(np.concatenate([edges, (edges[1:] + edges[:-1]) / 2]))
     nodes, weights = np.polynomial.legendre.leggauss(20)
@@ -71,12 +84,18 @@ def panels(name: str) -> tuple[Array, Array]:
 
 
 def distance_from_breakpoints(device: Device, design: Array, phi: float, away: float) -> bool:
-    """Whether anything of either side is not smooth within `away` of a carrier angle, at a design."""
+    """Whether anything of either side is not smooth within `away` of a carrier angle, at a
+    design.
+    """
     changed = zip(device.names, design / device.scale, strict=True)
     moved = device.machine.with_numbers({f"design.{name}": float(value) for name, value in changed})
     side = kinematics.Device(moved).side(np.array([phi, phi - np.pi]))
     gaps = [np.abs(np.sin((angle(side) - edge) / 2)) for angle, edge in passages(moved)]
     sides = device.cycle(device.prologue(design), phi + away * np.array([-1, 0, 1]))
-    rows = [i for i, entry in enumerate(device.sidecar["vectors"]["side"]) if entry["name"] in ("M_P", "M_Q")]
+    rows = [
+        i
+        for i, entry in enumerate(device.sidecar["vectors"]["side"])
+        if entry["name"] in ("M_P", "M_Q")
+    ]
     signs = np.sign([sides["side1"][rows], sides["side2"][rows]])
     return bool(np.min(gaps) < away or (signs != signs[..., :1]).any())

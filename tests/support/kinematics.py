@@ -1,7 +1,9 @@
-"""Motion of the planting device, written from its geometry and from nothing in `derive` or `generated`.
+"""Motion of the planting device, written from its geometry and from nothing in `derive` or
+`generated`.
 
-Angles, places, their rates and accelerations of one side; the directions of tooth and cam forces. Numbers come from
-a machine file. Every function serves arrays of carrier angles and mpmath numbers alike.
+Angles, places, their rates and accelerations of one side; the directions of tooth and cam forces.
+Numbers come from a machine file. Every function serves arrays of carrier angles and mpmath numbers
+alike.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ Curve = Callable[[Jet], Jet]
 
 @dataclass(frozen=True)
 class Gear:
-    """A pitch curve r0(u), its two-segment deformation, its conjugate at the distance that closes one turn for one."""
+    """A pitch curve r0(u), its two-segment deformation, its conjugate at the distance that closes
+    one turn for one.
+    """
 
     ops: Arithmetic
     radius: Curve
@@ -181,7 +185,9 @@ class Device:
     @cached_property
     def start(self) -> tuple[Number, Number]:
         """Rotations of both conjugates that belong to phi = 0."""
-        return self.sun.turned(self["design.alpha3_deg"]), self.gear6.turned(self["design.beta6_deg"])
+        return self.sun.turned(self["design.alpha3_deg"]), self.gear6.turned(
+            self["design.beta6_deg"]
+        )
 
     def side(self, phi: Number) -> Side:
         """Side 1 at a carrier angle; side 2 is `side(phi - pi)`."""
@@ -205,7 +211,9 @@ class Side:
     @cached_property
     def phi52(self) -> Jet:
         ratio = self.device.sun.contact(self.t1)[2]
-        return (ratio * self.t1.rate).integrated(self.device.sun.turned(self.t1.value) - self.device.start[0])
+        return (ratio * self.t1.rate).integrated(
+            self.device.sun.turned(self.t1.value) - self.device.start[0]
+        )
 
     @cached_property
     def t2(self) -> Jet:
@@ -215,7 +223,9 @@ class Side:
     def phi72(self) -> Jet:
         ratio = self.device.gear6.contact(self.t2)[2]
         speed = Jet(self.phi.xp, self.t2.rate, self.t2.acceleration)
-        return (-ratio * speed).integrated(self.device.start[1] - self.device.gear6.turned(self.t2.value))
+        return (-ratio * speed).integrated(
+            self.device.start[1] - self.device.gear6.turned(self.t2.value)
+        )
 
     @cached_property
     def nozzle(self) -> Jet:
@@ -233,7 +243,9 @@ class Side:
             start, end = self.device[f"{edges}[0]"], self.device[f"{edges}[1]"]
             return flank(self.device.machine.cam.flank, (self.delta - start) / (end - start))
 
-        return self.device["cam.opening_deg"] * (at("cam.rise_delta_deg") - at("cam.fall_delta_deg"))
+        return self.device["cam.opening_deg"] * (
+            at("cam.rise_delta_deg") - at("cam.fall_delta_deg")
+        )
 
     @cached_property
     def line1(self) -> Jet:
@@ -256,7 +268,9 @@ class Side:
     @cached_property
     def CA(self) -> Place:
         direction = self.phi + self.phi52 + self.device["centroid.middle_angle_deg"]
-        return added(self.A1, turned_z(direction, self.const(self.device["centroid.middle_radius_mm"], 0)))
+        return added(
+            self.A1, turned_z(direction, self.const(self.device["centroid.middle_radius_mm"], 0))
+        )
 
     @cached_property
     def CB(self) -> Place:
@@ -277,8 +291,14 @@ class Side:
     @cached_property
     def roller(self) -> Place:
         """The roller centre in x'y'z'."""
-        hinge, angle = self.device.vector("nozzle.hinge_A_mm"), self.theta1 + self.device["cam.psi0_deg"]
-        length, across = self.device["cam.rocker_length_mm"], self.const(0, self.device["cam.base_radius_mm"])[1]
+        hinge, angle = (
+            self.device.vector("nozzle.hinge_A_mm"),
+            self.theta1 + self.device["cam.psi0_deg"],
+        )
+        length, across = (
+            self.device["cam.rocker_length_mm"],
+            self.const(0, self.device["cam.base_radius_mm"])[1],
+        )
         return hinge[0] - length * angle.cos(), across, hinge[2] + length * angle.sin()
 
     @cached_property
@@ -291,12 +311,16 @@ class Side:
 
     @cached_property
     def cam_direction(self) -> tuple[Number, Number]:
-        """The cam's force on the roller per size, x' and z': normal to the sliding, turned against it by friction."""
+        """The cam's force on the roller per size, x' and z': normal to the sliding, turned against
+        it by friction.
+        """
         xp, (x, z), mu = self.phi.xp, self.sliding, self.device["contact.cam_friction_angle_deg"]
         speed = xp.sqrt(x**2 + z**2)
         up = xp.where(x > 0, 1, -1)
         across, tangential = (-z * up / speed, x * up / speed), (x / speed, z / speed)
-        first, second = (xp.cos(mu) * n - xp.sin(mu) * s for n, s in zip(across, tangential, strict=True))
+        first, second = (
+            xp.cos(mu) * n - xp.sin(mu) * s for n, s in zip(across, tangential, strict=True)
+        )
         return first, second
 
     @cached_property
@@ -312,9 +336,13 @@ class Side:
             2: (self.device.gear6, self.t2, self.line2, self.A1),
         }[stage]
         r, slope, _ = gear.contact(t)
-        # The sun's polar angle at the contact grows counter-clockwise; gear 6 turns that way past its contact.
+        # The sun's polar angle at the contact grows counter-clockwise; gear 6 turns that way past
+        # its contact.
         tangent = self.phi.xp.arctan2(r.value, slope if stage == 1 else -slope)
-        lean = self.device["contact.pressure_angle_deg"] - self.device["contact.tooth_friction_angle_deg"]
+        lean = (
+            self.device["contact.pressure_angle_deg"]
+            - self.device["contact.tooth_friction_angle_deg"]
+        )
         x, y, _ = added(inner, turned_z(line, (r, *self.const(0, 0)[1:])))
         return Mesh(t.xp, line.value, gear.distance - r.value, tangent, lean, (x.value, y.value))
 
@@ -322,12 +350,16 @@ class Side:
         """Every mass of the side with its centroid."""
         weights = [("mass.middle_kg", self.CA), ("mass.planet_kg", self.CB)]
         parts = [("mass.half_C1_kg", "nozzle.C1_mm"), ("mass.half_C2_kg", "nozzle.C2_mm")]
-        return weights + [(mass, self.on_half(at, outer)) for mass, at in parts for outer in (False, True)]
+        return weights + [
+            (mass, self.on_half(at, outer)) for mass, at in parts for outer in (False, True)
+        ]
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Tooth contact at the pitch point; `lean` is the angle of the tooth force to the common tangent."""
+    """Tooth contact at the pitch point; `lean` is the angle of the tooth force to the common
+    tangent.
+    """
 
     xp: ModuleType
     line: Number
@@ -337,8 +369,9 @@ class Mesh:
     place: tuple[Number, Number]
 
     def from_line(self, flank: Number) -> Number:
-        """Angle from the line of centres to the force on the inner gear, from the flank that turns the outer one
-        with (+1) or against it (-1)."""
+        """Angle from the line of centres to the force on the inner gear, from the flank that turns
+        the outer one with (+1) or against it (-1).
+        """
         return self.tangent + self.xp.where(flank > 0, self.lean, self.xp.pi - self.lean)
 
     def direction(self, flank: Number) -> tuple[Number, Number]:

@@ -1,7 +1,7 @@
 """LabVIEW measurement files, written after the published format in each layout.
 
-Keys with values, segments with a cell for each channel, two where a channel has times of its own, comments behind the
-columns of some rows.
+Keys with values, segments with a cell for each channel, two where a channel has times of its own,
+comments behind the columns of some rows.
 """
 
 from __future__ import annotations
@@ -51,7 +51,11 @@ def write_lvm(path: Path, layout: Layout) -> tuple[list[Array], list[Array]]:
         add(key, *[part for cell in cells for part in (cell, *gap)])
 
     add("LabVIEW Measurement")
-    for key, value in (("Writer_Version", "2"), ("Reader_Version", "2"), ("Separator", layout.separator)):
+    for key, value in (
+        ("Writer_Version", "2"),
+        ("Reader_Version", "2"),
+        ("Separator", layout.separator),
+    ):
         add(key, value)
     if layout.states_decimal:
         add("Decimal_Separator", layout.decimal)
@@ -61,7 +65,9 @@ def write_lvm(path: Path, layout: Layout) -> tuple[list[Array], list[Array]]:
     add(END)
     add("")
     if layout.special:
-        lines.extend(["***Start_Special***", f"Channels{sign}99", "notes of a plug-in", "***End_Special***"])
+        lines.extend(
+            ["***Start_Special***", f"Channels{sign}99", "notes of a plug-in", "***End_Special***"]
+        )
     times: list[list[float]] = [[] for _ in range(layout.channels)]
     values: list[list[float]] = [[] for _ in range(layout.channels)]
     for segment in range(layout.segments):

@@ -1,7 +1,9 @@
-"""Equations of motion of one side of the planting device by Lagrange's method, with virtual power for every force.
+"""Equations of motion of one side of the planting device by Lagrange's method, with virtual power
+for every force.
 
-Every constraint whose force is asked for is released into a coordinate: both gears turn freely, the halves swing
-freely, both shafts may leave their bearings, and the whole device may shift. No force balance is written anywhere.
+Every constraint whose force is asked for is released into a coordinate: both gears turn freely, the
+halves swing freely, both shafts may leave their bearings, and the whole device may shift. No force
+balance is written anywhere.
 """
 
 from __future__ import annotations
@@ -22,11 +24,15 @@ COORDINATES = phi, phi52, phi72, theta1, x_A1, y_A1, x_B1, y_B1, X, Y = sp.symbo
 )
 RATES = sp.symbols([f"{q}_dot" for q in COORDINATES], real=True)
 ACCELERATIONS = sp.symbols([f"{q}_ddot" for q in COORDINATES], real=True)
-GEOMETRY = a1, a2, gamma, theta, x_A, y_A, z_A = sp.symbols("a1 a2 gamma theta x_A y_A z_A", real=True)
+GEOMETRY = a1, a2, gamma, theta, x_A, y_A, z_A = sp.symbols(
+    "a1 a2 gamma theta x_A y_A z_A", real=True
+)
 LOCAL = sp.symbols("x y z", real=True)
 MASS = mass, gravity, *MOMENTS = sp.symbols("m g I_x I_y I_z", real=True)
 RELEASED = [COORDINATES.index(q) for q in (phi52, phi72, theta1, x_A1, y_A1, x_B1, y_B1)]
-WHOLE = {name: COORDINATES.index(q) for name, q in (("M_L", phi), ("F_support_x", X), ("F_support", Y))}
+WHOLE = {
+    name: COORDINATES.index(q) for name, q in (("M_L", phi), ("F_support_x", X), ("F_support", Y))
+}
 NAMES = ("sun", "carrier", "middle", "planet", "inner", "outer")
 
 
@@ -45,12 +51,17 @@ def _displace(angle: sp.Expr, length: sp.Expr) -> sp.Matrix:
 def _rate(expr: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
     """Time derivative by the chain rule."""
     pairs = (*zip(COORDINATES, RATES, strict=True), *zip(RATES, ACCELERATIONS, strict=True))
-    return sum((expr.diff(q) * rate for q, rate in pairs), sp.zeros(*expr.shape) if hasattr(expr, "shape") else 0)
+    return sum(
+        (expr.diff(q) * rate for q, rate in pairs),
+        sp.zeros(*expr.shape) if hasattr(expr, "shape") else 0,
+    )
 
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body as a function of the coordinates: where its frame's origin is and how it is turned."""
+    """A rigid body as a function of the coordinates: where its frame's origin is and how it is
+    turned.
+    """
 
     name: str
 
@@ -63,8 +74,12 @@ class Body:
         if self.name in ("inner", "outer"):
             side = 1 if self.name == "inner" else -1
             return B1 + planet * sp.Matrix([x_A, y_A, side * z_A]), planet * _about_y(side * theta1)
-        return {"sun": (shift, sp.eye(3)), "carrier": (shift, _about_z(phi)), "planet": (B1, planet),
-                "middle": (A1 + sp.Matrix([x_A1, y_A1, 0]), _about_z(phi + phi52))}[self.name]  # fmt: skip
+        return {
+            "sun": (shift, sp.eye(3)),
+            "carrier": (shift, _about_z(phi)),
+            "planet": (B1, planet),
+            "middle": (A1 + sp.Matrix([x_A1, y_A1, 0]), _about_z(phi + phi52)),
+        }[self.name]
 
     @property
     def point(self) -> sp.Matrix:
@@ -88,10 +103,15 @@ class Body:
         velocity, turned = _rate(self.point), self.placed[1]
         skew = turned.T * _rate(turned)
         spin = (skew[2, 1], skew[0, 2], skew[1, 0])
-        kinetic = mass * velocity.dot(velocity) / 2 + sum(i * w**2 for i, w in zip(MOMENTS, spin, strict=True)) / 2
+        kinetic = (
+            mass * velocity.dot(velocity) / 2
+            + sum(i * w**2 for i, w in zip(MOMENTS, spin, strict=True)) / 2
+        )
         potential = mass * gravity * self.point[1]
-        rows = [_rate(sp.diff(kinetic, rate)) - sp.diff(kinetic - potential, q)
-                for q, rate in zip(COORDINATES, RATES, strict=True)]  # fmt: skip
+        rows = [
+            _rate(sp.diff(kinetic, rate)) - sp.diff(kinetic - potential, q)
+            for q, rate in zip(COORDINATES, RATES, strict=True)
+        ]
         return _compiled(sp.Matrix(rows))
 
 
@@ -123,7 +143,9 @@ class State:
         return self.coordinates, self.rates, self.accelerations, self.geometry, local
 
     def inertia(self, name: str, local: Sequence[Number], part: Sequence[Number]) -> Objects:
-        """Generalised inertia forces and weight of a part (m, g, I_x, I_y, I_z) with its centroid at `local`."""
+        """Generalised inertia forces and weight of a part (m, g, I_x, I_y, I_z) with its centroid
+        at `local`.
+        """
         return body(name).inertia(*self._at(local), part)[:, 0]
 
     def frame(self, name: str) -> tuple[Objects, Objects]:
@@ -131,7 +153,9 @@ class State:
         return frame[:, 0], frame[:, 1:]
 
     def power(self, on: str, by: str, at: Objects, direction: Objects) -> Objects:
-        """Virtual power of a pair of forces between two bodies, per coordinate, at a point of the global frame."""
+        """Virtual power of a pair of forces between two bodies, per coordinate, at a point of the
+        global frame.
+        """
         terms = []
         for name in (on, by):
             origin, turned = self.frame(name)

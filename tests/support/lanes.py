@@ -13,8 +13,13 @@ import pytest
 from planter.kernels import Array, backends, toolchain
 from planter.kernels.backends import LaneTask
 
-NAMED = {"gcc": "gcc", "clang": next((n for n in ("clang", *(f"clang-{v}" for v in range(22, 10, -1)))
-                                      if shutil.which(n)), "clang")}  # fmt: skip
+NAMED = {
+    "gcc": "gcc",
+    "clang": next(
+        (n for n in ("clang", *(f"clang-{v}" for v in range(22, 10, -1))) if shutil.which(n)),
+        "clang",
+    ),
+}
 """Compilers by their name; the newest clang that there is."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-O2")
 needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
@@ -43,11 +48,15 @@ def for_processor(work: LaneTask, march: str, folder: Path) -> backends.LaneBack
     flags = ("-std=gnu99", *work.passes, *toolchain.FAST_MATH, f"-march={march}")
     compiled(work.loop, folder / "kernel.o", *flags)
     library = folder / "kernel.so"
-    subprocess.run([path_of("gcc"), "-shared", str(folder / "kernel.o"), "-o", str(library), "-lm"], check=True)
+    subprocess.run(
+        [path_of("gcc"), "-shared", str(folder / "kernel.o"), "-o", str(library), "-lm"], check=True
+    )
     return backends.LaneBackend(work, library)
 
 
-def work(names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: str, summed: bool = False) -> LaneTask:
+def work(
+    names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: str, summed: bool = False
+) -> LaneTask:
     """The work of a function `f`; names of inputs and lanes stand in texts, parted by spaces."""
     function = ca.Function("f", list(inputs), list(outputs.values()), names.split(), list(outputs))
     return LaneTask(function, tuple(lanes.split()), summed)
@@ -56,12 +65,18 @@ def work(names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: 
 def evaluated(work: LaneTask, way: backends.Backend, *arrays: object) -> dict[str, Array]:
     """Outputs by name of arrays (rows, lanes), or (rows, columns) for what is shared."""
     arguments = [np.atleast_2d(np.asarray(a, dtype=float)) for a in arrays]
-    count = max(a.shape[1] for a, n in zip(arguments, work.function.name_in(), strict=True) if n in work.varying)
+    count = max(
+        a.shape[1]
+        for a, n in zip(arguments, work.function.name_in(), strict=True)
+        if n in work.varying
+    )
     return dict(zip(work.function.name_out(), way(arguments, count), strict=True))
 
 
 def both(work: LaneTask, *arrays: object) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Outputs of the lane kernel, and of CasADi's virtual machine, which may be infinite without a complaint."""
+    """Outputs of the lane kernel, and of CasADi's virtual machine, which may be infinite without a
+    complaint.
+    """
     return evaluated(work, backends.build_lane_backend(work), *arrays), evaluated(
         work, backends.build_virtual_machine(work), *arrays
     )

@@ -1,4 +1,6 @@
-"""What is dear to make, made when it is first looked into: every worker imports every module of tests."""
+"""What is dear to make, made when it is first looked into: every worker imports every module of
+tests.
+"""
 
 from __future__ import annotations
 

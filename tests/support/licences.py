@@ -1,6 +1,8 @@
-"""`python -m tests.support.licences` writes docs/licences.md: what an installation brings, under which licences.
+"""`python -m tests.support.licences` writes docs/licences.md: what an installation brings, under
+which licences.
 
-The list is read from the environment that runs it, which must hold `planter` with all the extras for users.
+The list is read from the environment that runs it, which must hold `planter` with all the extras
+for users.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ comes with it alone. Some wheels hold libraries with licences of their own, as t
 
 
 def needed(name: str, extra: str = "") -> Iterator[str]:
-    """Names of the packages that a package needs here, with one of its extras, those of its needs after it."""
+    """Names of the packages that a package needs here, with one of its extras, those of its needs
+    after it.
+    """
     for text in distribution(name).requires or ():
         requirement = Requirement(text)
         if requirement.marker is None or requirement.marker.evaluate({"extra": extra}):
@@ -52,7 +56,8 @@ def closure(extra: str) -> set[str]:
 
 
 def licence(metadata: Mapping[str, str], classifiers: list[str]) -> str:
-    """The licence that a package's metadata name: as an expression, else by classifier, else in a line.
+    """The licence that a package's metadata name: as an expression, else by classifier, else in a
+    line.
 
     >>> licence({"License-Expression": "MIT", "License": "a long text"}, [])
     'MIT'
@@ -63,7 +68,11 @@ def licence(metadata: Mapping[str, str], classifiers: list[str]) -> str:
     """
     if "License-Expression" in metadata:
         return metadata["License-Expression"]
-    licences = [classifier.removeprefix(CLASSIFIER) for classifier in classifiers if classifier.startswith(CLASSIFIER)]
+    licences = [
+        classifier.removeprefix(CLASSIFIER)
+        for classifier in classifiers
+        if classifier.startswith(CLASSIFIER)
+    ]
     return ", ".join(licences) or metadata.get("License", "not named").splitlines()[0]
 
 
@@ -71,13 +80,17 @@ def row(name: str, extra: str) -> str:
     """A package's row of the page."""
     package = distribution(name)
     licence_names = licence(
-        {key: package.metadata[key] for key in package.metadata}, package.metadata.get_all("Classifier") or []
+        {key: package.metadata[key] for key in package.metadata},
+        package.metadata.get_all("Classifier") or [],
     )
     return f"| {package.metadata['Name']} | {package.version} | {licence_names} | {extra} |\n"
 
 
 def page() -> str:
-    """The page: what the package itself needs first, then what each extra adds. Raises PackageNotFoundError."""
+    """The page: what the package itself needs first, then what each extra adds.
+
+    Raises PackageNotFoundError.
+    """
     runtime = closure("")
     rows = [row(name, "") for name in sorted(runtime)]
     for extra in EXTRAS:

@@ -12,11 +12,27 @@ from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import Model
 from planter.planting.model import Device
 
-SPREAD = {"mass": 0.3, "inertia": 0.3, "centroid": 0.4, "nozzle": 0.2, "spring": 0.3, "contact": 0.2, "operation": 0.3}
+SPREAD = {
+    "mass": 0.3,
+    "inertia": 0.3,
+    "centroid": 0.4,
+    "nozzle": 0.2,
+    "spring": 0.3,
+    "contact": 0.2,
+    "operation": 0.3,
+}
 DESIGN = {
-    "theta_deg": (50, 80), "gamma_deg": (0, 60), "alpha3_deg": (-180, 180), "beta6_deg": (-180, 180),
-    "R3_mm": (25, 35), "e3_mm": (1, 6), "m31": (0.8, 1.8), "A6_mm": (25, 35), "k6": (0.02, 0.15), "m61": (0.8, 1.5),
-}  # fmt: skip
+    "theta_deg": (50, 80),
+    "gamma_deg": (0, 60),
+    "alpha3_deg": (-180, 180),
+    "beta6_deg": (-180, 180),
+    "R3_mm": (25, 35),
+    "e3_mm": (1, 6),
+    "m31": (0.8, 1.8),
+    "A6_mm": (25, 35),
+    "k6": (0.02, 0.15),
+    "m61": (0.8, 1.5),
+}
 CAM = {
     "psi0_deg": 5,
     "rise_delta_deg[0]": 10,
@@ -31,9 +47,14 @@ FLANKS = ("modified sine", "3-4-5 polynomial", "modified trapezoid", "cycloidal"
 
 
 def sampled(*seeds: int) -> list[Any]:
-    """Every machine as a case of a test: of the random ones those of some seeds, the others for the long tests."""
+    """Every machine as a case of a test: of the random ones those of some seeds, the others for the
+    long tests.
+    """
     chosen = {f"random {seed}" for seed in seeds}
-    return [*BUILT_IN, *(pytest.param(n, marks=() if n in chosen else pytest.mark.long) for n in RANDOM)]
+    return [
+        *BUILT_IN,
+        *(pytest.param(n, marks=() if n in chosen else pytest.mark.long) for n in RANDOM),
+    ]
 
 
 @cache
@@ -45,7 +66,9 @@ def machine(name: str) -> PlantingMachine:
     while True:
         try:
             machine = load(BUILT_IN[rng.integers(len(BUILT_IN))])
-            changed = with_flank(machine, FLANKS[RANDOM.index(name)]).with_numbers(_draw(machine, rng))
+            changed = with_flank(machine, FLANKS[RANDOM.index(name)]).with_numbers(
+                _draw(machine, rng)
+            )
             Device(changed)
         except PlanterError:
             continue

@@ -39,7 +39,9 @@ class MadeUpClaim(Claim):
 
 @dataclass(frozen=True)
 class MadeUp(Subject):
-    """A subject of made-up equations; ``lifted`` is the derivation of all without the assumption of ``zeros``."""
+    """A subject of made-up equations; ``lifted`` is the derivation of all without the assumption of
+    ``zeros``.
+    """
 
     equations: Mapping[Claimed, Equation]
     lifted: sp.Expr | None = None
@@ -78,7 +80,14 @@ def judged(
 ) -> Judgement:
     """The judgement on two residuals, or on what two formulas say that a symbol is."""
     first, second = (
-        Equation("n", r if defines is None else defines - r, "test", MadeUpClaim.SUM, defines=defines, relation=k)
+        Equation(
+            "n",
+            r if defines is None else defines - r,
+            "test",
+            MadeUpClaim.SUM,
+            defines=defines,
+            relation=k,
+        )
         for r, k in zip((printed, derived), relations, strict=True)
     )
     return judge_equation(first, second, POINTS, WORDS)

@@ -1,4 +1,6 @@
-"""A generated model's outputs by name: through its array code over any module of elementary functions, or a device."""
+"""A generated model's outputs by name: through its array code over any module of elementary
+functions, or a device.
+"""
 
 from __future__ import annotations
 
@@ -34,10 +36,14 @@ class Outputs:
 
 def _named(device: Device, **vectors: Sequence[Number]) -> Outputs:
     def by_name(vector: str, values: Sequence[Number]) -> Named:
-        return dict(zip((entry["name"] for entry in device.sidecar["vectors"][vector]), values, strict=True))
+        return dict(
+            zip((entry["name"] for entry in device.sidecar["vectors"][vector]), values, strict=True)
+        )
 
     side = partial(by_name, "side")
-    return Outputs(side(vectors["side1"]), side(vectors["side2"]), by_name("totals", vectors["totals"]))
+    return Outputs(
+        side(vectors["side1"]), side(vectors["side2"]), by_name("totals", vectors["totals"])
+    )
 
 
 def cycle(device: Device, phi: Number) -> Outputs:
@@ -51,7 +57,9 @@ def array_module(name: str) -> ModuleType:
 
 @dataclass(frozen=True)
 class ArrayModel:
-    """The array code of a device, put together as its CasADi functions are; `terms` is the length of both series."""
+    """The array code of a device, put together as its CasADi functions are; `terms` is the length
+    of both series.
+    """
 
     device: Device
     terms: tuple[int, int]
@@ -60,7 +68,9 @@ class ArrayModel:
     def like(cls, device: Device) -> ArrayModel:
         return cls(device, (device.stages[0].terms, device.stages[1].terms))
 
-    def __call__(self, xp: ModuleType, phi: Number, design: Sequence[Number], constants: Sequence[Number]) -> Outputs:
+    def __call__(
+        self, xp: ModuleType, phi: Number, design: Sequence[Number], constants: Sequence[Number]
+    ) -> Outputs:
         code = array_module(_code(self.device.model))
         curves = [array_module(f"curve_{stage.family}") for stage in self.device.stages]
         mounting, *parameters = self._parts(design)
@@ -70,7 +80,10 @@ class ArrayModel:
         stages = [curve.contact for curve in curves]
         hoisted = code.prologue(xp, *packed, constants, *stages)
         flank = array_module(functions.find_flank_module(self.device.machine.cam.flank)).law
-        lanes = [code.lane(xp, angle, *packed, constants, hoisted, *stages, flank) for angle in (phi, phi - xp.pi)]
+        lanes = [
+            code.lane(xp, angle, *packed, constants, hoisted, *stages, flank)
+            for angle in (phi, phi - xp.pi)
+        ]
         totals = code.frame(xp, *lanes, constants)
         return _named(self.device, side1=lanes[0], side2=lanes[1], totals=totals)
 

@@ -29,7 +29,9 @@ from tests.support.errors import KINDS
 
 CASES = {case.paper.name: case for case in find_cases(import_modules(papers)).values()}
 SLOW = 20
-"""Equations that are not confirmed and have more terms than this, both sides together, are slow to judge."""
+"""Equations that are not confirmed and have more terms than this, both sides together, are slow to
+judge.
+"""
 EQUAL = mpf(10) ** -42
 
 
@@ -51,20 +53,26 @@ class Mutant:
 def judge_alone(name: str, equation: Equation) -> Judgement:
     """The judgement on an equation in the place of the printed one of its number."""
     open_questions = questions(name, equation.number)
-    alone = replace(CASES[name].paper, equations={equation.number: equation}, questions=open_questions)
+    alone = replace(
+        CASES[name].paper, equations={equation.number: equation}, questions=open_questions
+    )
     return judge_readings(_like(name, alone), equation.number).kindest.judgement
 
 
 def questions(name: str, number: str) -> list[Question]:
     """What a paper leaves open of one of its equations."""
-    return [replace(q, numbers=(number,)) for q in CASES[name].paper.questions if number in q.numbers]
+    return [
+        replace(q, numbers=(number,)) for q in CASES[name].paper.questions if number in q.numbers
+    ]
 
 
 def at_its_points(name: str, paper: Paper) -> Case:
     """The case of another paper with what the subject of a known one says, at the same points."""
     subject = CASES[name]
     case = replace(subject, paper=paper)
-    vars(case).update({key: getattr(subject, key) for key in ("claims", "points", "cycle", "nearby")})
+    vars(case).update(
+        {key: getattr(subject, key) for key in ("claims", "points", "cycle", "nearby")}
+    )
     return case
 
 
@@ -81,12 +89,18 @@ def untouched(name: str, number: str) -> Judgement:
     return judge_alone(name, CASES[name].paper.equations[number])
 
 
-def outcome(judgement: Judgement) -> tuple[str, frozenset[tuple[str, ...]], frozenset[Expr], frozenset[Expr]]:
-    """What has to change: verdict, corrections, terms that the print lacks or that have no explanation."""
+def outcome(
+    judgement: Judgement,
+) -> tuple[str, frozenset[tuple[str, ...]], frozenset[Expr], frozenset[Expr]]:
+    """What has to change: verdict, corrections, terms that the print lacks or that have no
+    explanation.
+    """
     return (
-        judgement.verdict, frozenset(judgement.corrections), frozenset(judgement.missing),
+        judgement.verdict,
+        frozenset(judgement.corrections),
+        frozenset(judgement.missing),
         frozenset(judgement.unexplained),
-    )  # fmt: skip
+    )
 
 
 def _pair(name: str, equation: Equation) -> tuple[Equation, Equation | None]:
@@ -101,11 +115,17 @@ def read(name: str, equation: Equation) -> Expr:
 
 @cache
 def derivable(name: str) -> tuple[str, ...]:
-    """Numbers of the equations that can be read, are derived and quick to judge with an error in them.
+    """Numbers of the equations that can be read, are derived and quick to judge with an error in
+    them.
 
-    Slow are those that are not confirmed and have many terms, or mix dimensions: there any symbol may be meant.
+    Slow are those that are not confirmed and have many terms, or mix dimensions: there any symbol
+    may be meant.
     """
-    return tuple(n for n, e in CASES[name].paper.equations.items() if e.legibility != "lost" and _is_quick(name, e))
+    return tuple(
+        n
+        for n, e in CASES[name].paper.equations.items()
+        if e.legibility != "lost" and _is_quick(name, e)
+    )
 
 
 def _is_quick(name: str, equation: Equation) -> bool:
@@ -122,11 +142,15 @@ def _size(expr: Expr) -> int:
 
 @cache
 def is_sound(name: str, equation: Equation) -> bool:
-    """Whether an equation is confirmed, found without judging it: its derivation gives the same at every point."""
+    """Whether an equation is confirmed, found without judging it: its derivation gives the same at
+    every point.
+    """
     printed, derived = _pair(name, equation)
     if derived is None or printed.relation != derived.relation:
         return False
-    return align_sides(printed, derived, tuple(CASES[name].points), printed.defines in CASES[name].directions).same
+    return align_sides(
+        printed, derived, tuple(CASES[name].points), printed.defines in CASES[name].directions
+    ).same
 
 
 def is_consistent(equation: Equation) -> bool:
@@ -140,19 +164,25 @@ def is_consistent(equation: Equation) -> bool:
 
 @cache
 def contradicted(name: str) -> tuple[str, ...]:
-    """Numbers of derivable equations in which something printed has no explanation, as the audit recorded it."""
+    """Numbers of derivable equations in which something printed has no explanation, as the audit
+    recorded it.
+    """
     return tuple(n for n in derivable(name) if (name, n) in _contradicted())
 
 
 @cache
 def _contradicted() -> frozenset[tuple[str, str]]:
     recorded = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))["equations"]
-    return frozenset((e["paper"], e["equation"]) for e in recorded if e["verdict"] == "contradicted")
+    return frozenset(
+        (e["paper"], e["equation"]) for e in recorded if e["verdict"] == "contradicted"
+    )
 
 
 @cache
 def mutants(name: str, count: int, among: tuple[str, ...] | None = None) -> tuple[Mutant, ...]:
-    """Different errors in derivable equations of a paper, kind after kind, each proven to change what is said."""
+    """Different errors in derivable equations of a paper, kind after kind, each proven to change
+    what is said.
+    """
     rng = random.Random(f"{name} {among}")
     pools = {kind: _pool(name, kind, derivable(name) if among is None else among) for kind in KINDS}
     for pool in pools.values():
@@ -182,7 +212,9 @@ def _pool(name: str, kind: str, numbers: tuple[str, ...]) -> list[Mutant]:
 
 
 def changes(name: str, equation: Equation) -> bool:
-    """Whether an equation says something else than the printed one, at 50 digits at some admissible point."""
+    """Whether an equation says something else than the printed one, at 50 digits at some admissible
+    point.
+    """
     printed = CASES[name].paper.equations[equation.number]
     if equation.relation != printed.relation:
         return True
@@ -190,23 +222,35 @@ def changes(name: str, equation: Equation) -> bool:
         return False
     before, after = (_pair(name, e)[0].residual for e in (printed, equation))
     points = CASES[name].points
-    factors = [mpf(1)] if printed.defines else _factors(before, after, points[0], both=printed.relation == "=")
+    factors = (
+        [mpf(1)]
+        if printed.defines
+        else _factors(before, after, points[0], both=printed.relation == "=")
+    )
     return all(any(_differs(p, before, after, factor) for p in points) for factor in factors)
 
 
 def is_right_somehow(name: str, equation: Equation) -> bool:
-    """Whether an equation is what is derived, under one of the readings that its paper admits or a whole turn on.
+    """Whether an equation is what is derived, under one of the readings that its paper admits or a
+    whole turn on.
 
     One with a symbol that has no value counts as such: nothing can be said of it.
     """
     alone = replace(
-        CASES[name].paper, equations={equation.number: equation}, questions=questions(name, equation.number)
+        CASES[name].paper,
+        equations={equation.number: equation},
+        questions=questions(name, equation.number),
     )
     case = _like(name, alone)
-    pairs = [case.pair(equation.number, choice) for choice in case.choices(equation.number) or [AS_READ]]
+    pairs = [
+        case.pair(equation.number, choice) for choice in case.choices(equation.number) or [AS_READ]
+    ]
     at = tuple(case.points)
     try:
-        return any(d is not None and align_sides(p, d, at, p.defines in case.directions).same for p, d in pairs)
+        return any(
+            d is not None and align_sides(p, d, at, p.defines in case.directions).same
+            for p, d in pairs
+        )
     except NotEvaluated:
         return True
 

@@ -1,12 +1,16 @@
-"""`python -m tests.support.names` compares the names of the code with the committed totals, which may only fall.
+"""`python -m tests.support.names` compares the names of the code with the committed totals, which
+may only fall.
 
-`--write` lowers the totals to those of today, and `--list CHECK` prints the findings of one check. The checks are
+`--write` lowers the totals to those of today, and `--list CHECK` prints the findings of one check.
+The checks are
 
-* vague: variables, parameters, attributes, functions and imports that are named by a word of `VAGUE` alone;
+* vague: variables, parameters, attributes, functions and imports that are named by a word of
+  `VAGUE` alone;
 * one_word: public functions of a module that are one word, which says nothing once it is imported;
 * duplicate: public classes whose name another class of `planter` or `derive` has;
 * undocumented: public classes, functions and methods without a docstring;
-* fragment: docstrings that begin with a preposition or a pronoun, so that they need the name to be understood.
+* fragment: docstrings that begin with a preposition or a pronoun, so that they need the name to be
+  understood.
 
 Tests count for the first check alone.
 """
@@ -34,7 +38,10 @@ VAGUE = re.compile(
     r"|own|said|several|shown|there|told|tried|two|under|wanted|what|which|whole|within)_*"
 )
 """Words that say what happened to a value, or point at it, and not what it is."""
-FRAGMENT = re.compile(r"(Of|As|Where|What|Whose|Which|With|Without|From|In|At|On|By|For|The same|Those|It|They|That)\b")
+FRAGMENT = re.compile(
+    r"(Of|As|Where|What|Whose|Which|With|Without|From|In|At|On|By|For|The "
+    r"same|Those|It|They|That)\b"
+)
 UNSEEN = {"property", "cached_property", "overload", "override", "setter"}
 """Decorators of functions that need neither a verb nor a docstring of their own."""
 
@@ -43,7 +50,9 @@ Totals = Mapping[str, Mapping[str, int]]
 
 @dataclass(frozen=True)
 class Finding:
-    """A name or docstring that a check counts: the check, the package, the place as `path:line`, and the name."""
+    """A name or docstring that a check counts: the check, the package, the place as `path:line`,
+    and the name.
+    """
 
     check: str
     package: str
@@ -75,7 +84,9 @@ def read_sources(root: Path = ROOT, packages: Iterable[str] = PACKAGES) -> Itera
     """Yield all modules of packages below a folder, in the order of their paths."""
     for package in packages:
         for path in sorted((root / package).rglob("*.py")):
-            yield Source(path.relative_to(root).as_posix(), ast.parse(path.read_text(encoding="utf-8")))
+            yield Source(
+                path.relative_to(root).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+            )
 
 
 def find_names(sources: Iterable[Source]) -> Iterator[Finding]:
@@ -88,7 +99,9 @@ def find_names(sources: Iterable[Source]) -> Iterator[Finding]:
         yield from _find_in_definitions(source, source.tree, is_module=True)
         for node in source.tree.body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                classes.setdefault(node.name, []).append(source.finding("duplicate", node.lineno, node.name))
+                classes.setdefault(node.name, []).append(
+                    source.finding("duplicate", node.lineno, node.name)
+                )
     for same in classes.values():
         if len(same) > 1:
             yield from same
@@ -119,9 +132,13 @@ def _bound_names(node: ast.AST) -> Iterator[str]:
         yield node.asname
 
 
-def _find_in_definitions(source: Source, parent: ast.Module | ast.ClassDef, is_module: bool) -> Iterator[Finding]:
+def _find_in_definitions(
+    source: Source, parent: ast.Module | ast.ClassDef, is_module: bool
+) -> Iterator[Finding]:
     for node in parent.body:
-        if not isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) or node.name.startswith("_"):
+        if not isinstance(
+            node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+        ) or node.name.startswith("_"):
             continue
         docstring = ast.get_docstring(node)
         if docstring is not None and FRAGMENT.match(docstring):
@@ -161,7 +178,9 @@ def find_rises(before: Totals, after: Totals) -> dict[str, tuple[int, int]]:
 
 
 def find_repository_names() -> list[Finding]:
-    """Return the findings in this project, without collecting garbage, which takes 60 % of the time otherwise."""
+    """Return the findings in this project, without collecting garbage, which takes 60 % of the time
+    otherwise.
+    """
     gc.disable()
     try:
         return list(find_names(read_sources()))
@@ -176,7 +195,9 @@ def read_totals() -> dict[str, dict[str, int]]:
 
 def main() -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m tests.support.names", description="names that may only fall")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.support.names", description="names that may only fall"
+    )
     parser.add_argument("--write", action="store_true", help="lower the committed totals")
     parser.add_argument("--list", choices=CHECKS, help="print the findings of a check")
     options = parser.parse_args()
@@ -187,7 +208,10 @@ def main() -> int:
     totals = count_findings(findings)
     rises = find_rises(read_totals(), totals)
     for place, (before, after) in rises.items():
-        print(f"{place}: {after} names, at most {before} are allowed; see --list {place.split()[1]}", file=sys.stderr)
+        print(
+            f"{place}: {after} names, at most {before} are allowed; see --list {place.split()[1]}",
+            file=sys.stderr,
+        )
     if options.write and not rises:
         TOTALS.write_text(json.dumps(totals, indent=1) + "\n", encoding="utf-8")
     return int(bool(rises))

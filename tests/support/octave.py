@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 EXECUTABLE = shutil.which("octave-cli") or shutil.which("octave")
-needed = pytest.mark.skipif(EXECUTABLE is None, reason="no Octave here: what is written for MATLAB was not run")
+needed = pytest.mark.skipif(
+    EXECUTABLE is None, reason="no Octave here: what is written for MATLAB was not run"
+)
 
 
 def literal(values: object) -> str:
@@ -20,7 +22,9 @@ def literal(values: object) -> str:
 
 
 def run(folder: Path, inputs: Mapping[str, object], statements: str) -> np.ndarray:
-    """What the variable `found` holds after the statements, column by column; ``given`` are numbers and vectors."""
+    """What the variable `found` holds after the statements, column by column; ``given`` are numbers
+    and vectors.
+    """
     assert EXECUTABLE is not None
     definitions = "\n".join(f"{name} = {literal(values)};" for name, values in inputs.items())
     script = f"{definitions}\n{statements}\nprintf('%.17g\\n', found);"

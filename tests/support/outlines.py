@@ -1,4 +1,6 @@
-"""An outline with convex and hollow pieces that is known exactly, and how far arcs are from it, measured apart."""
+"""An outline with convex and hollow pieces that is known exactly, and how far arcs are from it,
+measured apart.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ LAYERS = dict[str, list[Arcs]]
 
 @dataclass(frozen=True)
 class Lobes:
-    """A piece of the curve of polar radius R (1 + w cos n t) between two angles; hollow between its lobes."""
+    """A piece of the curve of polar radius R (1 + w cos n t) between two angles; hollow between its
+    lobes.
+    """
 
     start: float
     end: float
@@ -30,7 +34,11 @@ class Lobes:
 
     def polar(self, t: Array) -> tuple[Array, Array, Array]:
         r, n, w = self.radius, self.waves, self.depth
-        return r * (1 + w * np.cos(n * t)), -r * w * n * np.sin(n * t), -r * w * n**2 * np.cos(n * t)
+        return (
+            r * (1 + w * np.cos(n * t)),
+            -r * w * n * np.sin(n * t),
+            -r * w * n**2 * np.cos(n * t),
+        )
 
     def _angle(self, s: Array) -> Array:
         return self.start + (self.end - self.start) * s
@@ -50,7 +58,9 @@ class Lobes:
         return (r**2 + 2 * dr**2 - r * ddr) / np.hypot(r, dr) ** 3
 
     def off(self, places: Array) -> Array:
-        """How far places (n, 2) near it are from the whole curve [m]: along the ray, then across."""
+        """How far places (n, 2) near it are from the whole curve [m]: along the ray, then
+        across.
+        """
         t = np.arctan2(places[:, 1], places[:, 0])
         r, dr, _ = self.polar(t)
         return np.abs(np.hypot(*places.T) - r) * r / np.hypot(r, dr)
@@ -63,7 +73,9 @@ class Lobes:
     @property
     def length(self) -> float:
         """Length of the piece [m]."""
-        return float(quad(lambda t: np.hypot(*self.polar(t)[:2]), self.start, self.end, epsabs=1e-13)[0])
+        return float(
+            quad(lambda t: np.hypot(*self.polar(t)[:2]), self.start, self.end, epsabs=1e-13)[0]
+        )
 
 
 def lobes(count: int = 12) -> list[Lobes]:
@@ -83,7 +95,9 @@ def sampled(arcs: Arcs, each: int = 40) -> Array:
             continue
         centre, low, high, radius = bulge_to_arc(start, end, bulge)
         angles = low + share * ((high - low) % (2 * np.pi))
-        points.append(np.array([centre.x, centre.y]) + radius * np.hstack([np.cos(angles), np.sin(angles)]))
+        points.append(
+            np.array([centre.x, centre.y]) + radius * np.hstack([np.cos(angles), np.sin(angles)])
+        )
     return np.vstack(points)
 
 
@@ -107,5 +121,7 @@ def read_dxf(content: bytes) -> tuple[ezdxf.document.Drawing, LAYERS]:
     curves: LAYERS = {}
     for line in drawing.modelspace().query("LWPOLYLINE"):
         points = np.array(line.get_points("xyb"))
-        curves.setdefault(line.dxf.layer, []).append(Arcs(points[:, :2] / 1e3, points[:, 2], line.closed))
+        curves.setdefault(line.dxf.layer, []).append(
+            Arcs(points[:, :2] / 1e3, points[:, 2], line.closed)
+        )
     return drawing, curves

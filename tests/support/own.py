@@ -52,7 +52,9 @@ LIBRARY = (
 @cache
 def generated(source: str) -> Path:
     """The folder of what is generated of a statement: the name of an example, or a text."""
-    name, text = (source, (EXAMPLES / f"{source}.py").read_text()) if "\n" not in source else ("own", source)
+    name, text = (
+        (source, (EXAMPLES / f"{source}.py").read_text()) if "\n" not in source else ("own", source)
+    )
     path = Path(mkdtemp()) / f"{name}.py"
     path.write_text(text, encoding="utf-8")
     for curve in EXAMPLES.glob("*.csv"):
@@ -62,7 +64,9 @@ def generated(source: str) -> Path:
 
 
 def file(source: str, name: str = "", **values: float) -> MechanismFile:
-    """The file of a mechanism, some values set; ``name`` that of the statement, if it is no example's."""
+    """The file of a mechanism, some values set; ``name`` that of the statement, if it is no
+    example's.
+    """
     return load(generated(source) / f"{name or source}.toml", values)
 
 
@@ -71,12 +75,18 @@ def machine(source: str, name: str = "", **values: float) -> Machine:
     return build_machine(file(source, name, **values))
 
 
-def evaluate_lane(file: MechanismFile, angles: Array, data: Array | None = None) -> dict[str, Array]:
-    """Return quantities (n,) by name as the generated functions have them, its loops closed by a walk."""
+def evaluate_lane(
+    file: MechanismFile, angles: Array, data: Array | None = None
+) -> dict[str, Array]:
+    """Return quantities (n,) by name as the generated functions have them, its loops closed by a
+    walk.
+    """
     formulas, values = file.model, file.data() if data is None else data
     loops = build_machine(file).loops
     closed = {} if loops is None else {"loops": loops.course(file.name, values).evaluate(angles)}
-    return formulas("lane", **{formulas.function("lane").name_in(0): angles, "data": values, **closed})
+    return formulas(
+        "lane", **{formulas.function("lane").name_in(0): angles, "data": values, **closed}
+    )
 
 
 def dynamics(source: str, name: str = "", **values: float) -> Dynamics:

@@ -1,4 +1,6 @@
-"""What a package asks for, linked from this environment into another, without a network, and nothing besides."""
+"""What a package asks for, linked from this environment into another, without a network, and
+nothing besides.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ def of_wheel(wheel: Path) -> list[str]:
 
 
 def link(requirements: Iterable[str], extra: str, site: Path) -> None:
-    """Link what is asked for with an extra, and what that asks for in turn, into a folder of packages."""
+    """Link what is asked for with an extra, and what that asks for in turn, into a folder of
+    packages.
+    """
     distributions: set[str] = set()
     waiting = list(_needed(requirements, {"", extra}))
     while waiting:
@@ -34,7 +38,9 @@ def link(requirements: Iterable[str], extra: str, site: Path) -> None:
 
 def _needed(requirements: Iterable[str], extras: set[str]) -> Iterator[Requirement]:
     for requirement in map(Requirement, requirements):
-        if requirement.marker is None or any(requirement.marker.evaluate({"extra": extra}) for extra in extras):
+        if requirement.marker is None or any(
+            requirement.marker.evaluate({"extra": extra}) for extra in extras
+        ):
             yield requirement
 
 

@@ -28,7 +28,9 @@ def size(family: str, seed: int, swing: float | None = None) -> Size:
     """A size from one box for all families; the shape from the family's own."""
     rng = np.random.default_rng([seed, *family.encode()])
     mean, relative, m = rng.uniform((0.02, 0.05, 0.7), (0.05, 0.8, 1.7))
-    shape = tuple(rng.uniform(entry["lower"], entry["upper"]) for entry in sizing(family).sidecar["shapes"])
+    shape = tuple(
+        rng.uniform(entry["lower"], entry["upper"]) for entry in sizing(family).sidecar["shapes"]
+    )
     return Size(mean, relative if swing is None else swing, m, shape)
 
 
@@ -51,9 +53,18 @@ def stage_of(family: str, parameters: np.ndarray) -> Stage:
 def machine(first: str, second: str) -> PlantingMachine:
     """The built-in machine with other gears: families of both stages, sizes near the paper's."""
     table = load("wang2017").table()
-    mounting = {name: table["design"][name] for name in ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg")}
-    gears = _describe_size(first, "3", Size(0.0307, 0.35, 1.4)) | _describe_size(second, "6", Size(0.0307, 0.1, 1.2))
-    table["stage1"], table["stage2"], table["design"] = {"family": first}, {"family": second}, mounting | gears
+    mounting = {
+        name: table["design"][name]
+        for name in ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg")
+    }
+    gears = _describe_size(first, "3", Size(0.0307, 0.35, 1.4)) | _describe_size(
+        second, "6", Size(0.0307, 0.1, 1.2)
+    )
+    table["stage1"], table["stage2"], table["design"] = (
+        {"family": first},
+        {"family": second},
+        mounting | gears,
+    )
     table["bounds"] = {name: _vary(value) for name, value in table["design"].items()}
     table["origin"] = {"default": "assumed"}
     sections = {key: value for key, value in table.items() if key != "requirements"}
@@ -62,12 +73,21 @@ def machine(first: str, second: str) -> PlantingMachine:
 
 def _describe_size(family: str, gear: str, size: Size) -> dict[str, float]:
     shapes = sizing(family).sidecar["shapes"]
-    parameters = sizing(family).parameters(Size(size.mean_radius, size.swing, size.deformation,
-                                         tuple(entry["upper"] / 2 for entry in shapes)))  # fmt: skip
+    parameters = sizing(family).parameters(
+        Size(
+            size.mean_radius,
+            size.swing,
+            size.deformation,
+            tuple(entry["upper"] / 2 for entry in shapes),
+        )
+    )
     *names, last = (entry["shown"] for entry in sizing(family).sidecar["parameters"])
     parts = [name.partition("_") for name in names]
     keys = [*(f"{base}{gear}{dash}{unit}" for base, dash, unit in parts), f"{last}{gear}1"]
-    return {key: float(value / units.unit_factor(key)) for key, value in zip(keys, parameters, strict=True)}
+    return {
+        key: float(value / units.unit_factor(key))
+        for key, value in zip(keys, parameters, strict=True)
+    }
 
 
 def _vary(value: float) -> list[float]:

@@ -1,4 +1,6 @@
-"""`python -m tests.support.pictures` renews the pictures of README.md: figures of commands, some made smaller."""
+"""`python -m tests.support.pictures` renews the pictures of README.md: figures of commands, some
+made smaller.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +27,17 @@ PICTURES = {
     "pictures/clutch.png": ("clutch geometry shi2021", "figures/turning.png"),
     "pictures/linkage.png": ("synthesise sun2019-corrected", "figures/linkage_1_2.png"),
 }
-"""Pictures, each with its command and the file in its folder; without one, `--out` names the picture itself."""
+"""Pictures, each with its command and the file in its folder; without one, `--out` names the
+picture itself.
+"""
 WIDTH, COLOURS = 480, 64
 
 
 def draw_picture(name: str, folder: Path) -> Path:
-    """Draw a picture into a folder and return its path. Raises RuntimeError if its command fails."""
+    """Draw a picture into a folder and return its path.
+
+    Raises RuntimeError if its command fails.
+    """
     command, figure = PICTURES[name]
     picture = folder / Path(name).name
     out = picture.with_suffix("") if figure else picture

@@ -1,4 +1,6 @@
-"""A machine's quantities by another route than the engine's: its functions called angle by angle, loops by SciPy."""
+"""A machine's quantities by another route than the engine's: its functions called angle by angle,
+loops by SciPy.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ STEPS = 72
 
 
 def evaluate(machine: Machine, name: str, phi: Array) -> Array:
-    """Return a quantity (n,) of a machine's own data at angles (n,) [rad], in the unit of its key; of side 1."""
+    """Return a quantity (n,) of a machine's own data at angles (n,) [rad], in the unit of its key;
+    of side 1.
+    """
     quantity = machine.find_quantity(name)
     sides = [column.name for column in machine.quantities if not column.total]
     d = machine.data
@@ -38,7 +42,9 @@ def evaluate(machine: Machine, name: str, phi: Array) -> Array:
 
 
 def _walk(machine: Machine, phi: Array) -> Iterator[tuple[float, Array]]:
-    """Yield angles with the coordinates of closed loops (c,): from the assembly at zero, from one to the next."""
+    """Yield angles with the coordinates of closed loops (c,): from the assembly at zero, from one
+    to the next.
+    """
     q, at = np.zeros(0), 0.0
     if (loops := machine.loops) is not None:
         q = np.asarray(loops.assembly(machine.data)).ravel()

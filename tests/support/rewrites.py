@@ -27,7 +27,11 @@ def _replaced(old: type[Basic], new: Callable[..., Expr]) -> Callable[[Expr], Ex
 
 
 def _reversed(expr: Expr) -> Expr:
-    return expr.func(*reversed(expr.args), evaluate=False) if isinstance(expr, sp.Add | sp.Mul) else expr
+    return (
+        expr.func(*reversed(expr.args), evaluate=False)
+        if isinstance(expr, sp.Add | sp.Mul)
+        else expr
+    )
 
 
 def _product(base: Expr, exponent: Expr) -> Expr:
@@ -36,7 +40,10 @@ def _product(base: Expr, exponent: Expr) -> Expr:
 
 def _conditions_turned(expr: Expr) -> Expr:
     return expr.replace(
-        sp.Piecewise, lambda *cases: sp.Piecewise(*((v, c.reversed if c.is_Relational else c) for v, c in cases[::-1]))
+        sp.Piecewise,
+        lambda *cases: sp.Piecewise(
+            *((v, c.reversed if c.is_Relational else c) for v, c in cases[::-1])
+        ),
     )
 
 
@@ -72,8 +79,12 @@ def _apply_to_equation(change: Callable[[Expr], Expr]) -> Callable[[Equation], E
 
 
 def _a_turn_on(equation: Equation) -> Equation:
-    """A direction a whole turn on: an angle of which everything else asks for sines and cosines alone."""
-    direction = any(equation.defines in case.directions for case in find_cases(import_modules(papers)).values())
+    """A direction a whole turn on: an angle of which everything else asks for sines and cosines
+    alone.
+    """
+    direction = any(
+        equation.defines in case.directions for case in find_cases(import_modules(papers)).values()
+    )
     return rewritten(equation, lambda e: e + 2 * sp.pi) if direction else equation
 
 
@@ -86,7 +97,9 @@ REWRITES: dict[str, Callable[[Equation], Equation]] = {
     "common factors taken out": _apply_to_equation(sp.factor_terms),
     "one fraction": _apply_to_equation(sp.together),
     "terms reversed": _apply_to_equation(_reversed),
-    "double negation": _apply_to_equation(lambda e: sp.Mul(-1, sp.Mul(-1, e, evaluate=False), evaluate=False)),
+    "double negation": _apply_to_equation(
+        lambda e: sp.Mul(-1, sp.Mul(-1, e, evaluate=False), evaluate=False)
+    ),
     "halves of the double": _apply_to_equation(
         lambda e: e and sp.Mul(sp.Rational(1, 2), sp.Mul(2, e, evaluate=False), evaluate=False)
     ),
@@ -111,7 +124,18 @@ REWRITES: dict[str, Callable[[Equation], Equation]] = {
 }
 """Other ways to write the same, by name."""
 PLACES_KEPT = (
-    "sides exchanged", "both sides times a number", "terms reversed", "double negation", "halves of the double",
-    "one fraction", "cos(-x)", "-sin(-x)", "sin/cos for tan", "-atan(-x)", "squares as products",
-)  # fmt: skip
-"""Rewrites that keep the places at which an equation may be corrected: the rest may join or split them."""
+    "sides exchanged",
+    "both sides times a number",
+    "terms reversed",
+    "double negation",
+    "halves of the double",
+    "one fraction",
+    "cos(-x)",
+    "-sin(-x)",
+    "sin/cos for tan",
+    "-atan(-x)",
+    "squares as products",
+)
+"""Rewrites that keep the places at which an equation may be corrected: the rest may join or split
+them.
+"""

@@ -7,7 +7,9 @@ import pytest
 
 
 def sampled(always: Iterable[Any], all_items: Iterable[Any]) -> list[Any]:
-    """Parameters of a test: those that are kept, then the others as `long`; a tuple is a value for each name."""
+    """Parameters of a test: those that are kept, then the others as `long`; a tuple is a value for
+    each name.
+    """
     chosen, remaining = list(always), list(all_items)
     for case in chosen:
         remaining.remove(case)

@@ -1,7 +1,9 @@
-"""Curves of a wanted size in any family, to draw tests from: mean radius, relative swing of the ratio, deformation.
+"""Curves of a wanted size in any family, to draw tests from: mean radius, relative swing of the
+ratio, deformation.
 
-The mean radius is that over the polar angle; the relative swing (largest - least) / (largest + least) of the ratio is
-the same whichever gear drives. Neither depends on the deformation, because both segments run through the same radii.
+The mean radius is that over the polar angle; the relative swing (largest - least) / (largest +
+least) of the ratio is the same whichever gear drives. Neither depends on the deformation, because
+both segments run through the same radii.
 """
 
 from __future__ import annotations
@@ -13,7 +15,14 @@ import casadi as ca
 import numpy as np
 
 from planter.gear_geometry import families
-from planter.gear_geometry.stage import FIRST_TERMS, MAX_TERMS, SERIES_TOLERANCE, Stage, StageCandidate, converge_series
+from planter.gear_geometry.stage import (
+    FIRST_TERMS,
+    MAX_TERMS,
+    SERIES_TOLERANCE,
+    Stage,
+    StageCandidate,
+    converge_series,
+)
 from planter.kernels import Array, Kernel
 
 NODES = 256
@@ -24,9 +33,11 @@ EXACT = 1e-15
 
 @dataclass(frozen=True)
 class Size:
-    """Mean radius [m], relative swing of the ratio [-] and deformation coefficient [-] of a pitch curve.
+    """Mean radius [m], relative swing of the ratio [-] and deformation coefficient [-] of a pitch
+    curve.
 
-    `shape` holds the numbers that some families have beside these, in the order of their sidecar; nothing means zeros.
+    `shape` holds the numbers that some families have beside these, in the order of their sidecar;
+    nothing means zeros.
     """
 
     mean_radius: float
@@ -54,13 +65,16 @@ class Sizing:
         """
         curve_parameters = np.asarray(parameters, dtype=float)
         stage = converge_series(
-            Stage(self.family, self._names), [StageCandidate(curve_parameters, lambda name: f"{self.family}.{name}")]
+            Stage(self.family, self._names),
+            [StageCandidate(curve_parameters, lambda name: f"{self.family}.{name}")],
         )
         mean, swing = _Described(stage)(curve_parameters)
         return Size(mean, swing, float(curve_parameters[-1]))
 
     def parameters(self, size: Size) -> Array:
-        """The curve of a size: in closed form where the family has one, else solved; ValueError where none is found."""
+        """The curve of a size: in closed form where the family has one, else solved; ValueError
+        where none is found.
+        """
         terms = FIRST_TERMS if self.sidecar["series"] else 0
         while terms <= MAX_TERMS:
             stage = Stage(self.family, self._names, terms)
@@ -99,7 +113,9 @@ class Sizing:
         return Kernel(families.load_functions(self.family).relative())
 
     def _not_found(self, size: Size) -> ValueError:
-        return ValueError(f"no {self.sidecar['title']} of the relative swing {size.swing:g} was found")
+        return ValueError(
+            f"no {self.sidecar['title']} of the relative swing {size.swing:g} was found"
+        )
 
 
 class _Described:
@@ -109,20 +125,31 @@ class _Described:
         self._prologue, self._kernel = stage.prologue, Kernel(describe(stage))
 
     def __call__(self, parameters: Array) -> tuple[float, float]:
-        ratios = self._kernel(parameters=parameters, hoisted=self._prologue(parameters=parameters)["hoisted"])
+        ratios = self._kernel(
+            parameters=parameters, hoisted=self._prologue(parameters=parameters)["hoisted"]
+        )
         return float(ratios["mean_radius"][0, 0]), float(ratios["swing"][0, 0])
 
 
 def describe(stage: Stage) -> ca.Function:
-    """(parameters, hoisted) -> (mean_radius [m], swing [-]): the size as a function, to be had with its derivatives.
+    """(parameters, hoisted) -> (mean_radius [m], swing [-]): the size as a function, to be had with
+    its derivatives.
 
-    The extremes of the ratio are those at u = 0 and pi, where the families have them, or at a node between.
+    The extremes of the ratio are those at u = 0 and pi, where the families have them, or at a node
+    between.
     """
     contact = stage.contact.function
-    parameters, hoisted = (ca.MX.sym(name, contact.size1_in(name)) for name in ("parameters", "hoisted"))
+    parameters, hoisted = (
+        ca.MX.sym(name, contact.size1_in(name)) for name in ("parameters", "hoisted")
+    )
     t = np.pi * np.array([0, *(np.arange(NODES) + 0.5), NODES]) / NODES
     values = contact(t=ca.DM(t).T, parameters=ca.vertcat(parameters[:-1], 1), hoisted=hoisted)
     largest, smallest = ca.mmax(values["ratio"]), ca.mmin(values["ratio"])
     mean = ca.sum2(values["r"][1:-1]) / NODES
-    return ca.Function("describe", [parameters, hoisted], [mean, (largest - smallest) / (largest + smallest)],
-                       ["parameters", "hoisted"], ["mean_radius", "swing"])  # fmt: skip
+    return ca.Function(
+        "describe",
+        [parameters, hoisted],
+        [mean, (largest - smallest) / (largest + smallest)],
+        ["parameters", "hoisted"],
+        ["mean_radius", "swing"],
+    )

@@ -1,4 +1,6 @@
-"""Where a source starts a process: by the names of the standard library's functions, imported or as attributes."""
+"""Where a source starts a process: by the names of the standard library's functions, imported or as
+attributes.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,15 @@ import ast
 from collections.abc import Iterator
 
 CALLS = {
-    "subprocess": {"Popen", "run", "call", "check_call", "check_output", "getoutput", "getstatusoutput"},
+    "subprocess": {
+        "Popen",
+        "run",
+        "call",
+        "check_call",
+        "check_output",
+        "getoutput",
+        "getstatusoutput",
+    },
     "os": {"system", "popen", "fork", "forkpty", "startfile"},
     "asyncio": {"create_subprocess_exec", "create_subprocess_shell"},
     "sys": {"executable"},
@@ -23,7 +33,12 @@ ANYWHERE = {"ProcessPoolExecutor", "subprocess_exec", "subprocess_shell", *CALLS
 def find_starts(source: str) -> Iterator[tuple[int, str]]:
     """Yield line and name of whatever can start a process; a type in an annotation does not."""
     tree = ast.parse(source)
-    types = {id(inner) for node in ast.walk(tree) for note in _annotations(node) for inner in ast.walk(note)}
+    types = {
+        id(inner)
+        for node in ast.walk(tree)
+        for note in _annotations(node)
+        for inner in ast.walk(note)
+    }
     modules = dict(_modules(tree))
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -35,7 +50,11 @@ def find_starts(source: str) -> Iterator[tuple[int, str]]:
             names = [(owner, node.attr)]
         else:
             continue
-        yield from ((node.lineno, f"{module}.{name}".strip(".")) for module, name in names if _starts(module, name))
+        yield from (
+            (node.lineno, f"{module}.{name}".strip("."))
+            for module, name in names
+            if _starts(module, name)
+        )
 
 
 def _starts(module: str, name: str) -> bool:
@@ -48,7 +67,9 @@ def _modules(tree: ast.AST) -> Iterator[tuple[str, str]]:
     """Names that modules have in a source."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from ((alias.asname or alias.name.partition(".")[0], alias.name) for alias in node.names)
+            yield from (
+                (alias.asname or alias.name.partition(".")[0], alias.name) for alias in node.names
+            )
 
 
 def _annotations(node: ast.AST) -> Iterator[ast.expr]:

@@ -1,7 +1,9 @@
-"""Packages of `planter` and `derive` and their imports; `python -m tests.support.structure` writes docs/structure.svg.
+"""Packages of `planter` and `derive` and their imports; `python -m tests.support.structure` writes
+docs/structure.svg.
 
-Every import counts: those within functions, under TYPE_CHECKING, and of a package's `__init__`. The picture has layers,
-each package above all that it imports, and the imports that do not follow from others.
+Every import counts: those within functions, under TYPE_CHECKING, and of a package's `__init__`. The
+picture has layers, each package above all that it imports, and the imports that do not follow from
+others.
 """
 
 from __future__ import annotations
@@ -31,7 +33,9 @@ FONT = "font-family='DejaVu Sans, Arial, sans-serif'"
 
 @dataclass(frozen=True)
 class ImportGraph:
-    """Modules of a root package by name, each with the modules of the root package that it imports."""
+    """Modules of a root package by name, each with the modules of the root package that it
+    imports.
+    """
 
     root: str
     imports: Mapping[str, frozenset[str]]
@@ -41,7 +45,10 @@ class ImportGraph:
     def read(cls, folder: Path) -> ImportGraph:
         """Read the modules of a folder, which has the name of the root package."""
         sources = {_name(path, folder): path for path in sorted(folder.rglob("*.py"))}
-        imports = {name: frozenset(set(_list_imports(path, name, sources)) - {name}) for name, path in sources.items()}
+        imports = {
+            name: frozenset(set(_list_imports(path, name, sources)) - {name})
+            for name, path in sources.items()
+        }
         packages = frozenset(name for name, path in sources.items() if path.name == "__init__.py")
         return cls(folder.name, imports, packages)
 
@@ -57,20 +64,28 @@ class ImportGraph:
         for module, imported in self.imports.items():
             if module.removeprefix(self.root) not in ENTRY_MODULES:
                 package = self.package(module)
-                packages.setdefault(package, set()).update({self.package(other) for other in imported} - {package})
+                packages.setdefault(package, set()).update(
+                    {self.package(other) for other in imported} - {package}
+                )
         return {package: frozenset(targets) for package, targets in packages.items()}
 
     @property
     def edges(self) -> list[tuple[str, str]]:
         """Pairs of a package and one that it imports."""
-        return [(package, other) for package, imported in sorted(self.packages.items()) for other in sorted(imported)]
+        return [
+            (package, other)
+            for package, imported in sorted(self.packages.items())
+            for other in sorted(imported)
+        ]
 
     @property
     def levels(self) -> dict[str, int]:
         """The level of each package: one above the highest that it imports. Raises CycleError."""
         levels: dict[str, int] = {}
         for package in TopologicalSorter(self.packages).static_order():
-            levels[package] = max((levels[other] + 1 for other in self.packages[package]), default=0)
+            levels[package] = max(
+                (levels[other] + 1 for other in self.packages[package]), default=0
+            )
         return levels
 
     def find_cycle(self) -> list[str]:
@@ -84,7 +99,9 @@ class ImportGraph:
     def list_upward_imports(self, layers: Iterable[Iterable[str]]) -> list[tuple[str, str]]:
         """Return imports from the same layer or a higher one; `layers` lists the lowest first."""
         height = {package: level for level, packages in enumerate(layers) for package in packages}
-        return [(package, other) for package, other in self.edges if height[other] >= height[package]]
+        return [
+            (package, other) for package, other in self.edges if height[other] >= height[package]
+        ]
 
     def list_direct_edges(self) -> list[tuple[str, str]]:
         """Return the edges that do not follow from others, without those to the foundation."""
@@ -96,7 +113,8 @@ class ImportGraph:
         return [
             (package, other)
             for package, other in self.edges
-            if other != FOUNDATION and not any(other in reachable(via) for via in self.packages[package] - {other})
+            if other != FOUNDATION
+            and not any(other in reachable(via) for via in self.packages[package] - {other})
         ]
 
     def list_rows(self) -> list[list[str]]:
@@ -109,7 +127,9 @@ class ImportGraph:
     def describe(self, package: str) -> str:
         """Return the first line of a package's docstring."""
         path = ROOT / self.root / ("" if package == FOUNDATION else package) / "__init__.py"
-        return (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").partition("\n")[0]
+        return (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").partition(
+            "\n"
+        )[0]
 
 
 @cache
@@ -124,13 +144,19 @@ def _name(path: Path, folder: Path) -> str:
 
 
 def _list_imports(path: Path, name: str, modules: Collection[str]) -> Iterator[str]:
-    """Yield the modules that a source imports; of `from package import name`, the module of that name if it exists."""
+    """Yield the modules that a source imports; of `from package import name`, the module of that
+    name if it exists.
+    """
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in modules)
         elif isinstance(node, ast.ImportFrom):
-            base = resolve_name("." * node.level + (node.module or ""), package) if node.level else str(node.module)
+            base = (
+                resolve_name("." * node.level + (node.module or ""), package)
+                if node.level
+                else str(node.module)
+            )
             for alias in node.names:
                 inner = f"{base}.{alias.name}"
                 if inner in modules or base in modules:
@@ -160,29 +186,41 @@ def draw_graph(graph: ImportGraph, left: float, width: float) -> tuple[list[str]
         boxes |= {package: Box(start + i * (WIDTH + GAP), y) for i, package in enumerate(row)}
     lines = [_arrow(boxes[start], boxes[end]) for start, end in graph.list_direct_edges()]
     packages = [_box(box, package, graph.describe(package)) for package, box in boxes.items()]
-    title = f"<text x='{left + width / 2}' y='{EDGE + 12}' text-anchor='middle' font-size='15'>{graph.root}/</text>"
+    title = (
+        f"<text x='{left + width / 2}' y='{EDGE + 12}' text-anchor='middle' "
+        f"font-size='15'>{graph.root}/</text>"
+    )
     return [title, *lines, *packages], EDGE + TITLE + len(rows) * (HEIGHT + RISE) - RISE + EDGE
 
 
 def _arrow(start: Box, end: Box) -> str:
     y, below = start.y + HEIGHT, end.y
     bend = (below - y) / 2
-    path = f"M{start.middle} {y} C{start.middle} {y + bend} {end.middle} {below - bend} {end.middle} {below - 5}"
-    return f"<path d='{path}' fill='none' stroke='{LINE}' stroke-width='1.1' marker-end='url(#tip)'/>"
+    path = (
+        f"M{start.middle} {y} C{start.middle} {y + bend} {end.middle} {below - bend} "
+        f"{end.middle} {below - 5}"
+    )
+    return (
+        f"<path d='{path}' fill='none' stroke='{LINE}' stroke-width='1.1' marker-end='url(#tip)'/>"
+    )
 
 
 def _box(box: Box, name: str, text: str) -> str:
     return (
         f"<g><title>{escape(text)}</title>"
-        f"<rect x='{box.x}' y='{box.y}' width='{WIDTH}' height='{HEIGHT}' rx='6' fill='{BOX}' stroke='{LINE}'/>"
-        f"<text x='{box.middle}' y='{box.y + HEIGHT / 2 + 5}' text-anchor='middle' font-size='13.5'>{name}</text></g>"
+        f"<rect x='{box.x}' y='{box.y}' width='{WIDTH}' height='{HEIGHT}' rx='6' fill='{BOX}' "
+        f"stroke='{LINE}'/>"
+        f"<text x='{box.middle}' y='{box.y + HEIGHT / 2 + 5}' text-anchor='middle' "
+        f"font-size='13.5'>{name}</text></g>"
     )
 
 
 def draw_picture() -> str:
     """Return the picture of `derive` and `planter` as SVG text."""
     graphs = [read_imports(package) for package in ("derive", "planter")]
-    widths = [max(len(row) for row in graph.list_rows()) * (WIDTH + GAP) + 2 * EDGE for graph in graphs]
+    widths = [
+        max(len(row) for row in graph.list_rows()) * (WIDTH + GAP) + 2 * EDGE for graph in graphs
+    ]
     parts: list[str] = []
     left, height = 0.0, 0.0
     for graph, width in zip(graphs, widths, strict=True):
@@ -190,9 +228,12 @@ def draw_picture() -> str:
         parts += elements
         left, height = left + width, max(height, graph_height)
     head = (
-        f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {left} {height}' width='{left}' height='{height}' "
-        f"{FONT} fill='{INK}'>\n<defs><marker id='tip' viewBox='0 0 8 8' refX='6' refY='4' markerWidth='7' "
-        f"markerHeight='7' orient='auto'><path d='M0 0 L8 4 L0 8 z' fill='{LINE}'/></marker></defs>\n"
+        f"<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {left} {height}' width='{left}' "
+        f"height='{height}' "
+        f"{FONT} fill='{INK}'>\n<defs><marker id='tip' viewBox='0 0 8 8' refX='6' refY='4' "
+        f"markerWidth='7' "
+        f"markerHeight='7' orient='auto'><path d='M0 0 L8 4 L0 8 z' "
+        f"fill='{LINE}'/></marker></defs>\n"
         f"<rect width='{left}' height='{height}' fill='{PAPER}'/>\n"
     )
     return head + "\n".join(parts) + "\n</svg>\n"

@@ -6,9 +6,17 @@ from typing import Any
 from planter.planting.file import PlantingMachine, load
 
 DESIGN = {
-    "theta_deg": 66.0, "gamma_deg": 31.0, "alpha3_deg": 24.0, "beta6_deg": 2.0,
-    "A3_mm": 30.9, "k3": 0.06, "m31": 1.4, "R6_mm": 30.7, "e6_mm": 2.0, "m61": 1.2,
-}  # fmt: skip
+    "theta_deg": 66.0,
+    "gamma_deg": 31.0,
+    "alpha3_deg": 24.0,
+    "beta6_deg": 2.0,
+    "A3_mm": 30.9,
+    "k3": 0.06,
+    "m31": 1.4,
+    "R6_mm": 30.7,
+    "e6_mm": 2.0,
+    "m61": 1.2,
+}
 MASSES = {"sun_kg": 0.5, "middle_kg": 0.6, "planet_kg": 1.1, "carrier_kg": 4.0}
 
 
@@ -19,7 +27,9 @@ def table() -> dict[str, Any]:
     table["design"] = DESIGN
     table["bounds"] = {name: [0.99 * value, 1.01 * value] for name, value in DESIGN.items()}
     table["origin"] = {"default": "assumed"}
-    return {key: value for key, value in table.items() if key != "requirements"} | {"name": "swapped"}
+    return {key: value for key, value in table.items() if key != "requirements"} | {
+        "name": "swapped"
+    }
 
 
 @cache

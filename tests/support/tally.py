@@ -1,4 +1,6 @@
-"""How the audit fares with planted errors and harmless rewrites: `python -m tests.support.tally [PAPER] [COUNT]`."""
+"""How the audit fares with planted errors and harmless rewrites:
+`python -m tests.support.tally [PAPER] [COUNT]`.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ from tests.support.rewrites import PLACES_KEPT, REWRITES
 
 @dataclass(frozen=True)
 class Tally:
-    """Planted errors that change what is found; those in sound equations, and how many are told exactly; rewrites."""
+    """Planted errors that change what is found; those in sound equations, and how many are told
+    exactly; rewrites.
+    """
 
     planted: int
     noticed: int
@@ -28,8 +32,17 @@ class Tally:
 def tally(paper: str, count: int) -> Tally:
     """The counts of one paper for so many planted errors."""
     errors = mutations.mutants(paper, count)
-    sound = [m for m in errors if mutations.is_sound(paper, CASES[paper].paper.equations[m.equation.number])]
-    neutral = [(name, n) for name in REWRITES for n in mutations.derivable(paper) if _is_neutral(paper, name, n)]
+    sound = [
+        m
+        for m in errors
+        if mutations.is_sound(paper, CASES[paper].paper.equations[m.equation.number])
+    ]
+    neutral = [
+        (name, n)
+        for name in REWRITES
+        for n in mutations.derivable(paper)
+        if _is_neutral(paper, name, n)
+    ]
     return Tally(
         planted=len(errors),
         noticed=sum(is_noticed(paper, m) for m in errors),
@@ -41,21 +54,34 @@ def tally(paper: str, count: int) -> Tally:
 
 
 def is_noticed(paper: str, mutant: Mutant) -> bool:
-    return outcome(judge_alone(paper, mutant.equation)) != outcome(untouched(paper, mutant.equation.number))
+    return outcome(judge_alone(paper, mutant.equation)) != outcome(
+        untouched(paper, mutant.equation.number)
+    )
 
 
 def is_told(paper: str, mutant: Mutant) -> bool:
-    """Whether an error in a sound equation is told as what it is: its correction, or the very terms that are gone."""
+    """Whether an error in a sound equation is told as what it is: its correction, or the very terms
+    that are gone.
+    """
     judgement = judge_alone(paper, mutant.equation)
     if judgement.corrections and not judgement.missing and not judgement.unexplained:
         return min(map(len, judgement.corrections)) <= mutant.errors
-    return judgement.verdict == "incomplete" and not judgement.corrections and _is_gone(paper, mutant, judgement)
+    return (
+        judgement.verdict == "incomplete"
+        and not judgement.corrections
+        and _is_gone(paper, mutant, judgement)
+    )
 
 
 def _is_gone(paper: str, mutant: Mutant, judgement: Judgement) -> bool:
-    """Whether the missing terms are what the planted error took away, but for a sign or factor on the whole."""
+    """Whether the missing terms are what the planted error took away, but for a sign or factor on
+    the whole.
+    """
     case = CASES[paper]
-    before, after = (mutations.read(paper, e) for e in (case.paper.equations[mutant.equation.number], mutant.equation))
+    before, after = (
+        mutations.read(paper, e)
+        for e in (case.paper.equations[mutant.equation.number], mutant.equation)
+    )
     taken, reported = before - after, sp.Add(*judgement.missing)
     ratios = {round(float(point(taken) / point(reported)), 9) for point in case.points}
     return len(ratios) == 1
@@ -68,7 +94,9 @@ def is_accused(paper: str, name: str, number: str) -> bool:
 
 
 def _is_neutral(paper: str, name: str, number: str) -> bool:
-    """Whether a rewrite changes the text, of a faulty equation without changing the places of its faults."""
+    """Whether a rewrite changes the text, of a faulty equation without changing the places of its
+    faults.
+    """
     equation = CASES[paper].paper.equations[number]
     comparable = name in PLACES_KEPT or mutations.is_sound(paper, equation)
     return comparable and REWRITES[name](equation) != equation

@@ -1,4 +1,6 @@
-"""Toothed pairs to try: circles, stages of any family, and what is measured of them without any envelope."""
+"""Toothed pairs to try: circles, stages of any family, and what is measured of them without any
+envelope.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ def circle(z: int, rack: Rack) -> Gear:
 
 def circles(z: int, mate: int, order: ToothOrder) -> ToothedPair:
     """Two circular gears of module 2 mm."""
-    return cut_teeth(build_circle_pair(1e-3 * z, 1e-3 * mate), replace(order, teeth=z), "pair", ("gear", "mate"))
+    return cut_teeth(
+        build_circle_pair(1e-3 * z, 1e-3 * mate), replace(order, teeth=z), "pair", ("gear", "mate")
+    )
 
 
 @cache
@@ -50,21 +54,29 @@ def involute(angle: float) -> float:
 def swept(gear: Gear, tooth: int, steps: int = 700, offset: float = 0.0) -> float:
     """Area in which a tooth space and what a rack leaves of it differ, in parts of the space's.
 
-    The rack is a polygon, its round a fine one; it stands still on its pitch line while that rolls over the pitch
-    curve step by step, `beside` [m] where it should be. No condition of an envelope is used.
+    The rack is a polygon, its round a fine one; it stands still on its pitch line while that rolls
+    over the pitch curve step by step, `beside` [m] where it should be. No condition of an envelope
+    is used.
     """
     p, sizes = gear.rack.pitch, gear.rack.sizes
     middle = gear.flanks.phase + p * (tooth + 0.5)
     outline = shapely.Polygon(gear.sampled(np.arange(150) / 150).points.reshape(2, -1).T)
     parameters = middle + np.linspace(-0.5, 0.5, 400) * p
-    top, deep = _count_offset(gear, parameters, sizes["tip"]), _count_offset(gear, parameters, -2 * sizes["root"])
+    top, deep = (
+        _count_offset(gear, parameters, sizes["tip"]),
+        _count_offset(gear, parameters, -2 * sizes["root"]),
+    )
     blank = shapely.Polygon(np.vstack([top, deep[::-1]]))
     profile = _profile(gear.rack) + np.array([middle + offset, 0.0])
     racks = []
     for s in middle + np.linspace(-3.5, 3.5, steps) * p:
         x, y, tx, ty = gear.curve.at(np.array([s]))[:4, 0]
         tangent, out = np.array([tx, ty]), np.array([ty, -tx])
-        racks.append(shapely.Polygon(np.array([x, y]) + (profile[:, :1] - s) * tangent + profile[:, 1:] * out))
+        racks.append(
+            shapely.Polygon(
+                np.array([x, y]) + (profile[:, :1] - s) * tangent + profile[:, 1:] * out
+            )
+        )
     left, mate = blank.difference(shapely.union_all(racks)), blank.intersection(outline)
     return left.symmetric_difference(mate).area / (blank.area - mate.area)
 
@@ -75,7 +87,9 @@ def _count_offset(gear: Gear, s: Array, height: float) -> Array:
 
 
 def _profile(rack: Rack) -> Array:
-    """One tooth of the rack: along its pitch line from its middle, and outwards; by tangent lines and circles."""
+    """One tooth of the rack: along its pitch line from its middle, and outwards; by tangent lines
+    and circles.
+    """
     alpha, root = rack.pressure_angle, rack.sizes["root"]
     half = rack.pitch / 2 - rack.sizes["half"]
     r = rack.sizes["round_"]

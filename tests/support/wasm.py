@@ -1,4 +1,6 @@
-"""WebAssembly modules of programs in a runtime that stands alone, where it is installed with the bundled compiler."""
+"""WebAssembly modules of programs in a runtime that stands alone, where it is installed with the
+bundled compiler.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,8 @@ from planter.kernels import Array
 from planter.kernels.programs import Program
 
 needs_wasm = pytest.mark.skipif(
-    find_spec("ziglang") is None or find_spec("wasmtime") is None, reason="needs ziglang and wasmtime"
+    find_spec("ziglang") is None or find_spec("wasmtime") is None,
+    reason="needs ziglang and wasmtime",
 )
 
 
@@ -41,15 +44,23 @@ class Running:
 
     def vectors(self, program: Program, **changed: Array) -> dict[str, Array] | None:
         """All vectors of a program by name, from what is given, some of it changed."""
-        inputs = {program.offsets[key] + k: v for key, values in changed.items() for k, v in enumerate(values)}
+        inputs = {
+            program.offsets[key] + k: v
+            for key, values in changed.items()
+            for k, v in enumerate(values)
+        }
         memory = self.run(program.name, program.size, inputs)
         if memory is None:
             return None
-        return {key: memory[start : start + program.sizes[key]] for key, start in program.offsets.items()}
+        return {
+            key: memory[start : start + program.sizes[key]]
+            for key, start in program.offsets.items()
+        }
 
 
 def difference(actual: Mapping[str, Array], expected: Mapping[str, Array]) -> float:
     """The largest difference of vectors, each in parts of its own largest number."""
     return max(
-        float(np.abs(actual[key] - expected[key]).max() / (np.abs(expected[key]).max() or 1.0)) for key in expected
+        float(np.abs(actual[key] - expected[key]).max() / (np.abs(expected[key]).max() or 1.0))
+        for key in expected
     )

@@ -1,4 +1,6 @@
-"""Elementary functions on arb balls under NumPy's names: an interval library of its own, at `flint.ctx.prec` bits."""
+"""Elementary functions on arb balls under NumPy's names: an interval library of its own, at
+`flint.ctx.prec` bits.
+"""
 
 from typing import Any
 

@@ -1,19 +1,55 @@
-"""Elementary functions on complex NumPy arrays for derivatives by complex step: f(x + ih) = f(x) + ih f'(x) + O(h^2).
+"""Elementary functions on complex NumPy arrays for derivatives by complex step: f(x + ih) = f(x) +
+ih f'(x) + O(h^2).
 
-Branches follow the real part. Analytic functions are NumPy's own; the others are continued along the real line.
+Branches follow the real part. Analytic functions are NumPy's own; the others are continued along
+the real line.
 """
 
 from collections.abc import Callable
 
 import numpy as np
-from numpy import arccos, arcsin, arctan, cos, exp, log, logical_and, logical_not, logical_or, pi, sin, sqrt, tan, where
+from numpy import (
+    arccos,
+    arcsin,
+    arctan,
+    cos,
+    exp,
+    log,
+    logical_and,
+    logical_not,
+    logical_or,
+    pi,
+    sin,
+    sqrt,
+    tan,
+    where,
+)
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
-    "absolute", "arccos", "arcsin", "arctan", "arctan2", "cos", "divide", "exp", "floor", "log", "logical_and",
+    "absolute",
+    "arccos",
+    "arcsin",
+    "arctan",
+    "arctan2",
+    "cos",
+    "divide",
+    "exp",
+    "floor",
+    "log",
+    "logical_and",
     "logical_not",
-    "logical_or", "maximum", "minimum", "pi", "sign", "sin", "slopes", "sqrt", "tan", "where",
-]  # fmt: skip
+    "logical_or",
+    "maximum",
+    "minimum",
+    "pi",
+    "sign",
+    "sin",
+    "slopes",
+    "sqrt",
+    "tan",
+    "where",
+]
 
 STEP = 1e-30
 Complex = NDArray[np.complex128]
@@ -54,7 +90,8 @@ def divide(numerator: ArrayLike, denominator: ArrayLike) -> Complex:
 
 
 def slopes(f: Callable[[Complex], Complex], x: ArrayLike) -> NDArray[np.float64]:
-    """Derivatives of `f` in each entry of the vector x, in a last axis of their own; f sees a column for each.
+    """Derivatives of `f` in each entry of the vector x, in a last axis of their own; f sees a
+    column for each.
 
     >>> slopes(lambda x: x[0] * x[1] ** 2, [2.0, 3.0]).tolist()
     [9.0, 12.0]

@@ -1,4 +1,6 @@
-"""Elementary functions on mpmath scalars under NumPy's names: array code at the working precision of `mpmath.mp`."""
+"""Elementary functions on mpmath scalars under NumPy's names: array code at the working precision
+of `mpmath.mp`.
+"""
 
 from typing import Any
 

@@ -46,11 +46,28 @@ SOLVER = '''def solved(xp, matrix, right):
         known = sum(rows[k][i] * found[i] for i in range(k + 1, n) if not is_zero(rows[k][i]))
         found[k] = (rows[k][n] - known) / rows[k][k]
     return *found, least'''
-ARRAY = Dialect({f: f"xp.{f}" for f in PLAIN} | {
-    "acos": "xp.arccos", "asin": "xp.arcsin", "atan": "xp.arctan", "atan2": "xp.arctan2", "abs": "xp.absolute",
-    "min": "xp.minimum", "max": "xp.maximum", "select": "xp.where", "and": "xp.logical_and", "or": "xp.logical_or",
-    "not": "xp.logical_not", "pi": "xp.pi",
-}, ratio="xp.divide({0}, {1})", length="len({0})", solver=SOLVER, first=("xp",), series="sine_series")  # fmt: skip
+ARRAY = Dialect(
+    {f: f"xp.{f}" for f in PLAIN}
+    | {
+        "acos": "xp.arccos",
+        "asin": "xp.arcsin",
+        "atan": "xp.arctan",
+        "atan2": "xp.arctan2",
+        "abs": "xp.absolute",
+        "min": "xp.minimum",
+        "max": "xp.maximum",
+        "select": "xp.where",
+        "and": "xp.logical_and",
+        "or": "xp.logical_or",
+        "not": "xp.logical_not",
+        "pi": "xp.pi",
+    },
+    ratio="xp.divide({0}, {1})",
+    length="len({0})",
+    solver=SOLVER,
+    first=("xp",),
+    series="sine_series",
+)
 MEANT = """`xp` is a module of elementary functions under NumPy's names: numpy, jax.numpy, or a few lines around mpmath.
 Packed inputs are indexed along their first axis, so an entry may itself be an array."""
 WIDTH = 118
@@ -68,7 +85,9 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
     """The text of a module with the functions of a model."""
     solver = [SOLVER] if any(f.solves for f in functions) else []
     texts = "\n\n\n".join((*solver, *_helpers(functions), *map(_function, functions)))
-    meant = "\n".join(fill_text(f"{MEANT} {describe_composed(system.functions, ARRAY.first)}", WIDTH))
+    meant = "\n".join(
+        fill_text(f"{MEANT} {describe_composed(system.functions, ARRAY.first)}", WIDTH)
+    )
     return f'''"""{system.title}: array code.
 
 {NOTICE}
@@ -100,7 +119,9 @@ def _function(function: Emitted) -> str:
 
 def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
     """The text of a module with the functions of a pitch curve and its prologue."""
-    texts = "\n\n\n".join((_prologue(curve), *_helpers(functions), *map(_curve_function, functions)))
+    texts = "\n\n\n".join(
+        (_prologue(curve), *_helpers(functions), *map(_curve_function, functions))
+    )
     return f'''"""{curve.title.capitalize()}: array code of a pitch curve and its conjugate.
 
 {NOTICE}

@@ -47,17 +47,31 @@ SOLVER = '''def solved(matrix: list[list[SX]], right: list[SX]) -> tuple[SX, ...
         found[k] = (rows[k][n] - known) / rows[k][k]
     return *found, least'''
 """Elimination, for modules with simultaneous equations."""
-CASADI = Dialect({f: f for f in PLAIN} | {
-    "abs": "fabs", "min": "fmin", "max": "fmax", "select": "if_else", "and": "logic_and", "or": "logic_or",
-    "not": "logic_not", "pi": "pi",
-}, ratio="{0} / {1}", length="{0}.numel()", solver=SOLVER)  # fmt: skip
+CASADI = Dialect(
+    {f: f for f in PLAIN}
+    | {
+        "abs": "fabs",
+        "min": "fmin",
+        "max": "fmax",
+        "select": "if_else",
+        "and": "logic_and",
+        "or": "logic_or",
+        "not": "logic_not",
+        "pi": "pi",
+    },
+    ratio="{0} / {1}",
+    length="{0}.numel()",
+    solver=SOLVER,
+)
 ALWAYS = ("Function", "SX", "vertcat")
 """What every module imports, whatever its expressions hold."""
 SOLVING = ("mmax",)
 """What elimination needs besides."""
 CLOSED = ("jacobian",)
 CLOSURE = ("DM", "MX", "fmax", "jacobian", "mmax", "rootfinder", "sum1")
-"""What the module of a pitch curve imports besides: with a centre distance in closed form, and by closure."""
+"""What the module of a pitch curve imports besides: with a centre distance in closed form, and by
+closure.
+"""
 WIDTH = 112
 
 
@@ -65,20 +79,33 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
     """The text of a module with one builder per function."""
     solver = [SOLVER] if any(f.solves for f in functions) else []
     builders = "\n\n\n".join((*solver, *map(_builder, functions)))
-    docstring = "\n".join((
-        f"{system.title}: CasADi functions.", "", NOTICE, f"Source: {system.source}.",
-        *textwrap.wrap(f"Assumes: {'; '.join(system.assumptions)}.", WIDTH),
-        *textwrap.wrap(f"Operations: {', '.join(f'{f.name} {f.operations}' for f in functions)}.", WIDTH), "",
-        *fill_text(f"{describe_composed(system.functions)} Inputs:".lstrip(), WIDTH), "",
-        describe_vectors(system.inputs),
-    ))  # fmt: skip
+    docstring = "\n".join(
+        (
+            f"{system.title}: CasADi functions.",
+            "",
+            NOTICE,
+            f"Source: {system.source}.",
+            *textwrap.wrap(f"Assumes: {'; '.join(system.assumptions)}.", WIDTH),
+            *textwrap.wrap(
+                f"Operations: {', '.join(f'{f.name} {f.operations}' for f in functions)}.", WIDTH
+            ),
+            "",
+            *fill_text(f"{describe_composed(system.functions)} Inputs:".lstrip(), WIDTH),
+            "",
+            describe_vectors(system.inputs),
+        )
+    )
     return f'"""{docstring}\n"""\n\n{_imports(builders)}\n\n\n{builders}\n'
 
 
 def _imports(text: str, besides: Sequence[str] = ()) -> str:
     """An import of the CasADi names that a text uses."""
-    used = {name for name in (*CASADI.functions.values(), *SOLVING) if re.search(rf"\b{name}\b", text)}
-    names = sorted(used.union(ALWAYS, besides), key=lambda n: (n.upper() != n, not n[0].isupper(), n))
+    used = {
+        name for name in (*CASADI.functions.values(), *SOLVING) if re.search(rf"\b{name}\b", text)
+    }
+    names = sorted(
+        used.union(ALWAYS, besides), key=lambda n: (n.upper() != n, not n[0].isupper(), n)
+    )
     return "from casadi import (\n" + "".join(f"    {n},\n" for n in names) + ")"
 
 
@@ -111,13 +138,17 @@ def _declared(function: Emitted, length: Callable[[OpenVector], str]) -> str:
 
 def _length(vector: OpenVector) -> str:
     if vector.sized_by is None:
-        raise ValueError(f"vector {vector.name}: nothing says how long it is; name what it is sized by")
+        raise ValueError(
+            f"vector {vector.name}: nothing says how long it is; name what it is sized by"
+        )
     function, argument = vector.sized_by
     return f'{function}.size1_in("{argument}")'
 
 
 def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
-    """The text of a module with a builder per function of a pitch curve, the prologue and its tangent."""
+    """The text of a module with a builder per function of a pitch curve, the prologue and its
+    tangent.
+    """
     closed = in_closed_form(curve)
     prologue = _closed(curve) if closed else _closure(curve)
     builders = "\n\n\n".join((prologue, *map(_curve_builder, functions)))
@@ -217,5 +248,9 @@ def tangent(terms: int) -> Function:
 
 
 TARGET = Target(
-    "casadi", "{name}.py", frozenset({*CASADI.functions.values(), *ALWAYS, "solved", *CLOSED, *CLOSURE}), model, curve
+    "casadi",
+    "{name}.py",
+    frozenset({*CASADI.functions.values(), *ALWAYS, "solved", *CLOSED, *CLOSURE}),
+    model,
+    curve,
 )

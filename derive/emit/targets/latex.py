@@ -1,4 +1,6 @@
-"""The derivation as a document: what is given, then every step as a numbered equation under its meaning and source."""
+"""The derivation as a document: what is given, then every step as a numbered equation under its
+meaning and source.
+"""
 
 from __future__ import annotations
 
@@ -32,11 +34,27 @@ DOCUMENT = r"""\documentclass[a4paper]{article}
 %s
 \end{document}
 """
-CAPITALS = ("Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega")
+CAPITALS = (
+    "Gamma",
+    "Delta",
+    "Theta",
+    "Lambda",
+    "Xi",
+    "Pi",
+    "Sigma",
+    "Upsilon",
+    "Phi",
+    "Psi",
+    "Omega",
+)
 GREEK = frozenset((*greeks, *CAPITALS)) - {"omicron"}
 ACCENTS = {"dot": r"\dot", "ddot": r"\ddot"}
-SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
-           **{sign: f"\\{sign}" for sign in "&%$#_{}"}}  # fmt: skip
+SPECIAL = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    **{sign: f"\\{sign}" for sign in "&%$#_{}"},
+}
 ROOM = 78
 """Signs of an equation that go on a line."""
 
@@ -44,7 +62,8 @@ ROOM = 78
 def model(system: System, functions: Sequence[Emitted]) -> str:
     """A document on a model."""
     assumed = (
-        f"Source: {system.source}. Assumes: {'; '.join(system.assumptions)}. {describe_composed(system.functions)}"
+        f"Source: {system.source}. Assumes: {'; '.join(system.assumptions)}. "
+        f"{describe_composed(system.functions)}"
     )
     return _document(system.title, assumed, system.inputs, _sections(functions))
 
@@ -52,23 +71,37 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
 def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
     """A document on a pitch curve and its conjugate."""
     sections = (*_prologue(curve), *_sections(functions))
-    return _document(f"{curve.title.capitalize()}", "Pitch curve and conjugate.", (pack_parameters(curve),), sections)
+    return _document(
+        f"{curve.title.capitalize()}",
+        "Pitch curve and conjugate.",
+        (pack_parameters(curve),),
+        sections,
+    )
 
 
 def _document(title: str, about: str, inputs: Sequence[Input], sections: Iterable[str]) -> str:
     table = _table([quantity for packed in inputs for quantity in join_entries(packed)])
-    open_ones = [f"{_code(v.name)}: {_plain(v.meaning)}." for v in inputs if isinstance(v, OpenVector)]
+    open_ones = [
+        f"{_code(v.name)}: {_plain(v.meaning)}." for v in inputs if isinstance(v, OpenVector)
+    ]
     lines = (_plain(f"{about} {NOTICE}"), r"\section*{Given}", *table, *open_ones, *sections)
     return DOCUMENT % (_plain(title), "\n".join(lines))
 
 
 def _table(quantities: Iterable[Quantity]) -> list[str]:
     rows = [
-        f"${symbol(q)}$ & {_code(q.name)} & {_unit(q.unit)} & {_plain(q.meaning)} & {_plain(q.source)}" r" \\"
+        f"${symbol(q)}$ & {_code(q.name)} & {_unit(q.unit)} & {_plain(q.meaning)} & "
+        f"{_plain(q.source)}"
+        r" \\"
         for q in dict.fromkeys(quantities)
     ]
     columns = r"\begin{longtable}{lllp{0.4\textwidth}p{0.2\textwidth}}"
-    return [columns, r"symbol & name & unit & meaning & source \\ \hline \endhead", *rows, r"\end{longtable}"]
+    return [
+        columns,
+        r"symbol & name & unit & meaning & source \\ \hline \endhead",
+        *rows,
+        r"\end{longtable}",
+    ]
 
 
 def _sections(functions: Iterable[Emitted]) -> Iterator[str]:
@@ -97,16 +130,21 @@ def _aligned(steps: Iterable[Step]) -> str:
 def _format_step(step: Step) -> str:
     """A step under what it defines and where it comes from."""
     symbols_shown = step.symbols if isinstance(step, LinearSolve) else step.defines
-    named = "; ".join(f"{_plain(q.meaning)} [{_unit(q.unit)}], {_code(q.name)}" for q in symbols_shown)
+    named = "; ".join(
+        f"{_plain(q.meaning)} [{_unit(q.unit)}], {_code(q.name)}" for q in symbols_shown
+    )
     return (
-        f"{named[:1].upper()}{named[1:]} ({_plain(step.source)}):\n\\begin{{align}}\n{_equations(step)}\n\\end{{align}}"
+        f"{named[:1].upper()}{named[1:]} "
+        f"({_plain(step.source)}):\n\\begin{{align}}\n{_equations(step)}\n\\end{{align}}"
     )
 
 
 def _equations(step: Step) -> str:
     if isinstance(step, LinearSolve):
         rows = (sp.Add(*map(sp.Mul, row, step.symbols)) for row in step.matrix)
-        return " \\\\\n".join(_broken(_math(row), right) for row, right in zip(rows, step.right, strict=True))
+        return " \\\\\n".join(
+            _broken(_math(row), right) for row, right in zip(rows, step.right, strict=True)
+        )
     if isinstance(step, Call):
         outputs = ", ".join(symbol(q) if q is not None else r"\cdot" for q in step.outputs)
         arguments = ", ".join((_math(step.argument), *(_word(v.name) for v in step.vectors)))
@@ -117,7 +155,9 @@ def _equations(step: Step) -> str:
 
 
 def _broken(left: str, right: Expr) -> str:
-    """An equation, broken between the terms of its right-hand side where it is too long for a line."""
+    """An equation, broken between the terms of its right-hand side where it is too long for a
+    line.
+    """
     lines, length = [f"{left} &= "], _length(left)
     for term in right.as_ordered_terms() if isinstance(right, sp.Add) else [right]:
         text = _math(term)
@@ -133,12 +173,18 @@ def _broken(left: str, right: Expr) -> str:
 def _length(text: str) -> int:
     """About how many signs of it are seen side by side."""
     return len(
-        re.sub(r"[{}_^\s]|\\,", "", re.sub(r"\\(left|right|mathrm|frac)\b", "", re.sub(r"\\[a-z]{2,}", "x", text)))
+        re.sub(
+            r"[{}_^\s]|\\,",
+            "",
+            re.sub(r"\\(left|right|mathrm|frac)\b", "", re.sub(r"\\[a-z]{2,}", "x", text)),
+        )
     )
 
 
 def _math(expr: Expr) -> str:
-    written = expr.replace(Turns, sp.floor).replace(lambda e: isinstance(e, Polynomial), lambda e: e.doit())
+    written = expr.replace(Turns, sp.floor).replace(
+        lambda e: isinstance(e, Polynomial), lambda e: e.doit()
+    )
     names = {s: symbol(s) for s in sorted(written.free_symbols, key=str)}
     text: str = sp.latex(written, symbol_names=names, mul_symbol=r"\,")
     return text
@@ -178,9 +224,13 @@ def _prologue(curve: PitchCurve) -> list[str]:
     lines = [r"\section*{prologue}", rf"\begin{{align}} r &= {radius} \\"]
     if in_closed_form(curve):
         return [*lines, rf"{distance} &= {_math(curve.centre_distance())} \end{{align}}"]
-    return [*lines, rf"1 &= \frac{{1}}{{\pi}} \int_0^\pi \frac{{r}}{{{distance} - r}} \, \mathrm{{d}}u \\",
-            rf"b_k &= \frac{{2}}{{\pi}} \int_0^\pi \frac{{r}}{{{distance} - r}} \, \cos(k \, u) \, \mathrm{{d}}u",
-            r"\end{align}"]  # fmt: skip
+    return [
+        *lines,
+        rf"1 &= \frac{{1}}{{\pi}} \int_0^\pi \frac{{r}}{{{distance} - r}} \, \mathrm{{d}}u \\",
+        rf"b_k &= \frac{{2}}{{\pi}} \int_0^\pi \frac{{r}}{{{distance} - r}} \, \cos(k \, u) \, "
+        rf"\mathrm{{d}}u",
+        r"\end{align}",
+    ]
 
 
 TARGET = Target("latex", "latex/{name}.tex", frozenset(), model, curve, on_request=True)

@@ -1,4 +1,6 @@
-"""Function files for MATLAB and Octave: a file a module, which gives a structure of its functions."""
+"""Function files for MATLAB and Octave: a file a module, which gives a structure of its
+functions.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +26,56 @@ from ..text import (
     pack_parameters,
 )
 
-MATLAB = Dialect({f: f for f in PLAIN} | {
-    "abs": "abs", "min": "min", "max": "max", "select": "select", "and": "and", "or": "or", "not": "not", "pi": "pi",
-}, ratio="{0} / {1}", length="numel({0})", power="^", differs="~=", true="true")  # fmt: skip
-WORDS = frozenset((
-    "break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global", "if",
-    "otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while",
-    "do", "endfor", "endfunction", "endif", "endswitch", "endwhile", "until", "unwind_protect",
-))  # fmt: skip
+MATLAB = Dialect(
+    {f: f for f in PLAIN}
+    | {
+        "abs": "abs",
+        "min": "min",
+        "max": "max",
+        "select": "select",
+        "and": "and",
+        "or": "or",
+        "not": "not",
+        "pi": "pi",
+    },
+    ratio="{0} / {1}",
+    length="numel({0})",
+    power="^",
+    differs="~=",
+    true="true",
+)
+WORDS = frozenset(
+    (
+        "break",
+        "case",
+        "catch",
+        "classdef",
+        "continue",
+        "else",
+        "elseif",
+        "end",
+        "for",
+        "function",
+        "global",
+        "if",
+        "otherwise",
+        "parfor",
+        "persistent",
+        "return",
+        "spmd",
+        "switch",
+        "try",
+        "while",
+        "do",
+        "endfor",
+        "endfunction",
+        "endif",
+        "endswitch",
+        "endwhile",
+        "until",
+        "unwind_protect",
+    )
+)
 """Words of MATLAB, then of Octave alone."""
 HELPERS = {
     "select": """function value = select(condition, then, other)
@@ -131,7 +175,9 @@ def _refuse_names(function: Emitted) -> None:
 
 
 def _unpacked(packed: Input, used: frozenset[sp.Symbol]) -> list[str]:
-    """Entries of a packed input that the steps use; those of an open one may be counted from its end."""
+    """Entries of a packed input that the steps use; those of an open one may be counted from its
+    end.
+    """
     if isinstance(packed, Quantity):
         return []
     entries = packed.known.items() if isinstance(packed, OpenVector) else enumerate(packed)
@@ -158,7 +204,9 @@ def _step(step: Step) -> Iterator[str]:
         yield from _entries(f"{step.function.name}({arguments})", step.outputs)
     elif isinstance(step, LinearSolve):
         rows = "; ".join(", ".join(map(WRITE, row)) for row in step.matrix)
-        yield from _entries(f"solved([{rows}], [{'; '.join(map(WRITE, step.right))}])", step.defines)
+        yield from _entries(
+            f"solved([{rows}], [{'; '.join(map(WRITE, step.right))}])", step.defines
+        )
     elif isinstance(step, SineSeries):
         yield f"{step.symbol.name} = sine_series({step.argument.name}, {step.coefficients.name});"
     else:
@@ -173,7 +221,9 @@ def _entries(column: str, names: Iterable[Quantity | None]) -> Iterator[str]:
 
 def _broken(statement: str) -> list[str]:
     """A statement over as many lines as it needs."""
-    lines = textwrap.wrap(statement, WIDTH, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)
+    lines = textwrap.wrap(
+        statement, WIDTH, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+    )
     return [*(f"{line} ..." for line in lines[:-1]), lines[-1]]
 
 
@@ -189,7 +239,9 @@ def _indented(lines: Iterable[str]) -> str:
 
 
 def _prologue(curve: PitchCurve) -> str:
-    unpacked = "\n".join(f"    {q.name} = parameters({i});" for i, q in enumerate(curve.parameters, 1))
+    unpacked = "\n".join(
+        f"    {q.name} = parameters({i});" for i, q in enumerate(curve.parameters, 1)
+    )
     if in_closed_form(curve):
         return f"""function values = prologue(parameters, terms)
     % Centre distance in closed form; the rotation needs no series.

@@ -1,4 +1,6 @@
-"""Motion of both clutches in contact: bodies, linkage, shared contacts, equations of motion, powers."""
+"""Motion of both clutches in contact: bodies, linkage, shared contacts, equations of motion,
+powers.
+"""
 
 from __future__ import annotations
 
@@ -54,15 +56,21 @@ def heading_steps(polar: Expr = S.Zero) -> tuple[Let, ...]:
 
 
 def distance_rate(slopes: tuple[Expr, Expr, Expr]) -> Expr:
-    """Return the rate of a distance from its slopes in the body's centre (2,) and direction, in the shaft's frame."""
+    """Return the rate of a distance from its slopes in the body's centre (2,) and direction, in the
+    shaft's frame.
+    """
     x, y, turn = slopes
     return x * SEEN_RATE[0] + y * SEEN_RATE[1] + turn * TURNING
 
 
 def slip_velocity(normal: tuple[Expr, Expr], point: tuple[Expr, Expr]) -> Expr:
-    """Return the velocity of the body over the shaft along the surface at a point, in the shaft's frame."""
+    """Return the velocity of the body over the shaft along the surface at a point, in the shaft's
+    frame.
+    """
     turning = Vec(SHAFT, (S.Zero, S.Zero, TURNING))
-    over = SEEN_RATE + turning.cross(plane_vector(SHAFT, *point) - plane_vector(SHAFT, q.c_x, q.c_y))
+    over = SEEN_RATE + turning.cross(
+        plane_vector(SHAFT, *point) - plane_vector(SHAFT, q.c_x, q.c_y)
+    )
     tangent = Vec(SHAFT, (S.Zero, S.Zero, S.One)).cross(plane_vector(SHAFT, *normal))
     return tangent.dot(over)
 
@@ -76,7 +84,9 @@ def add_contact(
     rate: Expr,
     slips: tuple[Expr, ...],
 ) -> None:
-    """Add a contact: its actions on each coordinate from positions, rates, the law and further ``inputs``."""
+    """Add a contact: its actions on each coordinate from positions, rates, the law and further
+    ``inputs``.
+    """
     output_name = f"{name}_contact"
     steps = (*before, *q.CONTACT.steps(gap, rate, slips, q.HERTZ))
     outputs = q.CONTACT.outputs(output_name).quantities
@@ -84,15 +94,21 @@ def add_contact(
 
 
 ASSUMPTIONS = (
-    "the input turns at a constant speed and the coupling passes this rotation on exactly; its slides have no mass",
-    "the body does not tilt; gravity is left out; all is rigid but the contacts, the spring and the shaft's bending",
-    "the output shaft bends in one mode, the same in both directions across its axis, the contact at its end",
+    "the input turns at a constant speed and the coupling passes this rotation on exactly; its "
+    "slides have no mass",
+    "the body does not tilt; gravity is left out; all is rigid but the contacts, the spring and "
+    "the shaft's bending",
+    "the output shaft bends in one mode, the same in both directions across its axis, the contact "
+    "at its end",
     "the sleeve's hexagonal hole turns and moves with the output shaft, on whose hexagon it slides",
-    "the sleeve moves along the axis against a linear spring; the linkage can push it away but not pull it back",
-    "the slides of the coupling hold the body where it is by friction, whose limit grows by lock_N over the last "
+    "the sleeve moves along the axis against a linear spring; the linkage can push it away but "
+    "not pull it back",
+    "the slides of the coupling hold the body where it is by friction, whose limit grows by "
+    "lock_N over the last "
     "lock_travel_mm of the sleeve's way: the thrust bearing seats",
     "the load torque resists rotation and is constant in size, but fades to none at rest",
-    "one law for every contact, linkage and bearing included: Hunt and Crossley's, with Coulomb friction that creeps "
+    "one law for every contact, linkage and bearing included: Hunt and Crossley's, with Coulomb "
+    "friction that creeps "
     "below slip_speed_mm_s instead of sticking",
 )
 
@@ -114,12 +130,18 @@ shaft_damping = datum("shaft_damping", "N s/m", "modal damping of the output sha
 preload = datum("preload", "N", "preload of the sleeve's spring, engaged")
 spring_rate = datum("spring_rate", "N/m", "rate of the sleeve's spring")
 load = datum("load", "N m", "load torque on the output")
-load_speed = datum("load_speed", "rad/s", "speed at which the load torque has 1/sqrt(2) of its full value")
+load_speed = datum(
+    "load_speed", "rad/s", "speed at which the load torque has 1/sqrt(2) of its full value"
+)
 slide = datum("slide", "N", "limit of the friction of the coupling's slides")
 lock = datum("lock", "N", "increase of the friction limit by the seated thrust bearing")
-lock_travel = datum("lock_travel", "m", "last part of the sleeve's travel, over which the bearing seats")
+lock_travel = datum(
+    "lock_travel", "m", "last part of the sleeve's travel, over which the bearing seats"
+)
 lock_stiffness = datum("lock_stiffness", "N/m", "stiffness of the slides while they stick")
-creep = datum("creep", "m/s", "speed that smooths the friction law of the slides where sliding stops")
+creep = datum(
+    "creep", "m/s", "speed that smooths the friction law of the slides where sliding stops"
+)
 push_x = datum("push_x", "N", "additional force on the body, x; zero in all clutches")
 push_y = datum("push_y", "N", "additional force on the body, y; zero in all clutches")
 MASSES = Vector("masses", (body, sleeve, inertia, shaft_mass))
@@ -128,16 +150,22 @@ LOADS = Vector("loads", (load, load_speed, push_x, push_y))
 SLIDES = Vector("slides", (slide, lock, lock_travel, lock_stiffness, creep))
 damping_share = datum("damping_share", "1", "damping as a share of the critical one")
 
-BENT = tuple(derived(f"bent_{axis}", "m", f"bend of the slides' bristles, {axis} of the input") for axis in "xy")
+BENT = tuple(
+    derived(f"bent_{axis}", "m", f"bend of the slides' bristles, {axis} of the input")
+    for axis in "xy"
+)
 BENT_RATES = tuple(derived(f"{b.name}_dot", "m/s", f"rate: {b.meaning}") for b in BENT)
 BRISTLES = Vector("bristles", BENT)
 SUMS = Vector("sums", (*q.FORCES, q.stored, q.damped, q.rubbed))
 """Sums over all contacts."""
 spun = derived("spun", "1", "share of the load torque that acts, by the output's speed")
 limit = derived("limit", "N", "largest friction of the slides")
-SLIDE_FORCE = tuple(derived(f"held_{axis}", "N", f"force of the slides on the body, {axis}") for axis in "xy")
+SLIDE_FORCE = tuple(
+    derived(f"held_{axis}", "N", f"force of the slides on the body, {axis}") for axis in "xy"
+)
 ACCELERATIONS = tuple(
-    derived(f"{n}_ddot", f"{unit}/s2", f"acceleration: {meaning}") for n, unit, meaning in q.COORDINATES[: q.FREE]
+    derived(f"{n}_ddot", f"{unit}/s2", f"acceleration: {meaning}")
+    for n, unit, meaning in q.COORDINATES[: q.FREE]
 )
 energy = derived("energy", "J", "kinetic and potential energy, the contacts' included")
 POWERS = tuple(
@@ -155,9 +183,11 @@ POWERS = tuple(
 
 
 def _add_course(f: Formulas) -> None:
-    """Add the displacement by the linkage: the link turns at a constant rate from start to end, then it rests.
+    """Add the displacement by the linkage: the link turns at a constant rate from start to end,
+    then it rests.
 
-    The crank gear rolls on the fixed rack from the start of mesh; the crank slider moves the pin along its guide.
+    The crank gear rolls on the fixed rack from the start of mesh; the crank slider moves the pin
+    along its guide.
     """
     k = Followed((time,))
     span = link_end - link_start
@@ -172,7 +202,9 @@ def _add_course(f: Formulas) -> None:
 
 
 def _add_bearing(f: Formulas) -> None:
-    """Add the thrust bearing on the face of the coupling: it limits the sleeve's travel and brakes the slides."""
+    """Add the thrust bearing on the face of the coupling: it limits the sleeve's travel and brakes
+    the slides.
+    """
     add_contact(f, "bearing", (), (), q.way, q.way_dot, (OVER_INPUT[0], OVER_INPUT[1]))
 
 
@@ -182,7 +214,9 @@ def _add_linkage(f: Formulas) -> None:
 
 
 def build_mechanism() -> Mechanism:
-    """Build the freely moving bodies with all actions; there is no gravity, and the body turns with the input."""
+    """Build the freely moving bodies with all actions; there is no gravity, and the body turns with
+    the input.
+    """
     m = Mechanism("clutch_motion", spatial=True, world=WORLD)
     for symbols in zip(q.PLACES, q.RATES, ACCELERATIONS, strict=False):
         m.follow(symbols)
@@ -199,16 +233,25 @@ def build_mechanism() -> Mechanism:
     shaft = m.body("output shaft", SHAFT, shaft_mass, END, inertia)
     m.force("contacts of the body", half, BODY, m.vector(WORLD, on_x + push_x, on_y + push_y))
     m.force("slides", half, BODY, m.vector(WORLD, *SLIDE_FORCE))
-    m.force("contacts and spring of the sleeve", ring, at, m.vector(WORLD, z=on_way - spring.diff(q.way)))
+    m.force(
+        "contacts and spring of the sleeve",
+        ring,
+        at,
+        m.vector(WORLD, z=on_way - spring.diff(q.way)),
+    )
     m.torque("contacts and load", shaft, m.ground, on_output - load * spun)
     m.force("contacts of the shaft", shaft, END, m.vector(WORLD, on_shaft_x, on_shaft_y))
-    m.force("bending", shaft, END, -m.vector(WORLD, *(bent.diff(s) for s in (q.shaft_x, q.shaft_y))))
+    m.force(
+        "bending", shaft, END, -m.vector(WORLD, *(bent.diff(s) for s in (q.shaft_x, q.shaft_y)))
+    )
     m.force("damping", shaft, END, -shaft_damping * m.velocity(END))
     return m
 
 
 def _add_motion(f: Formulas) -> None:
-    """Add accelerations, rates of the bristles, powers and energy, from the sums over all contacts."""
+    """Add accelerations, rates of the bristles, powers and energy, from the sums over all
+    contacts.
+    """
     sliding, bent = ON_SLIDES.components[:2], Vec(INPUT, (*BENT, S.Zero))
     bristle_rates, lost = dahl(sliding, BENT, lock_stiffness, limit, creep)
     slide_force = (-lock_stiffness * bent).resolved(WORLD)
@@ -220,9 +263,18 @@ def _add_motion(f: Formulas) -> None:
     steps = (
         let(spun, q.output_dot / sqrt(q.output_dot**2 + load_speed**2)),
         let(limit, slide + lock * seated),
-        *(let(name, component) for name, component in zip(SLIDE_FORCE, slide_force.components, strict=False)),
-        *(let(name, expr, "Lagrange's equation") for name, expr in zip(ACCELERATIONS, m.accelerations(), strict=True)),
-        *(let(name, expr, "Dahl's bristles") for name, expr in zip(BENT_RATES, bristle_rates, strict=True)),
+        *(
+            let(name, component)
+            for name, component in zip(SLIDE_FORCE, slide_force.components, strict=False)
+        ),
+        *(
+            let(name, expr, "Lagrange's equation")
+            for name, expr in zip(ACCELERATIONS, m.accelerations(), strict=True)
+        ),
+        *(
+            let(name, expr, "Dahl's bristles")
+            for name, expr in zip(BENT_RATES, bristle_rates, strict=True)
+        ),
         *(let(name, expr) for name, expr in zip(POWERS, powers, strict=True)),
         let(energy, kinetic_energy(m.motion, m.bodies, WORLD) + in_springs),
     )
@@ -232,7 +284,9 @@ def _add_motion(f: Formulas) -> None:
 
 
 def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
-    """Return the powers in the order of `POWERS`; the drive of a coordinate supplies the power that contacts absorb."""
+    """Return the powers in the order of `POWERS`; the drive of a coordinate supplies the power that
+    contacts absorb.
+    """
     carried = MOTION.derivative(displacement(O, BODY, WORLD)) - OVER_INPUT
     transmitted = Vec(WORLD, (*SLIDE_FORCE, S.Zero)).dot(carried)
     pushed = push_x * q.RATES.quantities[0] + push_y * q.RATES.quantities[1]
@@ -249,7 +303,9 @@ def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
 
 
 def _add_damping(f: Formulas) -> None:
-    """Add the damping as a share of the critical one, at which the shaft's bending is about to oscillate."""
+    """Add the damping as a share of the critical one, at which the shaft's bending is about to
+    oscillate.
+    """
     s, critical = sp.Dummy("s"), sp.Dummy("critical", positive=True)
     swing = sp.discriminant(shaft_mass * s**2 + critical * s + shaft_stiffness, s)
     (limit_damping,) = sp.solve(swing, critical)

@@ -1,4 +1,5 @@
-"""Contacts of the Reuleaux and the dog clutch: teeth on the shaft, outline in the sleeve; jaws, and a centring fit.
+"""Contacts of the Reuleaux and the dog clutch: teeth on the shaft, outline in the sleeve; jaws, and
+a centring fit.
 
 Each contact is a signed distance as seen from the output shaft, one of several equal ones.
 """
@@ -32,7 +33,8 @@ from .contact_quantities import datum, derived
 from .geometry import SIDES, VERTICES, face_sine
 
 DOG_ASSUMPTIONS = (
-    "dog clutch: parallel flanks along the axis, rounded edges, all jaws alike, meeting at contact_radius_mm; its "
+    "dog clutch: parallel flanks along the axis, rounded edges, all jaws alike, meeting at "
+    "contact_radius_mm; its "
     "driving half sits in a fit on its shaft and moves with the sleeve, with the body's mass",
 )
 jaws = datum("jaws", "1", "jaws of each half")
@@ -46,7 +48,9 @@ core = datum("core", "m", "length that regularises the direction of a zero eccen
 
 pitch = derived("pitch", "rad", "angle from jaw to jaw")
 offset = derived(
-    "offset", "m", "offset of the jaw's middle from that of the nearest opposite jaw, along the circumference"
+    "offset",
+    "m",
+    "offset of the jaw's middle from that of the nearest opposite jaw, along the circumference",
 )
 lift = derived("lift", "m", "distance of the tip faces, along the axis")
 over = derived("over", "m", "offset beyond contact of the flanks' flats, without the edge radii")
@@ -58,7 +62,9 @@ eccentric = derived("eccentric", "m", "eccentricity of the body in its fit")
 
 
 def _add_jaw(f: Formulas) -> None:
-    """Add the distance of a jaw from the rounded edge, the flank or the tip face of the opposite jaw."""
+    """Add the distance of a jaw from the rounded edge, the flank or the tip face of the opposite
+    jaw.
+    """
     position = Followed((q.c_x, q.c_y, q.heading))
     position.let(pitch, 2 * pi / jaws)
     at_jaw = Frame("jaw", SHAFT, Z, q.heading + pitch * q.index)
@@ -69,7 +75,12 @@ def _add_jaw(f: Formulas) -> None:
     gap.let(over, sp.Abs(offset) - (radius * pitch - backlash) / 2 + edge)
     gap.let(above, lift + edge)
     on_edge = sp.And(sp.Gt(over, 0), sp.Gt(above, 0))
-    gap.let(edge_distance, sp.Piecewise((sqrt(over**2 + above**2), on_edge), (over, sp.Gt(over, above)), (above, True)))
+    gap.let(
+        edge_distance,
+        sp.Piecewise(
+            (sqrt(over**2 + above**2), on_edge), (over, sp.Gt(over, above)), (above, True)
+        ),
+    )
     steps = (
         *heading_steps(),
         *position.steps,
@@ -94,7 +105,13 @@ def _add_fit(f: Formulas) -> None:
     outwards = Vec(WORLD, (q.x / eccentric, q.y / eccentric, S.Zero))
     tangential = unit(WORLD, Z).cross(outwards).dot(OVER_INPUT)
     add_contact(
-        f, "fit", (fit_clearance, core), tuple(k.steps), fit_clearance - eccentric, rate, (tangential, q.way_dot)
+        f,
+        "fit",
+        (fit_clearance, core),
+        tuple(k.steps),
+        fit_clearance - eccentric,
+        rate,
+        (tangential, q.way_dot),
     )
 
 
@@ -109,9 +126,11 @@ def build_dog_system() -> System:
 
 
 REULEAUX_ASSUMPTIONS = (
-    "the hole of the body is relieved behind the roots of its teeth: on the printed root circle no tooth could pass a "
+    "the hole of the body is relieved behind the roots of its teeth: on the printed root circle "
+    "no tooth could pass a "
     "corner of the shaft",
-    "sleeve_gap_mm between polygon and hole when cut off: without it the printed teeth would overlap with the shaft",
+    "sleeve_gap_mm between polygon and hole when cut off: without it the printed teeth would "
+    "overlap with the shaft",
     "an overlap of tooth and shaft is less than the fillet radius",
 )
 HALF_SIDE = pi / SIDES
@@ -122,12 +141,16 @@ root = datum("root", "m", "distance of the tooth roots from the centroid")
 apothem = datum("apothem", "m", "half the distance between opposite flats of the shaft")
 fillet = datum("fillet", "m", "fillet radius on the corners of the shaft")
 TOOTH = Vector("tooth_shape", (tip, root, apothem, fillet))
-hole = datum("hole", "m", "half the distance between opposite sides of the sleeve's hole when cut off")
+hole = datum(
+    "hole", "m", "half the distance between opposite sides of the sleeve's hole when cut off"
+)
 travel = datum("travel", "m", "travel of the sleeve")
 taper = datum("taper", "rad", "inclination of the tapered contact surface to the axis")
 HOLE = Vector("hole_shape", (rotor.WIDTH, hole, travel, taper))
 
-inner = derived("inner", "m", "distance of the sides of the hexagon of the fillet centres from its centre")
+inner = derived(
+    "inner", "m", "distance of the sides of the hexagon of the fillet centres from its centre"
+)
 face = derived("face", "rad", "angle between a tooth's axis and either face")
 reach = derived("reach", "m", "length of a face, from tip to root")
 t_x, t_y = (derived(f"t_{a}", "m", f"tip in the turning shaft's frame, {a}") for a in "xy")
@@ -140,15 +163,21 @@ normal_offset, lateral_offset = (
 past = derived("past", "m", "distance of the tip beyond the end of that side")
 at_tip = derived("at_tip", "m", "distance of the tip from the hexagon of the fillet centres")
 f_x, f_y = (derived(f"f_{a}", "m", f"fillet centre next to the tip, {a}") for a in "xy")
-w_x, w_y = (derived(f"w_{a}", "m", f"fillet centre from the tip, in the tooth's frame, {a}") for a in "xy")
+w_x, w_y = (
+    derived(f"w_{a}", "m", f"fillet centre from the tip, in the tooth's frame, {a}") for a in "xy"
+)
 along_face = derived("along", "m", "fillet centre along the nearer face, from the tip")
 at_face = derived("at_face", "m", "distance of that fillet centre from the nearer face")
 nearest = derived("nearest", "m", "distance of tooth and hexagon of the fillet centres")
 outwards = derived("outwards", "rad", "direction of the normal of a side of the hole")
 side_distance = derived("apart", "m", "distance of outline and side in the section")
-room = derived("room", "m", "half the distance between opposite sides of the hole at the sleeve's position")
+room = derived(
+    "room", "m", "half the distance between opposite sides of the hole at the sleeve's position"
+)
 half_tooth = derived("half_tooth", "rad", "half the angle of a tooth at its root")
-least_root = derived("least_root", "m", "smallest root radius with which teeth pass the corners of the shaft")
+least_root = derived(
+    "least_root", "m", "smallest root radius with which teeth pass the corners of the shaft"
+)
 
 
 def _slope_steps(distance: Quantity, followed: Followed) -> tuple[Let, ...]:
@@ -168,7 +197,9 @@ def _polar_vector(distance: Expr, direction: Expr) -> Vec:
 
 
 def _add_tooth(f: Formulas) -> None:
-    """Add the distance of a tooth from the shaft: of its tip, or of one of its faces from a fillet."""
+    """Add the distance of a tooth from the shaft: of its tip, or of one of its faces from a
+    fillet.
+    """
     k = Followed((q.c_x, q.c_y, q.heading))
     k.let(inner, apothem - fillet)
     for step in _face():
@@ -184,15 +215,30 @@ def _add_tooth(f: Formulas) -> None:
         *k.steps,
         *_slope_steps(nearest, k),
         *(
-            let(name, sp.Piecewise((centre + fillet * normal, from_face), (end - (nearest - fillet) * normal, True)))
+            let(
+                name,
+                sp.Piecewise(
+                    (centre + fillet * normal, from_face), (end - (nearest - fillet) * normal, True)
+                ),
+            )
             for name, centre, end, normal in zip(POINT, (f_x, f_y), (t_x, t_y), NORMAL, strict=True)
         ),
     )
-    add_contact(f, "tooth", (q.index, TOOTH), steps, nearest - fillet, OPENING, (slip_velocity(NORMAL, POINT),))
+    add_contact(
+        f,
+        "tooth",
+        (q.index, TOOTH),
+        steps,
+        nearest - fillet,
+        OPENING,
+        (slip_velocity(NORMAL, POINT),),
+    )
 
 
 def _face() -> tuple[Let, Let]:
-    """Return direction and length of a tooth's faces: their lines are the shaft's apothem from the centroid."""
+    """Return direction and length of a tooth's faces: their lines are the shaft's apothem from the
+    centroid.
+    """
     length = sp.Dummy("length")
     ends = sp.solve((tip + length * cos(face)) ** 2 + (length * sin(face)) ** 2 - root**2, length)
     return (
@@ -202,7 +248,9 @@ def _face() -> tuple[Let, Let]:
 
 
 def _add_tip_distance(k: Followed) -> None:
-    """Add the distance of the tip from the side of the inner hexagon opposite to it, or from that side's end."""
+    """Add the distance of the tip from the side of the inner hexagon opposite to it, or from that
+    side's end.
+    """
     sector = 2 * HALF_SIDE
     k.let(side, sector * Turns(sp.atan2(t_y, t_x) / sector) + HALF_SIDE)
     over = plane_vector(SHAFT, t_x, t_y).resolved(Frame("side", SHAFT, Z, side))
@@ -213,7 +261,9 @@ def _add_tip_distance(k: Followed) -> None:
 
 
 def _add_face_distance(k: Followed) -> sp.Basic:
-    """Add the distance of the next fillet centre from the nearer face, and return when it is the smallest one."""
+    """Add the distance of the next fillet centre from the nearer face, and return when it is the
+    smallest one.
+    """
     sector = 2 * HALF_SIDE
     k.let(corner, sector * Turns(sp.atan2(t_y, t_x) / sector + S.Half))
     centre = _polar_vector(inner / cos(HALF_SIDE), corner)
@@ -230,7 +280,9 @@ def _add_face_distance(k: Followed) -> sp.Basic:
 
 
 def _add_hole_side(f: Formulas) -> None:
-    """Add the contact of the outline with a side of the tapered hole: their distance in the section, on the normal."""
+    """Add the contact of the outline with a side of the tapered hole: their distance in the
+    section, on the normal.
+    """
     k = Followed((q.c_x, q.c_y, q.heading, q.way))
     k.let(outwards, HALF_SIDE * (2 * q.index + 1))
     k.let(rotor.VERTICES, sp.Integer(VERTICES))
@@ -247,16 +299,27 @@ def _add_hole_side(f: Formulas) -> None:
         *heading_steps(),
         *k.steps,
         *_slope_steps(side_distance, k),
-        *(let(name, centre + touching[i]) for i, (name, centre) in enumerate(zip(POINT, (q.c_x, q.c_y), strict=True))),
+        *(
+            let(name, centre + touching[i])
+            for i, (name, centre) in enumerate(zip(POINT, (q.c_x, q.c_y), strict=True))
+        ),
     )
     rate = (OPENING + k.along(side_distance, q.way) * q.way_dot) * cos(taper)
     add_contact(
-        f, "side", (q.index, HOLE), steps, side_distance * cos(taper), rate, (slip_velocity(NORMAL, POINT), q.way_dot)
+        f,
+        "side",
+        (q.index, HOLE),
+        steps,
+        side_distance * cos(taper),
+        rate,
+        (slip_velocity(NORMAL, POINT), q.way_dot),
     )
 
 
 def _add_root_clearance(f: Formulas) -> None:
-    """Add the smallest root radius: a tip on a rounded corner lifts the body towards the opposite root."""
+    """Add the smallest root radius: a tip on a rounded corner lifts the body towards the opposite
+    root.
+    """
     high = (apothem - fillet) / cos(HALF_SIDE) + fillet
     lifted = high - tip
     f.function("clear", (TOOTH,), let(least_root, high + lifted), told="clearance")
@@ -268,10 +331,12 @@ def _add_body_position(f: Formulas) -> None:
 
 
 def _add_section(f: Formulas) -> None:
-    """Add half the angle of a tooth at its root, and the size of the sleeve's hole at the sleeve's position."""
-    at_root = Vec(Frame("face", SHAFT, Z, face), (reach, S.Zero, S.Zero)).resolved(SHAFT) + plane_vector(
-        SHAFT, tip, S.Zero
-    )
+    """Add half the angle of a tooth at its root, and the size of the sleeve's hole at the sleeve's
+    position.
+    """
+    at_root = Vec(Frame("face", SHAFT, Z, face), (reach, S.Zero, S.Zero)).resolved(
+        SHAFT
+    ) + plane_vector(SHAFT, tip, S.Zero)
     steps = (
         *_face(),
         let(half_tooth, sp.atan2(at_root[1], at_root[0])),
@@ -284,8 +349,16 @@ def build_reuleaux_system() -> System:
     """Build the model of the contacts of the Reuleaux clutch alone."""
     title = "Reuleaux clutch in contact: teeth on the shaft, outline in the sleeve"
     source = "derived (distances, virtual work); law of Hunt and Crossley 1975"
-    f = Formulas("clutch_contact_reuleaux", title=title, source=source, assumptions=REULEAUX_ASSUMPTIONS)
-    for add_function in (_add_tooth, _add_hole_side, _add_root_clearance, _add_body_position, _add_section):
+    f = Formulas(
+        "clutch_contact_reuleaux", title=title, source=source, assumptions=REULEAUX_ASSUMPTIONS
+    )
+    for add_function in (
+        _add_tooth,
+        _add_hole_side,
+        _add_root_clearance,
+        _add_body_position,
+        _add_section,
+    ):
         add_function(f)
     return f.system()
 

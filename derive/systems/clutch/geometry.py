@@ -1,7 +1,8 @@
 """Reuleaux pentagon, hexagonal hole, teeth and taper of the clutch (shi2021, figs. 3-6), derived.
 
-The pentagon is held by vertex A on the upper side of the hexagon and vertex B on the next side; where C then goes
-follows from closing the loop. Lengths of the path are found for width 1 and scaled.
+The pentagon is held by vertex A on the upper side of the hexagon and vertex B on the next side;
+where C then goes follows from closing the loop. Lengths of the path are found for width 1 and
+scaled.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ C_FROM_B = Point("C", B, Vec(ALONG_BC, ARM))
 C = Point("C", O, Vec(PLANE, (q.x_C, q.y_C, S.Zero)))
 POLAR_C, POLAR_A, POLAR_B = S.Zero, 2 * TURN / VERTICES, 3 * TURN / VERTICES
 LEAD = sp.Dummy("lead", real=True)
-"""beta - theta, and below it half the arc of a diagonal: kept as names, for cos(24 deg) to stay cos(24 deg)."""
+"""beta - theta, and below it half the arc of a diagonal: kept as names, for cos(24 deg) to stay
+cos(24 deg).
+"""
 HALF_ARC = sp.Dummy("half arc", real=True)
 
 
@@ -48,7 +51,9 @@ def polar_unit_vector(angle: Expr) -> Matrix:
 
 
 def chord_direction(start: Expr, end: Expr) -> Expr:
-    """Return the direction of the chord between two points of a circle, from the smaller polar angle to the greater."""
+    """Return the direction of the chord between two points of a circle, from the smaller polar
+    angle to the greater.
+    """
     return (start + end) / 2 + pi / 2
 
 
@@ -59,11 +64,15 @@ def substitute_angles(expr: Expr) -> Expr:
     def fixed(part: Expr) -> bool:
         return isinstance(part, sin | cos) and part.free_symbols <= angles.keys()
 
-    return expr.replace(fixed, lambda part: part.func(part.args[0].subs(angles), evaluate=False)).subs(angles)
+    return expr.replace(
+        fixed, lambda part: part.func(part.args[0].subs(angles), evaluate=False)
+    ).subs(angles)
 
 
 def pentagon_diagonal(radius: Expr) -> Expr:
-    """Return the diagonal of a pentagon with a circumradius: the width of its Reuleaux polygon [m]."""
+    """Return the diagonal of a pentagon with a circumradius: the width of its Reuleaux polygon
+    [m].
+    """
     return radius * (polar_unit_vector(HALF_ARC) - polar_unit_vector(-HALF_ARC))[1]
 
 
@@ -74,7 +83,9 @@ def reuleaux_circumradius(width: Expr) -> Expr:
 
 @dataclass(frozen=True)
 class VertexPath:
-    """The path of C while A and B slide, for width 1 and origin O: centre + cos(theta) u + sin(theta) v."""
+    """The path of C while A and B slide, for width 1 and origin O: centre + cos(theta) u +
+    sin(theta) v.
+    """
 
     centre: Matrix
     u: Matrix
@@ -101,7 +112,9 @@ def sliding_coordinate() -> Expr:
 
 
 def split_by_theta(expr: Expr) -> tuple[Expr, Expr, Expr]:
-    """Return the constant part of an expression, and the coefficients of cos(theta) and sin(theta)."""
+    """Return the constant part of an expression, and the coefficients of cos(theta) and
+    sin(theta).
+    """
     opened = expr.expand(trig=True).expand()
     cosine, sine = opened.coeff(cos(q.theta)), opened.coeff(sin(q.theta))
     return sp.expand(opened - cosine * cos(q.theta) - sine * sin(q.theta)), cosine, sine
@@ -120,7 +133,10 @@ def derive_vertex_path() -> VertexPath:
     position = displacement(O, C_FROM_A, PLANE)
     side = hexagon_side().subs(q.R, 1)
     scale = {q.a: side, q.R: S.One}
-    x, y = ([part.subs(scale).simplify() for part in split_by_theta(position[i].subs(on_sides))] for i in (0, 1))
+    x, y = (
+        [part.subs(scale).simplify() for part in split_by_theta(position[i].subs(on_sides))]
+        for i in (0, 1)
+    )
     centre, u, v = (Matrix(pair) for pair in zip(x, y, strict=True))
     return VertexPath(centre, u, v, side)
 
@@ -142,24 +158,35 @@ def derive_path_ellipse() -> PathEllipse:
     squares = sp.expand(path.u * path.u.T + path.v * path.v.T)
     form = squares.subs(sin(LEAD) ** 2, 1 - cos(LEAD) ** 2).expand()
     mean = form.trace() / 2
-    spread = sp.sqrt(sp.factor(mean**2 - form.det())).replace(sp.Abs, lambda e: e * sp.sign(e.subs(LEAD, lead_angle())))
+    spread = sp.sqrt(sp.factor(mean**2 - form.det())).replace(
+        sp.Abs, lambda e: e * sp.sign(e.subs(LEAD, lead_angle()))
+    )
     major, minor = sp.factor(mean + spread), sp.factor(mean - spread)
     return PathEllipse(path.centre, major, minor, sp.factor((major - form[0, 0]) / form[0, 1]))
 
 
 def tangency_curvature() -> Expr:
-    """Return the radius of curvature of the path of C, width 1, where it is tangent to the side: x'^2 / |y''|."""
+    """Return the radius of curvature of the path of C, width 1, where it is tangent to the side:
+    x'^2 / |y''|.
+    """
     point = derive_vertex_path().at(q.theta)
-    (lowest,) = (s for s in sp.solve(point[1].diff(q.theta), q.theta) if point[1].diff(q.theta, 2).subs(q.theta, s) > 0)
-    dx, ddy = point[0].diff(q.theta).subs(q.theta, lowest), point[1].diff(q.theta, 2).subs(q.theta, lowest)
+    (lowest,) = (
+        s
+        for s in sp.solve(point[1].diff(q.theta), q.theta)
+        if point[1].diff(q.theta, 2).subs(q.theta, s) > 0
+    )
+    dx, ddy = (
+        point[0].diff(q.theta).subs(q.theta, lowest),
+        point[1].diff(q.theta, 2).subs(q.theta, lowest),
+    )
     return dx**2 / sp.Abs(ddy)
 
 
 def least_fillet() -> Expr:
     """Return the smallest fillet, width 1, on a hexagon of that width that the path of C clears.
 
-    Compared are the extents of path and fillet in directions close to the side's normal, measured from the corner's
-    diagonal; both touch the side itself, so that the first derivative decides.
+    Compared are the extents of path and fillet in directions close to the side's normal, measured
+    from the corner's diagonal; both touch the side itself, so that the first derivative decides.
     """
     path, turn, half = derive_path_ellipse(), sp.Dummy("turn"), pi / SIDES
     corner, centre = derive_vertex_path().side, path.centre.norm()
@@ -170,12 +197,17 @@ def least_fillet() -> Expr:
 
 
 def third_overlap() -> Expr:
-    """Return the overlap with the side right of the upper one, width 1: by a vertex there, or on the opposite side."""
+    """Return the overlap with the side right of the upper one, width 1: by a vertex there, or on
+    the opposite side.
+    """
     path, rho = derive_vertex_path(), reuleaux_circumradius(S.One)
     turned = -q.theta - pi - chord_direction(POLAR_C, POLAR_A) + TURN
     centroid = path.at(q.theta) - rho * polar_unit_vector(turned)
     beyond = []
-    for polar, normal in ((TURN / VERTICES, pi / 2 - TURN / SIDES), (-TURN / VERTICES, 3 * pi / 2 - TURN / SIDES)):
+    for polar, normal in (
+        (TURN / VERTICES, pi / 2 - TURN / SIDES),
+        (-TURN / VERTICES, 3 * pi / 2 - TURN / SIDES),
+    ):
         vertex = centroid + rho * polar_unit_vector(turned + polar)
         beyond.append(vertex.dot(polar_unit_vector(normal)) - hexagon_apothem(path.side))
     middle = pi / 2 - lead_angle() / 2
@@ -219,12 +251,16 @@ def add_polygon(f: Formulas) -> None:
 
 
 def tip_width() -> Expr:
-    """Return the distance of the shaft's opposite flats: the smallest width of a tooth tips' polygon that can turn."""
+    """Return the distance of the shaft's opposite flats: the smallest width of a tooth tips'
+    polygon that can turn.
+    """
     return 2 * hexagon_apothem(q.a1)
 
 
 def face_sine(tip: Expr, flat: Expr) -> Expr:
-    """Return the sine of the angle between a tooth's axis and a face, whose line is an apothem from the centroid."""
+    """Return the sine of the angle between a tooth's axis and a face, whose line is an apothem from
+    the centroid.
+    """
     radius, half = Matrix([tip, S.Zero]), sp.Dummy("half")
     face = polar_unit_vector(half)
     distance = radius[0] * face[1] - radius[1] * face[0]
@@ -250,7 +286,9 @@ def add_tooth(f: Formulas) -> None:
 
 
 def add_taper(f: Formulas) -> None:
-    """Add the equations of travel and taper (section 2.3): the outline must clear the sides; the sleeve must slide."""
+    """Add the equations of travel and taper (section 2.3): the outline must clear the sides; the
+    sleeve must slide.
+    """
     steepness, advance, force = sp.Dummy("tan phi"), sp.Dummy("advance"), sp.Dummy("force")
     free = advance * steepness - (q.b - hexagon_apothem(q.a))
     (travel,), (flattest,) = sp.solve(free, advance), sp.solve(free.subs(advance, q.c), steepness)

@@ -1,9 +1,11 @@
-"""Models of the clutch: the same functions from the derived and from the printed equations, and the shaft's bending.
+"""Models of the clutch: the same functions from the derived and from the printed equations, and the
+shaft's bending.
 
-Each function solves equations in the given order, each linear in its unknown and found by its claim. If a source
-does not state a claim, the functions leave out what depends on it. The engagement is computed for several assumed
-shapes of bending (shi2021, section 3.1): a shape phi(x) of height 1 at the contact gives the beam the kinetic energy
-M y'^2 / 2 and the strain energy K y^2 / 2 of one coordinate y, its deflection at the contact (Rayleigh).
+Each function solves equations in the given order, each linear in its unknown and found by its
+claim. If a source does not state a claim, the functions leave out what depends on it. The
+engagement is computed for several assumed shapes of bending (shi2021, section 3.1): a shape phi(x)
+of height 1 at the contact gives the beam the kinetic energy M y'^2 / 2 and the strain energy K y^2
+/ 2 of one coordinate y, its deflection at the contact (Rayleigh).
 """
 
 from __future__ import annotations
@@ -26,9 +28,18 @@ from .quantities import ClutchClaim
 from .subject import ASSUMPTIONS, derive_formulas
 
 FLATS = Quantity("flats", "m", "distance between opposite flats of the output shaft", "shi2021 2.1")
-WALL = Quantity("wall", "m", "material between tooth roots and outline at the right end", "derived: clutch")
-MISS = Quantity("miss", "m", "largest overlap with the third pair of sides over a revolution", "derived: clutch")
-FREE = Quantity("free", "m", "smallest distance of opposite sides in which the polygon turns freely", "derived: clutch")
+WALL = Quantity(
+    "wall", "m", "material between tooth roots and outline at the right end", "derived: clutch"
+)
+MISS = Quantity(
+    "miss", "m", "largest overlap with the third pair of sides over a revolution", "derived: clutch"
+)
+FREE = Quantity(
+    "free",
+    "m",
+    "smallest distance of opposite sides in which the polygon turns freely",
+    "derived: clutch",
+)
 
 CLUTCH = Vector("clutch", (q.a, FLATS, q.r, q.b1, q.b2, q.phi, q.c, q.mu, q.F1, q.F2, q.R2, q.d))
 
@@ -118,20 +129,34 @@ def _add_functions(f: Formulas) -> None:
     f.function("polygon", (q.a,), *_POLYGON)
     f.function("path", (q.theta, q.a), *_PATH)
     f.function("fillet", (FLATS,), section_edge(), (ClutchClaim.FILLET, q.r), gives=(q.r,))
-    f.function("teeth", (FLATS, q.r), section_edge(), *_TEETH, gives=[symbol for _, symbol in _TEETH])
+    f.function(
+        "teeth", (FLATS, q.r), section_edge(), *_TEETH, gives=[symbol for _, symbol in _TEETH]
+    )
     f.function("face", (FLATS, q.b1), section_edge(), _TEETH[2], gives=(q.xi,))
     f.function("travel", (q.a, q.phi, q.mu, q.F1, q.F2), *_TRAVEL)
-    f.function("angle", (q.a, q.c), ClutchClaim.OUTLINE_RADIUS, (ClutchClaim.LEAST_AXIAL_ANGLE, q.phi))
+    f.function(
+        "angle", (q.a, q.c), ClutchClaim.OUTLINE_RADIUS, (ClutchClaim.LEAST_AXIAL_ANGLE, q.phi)
+    )
     f.function("taper", (q.R2, q.d, q.phi), _outline_radius(f))
     f.function("gears", (q.alpha, q.k, q.gamma), *_GEARS)
     f.function("limit", (CRANK, q.c, q.r_A, q.m), *_LIMIT)
     margins = [_margin(f, claim, *name) for claim, name in _CONDITIONS.items()]
     symbols = [step.symbol for step in margins]
-    f.function("conditions", (CLUTCH,), section_edge(), *_TRAVEL, _outline_radius(f), *margins, gives=symbols)
+    f.function(
+        "conditions",
+        (CLUTCH,),
+        section_edge(),
+        *_TRAVEL,
+        _outline_radius(f),
+        *margins,
+        gives=symbols,
+    )
 
 
 def _add_rotor(f: Formulas) -> None:
-    """Add the deviation of the polygon from a rotor of its hexagon, shared equally by the three pairs of sides."""
+    """Add the deviation of the polygon from a rotor of its hexagon, shared equally by the three
+    pairs of sides.
+    """
     pieces = [substitute_angles(piece) for piece, _ in third_overlap().args]
     rest, cosine, sine = split_by_theta(pieces[0])
     miss = q.R * sp.Abs(sp.Abs(rest) - sp.sqrt(cosine**2 + sine**2))
@@ -140,7 +165,11 @@ def _add_rotor(f: Formulas) -> None:
     strips = [third[0] * sp.cos(t) + third[1] * sp.sin(t) for t in turns]
     overlaps = (sp.S.Zero, sp.S.Zero, MISS)
     shared = sp.solve(
-        [strip - side - sign * third[2] for strip, side, sign in zip(strips, overlaps, (1, -1, 1), strict=True)], third
+        [
+            strip - side - sign * third[2]
+            for strip, side, sign in zip(strips, overlaps, (1, -1, 1), strict=True)
+        ],
+        third,
     )
     widened = q.R + 2 * sp.Abs(shared[third[2]]).subs(sp.Abs(MISS), MISS)
     steps = (
@@ -152,7 +181,9 @@ def _add_rotor(f: Formulas) -> None:
 
 
 def _add_body(f: Formulas) -> None:
-    """Add the hexagon side with which a body of full outline at its left end has its wall outside the tooth roots."""
+    """Add the hexagon side with which a body of full outline at its left end has its wall outside
+    the tooth roots.
+    """
     side = f.expr(ClutchClaim.OUTLINE_RADIUS)
     steepness = (side - hexagon_apothem(q.a)) / q.c
     (minimum,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
@@ -164,7 +195,9 @@ def build_clutch_system() -> System:
     title = "Reuleaux-pentagon clutch, from first principles"
     stated = derive_formulas().equations.values()
     source, assumptions = "derived (kinematics, statics)", ASSUMPTIONS[:4]
-    f = Formulas("clutch_exact", stated, title=title, source=source, assumptions=assumptions, told="{}")
+    f = Formulas(
+        "clutch_exact", stated, title=title, source=source, assumptions=assumptions, told="{}"
+    )
     _add_functions(f)
     _add_rotor(f)
     _add_body(f)
@@ -173,17 +206,27 @@ def build_clutch_system() -> System:
 
 
 def build_printed_clutch(
-    equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr], lacking: frozenset[Claim] = frozenset()
+    equations: Mapping[str, Equation],
+    reading: Mapping[sp.Symbol, Expr],
+    lacking: frozenset[Claim] = frozenset(),
 ) -> System:
-    """Build the model of the clutch as a paper prints it, without the claims that it is ``lacking``.
+    """Build the model of the clutch as a paper prints it, without the claims that it is
+    ``lacking``.
 
-    Raises ClaimError if the paper states a claim that is not derived, states one twice, or lacks another one.
+    Raises ClaimError if the paper states a claim that is not derived, states one twice, or lacks
+    another one.
     """
     title, source = "Reuleaux-pentagon clutch, as printed", "shi2021 (1)-(7), taken literally"
     f = Formulas(
-        "clutch_printed", equations.values(), title=title, source=source, assumptions=ASSUMPTIONS[:4],
-        told="{}", bind=reading, lacking=lacking,
-    )  # fmt: skip
+        "clutch_printed",
+        equations.values(),
+        title=title,
+        source=source,
+        assumptions=ASSUMPTIONS[:4],
+        told="{}",
+        bind=reading,
+        lacking=lacking,
+    )
     for claim in (*f.equations, *lacking):
         if not isinstance(claim, Definition):
             find_claim(derive_formulas().equations, claim)
@@ -223,7 +266,9 @@ STRUCK = Vector("struck", (q.m1, q.F_M, q.Delta_omega, q.r1))
 
 
 def clamped_mode() -> tuple[Expr, Expr]:
-    """Return the first eigenvalue b of the clamped-free beam, cos(b) cosh(b) = -1, and its mode of height 1."""
+    """Return the first eigenvalue b of the clamped-free beam, cos(b) cosh(b) = -1, and its mode of
+    height 1.
+    """
     b = sp.Dummy("b")
     root = sp.nsolve(cos(b) * cosh(b) + 1, b, 1.875, prec=DIGITS)
     share = (cosh(root) + cos(root)) / (sinh(root) + sin(root))
@@ -231,7 +276,8 @@ def clamped_mode() -> tuple[Expr, Expr]:
 
 
 def static_shape(fixity: Expr = S.One) -> Expr:
-    """Return the shape, of height 1, of a beam with a bearing at z = 0 and a transverse load at its end z = 1.
+    """Return the shape, of height 1, of a beam with a bearing at z = 0 and a transverse load at its
+    end z = 1.
 
     The ``fixity`` of the bearing is 1 if it clamps the beam, and 0 if the beam turns freely in it.
     """
@@ -269,7 +315,9 @@ def _quadrature(expr: Expr) -> sp.Float:
     """Return the integral of a square over 0..1 to 20 digits."""
     digits = DIGITS // 2
     with mpmath.workdps(digits + 5):
-        return sp.N(sp.Float(mpmath.quad(sp.lambdify(Z, expr**2, "mpmath"), (0, 1)), digits + 5), digits)
+        return sp.N(
+            sp.Float(mpmath.quad(sp.lambdify(Z, expr**2, "mpmath"), (0, 1)), digits + 5), digits
+        )
 
 
 def _add_modal(f: Formulas, name: str, shape: Expr) -> None:
@@ -289,13 +337,17 @@ def _add_modal(f: Formulas, name: str, shape: Expr) -> None:
 
 
 def frequency_steps() -> tuple[Let, ...]:
-    """Return frequency and acceleration by the driving force of shaft and body, which move as one mass in contact."""
+    """Return frequency and acceleration by the driving force of shaft and body, which move as one
+    mass in contact.
+    """
     moving = q.M_1 + q.m1
     return (let(q.B1, sp.sqrt(q.K_1 / moving), BEND), let(q.B2, q.F_M / moving, BEND))
 
 
 def _add_extremes(f: Formulas, inputs: tuple[Vector | Quantity, ...], *rates: Wanted) -> ClosedForm:
-    """Add the load as an oscillation about the driving force: its maximum, the time of it, the time of its loss."""
+    """Add the load as an oscillation about the driving force: its maximum, the time of it, the time
+    of its loss.
+    """
     load = sp.expand(derive_formulas().expr(ClutchClaim.CONTACT_LOAD))
     sine, cosine = load.coeff(sin(q.B1 * q.t)), load.coeff(cos(q.B1 * q.t))
     steps = (
@@ -312,7 +364,9 @@ def _add_extremes(f: Formulas, inputs: tuple[Vector | Quantity, ...], *rates: Wa
 
 
 def _add_energy(f: Formulas) -> None:
-    """Add the work since the start and the stored energy, while tooth and shaft end move together."""
+    """Add the work since the start and the stored energy, while tooth and shaft end move
+    together.
+    """
     way = sp.Dummy("way")
 
     def stored(deflection: Expr, speed: Expr) -> Expr:
@@ -325,7 +379,11 @@ def _add_energy(f: Formulas) -> None:
         let(STORED_ENERGY, stored(q.y_max, RATE) - stored(S.Zero, q.v_0), BEND),
     )
     f.function(
-        "energy", (q.y_max, RATE, q.M_1, q.K_1, STRUCK), *steps, gives=(DRIVE_WORK, STORED_ENERGY), told="energies"
+        "energy",
+        (q.y_max, RATE, q.M_1, q.K_1, STRUCK),
+        *steps,
+        gives=(DRIVE_WORK, STORED_ENERGY),
+        told="energies",
     )
 
 
@@ -333,7 +391,14 @@ def build_beam_system() -> System:
     """Build the model of the engagement from first principles."""
     title = "Engagement in one mode, from first principles"
     stated = derive_formulas().equations.values()
-    f = Formulas("clutch_beam", stated, title=title, source="derived", assumptions=BEAM_ASSUMPTIONS, told="{}")
+    f = Formulas(
+        "clutch_beam",
+        stated,
+        title=title,
+        source="derived",
+        assumptions=BEAM_ASSUMPTIONS,
+        told="{}",
+    )
     for name, shape in bending_shapes().items():
         _add_modal(f, name, shape)
     _add_extremes(f, (q.M_1, q.K_1, STRUCK), *frequency_steps())
@@ -346,10 +411,17 @@ def build_beam_system() -> System:
 
 
 def build_printed_beam(equations: Mapping[str, Equation]) -> System:
-    """Build the model with the frequency and the acceleration that a paper prints, otherwise with (11)."""
+    """Build the model with the frequency and the acceleration that a paper prints, otherwise with
+    (11).
+    """
     title, source = "Engagement in one mode, as printed", "shi2021 (8)-(12), taken literally"
     f = Formulas(
-        "clutch_beam_printed", equations.values(), title=title, source=source, assumptions=BEAM_ASSUMPTIONS, told="{}"
+        "clutch_beam_printed",
+        equations.values(),
+        title=title,
+        source=source,
+        assumptions=BEAM_ASSUMPTIONS,
+        told="{}",
     )
     rates = (ClutchClaim.CONTACT_FREQUENCY, q.B1), (ClutchClaim.DRIVING_ACCELERATION, q.B2)
     _add_extremes(f, (q.E, q.I, q.l, q.m2, STRUCK), *rates)

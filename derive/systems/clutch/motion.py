@@ -1,8 +1,10 @@
-"""Control linkage, engagement and slip of the clutch (shi2021, figs. 7-10), and the slider crank over its travel.
+"""Control linkage, engagement and slip of the clutch (shi2021, figs. 7-10), and the slider crank
+over its travel.
 
-The arc rack is fixed and centred at the hinge D of the link; the link carries the crank gear. The output shaft is a
-beam that overhangs its bearing and bends in one assumed mode; body and shaft end move together while they touch. The
-x axis of the slider crank is the guide AC, from the crank's axis A to the sleeve's pin C.
+The arc rack is fixed and centred at the hinge D of the link; the link carries the crank gear. The
+output shaft is a beam that overhangs its bearing and bends in one assumed mode; body and shaft end
+move together while they touch. The x axis of the slider crank is the guide AC, from the crank's
+axis A to the sleeve's pin C.
 """
 
 from __future__ import annotations
@@ -35,7 +37,9 @@ SURFACE = Frame("surface", WORLD, Z, -q.theta0)
 
 
 def gear_rate() -> Expr:
-    """Return the rate of the crank gear per rate of the link: the contact point on the fixed rack is at rest."""
+    """Return the rate of the crank gear per rate of the link: the contact point on the fixed rack
+    is at rest.
+    """
     turning = sp.Dummy("rate")
     motion = Motion(rates={q.alpha: S.One, q.theta_A: turning})
     axis = motion.derivative(displacement(D, AXIS, LINK))
@@ -53,7 +57,9 @@ def gear_rotation(rate: Expr) -> Expr:
 
 
 def crank_angle(distance: Expr) -> Expr:
-    """Return the angle between crank AB and guide AC for a distance AC, from the closed loop A-B-C."""
+    """Return the angle between crank AB and guide AC for a distance AC, from the closed loop
+    A-B-C.
+    """
     angle = sp.Dummy("angle")
     crank = Frame("crank", WORLD, Z, angle)
     A = Point("A")
@@ -72,7 +78,9 @@ def add_linkage(f: Formulas) -> None:
     f.defines(q.theta_A, gear_rotation(rate), ClutchClaim.CRANK_GEAR)
     f.defines(q.theta_AR, gear_rotation(rate - 1), ClutchClaim.CRANK_GEAR_ON_LINK)
     f.defines(q.theta_Amax, q.n * 2 * pi / teeth, ClutchClaim.CRANK_BY_TEETH)
-    f.defines(q.theta_Amax, crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c), ClutchClaim.CRANK_BY_TRAVEL)
+    f.defines(
+        q.theta_Amax, crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c), ClutchClaim.CRANK_BY_TRAVEL
+    )
     f.defines(q.t_c, travel_time(), ClutchClaim.SWITCHING_TIME, named=True)
 
 
@@ -93,7 +101,10 @@ def equations_of_motion() -> tuple[Expr, Expr]:
     bending = q.E * q.I * beam.diff(x, 2) ** 2 / 2
     density = q.rho * q.S * beam.diff(t) ** 2 / 2 - bending + q.N * q.delta_l * beam
     action = q.m1 * body.diff(t) ** 2 / 2 + (q.F_M - q.N) * body
-    (of_beam,), (of_body,) = euler_equations(density, [beam], [x, t]), euler_equations(action, [body], [t])
+    (of_beam,), (of_body,) = (
+        euler_equations(density, [beam], [x, t]),
+        euler_equations(action, [body], [t]),
+    )
     named = {
         Derivative(beam, (x, 4)): q.y_4x,
         Derivative(beam, (t, 2)): q.a_x,
@@ -103,7 +114,9 @@ def equations_of_motion() -> tuple[Expr, Expr]:
 
 
 def assumed_mode() -> Expr:
-    """Return the assumed shape: a sine from the bearing with its first crest, of height 1, at the contact."""
+    """Return the assumed shape: a sine from the bearing with its first crest, of height 1, at the
+    contact.
+    """
     wave = sp.Dummy("wave", positive=True)
     crest = min(s for s in sp.solve(cos(wave), wave) if s > 0)
     return sin(crest * q.x / q.l)
@@ -111,7 +124,9 @@ def assumed_mode() -> Expr:
 
 @cache
 def modal_coefficients() -> tuple[Expr, Expr]:
-    """Return mass and stiffness of the shaft in its mode: the beam's equation projected on the shape."""
+    """Return mass and stiffness of the shaft in its mode: the beam's equation projected on the
+    shape.
+    """
     span = sp.Dummy("span", positive=True)
     shape = assumed_mode().subs(q.l, span)
     mass = sp.integrate(q.rho * q.S * shape**2, (q.x, 0, span))
@@ -121,12 +136,16 @@ def modal_coefficients() -> tuple[Expr, Expr]:
 
 @cache
 def contact_motion() -> Expr:
-    """Return the deflection at the contact: (M_1 + m1) y'' + K_1 y = F_M, from zero with the body's speed."""
+    """Return the deflection at the contact: (M_1 + m1) y'' + K_1 y = F_M, from zero with the body's
+    speed.
+    """
     time, frequency = sp.Symbol("time", real=True), sp.Symbol("frequency", positive=True)
     deflection = Function("deflection")
     motion = sp.Eq(deflection(time).diff(time, 2) + frequency**2 * deflection(time), q.B2)
     start = {deflection(0): 0, deflection(time).diff(time).subs(time, 0): q.Delta_omega * q.r1}
-    return sp.expand(sp.dsolve(motion, deflection(time), ics=start).rhs).subs({time: q.t, frequency: q.B1})
+    return sp.expand(sp.dsolve(motion, deflection(time), ics=start).rhs).subs(
+        {time: q.t, frequency: q.B1}
+    )
 
 
 def contact_speed() -> Expr:
@@ -137,18 +156,22 @@ def contact_speed() -> Expr:
 
 
 def common_speed() -> Expr:
-    """Return the common speed of body and shaft after the impact, which conserves the momentum of the body."""
+    """Return the common speed of body and shaft after the impact, which conserves the momentum of
+    the body.
+    """
     speed, (mass, _) = sp.Dummy("speed"), modal_coefficients()
     (common,) = sp.solve((q.m1 + mass) * speed - q.m1 * contact_speed(), speed)
     return common
 
 
 def bearing_conditions(deflection: Expr) -> dict[str, Expr]:
-    """Return the expressions that must vanish at the bearing: the deflection, and the balance of moments.
+    """Return the expressions that must vanish at the bearing: the deflection, and the balance of
+    moments.
 
-    The virtual work of bending has the term -E I y'' on the slope at x = 0; a bearing with rotational stiffness k adds
-    k y', so that k y' = E I y''. With the fixity c = k l/(k l + E I) this is c y' = (1 - c) l y'': the end is clamped
-    for c = 1, hinged for c = 0, and elastic in between.
+    The virtual work of bending has the term -E I y'' on the slope at x = 0; a bearing with
+    rotational stiffness k adds k y', so that k y' = E I y''. With the fixity c = k l/(k l + E I)
+    this is c y' = (1 - c) l y'': the end is clamped for c = 1, hinged for c = 0, and elastic in
+    between.
     """
     slope, curvature = (deflection.diff(q.x, order).subs(q.x, 0) for order in (1, 2))
     return {
@@ -219,17 +242,28 @@ X_B = _slider("pin_x", "m", "crank pin B, along the guide")
 Y_B = _slider("pin_y", "m", "crank pin B, across the guide")
 ROD = _slider("rod_angle", "rad", "angle of the rod with the guide")
 LEVER = _slider("lever", "m", "displacement of the sleeve per rotation of the crank")
-TOOTH = _slider("tooth_force", "N", "tangential force of the rack on the crank gear while the sleeve is pushed")
+TOOTH = _slider(
+    "tooth_force", "N", "tangential force of the rack on the crank gear while the sleeve is pushed"
+)
 SIDE = _slider("side_force", "N", "force of the guide on the sleeve, perpendicular to its travel")
-SPAN = _slider("span", "m", "distance of the crank gear's axis from the hinge of the link: both pitch radii")
+SPAN = _slider(
+    "span", "m", "distance of the crank gear's axis from the hinge of the link: both pitch radii"
+)
 LIFT = _slider("lift", "rad", "rotation of the link during the sleeve's travel")
 LIMIT = _slider("alpha_max", "rad", "inclination of the link at the end of the sleeve's travel")
-SHARE = _slider("share", "1", "travel as a share of the largest travel of this crank in that rotation")
-RODS = (_slider("l_BC_1", "m", "rod, first solution"), _slider("l_BC_2", "m", "rod, second solution"))
+SHARE = _slider(
+    "share", "1", "travel as a share of the largest travel of this crank in that rotation"
+)
+RODS = (
+    _slider("l_BC_1", "m", "rod, first solution"),
+    _slider("l_BC_2", "m", "rod, second solution"),
+)
 
 
 def add_slider(f: Formulas) -> None:
-    """Add the linkage over its travel, the forces to push the sleeve, its gears, and its rod for a required travel."""
+    """Add the linkage over its travel, the forces to push the sleeve, its gears, and its rod for a
+    required travel.
+    """
     crank = Frame("crank", WORLD, Z, ANGLE)
     A = Point("A")
     B = Point("B", A, Vec(crank, (q.l_AB, S.Zero, S.Zero)))
@@ -257,7 +291,9 @@ def add_slider(f: Formulas) -> None:
 
 
 def pin_distance(angle: Expr) -> Expr:
-    """Return the distance of the sleeve's pin C from the crank's axis A at a crank angle, from the loop A-B-C."""
+    """Return the distance of the sleeve's pin C from the crank's axis A at a crank angle, from the
+    loop A-B-C.
+    """
     distance = sp.Dummy("distance")
     A = Point("A")
     B = Point("B", A, Vec(Frame("crank", WORLD, Z, angle), (q.l_AB, S.Zero, S.Zero)))
@@ -267,7 +303,9 @@ def pin_distance(angle: Expr) -> Expr:
 
 
 def _add_drive(f: Formulas) -> None:
-    """Add the pitch radii for a ratio at a fixed distance of axes, and the link's rotation for one of the crank."""
+    """Add the pitch radii for a ratio at a fixed distance of axes, and the link's rotation for one
+    of the crank.
+    """
     radii = sp.solve([q.r_A + q.r_D - SPAN, q.r_A - q.k * q.r_D], (q.r_A, q.r_D))
     (alpha,) = sp.solve((gear_rate() - 1) * (q.alpha - MESH) - q.theta_Amax, q.alpha)
     steps = (
@@ -280,9 +318,11 @@ def _add_drive(f: Formulas) -> None:
 
 
 def _add_rod(f: Formulas) -> None:
-    """Add both rods with which the crank gives a travel in a rotation: the distance of B and C is the same after it.
+    """Add both rods with which the crank gives a travel in a rotation: the distance of B and C is
+    the same after it.
 
-    P cos(angle) + Q sin(angle) = K in the engaged position; the two solutions are symmetric to the direction of (P, Q).
+    P cos(angle) + Q sin(angle) = K in the engaged position; the two solutions are symmetric to the
+    direction of (P, Q).
     """
     start = sp.Dummy("start", real=True)
 
@@ -292,7 +332,9 @@ def _add_rod(f: Formulas) -> None:
     gap = squared(start, q.l_AC) - squared(start - q.theta_Amax, q.l_AC + q.c)
     opened = sp.expand(sp.expand(gap, trig=True))
     opened = sp.expand(
-        opened.subs(sin(start) ** 2, 1 - cos(start) ** 2).subs(sin(q.theta_Amax) ** 2, 1 - cos(q.theta_Amax) ** 2)
+        opened.subs(sin(start) ** 2, 1 - cos(start) ** 2).subs(
+            sin(q.theta_Amax) ** 2, 1 - cos(q.theta_Amax) ** 2
+        )
     )
     P, Q = opened.coeff(cos(start)), opened.coeff(sin(start))
     K = -sp.expand(opened - P * cos(start) - Q * sin(start))
@@ -301,7 +343,11 @@ def _add_rod(f: Formulas) -> None:
     share = K / sqrt(P**2 + Q**2)
     deviation = sp.acos(clip(SHARE, S.NegativeOne, S.One))
     rods = (
-        let(symbol, sqrt(squared(sp.atan2(Q, P) + sign * deviation, q.l_AC)), "rod for a travel in a rotation")
+        let(
+            symbol,
+            sqrt(squared(sp.atan2(Q, P) + sign * deviation, q.l_AC)),
+            "rod for a travel in a rotation",
+        )
         for symbol, sign in zip(RODS, (1, -1), strict=True)
     )
     steps = (let(SHARE, share, "rod for a travel in a rotation"), *rods)

@@ -1,7 +1,9 @@
-"""Any odd Reuleaux polygon in any regular polygon, derived: shape, vertex path, support function, harmonics.
+"""Any odd Reuleaux polygon in any regular polygon, derived: shape, vertex path, support function,
+harmonics.
 
-As in the clutch (`geometry`), vertex A slides on the upper side, vertex B on the next one counter-clockwise
-and C is the vertex opposite to both; the numbers of vertices and sides and the distance of the sides are free.
+As in the clutch (`geometry`), vertex A slides on the upper side, vertex B on the next one
+counter-clockwise and C is the vertex opposite to both; the numbers of vertices and sides and the
+distance of the sides are free.
 """
 
 from __future__ import annotations
@@ -18,7 +20,10 @@ from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from .geometry import chord_direction, polar_unit_vector
 
-ASSUMPTIONS = ("rigid polygons, no clearance", "vertices A and B stay on their sides while C passes a corner")
+ASSUMPTIONS = (
+    "rigid polygons, no clearance",
+    "vertices A and B stay on their sides while C passes a corner",
+)
 
 
 _rotor = partial(Quantity, source="derived: rotor")
@@ -40,21 +45,33 @@ INSIDE = _rotor("inside", "rad", "direction of the normal from that of the neare
 ORDER = _rotor("order", "1", "order of a harmonic in units of the number of vertices")
 PLACES = tuple(
     _rotor(f"{axis}_{point}", "m", f"{meaning}, {axis}")
-    for point, meaning in (("A", "vertex A"), ("B", "vertex B"), ("C", "vertex C"), ("M", "centroid"))
+    for point, meaning in (
+        ("A", "vertex A"),
+        ("B", "vertex B"),
+        ("C", "vertex C"),
+        ("M", "centroid"),
+    )
     for axis in ("x", "y")
 )
 ROTATION = _rotor("rotation", "rad", "direction of the polar axis of the polygon")
 SPREAD = _rotor("spread", "rad", "angle between the normals of the two sides that A and B slide on")
-POLES = tuple(_rotor(f"polar_{p}", "rad", f"polar angle of vertex {p} in the polygon") for p in "ABC")
+POLES = tuple(
+    _rotor(f"polar_{p}", "rad", f"polar angle of vertex {p} in the polygon") for p in "ABC"
+)
 TRAMMEL = Vector("trammel", (RHO, APOTHEM, SPREAD, *POLES))
-CENTRE = (_rotor("x_E", "m", "centre of the ellipse, x"), _rotor("y_E", "m", "centre of the ellipse, y"))
+CENTRE = (
+    _rotor("x_E", "m", "centre of the ellipse, x"),
+    _rotor("y_E", "m", "centre of the ellipse, y"),
+)
 COSINE = _rotor("cosine_x", "1", "share of R cos(theta) in x_C")
 SINE = _rotor("sine_x", "1", "share of R sin(theta) in x_C")
 MAJOR = _rotor("s_1", "m", "semi-major axis of the ellipse")
 MINOR = _rotor("s_2", "m", "semi-minor axis of the ellipse")
 AXIS = _rotor("axis", "rad", "direction of the major axis")
 TANGENCY = _rotor("tangency", "m", "radius of curvature of the path where it is tangent to a side")
-FILLET = _rotor("fillet", "m", "smallest corner radius that the path of C clears, sides a width apart")
+FILLET = _rotor(
+    "fillet", "m", "smallest corner radius that the path of C clears, sides a width apart"
+)
 SUPPORT = _rotor("support", "m", "distance of the tangent with a normal from the centroid")
 RADIUS = _rotor("radius", "m", "radius of curvature of the outline at a normal")
 HARMONIC = _rotor("harmonic", "m", "amplitude of a harmonic of the support function")
@@ -66,7 +83,9 @@ OPPOSITE = pi - pi / VERTICES
 
 
 def _shape() -> tuple[Let, ...]:
-    """Return the angles of both polygons, and the circumradius from the width, the distance of opposite vertices."""
+    """Return the angles of both polygons, and the circumradius from the width, the distance of
+    opposite vertices.
+    """
     vertex, ahead = polar_unit_vector(S.Zero), polar_unit_vector(OPPOSITE)
     diagonal = sqrt(sp.trigsimp((vertex - ahead).dot(vertex - ahead)))
     lead = chord_direction(S.Zero, OPPOSITE) - chord_direction(S.Zero, 2 * pi - OPPOSITE) + TURN
@@ -105,29 +124,49 @@ def _coordinates() -> dict[str, tuple[Expr, Expr]]:
 def _add_path(f: Formulas) -> None:
     places = _coordinates()
     steps = [
-        let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "the loop A-C-B closes") for symbol in PLACES
+        let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "the loop A-C-B closes")
+        for symbol in PLACES
     ]
     f.function("path", (THETA, SHAPE), *_shape(), *steps, gives=PLACES)
 
 
 def _add_ellipse(f: Formulas) -> None:
-    """Add centre, axes and direction of C's path, centre + cos(theta) u + sin(theta) v, and the radii at the side."""
+    """Add centre, axes and direction of C's path, centre + cos(theta) u + sin(theta) v, and the
+    radii at the side.
+    """
     x, y = (sp.expand(sp.expand_trig(e)) for e in _coordinates()["C"])
     u, v = (Matrix([x.coeff(wave(THETA)), y.coeff(wave(THETA))]) / WIDTH for wave in (cos, sin))
-    rest = [sp.expand(e - WIDTH * (a * cos(THETA) + b * sin(THETA))) for e, a, b in zip((x, y), u, v, strict=True)]
+    rest = [
+        sp.expand(e - WIDTH * (a * cos(THETA) + b * sin(THETA)))
+        for e, a, b in zip((x, y), u, v, strict=True)
+    ]
     named = {u[0]: COSINE, v[0]: SINE}
     u, v = (Matrix([named.get(e, e) for e in column]) for column in (u, v))
     form = u * u.T + v * v.T
-    mean, difference = form.trace() / 2, sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2)
-    slope, bend = (WIDTH * (-sin(THETA) * u + cos(THETA) * v), WIDTH * (-cos(THETA) * u - sin(THETA) * v))
+    mean, difference = (
+        form.trace() / 2,
+        sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2),
+    )
+    slope, bend = (
+        WIDTH * (-sin(THETA) * u + cos(THETA) * v),
+        WIDTH * (-cos(THETA) * u - sin(THETA) * v),
+    )
     lowest = {THETA: pi / 2}
     corner, tangent = WIDTH * sp.tan(TURN / 2) / 2, rest[0].subs(APOTHEM, WIDTH / 2) + WIDTH * SINE
     steps = (
         *(let(symbol, sp.simplify(e)) for symbol, e in zip(CENTRE, rest, strict=True)),
         *(let(name, sp.simplify(e)) for e, name in named.items()),
         let(MAJOR, WIDTH * sqrt(mean + difference), "eigenvalues of u u' + v v'"),
-        let(MINOR, WIDTH * sp.Abs(u.row_join(v).det()) / sqrt(mean + difference), "eigenvalues of u u' + v v'"),
-        let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
+        let(
+            MINOR,
+            WIDTH * sp.Abs(u.row_join(v).det()) / sqrt(mean + difference),
+            "eigenvalues of u u' + v v'",
+        ),
+        let(
+            AXIS,
+            sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2,
+            "eigenvectors of u u' + v v'",
+        ),
         let(TANGENCY, (slope[0] ** 2 / sp.Abs(bend[1])).subs(lowest)),
         let(
             FILLET,
@@ -140,43 +179,70 @@ def _add_ellipse(f: Formulas) -> None:
 
 
 def _sliding_vertices() -> dict[str, tuple[Expr, Expr]]:
-    """Return three vertices, the first on the upper side, the second on a side that is turned by the spread."""
+    """Return three vertices, the first on the upper side, the second on a side that is turned by
+    the spread.
+    """
     x, y = sp.symbols("x y", real=True)
     arms = {
-        p: (RHO * cos(ROTATION + polar), RHO * sin(ROTATION + polar)) for p, polar in zip("ABC", POLES, strict=True)
+        p: (RHO * cos(ROTATION + polar), RHO * sin(ROTATION + polar))
+        for p, polar in zip("ABC", POLES, strict=True)
     }
     turned = pi / 2 + SPREAD
     across = cos(turned) * (x + arms["B"][0]) + sin(turned) * (y + arms["B"][1])
     solution = sp.solve([y + arms["A"][1] - APOTHEM, across - APOTHEM], (x, y))
-    return {p: (solution[x] + arm[0], solution[y] + arm[1]) for p, arm in (*arms.items(), ("M", (S.Zero, S.Zero)))}
+    return {
+        p: (solution[x] + arm[0], solution[y] + arm[1])
+        for p, arm in (*arms.items(), ("M", (S.Zero, S.Zero)))
+    }
 
 
 def _add_trammel(f: Formulas) -> None:
-    """Add the path of a vertex while two others slide on two sides: coordinates, and the ellipse."""
+    """Add the path of a vertex while two others slide on two sides: coordinates, and the
+    ellipse.
+    """
     places = _sliding_vertices()
     steps = [
-        let(symbol, places[symbol.name[-1]]["xy".index(symbol.name[0])], "two vertices on their sides")
+        let(
+            symbol,
+            places[symbol.name[-1]]["xy".index(symbol.name[0])],
+            "two vertices on their sides",
+        )
         for symbol in PLACES
     ]
     x, y = (sp.expand(sp.expand_trig(e)) for e in places["C"])
     u, v = (Matrix([x.coeff(wave(ROTATION)), y.coeff(wave(ROTATION))]) for wave in (cos, sin))
-    rest = [sp.simplify(e - a * cos(ROTATION) - b * sin(ROTATION)) for e, a, b in zip((x, y), u, v, strict=True)]
+    rest = [
+        sp.simplify(e - a * cos(ROTATION) - b * sin(ROTATION))
+        for e, a, b in zip((x, y), u, v, strict=True)
+    ]
     form = u * u.T + v * v.T
-    mean, difference = form.trace() / 2, sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2)
+    mean, difference = (
+        form.trace() / 2,
+        sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2),
+    )
     oval = (
         *(let(symbol, e) for symbol, e in zip(CENTRE, rest, strict=True)),
         let(MAJOR, sqrt(mean + difference), "eigenvalues of u u' + v v'"),
         let(MINOR, sp.Abs(u.row_join(v).det()) / MAJOR, "eigenvalues of u u' + v v'"),
-        let(AXIS, sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2, "eigenvectors of u u' + v v'"),
+        let(
+            AXIS,
+            sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2,
+            "eigenvectors of u u' + v v'",
+        ),
     )
     f.function("slid", (ROTATION, TRAMMEL), *steps)
     f.function("slid_ellipse", (TRAMMEL,), *oval)
 
 
 def support_steps() -> tuple[Let, ...]:
-    """Return the support function: normals within half an arc of a vertex belong to it, the others to arcs."""
+    """Return the support function: normals within half an arc of a vertex belong to it, the others
+    to arcs.
+    """
     normal = polar_unit_vector(INSIDE)
-    about = RHO * polar_unit_vector(pi + ARC).dot(normal), RHO * polar_unit_vector(pi - ARC).dot(normal)
+    about = (
+        RHO * polar_unit_vector(pi + ARC).dot(normal),
+        RHO * polar_unit_vector(pi - ARC).dot(normal),
+    )
     beyond = sp.Abs(INSIDE) - ARC / 2
     arc = WIDTH + switch(INSIDE, *(sp.trigsimp(e) for e in about))
     return (
@@ -193,7 +259,9 @@ def _add_support(f: Formulas) -> None:
 
 
 def _add_harmonic(f: Formulas) -> None:
-    """Add the harmonics of the support h: those of the radius of curvature h + h'', divided by 1 - k^2."""
+    """Add the harmonics of the support h: those of the radius of curvature h + h'', divided by 1 -
+    k^2.
+    """
     k, psi = sp.Dummy("k", positive=True), sp.Dummy("psi", real=True)
     mean = 2 * sp.integrate(cos(k * psi), (psi, ARC / 2, ARC)) * WIDTH / ARC
     amplitude = (mean / (1 - k**2)).subs(k, ORDER * VERTICES)

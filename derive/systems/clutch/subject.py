@@ -1,4 +1,6 @@
-"""The Reuleaux-pentagon clutch as an audit subject (shi2021): derived equations, admissible points, reference cycle."""
+"""The Reuleaux-pentagon clutch as an audit subject (shi2021): derived equations, admissible points,
+reference cycle.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ ASSUMPTIONS = (
     "vertices A and B stay on their sides while C passes a corner",
     "teeth meet the flats of the shaft without backlash",
     "crank gear rolls on the rack, external mesh",
-    "output shaft is a uniform Euler-Bernoulli beam in one assumed mode, a quarter sine from its bearing",
+    "output shaft is a uniform Euler-Bernoulli beam in one assumed mode, a quarter sine from its "
+    "bearing",
     "shaft end undeformed at contact and at the body's speed; both move together",
 )
 
@@ -49,7 +52,10 @@ def derive_formulas() -> Formulas:
     parts = geometry.add_polygon, geometry.add_tooth, geometry.add_taper
     for add_equations in (*parts, motion.add_linkage, motion.add_engagement, motion.add_slip):
         add_equations(f)
-    return Formulas(f.name, (replace(e, residual=geometry.substitute_angles(e.residual)) for e in f.equations.values()))
+    return Formulas(
+        f.name,
+        (replace(e, residual=geometry.substitute_angles(e.residual)) for e in f.equations.values()),
+    )
 
 
 def complete_values(independent: Values) -> Values:
@@ -61,14 +67,36 @@ def complete_values(independent: Values) -> Values:
 
 
 _RANGES: dict[Quantity, tuple[str, str]] = {
-    q.a1: ("0.008", "0.016"), q.mu: ("0.05", "0.3"), q.d: ("0.008", "0.012"), q.F1: ("50", "90"), q.F2: ("10", "40"),
-    q.r_A: ("0.012", "0.022"), q.r_D: ("0.038", "0.05"), q.gamma: ("1.3", "1.5"), q.m: ("0.001", "0.003"),
-    q.l_AB: ("0.014", "0.017"), q.l_AC: ("0.038", "0.042"), q.l_BC: ("0.042", "0.047"),
-    q.l: ("0.04", "0.09"), q.E: ("1e11", "3e11"), q.rho: ("7000", "8500"), q.m1: ("0.2", "0.4"), q.F_M: ("80", "150"),
-    q.Delta_omega: ("3", "6"), q.r1: ("0.009", "0.013"), q.t: ("1e-5", "8e-5"), q.theta0: ("0.4", "0.8"),
-    q.F_y: ("1", "3"), q.f0: ("0.5", "2"), q.S1: ("0.01", "0.05"), q.S2: ("0", "0.009"), q.S3: ("0.01", "0.05"),
-    q.S4: ("0", "0.009"), q.v_c: ("0.02", "0.08"), q.fixity: ("0.2", "0.8"),
-}  # fmt: skip
+    q.a1: ("0.008", "0.016"),
+    q.mu: ("0.05", "0.3"),
+    q.d: ("0.008", "0.012"),
+    q.F1: ("50", "90"),
+    q.F2: ("10", "40"),
+    q.r_A: ("0.012", "0.022"),
+    q.r_D: ("0.038", "0.05"),
+    q.gamma: ("1.3", "1.5"),
+    q.m: ("0.001", "0.003"),
+    q.l_AB: ("0.014", "0.017"),
+    q.l_AC: ("0.038", "0.042"),
+    q.l_BC: ("0.042", "0.047"),
+    q.l: ("0.04", "0.09"),
+    q.E: ("1e11", "3e11"),
+    q.rho: ("7000", "8500"),
+    q.m1: ("0.2", "0.4"),
+    q.F_M: ("80", "150"),
+    q.Delta_omega: ("3", "6"),
+    q.r1: ("0.009", "0.013"),
+    q.t: ("1e-5", "8e-5"),
+    q.theta0: ("0.4", "0.8"),
+    q.F_y: ("1", "3"),
+    q.f0: ("0.5", "2"),
+    q.S1: ("0.01", "0.05"),
+    q.S2: ("0", "0.009"),
+    q.S3: ("0.01", "0.05"),
+    q.S4: ("0", "0.009"),
+    q.v_c: ("0.02", "0.08"),
+    q.fixity: ("0.2", "0.8"),
+}
 
 
 def _read_data(machine: MachineFile) -> Values:
@@ -89,7 +117,9 @@ def _machine_values() -> Values:
 
 
 def _contact_time(v: Values) -> mpf:
-    """Return the time at which the contact load has fallen to zero, or a full period if it never does."""
+    """Return the time at which the contact load has fallen to zero, or a full period if it never
+    does.
+    """
     swing, lag = v[q.N_max] - v[q.F_M], mpmath.atan2(v[q.B2], v[q.v_0] * v[q.B1])
     ends = mpmath.pi + mpmath.asin(v[q.F_M] / swing) + lag if v[q.F_M] < swing else 2 * mpmath.pi
     return ends / v[q.B1]
@@ -103,16 +133,20 @@ class ClutchSubject(Subject):
         return derive_formulas().equations
 
     def admissible(self, rng: random.Random) -> Values:
-        """Return a random point at which all derived equalities and conditions of a working clutch hold.
+        """Return a random point at which all derived equalities and conditions of a working clutch
+        hold.
 
-        Two equations describe a special state and are left out: the faces at the smallest tip distance, and no slip.
+        Two equations describe a special state and are left out: the faces at the smallest tip
+        distance, and no slip.
         """
         with mpmath.workdps(DIGITS):
 
             def between(low: Any, high: Any) -> mpf:
                 return low + (high - low) * mpf(rng.getrandbits(DIGITS * 4)) / 2 ** (DIGITS * 4)
 
-            v: Values = {symbol: between(mpf(low), mpf(high)) for symbol, (low, high) in _RANGES.items()}
+            v: Values = {
+                symbol: between(mpf(low), mpf(high)) for symbol, (low, high) in _RANGES.items()
+            }
             half_arc = 2 * mpmath.pi / 5
             v[q.theta] = between(mpmath.pi * 11 / 30, mpmath.pi / 2)
             v[q.R] = v[q.a1] * between(mpf("2.5"), mpf("3.5"))
@@ -130,15 +164,18 @@ class ClutchSubject(Subject):
             return complete_values(v)
 
     def reference(self, points: int) -> list[Values]:
-        """Return all quantities of the built-in clutch while each variable runs from its start to its end.
+        """Return all quantities of the built-in clutch while each variable runs from its start to
+        its end.
 
-        C passes a corner, the link rises from the horizontal to the limit of the linkage, tooth and shaft stay in
-        contact, and the position on the shaft moves from the bearing to the contact.
+        C passes a corner, the link rises from the horizontal to the limit of the linkage, tooth and
+        shaft stay in contact, and the position on the shaft moves from the bearing to the contact.
         """
         with mpmath.workdps(DIGITS):
             fixed = _machine_values()
             zero = mpf(0)
-            still = complete_values({**fixed, q.theta: mpmath.pi / 2, q.alpha: zero, q.t: zero, q.x: zero})
+            still = complete_values(
+                {**fixed, q.theta: mpmath.pi / 2, q.alpha: zero, q.t: zero, q.x: zero}
+            )
             limit = mpmath.pi / 2 - fixed[q.gamma] + still[q.k] * still[q.theta_Amax]
             ranges = {
                 q.theta: (mpmath.pi * 11 / 30, mpmath.pi / 2),
@@ -148,7 +185,9 @@ class ClutchSubject(Subject):
             }
             shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
             return [
-                complete_values({**fixed, **{s: a + (b - a) * share for s, (a, b) in ranges.items()}})
+                complete_values(
+                    {**fixed, **{s: a + (b - a) * share for s, (a, b) in ranges.items()}}
+                )
                 for share in shares
             ]
 

@@ -1,10 +1,11 @@
-"""From poses to a two-stage non-circular planetary gear train, from geometry (patent CN107654585B, steps 2 to 5).
+"""From poses to a two-stage non-circular planetary gear train, from geometry (patent CN107654585B,
+steps 2 to 5).
 
-Dyads (kinematic mapping): stated are two frames, a hinge that is fixed in one and lies on a circle in the other, and a
-pose as a dual quaternion. Train: stated are that the first driver is fixed, that the arm turns with the second
-follower, that two external meshes on a carrier roll at the pitch points, and that the arm returns to its position
-after a revolution of the carrier. The ratios of the two stages are in a constant proportion, which the rotations of
-the first stage determine.
+Dyads (kinematic mapping): stated are two frames, a hinge that is fixed in one and lies on a circle
+in the other, and a pose as a dual quaternion. Train: stated are that the first driver is fixed,
+that the arm turns with the second follower, that two external meshes on a carrier roll at the pitch
+points, and that the arm returns to its position after a revolution of the carrier. The ratios of
+the two stages are in a constant proportion, which the rotations of the first stage determine.
 """
 
 from __future__ import annotations
@@ -32,7 +33,16 @@ MOVING_HINGE = Point("moving hinge", TIP, Vec(ARM, (q.x, q.y, S.Zero)))
 NAMED_HINGE = Point("moving hinge, named", ORIGIN, Vec(WORLD, (q.X, q.Y, S.Zero)))
 FIXED_HINGE = Point("fixed hinge", ORIGIN, Vec(WORLD, (q.X_c, q.Y_c, S.Zero)))
 
-LEADING: tuple[Expr, ...] = (-q.a0, q.a0 * q.x, q.a0 * q.y, q.a1, q.a2, q.a2 * q.x, -q.a1 * q.x / 2, q.a3 / 4)
+LEADING: tuple[Expr, ...] = (
+    -q.a0,
+    q.a0 * q.x,
+    q.a0 * q.y,
+    q.a1,
+    q.a2,
+    q.a2 * q.x,
+    -q.a1 * q.x / 2,
+    q.a3 / 4,
+)
 """The term of each coefficient p that determines the scale of the form that it multiplies."""
 
 
@@ -43,7 +53,8 @@ def hinge_by_pose() -> tuple[Expr, Expr]:
 
 
 def pose_quaternion(real: Expr, axial: Expr) -> tuple[Expr, Expr, Expr, Expr]:
-    """Return the mapping parameters of a pose from the unit quaternion of its rotation (Blaschke, Gruenwald).
+    """Return the mapping parameters of a pose from the unit quaternion of its rotation (Blaschke,
+    Gruenwald).
 
     The dual part is half the translation times the rotation.
     """
@@ -59,11 +70,15 @@ def pose_by_mapping() -> dict[Quantity, Expr]:
 
 
 def hinge_by_mapping() -> tuple[Expr, Expr]:
-    """Return the moving hinge by the mapping parameters; the angle is replaced by the tangent of half of it."""
+    """Return the moving hinge by the mapping parameters; the angle is replaced by the tangent of
+    half of it.
+    """
     half, position = sp.tan(q.phi / 2), pose_by_mapping()
 
     def mapped(coordinate: Expr) -> Expr:
-        rational = coordinate.replace(lambda e: isinstance(e, sp.sin | sp.cos), lambda e: e.rewrite(sp.tan))
+        rational = coordinate.replace(
+            lambda e: isinstance(e, sp.sin | sp.cos), lambda e: e.rewrite(sp.tan)
+        )
         return sp.factor(rational.subs(half, q.Z3 / q.Z4).xreplace(position))
 
     X, Y = hinge_by_pose()
@@ -82,7 +97,10 @@ def hinge_circle() -> HingeCircle:
     away = displacement(FIXED_HINGE, NAMED_HINGE, WORLD)
     poly = sp.Poly(q.a0 * (q.L1**2 - away.dot(away)), q.X, q.Y)
     names = {q.X: 2 * q.a1, q.Y: 2 * q.a2, S.One: q.a3}
-    named = sum(names.get(m, poly.coeff_monomial(m)) * m for m in (sp.prod(_powers(poly, k)) for k in poly.monoms()))
+    named = sum(
+        names.get(m, poly.coeff_monomial(m)) * m
+        for m in (sp.prod(_powers(poly, k)) for k in poly.monoms())
+    )
     unknown = [poly.coeff_monomial(m) - name for m, name in names.items()]
     return HingeCircle(named, sp.solve(unknown, [q.a1, q.a2, q.a3]))
 
@@ -102,7 +120,8 @@ def fixed_hinge() -> dict[Quantity, Expr]:
 
 @cache
 def linear_form() -> tuple[tuple[Expr, Expr], ...]:
-    """Return the circle, by the mapping parameters, as a sum of eight products: dyad coefficient times pose form.
+    """Return the circle, by the mapping parameters, as a sum of eight products: dyad coefficient
+    times pose form.
 
     Terms of the dyad that multiply proportional forms of the pose are collected.
     """
@@ -131,11 +150,16 @@ def _numbered() -> Iterator[tuple[Quantity, tuple[Expr, Expr]]]:
 def matrix_row() -> dict[Quantity, Expr]:
     """Return the entries of a row of the matrix: the forms, in the mapping parameters of pose j."""
     at_j = dict(zip(q.MAPPED, q.MAPPED_J, strict=True))
-    return {entry: form.xreplace(at_j) for entry, (_, form) in zip(q.ENTRIES, linear_form(), strict=True)}
+    return {
+        entry: form.xreplace(at_j)
+        for entry, (_, form) in zip(q.ENTRIES, linear_form(), strict=True)
+    }
 
 
 def coefficient_conditions() -> tuple[Expr, Expr]:
-    """Return the two conditions on the eight coefficients of a dyad, which six of them determine."""
+    """Return the two conditions on the eight coefficients of a dyad, which six of them
+    determine.
+    """
     named = dyad_coefficients()
     dyad = [q.a0, q.x, q.y, q.a1, q.a2]
     fixed = sp.solve([named[p] - p for p in q.COEFFICIENTS[:5]], dyad, dict=True)[0]
@@ -152,13 +176,16 @@ def null_vector() -> dict[Quantity, Expr]:
 def conic_coefficients() -> tuple[dict[Quantity, Expr], dict[Quantity, Expr]]:
     """Return the coefficients K of the conditions on the null space by the basis."""
     first, second = (
-        sp.Poly(condition.xreplace(null_vector()), *q.PARAMETERS) for condition in coefficient_conditions()
+        sp.Poly(condition.xreplace(null_vector()), *q.PARAMETERS)
+        for condition in coefficient_conditions()
     )
     return _named(q.K1, first), _named(q.K2, second)
 
 
 def _named(names: tuple[Quantity, ...], conic: sp.Poly) -> dict[Quantity, Expr]:
-    return {name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS.values(), strict=True)}
+    return {
+        name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS.values(), strict=True)
+    }
 
 
 def conic_form(names: tuple[Quantity, ...]) -> Expr:
@@ -168,13 +195,16 @@ def conic_form(names: tuple[Quantity, ...]) -> Expr:
 
 @cache
 def derive_eliminant() -> sp.Poly:
-    """Return the polynomial of alpha/gamma of a common solution: the resultant of the two conics over gamma^2."""
+    """Return the polynomial of alpha/gamma of a common solution: the resultant of the two conics
+    over gamma^2.
+    """
     scaled = [conic_form(names).xreplace({q.gamma: S.One}) for names in (q.K1, q.K2)]
     return sp.Poly(sp.resultant(*scaled, q.beta), q.alpha)
 
 
 def zero_eigenvalues() -> int:
-    """Return the number of zero eigenvalues of the transposed matrix times the matrix, for five general poses.
+    """Return the number of zero eigenvalues of the transposed matrix times the matrix, for five
+    general poses.
 
     The poses are on the moment curve.
     """
@@ -185,11 +215,19 @@ def zero_eigenvalues() -> int:
 
 
 def add_dyads(f: Formulas) -> None:
-    """Add the equations from a pose and a hinge to the conditions on the null space, and back to the dyad."""
+    """Add the equations from a pose and a hinge to the conditions on the null space, and back to
+    the dyad.
+    """
     tip = displacement(ORIGIN, TIP, WORLD)
-    for n, (name, expr, coordinate) in enumerate(zip("XY", hinge_by_pose(), (q.X, q.Y), strict=True)):
+    for n, (name, expr, coordinate) in enumerate(
+        zip("XY", hinge_by_pose(), (q.X, q.Y), strict=True)
+    ):
         f.defines(coordinate, expr, MappingClaim.HINGE_BY_POSE.of(name))
-        f.holds(MappingClaim.POSE_COORDINATE.of(n + 1), tip[n] - (q.X_o, q.Y_o)[n], defines=(q.X_o, q.Y_o)[n])
+        f.holds(
+            MappingClaim.POSE_COORDINATE.of(n + 1),
+            tip[n] - (q.X_o, q.Y_o)[n],
+            defines=(q.X_o, q.Y_o)[n],
+        )
     half = q.phi / 2
     for name, expr in zip(q.MAPPED, pose_quaternion(sp.cos(half), sp.sin(half)), strict=True):
         f.defines(name, expr, MappingClaim.MAPPING_PARAMETER.of(name))
@@ -209,13 +247,17 @@ def add_dyads(f: Formulas) -> None:
     f.holds(MappingClaim.LINEAR_FORM, sum(p * form for p, (_, form) in _numbered()))
     for name, expr in matrix_row().items():
         f.defines(name, expr, MappingClaim.MATRIX_ENTRY.of(name))
-    f.holds(MappingClaim.LINEAR_ROW, sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)))
+    f.holds(
+        MappingClaim.LINEAR_ROW, sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True))
+    )
     for order, residual in zip(("first", "second"), coefficient_conditions(), strict=True):
         f.holds(MappingClaim.COEFFICIENT_CONDITION.of(order), residual)
     f.defines(q.n_zero, sp.Integer(zero_eigenvalues()), MappingClaim.ZERO_EIGENVALUES)
     for name, expr in null_vector().items():
         f.holds(MappingClaim.NULL_VECTOR.of(name), name - expr, named=True)
-    for order, names, by_basis in zip(("first", "second"), (q.K1, q.K2), conic_coefficients(), strict=True):
+    for order, names, by_basis in zip(
+        ("first", "second"), (q.K1, q.K2), conic_coefficients(), strict=True
+    ):
         for name, expr in by_basis.items():
             f.defines(name, expr, MappingClaim.CONIC_COEFFICIENT.of(name))
         f.holds(MappingClaim.NULL_SPACE_CONDITION.of(order), conic_form(names), named=True)
@@ -226,13 +268,17 @@ TURN = 2 * pi
 CARRIER = Frame("carrier", WORLD, UP, q.theta)
 MOTION = Motion(rates={q.theta: q.w1, q.phi: q.w2})
 
-CARRIED_HINGE = Point("moving hinge, on the carrier", FIXED_HINGE, Vec(CARRIER, (q.L1, S.Zero, S.Zero)))
+CARRIED_HINGE = Point(
+    "moving hinge, on the carrier", FIXED_HINGE, Vec(CARRIER, (q.L1, S.Zero, S.Zero))
+)
 ANGLE_CURVE = q.phi - q.theta
 
 
 def tip_position() -> dict[Quantity, Expr]:
     """Return the position of the tip: carrier and arm meet in the moving hinge."""
-    by_arm, by_carrier = (displacement(ORIGIN, hinge, WORLD) for hinge in (MOVING_HINGE, CARRIED_HINGE))
+    by_arm, by_carrier = (
+        displacement(ORIGIN, hinge, WORLD) for hinge in (MOVING_HINGE, CARRIED_HINGE)
+    )
     return sp.solve([by_arm[0] - by_carrier[0], by_arm[1] - by_carrier[1]], [q.d1, q.d2])
 
 
@@ -258,14 +304,18 @@ def ratio_by_slope() -> Expr:
 
 
 def curve_rise() -> Expr:
-    """Return the change of the angle curve over a revolution of the carrier, after which the arm is as before."""
+    """Return the change of the angle curve over a revolution of the carrier, after which the arm is
+    as before.
+    """
     return sp.expand(ANGLE_CURVE.xreplace({q.theta: q.theta + TURN}) - ANGLE_CURVE)
 
 
 def pitch_radii(ratio: Quantity, radius: Quantity) -> tuple[Expr, Expr]:
-    """Return the pitch radii: the driver's by the ratio, the follower's by the driver's, the symbol ``radius``.
+    """Return the pitch radii: the driver's by the ratio, the follower's by the driver's, the symbol
+    ``radius``.
 
-    At the pitch point, between the centres, both gears have one velocity. An external mesh reverses the rotation.
+    At the pitch point, between the centres, both gears have one velocity. An external mesh reverses
+    the rotation.
     """
     driver, follower, spin = sp.Symbol("driver"), sp.Symbol("follower"), sp.Symbol("spin")
     centre = Point("centre of the driver")
@@ -280,7 +330,8 @@ def pitch_radii(ratio: Quantity, radius: Quantity) -> tuple[Expr, Expr]:
 
 
 def polar_rates() -> tuple[Expr, ...]:
-    """Return the rates of the polar angles at the contact per carrier angle, each in its positive direction.
+    """Return the rates of the polar angles at the contact per carrier angle, each in its positive
+    direction.
 
     The contact is fixed in the carrier; on a gear it moves opposite to the gear's rotation.
     """
@@ -300,7 +351,9 @@ def split_ratios() -> dict[Quantity, Expr]:
 
 
 def first_follower_rotation() -> Expr:
-    """Return the integral of its polar rate over a revolution; constant factors are taken out of the integral."""
+    """Return the integral of its polar rate over a revolution; constant factors are taken out of
+    the integral.
+    """
     rate = polar_rates()[1].xreplace(split_ratios())
     fixed, moving = rate.as_independent(q.i)
     if sp.simplify(moving - 1 / sp.sqrt(q.i)) != 0:
@@ -309,7 +362,9 @@ def first_follower_rotation() -> Expr:
 
 
 def second_follower_rotation() -> Expr:
-    """Return the integral of its polar rate over a revolution: a multiple of the slope, whose integral is the rise."""
+    """Return the integral of its polar rate over a revolution: a multiple of the slope, whose
+    integral is the rise.
+    """
     rate = polar_rates()[3].xreplace({q.i2: q.i / q.i1}).xreplace({q.i: ratio_by_slope()})
     return sp.cancel(rate / q.slope) * curve_rise()
 

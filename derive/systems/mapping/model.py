@@ -1,7 +1,7 @@
 """Design by kinematic mapping as functions in closed form, with the four-bar linkage of two dyads.
 
-A second hinge of the arm has a constant distance from a second fixed hinge, while the crank, which is the first dyad,
-turns by ``theta``; the arm is the coupler of the linkage.
+A second hinge of the arm has a constant distance from a second fixed hinge, while the crank, which
+is the first dyad, turns by ``theta``; the arm is the coupler of the linkage.
 """
 
 from __future__ import annotations
@@ -44,11 +44,15 @@ cosine_factor = _linkage("of_cos", "m2", "factor of cos(phi) in the loop")
 sine_factor = _linkage("of_sin", "m2", "factor of sin(phi) in the loop")
 constant_term = _linkage("alone", "m2", "the term of the loop without phi")
 closure = _linkage(
-    "closure", "m2", "square of the distance between the follower's hinges minus the square of its length"
+    "closure",
+    "m2",
+    "square of the distance between the follower's hinges minus the square of its length",
 )
 by_theta = _linkage("by_theta", "m2", "derivative of the closure in the angle of the crank")
 by_phi = _linkage("by_phi", "m2", "derivative of the closure in the angle of the arm")
-sine_product = _linkage("across", "m2", "coupler times follower times the sine of the angle from coupler to follower")
+sine_product = _linkage(
+    "across", "m2", "coupler times follower times the sine of the angle from coupler to follower"
+)
 cosine_product = _linkage(
     "along", "m2", "coupler times follower times the cosine of the angle from coupler to follower"
 )
@@ -80,7 +84,9 @@ def loop_terms() -> dict[Quantity, Expr]:
     """
     named = loop_residual().subs({sp.cos(q.phi): COS, sp.sin(q.phi): SIN})
     poly = sp.Poly(sp.rem(sp.expand(named), SIN**2 + COS**2 - 1, SIN), COS, SIN)
-    first, second, last = (sp.factor_terms(sp.trigsimp(poly.coeff_monomial(m))) for m in (COS, SIN, 1))
+    first, second, last = (
+        sp.factor_terms(sp.trigsimp(poly.coeff_monomial(m))) for m in (COS, SIN, 1)
+    )
     rest = poly - sp.Poly(first * COS + second * SIN + last, COS, SIN)
     if sp.simplify(rest.as_expr()) != 0:
         raise ValueError(f"the loop has further terms: {rest.as_expr()}")
@@ -90,7 +96,11 @@ def loop_terms() -> dict[Quantity, Expr]:
 def loop_closure() -> dict[Quantity, Expr]:
     """Return the closure and its derivatives."""
     terms = loop_terms()
-    expr = terms[cosine_factor] * sp.cos(q.phi) + terms[sine_factor] * sp.sin(q.phi) + terms[constant_term]
+    expr = (
+        terms[cosine_factor] * sp.cos(q.phi)
+        + terms[sine_factor] * sp.sin(q.phi)
+        + terms[constant_term]
+    )
     return {closure: expr, by_theta: expr.diff(q.theta), by_phi: expr.diff(q.phi)}
 
 
@@ -114,18 +124,35 @@ POINT = Vector("point", (q.x, q.y))
 DYAD = Vector("dyad", (q.x, q.y, q.X_c, q.Y_c, q.L1))
 PLACES = Vector("places", (q.x, q.y, q.X_c, q.Y_c))
 COEFFICIENTS = Vector("coefficients", q.COEFFICIENTS)
-BASIS = tuple(Vector(f"v_{name}", vector) for name, vector in zip(("alpha", "beta", "gamma"), q.BASIS, strict=True))
+BASIS = tuple(
+    Vector(f"v_{name}", vector)
+    for name, vector in zip(("alpha", "beta", "gamma"), q.BASIS, strict=True)
+)
 
-square = _derived("square", "m2", "square of the distance of moving and fixed hinge minus that of the radius")
-normal_X = _derived("normal_X", "m", "normal of a slider's line, X, at the scale of the coefficients")
-normal_Y = _derived("normal_Y", "m", "normal of a slider's line, Y, at the scale of the coefficients")
-offset = _derived("offset", "m2", "product of the normal and a point on the line, at the scale of the coefficients")
+square = _derived(
+    "square", "m2", "square of the distance of moving and fixed hinge minus that of the radius"
+)
+normal_X = _derived(
+    "normal_X", "m", "normal of a slider's line, X, at the scale of the coefficients"
+)
+normal_Y = _derived(
+    "normal_Y", "m", "normal of a slider's line, Y, at the scale of the coefficients"
+)
+offset = _derived(
+    "offset",
+    "m2",
+    "product of the normal and a point on the line, at the scale of the coefficients",
+)
 
 dslope = _derived("dslope", "1", "derivative of the slope in the carrier angle")
 ddslope = _derived("ddslope", "1", "second derivative of the slope in the carrier angle")
-bend = _derived("bend", "rad", "angle at the middle hinge between the centre lines of the two stages")
+bend = _derived(
+    "bend", "rad", "angle at the middle hinge between the centre lines of the two stages"
+)
 CURVATURES = tuple(
-    _derived(f"kappa{k}", "1/m", f"curvature of the pitch curve of the {gear}, positive where convex")
+    _derived(
+        f"kappa{k}", "1/m", f"curvature of the pitch curve of the {gear}, positive where convex"
+    )
     for k, gear in enumerate(q.GEARS, start=1)
 )
 RADII = (q.r1, q.r2, q.r3, q.r4)
@@ -134,7 +161,9 @@ RADII = (q.r1, q.r2, q.r3, q.r4)
 def build_mapping_system() -> System:
     """Build the model from a pose to the pitch curves of the train."""
     title = "Design of a gear train by kinematic mapping"
-    f = Formulas("mapping_exact", title=title, source=SOURCE, assumptions=ASSUMPTIONS, told="{}_out")
+    f = Formulas(
+        "mapping_exact", title=title, source=SOURCE, assumptions=ASSUMPTIONS, told="{}_out"
+    )
     _add_dyads(f)
     _add_linkages(f)
     _add_train(f)
@@ -155,17 +184,30 @@ def _add_dyads(f: Formulas) -> None:
     f.function("image", (POSE,), *_lets(image, "mapping parameters of a pose"))
     f.function("row", (MAPPED,), *_lets(row, "the circle as a linear form"))
     f.function("conics", BASIS, *_lets({**first, **second}, "conditions on the null space"))
-    f.function("dyad", (COEFFICIENTS,), *_lets(dyad_by_coefficients(), "dyad of a vector of the null space"))
-    f.function("slider", (COEFFICIENTS,), *_lets(slider_by_coefficients(), "fixed hinge at infinity"))
-    f.function("swinging", (COEFFICIENTS,), *_lets(swinging_by_coefficients(), "moving hinge at infinity"))
+    f.function(
+        "dyad",
+        (COEFFICIENTS,),
+        *_lets(dyad_by_coefficients(), "dyad of a vector of the null space"),
+    )
+    f.function(
+        "slider", (COEFFICIENTS,), *_lets(slider_by_coefficients(), "fixed hinge at infinity")
+    )
+    f.function(
+        "swinging", (COEFFICIENTS,), *_lets(swinging_by_coefficients(), "moving hinge at infinity")
+    )
     f.function("hinge", (POSE, POINT), *_lets(hinge, "moving hinge in the fixed frame"))
     f.function(
-        "distance", (POSE, DYAD), *_lets({square: _distance()}, "moving hinge on a circle about the fixed hinge")
+        "distance",
+        (POSE, DYAD),
+        *_lets({square: _distance()}, "moving hinge on a circle about the fixed hinge"),
     )
 
 
 def _distance() -> Expr:
-    """Return the circle's equation at unit scale, by the hinges. Raises ValueError if it is another one."""
+    """Return the circle's equation at unit scale, by the hinges.
+
+    Raises ValueError if it is another one.
+    """
     circle = geometry.hinge_circle()
     by_hinges = {name: expr.subs(q.a0, S.One) for name, expr in circle.coefficients.items()}
     X, Y = geometry.hinge_by_pose()
@@ -189,20 +231,30 @@ def slider_by_coefficients() -> Named:
     """Return the dyad of a moving hinge on a straight line: the circle with a0 = 0."""
     named = {p: expr.subs(q.a0, S.Zero) for p, expr in geometry.dyad_coefficients().items()}
     on_line = geometry.hinge_circle().residual.subs(q.a0, S.Zero) / 2
-    dyad = sp.solve([named[p] - p for p in (q.p4, q.p5, q.p6, q.p7, q.p8)], [q.a1, q.a2, q.a3, q.x, q.y], dict=True)[0]
-    normal = {name: on_line.coeff(c).xreplace(dyad) for name, c in ((normal_X, q.X), (normal_Y, q.Y))}
+    dyad = sp.solve(
+        [named[p] - p for p in (q.p4, q.p5, q.p6, q.p7, q.p8)],
+        [q.a1, q.a2, q.a3, q.x, q.y],
+        dict=True,
+    )[0]
+    normal = {
+        name: on_line.coeff(c).xreplace(dyad) for name, c in ((normal_X, q.X), (normal_Y, q.Y))
+    }
     rest = -on_line.subs({q.X: S.Zero, q.Y: S.Zero}).xreplace(dyad)
     return {q.x: dyad[q.x], q.y: dyad[q.y], **normal, offset: rest}
 
 
 def swinging_by_coefficients() -> Named:
-    """Return the dyad of a line of the body through a fixed hinge: the moving hinge is at infinity on its normal.
+    """Return the dyad of a line of the body through a fixed hinge: the moving hinge is at infinity
+    on its normal.
 
     In the body's frame the fixed hinge is on a circle about the moving one.
     """
     circle = geometry.hinge_circle().coefficients
     direction = {q.x: q.p2 / q.a0, q.y: q.p3 / q.a0}
-    named = {p: expr.xreplace(circle).xreplace(direction) for p, expr in geometry.dyad_coefficients().items()}
+    named = {
+        p: expr.xreplace(circle).xreplace(direction)
+        for p, expr in geometry.dyad_coefficients().items()
+    }
     limits = [sp.limit(sp.expand(named[p]), q.a0, 0) - p for p in (q.p6, q.p7)]
     centre = sp.solve(limits, [q.X_c, q.Y_c], dict=True)[0]
     (radius,) = sp.solve(named[q.p8] - q.p8, q.L1**2)
@@ -217,7 +269,11 @@ def _add_linkages(f: Formulas) -> None:
     crank, follower = CRANK, FOLLOWER
     positions = {**geometry.tip_position(), **_carried_hinge()}
     angle, angles = (q.theta,), (q.theta, q.phi)
-    f.function("arm", (*angles, crank), *_lets(positions, "tip and moving hinge by the angles of carrier and arm"))
+    f.function(
+        "arm",
+        (*angles, crank),
+        *_lets(positions, "tip and moving hinge by the angles of carrier and arm"),
+    )
     for name, angles_in, closure_terms in (
         ("loop", angle, loop_terms()),
         ("closed", angles, loop_closure()),
@@ -235,18 +291,26 @@ def _carried_hinge() -> Named:
 
 def _add_train(f: Formulas) -> None:
     ratios: dict[Quantity, Expr] = {q.i: geometry.ratio_by_slope(), **geometry.split_ratios()}
-    radii = {**dict(zip(RADII[:2], geometry.pitch_radii(q.i1, q.r1), strict=True)),
-             **dict(zip(RADII[2:], geometry.pitch_radii(q.i2, q.r3), strict=True))}  # fmt: skip
+    radii = {
+        **dict(zip(RADII[:2], geometry.pitch_radii(q.i1, q.r1), strict=True)),
+        **dict(zip(RADII[2:], geometry.pitch_radii(q.i2, q.r3), strict=True)),
+    }
     rates = dict(zip(q.POLAR_RATES, geometry.polar_rates(), strict=True))
     by_slope = {**ratios, **radii, **rates}
     steps = _lets(by_slope, "ratios, pitch radii and rates of the polar angles")
     f.function("gears", (q.slope, q.x_s, q.a), *steps)
-    f.function("curvature", (q.slope, dslope, ddslope, q.x_s, q.a), *_lets(_curvatures(by_slope), "curvature"))
+    f.function(
+        "curvature",
+        (q.slope, dslope, ddslope, q.x_s, q.a),
+        *_lets(_curvatures(by_slope), "curvature"),
+    )
     f.function("bend", (q.L1, q.a), let(bend, bend_of_carrier(), "three hinges of the carrier"))
 
 
 def _curvatures(by_slope: Named) -> Named:
-    """Return the curvature of each pitch curve, with polar angle and radius as functions of the carrier angle."""
+    """Return the curvature of each pitch curve, with polar angle and radius as functions of the
+    carrier angle.
+    """
 
     def by_carrier_angle(expr: Expr) -> Expr:
         while expr.free_symbols & by_slope.keys():
@@ -254,11 +318,16 @@ def _curvatures(by_slope: Named) -> Named:
         return expr
 
     pairs = zip(CURVATURES, RADII, q.POLAR_RATES, strict=True)
-    return {name: _curvature(by_carrier_angle(radius), by_carrier_angle(rate)) for name, radius, rate in pairs}
+    return {
+        name: _curvature(by_carrier_angle(radius), by_carrier_angle(rate))
+        for name, radius, rate in pairs
+    }
 
 
 def _curvature(radius: Expr, rate: Expr) -> Expr:
-    """Return the curvature of the path of a point at ``radius`` in a frame with the ``rate`` per carrier angle."""
+    """Return the curvature of the path of a point at ``radius`` in a frame with the ``rate`` per
+    carrier angle.
+    """
     psi = sp.Dummy("psi", real=True)
     polar = Frame("polar", geometry.WORLD, UP, psi)
     motion = Motion(rates={psi: rate, q.slope: dslope, dslope: ddslope})
@@ -268,13 +337,17 @@ def _curvature(radius: Expr, rate: Expr) -> Expr:
 
 
 def bend_of_carrier() -> Expr:
-    """Return the angle in the triangle of the carrier's hinges: two sides of one length, and the carrier's."""
+    """Return the angle in the triangle of the carrier's hinges: two sides of one length, and the
+    carrier's.
+    """
     angle = sp.Dummy("angle", real=True)
     sides = (Frame("first side", geometry.WORLD), Frame("second side", geometry.WORLD, UP, angle))
     first, second = (Vec(side, (q.a, S.Zero, S.Zero)).resolved(geometry.WORLD) for side in sides)
     gap = first - second
     cosine = sp.Dummy("cosine", real=True)
-    (solution,) = sp.solve(sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine)
+    (solution,) = sp.solve(
+        sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine
+    )
     return sp.acos(sp.expand(solution))
 
 

@@ -1,4 +1,6 @@
-"""Design of a non-circular planetary gear train by kinematic mapping as an audit subject (sun2019)."""
+"""Design of a non-circular planetary gear train by kinematic mapping as an audit subject
+(sun2019).
+"""
 
 from __future__ import annotations
 
@@ -59,14 +61,20 @@ def null_space(rows: Iterable[Point]) -> dict[Quantity, mp.mpf]:
     matrix = mp.matrix([[row[entry] for entry in q.ENTRIES] for row in rows])
     _, _, right = mp.svd_r(matrix, full_matrices=True)
     return {
-        component: right[matrix.rows + n, k] for n, vector in enumerate(q.BASIS) for k, component in enumerate(vector)
+        component: right[matrix.rows + n, k]
+        for n, vector in enumerate(q.BASIS)
+        for k, component in enumerate(vector)
     }
 
 
 def complex_pairs(rows: Iterable[Point]) -> mp.mpf:
-    """Return the number of pairs of complex solutions of the two conditions on the null space of a matrix."""
+    """Return the number of pairs of complex solutions of the two conditions on the null space of a
+    matrix.
+    """
     basis = complete_values(null_space(rows))
-    coefficients = [evaluate_expression(expr, basis) for expr in geometry.derive_eliminant().all_coeffs()]
+    coefficients = [
+        evaluate_expression(expr, basis) for expr in geometry.derive_eliminant().all_coeffs()
+    ]
     roots = mp.polyroots(coefficients, maxsteps=500, extraprec=500)
     real = sum(1 for root in roots if abs(mp.im(root)) < REAL * abs(root))
     return mp.mpf(len(roots) - real) / 2
@@ -76,24 +84,33 @@ def pose_rows(machine: MachineFile) -> list[Point]:
     """Return the rows of the matrix for the poses of a machine file."""
     keys = {q.d1: "x_mm", q.d2: "y_mm", q.phi: "phi_deg"}
     poses = range(len(machine.tables["pose"]))
-    return [evaluate_row({s: machine.si(f"pose[{i}].{key}") for s, key in keys.items()}) for i in poses]
+    return [
+        evaluate_row({s: machine.si(f"pose[{i}].{key}") for s, key in keys.items()}) for i in poses
+    ]
 
 
 def _dyad(machine: MachineFile) -> Point:
     names = (q.x, q.y, q.X_c, q.Y_c, q.L1)
     hinges = (*machine.all_si("dyad.moving_point_mm"), *machine.all_si("dyad.centre_mm"))
-    return {**dict(zip(names, (*hinges, machine.si("dyad.radius_mm")), strict=True)), q.a0: mp.mpf(1)}
+    return {
+        **dict(zip(names, (*hinges, machine.si("dyad.radius_mm")), strict=True)),
+        q.a0: mp.mpf(1),
+    }
 
 
 def _curve(machine: MachineFile) -> CubicSpline:
     """Return the absolute angle of the arm over that of the carrier, periodic."""
-    theta, relative = (np.array(machine.all_si(f"curve.{key}"), float) for key in ("carrier_deg", "relative_deg"))
+    theta, relative = (
+        np.array(machine.all_si(f"curve.{key}"), float) for key in ("carrier_deg", "relative_deg")
+    )
     arm = relative + theta
     return CubicSpline(theta, [*arm[:-1], arm[0]], bc_type="periodic")
 
 
 def mean_root(curve: CubicSpline, samples: int = 3600) -> mp.mpf:
-    """Return the mean of 1/sqrt(i) over a revolution of a periodic angle curve, by the trapezoidal rule."""
+    """Return the mean of 1/sqrt(i) over a revolution of a periodic angle curve, by the trapezoidal
+    rule.
+    """
     slopes = curve(np.arange(samples) * 2 * np.pi / samples, 1) - 1
     return mp.mpf(float(np.mean(np.sqrt(-slopes))))
 
@@ -116,21 +133,35 @@ class MappingSubject(Subject):
         """Return a random point: all quantities are independent, except the split parameter."""
         with mp.workdps(DIGITS):
             sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.ALL}
-            free = {s: size if s in q.POSITIVE else rng.choice((-1, 1)) * size for s, size in sizes.items()}
-            return {**free, q.x_s: evaluate_expression(derive_formulas().expr(MappingClaim.SPLIT_PARAMETER), free)}
+            free = {
+                s: size if s in q.POSITIVE else rng.choice((-1, 1)) * size
+                for s, size in sizes.items()
+            }
+            return {
+                **free,
+                q.x_s: evaluate_expression(
+                    derive_formulas().expr(MappingClaim.SPLIT_PARAMETER), free
+                ),
+            }
 
     def reference(self, points: int) -> list[dict[Quantity, mp.mpf]]:
-        """Return all quantities over a revolution of the built-in train; five of its poses form the matrix."""
+        """Return all quantities over a revolution of the built-in train; five of its poses form the
+        matrix.
+        """
         with mp.workdps(DIGITS):
             machine = MachineFile.read(DATA)
             curve, dyad = _curve(machine), _dyad(machine)
             speed = machine.si("train.carrier_speed_rpm")
             start = mp.mpf(float(curve(0)))
             shared = {
-                **dyad, q.w1: speed, q.a: machine.si("train.centre_distance_mm"),
-                q.mean_root: mean_root(curve), q.n_pairs: complex_pairs(pose_rows(machine)), q.y_first: start,
+                **dyad,
+                q.w1: speed,
+                q.a: machine.si("train.centre_distance_mm"),
+                q.mean_root: mean_root(curve),
+                q.n_pairs: complex_pairs(pose_rows(machine)),
+                q.y_first: start,
                 q.y_last: start + mp.mpf(sp.N(geometry.curve_rise(), DIGITS)),
-            }  # fmt: skip
+            }
 
             def pose_at(theta: mp.mpf) -> Point:
                 angle, rate = (mp.mpf(float(curve(float(theta), order))) for order in (0, 1))
@@ -139,7 +170,10 @@ class MappingSubject(Subject):
             rows = [evaluate_row({**dyad, **pose_at(2 * mp.pi * k / 5)}) for k in range(5)]
             shared |= null_space(rows) | {z: rows[1][z] for z in q.MAPPED_J}
             shared |= _multiples(complete_values({**shared, **pose_at(mp.mpf(0))}))
-            return [complete_values({**shared, **pose_at(2 * mp.pi * k / points)}) for k in range(points)]
+            return [
+                complete_values({**shared, **pose_at(2 * mp.pi * k / points)})
+                for k in range(points)
+            ]
 
 
 SUBJECT = MappingSubject()

@@ -1,10 +1,12 @@
-"""Spline, carrier, arm, gear train and teeth of the seedling pick-up, from their geometry (yu2023, figs. 2, 4 and 6).
+"""Spline, carrier, arm, gear train and teeth of the seedling pick-up, from their geometry (yu2023,
+figs. 2, 4 and 6).
 
-The carrier turns about the sun's centre O; a rigid triangle O-M1-O1 in it carries the intermediate gear and the planet,
-whose arm ends in the tip S. Headings are directions from x; frames say how one follows from another. The path of the
-tip is a cubic B-spline through value points (Cox-de Boor; Piegl and Tiller, 1997). Pitch curves are described along the
-two centre lines, whose frames turn with the carrier. At a contact a non-circular gear meshes like the circular gear of
-its radius of curvature (`derive.gearing.teeth`).
+The carrier turns about the sun's centre O; a rigid triangle O-M1-O1 in it carries the intermediate
+gear and the planet, whose arm ends in the tip S. Headings are directions from x; frames say how one
+follows from another. The path of the tip is a cubic B-spline through value points (Cox-de Boor;
+Piegl and Tiller, 1997). Pitch curves are described along the two centre lines, whose frames turn
+with the carrier. At a contact a non-circular gear meshes like the circular gear of its radius of
+curvature (`derive.gearing.teeth`).
 """
 
 from __future__ import annotations
@@ -24,13 +26,17 @@ from .quantities import PickupClaim
 WORLD = Frame("frame")
 O = Point("O")  # noqa: E741
 
-# the same lines twice: in the carrier, by the angles of the triangle, and in the world, by their named headings
+# the same lines twice: in the carrier, by the angles of the triangle, and in the world, by their
+# named headings
 CARRIER = Frame("line O-O1", WORLD, Z, q.phi5)
 TO_M1 = Frame("line O-M1", CARRIER, Z, q.beta1)
 TO_O1 = Frame("line M1-O1", TO_M1, Z, pi + q.gamma)
 PLANET = Frame("planet, x along O1-S", TO_O1, Z, q.phi3)
 ARM = Frame("line O1-S", CARRIER, Z, pi - q.phi1)
-NAMED = {line: Frame(f"{line.name}, named", WORLD, Z, h) for line, h in ((TO_M1, q.Y1), (TO_O1, q.W1), (ARM, q.Z1))}
+NAMED = {
+    line: Frame(f"{line.name}, named", WORLD, Z, h)
+    for line, h in ((TO_M1, q.Y1), (TO_O1, q.W1), (ARM, q.Z1))
+}
 
 M1 = Point("M1", O, Vec(NAMED[TO_M1], (q.a1, S.Zero, S.Zero)))
 O1 = Point("O1", M1, Vec(NAMED[TO_O1], (q.a2, S.Zero, S.Zero)))
@@ -49,27 +55,37 @@ def frame_heading(frame: Frame) -> Expr:
 
 
 def by_cosine(c: Expr, start: Expr, end: Expr) -> Expr:
-    """Return the angle with the cosine ``c`` that runs from ``start`` to ``end`` while the cosine is monotonic."""
+    """Return the angle with the cosine ``c`` that runs from ``start`` to ``end`` while the cosine
+    is monotonic.
+    """
     x = sp.Symbol("x")
     ends = {cos(end): end, cos(start): start}
     branches = (sign * acos(x) + 2 * pi * turns for turns in range(3) for sign in (1, -1))
-    branch = next(b for b in branches if all(b.subs(x, value) == angle for value, angle in ends.items()))
+    branch = next(
+        b for b in branches if all(b.subs(x, value) == angle for value, angle in ends.items())
+    )
     return branch.subs(x, c)
 
 
 def _add_triangle(f: Formulas) -> None:
-    """Add the rigid triangle O-M1-O1 of the carrier: its closure, and the sum of its exterior angles."""
+    """Add the rigid triangle O-M1-O1 of the carrier: its closure, and the sum of its exterior
+    angles.
+    """
     f.defines(q.Y1, frame_heading(TO_M1), PickupClaim.DIRECTION_O_M1)
     f.defines(q.W1, frame_heading(TO_O1), PickupClaim.DIRECTION_M1_O1)
     f.defines(q.Z1, frame_heading(PLANET), PickupClaim.DIRECTION_O1_S)
     exterior = [pi - angle for angle in (q.beta1, q.gamma, q.U1)]
     f.defines(q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0], PickupClaim.INTERIOR_ANGLE_O1)
-    across = (axial_vector(CARRIER, q.L1).resolved(TO_M1) - axial_vector(TO_O1, q.a2).resolved(TO_M1))[1]
+    across = (
+        axial_vector(CARRIER, q.L1).resolved(TO_M1) - axial_vector(TO_O1, q.a2).resolved(TO_M1)
+    )[1]
     flat = next(r for r in sp.solve(across, q.beta1) if r.subs(q.a2, 0) == 0)
     f.defines(q.beta1, flat, PickupClaim.INTERIOR_ANGLE_O)
     seen_from_O1 = Frame("line M1-O1 by U1", CARRIER, Z, -q.U1)
     bent = Frame("line O-M1 by gamma", seen_from_O1, Z, pi - q.gamma)
-    gap = (axial_vector(CARRIER, q.L1) - axial_vector(bent, q.a1).resolved(CARRIER)).resolved(seen_from_O1)[1]
+    gap = (axial_vector(CARRIER, q.L1) - axial_vector(bent, q.a1).resolved(CARRIER)).resolved(
+        seen_from_O1
+    )[1]
     f.defines(q.a1, sp.solve(gap, q.a1)[0], PickupClaim.CENTRE_DISTANCE_1)
 
 
@@ -83,7 +99,11 @@ def _add_points(f: Formulas) -> None:
         coordinates[point] = (getattr(q, f"x_{name}"), getattr(q, f"y_{name}"))
         speeds[point] = (getattr(q, f"vx_{name}"), getattr(q, f"vy_{name}"))
         for i, axis in enumerate("xy"):
-            f.defines(coordinates[point][i], coordinates[base][i] + step[i], PickupClaim.PLACE.of(name, axis))
+            f.defines(
+                coordinates[point][i],
+                coordinates[base][i] + step[i],
+                PickupClaim.PLACE.of(name, axis),
+            )
             f.defines(speeds[point][i], swept[i], PickupClaim.VELOCITY.of(name, axis))
 
 
@@ -110,7 +130,11 @@ def _add_tip(f: Formulas) -> None:
 
     carrier = Frame("line O-O1 from the tip", Frame("line O-S, named", WORLD, Z, q.phi4), Z, q.phi6)
     f.defines(q.phi5, frame_heading(carrier), PickupClaim.DIRECTION_O_O1)
-    f.defines(q.phi6, sp.solve(frame_heading(carrier) - q.phi5, q.phi6)[0], PickupClaim.ANGLE_AT_O_BY_DIRECTIONS)
+    f.defines(
+        q.phi6,
+        sp.solve(frame_heading(carrier) - q.phi5, q.phi6)[0],
+        PickupClaim.ANGLE_AT_O_BY_DIRECTIONS,
+    )
     _add_tip_direction(f)
     turned = sp.expand(frame_heading(ARM) - frame_heading(TO_O1))
     f.defines(q.phi3, turned, PickupClaim.PLANET_ANGLE)
@@ -118,7 +142,9 @@ def _add_tip(f: Formulas) -> None:
 
 
 def _add_tip_direction(f: Formulas) -> None:
-    """Add the direction of S: the arctangent of y/x, which repeats every half turn, corrected in each quadrant."""
+    """Add the direction of S: the arctangent of y/x, which repeats every half turn, corrected in
+    each quadrant.
+    """
     x, y = sp.symbols("x y", positive=True)
     plain = sp.atan(q.y_S / q.x_S)
     jumps: dict[tuple[int, int], tuple[Expr, sp.And]] = {}
@@ -128,14 +154,18 @@ def _add_tip_direction(f: Formulas) -> None:
         if jump != 0:
             jumps[i, j] = (jump, where)
     third, *further = jumps.values()
-    f.defines(q.phi4, plain + sp.Piecewise(third, *further, (S.Zero, True)), PickupClaim.TIP_DIRECTION)
+    f.defines(
+        q.phi4, plain + sp.Piecewise(third, *further, (S.Zero, True)), PickupClaim.TIP_DIRECTION
+    )
     f.defines(q.phi4, plain + third[0], PickupClaim.TIP_DIRECTION_THIRD_QUADRANT, where=third[1])
     elsewhere = plain + sp.Piecewise(*further, (S.Zero, True))
     f.defines(q.phi4, elsewhere, PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS, where=sp.Not(third[1]))
 
 
 def _add_extremes(f: Formulas) -> None:
-    """Add the farthest and nearest tip over the arm's revolution from the stretched position, for L2 > L1 > 0."""
+    """Add the farthest and nearest tip over the arm's revolution from the stretched position, for
+    L2 > L1 > 0.
+    """
     short, more = sp.symbols("short more", positive=True)
     back = {short: q.L1, more: q.L2 - q.L1}
     bars = axial_vector(CARRIER, q.L1) + axial_vector(ARM, q.L2).resolved(CARRIER)
@@ -145,14 +175,20 @@ def _add_extremes(f: Formulas) -> None:
     farthest = max(still, key=lambda phi1: values[phi1].subs({short: 1, more: 1}))
     nearest = min(still, key=lambda phi1: values[phi1].subs({short: 1, more: 1}))
     signs = {short: 1, more: 1}
-    names = ((farthest, "farthest", (q.phi1_far, q.phi6_far, q.L3_max)),
-             (nearest, "nearest", (q.phi1_near, q.phi6_near, q.L3_min)))  # fmt: skip
+    names = (
+        (farthest, "farthest", (q.phi1_far, q.phi6_far, q.L3_max)),
+        (nearest, "nearest", (q.phi1_near, q.phi6_near, q.L3_min)),
+    )
     for phi1, word, (angle, at_o, length) in names:
-        tip = (axial_vector(CARRIER, short) + axial_vector(ARM, short + more).resolved(CARRIER)).components
+        tip = (
+            axial_vector(CARRIER, short) + axial_vector(ARM, short + more).resolved(CARRIER)
+        ).components
         x, y = (c.subs(q.phi1, phi1) for c in tip[:2])
         f.defines(angle, phi1, PickupClaim.EXTREME_ARM_ANGLE.of(word))
         f.defines(
-            at_o, sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi), PickupClaim.EXTREME_ANGLE_AT_O.of(word)
+            at_o,
+            sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi),
+            PickupClaim.EXTREME_ANGLE_AT_O.of(word),
         )
         f.defines(length, sp.expand(values[phi1].subs(back)), PickupClaim.EXTREME_DISTANCE.of(word))
     lengths = {q.L3_max: values[farthest].subs(back), q.L3_min: values[nearest].subs(back)}
@@ -162,7 +198,9 @@ def _add_extremes(f: Formulas) -> None:
 
 
 def _add_tray(f: Formulas) -> None:
-    """Add the needle's rotation: it is parallel to a cell's axis when it picks, and upright when it pushes."""
+    """Add the needle's rotation: it is parallel to a cell's axis when it picks, and upright when it
+    pushes.
+    """
     elevation = sp.Symbol("elevation", positive=True)
     surface = Frame("surface of the tray", WORLD, Z, -q.theta_box)
     needle = axial_vector(Frame("needle", WORLD, Z, elevation), S.One).resolved(WORLD)
@@ -186,7 +224,9 @@ PEAK = (DEGREE + 1) // 2
 
 
 def basis_function(first: int, degree: int) -> Expr:
-    """Return the basis function that begins at knot ``first``, in the interval from knot 0 to knot 1."""
+    """Return the basis function that begins at knot ``first``, in the interval from knot 0 to knot
+    1.
+    """
     if degree == 0:
         return S.One if first == 0 else S.Zero
     last = first + degree + 1
@@ -215,10 +255,14 @@ def control_weight(index: int) -> Expr:
 
 
 def support_intervals() -> Expr:
-    """Return the number of intervals that a basis function of degree k spans: one more than for degree k - 1."""
+    """Return the number of intervals that a basis function of degree k spans: one more than for
+    degree k - 1.
+    """
     spans = sp.Function("spans")
     degree = sp.Symbol("degree", integer=True)
-    return sp.rsolve(spans(degree) - spans(degree - 1) - 1, spans(degree), {spans(0): 1}).subs(degree, q.k)
+    return sp.rsolve(spans(degree) - spans(degree - 1) - 1, spans(degree), {spans(0): 1}).subs(
+        degree, q.k
+    )
 
 
 def add_spline(f: Formulas) -> None:
@@ -232,11 +276,17 @@ def add_spline(f: Formulas) -> None:
     f.defines(q.Delta_ip1, KNOTS[2] - KNOTS[1], PickupClaim.KNOT_INTERVAL_AFTER)
     f.defines(q.i_last, sp.expand(q.n + support_intervals()), PickupClaim.LAST_KNOT)
     f.defines(q.i_first, overlap, PickupClaim.FIRST_CURVE_KNOT)
-    f.defines(q.i_end, q.n + support_intervals().subs(q.k, DEGREE) - overlap, PickupClaim.LAST_CURVE_KNOT)
     f.defines(
-        q.p_u, sp.Add(*(basis_function(j - PEAK, DEGREE) * d for j, d in CONTROLS.items())), PickupClaim.CURVE_POINT
+        q.i_end, q.n + support_intervals().subs(q.k, DEGREE) - overlap, PickupClaim.LAST_CURVE_KNOT
     )
-    f.defines(q.q_i, sp.Add(*(control_weight(j) * CONTROLS[j] for j in rows)), PickupClaim.VALUE_POINT)
+    f.defines(
+        q.p_u,
+        sp.Add(*(basis_function(j - PEAK, DEGREE) * d for j, d in CONTROLS.items())),
+        PickupClaim.CURVE_POINT,
+    )
+    f.defines(
+        q.q_i, sp.Add(*(control_weight(j) * CONTROLS[j] for j in rows)), PickupClaim.VALUE_POINT
+    )
     f.defines(q.a_i, rows[-1], PickupClaim.CONTROL_BEFORE)
     f.defines(q.b_i, sp.apart(rows[0], q.Delta_im2), PickupClaim.CONTROL_AT_KNOT)
     f.defines(q.c_i, rows[1], PickupClaim.CONTROL_AFTER)
@@ -257,16 +307,22 @@ def relative_rotation(frame: Frame, motion: Motion = TURNING) -> Expr:
 
 
 def slip_on_sun() -> Expr:
-    """Return the speed at which the intermediate gear would slip on the stationary sun, at their contact."""
+    """Return the speed at which the intermediate gear would slip on the stationary sun, at their
+    contact.
+    """
     axis = TURNING.derivative(axial_vector(TO_M1, q.a1))
     contact = TURNING.spin(MIDDLE).resolved(TO_M1).cross(axial_vector(TO_M1, -q.R2))
     return (axis + contact)[1]
 
 
 def helical_slip(motion: Motion) -> Expr:
-    """Return the speed at which the two equal helical gears would slip on each other, relative to the carrier."""
+    """Return the speed at which the two equal helical gears would slip on each other, relative to
+    the carrier.
+    """
     radius = q.a2 / 2
-    return sp.expand(relative_rotation(MIDDLE, motion) * radius - relative_rotation(ARM, motion) * (-radius))
+    return sp.expand(
+        relative_rotation(MIDDLE, motion) * radius - relative_rotation(ARM, motion) * (-radius)
+    )
 
 
 def _add_ratios(f: Formulas) -> None:
@@ -275,10 +331,16 @@ def _add_ratios(f: Formulas) -> None:
     total = relative_rotation(WORLD) / relative_rotation(ARM)
     helical = sp.solve(helical_slip(TURNING), q.dphi2)[0]
     carrier = sp.solve(stage1 - q.i1, q.dphi5)[0]
-    through = total.subs(q.dphi1, sp.solve(helical_slip(TURNING), q.dphi1)[0]).subs(q.dphi5, carrier)
+    through = total.subs(q.dphi1, sp.solve(helical_slip(TURNING), q.dphi1)[0]).subs(
+        q.dphi5, carrier
+    )
     at_dwell = sp.solve(helical_slip(Motion({**TURNING.rates, q.phi2: S.Zero})), q.dphi1)[0]
     radius = sp.solve(slip_on_sun().subs(q.dphi5, carrier), q.R2)[0]
-    gap = axial_vector(TO_M1, q.a1) + axial_vector(BACK, q.R2).resolved(TO_M1) - axial_vector(TO_M1, q.R1)
+    gap = (
+        axial_vector(TO_M1, q.a1)
+        + axial_vector(BACK, q.R2).resolved(TO_M1)
+        - axial_vector(TO_M1, q.R1)
+    )
     f.defines(q.dphi2, helical, PickupClaim.MIDDLE_TURN)
     f.defines(q.i1, stage1, PickupClaim.RATIO_1)
     f.defines(q.iZ, total, PickupClaim.TOTAL_RATIO, named=True)
@@ -303,7 +365,9 @@ def curvature_radius(curve: Vec, motion: Motion) -> Expr:
 
 
 def _add_curves(f: Formulas) -> None:
-    """Add pitch curves and curvatures; contacts run counter-clockwise on the sun, clockwise on the other gear."""
+    """Add pitch curves and curvatures; contacts run counter-clockwise on the sun, clockwise on the
+    other gear.
+    """
     sun, middle = contact_points()
     rolling = Motion({q.phi5: S.One, q.phi2: q.R1 / q.R2, q.R1: q.dR1, q.R2: -q.dR1, q.dR1: q.ddR1})
     f.defines(q.x1, sun[0], PickupClaim.PITCH_CURVE.of("sun", "x"))
@@ -311,7 +375,11 @@ def _add_curves(f: Formulas) -> None:
     f.defines(q.x2, middle[0], PickupClaim.PITCH_CURVE.of("intermediate gear", "x"))
     f.defines(q.y2, middle[1], PickupClaim.PITCH_CURVE.of("intermediate gear", "y"))
     f.defines(q.rho1, curvature_radius(sun, rolling), PickupClaim.CURVATURE_RADIUS.of("sun"))
-    f.defines(q.rho2, -curvature_radius(middle, rolling), PickupClaim.CURVATURE_RADIUS.of("intermediate gear"))
+    f.defines(
+        q.rho2,
+        -curvature_radius(middle, rolling),
+        PickupClaim.CURVATURE_RADIUS.of("intermediate gear"),
+    )
 
 
 def add_train(f: Formulas) -> None:
@@ -321,7 +389,9 @@ def add_train(f: Formulas) -> None:
 
 
 def helical_pitch() -> Expr:
-    """Return the transverse pitch: the normal pitch, pi times the module, projected along the helix."""
+    """Return the transverse pitch: the normal pitch, pi times the module, projected along the
+    helix.
+    """
     pitch = sp.Symbol("pitch")
     normal = Frame("normal section", TRANSVERSE, Y, q.beta)
     across = Vec(TRANSVERSE, (pitch, S.Zero, S.Zero)).resolved(normal)[0]
@@ -335,13 +405,17 @@ def pitch_radius(teeth: Quantity) -> Expr:
 
 def transverse_pressure_angle() -> Expr:
     """Return the transverse pressure angle, from the tooth normal in the normal section."""
-    normal = Vec(Frame("normal section", TRANSVERSE, Y, q.beta), (cos(q.alpha_n), sin(q.alpha_n), S.Zero))
+    normal = Vec(
+        Frame("normal section", TRANSVERSE, Y, q.beta), (cos(q.alpha_n), sin(q.alpha_n), S.Zero)
+    )
     tangential, radial, _ = normal.resolved(TRANSVERSE).components
     return sp.atan(radial / tangential)
 
 
 def helical_contact_ratio() -> Expr:
-    """Return the transverse contact ratio plus the overlap ratio, of teeth without profile shift."""
+    """Return the transverse contact ratio plus the overlap ratio, of teeth without profile
+    shift.
+    """
     angle, addendum = q.alpha_t, q.ha_n * q.m_n
     path = sp.Add(*(path_of_action(pitch_radius(z), addendum, angle) for z in (q.z_1, q.z_2)))
     lead = q.B * sp.tan(q.beta)
@@ -349,17 +423,25 @@ def helical_contact_ratio() -> Expr:
 
 
 def add_teeth(f: Formulas) -> None:
-    """Add the equations of the teeth; of the slopes of the contact ratio only the signs that are proved."""
-    paths = [path_of_action(rho, ha * q.m, q.alpha0) for rho, ha in ((q.rho1, q.ha1), (q.rho2, q.ha2))]
+    """Add the equations of the teeth; of the slopes of the contact ratio only the signs that are
+    proved.
+    """
+    paths = [
+        path_of_action(rho, ha * q.m, q.alpha0) for rho, ha in ((q.rho1, q.ha1), (q.rho2, q.ha2))
+    ]
     ratio = (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0)
     full_ratio = ratio.subs({q.g1: paths[0], q.g2: paths[1]})
-    f.defines(q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2)), PickupClaim.CENTRE_DISTANCE_2)
+    f.defines(
+        q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2)), PickupClaim.CENTRE_DISTANCE_2
+    )
     f.defines(q.alpha_t, transverse_pressure_angle(), PickupClaim.TRANSVERSE_PRESSURE_ANGLE)
     f.defines(q.epsilon_h, helical_contact_ratio(), PickupClaim.HELICAL_CONTACT_RATIO)
     f.defines(q.epsilon, ratio, PickupClaim.CONTACT_RATIO)
     f.defines(q.g1, paths[0], PickupClaim.SUN_PATH_OF_ACTION)
     f.defines(q.g2, paths[1], PickupClaim.MIDDLE_PATH_OF_ACTION)
-    f.defines(q.epsilon_ha, full_ratio.diff(q.ha1) + full_ratio.diff(q.ha2), PickupClaim.ADDENDUM_SLOPE)
+    f.defines(
+        q.epsilon_ha, full_ratio.diff(q.ha1) + full_ratio.diff(q.ha2), PickupClaim.ADDENDUM_SLOPE
+    )
     f.defines(q.epsilon_m, full_ratio.diff(q.m), PickupClaim.MODULE_SLOPE)
     if grows_with_addendum():
         f.holds(PickupClaim.GROWS_WITH_ADDENDUM, q.epsilon_ha, ">")
@@ -374,7 +456,9 @@ def grows_with_addendum() -> bool:
 
 
 def falls_with_module() -> bool:
-    """Whether each path of action per module falls with the module: a concave path that begins at zero."""
+    """Whether each path of action per module falls with the module: a concave path that begins at
+    zero.
+    """
     path, module, _ = _path_of_positives()
     bend = sp.factor(sp.simplify(path.diff(module, 2)))
     return bool(path.subs(module, 0) == 0 and bend.is_negative)
@@ -382,9 +466,17 @@ def falls_with_module() -> bool:
 
 @cache
 def _path_of_positives() -> tuple[Expr, sp.Symbol, sp.Symbol]:
-    """Return path of action, module and addendum coefficient in positive symbols (slope: tangent of the angle)."""
-    module, coefficient, radius, slope = sp.symbols("module coefficient radius slope", positive=True)
+    """Return path of action, module and addendum coefficient in positive symbols (slope: tangent of
+    the angle).
+    """
+    module, coefficient, radius, slope = sp.symbols(
+        "module coefficient radius slope", positive=True
+    )
     angle = sp.Symbol("angle", positive=True)
     hypotenuse = sp.sqrt(1 + slope**2)
     path = path_of_action(radius, coefficient * module, angle)
-    return path.subs({sin(angle): slope / hypotenuse, cos(angle): 1 / hypotenuse}), module, coefficient
+    return (
+        path.subs({sin(angle): slope / hypotenuse, cos(angle): 1 / hypotenuse}),
+        module,
+        coefficient,
+    )

@@ -1,7 +1,9 @@
-"""Models of the seedling pick-up: functions in closed form from its derivation, and the needle in the tray.
+"""Models of the seedling pick-up: functions in closed form from its derivation, and the needle in
+the tray.
 
-Splines, roots and integrals are computed numerically elsewhere; these functions are geometry: from a tip to the angles
-of its mechanism, from the angles to the tip, from the slope of the arm's angle to pitch curves and teeth.
+Splines, roots and integrals are computed numerically elsewhere; these functions are geometry: from
+a tip to the angles of its mechanism, from the angles to the tip, from the slope of the arm's angle
+to pitch curves and teeth.
 """
 
 from __future__ import annotations
@@ -27,25 +29,45 @@ _derived = partial(Quantity, source="derived: pick-up")
 t = _derived("t", "rad", "carrier angle counted from the farthest tip", shown="t_deg")
 turn = _derived("tau", "rad", "carrier angle within the revolution")
 p = Quantity("p", "1", "swing of the arm's slope over its mean on the teeth", "assumed", "law.p")
-c = Quantity("c", "1", "mean slope of the arm's angle on the teeth", "derived: one revolution of the arm per cycle")
-dwell_start = Quantity(
-    "dwell_start", "rad", "carrier angle at the start of the dwell, from the farthest tip", "assumed"
+c = Quantity(
+    "c",
+    "1",
+    "mean slope of the arm's angle on the teeth",
+    "derived: one revolution of the arm per cycle",
 )
-dwell_end = Quantity("dwell_end", "rad", "carrier angle at the end of the dwell, from the farthest tip", "assumed")
+dwell_start = Quantity(
+    "dwell_start",
+    "rad",
+    "carrier angle at the start of the dwell, from the farthest tip",
+    "assumed",
+)
+dwell_end = Quantity(
+    "dwell_end", "rad", "carrier angle at the end of the dwell, from the farthest tip", "assumed"
+)
 slope, dslope, ddslope = (
     _derived(name, "1", f"slope of the arm's angle over the carrier's, on the teeth{derivative}")
-    for name, derivative in (("g", ""), ("dg", ", first derivative"), ("ddg", ", second derivative"))
+    for name, derivative in (
+        ("g", ""),
+        ("dg", ", first derivative"),
+        ("ddg", ", second derivative"),
+    )
 )
-short = _derived("short", "m2", "square of the largest distance of the tip minus that of its distance")
+short = _derived(
+    "short", "m2", "square of the largest distance of the tip minus that of its distance"
+)
 over = _derived("over", "m2", "square of the tip's distance minus that of the smallest")
 way = _derived("way", "1", "1 from the farthest tip to the nearest, -1 on the way back")
 arm_heading = _derived("psi", "rad", "direction of the arm, O1 to tip")
 axis = _derived("axis", "rad", "direction of the cell's axis, into the cell")
-x_bottom, y_bottom = (_derived(f"{name}_bottom", "m", f"a point on the cell's axis, {name}") for name in "xy")
+x_bottom, y_bottom = (
+    _derived(f"{name}_bottom", "m", f"a point on the cell's axis, {name}") for name in "xy"
+)
 along_axis = _derived("along", "m", "distance of the tip from that point, along the axis")
 across_axis = _derived("across", "m", "distance of the tip from the axis, to the left")
 kappa1 = _derived("kappa1", "1/m", "curvature of the sun's pitch curve, positive if convex")
-kappa2 = _derived("kappa2", "1/m", "curvature of the intermediate gear's pitch curve, positive if convex")
+kappa2 = _derived(
+    "kappa2", "1/m", "curvature of the intermediate gear's pitch curve, positive if convex"
+)
 arc = _derived("arc", "m", "length of pitch curve that rolls off per radian of the carrier")
 
 LAW = Vector("law", (p, dwell_start, dwell_end, q.phi1_far))
@@ -84,12 +106,16 @@ def _carrier(f: Formulas) -> None:
 
 
 def _law(f: Formulas) -> None:
-    """Add the assumed slope c (1 + p cos t) on the teeth, zero in the dwell; the arm turns once per cycle."""
+    """Add the assumed slope c (1 + p cos t) on the teeth, zero in the dwell; the arm turns once per
+    cycle.
+    """
     plain = 1 + p * cos(t)
     grown = sp.integrate(plain, (t, 0, t))
 
     def until(angle: Expr) -> Expr:
-        """Return the integral of 1 + p cos t over the teeth up to an angle of the first revolution."""
+        """Return the integral of 1 + p cos t over the teeth up to an angle of the first
+        revolution.
+        """
         before, after = sp.Min(angle, dwell_start), sp.Max(angle, dwell_end)
         return grown.subs(t, before) + grown.subs(t, after) - grown.subs(t, dwell_end)
 
@@ -106,17 +132,26 @@ def _law(f: Formulas) -> None:
 
 
 def _inverse(f: Formulas) -> None:
-    """Add the angles of arm and carrier from the tip, well conditioned at the ends of the arm's swing.
+    """Add the angles of arm and carrier from the tip, well conditioned at the ends of the arm's
+    swing.
 
-    Squared distances are relative to their extremes: close to those, arccosines of (12), (13) lose half of the digits.
+    Squared distances are relative to their extremes: close to those, arccosines of (12), (13) lose
+    half of the digits.
     """
     stretched = axial_vector(CARRIER, q.L1) + axial_vector(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(stretched.dot(stretched))
-    largest, smallest = (f.expr(PickupClaim.EXTREME_DISTANCE.of(word)) ** 2 for word in ("farthest", "nearest"))
+    largest, smallest = (
+        f.expr(PickupClaim.EXTREME_DISTANCE.of(word)) ** 2 for word in ("farthest", "nearest")
+    )
     half = sp.Symbol("half")
-    shares = [sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half))) for part in (square - smallest, largest - square)]
+    shares = [
+        sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half)))
+        for part in (square - smallest, largest - square)
+    ]
     if sp.simplify(shares[0] * cos(half) ** 2 - shares[1] * sp.sin(half) ** 2) != 0:
-        raise ValueError("the tangent of half the arm's angle is not the root of the two squares' ratio")
+        raise ValueError(
+            "the tangent of half the arm's angle is not the root of the two squares' ratio"
+        )
     phi1 = 2 * pi - way * 2 * sp.atan2(sp.sqrt(over), sp.sqrt(short))
     x, y = stretched.components[:2]
     back = sp.atan2(-y, -x)
@@ -130,32 +165,48 @@ def _inverse(f: Formulas) -> None:
 
 
 def _motion(f: Formulas) -> None:
-    """Add axes, tip and its velocity from the angles of carrier and arm, with the derived headings."""
+    """Add axes, tip and its velocity from the angles of carrier and arm, with the derived
+    headings.
+    """
     rate = f.expr(PickupClaim.PLANET_RATE).subs(q.iZ, 1 / slope)
     steps: tuple[Wanted, ...] = (
-        PickupClaim.DIRECTION_O_M1, PickupClaim.DIRECTION_M1_O1,
-        PickupClaim.PLANET_ANGLE, PickupClaim.DIRECTION_O1_S,
+        PickupClaim.DIRECTION_O_M1,
+        PickupClaim.DIRECTION_M1_O1,
+        PickupClaim.PLANET_ANGLE,
+        PickupClaim.DIRECTION_O1_S,
         let(q.phi3_dot, rate, "rate of the planet's angle"),
-        *(claim.of(point, axis) for point in ("M1", "O1", "S")
-                 for claim in (PickupClaim.PLACE, PickupClaim.VELOCITY) for axis in "xy"),
+        *(
+            claim.of(point, axis)
+            for point in ("M1", "O1", "S")
+            for claim in (PickupClaim.PLACE, PickupClaim.VELOCITY)
+            for axis in "xy"
+        ),
         PickupClaim.TIP_DISTANCE,
-    )  # fmt: skip
+    )
     outputs = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
     f.function("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), *steps, gives=outputs)
 
 
 def _pitch(f: Formulas) -> None:
-    """Add pitch curves from the slope of the arm's angle: radii, points in the gears' frames, curvatures, arc."""
+    """Add pitch curves from the slope of the arm's angle: radii, points in the gears' frames,
+    curvatures, arc.
+    """
     by_law = dict(zip(ARM_SLOPES, (slope, dslope, ddslope), strict=True))
     slopes = pitch_slopes(f)
     middle = f.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / slope)
-    bends = {kappa: 1 / f.expr(PickupClaim.CURVATURE_RADIUS.of(gear))
-             for kappa, gear in ((kappa1, "sun"), (kappa2, "intermediate gear"))}  # fmt: skip
+    bends = {
+        kappa: 1 / f.expr(PickupClaim.CURVATURE_RADIUS.of(gear))
+        for kappa, gear in ((kappa1, "sun"), (kappa2, "intermediate gear"))
+    }
     steps: tuple[Wanted, ...] = (
         let(q.R2, sp.factor(middle), "pitch radius of the intermediate gear"),
         PickupClaim.SUN_PITCH_RADIUS,
         *(let(symbol, sp.factor(slopes[symbol].subs(by_law))) for symbol in (q.dR1, q.ddR1)),
-        *(PickupClaim.PITCH_CURVE.of(gear, axis) for gear in ("sun", "intermediate gear") for axis in "xy"),
+        *(
+            PickupClaim.PITCH_CURVE.of(gear, axis)
+            for gear in ("sun", "intermediate gear")
+            for axis in "xy"
+        ),
         *(let(kappa, bend) for kappa, bend in bends.items()),
         let(arc, sp.sqrt(q.R1**2 + q.dR1**2), "arc of the sun's pitch curve"),
     )
@@ -214,15 +265,23 @@ NEEDLE_TIP = Point("tip", O, Vec(CELL, (n.along, n.across, S.Zero)))
 
 
 def _corner(back: Expr, left: Expr) -> Vec:
-    """Return a point of the needle, from its distances behind the tip and to the left of the centre line."""
+    """Return a point of the needle, from its distances behind the tip and to the left of the centre
+    line.
+    """
     return displacement(O, Point("corner", NEEDLE_TIP, Vec(NEEDLE, (-back, left, S.Zero))), CELL)
 
 
 def _add_needle(f: Formulas) -> None:
-    """Add the corners in the frame of the cell, and the intersections of both edges with the tray's surface."""
+    """Add the corners in the frame of the cell, and the intersections of both edges with the tray's
+    surface.
+    """
     right, left, back = -n.width / 2, n.width / 2, sp.Dummy("back")
-    corners = {"tip_right": (S.Zero, right), "tip_left": (S.Zero, left),
-               "root_left": (n.length, left), "root_right": (n.length, right)}  # fmt: skip
+    corners = {
+        "tip_right": (S.Zero, right),
+        "tip_left": (S.Zero, left),
+        "root_left": (n.length, left),
+        "root_right": (n.length, right),
+    }
     steps = [
         let(n[f"{corner}_{axis}"], _corner(*place)[i])
         for corner, place in corners.items()
@@ -236,7 +295,9 @@ def _add_needle(f: Formulas) -> None:
 
 
 def _add_placed(f: Formulas) -> None:
-    """Add a position in the cell's frame along the axes of the machine's frame, from the cell's origin."""
+    """Add a position in the cell's frame along the axes of the machine's frame, from the cell's
+    origin.
+    """
     machine = Frame("machine")
     at = Vec(Frame("cell", machine, Z, n.axis), (n.along, n.across, S.Zero)).resolved(machine)
     f.function("placed", (n.along, n.across, n.axis), let(n.x, at[0]), let(n.y, at[1]), told="at")
@@ -245,7 +306,13 @@ def _add_placed(f: Formulas) -> None:
 def build_needle_system() -> System:
     """Build the model of needle and tray."""
     title = "Needle of the pick-up"
-    f = Formulas("pickup_needle", given=n, title=title, source="derived (geometry)", assumptions=NEEDLE_ASSUMPTIONS)
+    f = Formulas(
+        "pickup_needle",
+        given=n,
+        title=title,
+        source="derived (geometry)",
+        assumptions=NEEDLE_ASSUMPTIONS,
+    )
     _add_needle(f)
     _add_placed(f)
     return f.system()

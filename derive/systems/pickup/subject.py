@@ -1,4 +1,5 @@
-"""The seedling pick-up as an audit subject (yu2023): derived equations, admissible points, reference cycle.
+"""The seedling pick-up as an audit subject (yu2023): derived equations, admissible points,
+reference cycle.
 
 Only independent quantities are chosen; the others follow from the derived formulas, at 60 digits.
 """
@@ -39,7 +40,12 @@ ASSUMPTIONS = (
 def derive_formulas() -> Formulas:
     """Return the derived equations of the pick-up."""
     f = Formulas("pickup_exact")
-    for add_equations in (geometry.add_spline, geometry.add_geometry, geometry.add_train, geometry.add_teeth):
+    for add_equations in (
+        geometry.add_spline,
+        geometry.add_geometry,
+        geometry.add_train,
+        geometry.add_teeth,
+    ):
         add_equations(f)
     return f
 
@@ -49,7 +55,10 @@ MACHINE = Path(__file__).parents[3] / "planter" / "pickup" / "examples" / "yu202
 
 
 def complete_values(formulas: Formulas, base: Mapping[Quantity, mpf]) -> Values:
-    """Return the base with all defined symbols of the formulas. Raises ValueError if one does not follow from it."""
+    """Return the base with all defined symbols of the formulas.
+
+    Raises ValueError if one does not follow from it.
+    """
     values = formulas.followed(base)
     defined = {equation.defines for equation in formulas.equations.values()} - {None}
     if left := sorted(map(str, defined - values.keys())):
@@ -58,15 +67,33 @@ def complete_values(formulas: Formulas, base: Mapping[Quantity, mpf]) -> Values:
 
 
 def random_base(rng: random.Random) -> Values:
-    """Draw the independent quantities of a pick-up: an obtuse bend, L2 > L1 > a2, any direction of the tip from O."""
+    """Draw the independent quantities of a pick-up: an obtuse bend, L2 > L1 > a2, any direction of
+    the tip from O.
+    """
     ranges: dict[Quantity, tuple[float, float]] = {
-        q.L1: (0.06, 0.12), q.gamma: (1.7, 2.9), q.phi1: (3.2, 9.4), q.phi4: (-3.1, 3.1), q.phi50: (-1.0, 1.0),
+        q.L1: (0.06, 0.12),
+        q.gamma: (1.7, 2.9),
+        q.phi1: (3.2, 9.4),
+        q.phi4: (-3.1, 3.1),
+        q.phi50: (-1.0, 1.0),
         q.phi30: (0.5, 1.5),
-        q.phi2: (0.1, 6.2), q.omega: (1.0, 9.0), q.dphi1: (0.2, 1.5), q.dphi5: (0.2, 1.5),
-        q.dR1: (-0.005, 0.005), q.ddR1: (-0.004, 0.002), q.m_n: (0.001, 0.002), q.beta: (0.14, 0.35),
-        q.B: (0.005, 0.02), q.alpha_n: (0.25, 0.45), q.ha_n: (0.8, 1.2), q.alpha0: (0.25, 0.45),
-        q.m: (0.001, 0.003), q.ha1: (0.8, 1.3), q.ha2: (0.8, 1.3), q.theta_box: (0.5, 1.2),
-    }  # fmt: skip
+        q.phi2: (0.1, 6.2),
+        q.omega: (1.0, 9.0),
+        q.dphi1: (0.2, 1.5),
+        q.dphi5: (0.2, 1.5),
+        q.dR1: (-0.005, 0.005),
+        q.ddR1: (-0.004, 0.002),
+        q.m_n: (0.001, 0.002),
+        q.beta: (0.14, 0.35),
+        q.B: (0.005, 0.02),
+        q.alpha_n: (0.25, 0.45),
+        q.ha_n: (0.8, 1.2),
+        q.alpha0: (0.25, 0.45),
+        q.m: (0.001, 0.003),
+        q.ha1: (0.8, 1.3),
+        q.ha2: (0.8, 1.3),
+        q.theta_box: (0.5, 1.2),
+    }
     values = {symbol: mpf(rng.uniform(*bounds)) for symbol, bounds in ranges.items()}
     values[q.L2] = values[q.L1] + mpf(rng.uniform(0.02, 0.1))
     values |= {symbol: mpf(rng.randint(15, 25)) for symbol in (q.z_1, q.z_2)}
@@ -82,7 +109,9 @@ def random_base(rng: random.Random) -> Values:
 
 @dataclass(frozen=True)
 class ArmSlope:
-    """Slope of the arm's angle over the carrier angle t from the farthest point: c (1 + p cos t), zero in the dwell."""
+    """Slope of the arm's angle over the carrier angle t from the farthest point: c (1 + p cos t),
+    zero in the dwell.
+    """
 
     p: mpf
     dwell: tuple[mpf, mpf]
@@ -102,7 +131,9 @@ class ArmSlope:
         return self.c + swing * mp.cos(t), -swing * mp.sin(t), -swing * mp.cos(t)
 
     def rotation(self, t: mpf) -> mpf:
-        """Return the increase of the arm's angle since the farthest point, within one revolution."""
+        """Return the increase of the arm's angle since the farthest point, within one
+        revolution.
+        """
         return self.c * self._plain(t)
 
     def _plain(self, t: mpf) -> mpf:
@@ -114,17 +145,30 @@ class ArmSlope:
 
 
 _FILE_KEYS = {
-    q.L1: "bars.L1_mm", q.L2: "bars.L2_mm", q.gamma: "carrier.gamma_deg", q.a2: "carrier.a2_mm",
-    q.omega: "carrier.speed_deg_per_s", q.phi50: "law.phi5_far_deg", q.m_n: "helical_stage.mn_mm",
-    q.z_1: "helical_stage.z1", q.z_2: "helical_stage.z2", q.B: "helical_stage.B_mm",
-    q.alpha_n: "helical_stage.alpha_n_deg", q.ha_n: "helical_stage.ha", q.alpha0: "noncircular_stage.alpha0_deg",
-    q.m: "noncircular_stage.m_mm", q.ha1: "noncircular_stage.ha1", q.ha2: "noncircular_stage.ha2",
+    q.L1: "bars.L1_mm",
+    q.L2: "bars.L2_mm",
+    q.gamma: "carrier.gamma_deg",
+    q.a2: "carrier.a2_mm",
+    q.omega: "carrier.speed_deg_per_s",
+    q.phi50: "law.phi5_far_deg",
+    q.m_n: "helical_stage.mn_mm",
+    q.z_1: "helical_stage.z1",
+    q.z_2: "helical_stage.z2",
+    q.B: "helical_stage.B_mm",
+    q.alpha_n: "helical_stage.alpha_n_deg",
+    q.ha_n: "helical_stage.ha",
+    q.alpha0: "noncircular_stage.alpha0_deg",
+    q.m: "noncircular_stage.m_mm",
+    q.ha1: "noncircular_stage.ha1",
+    q.ha2: "noncircular_stage.ha2",
     q.theta_box: "tray.box_inclination_deg",
-}  # fmt: skip
+}
 
 
 def _constant_values(machine: MachineFile, formulas: Formulas) -> Values:
-    """Return the quantities of the built-in machine that are constant; the helix angle follows from a2."""
+    """Return the quantities of the built-in machine that are constant; the helix angle follows from
+    a2.
+    """
     values = {symbol: machine.si(key) for symbol, key in _FILE_KEYS.items()}
     values |= {q.n: machine.si("spline.value_points") + 2, q.k: mpf(3)}
     roots = sp.solve(formulas.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
@@ -133,21 +177,29 @@ def _constant_values(machine: MachineFile, formulas: Formulas) -> Values:
 
 
 ARM_SLOPES = sp.symbols("g0 g1 g2")
-"""Slope of the arm's angle and its two derivatives, in the formulas for the derivatives of the pitch radius."""
+"""Slope of the arm's angle and its two derivatives, in the formulas for the derivatives of the
+pitch radius.
+"""
 
 
 def pitch_slopes(formulas: Formulas) -> dict[Quantity, sp.Expr]:
-    """Return the derivatives of the sun's pitch radius by the carrier angle, from those of the arm's angle."""
+    """Return the derivatives of the sun's pitch radius by the carrier angle, from those of the
+    arm's angle.
+    """
     t = sp.Symbol("t")
     g = sp.Function("g")(t)
     middle = formulas.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / g)
     radius = formulas.expr(PickupClaim.SUN_PITCH_RADIUS).subs(q.R2, middle)
     names = [(g.diff(t, order), ARM_SLOPES[order]) for order in (2, 1, 0)]
-    return {symbol: radius.diff(t, order).subs(names) for order, symbol in ((1, q.dR1), (2, q.ddR1))}
+    return {
+        symbol: radius.diff(t, order).subs(names) for order, symbol in ((1, q.dR1), (2, q.ddR1))
+    }
 
 
 class ValuePoints:
-    """Closed cubic spline through the x of value points equally spaced in t, over their cumulative chord length."""
+    """Closed cubic spline through the x of value points equally spaced in t, over their cumulative
+    chord length.
+    """
 
     def __init__(self, formulas: Formulas, points: list[tuple[mpf, mpf]]) -> None:
         self.count = len(points)
@@ -160,12 +212,16 @@ class ValuePoints:
             row = formulas.followed(self.interval_lengths(i))
             for shift, symbol in ((-1, q.a_i), (0, q.b_i), (1, q.c_i)):
                 matrix[i, (i + shift) % self.count] += row[symbol]
-            right[i] = evaluate_expression(formulas.expr(PickupClaim.KNOT_ROW_RIGHT_SIDE), row | {q.q_i: x})
+            right[i] = evaluate_expression(
+                formulas.expr(PickupClaim.KNOT_ROW_RIGHT_SIDE), row | {q.q_i: x}
+            )
         self.controls = list(mp.lu_solve(matrix, right))
 
     def interval_lengths(self, i: int) -> Values:
         """Return the intervals around knot i."""
-        return {symbol: self.intervals[(i + shift) % self.count] for shift, symbol in INTERVALS.items()}
+        return {
+            symbol: self.intervals[(i + shift) % self.count] for shift, symbol in INTERVALS.items()
+        }
 
     def evaluate(self, turn: mpf) -> Values:
         """Return knots and control points around a share of the cycle, and the parameter."""
@@ -180,7 +236,9 @@ class ValuePoints:
 
 
 def compute_cycle(formulas: Formulas, points: int) -> list[Values]:
-    """Return the independent quantities of the built-in machine at the middle of equal steps, without the dwell."""
+    """Return the independent quantities of the built-in machine at the middle of equal steps,
+    without the dwell.
+    """
     with mp.workdps(DIGITS):
         machine = MachineFile.read(MACHINE)
         base = _constant_values(machine, formulas)
@@ -222,10 +280,13 @@ class PickupSubject(Subject):
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """Return the built-in pick-up at equal steps of the carrier, without those in the dwell.
 
-        In the dwell the total ratio is infinite and no teeth mesh. The first step is half a step after the farthest
-        point.
+        In the dwell the total ratio is infinite and no teeth mesh. The first step is half a step
+        after the farthest point.
         """
-        return [complete_values(derive_formulas(), base) for base in compute_cycle(derive_formulas(), points)]
+        return [
+            complete_values(derive_formulas(), base)
+            for base in compute_cycle(derive_formulas(), points)
+        ]
 
 
 SUBJECT = PickupSubject()

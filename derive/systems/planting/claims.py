@@ -1,7 +1,8 @@
-"""Derived equations of the planting device for each claim of a paper, also without the paper's assumptions.
+"""Derived equations of the planting device for each claim of a paper, also without the paper's
+assumptions.
 
-The assumptions that can be relaxed are the constant speed and the balance of the carrier, and the directions in which
-spring and cam act on the nozzle.
+The assumptions that can be relaxed are the constant speed and the balance of the carrier, and the
+directions in which spring and cam act on the nozzle.
 """
 
 from __future__ import annotations
@@ -16,7 +17,15 @@ from mpmath import mpf
 from sympy import Expr, S, pi
 
 from ...chain import ordered, solve_linear
-from ...equations import Balance, Claimed, Equation, by_claim, defining_equation, find_claim, stated_equation
+from ...equations import (
+    Balance,
+    Claimed,
+    Equation,
+    by_claim,
+    defining_equation,
+    find_claim,
+    stated_equation,
+)
 from ...evaluate import Point as NumericPoint
 from ...functions import switch
 from ...mechanics import driven_motion as twins
@@ -48,11 +57,22 @@ INTERMEDIATE = (
 )
 """Quantities of the paper that link forces and geometry."""
 OFFSETS: dict[sp.Symbol, Expr] = {
-    q.phi72_dot: -q.omega, q.phi52_dot: -q.omega,
-    q.x_C1: q.x_A, q.y_C1: q.y_A, q.z_C1: q.z_A, q.x_C2: q.x_A, q.y_C2: q.y_A, q.z_C2: q.z_A,
-    q.x_CA: q.x_A1, q.y_CA: q.y_A1, q.x_CB: q.x_B1, q.y_CB: q.y_B1,
-}  # fmt: skip
-"""Subtrahends of quantities that occur in differences: rates relative to the carrier, coordinates relative to a pin."""
+    q.phi72_dot: -q.omega,
+    q.phi52_dot: -q.omega,
+    q.x_C1: q.x_A,
+    q.y_C1: q.y_A,
+    q.z_C1: q.z_A,
+    q.x_C2: q.x_A,
+    q.y_C2: q.y_A,
+    q.z_C2: q.z_A,
+    q.x_CA: q.x_A1,
+    q.y_CA: q.y_A1,
+    q.x_CB: q.x_B1,
+    q.y_CB: q.y_B1,
+}
+"""Subtrahends of quantities that occur in differences: rates relative to the carrier, coordinates
+relative to a pin.
+"""
 SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 """Coordinates on the carrier and on the sun's pitch curve have opposite signs on the two sides."""
 
@@ -61,13 +81,19 @@ SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 def derive_claims() -> dict[Claimed, Equation]:
     """Return the derived equations by their claims."""
     m = derivation.build_device()
-    return by_claim([
-        *derive_balances(m),
-        *_cam_equations(m),
-        *_point_equations(m),
-        *_tooth_equations(m, "P", derivation.CONTACT_P, (q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)),
-        *_tooth_equations(m, "Q", derivation.CONTACT_Q, (q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)),
-    ])  # fmt: skip
+    return by_claim(
+        [
+            *derive_balances(m),
+            *_cam_equations(m),
+            *_point_equations(m),
+            *_tooth_equations(
+                m, "P", derivation.CONTACT_P, (q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
+            ),
+            *_tooth_equations(
+                m, "Q", derivation.CONTACT_Q, (q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
+            ),
+        ]
+    )
 
 
 def derive_balances(m: Mechanism) -> list[Equation]:
@@ -103,10 +129,14 @@ def _point_equations(m: Mechanism) -> list[Equation]:
     equations = [
         defining_equation(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
         for name, axis, symbol in (
-            ("the roller", "x", q.x_E), ("the roller", "z", q.z_E), ("C1", "x", q.x_C1), ("C1", "z", q.z_C1),
-            ("C2", "x", q.x_C2), ("C2", "z", q.z_C2),
+            ("the roller", "x", q.x_E),
+            ("the roller", "z", q.z_E),
+            ("C1", "x", q.x_C1),
+            ("C1", "z", q.z_C1),
+            ("C2", "x", q.x_C2),
+            ("C2", "z", q.z_C2),
         )
-    ]  # fmt: skip
+    ]
     for name, (x, _, z), at, length, turned, closed in (
         ("C1", q.c_C1, (q.x_C1, q.z_C1), q.L_AC1, q.theta3, q.theta30),
         ("C2", q.c_C2, (q.x_C2, q.z_C2), q.L_AC2, q.theta4, q.theta40),
@@ -121,17 +151,24 @@ def _point_equations(m: Mechanism) -> list[Equation]:
 
 
 def _tooth_equations(
-    m: Mechanism, tag: str, contact: GearContact, quantities: tuple[Quantity, Quantity, Quantity, Quantity, Quantity]
+    m: Mechanism,
+    tag: str,
+    contact: GearContact,
+    quantities: tuple[Quantity, Quantity, Quantity, Quantity, Quantity],
 ) -> list[Equation]:
-    """Return the directions and sizes of normal force and friction on the flank that can transmit the moment.
+    """Return the directions and sizes of normal force and friction on the flank that can transmit
+    the moment.
 
-    ``quantities`` are moment, normal force, directions of normal force and friction, friction force.
+    ``quantities`` are moment, normal force, directions of normal force and friction, friction
+    force.
     """
     moment, normal, normal_angle, friction_angle, drag = quantities
     force = [next(u for u in m.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
     return [
         defining_equation(
-            PlantingClaim.NORMAL_DIRECTION.of(tag), normal_angle, switch(moment, contact.normal(1), contact.normal(-1))
+            PlantingClaim.NORMAL_DIRECTION.of(tag),
+            normal_angle,
+            switch(moment, contact.normal(1), contact.normal(-1)),
         ),
         defining_equation(
             PlantingClaim.FRICTION_DIRECTION.of(tag),
@@ -153,7 +190,8 @@ def _cached_relations() -> dict[Quantity, Expr]:
 
 
 def derive_relations(m: Mechanism) -> dict[Quantity, Expr]:
-    """Return unknowns that a paper need not name in terms of others: constraint moments, moments of tooth forces.
+    """Return unknowns that a paper need not name in terms of others: constraint moments, moments of
+    tooth forces.
 
     Raises ClaimError if the mechanism lacks one of the balances.
     """
@@ -181,15 +219,24 @@ def to_canonical_form(expr: Expr) -> Expr:
 
 
 def to_paper_quantities(expr: Expr) -> Expr:
-    """Replace body-fixed offsets by coordinates, absolute rates by relative ones, side 2's coordinates by side 1's."""
-    return expr.xreplace(_paper_coordinates()).xreplace({q.Omega: q.omega + q.phi72_dot, q.Omega_dot: q.phi72_ddot})
+    """Replace body-fixed offsets by coordinates, absolute rates by relative ones, side 2's
+    coordinates by side 1's.
+    """
+    return expr.xreplace(_paper_coordinates()).xreplace(
+        {q.Omega: q.omega + q.phi72_dot, q.Omega_dot: q.phi72_ddot}
+    )
 
 
 def _paper_coordinates() -> dict[sp.Symbol, Expr]:
-    """Return the offsets that are fixed in a body in terms of the coordinates of their end points."""
+    """Return the offsets that are fixed in a body in terms of the coordinates of their end
+    points.
+    """
     offsets: dict[sp.Symbol, Expr] = {q.twin(s): other for s, other in SIDES.items()}
     c, s = sp.cos(q.theta1), sp.sin(q.theta1)
-    for offset, (x, y, z) in ((q.c_C1, (q.x_C1, q.y_C1, q.z_C1)), (q.c_C2, (q.x_C2, q.y_C2, q.z_C2))):
+    for offset, (x, y, z) in (
+        (q.c_C1, (q.x_C1, q.y_C1, q.z_C1)),
+        (q.c_C2, (q.x_C2, q.y_C2, q.z_C2)),
+    ):
         dx, dz = x - q.x_A, z - q.z_A
         offsets |= {offset[0]: dx * c - dz * s, offset[1]: y - q.y_A, offset[2]: dx * s + dz * c}
     dx, dy = q.x_CB - q.x_B1, q.y_CB - q.y_B1
@@ -198,7 +245,9 @@ def _paper_coordinates() -> dict[sp.Symbol, Expr]:
 
 
 def reduce_sine_squares(expr: Expr) -> Expr:
-    """Return an expanded expression with every square of a sine in terms of the cosine, so that they add up to 1."""
+    """Return an expanded expression with every square of a sine in terms of the cosine, so that
+    they add up to 1.
+    """
     for _ in range(8):
         reduced = sp.expand(expr.replace(_is_sine_square, _from_cosine), trig=False)
         if reduced == expr:
@@ -208,7 +257,12 @@ def reduce_sine_squares(expr: Expr) -> Expr:
 
 
 def _is_sine_square(expr: sp.Basic) -> bool:
-    return isinstance(expr, sp.Pow) and isinstance(expr.base, sp.sin) and expr.exp.is_Integer and expr.exp >= 2
+    return (
+        isinstance(expr, sp.Pow)
+        and isinstance(expr.base, sp.sin)
+        and expr.exp.is_Integer
+        and expr.exp >= 2
+    )
 
 
 def _from_cosine(power: Expr) -> Expr:
@@ -230,29 +284,44 @@ def describe_actions() -> dict[sp.Symbol, str]:
 
 
 def to_common_quantities(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
-    """Return two balances in the same quantities: those of only one balance are expressed by those of both."""
+    """Return two balances in the same quantities: those of only one balance are expressed by those
+    of both.
+    """
     reduced = _substitute_definitions(printed, derived)
     derived = eliminate_unknowns(derived, reduced.free_symbols, _cached_relations())
     return to_paper_quantities(reduced), to_canonical_form(derived)
 
 
 def list_comparisons(printed: Expr, derived: Expr) -> list[tuple[Expr, Expr]]:
-    """Return two balances with none, some and all of the unknowns eliminated that only the derived one contains."""
+    """Return two balances with none, some and all of the unknowns eliminated that only the derived
+    one contains.
+    """
     reduced = _substitute_definitions(printed, derived)
     extra = derived.free_symbols - reduced.free_symbols
     relations = {s: e for s, e in _cached_relations().items() if {s, q.twin(s)} & extra}
-    subsets = (subset for size in range(len(relations) + 1) for subset in combinations(relations, size))
-    sums = (eliminate_unknowns(derived, reduced.free_symbols, {s: relations[s] for s in subset}) for subset in subsets)
+    subsets = (
+        subset for size in range(len(relations) + 1) for subset in combinations(relations, size)
+    )
+    sums = (
+        eliminate_unknowns(derived, reduced.free_symbols, {s: relations[s] for s in subset})
+        for subset in subsets
+    )
     return [(to_paper_quantities(reduced), to_canonical_form(expr)) for expr in sums]
 
 
 def _substitute_definitions(printed: Expr, derived: Expr) -> Expr:
-    """Return a printed balance without the defined quantities that the derived one does not contain."""
-    definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines is not None}
+    """Return a printed balance without the defined quantities that the derived one does not
+    contain.
+    """
+    definitions = {
+        e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines is not None
+    }
     return eliminate_unknowns(printed, derived.free_symbols, definitions)
 
 
-def eliminate_unknowns(expr: Expr, retained: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
+def eliminate_unknowns(
+    expr: Expr, retained: set[sp.Symbol], definitions: Mapping[Quantity, Expr]
+) -> Expr:
     """Return ``expr`` without the defined quantities of both sides that are not ``retained``."""
     other = twins.Other(q.phi, q.twin, side_quantities())
     for symbol, definition in definitions.items():
@@ -266,7 +335,8 @@ def eliminate_unknowns(expr: Expr, retained: set[sp.Symbol], definitions: Mappin
 def compute_reference_cycle(points: int) -> tuple[Mapping[sp.Symbol, mpf], ...]:
     """Return all quantities over the reference cycle, with the intermediate ones of the paper."""
     return tuple(
-        _add_intermediate(_add_reactions(NumericPoint(values))) for values in cycle.compute_reference_cycle(points)
+        _add_intermediate(_add_reactions(NumericPoint(values)))
+        for values in cycle.compute_reference_cycle(points)
     )
 
 
@@ -282,7 +352,10 @@ def derive_reaction_steps() -> tuple[Let, ...]:
 def _all_steps() -> tuple[tuple[Quantity, Expr], ...]:
     """Return every step of the motion and of the reactions, for both sides."""
     other = twins.Other(q.phi, q.twin, side_quantities())
-    steps = [(step.symbol, step.expr) for step in (*derivation.build_device().named, *derive_reaction_steps())]
+    steps = [
+        (step.symbol, step.expr)
+        for step in (*derivation.build_device().named, *derive_reaction_steps())
+    ]
     return tuple(pair for s, e in steps for pair in ((s, e), (q.twin(s), other(e))))
 
 
@@ -295,26 +368,39 @@ def _add_reactions(point: NumericPoint) -> NumericPoint:
 
 
 def _add_intermediate(point: NumericPoint) -> dict[sp.Symbol, mpf]:
-    definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines in INTERMEDIATE}
+    definitions = {
+        e.defines: e.defines - e.residual
+        for e in derive_claims().values()
+        if e.defines in INTERMEDIATE
+    }
     for symbol in INTERMEDIATE:
         point.set(symbol, point(definitions[symbol]))
     return point.values()
 
 
 def draw_admissible_point(rng: random.Random) -> dict[sp.Symbol, mpf]:
-    """Draw a point on the rising flank of the cam, with consistent kinematics and arbitrary reactions.
+    """Draw a point on the rising flank of the cam, with consistent kinematics and arbitrary
+    reactions.
 
-    The rocker stays within a right angle of x', so that the paper's arctangent is the pressure angle.
+    The rocker stays within a right angle of x', so that the paper's arctangent is the pressure
+    angle.
     """
     m = derivation.build_device()
-    everything = {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(m.unknowns)
+    everything = (
+        {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(m.unknowns)
+    )
     values: dict[sp.Symbol, Expr] = {
         s: sp.Rational(rng.randint(101, 999), rng.randint(301, 699))
         for s in sorted(everything | {q.twin(s) for s in everything}, key=str)
     }
     values |= {q.alpha_n: pi / 9, q.T2_0: S.Zero, q.T2: sp.Rational(rng.randint(23, 29), 10)}
-    values |= dict(zip((*q.delta_r, *q.delta_f), map(sp.Rational, ("2.2", "3.1", "4.2", "5.1")), strict=True))
-    values |= {q.psi0: sp.Rational(rng.randint(-30, 20), 100), q.H: sp.Rational(rng.randint(20, 45), 100)}
+    values |= dict(
+        zip((*q.delta_r, *q.delta_f), map(sp.Rational, ("2.2", "3.1", "4.2", "5.1")), strict=True)
+    )
+    values |= {
+        q.psi0: sp.Rational(rng.randint(-30, 20), 100),
+        q.H: sp.Rational(rng.randint(20, 45), 100),
+    }
     values |= {s: values[s] * rng.choice((-1, 1)) for s in (q.M_P, q.M_Q)}
     return _consistent(values, m)
 
@@ -345,16 +431,22 @@ _OF_A_SIDE = {
     F_Fy: "the spring acts along z' alone",
     q.F_Ey: "the cam acts in the plane of the swing",
 }
-ZERO: dict[sp.Symbol, str] = _SHARED | _OF_A_SIDE | {q.twin(s): why for s, why in _OF_A_SIDE.items()}
+ZERO: dict[sp.Symbol, str] = (
+    _SHARED | _OF_A_SIDE | {q.twin(s): why for s, why in _OF_A_SIDE.items()}
+)
 """Quantities that are zero by assumption, each with the reason."""
 
 
 def relax_balance(claim: Claimed, printed: Expr) -> Expr | None:
-    """Return the balance of a claim without the assumptions, in the quantities of a printed one, or None."""
+    """Return the balance of a claim without the assumptions, in the quantities of a printed one, or
+    None.
+    """
     if claim not in _relaxed_balances():
         return None
     reduced, _ = to_common_quantities(printed, find_claim(derive_claims(), claim).residual)
-    balance = eliminate_unknowns(_relaxed_balances()[claim], reduced.free_symbols, _relaxed_relations())
+    balance = eliminate_unknowns(
+        _relaxed_balances()[claim], reduced.free_symbols, _relaxed_relations()
+    )
     return to_canonical_form(balance.xreplace(_ACCELERATIONS))
 
 
@@ -374,7 +466,13 @@ def _relaxed_device() -> Mechanism:
     at = {action.name: action.at for action in m.assembly.actions}
     inner, spring = bodies["inner half"], m.body("spring", derivation.PLANET)
     m.force("F_F across", inner, at["F_F"], Vec(derivation.PLANET, (F_Fx, F_Fy, S.Zero)), by=spring)
-    m.force("F_E across", inner, at["F_E"], Vec(derivation.PLANET, (S.Zero, q.F_Ey, S.Zero)), by=bodies["carrier"])
+    m.force(
+        "F_E across",
+        inner,
+        at["F_E"],
+        Vec(derivation.PLANET, (S.Zero, q.F_Ey, S.Zero)),
+        by=bodies["carrier"],
+    )
     m.assembly.unknowns.extend(_OF_A_SIDE)
     return m
 

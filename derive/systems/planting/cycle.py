@@ -1,4 +1,6 @@
-"""The reference cycle of the planting device: all quantities of the built-in machine at carrier angles."""
+"""The reference cycle of the planting device: all quantities of the built-in machine at carrier
+angles.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ from . import quantities as q
 MACHINE = Path(__file__).parents[3] / "planter" / "planting" / "examples" / "wang2017.toml"
 WORKING_DIGITS = 25
 RuntimeFunctions = Mapping[str, Callable[[Any], tuple[Any, ...]]]
-"""Functions that are selected at run time, by name: contacts of the stages, and the law of the cam's flanks."""
+"""Functions that are selected at run time, by name: contacts of the stages, and the law of the
+cam's flanks.
+"""
 
 
 class NumericGearPair:
@@ -35,7 +39,9 @@ class NumericGearPair:
         self.steps = (*pitch_curve.parameter_steps(), *pitch_curve.contact_steps(curve))
         self.distance = self._close_pair()
         self.contact = cache(self._contact)
-        """r, dr, ddr, ratio, dratio, turned at a polar angle, cached since that at phi = 0 is needed often."""
+        """r, dr, ddr, ratio, dratio, turned at a polar angle, cached since that at phi = 0 is
+        needed often.
+        """
 
     def _close_pair(self) -> Any:
         """Return the centre distance [m] at which the conjugate turns once per revolution."""
@@ -44,7 +50,9 @@ class NumericGearPair:
             return Point(self.values)(distance)
         largest = Point({**self.values, pitch_curve.u: 0})(self.curve.radius())
         bracket = (largest * mpf("1.02"), 4 * largest)
-        return mpmath.findroot(lambda a: self._integrate_ratio(mpmath.pi, a) - mpmath.pi, bracket, solver="anderson")
+        return mpmath.findroot(
+            lambda a: self._integrate_ratio(mpmath.pi, a) - mpmath.pi, bracket, solver="anderson"
+        )
 
     def _integrate_ratio(self, u: Any, a: Any) -> Any:
         values = {**self.values, pitch_curve.a: a}
@@ -66,17 +74,24 @@ class NumericGearPair:
 
 
 def compute_reference_cycle(points: int) -> list[dict[sp.Symbol, mpf]]:
-    """Return all quantities of both sides and the totals at ``points`` carrier angles of a revolution."""
+    """Return all quantities of both sides and the totals at ``points`` carrier angles of a
+    revolution.
+    """
     with mpmath.workdps(WORKING_DIGITS):
         machine = MachineFile.read(MACHINE)
         fixed = {s: read_si(machine, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
         gears = {f"stage{i}": stage_gears(machine, i, suffix) for i, suffix in ((1, "3"), (2, "6"))}
         fixed |= distances_and_deformations(gears)
         lane, functions = derivation.exact_lane(), build_runtime_functions(machine, gears)
-        return [_evaluate_angle(fixed, functions, lane, 2 * mpmath.pi * k / points) for k in range(points)]
+        return [
+            _evaluate_angle(fixed, functions, lane, 2 * mpmath.pi * k / points)
+            for k in range(points)
+        ]
 
 
-def build_runtime_functions(machine: MachineFile, gears: Mapping[str, NumericGearPair]) -> RuntimeFunctions:
+def build_runtime_functions(
+    machine: MachineFile, gears: Mapping[str, NumericGearPair]
+) -> RuntimeFunctions:
     """Return the functions that the lane of a machine calls."""
     law = flanks.derive_flank_law(machine.tables["cam"]["flank"])
 
@@ -88,14 +103,18 @@ def build_runtime_functions(machine: MachineFile, gears: Mapping[str, NumericGea
 
 
 def distances_and_deformations(gears: Mapping[str, NumericGearPair]) -> dict[sp.Symbol, Any]:
-    """Return the inputs of the lane from both stages: centre distances and deformation coefficients."""
+    """Return the inputs of the lane from both stages: centre distances and deformation
+    coefficients.
+    """
     first, second = gears["stage1"], gears["stage2"]
     coefficients = {q.m31: first.values[pitch_curve.m], q.m61: second.values[pitch_curve.m]}
     return {q.a1: first.distance, q.a2: second.distance, **coefficients}
 
 
 def stage_gears(machine: MachineFile, stage: int, suffix: str) -> NumericGearPair:
-    """Return the pitch curve of a gear stage of a machine file; ``suffix`` is the number of its inner gear."""
+    """Return the pitch curve of a gear stage of a machine file; ``suffix`` is the number of its
+    inner gear.
+    """
     curve = FAMILIES[machine.tables[f"stage{stage}"]["family"]]
     values: dict[sp.Symbol, Any] = {}
     for parameter in curve.parameters:
@@ -123,7 +142,9 @@ def _evaluate_angle(
 def evaluate_side(
     values: Mapping[sp.Symbol, Any], functions: RuntimeFunctions, steps: Iterable[Step]
 ) -> dict[sp.Symbol, mpf]:
-    """Return the values (machine, mounting, carrier angle) with every quantity that steps of a lane give."""
+    """Return the values (machine, mounting, carrier angle) with every quantity that steps of a lane
+    give.
+    """
     point = Point(values)
     for step in steps:
         if isinstance(step, Let):

@@ -1,7 +1,9 @@
-"""The planting device with a two-stage non-circular planetary gear train, from first principles (wang2017, figs. 1-7).
+"""The planting device with a two-stage non-circular planetary gear train, from first principles
+(wang2017, figs. 1-7).
 
-One side is derived; the other is the same, half a revolution behind. Frames, bodies and their contacts are stated here;
-every acceleration, inertia term and balance is derived by ``derive.mechanics``.
+One side is derived; the other is the same, half a revolution behind. Frames, bodies and their
+contacts are stated here; every acceleration, inertia term and balance is derived by
+``derive.mechanics``.
 """
 
 from __future__ import annotations
@@ -30,12 +32,15 @@ ASSUMPTIONS = (
     "rigid bodies, no clearance, no backlash",
     "constant carrier speed",
     "balanced carrier",
-    "tooth force at the pitch point, where nothing slides: friction turns it outwards by its angle, a convention of "
+    "tooth force at the pitch point, where nothing slides: friction turns it outwards by its "
+    "angle, a convention of "
     "wang2017, and does no work",
     "friction does work at the cam alone",
-    "one cam drives both halves of a side by an ideal coupling, which does no work (the paper does not state it)",
+    "one cam drives both halves of a side by an ideal coupling, which does no work (the paper "
+    "does not state it)",
     "point follower: the roller has no radius",
-    "the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the hinge; sliding along "
+    "the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the "
+    "hinge; sliding along "
     "the hinge is left out of the friction",
     "return spring and coupling of the nozzle halves without mass",
     "no soil forces, no air drag",
@@ -52,7 +57,9 @@ O = Point("O")  # noqa: E741
 A1 = Point("A1", O, Vec(LINE1, (q.a1, S.Zero, S.Zero)))
 B1 = Point("B1", A1, Vec(LINE2, (q.a2, S.Zero, S.Zero)))
 P = Point("P", O, Vec(LINE1, (q.r3, S.Zero, S.Zero)))
-CO = Point("CO", O, Vec(WORLD, (q.rho_CO * sp.cos(q.beta_CO), q.rho_CO * sp.sin(q.beta_CO), S.Zero)))
+CO = Point(
+    "CO", O, Vec(WORLD, (q.rho_CO * sp.cos(q.beta_CO), q.rho_CO * sp.sin(q.beta_CO), S.Zero))
+)
 FROM_A1 = Vec(MIDDLE, (q.rho_CA * sp.cos(q.beta_CA), q.rho_CA * sp.sin(q.beta_CA), S.Zero))
 FROM_B1 = Vec(PLANET, (q.c_CBx, q.c_CBy, S.Zero))
 CA = Point("CA", A1, FROM_A1)
@@ -72,7 +79,9 @@ STAGE2 = GearStage(2, q.PARAMETERS2, q.HOISTED2)
 
 @dataclass(frozen=True)
 class Half:
-    """One half of the nozzle with its rocker: a frame that swings on the planet, and points fixed in it."""
+    """One half of the nozzle with its rocker: a frame that swings on the planet, and points fixed
+    in it.
+    """
 
     frame: Frame
     hinge: Point
@@ -83,7 +92,9 @@ class Half:
 
     @classmethod
     def build(cls, name: str, hinge: Point, side: int, axis: Axis) -> Half:
-        """Build the inner half (side +1) or its mirror image (-1), which swings about ``axis`` of the planet."""
+        """Build the inner half (side +1) or its mirror image (-1), which swings about ``axis`` of
+        the planet.
+        """
         frame = Frame(name, PLANET, axis, side * q.theta1)
         roller = (-q.L_AE * sp.cos(q.psi0), q.R_b - q.y_A, q.L_AE * sp.sin(q.psi0))
 
@@ -92,7 +103,12 @@ class Half:
             return Point(f"{label} {name}", hinge, Vec(frame, (x, y, side * z)))
 
         return cls(
-            frame, hinge, *(body_point(*p) for p in (("C1", q.c_C1), ("C2", q.c_C2), ("E", roller), ("F", q.c_F)))
+            frame,
+            hinge,
+            *(
+                body_point(*p)
+                for p in (("C1", q.c_C1), ("C2", q.c_C2), ("E", roller), ("F", q.c_F))
+            ),
         )
 
     @property
@@ -103,9 +119,29 @@ class Half:
 
 def _add_train_and_cam(k: Mechanism) -> None:
     """Add the angles of the train and the swing of the cam (wang2017 2-3; digest of [10])."""
-    k.stage(STAGE1, q.t1, q.phi + q.alpha3, r=q.r3, dr=q.dr3, ratio=q.i1, dratio=q.di1, turned=q.T1, start=q.T1_0)
+    k.stage(
+        STAGE1,
+        q.t1,
+        q.phi + q.alpha3,
+        r=q.r3,
+        dr=q.dr3,
+        ratio=q.i1,
+        dratio=q.di1,
+        turned=q.T1,
+        start=q.T1_0,
+    )
     k.follow((q.phi52, q.phi52_dot, q.phi52_ddot), q.T1 - q.T1_0, at_start=S.Zero)
-    k.stage(STAGE2, q.t2, q.beta6 + q.phi52, r=q.r6, dr=q.dr6, ratio=q.i2, dratio=q.di2, turned=q.T2, start=q.T2_0)
+    k.stage(
+        STAGE2,
+        q.t2,
+        q.beta6 + q.phi52,
+        r=q.r6,
+        dr=q.dr6,
+        ratio=q.i2,
+        dratio=q.di2,
+        turned=q.T2,
+        start=q.T2_0,
+    )
     k.follow((q.phi72, q.phi72_dot, q.phi72_ddot), q.T2_0 - q.T2)
     k.let(q.r5, q.a1 - q.r3)
     k.let(q.r7, q.a2 - q.r6)
@@ -150,7 +186,9 @@ def _add_points(k: Mechanism, inner: Half) -> None:
 
 @dataclass(frozen=True)
 class DeviceContacts:
-    """Contacts of a side: both meshes, and the share of the sliding along the hinge with friction on the cam."""
+    """Contacts of a side: both meshes, and the share of the sliding along the hinge with friction
+    on the cam.
+    """
 
     P: GearContact = CONTACT_P
     Q: GearContact = CONTACT_Q
@@ -161,14 +199,24 @@ CONTACTS = DeviceContacts()
 
 
 def build_device(
-    contacts: DeviceContacts = CONTACTS, speed_rate: Expr = S.Zero, carrier: Part = BALANCED, hinge: Point = A,
+    contacts: DeviceContacts = CONTACTS,
+    speed_rate: Expr = S.Zero,
+    carrier: Part = BALANCED,
+    hinge: Point = A,
     hinge_axis: Axis = Y,
-) -> Mechanism:  # fmt: skip
-    """Build one side with all its actions, and sun and carrier, which both sides share (wang2017 2.1-2.2)."""
+) -> Mechanism:
+    """Build one side with all its actions, and sun and carrier, which both sides share (wang2017
+    2.1-2.2).
+    """
     m = Mechanism("planting", angle=q.phi, speed=q.omega, gravity=q.g, spatial=True, world=WORLD)
     m.motion.rates |= {q.omega: speed_rate} if speed_rate != 0 else {}
-    opposite = Point(f"{hinge.name} outer", hinge, Vec(PLANET, (S.Zero, S.Zero, 2 * (q.z_mirror - q.z_A))))
-    half, image = Half.build("inner half", hinge, 1, hinge_axis), Half.build("outer half", opposite, -1, hinge_axis)
+    opposite = Point(
+        f"{hinge.name} outer", hinge, Vec(PLANET, (S.Zero, S.Zero, 2 * (q.z_mirror - q.z_A)))
+    )
+    half, image = (
+        Half.build("inner half", hinge, 1, hinge_axis),
+        Half.build("outer half", opposite, -1, hinge_axis),
+    )
     _add_train_and_cam(m)
     _add_points(m, half)
     for mirrored, original in ((image.C1, half.C1), (image.C2, half.C2)):
@@ -178,8 +226,12 @@ def build_device(
 
     sun = m.body("sun", WORLD, q.m1, CO, about=O, tilting=False, shared=True)
     arm = m.body("carrier", CARRIER, parts=(carrier,), about=O, tilting=False, shared=True)
-    middle = m.body("middle body", MIDDLE, q.m2, CA, about_pin(q.J_56, q.m2, FROM_A1), about=A1, tilting=False)
-    planet = m.body("planet", PLANET, q.m3, CB, about_pin(q.J_7, q.m3, FROM_B1), about=B1, tilting=False)
+    middle = m.body(
+        "middle body", MIDDLE, q.m2, CA, about_pin(q.J_56, q.m2, FROM_A1), about=A1, tilting=False
+    )
+    planet = m.body(
+        "planet", PLANET, q.m3, CB, about_pin(q.J_7, q.m3, FROM_B1), about=B1, tilting=False
+    )
     inner = m.body("inner half", half.frame, parts=half.parts, about=hinge, axes=PLANET)
     outer = m.body("outer half", image.frame, parts=image.parts, about=opposite, axes=PLANET)
 
@@ -212,24 +264,41 @@ def coupling_moment() -> Quantity:
 def supported_weight() -> Expr:
     """Return the weight of sun, carrier and both sides, which the frame carries [N]."""
     m = build_device()
-    masses = (part.mass * (1 if body in m.shared else 2) for body in m.bodies for part in body.parts)
+    masses = (
+        part.mass * (1 if body in m.shared else 2) for body in m.bodies for part in body.parts
+    )
     return sp.factor(q.g * sp.Add(*masses))
 
 
 def closed_forms() -> tuple[ClosedForm, ...]:
-    """Return the closed forms of every model: the weight, and points of the pitch curves of side 1."""
+    """Return the closed forms of every model: the weight, and points of the pitch curves of side
+    1.
+    """
     carried = Let(q.weight, supported_weight(), "derived: sun, carrier and both sides")
     return (
         ClosedForm("weight", (q.MACHINE,), (carried,), Vector("carried", (q.weight,))),
-        _gear_pair("pair1", LINE1, WORLD, O, (q.t1, q.T1, q.a1), (q.phi, q.t1, q.T1, q.a1, q.POINT)),
-        _gear_pair("pair2", LINE2, MIDDLE, A1, (q.t2, q.T2, q.a2), (q.phi, q.gamma, q.t2, q.T2, q.a1, q.a2, q.POINT)),
+        _gear_pair(
+            "pair1", LINE1, WORLD, O, (q.t1, q.T1, q.a1), (q.phi, q.t1, q.T1, q.a1, q.POINT)
+        ),
+        _gear_pair(
+            "pair2",
+            LINE2,
+            MIDDLE,
+            A1,
+            (q.t2, q.T2, q.a2),
+            (q.phi, q.gamma, q.t2, q.T2, q.a1, q.a2, q.POINT),
+        ),
     )
 
 
 def _gear_pair(
-    name: str, line: Frame, gear: Frame, centre: Point, contact: tuple[Quantity, Quantity, Quantity],
+    name: str,
+    line: Frame,
+    gear: Frame,
+    centre: Point,
+    contact: tuple[Quantity, Quantity, Quantity],
     inputs: tuple[Vector | Quantity, ...],
-) -> ClosedForm:  # fmt: skip
+) -> ClosedForm:
     """Return a point of an inner gear's pitch curve and the corresponding one of its mating gear.
 
     ``contact`` is the present contact: polar angle, rotation of the outer gear, centre distance.
@@ -240,7 +309,10 @@ def _gear_pair(
     places = pitch_places(line, distance, sense, point, PitchPoint(t, S.Zero, turned))
     start = displacement(O, centre, WORLD)
     components = [(start + place.resolved(WORLD))[i] for place in places for i in (0, 1)]
-    steps = tuple(Let(symbol, expr, "derived: gears roll") for symbol, expr in zip(q.PAIR, components, strict=True))
+    steps = tuple(
+        Let(symbol, expr, "derived: gears roll")
+        for symbol, expr in zip(q.PAIR, components, strict=True)
+    )
     return ClosedForm(name, inputs, steps, Vector(f"{name}_points", q.PAIR))
 
 
@@ -257,16 +329,34 @@ def exact_lane() -> Lane:
 def build_exact_system() -> System:
     """Build the model of the device from first principles."""
     title, source = "Planting device, from first principles", "derived (Newton-Euler)"
-    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane(), closed_forms(), supports=name_supports())
+    return System(
+        "planting_exact",
+        title,
+        source,
+        ASSUMPTIONS,
+        exact_lane(),
+        closed_forms(),
+        supports=name_supports(),
+    )
 
 
 def build_printed_system(paper: Chain, frame: Chain) -> System:
-    """Build the model of the device as a paper prints it: its equations with the kinematics of this module."""
+    """Build the model of the device as a paper prints it: its equations with the kinematics of this
+    module.
+    """
     m = build_device()
     forces = (*paper.lets(), m.assembly.law(q.F_E_loss))
     lane = m.twin_lane(Sides(q.twin, q.REPORTED, q.TOTALS), q.INPUTS, forces, frame.lets())
     title, source = "Planting device, as printed", "wang2017 (1)-(31), taken literally"
-    return System("planting_printed", title, source, ASSUMPTIONS, lane, closed_forms(), supports=name_supports())
+    return System(
+        "planting_printed",
+        title,
+        source,
+        ASSUMPTIONS,
+        lane,
+        closed_forms(),
+        supports=name_supports(),
+    )
 
 
 SYSTEMS = (build_exact_system,)

@@ -1,7 +1,9 @@
-"""Laws of a cam's flank: motion of a follower from one dwell to the next, over the position x from 0 to 1.
+"""Laws of a cam's flank: motion of a follower from one dwell to the next, over the position x from
+0 to 1.
 
-Each law is stated by the shape of its acceleration alone. Integrated twice from rest and scaled to a rise of 1, it must
-end at rest. Shapes: Norton, Cam Design and Manufacturing Handbook (2009), chapters 3 and 4.
+Each law is stated by the shape of its acceleration alone. Integrated twice from rest and scaled to
+a rise of 1, it must end at rest. Shapes: Norton, Cam Design and Manufacturing Handbook (2009),
+chapters 3 and 4.
 """
 
 from __future__ import annotations
@@ -57,17 +59,22 @@ FLANK = FollowerLaw("flank", BREAKPOINTS)
 def derive_flank_law(title: str) -> tuple[Expr, Expr, Expr]:
     """Return the share of the rise at x in [0, 1], and its first and second derivative [1].
 
-    Raises ValueError if the law does not end at rest, or has a breakpoint that is not among ``BREAKPOINTS``.
+    Raises ValueError if the law does not end at rest, or has a breakpoint that is not among
+    ``BREAKPOINTS``.
     """
     ends, shapes = zip(*SHAPES[title], strict=True)
     if not set(ends) <= set(BREAKPOINTS):
-        raise ValueError(f"{title}: its breakpoints must be among {', '.join(map(str, BREAKPOINTS))}")
+        raise ValueError(
+            f"{title}: its breakpoints must be among {', '.join(map(str, BREAKPOINTS))}"
+        )
     speeds = _integrate_pieces(shapes, ends)
     rises = _integrate_pieces(speeds, ends)
     if sp.simplify(speeds[-1].subs(x, 1)) != 0:
         raise ValueError(f"{title}: the follower does not end at rest")
     total = sp.simplify(rises[-1].subs(x, 1))
-    rise, speed, acceleration = (_join_pieces(pieces, ends, total) for pieces in (rises, speeds, shapes))
+    rise, speed, acceleration = (
+        _join_pieces(pieces, ends, total) for pieces in (rises, speeds, shapes)
+    )
     return rise, speed, acceleration
 
 
@@ -111,12 +118,20 @@ def flank_model_name(title: str) -> str:
 def build_flank_system(title: str) -> System:
     """Build the model of a law: a function of the position in the flank."""
     steps = tuple(
-        Let(symbol, expr, "acceleration, integrated") for symbol, expr in zip(LAW, derive_flank_law(title), strict=True)
+        Let(symbol, expr, "acceleration, integrated")
+        for symbol, expr in zip(LAW, derive_flank_law(title), strict=True)
     )
-    source = "derived from the shape of its acceleration (Norton, Cam Design and Manufacturing Handbook, 2009)"
-    return System(flank_model_name(title), title, source, ("from rest to rest",), closed_forms=(
-        ClosedForm("law", (x,), steps, Vector("flank", LAW.quantities)),
-    ))  # fmt: skip
+    source = (
+        "derived from the shape of its acceleration (Norton, Cam Design and Manufacturing "
+        "Handbook, 2009)"
+    )
+    return System(
+        flank_model_name(title),
+        title,
+        source,
+        ("from rest to rest",),
+        closed_forms=(ClosedForm("law", (x,), steps, Vector("flank", LAW.quantities)),),
+    )
 
 
 SYSTEMS = tuple(partial(build_flank_system, title) for title in SHAPES)

@@ -1,9 +1,10 @@
-"""Parts of the planting device: the pressure angle and the contour of its end-face cam, and the nozzle in the soil.
+"""Parts of the planting device: the pressure angle and the contour of its end-face cam, and the
+nozzle in the soil.
 
-The cam is fixed in the carrier and the rocker swings on the planet, so that the cam turns back by the cam angle.
-Contacts lie in the plane of the swing, as in the rest of the model: a section of the cam at a distance from its axis
-passes there as a straight cam would, and that is the unrolled contour. A cutter of the roller's size on the roller's
-path produces the surface.
+The cam is fixed in the carrier and the rocker swings on the planet, so that the cam turns back by
+the cam angle. Contacts lie in the plane of the swing, as in the rest of the model: a section of the
+cam at a distance from its axis passes there as a straight cam would, and that is the unrolled
+contour. A cutter of the roller's size on the roller's path produces the surface.
 """
 
 from __future__ import annotations
@@ -24,15 +25,22 @@ from .derivation import ASSUMPTIONS as DEVICE
 from .derivation import B1, CARRIER, PLANET, WORLD, A, Half
 from .flanks import FLANK
 
-CAM_ASSUMPTIONS = ("the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the hinge",)
+CAM_ASSUMPTIONS = (
+    "the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the "
+    "hinge",
+)
 pressure = Quantity(
-    "pressure", "rad", "pressure angle of the cam: from the roller's path in its swing to the cam's normal",
+    "pressure",
+    "rad",
+    "pressure angle of the cam: from the roller's path in its swing to the cam's normal",
     "derived: cam",
-)  # fmt: skip
+)
 
 
 def pressure_angle() -> ClosedForm:
-    """Return the angle between the roller's path in the planet's frame and the normal of its path in the carrier's."""
+    """Return the angle between the roller's path in the planet's frame and the normal of its path
+    in the carrier's.
+    """
     motion = Motion({q.phi: q.omega, q.alpha: -q.Omega, q.theta1: q.theta1_dot})
     arm = displacement(B1, Half.build("inner half", A, 1, Y).E, PLANET)
     across = unit(PLANET, Y)
@@ -41,13 +49,20 @@ def pressure_angle() -> ClosedForm:
     way = Vec(PLANET, tuple(c.diff(q.theta1) for c in arm.components))
     steep = sp.atan2(normal.cross(way).dot(across), sp.Abs(normal.dot(way)))
     inputs = (q.theta1, q.theta1_dot, q.Omega, q.MACHINE)
-    return ClosedForm("cam", inputs, (Let(pressure, steep, "derived: cam"),), Vector("steepness", (pressure,)))
+    return ClosedForm(
+        "cam", inputs, (Let(pressure, steep, "derived: cam"),), Vector("steepness", (pressure,))
+    )
 
 
 def build_cam_angle_system() -> System:
     """Build the model of the cam's pressure angle."""
-    return System("planting_cam", "Pressure angle of the cam of the planting device", "derived (geometry)",
-                  CAM_ASSUMPTIONS, closed_forms=(pressure_angle(),))  # fmt: skip
+    return System(
+        "planting_cam",
+        "Pressure angle of the cam of the planting device",
+        "derived (geometry)",
+        CAM_ASSUMPTIONS,
+        closed_forms=(pressure_angle(),),
+    )
 
 
 END_FACE_ASSUMPTIONS = (
@@ -62,7 +77,11 @@ _cam = partial(Quantity, source="derived: end-face cam")
 station = _cam("station", "m", "distance of a section of the cam from its axis")
 slope = _cam("slope", "1", "slope of the swing by the cam angle")
 bend = _cam("bend", "1", "second derivative of the swing by the cam angle")
-travel = _cam("along", "m", "roller's centre along the unrolled section, seen from outside, against the cam angle")
+travel = _cam(
+    "along",
+    "m",
+    "roller's centre along the unrolled section, seen from outside, against the cam angle",
+)
 height = _cam("height", "m", "roller's centre along the axis")
 centre = tuple(_cam(f"centre_{a}", "m", f"roller's centre on the cam, {a}") for a in "xyz")
 surface = tuple(_cam(f"surface_{a}", "m", f"contact on the cam, {a}") for a in "xyz")
@@ -70,7 +89,9 @@ ROLLER = Vector("roller", (cams.reach, station))
 
 
 def contour_lane() -> Lane:
-    """Return contour and points of a section of the cam, whose x is the planet's x' at the cam angle zero."""
+    """Return contour and points of a section of the cam, whose x is the planet's x' at the cam
+    angle zero.
+    """
     motion = Motion({q.delta: S.One, q.alpha: S.One})
     k = Kinematics("end face", NOTHING, q.delta, motion, (S.Zero, S.Zero, S.Zero), True, CARRIER)
     cam = q.delta, q.delta
@@ -95,10 +116,14 @@ def contour_lane() -> Lane:
     rolled = tuple(
         Let(symbol, component.xreplace({q.alpha: q.delta - q.phi}), f"derived: {symbol.meaning}")
         for symbols, place in places.items()
-        for symbol, component in zip(symbols, Vec(PLANET, place).resolved(CARRIER).components, strict=True)
+        for symbol, component in zip(
+            symbols, Vec(PLANET, place).resolved(CARRIER).components, strict=True
+        )
     )
     outputs = (q.theta1, slope, bend, travel, height, *cams.CONTOUR, *centre, *surface)
-    return Lane(q.delta, (q.MACHINE, ROLLER), (*k.steps, *contact, *rolled), Vector("contour", outputs))
+    return Lane(
+        q.delta, (q.MACHINE, ROLLER), (*k.steps, *contact, *rolled), Vector("contour", outputs)
+    )
 
 
 def build_end_face_system() -> System:
@@ -113,7 +138,8 @@ def build_end_face_system() -> System:
 
 
 NOZZLE_ASSUMPTIONS = (
-    "a half of the nozzle is the line from its hinge to its tip; it swings out of the plane of the tip's path",
+    "a half of the nozzle is the line from its hinge to its tip; it swings out of the plane of "
+    "the tip's path",
     "the plant is a vertical line from the ground to the top of the seedling",
 )
 DENOMINATOR_EPS = sp.Float("1e-30")
@@ -131,11 +157,17 @@ top = _nozzle("top", "m", "height of the top of the plant")
 hair = _nozzle("hair", "m", "length that regularises the slope of the distance at zero")
 length = _nozzle("length", "m", "length of a half, from hinge to tip")
 root_x, root_y = (_nozzle(f"root_{a}", "m", f"hinge on the nozzle's axis, {a}") for a in "xy")
-direction_x, direction_y, direction_z = (_nozzle(f"along_{a}", "1", f"direction of the open half, {a}") for a in "xyz")
-nearest = _nozzle(
-    "nearest", "m", "distance from the hinge to the point of the half's line that is closest to the plant"
+direction_x, direction_y, direction_z = (
+    _nozzle(f"along_{a}", "1", f"direction of the open half, {a}") for a in "xyz"
 )
-lowest = _nozzle("lowest", "m", "distance from the hinge beyond which the half is lower than the plant's top")
+nearest = _nozzle(
+    "nearest",
+    "m",
+    "distance from the hinge to the point of the half's line that is closest to the plant",
+)
+lowest = _nozzle(
+    "lowest", "m", "distance from the hinge beyond which the half is lower than the plant's top"
+)
 place = _nozzle("place", "m", "distance from the hinge to the closest point below the plant's top")
 clearance = _nozzle("clearance", "m", "horizontal distance of the half from the plant")
 
@@ -150,7 +182,9 @@ def _add_axis(f: Formulas) -> None:
 
 
 def _add_half(f: Formulas) -> None:
-    """Add the horizontal distance of a half from the plant; only the part below the plant's top is considered."""
+    """Add the horizontal distance of a half from the plant; only the part below the plant's top is
+    considered.
+    """
     closed = unit(PLANET, X).resolved(WORLD)
     opened = unit(Frame("half", PLANET, Y, q.theta1), X).resolved(WORLD)
     s = sp.Dummy("s")
@@ -165,7 +199,9 @@ def _add_half(f: Formulas) -> None:
         let(root_y, q.y_tip - length * closed[1]),
         *(
             let(symbol, part)
-            for symbol, part in zip((direction_x, direction_y, direction_z), opened.components, strict=True)
+            for symbol, part in zip(
+                (direction_x, direction_y, direction_z), opened.components, strict=True
+            )
         ),
         let(nearest, numerator / (denominator + DENOMINATOR_EPS)),
         let(lowest, sp.Min(sp.Max(crossing, S.Zero), length)),

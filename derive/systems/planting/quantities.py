@@ -1,7 +1,7 @@
 """Quantities of the planting device and the relations that derivation and paper state (wang2017).
 
-Points A, C1, C2, E, F carry coordinates of the planet frame x'y'z', relative to B1 (or to the hinge A, if the name
-ends in that of A); points A1, B1, CA, CB, P, Q carry global ones.
+Points A, C1, C2, E, F carry coordinates of the planet frame x'y'z', relative to B1 (or to the hinge
+A, if the name ends in that of A); points A1, B1, CA, CB, P, Q carry global ones.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ def _paper(name: str, unit: str, meaning: str, key: str = "") -> Quantity:
 
 
 def _triple(name: str, unit: str, meaning: str, key: str) -> tuple[Quantity, Quantity, Quantity]:
-    x, y, z = (_paper(name.format(a), unit, meaning.format(a), f"{key}[{i}]") for i, a in enumerate("xyz"))
+    x, y, z = (
+        _paper(name.format(a), unit, meaning.format(a), f"{key}[{i}]") for i, a in enumerate("xyz")
+    )
     return x, y, z
 
 
@@ -34,8 +36,12 @@ def _kinematic(name: str, unit: str, meaning: str, key: str = "") -> Quantity:
 
 phi = Quantity("phi", "rad", "carrier angle", _PAPER, shown="phi_deg")
 
-theta = Quantity("theta", "rad", "initial mounting angle of the nozzle", "wang2017 3.4", shown="theta_deg")
-gamma = Quantity("gamma", "rad", "angle between the two centre lines", "wang2017 3.4", shown="gamma_deg")
+theta = Quantity(
+    "theta", "rad", "initial mounting angle of the nozzle", "wang2017 3.4", shown="theta_deg"
+)
+gamma = Quantity(
+    "gamma", "rad", "angle between the two centre lines", "wang2017 3.4", shown="gamma_deg"
+)
 alpha3 = Quantity("alpha3", "rad", "initial phase of the sun", "wang2017 3.4", shown="alpha3_deg")
 beta6 = Quantity("beta6", "rad", "initial phase of gear 6", "wang2017 3.4", shown="beta6_deg")
 MOUNTING = Vector("mounting", (theta, gamma, alpha3, beta6))
@@ -52,23 +58,45 @@ m3 = _paper("m3", "kg", "mass of planet, shaft and funnel", "mass.planet_kg")
 m4 = _paper("m4", "kg", "mass of the carrier", "mass.carrier_kg")
 m_C1 = _paper("m_C1", "kg", "mass of the rocker", "mass.half_C1_kg")
 m_C2 = _paper("m_C2", "kg", "mass of the nozzle half", "mass.half_C2_kg")
-J_56 = _paper("J_56", "kg m2", "moment of inertia of the middle body about A1", "inertia.J56_about_A1_kg_m2")
-J_7 = _paper("J_7", "kg m2", "moment of inertia of planet, shaft and funnel about B1", "inertia.J7_about_B1_kg_m2")
+J_56 = _paper(
+    "J_56", "kg m2", "moment of inertia of the middle body about A1", "inertia.J56_about_A1_kg_m2"
+)
+J_7 = _paper(
+    "J_7",
+    "kg m2",
+    "moment of inertia of planet, shaft and funnel about B1",
+    "inertia.J7_about_B1_kg_m2",
+)
 I_C1 = _triple(
-    "I_C1{}", "kg m2", "centroidal moment of inertia of the rocker, {}", "inertia.C1_centroidal_xx_yy_zz_kg_m2"
+    "I_C1{}",
+    "kg m2",
+    "centroidal moment of inertia of the rocker, {}",
+    "inertia.C1_centroidal_xx_yy_zz_kg_m2",
 )
 I_C2 = _triple(
-    "I_C2{}", "kg m2", "centroidal moment of inertia of the nozzle half, {}", "inertia.C2_centroidal_xx_yy_zz_kg_m2"
+    "I_C2{}",
+    "kg m2",
+    "centroidal moment of inertia of the nozzle half, {}",
+    "inertia.C2_centroidal_xx_yy_zz_kg_m2",
 )
 rho_CO = _paper("rho_CO", "m", "distance of the sun's centroid from O", "centroid.sun_radius_mm")
 beta_CO = _paper("beta_CO", "rad", "direction of the sun's centroid", "centroid.sun_angle_deg")
-rho_CA = _paper("rho_CA", "m", "distance of the middle body's centroid from A1", "centroid.middle_radius_mm")
-beta_CA = _paper("beta_CA", "rad", "direction of the middle body's centroid at phi = 0", "centroid.middle_angle_deg")
+rho_CA = _paper(
+    "rho_CA", "m", "distance of the middle body's centroid from A1", "centroid.middle_radius_mm"
+)
+beta_CA = _paper(
+    "beta_CA",
+    "rad",
+    "direction of the middle body's centroid at phi = 0",
+    "centroid.middle_angle_deg",
+)
 c_CBx = _paper("c_CBx", "m", "centroid of planet, shaft and funnel, x'", "centroid.planet_xy_mm[0]")
 c_CBy = _paper("c_CBy", "m", "centroid of planet, shaft and funnel, y'", "centroid.planet_xy_mm[1]")
 x_A, y_A, z_A = _triple("{}_A", "m", "hinge A, {}'", "nozzle.hinge_A_mm")
 c_C1 = _triple("c_C1{}", "m", "centroid of the rocker from the hinge, closed, {}'", "nozzle.C1_mm")
-c_C2 = _triple("c_C2{}", "m", "centroid of the nozzle half from the hinge, closed, {}'", "nozzle.C2_mm")
+c_C2 = _triple(
+    "c_C2{}", "m", "centroid of the nozzle half from the hinge, closed, {}'", "nozzle.C2_mm"
+)
 c_F = _triple("c_F{}", "m", "spring hook from the hinge, closed, {}'", "nozzle.hook_F_mm")
 L_tip = _paper("L_tip", "m", "distance of the tip from B1 along x'", "nozzle.tip_distance_mm")
 L_AE = _paper("L_AE", "m", "length of the rocker", "cam.rocker_length_mm")
@@ -79,12 +107,52 @@ delta_r = _interval("delta_r", "rise", "cam.rise_delta_deg")
 delta_f = _interval("delta_f", "fall", "cam.fall_delta_deg")
 S0 = _paper("S0", "N", "preload of the return spring", "spring.preload_N")
 k_s = _paper("k_s", "N/m", "rate of the return spring", "spring.rate_N_m")
-MACHINE = Vector("machine", (
-    omega, g, v_f, alpha_n, mu1, mu2, m1, m2, m3, m4, m_C1, m_C2, J_56, J_7, *I_C1, *I_C2, rho_CO, beta_CO, rho_CA,
-    beta_CA, c_CBx, c_CBy, x_A, y_A, z_A, *c_C1, *c_C2, *c_F, L_tip, L_AE, psi0, R_b, H, *delta_r, *delta_f,
-    S0, k_s))  # fmt: skip
+MACHINE = Vector(
+    "machine",
+    (
+        omega,
+        g,
+        v_f,
+        alpha_n,
+        mu1,
+        mu2,
+        m1,
+        m2,
+        m3,
+        m4,
+        m_C1,
+        m_C2,
+        J_56,
+        J_7,
+        *I_C1,
+        *I_C2,
+        rho_CO,
+        beta_CO,
+        rho_CA,
+        beta_CA,
+        c_CBx,
+        c_CBy,
+        x_A,
+        y_A,
+        z_A,
+        *c_C1,
+        *c_C2,
+        *c_F,
+        L_tip,
+        L_AE,
+        psi0,
+        R_b,
+        H,
+        *delta_r,
+        *delta_f,
+        S0,
+        k_s,
+    ),
+)
 
-z_mirror = Quantity("z_mirror", "m", "plane of symmetry of the nozzle, z'; undisclosed, cancels", "wang2017 2.1")
+z_mirror = Quantity(
+    "z_mirror", "m", "plane of symmetry of the nozzle, z'; undisclosed, cancels", "wang2017 2.1"
+)
 
 a1 = _kinematic("a1", "m", "centre distance of stage 1")
 a2 = _kinematic("a2", "m", "centre distance of stage 2")
@@ -96,9 +164,13 @@ r6 = _kinematic("r6", "m", "pitch radius of gear 6 at Q")
 dr6 = _kinematic("dr6", "m", "slope of gear 6's pitch radius, per polar angle")
 r5 = _kinematic("r5", "m", "pitch radius of gear 5 at P")
 r7 = _kinematic("r7", "m", "pitch radius of the planet at Q")
-i1 = _kinematic("i1", "1", "ratio of stage 1: rotation of the middle body per rotation of the carrier")
+i1 = _kinematic(
+    "i1", "1", "ratio of stage 1: rotation of the middle body per rotation of the carrier"
+)
 di1 = _kinematic("di1", "1", "slope of the ratio of stage 1, per polar angle")
-i2 = _kinematic("i2", "1", "ratio of stage 2: rotation of the planet back per rotation of the middle body")
+i2 = _kinematic(
+    "i2", "1", "ratio of stage 2: rotation of the planet back per rotation of the middle body"
+)
 di2 = _kinematic("di2", "1", "slope of the ratio of stage 2, per polar angle")
 T1 = _kinematic("T1", "rad", "rotation of gear 5 since the sun's polar angle was zero")
 T2 = _kinematic("T2", "rad", "rotation of the planet since gear 6's polar angle was zero")
@@ -111,20 +183,28 @@ phi52_ddot = _kinematic("phi52_ddot", "rad/s2", "acceleration of phi52")
 phi72 = _kinematic("phi72", "rad", "rotation of the planet relative to the carrier")
 phi72_dot = _kinematic("phi72_dot", "rad/s", "rate of phi72")
 phi72_ddot = _kinematic("phi72_ddot", "rad/s2", "acceleration of phi72")
-alpha = _kinematic("alpha", "rad", "angle from x down to x'; the nozzle points straight down at 90 deg")
+alpha = _kinematic(
+    "alpha", "rad", "angle from x down to x'; the nozzle points straight down at 90 deg"
+)
 Omega = _kinematic("Omega", "rad/s", "absolute angular velocity of the planet", "omega_rad_s")
-Omega_dot = _kinematic("Omega_dot", "rad/s2", "absolute angular acceleration of the planet", "omega_dot_rad_s2")
+Omega_dot = _kinematic(
+    "Omega_dot", "rad/s2", "absolute angular acceleration of the planet", "omega_dot_rad_s2"
+)
 delta = _kinematic("delta", "rad", "angle of the cam relative to the rocker, in [0, 2 pi)")
 
 
 def _flank(name: str, meaning: str) -> tuple[Quantity, ...]:
-    """Return position, slope per cam angle and law (share of the rise with two derivatives) of a flank of the cam."""
+    """Return position, slope per cam angle and law (share of the rise with two derivatives) of a
+    flank of the cam.
+    """
     return (
         _kinematic(f"x_{name}", "1", f"position in the {meaning}, from 0 to 1"),
         _kinematic(f"dx_{name}", "1", f"slope of the position in the {meaning}, per cam angle"),
         _kinematic(f"p_{name}", "1", f"completed share of the {meaning}"),
         _kinematic(f"dp_{name}", "1", f"slope of that share of the {meaning}, per position"),
-        _kinematic(f"ddp_{name}", "1", f"second derivative of that share of the {meaning}, per position"),
+        _kinematic(
+            f"ddp_{name}", "1", f"second derivative of that share of the {meaning}, per position"
+        ),
     )
 
 
@@ -146,7 +226,9 @@ x_CA = _kinematic("x_CA", "m", "centroid of the middle body, x")
 y_CA = _kinematic("y_CA", "m", "centroid of the middle body, y")
 x_CB = _kinematic("x_CB", "m", "centroid of planet, shaft and funnel, x")
 y_CB = _kinematic("y_CB", "m", "centroid of planet, shaft and funnel, y")
-x_tip_machine = _kinematic("x_tip_machine", "m", "tip, x, in the machine's frame", "tip_machine_x_mm")
+x_tip_machine = _kinematic(
+    "x_tip_machine", "m", "tip, x, in the machine's frame", "tip_machine_x_mm"
+)
 x_tip = _kinematic("x_tip", "m", "tip, x", "tip_x_mm")
 y_tip = _kinematic("y_tip", "m", "tip, y", "tip_y_mm")
 ax_A1 = _kinematic("ax_A1", "m/s2", "acceleration of A1, x")
@@ -178,10 +260,16 @@ PARAMETERS2 = OpenVector(
     ("stage2", "parameters"),
 )
 HOISTED1 = OpenVector(
-    "hoisted1", "prologue of the sun's pitch curve, its centre distance first", {0: a1}, sized_by=("stage1", "hoisted")
+    "hoisted1",
+    "prologue of the sun's pitch curve, its centre distance first",
+    {0: a1},
+    sized_by=("stage1", "hoisted"),
 )
 HOISTED2 = OpenVector(
-    "hoisted2", "prologue of gear 6's pitch curve, its centre distance first", {0: a2}, sized_by=("stage2", "hoisted")
+    "hoisted2",
+    "prologue of gear 6's pitch curve, its centre distance first",
+    {0: a2},
+    sized_by=("stage2", "hoisted"),
 )
 
 
@@ -206,7 +294,9 @@ F_O1x, F_O1y, F_O1z = _force("F_O1", "force of the sun's shaft on the carrier", 
 M_1 = _paper("M_1", "N m", "torque of the frame on the sun")
 M_L = _paper("M_L", "N m", "torque of the motor on the carrier")
 F_support = _paper("F_support", "N", "vertical force of the frame on sun and carrier", "support_N")
-F_support_x = _paper("F_support_x", "N", "horizontal force of the frame on sun and carrier", "support_x_N")
+F_support_x = _paper(
+    "F_support_x", "N", "horizontal force of the frame on sun and carrier", "support_x_N"
+)
 
 # Quantities between these that the paper names.
 mu = _paper("mu", "rad", "pressure angle of the end-face cam")
@@ -233,9 +323,41 @@ f_1 = _paper("f_1", "N", "first objective: range of the vertical support force")
 f_2 = _paper("f_2", "N2", "second objective: variance of the vertical support force")
 f_total = _paper("f_total", "N", "objective: weighted sum of both")
 
-REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
-            F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
-            x_tip_machine)  # fmt: skip
+REPORTED = (
+    phi52,
+    phi72,
+    alpha,
+    Omega,
+    Omega_dot,
+    x_tip,
+    y_tip,
+    theta1,
+    F_E,
+    F_Ex,
+    M_Q,
+    M_P,
+    F_B1x,
+    F_B1y,
+    F_A1x,
+    F_A1y,
+    F_NP,
+    F_NQ,
+    F_E_loss,
+    F_Ez,
+    F_Ax,
+    F_Ay,
+    F_Qx,
+    F_Qy,
+    F_Px,
+    F_Py,
+    x_A1,
+    y_A1,
+    x_B1,
+    y_B1,
+    t1,
+    t2,
+    x_tip_machine,
+)
 """What every model reports of one side."""
 F_Aox, F_Aoy, F_Aoz = _force("F_Ao", "force of the planet on the outer half, planet frame", "xyz")
 REPORTED_EXACT = (*REPORTED, F_Aox, F_Aoy, F_Az, F_Aoz)
@@ -244,15 +366,23 @@ INPUTS = (MOUNTING, PARAMETERS1, HOISTED1, PARAMETERS2, HOISTED2, MACHINE)
 
 
 weight = _paper("weight", "N", "weight of all parts that the frame carries")
-on_curve = _kinematic("on_curve", "rad", "polar angle of the inner gear at a point of its pitch curve")
+on_curve = _kinematic(
+    "on_curve", "rad", "polar angle of the inner gear at a point of its pitch curve"
+)
 on_radius = _kinematic("on_radius", "m", "pitch radius at that angle")
 on_turned = _kinematic(
-    "on_turned", "rad", "rotation of the outer gear at that angle, since the inner gear's polar angle was zero"
+    "on_turned",
+    "rad",
+    "rotation of the outer gear at that angle, since the inner gear's polar angle was zero",
 )
 POINT = Vector("point", (on_curve, on_radius, on_turned))
 """A point of a pitch curve, by its contact."""
-x_inner, y_inner = (_kinematic(f"{a}_inner", "m", f"the point on the inner gear, {a}") for a in "xy")
-x_outer, y_outer = (_kinematic(f"{a}_outer", "m", f"the corresponding point on the outer gear, {a}") for a in "xy")
+x_inner, y_inner = (
+    _kinematic(f"{a}_inner", "m", f"the point on the inner gear, {a}") for a in "xy"
+)
+x_outer, y_outer = (
+    _kinematic(f"{a}_outer", "m", f"the corresponding point on the outer gear, {a}") for a in "xy"
+)
 PAIR = (x_inner, y_inner, x_outer, y_outer)
 
 

@@ -1,7 +1,8 @@
-"""The planting device as an audit subject, and the laws that every chain of its equations must obey.
+"""The planting device as an audit subject, and the laws that every chain of its equations must
+obey.
 
-The sides are half a revolution apart, so that everything that acts on the frame has the period of half a revolution;
-both sides over half a revolution are one side over a full one.
+The sides are half a revolution apart, so that everything that acts on the frame has the period of
+half a revolution; both sides over half a revolution are one side over a full one.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ from . import quantities as q
 
 NODES = 4
 NODES_PER_RADIAN = 12
-"""Gauss points in each smooth piece between two breakpoints of the motion: NODES, and more per length."""
+"""Gauss points in each smooth piece between two breakpoints of the motion: NODES, and more per
+length.
+"""
 INTERPOLATED = 1000
 """Interpolated points in each piece, to find the largest violation of a law."""
 WORKING_DIGITS = 18
@@ -47,8 +50,13 @@ SLOW = 1e-6
 def build_dynamics() -> Dynamics:
     """Return the laws of the device with its motion and its derivation."""
     reference = _build_cycle()
-    return Dynamics(derive_laws(), {"reference": reference, "slow": _slow_down(reference)}, claims.derive_claims(),
-                   claims.derive_reaction_steps(), (q.twin,))  # fmt: skip
+    return Dynamics(
+        derive_laws(),
+        {"reference": reference, "slow": _slow_down(reference)},
+        claims.derive_claims(),
+        claims.derive_reaction_steps(),
+        (q.twin,),
+    )
 
 
 def derive_laws() -> tuple[Law, ...]:
@@ -65,25 +73,54 @@ def derive_laws() -> tuple[Law, ...]:
         "cam and roller": _cam_push(m),
     }
     return (
-        Law("vertical support force is weight and rate of momentum", "N", (support[1] - weight - rate[1],)),
+        Law(
+            "vertical support force is weight and rate of momentum",
+            "N",
+            (support[1] - weight - rate[1],),
+        ),
         Law("horizontal support force is rate of momentum", "N", (support[0] - rate[0],)),
         Law("mean vertical support force is the weight", "N", (support[1] - weight,), "mean"),
-        Law("work of the motor is work of friction", "J", (q.M_L - (loss + other(loss)) / q.omega,), "turn"),
-        Law("support force tends to the weight as the speed goes to zero", "N", (support[1] - weight,), cycle="slow"),
-        *(Law(f"{name} only push", "N", (_pull(push), _pull(other(push)))) for name, push in pushes.items()),
-        *(Law(f"tooth force at {tag} has its moment", "N m", (gap, other(gap))) for tag, gap in _levers(m).items()),
+        Law(
+            "work of the motor is work of friction",
+            "J",
+            (q.M_L - (loss + other(loss)) / q.omega,),
+            "turn",
+        ),
+        Law(
+            "support force tends to the weight as the speed goes to zero",
+            "N",
+            (support[1] - weight,),
+            cycle="slow",
+        ),
+        *(
+            Law(f"{name} only push", "N", (_pull(push), _pull(other(push))))
+            for name, push in pushes.items()
+        ),
+        *(
+            Law(f"tooth force at {tag} has its moment", "N m", (gap, other(gap)))
+            for tag, gap in _levers(m).items()
+        ),
     )
 
 
 def _momentum_rate(m: Mechanism, other: twins.Other, axis: int) -> Expr:
-    """Return mass times acceleration, from the motion alone; sun and the carrier's centroid are at rest."""
+    """Return mass times acceleration, from the motion alone; sun and the carrier's centroid are at
+    rest.
+    """
     parts = [part for body in m.bodies if body not in m.shared for part in body.parts]
-    rate = sp.Add(*(part.mass * m.motion.acceleration(part.centroid, derivation.WORLD)[axis] for part in parts))
+    rate = sp.Add(
+        *(
+            part.mass * m.motion.acceleration(part.centroid, derivation.WORLD)[axis]
+            for part in parts
+        )
+    )
     return rate + other(rate)
 
 
 def _tooth_push(contact: GearContact, force: tuple[Quantity, Quantity]) -> Expr:
-    """Return the normal force on the loaded flank of the inner gear, positive if it points into the gear."""
+    """Return the normal force on the loaded flank of the inner gear, positive if it points into the
+    gear.
+    """
     inward = contact.tangent + pi / 2
     normal = Vec(contact.frame, (sp.cos(inward), sp.sin(inward), S.Zero)).resolved(derivation.WORLD)
     share = sp.sin(contact.pressure_angle - contact.friction) / sp.cos(contact.friction)
@@ -91,13 +128,17 @@ def _tooth_push(contact: GearContact, force: tuple[Quantity, Quantity]) -> Expr:
 
 
 def _levers(m: Mechanism) -> dict[str, Expr]:
-    """Return the named moment about the outer gear's shaft minus that of the tooth force, at P and Q."""
+    """Return the named moment about the outer gear's shaft minus that of the tooth force, at P and
+    Q.
+    """
     relations = claims.derive_relations(m)
     return {tag: moment - relations[moment] for tag, moment in (("P", q.M_P), ("Q", q.M_Q))}
 
 
 def _cam_push(m: Mechanism) -> Expr:
-    """Return the component of the cam's force on the roller along the normal of its path, away from the cam."""
+    """Return the component of the cam's force on the roller along the normal of its path, away from
+    the cam.
+    """
     forces, alone = (q.F_Ex, q.F_Ez), {q.mu1: S.Zero, q.F_E: S.One}
     return sp.Add(*(force * m.assembly.law(force).expr.xreplace(alone) for force in forces))
 
@@ -119,22 +160,30 @@ class BuiltInMotion:
         self.fixed |= cycle.distances_and_deformations(gears)
         self.steps = tuple(derivation.build_device().steps)
 
-    def evaluate_side(self, phi: Any, targets: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
+    def evaluate_side(
+        self, phi: Any, targets: frozenset[sp.Symbol] | None = None
+    ) -> dict[sp.Symbol, mpf]:
         """Return all quantities, or those that the targets depend on."""
         steps = self.steps if targets is None else needed(self.steps, targets)
         return cycle.evaluate_side({**self.fixed, q.phi: phi}, self.functions, steps)
 
     def breakpoints(self) -> list[Any]:
-        """Return the carrier angles at which the motion is not smooth, over half a revolution, with both ends."""
+        """Return the carrier angles at which the motion is not smooth, over half a revolution, with
+        both ends.
+        """
         moving = frozenset(s for step in self.steps for s in step.defines)
         law = (None, *flanks.flank_breakpoints(self.flank))
-        events = [event for event in derivation.build_device().events if event.name != derivation.CAM_TURN]
+        events = [
+            event for event in derivation.build_device().events if event.name != derivation.CAM_TURN
+        ]
         kinematic = [e for e in events if e.argument.free_symbols <= moving and e.position in law]
         angles = sorted(self._find_event(event) % mpmath.pi for event in kinematic)
         return [*angles, angles[0] + mpmath.pi]
 
     def _find_event(self, event: Event) -> Any:
-        """Return the angle at which an argument, which changes by one period per revolution, reaches its target."""
+        """Return the angle at which an argument, which changes by one period per revolution,
+        reaches its target.
+        """
 
         def periods(phi: Any) -> Any:
             return Point(self.evaluate_side(phi, event.argument.free_symbols))(
@@ -143,7 +192,9 @@ class BuiltInMotion:
 
         ends = periods(mpf(0)), periods(2 * mpmath.pi)
         count = mpmath.ceil(min(ends))
-        return mpmath.findroot(lambda phi: periods(phi) - count, (0, 2 * mpmath.pi), solver="anderson", tol=1e-14)
+        return mpmath.findroot(
+            lambda phi: periods(phi) - count, (0, 2 * mpmath.pi), solver="anderson", tol=1e-14
+        )
 
 
 @dataclass(frozen=True)
@@ -167,7 +218,9 @@ class SmoothPiece:
     @property
     def angles(self) -> list[Any]:
         """Carrier angles of the nodes [rad]."""
-        return [self.start + (self.end - self.start) * (1 + mpf(float(x))) / 2 for x in self.rule[0]]
+        return [
+            self.start + (self.end - self.start) * (1 + mpf(float(x))) / 2 for x in self.rule[0]
+        ]
 
     @property
     def interpolation(self) -> Any:
@@ -184,8 +237,13 @@ def _build_cycle() -> Cycle:
         motion = BuiltInMotion()
         pieces = [SmoothPiece(a, b) for a, b in pairwise(motion.breakpoints())]
         angles = [phi for piece in pieces for phi in piece.angles]
-        sides = tuple(_stack_values([motion.evaluate_side(phi - lag) for phi in angles]) for lag in (0, mpmath.pi))
-    dense = Cycle(tuple(_interpolate(side, pieces) for side in sides), np.ones(INTERPOLATED * len(pieces)))
+        sides = tuple(
+            _stack_values([motion.evaluate_side(phi - lag) for phi in angles])
+            for lag in (0, mpmath.pi)
+        )
+    dense = Cycle(
+        tuple(_interpolate(side, pieces) for side in sides), np.ones(INTERPOLATED * len(pieces))
+    )
     return Cycle(sides, 2 * np.concatenate([piece.rule[1] for piece in pieces]), dense)
 
 
@@ -194,11 +252,15 @@ def _stack_values(points: list[dict[sp.Symbol, mpf]]) -> Values:
 
 
 def _interpolate(side: Values, pieces: list[SmoothPiece]) -> Values:
-    """Return a motion at many angles of each piece, without the cam's angle, which is reset within a piece."""
+    """Return a motion at many angles of each piece, without the cam's angle, which is reset within
+    a piece.
+    """
     cuts = np.cumsum([piece.count for piece in pieces])[:-1]
     matrices = [piece.interpolation for piece in pieces]
     return {
-        s: np.concatenate([m @ part for m, part in zip(matrices, np.split(values, cuts), strict=True)])
+        s: np.concatenate(
+            [m @ part for m, part in zip(matrices, np.split(values, cuts), strict=True)]
+        )
         for s, values in side.items()
         if s != q.delta
     }
@@ -211,7 +273,9 @@ def _time_order(quantity: Quantity) -> int:
 
 
 def _slow_down(cycle: Cycle) -> Cycle:
-    """Return the same motion at a negligible speed: rates scale with the speed, accelerations with its square."""
+    """Return the same motion at a negligible speed: rates scale with the speed, accelerations with
+    its square.
+    """
     steps = derivation.build_device().steps
     moving = [q.omega, *(s for step in steps for s in step.defines)]
     factors = {s: SLOW ** _time_order(s) for s in moving}
@@ -231,7 +295,9 @@ class PlantingDevice(Subject):
         return claims.draw_admissible_point(rng)
 
     def reference(self, points: int) -> Sequence[Mapping[sp.Symbol, mpf]]:
-        """Return the values of all symbols at ``points`` angles of a cycle of the reference machine."""
+        """Return the values of all symbols at ``points`` angles of a cycle of the reference
+        machine.
+        """
         return claims.compute_reference_cycle(points)
 
     def common(self, printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
@@ -255,7 +321,9 @@ class PlantingDevice(Subject):
         return claims.ZERO
 
     def lift(self, claim: Claimed, printed: Expr) -> Expr | None:
-        """Return a balance without the assumption that the print makes, or None if it makes none."""
+        """Return a balance without the assumption that the print makes, or None if it makes
+        none.
+        """
         return claims.relax_balance(claim, printed)
 
     def dynamics(self) -> Dynamics:

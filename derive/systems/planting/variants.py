@@ -1,12 +1,15 @@
-"""Variants of the planting device's model: the support force alone, relaxed assumptions, and a drive by a motor.
+"""Variants of the planting device's model: the support force alone, relaxed assumptions, and a
+drive by a motor.
 
-Weight and momentum of a machine's parts make its support force; if action equals reaction, the contact forces inside
-the machine cancel, and so do the accelerations that have opposite signs on the two sides, half a revolution apart.
+Weight and momentum of a machine's parts make its support force; if action equals reaction, the
+contact forces inside the machine cancel, and so do the accelerations that have opposite signs on
+the two sides, half a revolution apart.
 
-Each relaxed assumption (constant speed, tooth friction at the pitch point, no friction along the hinge) is an input;
-if all of them are zero, the forces are those of the exact model. With a motor and a flywheel, the carrier's speed
-varies. The device's torque is that of the exact model at a speed and an acceleration; energies follow from the motion
-alone, so that the energy law tests the forces.
+Each relaxed assumption (constant speed, tooth friction at the pitch point, no friction along the
+hinge) is an input; if all of them are zero, the forces are those of the exact model. With a motor
+and a flywheel, the carrier's speed varies. The device's torque is that of the exact model at a
+speed and an acceleration; energies follow from the motion alone, so that the energy law tests the
+forces.
 """
 
 from __future__ import annotations
@@ -27,10 +30,25 @@ from ...quantity import Quantity, Vector
 from . import derivation, flanks
 from . import quantities as q
 
-F_share = Quantity("F_share", "N", "contribution of one side to the vertical support force", "derived: support force")
-COORDINATES = frozenset({
-    q.phi52, q.phi52_dot, q.phi52_ddot, q.alpha, q.Omega, q.Omega_dot, q.theta1, q.theta1_dot, q.theta1_ddot,
-})  # fmt: skip
+F_share = Quantity(
+    "F_share",
+    "N",
+    "contribution of one side to the vertical support force",
+    "derived: support force",
+)
+COORDINATES = frozenset(
+    {
+        q.phi52,
+        q.phi52_dot,
+        q.phi52_ddot,
+        q.alpha,
+        q.Omega,
+        q.Omega_dot,
+        q.theta1,
+        q.theta1_dot,
+        q.theta1_ddot,
+    }
+)
 """Motion of a side, in terms of which its momentum is expressed."""
 
 
@@ -41,25 +59,35 @@ RISEN, FALLEN = (
 
 
 def cam_steps() -> tuple[Let, ...]:
-    """Return swing and rates as polynomials in the shares of the flanks, which follow the default law.
+    """Return swing and rates as polynomials in the shares of the flanks, which follow the default
+    law.
 
-    As a flank begins and ends at rest, the derivatives of the clipped law are those of the law at the clipped share.
+    As a flank begins and ends at rest, the derivatives of the clipped law are those of the law at
+    the clipped share.
     """
     x, laws = flanks.x, flanks.derive_flank_law(flanks.DEFAULT)
     if any(law.subs(x, end) != 0 for law in laws[1:] for end in (0, 1)):
         raise ValueError("a flank does not begin and end at rest")
     ends = ((RISEN, *q.delta_r, 1), (FALLEN, *q.delta_f, -1))
     swing, slope, bend = (
-        q.H * sum(sign * Polynomial.of(law, x, at) / (end - start) ** n for at, start, end, sign in ends)
+        q.H
+        * sum(
+            sign * Polynomial.of(law, x, at) / (end - start) ** n for at, start, end, sign in ends
+        )
         for n, law in enumerate(laws)
     )
     source = "derived: cam law"
-    shares = (Let(at, clip((q.delta - start) / (end - start), S.Zero, S.One), source) for at, start, end, _ in ends)
+    shares = (
+        Let(at, clip((q.delta - start) / (end - start), S.Zero, S.One), source)
+        for at, start, end, _ in ends
+    )
     return (
-        *shares, Let(q.theta1, swing, source), Let(q.dpsi_ddelta, slope, source),
+        *shares,
+        Let(q.theta1, swing, source),
+        Let(q.dpsi_ddelta, slope, source),
         Let(q.theta1_dot, -q.phi72_dot * q.dpsi_ddelta, source),
         Let(q.theta1_ddot, q.phi72_dot**2 * bend - q.phi72_ddot * q.dpsi_ddelta, source),
-    )  # fmt: skip
+    )
 
 
 def with_polynomials(lane: Lane) -> Lane:
@@ -77,7 +105,8 @@ def with_polynomials(lane: Lane) -> Lane:
 def build_share_system(model: System, flat: bool) -> System:
     """Build the model of a side's contribution to the support force.
 
-    ``flat``: as a sum of products of functions of the coordinates. Raises ValueError for a model without a lane.
+    ``flat``: as a sum of products of functions of the coordinates. Raises ValueError for a model
+    without a lane.
     """
     if model.lane is None:
         raise ValueError(f"{model.name} has no lane")
@@ -89,7 +118,14 @@ def build_share_system(model: System, flat: bool) -> System:
     name = model.name.replace("planting_", "planting_support_")
     lane = Lane(q.phi, q.INPUTS, steps, Vector("share", (F_share,)))
     effects = Effects(_names(model.lane, influence.without), influence.felt)
-    return System(name, f"{model.title}: support force", model.source, model.assumptions, lane, effects=effects)
+    return System(
+        name,
+        f"{model.title}: support force",
+        model.source,
+        model.assumptions,
+        lane,
+        effects=effects,
+    )
 
 
 def _names(lane: Lane, symbols: Iterable[Symbol]) -> tuple[str, ...]:
@@ -106,18 +142,29 @@ def build_support_system() -> System:
 _RELAXED = "derived: assumption lifted"
 speed_rate = Quantity("speed_rate", "rad/s2", "angular acceleration of the carrier", _RELAXED)
 against = Quantity(
-    "against", "1", "1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017", _RELAXED
+    "against",
+    "1",
+    "1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017",
+    _RELAXED,
 )
 along_hinge = Quantity(
-    "along_hinge", "1", "share of the roller's sliding along the hinge that causes friction on the cam", _RELAXED
+    "along_hinge",
+    "1",
+    "share of the roller's sliding along the hinge that causes friction on the cam",
+    _RELAXED,
 )
 
 
 def _flank_pair(name: str, unit: str, meaning: str, tag: str) -> tuple[Quantity, Quantity]:
-    """Return a quantity of both flanks of a mesh: that which turns the outer gear anticlockwise (+1), or not (-1)."""
+    """Return a quantity of both flanks of a mesh: that which turns the outer gear anticlockwise
+    (+1), or not (-1).
+    """
     plus, minus = (
         Quantity(
-            f"{name}_{tag}_{flank}", unit, f"{meaning} {tag}, on the flank that turns the outer gear {way}", _RELAXED
+            f"{name}_{tag}_{flank}",
+            unit,
+            f"{meaning} {tag}, on the flank that turns the outer gear {way}",
+            _RELAXED,
         )
         for flank, way in (("plus", "anticlockwise"), ("minus", "clockwise"))
     )
@@ -125,29 +172,47 @@ def _flank_pair(name: str, unit: str, meaning: str, tag: str) -> tuple[Quantity,
 
 
 LEADS = {
-    tag: _flank_pair("lead", "1", "normal force on the inner gear that acts ahead of, less that behind, by share,", tag)
+    tag: _flank_pair(
+        "lead",
+        "1",
+        "normal force on the inner gear that acts ahead of, less that behind, by share,",
+        tag,
+    )
     for tag in "PQ"
 }
-AWAYS = {tag: _flank_pair("away", "m", "mean distance of the normal force from", tag) for tag in "PQ"}
-LIFTED = Vector("lifted", (
-    speed_rate, against, along_hinge, *(q for tag in "PQ" for pair in (LEADS[tag], AWAYS[tag]) for q in pair)
-))  # fmt: skip
+AWAYS = {
+    tag: _flank_pair("away", "m", "mean distance of the normal force from", tag) for tag in "PQ"
+}
+LIFTED = Vector(
+    "lifted",
+    (
+        speed_rate,
+        against,
+        along_hinge,
+        *(q for tag in "PQ" for pair in (LEADS[tag], AWAYS[tag]) for q in pair),
+    ),
+)
 
 TURNING_P = -(q.omega + q.phi52_dot)
 """Rate of the sun relative to the middle body."""
 TURNING_Q = q.phi52_dot - q.phi72_dot
 """Rate of the middle body relative to the planet."""
 LOSSES = tuple(
-    Quantity(f"F_{tag}_loss", "W", f"power lost to friction between the teeth at {tag}", _RELAXED) for tag in "PQ"
+    Quantity(f"F_{tag}_loss", "W", f"power lost to friction between the teeth at {tag}", _RELAXED)
+    for tag in "PQ"
 )
 POWERS = {
     tag: Quantity(
-        f"F_{tag}_power", "W", f"power of the inner gear on the outer one at {tag}, seen from the carrier", _RELAXED
+        f"F_{tag}_power",
+        "W",
+        f"power of the inner gear on the outer one at {tag}, seen from the carrier",
+        _RELAXED,
     )
     for tag in "PQ"
 }
 RELAXED_ASSUMPTIONS = (
-    "as the exact model, but for what the inputs lift: constant speed, tooth friction outwards at the pitch point, "
+    "as the exact model, but for what the inputs lift: constant speed, tooth friction outwards at "
+    "the pitch point, "
     "no friction along the hinge",
     "friction angle of the teeth the same all along their flanks",
 )
@@ -156,7 +221,9 @@ RELAXED_ASSUMPTIONS = (
 def _shared_contact(contact: GearContact, tag: str, turning: Expr) -> SharedContact:
     """Return a contact of sliding teeth, whose pairs share the load."""
     parameters = {field.name: getattr(contact, field.name) for field in fields(contact)}
-    return SharedContact(**parameters, turning=turning, share=against, leads=LEADS[tag], aways=AWAYS[tag])
+    return SharedContact(
+        **parameters, turning=turning, share=against, leads=LEADS[tag], aways=AWAYS[tag]
+    )
 
 
 def build_relaxed_system() -> System:
@@ -167,7 +234,10 @@ def build_relaxed_system() -> System:
         along_hinge,
     )
     device = derivation.build_device(contacts, speed_rate)
-    for power, moment, rate in ((POWERS["P"], q.M_P, q.phi52_dot), (POWERS["Q"], q.M_Q, q.phi72_dot)):
+    for power, moment, rate in (
+        (POWERS["P"], q.M_P, q.phi52_dot),
+        (POWERS["Q"], q.M_Q, q.phi72_dot),
+    ):
         device.assembly.unknowns.append(power)
         device.assembly.laws.append(Let(power, moment * rate, f"derived: {power.meaning}"))
     sides = Sides(q.twin, (*q.REPORTED_EXACT, *LOSSES, *POWERS.values()), q.TOTALS)
@@ -179,9 +249,15 @@ def build_relaxed_system() -> System:
 _DRIVE = "derived: drive"
 T_side = Quantity("T_side", "J", "kinetic energy of a side", _DRIVE)
 V_side = Quantity("V_side", "J", "potential energy of a side: weights and return spring", _DRIVE)
-M_stall = Quantity("M_stall", "N m", "torque of the motor at rest, at the carrier", "given", shown="stall_Nm")
+M_stall = Quantity(
+    "M_stall", "N m", "torque of the motor at rest, at the carrier", "given", shown="stall_Nm"
+)
 omega_idle = Quantity(
-    "omega_idle", "rad/s", "speed of the motor without load, at the carrier", "given", shown="idle_rpm"
+    "omega_idle",
+    "rad/s",
+    "speed of the motor without load, at the carrier",
+    "given",
+    shown="idle_rpm",
 )
 J_w = Quantity(
     "J_w",
@@ -202,19 +278,26 @@ DRIVE_ASSUMPTIONS = (
 
 
 def shaft_balance() -> ClosedForm:
-    """Return the balance of the carrier's shaft between motor, flywheel and device, and the flywheel's energy."""
+    """Return the balance of the carrier's shaft between motor, flywheel and device, and the
+    flywheel's energy.
+    """
     steps = (
         Let(M_motor, M_stall * (1 - q.omega / omega_idle), "given: the motor's line"),
         Let(surplus, M_motor - q.M_L - J_w * speed_rate, "derived: balance of the shaft"),
         Let(T_w, J_w * q.omega**2 / 2, "derived: energy of the flywheel"),
     )
     return ClosedForm(
-        "shaft", (q.omega, speed_rate, q.M_L, MOTOR), steps, Vector("shaft_outputs", (M_motor, surplus, T_w))
+        "shaft",
+        (q.omega, speed_rate, q.M_L, MOTOR),
+        steps,
+        Vector("shaft_outputs", (M_motor, surplus, T_w)),
     )
 
 
 def _add_energies(m: Mechanism) -> None:
-    """Add the energies of the bodies of a side and of its spring, whose force is S0 + k_s times its stretch."""
+    """Add the energies of the bodies of a side and of its spring, whose force is S0 + k_s times its
+    stretch.
+    """
     side = [body for body in m.bodies if body not in m.shared]
     (force,) = (step.expr for step in m.named if step.symbol == q.S)
     stretch = force.diff(q.k_s)
@@ -227,9 +310,18 @@ def build_drive_system() -> System:
     """Build the model of the device at a variable carrier speed."""
     m = derivation.build_device(speed_rate=speed_rate)
     _add_energies(m)
-    lane = m.twin_lane(Sides(q.twin, (*q.REPORTED_EXACT, T_side, V_side), q.TOTALS), (*q.INPUTS, DRIVE))
+    lane = m.twin_lane(
+        Sides(q.twin, (*q.REPORTED_EXACT, T_side, V_side), q.TOTALS), (*q.INPUTS, DRIVE)
+    )
     title = "Planting device, driven by a motor"
-    return System("planting_drive", title, "derived (Newton-Euler)", DRIVE_ASSUMPTIONS, lane, (shaft_balance(),))
+    return System(
+        "planting_drive",
+        title,
+        "derived (Newton-Euler)",
+        DRIVE_ASSUMPTIONS,
+        lane,
+        (shaft_balance(),),
+    )
 
 
 SYSTEMS = (

@@ -1,4 +1,6 @@
-"""The audit subject of frames and points without bodies: any configuration, velocities and accelerations."""
+"""The audit subject of frames and points without bodies: any configuration, velocities and
+accelerations.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,15 @@ import sympy as sp
 from mpmath import mpf
 
 from ...audit.paper import Subject
-from ...equations import Claimed, Equation, by_claim, defining_equation, derived_equation, loop, what
+from ...equations import (
+    Claimed,
+    Equation,
+    by_claim,
+    defining_equation,
+    derived_equation,
+    loop,
+    what,
+)
 from ...evaluate import DIGITS, GUARD, Point
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
@@ -36,7 +46,8 @@ class ConfigurationSubject(Subject):
         self._solved = [c for c in loops.coordinates if c.value in loops.start][: len(loops.gaps)]
         if len(self._solved) < len(loops.gaps):
             raise MechanismError(
-                f"{mechanism.name}: {len(loops.gaps)} gaps need a start of as many coordinates, not {len(self._solved)}"
+                f"{mechanism.name}: {len(loops.gaps)} gaps need a start of as many coordinates, "
+                f"not {len(self._solved)}"
             )
 
     @property
@@ -48,10 +59,15 @@ class ConfigurationSubject(Subject):
     def claims(self) -> Mapping[Claimed, Equation]:
         """Return definitions of named quantities, and the gaps of loops."""
         gaps = self.mechanism.loops.gaps.items()
-        return by_claim((
-            *(defining_equation(what(let.symbol), let.symbol, let.expr) for let in self.mechanism.named),
-            *(derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
-        ))  # fmt: skip
+        return by_claim(
+            (
+                *(
+                    defining_equation(what(let.symbol), let.symbol, let.expr)
+                    for let in self.mechanism.named
+                ),
+                *(derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
+            )
+        )
 
     @cached_property
     def _stages(self) -> tuple[list[sp.Expr], list[sp.Expr], list[sp.Expr]]:
@@ -62,7 +78,10 @@ class ConfigurationSubject(Subject):
         return gaps, rates, [sp.sympify(self.mechanism.motion.rate(rate)) for rate in rates]
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        """Draw data and a configuration with its rates. Raises MechanismError if the loops close for no draw."""
+        """Draw data and a configuration with its rates.
+
+        Raises MechanismError if the loops close for no draw.
+        """
         with mpmath.workdps(DIGITS + GUARD):
             for _ in range(TRIALS):
                 values = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
@@ -72,7 +91,9 @@ class ConfigurationSubject(Subject):
                     return self._complete(values, rng)
                 except (ValueError, ZeroDivisionError):
                     continue
-        raise MechanismError(f"{self.mechanism.name}: its loops close nowhere near the values that are given")
+        raise MechanismError(
+            f"{self.mechanism.name}: its loops close nowhere near the values that are given"
+        )
 
     def _complete(self, values: Values, rng: random.Random) -> Values:
         """Return values with those of coordinates, rates, accelerations and named quantities."""
@@ -109,7 +130,9 @@ class ConfigurationSubject(Subject):
         return [point(gap) for gap in self._stages[0]]
 
     @staticmethod
-    def _solve_linear(residuals: Sequence[sp.Expr], unknowns: Sequence[Quantity], values: Values) -> Values:
+    def _solve_linear(
+        residuals: Sequence[sp.Expr], unknowns: Sequence[Quantity], values: Values
+    ) -> Values:
         matrix, right = sp.linear_eq_to_matrix(residuals, list(unknowns))
         point = Point(values)
         size = len(unknowns)
@@ -119,20 +142,29 @@ class ConfigurationSubject(Subject):
 
     @cached_property
     def _jacobians(self) -> tuple[list[list[sp.Expr]], list[list[sp.Expr]]]:
-        """The derivatives of the rates to those of the coordinates, and of the accelerations to accelerations."""
+        """The derivatives of the rates to those of the coordinates, and of the accelerations to
+        accelerations.
+        """
         coordinates = self.mechanism.loops.coordinates
         _, rates, accelerations = self._stages
         return (
             [[rate.diff(c.rate) for c in coordinates] for rate in rates],
-            [[acceleration.diff(c.acceleration) for c in coordinates] for acceleration in accelerations],
+            [
+                [acceleration.diff(c.acceleration) for c in coordinates]
+                for acceleration in accelerations
+            ],
         )
 
     @staticmethod
     def _project(
-        residuals: Sequence[sp.Expr], derivatives: Sequence[Sequence[sp.Expr]], unknowns: Sequence[Quantity],
+        residuals: Sequence[sp.Expr],
+        derivatives: Sequence[Sequence[sp.Expr]],
+        unknowns: Sequence[Quantity],
         values: Values,
-    ) -> Values:  # fmt: skip
-        """Return the values of ``unknowns`` nearest to the present ones at which residuals, linear in them, vanish."""
+    ) -> Values:
+        """Return the values of ``unknowns`` nearest to the present ones at which residuals, linear
+        in them, vanish.
+        """
         point = Point(values)
         jacobian = mpmath.matrix([[point(entry) for entry in row] for row in derivatives])
         present = mpmath.matrix([point(residual) for residual in residuals])
@@ -140,7 +172,9 @@ class ConfigurationSubject(Subject):
         return {unknown: values[unknown] - change[index] for index, unknown in enumerate(unknowns)}
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        """Return the values of random configurations, since nothing moves the mechanism along a cycle."""
+        """Return the values of random configurations, since nothing moves the mechanism along a
+        cycle.
+        """
         return [self.admissible(random.Random(1000 + index)) for index in range(points)]
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
@@ -149,5 +183,7 @@ class ConfigurationSubject(Subject):
 
 
 def is_free_of_bodies(mechanism: Mechanism) -> bool:
-    """Return whether a mechanism states frames and points alone, so that only its kinematics can be judged."""
+    """Return whether a mechanism states frames and points alone, so that only its kinematics can be
+    judged.
+    """
     return all(body == mechanism.ground for body in mechanism.assembly.bodies)

@@ -1,8 +1,9 @@
-"""A user's mechanism as an audit subject: what it claims, and the laws that a paper's equations must satisfy.
+"""A user's mechanism as an audit subject: what it claims, and the laws that a paper's equations
+must satisfy.
 
-Laws are power, momentum, angular momentum, virtual work on each coordinate, action and reaction on each body; of a
-mechanism that an angle drives also rest, and forces that grow with the square of the speed. What the paper does not
-state is as derived.
+Laws are power, momentum, angular momentum, virtual work on each coordinate, action and reaction on
+each body; of a mechanism that an angle drives also rest, and forces that grow with the square of
+the speed. What the paper does not state is as derived.
 """
 
 from __future__ import annotations
@@ -25,7 +26,16 @@ from ...audit.paper import Cycle, Dynamics, Law, Subject
 from ...audit.paper import Values as Arrays
 from ...audit.trial import Formula
 from ...chain import Chain
-from ...equations import Balance, Claimed, Equation, by_claim, defining_equation, derived_equation, loop, what
+from ...equations import (
+    Balance,
+    Claimed,
+    Equation,
+    by_claim,
+    defining_equation,
+    derived_equation,
+    loop,
+    what,
+)
 from ...evaluate import Point, si_factor, table_values
 from ...mechanics.driven_motion import LAW, VANISHES, build_law_residuals
 from ...mechanics.mechanism import Mechanism
@@ -51,7 +61,9 @@ def value_ranges(table: Quantities, values: Values) -> dict[Quantity, tuple[mpf,
 
 def draw_values(table: Quantities, values: Values, rng: random.Random) -> Values:
     """Draw random data within their ranges."""
-    return {q: mpf(rng.uniform(*map(float, pair))) for q, pair in value_ranges(table, values).items()}
+    return {
+        q: mpf(rng.uniform(*map(float, pair))) for q, pair in value_ranges(table, values).items()
+    }
 
 
 def draw_near(values: Values, rng: random.Random) -> Values:
@@ -60,7 +72,10 @@ def draw_near(values: Values, rng: random.Random) -> Values:
 
 
 def mechanism_values(mechanism: Mechanism) -> Values:
-    """Return the values of a mechanism except its angle. Raises MechanismError if its table lacks one."""
+    """Return the values of a mechanism except its angle.
+
+    Raises MechanismError if its table lacks one.
+    """
     for quantity in mechanism.given.values():
         if quantity != mechanism.angle and quantity.name not in mechanism.given.data:
             raise MechanismError(f"{mechanism.name}: the table gives no value of {quantity}")
@@ -68,7 +83,10 @@ def mechanism_values(mechanism: Mechanism) -> Values:
 
 
 def evaluate_steps(steps: Iterable[Step], values: Mapping[Quantity, mpf]) -> Values:
-    """Return the values with those of the steps. Raises ZeroDivisionError for equations that determine nothing."""
+    """Return the values with those of the steps.
+
+    Raises ZeroDivisionError for equations that determine nothing.
+    """
     results = dict(values)
     for step in steps:
         point = Point(results)
@@ -85,14 +103,20 @@ def evaluate_steps(steps: Iterable[Step], values: Mapping[Quantity, mpf]) -> Val
 
 REFERENCE, SPEEDS = "reference", "speeds"
 SLOW, FASTER = 1e-9, 2
-"""Further speeds relative to that of the mechanism: at SLOW inertia is negligible, at FASTER it is FASTER^2 times."""
+"""Further speeds relative to that of the mechanism: at SLOW inertia is negligible, at FASTER it is
+FASTER^2 times.
+"""
 ACTIONS = ("N", "N m")
 
 
 def build_dynamics(
-    mechanism: Mechanism, general: Sequence[Let], printed: Chain, motions: Mapping[str, Sequence[Sequence[Values]]]
+    mechanism: Mechanism,
+    general: Sequence[Let],
+    printed: Chain,
+    motions: Mapping[str, Sequence[Sequence[Values]]],
 ) -> Dynamics:
-    """Build the laws that the equations of a paper can violate, with motions and the residual of each equation in them.
+    """Build the laws that the equations of a paper can violate, with motions and the residual of
+    each equation in them.
 
     A repaired equation holds in the motion: its residual there is subtracted from it.
     """
@@ -107,12 +131,17 @@ def build_dynamics(
     balances = [e.residual for e in mechanism.equations() if isinstance(e.claims, Balance)]
     sizes = {name: Magnitudes.from_values(balances, at) for name, at in values.items()}
     scaled = tuple(_scale_law(law, values[law.cycle], sizes[law.cycle]) for law in laws)
-    claims = {e.claims: replace(e, residual=e.residual - residual_symbol(e)) for e in printed.equations.values()}
+    claims = {
+        e.claims: replace(e, residual=e.residual - residual_symbol(e))
+        for e in printed.equations.values()
+    }
     return Dynamics(scaled, cycles, claims, (), TWINS)
 
 
 def residual_symbol(equation: Equation) -> sp.Symbol:
-    """Return the symbol of an equation's residual in the motion, which is zero if the equation holds."""
+    """Return the symbol of an equation's residual in the motion, which is zero if the equation
+    holds.
+    """
     return sp.Symbol(f"left over of ({equation.number})", real=True)
 
 
@@ -130,23 +159,39 @@ def _build_cycle(sides: Sequence[Sequence[Values]], printed: Chain) -> Cycle:
 
 def _stack_values(side: Sequence[Values], printed: Chain) -> Arrays:
     points = [Point(values) for values in side]
-    arrays: Arrays = {symbol: np.array([float(values[symbol]) for values in side]) for symbol in side[0]}
+    arrays: Arrays = {
+        symbol: np.array([float(values[symbol]) for values in side]) for symbol in side[0]
+    }
     residuals = {
-        residual_symbol(e): np.array([float(p(e.residual)) for p in points]) for e in printed.equations.values()
+        residual_symbol(e): np.array([float(p(e.residual)) for p in points])
+        for e in printed.equations.values()
     }
     return arrays | residuals
 
 
 def _general_laws(general: Sequence[Let]) -> Iterator[Law]:
-    return (Law(let.symbol.meaning.removesuffix(VANISHES), let.symbol.unit, (let.expr,)) for let in general)
+    return (
+        Law(let.symbol.meaning.removesuffix(VANISHES), let.symbol.unit, (let.expr,))
+        for let in general
+    )
 
 
 def _reaction_laws(mechanism: Mechanism) -> Iterator[Law]:
-    """Yield the balances of each body, which contain the reverse of the actions on its neighbours."""
-    balances = [(e.claims, e.residual) for e in mechanism.equations() if isinstance(e.claims, Balance)]
-    for (body, kind), group in groupby(balances, key=lambda balance: (balance[0].body, balance[0].kind)):
+    """Yield the balances of each body, which contain the reverse of the actions on its
+    neighbours.
+    """
+    balances = [
+        (e.claims, e.residual) for e in mechanism.equations() if isinstance(e.claims, Balance)
+    ]
+    for (body, kind), group in groupby(
+        balances, key=lambda balance: (balance[0].body, balance[0].kind)
+    ):
         unit = ACTIONS[kind == "moment"]
-        yield Law(f"action and reaction, {kind}s on {body}", unit, tuple(residual for _, residual in group))
+        yield Law(
+            f"action and reaction, {kind}s on {body}",
+            unit,
+            tuple(residual for _, residual in group),
+        )
 
 
 def _rest_law(general: Sequence[Let]) -> Law:
@@ -155,7 +200,9 @@ def _rest_law(general: Sequence[Let]) -> Law:
 
 
 def _scaling_laws(mechanism: Mechanism, solved: Sequence[Quantity]) -> Iterator[Law]:
-    """Yield that inertia's part of an action grows with the square of the speed, if nothing else depends on it."""
+    """Yield that inertia's part of an action grows with the square of the speed, if nothing else
+    depends on it.
+    """
     if _depends_on_speed(mechanism):
         return
     once, twice = TWINS
@@ -167,7 +214,9 @@ def _scaling_laws(mechanism: Mechanism, solved: Sequence[Quantity]) -> Iterator[
 
 
 def _depends_on_speed(mechanism: Mechanism) -> bool:
-    """Whether a prescribed action depends on rates, or changes with the sign of another action, as friction does."""
+    """Whether a prescribed action depends on rates, or changes with the sign of another action, as
+    friction does.
+    """
     driver = [] if mechanism.speed is None else [mechanism.speed]
     speeds = {*driver, *(q for c in mechanism.loops.coordinates for q in (c.rate, c.acceleration))}
     definitions = mechanism.told_in(speeds)
@@ -189,7 +238,9 @@ def _list_values(cycle: Cycle) -> Arrays:
 
 @dataclass(frozen=True)
 class Magnitudes:
-    """Largest force [N], length [m] and speed of turning [rad/s] of a motion, to which rounding errors are relative."""
+    """Largest force [N], length [m] and speed of turning [rad/s] of a motion, to which rounding
+    errors are relative.
+    """
 
     force: float
     length: float
@@ -197,36 +248,55 @@ class Magnitudes:
 
     @classmethod
     def from_values(cls, balances: Iterable[Expr], values: Arrays) -> Magnitudes:
-        """Return the magnitudes of the terms of all balances of forces, and of all lengths and speeds."""
+        """Return the magnitudes of the terms of all balances of forces, and of all lengths and
+        speeds.
+        """
         forces = [residual for residual in balances if dimension(residual) == of_unit("N")]
-        lengths, turnings = ([q for q in values if getattr(q, "unit", "") == unit] for unit in ("m", "rad/s"))
+        lengths, turnings = (
+            [q for q in values if getattr(q, "unit", "") == unit] for unit in ("m", "rad/s")
+        )
         largest = partial(_largest_term, values=values)
         return cls(largest(forces), largest(lengths), largest(turnings))
 
     def find_scale(self, unit: str) -> float:
-        """Return the magnitude of what is in a unit of force, moment, power, speed or length; else none."""
+        """Return the magnitude of what is in a unit of force, moment, power, speed or length; else
+        none.
+        """
         force, length, turning = self.force, self.length, self.turning
-        sizes = {"N": force, "N m": force * length, "J": force * length, "W": force * length * turning}
+        sizes = {
+            "N": force,
+            "N m": force * length,
+            "J": force * length,
+            "W": force * length * turning,
+        }
         return (sizes | {"m": length, "m/s": length * turning}).get(unit, 0.0)
 
 
 def _largest_term(gaps: Iterable[Expr], values: Arrays) -> float:
     """Return the size of the largest summand of expressions in a motion."""
-    terms = [term for gap in gaps for term in sp.Add.make_args(gap) if term.free_symbols <= values.keys()]
+    terms = [
+        term for gap in gaps for term in sp.Add.make_args(gap) if term.free_symbols <= values.keys()
+    ]
     return max((float(np.max(np.abs(Formula(term)(values)))) for term in terms), default=0.0)
 
 
 ROUNDING = 1e-5
 """Share of a motion's magnitude that a law's scale is at least.
 
-A law's own terms may all be zero but for rounding, as a moment is whose forces all pass through one point: its rounding
-is that of the forces. With the tolerance of 1e-7 the share is 1e-12, ten thousand times that of a single operation.
+A law's own terms may all be zero but for rounding, as a moment is whose forces all pass through one
+point: its rounding is that of the forces. With the tolerance of 1e-7 the share is 1e-12, ten
+thousand times that of a single operation.
 """
 
 
 def _scale_law(law: Law, values: Arrays, sizes: Magnitudes) -> Law:
-    """Return a law with the size of its largest term in the motion, no less than the rounding of all forces."""
-    return replace(law, scale=max(_largest_term(law.gaps, values), ROUNDING * sizes.find_scale(law.unit)) or 1.0)
+    """Return a law with the size of its largest term in the motion, no less than the rounding of
+    all forces.
+    """
+    return replace(
+        law,
+        scale=max(_largest_term(law.gaps, values), ROUNDING * sizes.find_scale(law.unit)) or 1.0,
+    )
 
 
 MAX_SIMULTANEOUS = 2
@@ -234,7 +304,9 @@ MAX_SIMULTANEOUS = 2
 
 
 class MechanismSubject(Subject):
-    """A mechanism as derived; ``printed`` are equations of a paper in the order in which they determine something."""
+    """A mechanism as derived; ``printed`` are equations of a paper in the order in which they
+    determine something.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -257,7 +329,11 @@ class MechanismSubject(Subject):
     @property
     def named(self) -> list[Let]:
         """Definitions of all named quantities, each after those that it needs."""
-        return [s for s in sorted_steps((*self.mechanism.named, *self.mechanism.reports)) if isinstance(s, Let)]
+        return [
+            s
+            for s in sorted_steps((*self.mechanism.named, *self.mechanism.reports))
+            if isinstance(s, Let)
+        ]
 
     @cached_property
     def _gap_steps(self) -> tuple[Step, ...]:
@@ -266,28 +342,46 @@ class MechanismSubject(Subject):
         return needed(self.named, frozenset().union(*(gap.free_symbols for gap in gaps)))
 
     def claims(self) -> Mapping[Claimed, Equation]:
-        """Return balances, definitions, gaps of loops, and the rates and accelerations that these determine."""
+        """Return balances, definitions, gaps of loops, and the rates and accelerations that these
+        determine.
+        """
         named = {let.symbol: let for let in self.named}
         gaps = self.mechanism.loops.gaps.items()
-        return by_claim((
-            *self.mechanism.equations(),
-            *(defining_equation(what(symbol), symbol, let.expr) for symbol, let in named.items()),
-            *(derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
-            *(defining_equation(what(s), s, expr) for s, expr in self._rates.items() if s not in named),
-        ))  # fmt: skip
+        return by_claim(
+            (
+                *self.mechanism.equations(),
+                *(
+                    defining_equation(what(symbol), symbol, let.expr)
+                    for symbol, let in named.items()
+                ),
+                *(derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
+                *(
+                    defining_equation(what(s), s, expr)
+                    for s, expr in self._rates.items()
+                    if s not in named
+                ),
+            )
+        )
 
     @cached_property
     def _rates(self) -> dict[Quantity, Expr]:
-        """Rates and accelerations of the coordinates that loops determine, each in terms of those before it."""
+        """Rates and accelerations of the coordinates that loops determine, each in terms of those
+        before it.
+        """
         loops, motion = self.mechanism.loops, self.mechanism.motion
-        rates, accelerations = [c.rate for c in loops.coordinates], [c.acceleration for c in loops.coordinates]
+        rates, accelerations = (
+            [c.rate for c in loops.coordinates],
+            [c.acceleration for c in loops.coordinates],
+        )
         definitions = self.mechanism.told_in([*rates, *accelerations])
         once = [sp.sympify(motion.rate(gap)).xreplace(definitions) for gap in loops.gaps.values()]
         twice = [sp.sympify(motion.rate(rate)).xreplace(definitions) for rate in once]
         return _solve_in_turn(once, rates) | _solve_in_turn(twice, accelerations)
 
     def common(self, printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
-        """Return both with the definitions of quantities that occur in only one: coordinates, their rates, data."""
+        """Return both with the definitions of quantities that occur in only one: coordinates, their
+        rates, data.
+        """
         both = printed.free_symbols & derived.free_symbols
         definitions: dict[Quantity, Expr] = {}
         for let in self.named:
@@ -309,23 +403,31 @@ class MechanismSubject(Subject):
         return self.system
 
     def dynamics(self) -> Dynamics | None:
-        """Return the laws for the printed equations as a whole; None if no law depends on what they determine."""
+        """Return the laws for the printed equations as a whole; None if no law depends on what they
+        determine.
+        """
         if not self.printed.order:
             return None
         return build_dynamics(
-            self.mechanism, build_law_residuals(self.mechanism, self.moving), self.printed, self.motions()
+            self.mechanism,
+            build_law_residuals(self.mechanism, self.moving),
+            self.printed,
+            self.motions(),
         )
 
 
 def _solve_in_turn(residuals: Sequence[Expr], unknowns: Sequence[Quantity]) -> dict[Quantity, Expr]:
-    """Solve linear equations, the smallest sets first; their unknowns remain symbols in what follows.
+    """Solve linear equations, the smallest sets first; their unknowns remain symbols in what
+    follows.
 
-    Unknowns that need more than MAX_SIMULTANEOUS equations at once are left out, as their formulas would be too long
-    for a comparison.
+    Unknowns that need more than MAX_SIMULTANEOUS equations at once are left out, as their formulas
+    would be too long for a comparison.
     """
     solutions: dict[Quantity, Expr] = {}
     remaining = list(residuals)
-    while solved := next(_solve_together(remaining, [q for q in unknowns if q not in solutions]), None):
+    while solved := next(
+        _solve_together(remaining, [q for q in unknowns if q not in solutions]), None
+    ):
         together, values = solved
         solutions |= values
         remaining = [residual for residual in remaining if residual not in together]
@@ -335,7 +437,9 @@ def _solve_in_turn(residuals: Sequence[Expr], unknowns: Sequence[Quantity]) -> d
 def _solve_together(
     residuals: Sequence[Expr], unknowns: Sequence[Quantity]
 ) -> Iterator[tuple[tuple[Expr, ...], dict[Quantity, Expr]]]:
-    """Yield sets of equations that determine as many unknowns, the smallest first, with the solutions."""
+    """Yield sets of equations that determine as many unknowns, the smallest first, with the
+    solutions.
+    """
     for size in range(1, MAX_SIMULTANEOUS + 1):
         for equations in combinations(residuals, size):
             symbols = set().union(*(residual.free_symbols for residual in equations))

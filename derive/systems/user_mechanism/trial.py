@@ -36,7 +36,9 @@ NEARBY = 8
 
 
 class FormulasSubject(Subject):
-    """Formulas at random values of their data, and while each datum runs from its lower to its upper bound."""
+    """Formulas at random values of their data, and while each datum runs from its lower to its
+    upper bound.
+    """
 
     def __init__(self, formulas: Formulas) -> None:
         self.formulas, self._values = formulas, table_values(formulas.given)
@@ -46,13 +48,19 @@ class FormulasSubject(Subject):
         return self.formulas.equations
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        """Draw data and return all values. Raises MechanismError if the definitions have none for any draw."""
+        """Draw data and return all values.
+
+        Raises MechanismError if the definitions have none for any draw.
+        """
         for _ in range(TRIALS):
             try:
                 return self.formulas.followed(draw_values(self.formulas.given, self._values, rng))
             except (ZeroDivisionError, TypeError):
                 continue
-        raise MechanismError(f"{self.formulas.name}: its definitions have no real values near the data that are given")
+        raise MechanismError(
+            f"{self.formulas.name}: its definitions have no real values near the data that are "
+            f"given"
+        )
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
         """Return all values on the way from the lower bounds to the upper bounds."""
@@ -61,15 +69,25 @@ class FormulasSubject(Subject):
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
         """Return values near those; None if the definitions have no real ones."""
         try:
-            return [self.formulas.followed(draw_near(data, rng)) for data in self._interpolate_data(NEARBY)]
+            return [
+                self.formulas.followed(draw_near(data, rng))
+                for data in self._interpolate_data(NEARBY)
+            ]
         except (ZeroDivisionError, TypeError):
             return None
 
     def _interpolate_data(self, points: int) -> list[dict[Quantity, mpf]]:
         table = self.formulas.given
-        ranges = {q: pair for q, pair in value_ranges(table, self._values).items() if table.data[q.name].bounds}
+        ranges = {
+            q: pair
+            for q, pair in value_ranges(table, self._values).items()
+            if table.data[q.name].bounds
+        }
         shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
-        return [self._values | {q: low + (high - low) * s for q, (low, high) in ranges.items()} for s in shares]
+        return [
+            self._values | {q: low + (high - low) * s for q, (low, high) in ranges.items()}
+            for s in shares
+        ]
 
 
 PROBE_VALUE = 0.3
@@ -77,23 +95,28 @@ PROBE_VALUE = 0.3
 
 
 def build_paper_chain(paper: Paper, subject: MechanismSubject) -> Chain:
-    """Build the chain of a paper's equations that determine actions and quantities which the paper defines.
+    """Build the chain of a paper's equations that determine actions and quantities which the paper
+    defines.
 
-    Names that the paper introduces are replaced by their definitions. Equations with a quantity that has no value in
-    the motion, or with a function that cannot be evaluated, are left out.
+    Names that the paper introduces are replaced by their definitions. Equations with a quantity
+    that has no value in the motion, or with a function that cannot be evaluated, are left out.
     """
     equations, names = [], dict[sp.Symbol, Expr]()
     for printed in paper.equations.values():
         read = _as_read(paper, printed).xreplace(names)
         if printed.defines is not None and isinstance(printed.claims, Definition):
             names[printed.defines] = printed.defines - read
-        elif printed.relation == "=" and printed.legibility != "lost" and _has_values(read, subject):
+        elif (
+            printed.relation == "=" and printed.legibility != "lost" and _has_values(read, subject)
+        ):
             claim = Repaired.HOLDS.of(printed.number)
             equations.append(replace(printed, residual=read, claims=claim))
     defined = (e.defines for e in equations if e.defines in subject.quantities)
     unknowns = dict.fromkeys((*subject.mechanism.assembly.unknowns, *defined))
     symbols = {q for e in equations for q in e.residual.free_symbols}
-    return select_solvable(equations, [q for q in unknowns if isinstance(q, Quantity) and q in symbols])
+    return select_solvable(
+        equations, [q for q in unknowns if isinstance(q, Quantity) and q in symbols]
+    )
 
 
 def _has_values(expr: Expr, subject: MechanismSubject) -> bool:
@@ -125,10 +148,12 @@ SECONDS = 1.0
 
 
 def trial(stated: Mechanism | Formulas, paper: Paper, until: float = SECONDS) -> Case:
-    r"""Compare all equations of a paper with a mechanism or formulas: what a file offers as CASE to `planter audit`.
+    r"""Compare all equations of a paper with a mechanism or formulas: what a file offers as CASE to
+    `planter audit`.
 
-    The size of a term is taken over the revolution of a mechanism that an angle drives, else over free motion
-    ``until`` a time [s]. Raises ClaimError for a claim to be something that the mechanism or the formulas do not state.
+    The size of a term is taken over the revolution of a mechanism that an angle drives, else over
+    free motion ``until`` a time [s]. Raises ClaimError for a claim to be something that the
+    mechanism or the formulas do not state.
 
     >>> from derive import Formulas, Paper, quantities, trial, what
     >>> q = quantities("r | m | radius | 0.02\nd | m | diameter")
@@ -145,7 +170,9 @@ def trial(stated: Mechanism | Formulas, paper: Paper, until: float = SECONDS) ->
         case = Case(paper, subject)
     else:
         subject.printed = build_paper_chain(paper, subject)
-        case = Case(paper, subject, (subject.printed, Chain({}, [])) if subject.printed.order else None)
+        case = Case(
+            paper, subject, (subject.printed, Chain({}, [])) if subject.printed.order else None
+        )
     for number, equation in paper.equations.items():
         if not equation.stands_alone:
             case.derived(number)

@@ -1,4 +1,6 @@
-"""Analysis of variance and of ranges of a field test, predictions, and the comparison of clutches."""
+"""Analysis of variance and of ranges of a field test, predictions, and the comparison of
+clutches.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +22,17 @@ if TYPE_CHECKING:
     from planter.kernels import Array
 
 ROUNDING = 100 * np.finfo(float).eps
-"""Residuals below this share of the response are rounding: there is no error to compare effects with."""
+"""Residuals below this share of the response are rounding: there is no error to compare effects
+with.
+"""
 LARGEST = 5_000_000
 """Runs times effects that are analysed at most."""
 
 
 def is_orthogonal(factors: Sequence[Factor]) -> bool:
-    """Return whether all levels of a factor occur equally often, and so do all pairs of levels of two factors."""
+    """Return whether all levels of a factor occur equally often, and so do all pairs of levels of
+    two factors.
+    """
     single = (np.bincount(factor.codes) for factor in factors)
     pairs = (
         np.bincount(a.codes * len(b.levels) + b.codes, minlength=len(a.levels) * len(b.levels))
@@ -37,13 +43,17 @@ def is_orthogonal(factors: Sequence[Factor]) -> bool:
 
 @dataclass(frozen=True)
 class Effects:
-    """Main effects of one response: mean of all combinations of levels, and what each level adds to it."""
+    """Main effects of one response: mean of all combinations of levels, and what each level adds to
+    it.
+    """
 
     mean: float
     levels: tuple[Array, ...]
 
     def predict(self) -> Array:
-        """Return the additive prediction for every combination of levels, the last factor's changing fastest."""
+        """Return the additive prediction for every combination of levels, the last factor's
+        changing fastest.
+        """
         total = np.array([self.mean])
         for level in self.levels:
             total = np.add.outer(total, level)
@@ -51,10 +61,11 @@ class Effects:
 
 
 class MainEffectsModel:
-    """Main effects of all factors of a trial, each coded so that the effects of its levels sum to zero.
+    """Main effects of all factors of a trial, each coded so that the effects of its levels sum to
+    zero.
 
-    Raises InputError, naming the factors, for a design with fewer runs than effects, or one in which effects cannot
-    be separated.
+    Raises InputError, naming the factors, for a design with fewer runs than effects, or one in
+    which effects cannot be separated.
     """
 
     def __init__(self, trial: Trial) -> None:
@@ -65,13 +76,16 @@ class MainEffectsModel:
         effects = self.matrix.shape[1]
         if np.linalg.matrix_rank(self.matrix) < effects:
             raise InputError(
-                f"{trial.source}: the effects of {' and '.join(self._mixed())} cannot be separated by these runs, "
+                f"{trial.source}: the effects of {' and '.join(self._mixed())} cannot be "
+                f"separated by these runs, "
                 f"but the levels of factors must vary independently"
             )
         self.freedom = trial.runs - effects
 
     def effects(self, response: FieldResponse) -> Effects:
-        """Return least-squares effects; in an orthogonal design, level means less the mean of all runs."""
+        """Return least-squares effects; in an orthogonal design, level means less the mean of all
+        runs.
+        """
         middle, size = _scaled(response.values)
         fit = fit_least_squares((response.values - middle) / size, self.matrix)
         ends = np.cumsum([1, *(block.shape[1] for block in self.blocks)])
@@ -80,7 +94,8 @@ class MainEffectsModel:
         return Effects(float(middle + size * fit.parameters[0]), levels)
 
     def anova(self, response: FieldResponse) -> dict[str, Effect | Residual | Total]:
-        """Return sums of squares of each factor over all others (type II), of the error and of all runs.
+        """Return sums of squares of each factor over all others (type II), of the error and of all
+        runs.
 
         F and p are None if the error has no degrees of freedom, or is rounding.
         """
@@ -93,7 +108,10 @@ class MainEffectsModel:
         table: dict[str, Effect | Residual | Total] = {}
         for index, (factor, block) in enumerate(self._pairs()):
             reduced = self._columns(i for i in range(len(self.blocks)) if i != index)
-            ss, df = max(fit_least_squares(scaled, reduced).residual_squares - rest, 0.0), block.shape[1]
+            ss, df = (
+                max(fit_least_squares(scaled, reduced).residual_squares - rest, 0.0),
+                block.shape[1],
+            )
             ratio = None if noise is None else ss / df / noise
             p = None if ratio is None else float(scipy.stats.f.sf(ratio, df, self.freedom))
             table[factor.name] = Effect(ss * size**2, df, ss * size**2 / df, ratio, p)
@@ -123,7 +141,10 @@ def range_analysis(trial: Trial, response: FieldResponse) -> dict[str, LevelMean
     """Return the means of the runs at each level of a factor, and their range."""
     means_by_factor = {}
     for factor in trial.factors:
-        means = [float(response.values[factor.codes == code].mean()) for code in range(len(factor.levels))]
+        means = [
+            float(response.values[factor.codes == code].mean())
+            for code in range(len(factor.levels))
+        ]
         means_by_factor[factor.name] = LevelMeans(means, max(means) - min(means))
     return means_by_factor
 
@@ -137,14 +158,19 @@ def index_of_minimum(values: Array) -> int:
 def _check_size(trial: Trial) -> None:
     effects = 1 + sum(len(factor.levels) - 1 for factor in trial.factors)
     if trial.runs < effects:
-        counted = ", ".join(f"{len(factor.levels) - 1} of {factor.name}" for factor in trial.factors)
+        counted = ", ".join(
+            f"{len(factor.levels) - 1} of {factor.name}" for factor in trial.factors
+        )
         raise InputError(
-            f"{trial.source}: there are {trial.runs} runs for {effects} effects (the mean, {counted}), "
-            f"there must be at least as many runs (is a column no factor? see --response, --blank and --ignore)"
+            f"{trial.source}: there are {trial.runs} runs for {effects} effects (the mean, "
+            f"{counted}), "
+            f"there must be at least as many runs (is a column no factor? see --response, --blank "
+            f"and --ignore)"
         )
     if trial.runs * effects > LARGEST:
         raise InputError(
-            f"{trial.source}: {trial.runs} runs times {effects} effects are too many, there must be at most {LARGEST}"
+            f"{trial.source}: {trial.runs} runs times {effects} effects are too many, there must "
+            f"be at most {LARGEST}"
         )
 
 
@@ -155,7 +181,9 @@ def _coded(factor: Factor) -> Array:
 
 
 def _scaled(values: Array) -> tuple[float, float]:
-    """Mean of a response and its largest distance from there: without them squares neither over- nor underflow."""
+    """Mean of a response and its largest distance from there: without them squares neither over-
+    nor underflow.
+    """
     middle = float(np.mean(values))
     return middle, float(np.max(np.abs(values - middle)))
 
@@ -169,7 +197,9 @@ class LeastSquaresFit:
 
 
 def fit_least_squares(values: Array, columns: Array) -> LeastSquaresFit:
-    """Return the fit of values (n,) by columns (n, p) of full rank, by orthogonal decomposition (LAPACK gelsd)."""
+    """Return the fit of values (n,) by columns (n, p) of full rank, by orthogonal decomposition
+    (LAPACK gelsd).
+    """
     parameters = np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0], dtype=float)
     residuals = values - columns @ parameters
     return LeastSquaresFit(parameters, float(residuals @ residuals))
@@ -181,7 +211,9 @@ HEADER = ("clutch", "speed_m_s", "measure", "mean", "sd", "n")
 
 @dataclass(frozen=True)
 class Sample:
-    """Summary of the measurements of one clutch at one speed; `sd` is the sample standard deviation."""
+    """Summary of the measurements of one clutch at one speed; `sd` is the sample standard
+    deviation.
+    """
 
     clutch: str
     speed_m_s: float
@@ -192,7 +224,10 @@ class Sample:
 
 
 def read_samples(text: str, source: str) -> list[Sample]:
-    """Return the samples of a CSV text with the columns of `HEADER`. Raises InputError, naming line and column."""
+    """Return the samples of a CSV text with the columns of `HEADER`.
+
+    Raises InputError, naming line and column.
+    """
     table = csv_rows.read_table(text, source, HEADER)
     _check(table)
     numbers = zip(*(table.numbers(name) for name in ("speed_m_s", "mean", "sd", "n")), strict=True)
@@ -221,20 +256,25 @@ def _check_distinct(table: csv_rows.CsvTable, samples: Sequence[Sample]) -> None
         before = seen.setdefault((sample.clutch, sample.speed_m_s, sample.measure), line)
         if before != line:
             raise InputError(
-                f"{table.source}: line {line} gives {sample.measure} of {sample.clutch} at {sample.speed_m_s:g} m/s "
+                f"{table.source}: line {line} gives {sample.measure} of {sample.clutch} at "
+                f"{sample.speed_m_s:g} m/s "
                 f"again after line {before}, but each must be given once"
             )
     clutches = len({sample.clutch for sample in samples})
     if not 2 <= clutches <= MOST_CLUTCHES:
-        raise InputError(f"{table.source}: column clutch names {clutches}, there must be 2 to {MOST_CLUTCHES}")
+        raise InputError(
+            f"{table.source}: column clutch names {clutches}, there must be 2 to {MOST_CLUTCHES}"
+        )
 
 
 def compare_samples(samples: Sequence[Sample]) -> tuple[list[Compared], list[Compared]]:
-    """Return every pair of clutches at each speed and measure of both: the first two clutches, then all others.
+    """Return every pair of clutches at each speed and measure of both: the first two clutches, then
+    all others.
 
-    `reduction_percent` is (reference - clutch) / reference of the means, None for a reference of zero; `p_value` is
-    that of Welch's two-sided test, None where neither clutch scatters; `p_holm` is the same by Holm's procedure over
-    all pairs: what is called significant by it holds for all of them together.
+    `reduction_percent` is (reference - clutch) / reference of the means, None for a reference of
+    zero; `p_value` is that of Welch's two-sided test, None where neither clutch scatters; `p_holm`
+    is the same by Holm's procedure over all pairs: what is called significant by it holds for all
+    of them together.
     """
     clutches = list(dict.fromkeys(sample.clutch for sample in samples))
     at = {(sample.clutch, sample.speed_m_s, sample.measure): sample for sample in samples}
@@ -265,25 +305,33 @@ def _pair(new: Sample, reference: Sample) -> Compared:
 
 
 def welch_probability(a: Sample, b: Sample) -> float | None:
-    """Return the p-value of equal means with unequal variances (Welch 1947), or None if neither clutch scatters."""
+    """Return the p-value of equal means with unequal variances (Welch 1947), or None if neither
+    clutch scatters.
+    """
     scale = max(a.sd, b.sd)
     if scale == 0:
         return None
     gap = (a.mean - b.mean) / scale
-    test = scipy.stats.ttest_ind_from_stats(gap, a.sd / scale, a.n, 0.0, b.sd / scale, b.n, equal_var=False)
+    test = scipy.stats.ttest_ind_from_stats(
+        gap, a.sd / scale, a.n, 0.0, b.sd / scale, b.n, equal_var=False
+    )
     return float(test.pvalue)
 
 
 def _adjusted(pairs: Sequence[Compared]) -> list[Compared]:
     """The pairs with their chances by Holm's procedure."""
     adjusted = iter(adjust_by_holm([pair.p_value for pair in pairs if pair.p_value is not None]))
-    return [pair if pair.p_value is None else replace(pair, p_holm=next(adjusted)) for pair in pairs]
+    return [
+        pair if pair.p_value is None else replace(pair, p_holm=next(adjusted)) for pair in pairs
+    ]
 
 
 def adjust_by_holm(probabilities: Sequence[float]) -> list[float]:
-    """Return probabilities adjusted for their number by the step-down procedure of Holm (1979), in the same order.
+    """Return probabilities adjusted for their number by the step-down procedure of Holm (1979), in
+    the same order.
 
-    The k-th smallest of m is multiplied by m - k + 1, is at least the adjusted one before it, and at most 1.
+    The k-th smallest of m is multiplied by m - k + 1, is at least the adjusted one before it, and
+    at most 1.
 
     >>> adjust_by_holm([0.01, 0.04, 0.03])
     [0.03, 0.06, 0.06]

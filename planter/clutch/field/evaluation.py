@@ -22,7 +22,16 @@ from planter.clutch.field.analysis import (
     range_analysis,
 )
 from planter.clutch.field.trial import FieldColumns, Trial
-from planter.clutch.results import Effect, FactorLevels, FieldTest, Level, LevelMeans, Predicted, ResponseLabel, Total
+from planter.clutch.results import (
+    Effect,
+    FactorLevels,
+    FieldTest,
+    Level,
+    LevelMeans,
+    Predicted,
+    ResponseLabel,
+    Total,
+)
 from planter.errors import InputError
 from planter.files import csv_rows, examples
 
@@ -43,7 +52,9 @@ class ResponseGoal:
 
     @classmethod
     def parse(cls, text: str) -> ResponseGoal:
-        """Return the goal of a text as users write it, or as results print it. Raises InputError for anything else.
+        """Return the goal of a text as users write it, or as results print it.
+
+        Raises InputError for anything else.
 
         >>> [str(ResponseGoal.parse(text)) for text in ("larger", "zero", "12.5", "target 3")]
         ['larger', 'nearest 0', 'target 12.5', 'target 3']
@@ -73,7 +84,10 @@ NEAREST_ZERO = ResponseGoal("near", 0.0)
 
 
 def parse_goals(texts: Sequence[str]) -> dict[str, ResponseGoal]:
-    """Return goals by response from texts NAME=GOAL. Raises InputError for other texts, or two goals of a response."""
+    """Return goals by response from texts NAME=GOAL.
+
+    Raises InputError for other texts, or two goals of a response.
+    """
     goals: dict[str, ResponseGoal] = {}
     for text in texts:
         name, equals, goal = (part.strip() for part in text.rpartition("="))
@@ -93,25 +107,31 @@ def check_goals(goals: Mapping[str, ResponseGoal], responses: Sequence[str], sou
     for name, goal in goals.items():
         if name not in responses:
             raise InputError(
-                f"--goal {name}={goal}: {source} has no such response, it must be one of {', '.join(responses)}"
+                f"--goal {name}={goal}: {source} has no such response, it must be one of "
+                f"{', '.join(responses)}"
             )
     missing = [name for name in responses if name not in goals]
     if missing:
         options = " ".join(f"--goal {name}=larger" for name in missing)
         raise InputError(
-            f"{source}: nothing says what is good of {' and '.join(missing)}: each response must have its goal, as in "
+            f"{source}: nothing says what is good of {' and '.join(missing)}: each response must "
+            f"have its goal, as in "
             f"{options} ({ALLOWED})"
         )
 
 
 def rank_losses(losses: Array) -> Array:
-    """Return ranks (n,) of losses from 1 for the smallest; equal losses, up to rounding, share their mean rank."""
+    """Return ranks (n,) of losses from 1 for the smallest; equal losses, up to rounding, share
+    their mean rank.
+    """
     step = _SAME * float(np.max(np.abs(losses)))
     return np.asarray(scipy.stats.rankdata(np.round(losses / step) if step else losses))
 
 
 def order_combinations(losses: Sequence[Array]) -> NDArray[np.intp]:
-    """Return indices (n,) of combinations, the best first: by mean rank over all responses, then by worst rank."""
+    """Return indices (n,) of combinations, the best first: by mean rank over all responses, then by
+    worst rank.
+    """
     rank_table = np.array([rank_losses(loss) for loss in losses])
     return np.lexsort((rank_table.max(axis=0), rank_table.mean(axis=0)))
 
@@ -131,7 +151,9 @@ SEARCHED = 2_000_000
 
 @dataclass(frozen=True)
 class FieldEvaluation:
-    """The trial, its effects and goals per response, the samples compared, and the result as the command gives it."""
+    """The trial, its effects and goals per response, the samples compared, and the result as the
+    command gives it.
+    """
 
     trial: Trial
     effects: dict[str, Effects]
@@ -146,10 +168,12 @@ def evaluate_field(
     compared: str | None = None,
     requested: Mapping[str, ResponseGoal] | None = None,
 ) -> FieldEvaluation:
-    """Evaluate the field test in a CSV file, or the built-in one of that name, and compares clutches.
+    """Evaluate the field test in a CSV file, or the built-in one of that name, and compares
+    clutches.
 
-    `compared` is the CSV file, or built-in, of the clutches' summary statistics; the paper's own runs bring theirs.
-    `requested` are the goals of the responses; the paper's own are lags, for which the default is nearest to zero.
+    `compared` is the CSV file, or built-in, of the clutches' summary statistics; the paper's own
+    runs bring theirs. `requested` are the goals of the responses; the paper's own are lags, for
+    which the default is nearest to zero.
 
     Raises InputError for data that cannot be evaluated, and for responses without a goal.
     """
@@ -159,7 +183,11 @@ def evaluate_field(
     assigned = {**defaults, **(requested or {})}
     check_goals(assigned, names, source)
     compared = PAPER_COMPARISON if compared is None and source == PAPER else compared
-    samples = analysis.read_samples(examples.read_source(compared, "clutch", ".csv"), compared) if compared else []
+    samples = (
+        analysis.read_samples(examples.read_source(compared, "clutch", ".csv"), compared)
+        if compared
+        else []
+    )
     return evaluate_trial(read, samples, assigned)
 
 
@@ -179,7 +207,9 @@ def evaluate_trial(
         source=test.source,
         runs=test.runs,
         factors={
-            f.name: FactorLevels(f.label, list(f.levels), None if f.values is None else list(f.values))
+            f.name: FactorLevels(
+                f.label, list(f.levels), None if f.values is None else list(f.values)
+            )
             for f in test.factors
         },
         responses={response.name: ResponseLabel(response.label) for response in test.responses},
@@ -204,7 +234,9 @@ def evaluate_trial(
 
 
 class Ranges(NamedTuple):
-    """Range analysis, the order of the factors' influence, and the level whose mean is best of each factor."""
+    """Range analysis, the order of the factors' influence, and the level whose mean is best of each
+    factor.
+    """
 
     means: dict[str, dict[str, LevelMeans]] | None = None
     order: dict[str, list[str]] | None = None
@@ -212,36 +244,53 @@ class Ranges(NamedTuple):
 
 
 def _ranges(test: Trial, assigned: Mapping[str, ResponseGoal]) -> Ranges:
-    """Return the ranges of an orthogonal design; factors have an order only if all have as many levels."""
+    """Return the ranges of an orthogonal design; factors have an order only if all have as many
+    levels.
+    """
     means = {response.name: range_analysis(test, response) for response in test.responses}
     comparable = len({len(factor.levels) for factor in test.factors}) == 1
-    order = {name: sorted(factors, key=lambda factor: -factors[factor].R) for name, factors in means.items()}
+    order = {
+        name: sorted(factors, key=lambda factor: -factors[factor].R)
+        for name, factors in means.items()
+    }
     best = {
-        name: [f.levels[index_of_minimum(goal.loss(np.array(means[name][f.name].k)))] for f in test.factors]
+        name: [
+            f.levels[index_of_minimum(goal.loss(np.array(means[name][f.name].k)))]
+            for f in test.factors
+        ]
         for name, goal in assigned.items()
     }
     return Ranges(means, order if comparable else None, best or None)
 
 
-def _losses(effects: Mapping[str, Effects], assigned: Mapping[str, ResponseGoal]) -> dict[str, Array]:
+def _losses(
+    effects: Mapping[str, Effects], assigned: Mapping[str, ResponseGoal]
+) -> dict[str, Array]:
     """Return the distance of every combination's prediction from the goal, by response."""
     return {name: goal.loss(effects[name].predict()) for name, goal in assigned.items()}
 
 
-def _best(test: Trial, effects: dict[str, Effects], assigned: Mapping[str, ResponseGoal]) -> dict[str, list[Level]]:
-    """Levels whose prediction is best by each response's goal, and by the mean of the ranks over all responses."""
+def _best(
+    test: Trial, effects: dict[str, Effects], assigned: Mapping[str, ResponseGoal]
+) -> dict[str, list[Level]]:
+    """Levels whose prediction is best by each response's goal, and by the mean of the ranks over
+    all responses.
+    """
     losses = _losses(effects, assigned)
     first = {name: index_of_minimum(loss) for name, loss in losses.items()}
     first["both"] = int(order_combinations(list(losses.values()))[0])
     shape = [len(factor.levels) for factor in test.factors]
     places = {name: np.unravel_index(index, shape) for name, index in first.items()}
     return {
-        name: [f.levels[int(i)] for f, i in zip(test.factors, place, strict=True)] for name, place in places.items()
+        name: [f.levels[int(i)] for f, i in zip(test.factors, place, strict=True)]
+        for name, place in places.items()
     }
 
 
 def _ties(effects: Mapping[str, Effects], assigned: Mapping[str, ResponseGoal]) -> Iterator[str]:
-    """That several combinations are equally good by all goals together, where the goals are at odds."""
+    """That several combinations are equally good by all goals together, where the goals are at
+    odds.
+    """
     equal = count_ties(list(_losses(effects, assigned).values()))
     if equal > 1:
         yield (
@@ -252,29 +301,47 @@ def _ties(effects: Mapping[str, Effects], assigned: Mapping[str, ResponseGoal]) 
 
 def _predictions(test: Trial, effects: dict[str, Effects]) -> Iterator[Predicted]:
     predicted = [effect.predict().tolist() for effect in effects.values()]
-    for levels, *values in zip(itertools.product(*(f.levels for f in test.factors)), *predicted, strict=True):
+    for levels, *values in zip(
+        itertools.product(*(f.levels for f in test.factors)), *predicted, strict=True
+    ):
         yield Predicted(list(levels), dict(zip(effects, values, strict=True)))
 
 
 def _warnings(
-    test: Trial, model: MainEffectsModel, anova: Mapping[str, Mapping[str, Total]], orthogonal: bool, combinations: int
+    test: Trial,
+    model: MainEffectsModel,
+    anova: Mapping[str, Mapping[str, Total]],
+    orthogonal: bool,
+    combinations: int,
 ) -> Iterator[str]:
     if not orthogonal:
         yield (
-            "the design is not orthogonal, so there is no range analysis, and sums of squares are of type II (each "
+            "the design is not orthogonal, so there is no range analysis, and sums of squares are "
+            "of type II (each "
             "factor over all others), which do not add up to the total"
         )
     blanks = [b.name for b in test.blanks if orthogonal and not is_orthogonal([*test.factors, b])]
     if blanks:
-        yield f"effects of factors show in the blank column {' and '.join(blanks)}, which is not orthogonal to them"
+        yield (
+            f"effects of factors show in the blank column {' and '.join(blanks)}, which is not "
+            f"orthogonal to them"
+        )
     if model.freedom == 0:
-        yield "the effects use up all degrees of freedom: without any left for the error there is no F and no p"
+        yield (
+            "the effects use up all degrees of freedom: without any left for the error there is "
+            "no F and no p"
+        )
     else:
         exact = [
-            name for name, table in anova.items() if any(isinstance(s, Effect) and s.F is None for s in table.values())
+            name
+            for name, table in anova.items()
+            if any(isinstance(s, Effect) and s.F is None for s in table.values())
         ]
         if exact:
-            yield f"main effects explain {' and '.join(exact)} to the last digit: without any error there is no F, no p"
+            yield (
+                f"main effects explain {' and '.join(exact)} to the last digit: without any "
+                f"error there is no F, no p"
+            )
     if combinations > LISTED:
         yield (
             f"of {combinations} combinations of levels none is listed, and the best is "

@@ -1,4 +1,6 @@
-"""Plans for field tests: an orthogonal array with the user's factors, as the CSV that the evaluation reads back."""
+"""Plans for field tests: an orthogonal array with the user's factors, as the CSV that the
+evaluation reads back.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ class FactorSpec:
 
     @classmethod
     def parse(cls, text: str) -> FactorSpec:
-        """Return the factor of `NAME` or `NAME=LEVEL,LEVEL,...`. Raises InputError for any other text.
+        """Return the factor of `NAME` or `NAME=LEVEL,LEVEL,...`.
+
+        Raises InputError for any other text.
 
         >>> FactorSpec.parse("k = 0.3, 0.4, 0.5")
         FactorSpec(name='k', levels=('0.3', '0.4', '0.5'))
@@ -36,14 +40,18 @@ class FactorSpec:
 
 
 def plan_field(
-    name: str, factors: Sequence[FactorSpec] = (), responses: Sequence[str] = ("Y1",), seed: int | None = None
+    name: str,
+    factors: Sequence[FactorSpec] = (),
+    responses: Sequence[str] = ("Y1",),
+    seed: int | None = None,
 ) -> FieldPlan:
     """Return a plan on an orthogonal array by name; without factors, A, B, ... fill its columns.
 
-    The runs are in the array's order, or shuffled by `seed`; `run` counts them as they are to be made. Columns that no
-    factor takes are blank ones.
+    The runs are in the array's order, or shuffled by `seed`; `run` counts them as they are to be
+    made. Columns that no factor takes are blank ones.
 
-    Raises InputError for an unknown array, factors that do not fit its columns, and names that mean something else.
+    Raises InputError for an unknown array, factors that do not fit its columns, and names that mean
+    something else.
     """
     chosen = build_array(name)
     if not factors:
@@ -58,10 +66,18 @@ def plan_field(
     for factor, index in zip(factors, taken, strict=True):
         levels = factor.levels or _counted(chosen.levels[index])
         columns[factor.name] = [levels[code] for code in codes[:, index]]
-    columns |= {blank: [str(code + 1) for code in codes[:, i]] for blank, i in zip(blanks, free, strict=True)}
+    columns |= {
+        blank: [str(code + 1) for code in codes[:, i]]
+        for blank, i in zip(blanks, free, strict=True)
+    }
     columns |= {response: [""] * len(codes) for response in responses}
-    comments = [f"Plan {chosen.name}, {'in standard order' if seed is None else f'shuffled by seed {seed}'}."]
-    comments += [f"factor {f.name}: = {', '.join(f.levels)}" for f in factors if not _numeric(f.levels)]
+    comments = [
+        f"Plan {chosen.name}, "
+        f"{'in standard order' if seed is None else f'shuffled by seed {seed}'}."
+    ]
+    comments += [
+        f"factor {f.name}: = {', '.join(f.levels)}" for f in factors if not _numeric(f.levels)
+    ]
     return FieldPlan(
         chosen.name,
         [f.name for f in factors],
@@ -72,14 +88,21 @@ def plan_field(
 
 
 def _assigned(chosen: OrthogonalArray, factors: Sequence[FactorSpec]) -> list[int]:
-    """The column that each factor takes: the first free one, in the array's order, with as many levels."""
+    """The column that each factor takes: the first free one, in the array's order, with as many
+    levels.
+    """
     taken: list[int] = []
     for factor in factors:
-        free = (i for i in chosen.order if i not in taken and len(factor.levels) in (0, chosen.levels[i]))
+        free = (
+            i
+            for i in chosen.order
+            if i not in taken and len(factor.levels) in (0, chosen.levels[i])
+        )
         index = next(free, None)
         if index is None:
             raise InputError(
-                f"--factor {factor.name} finds no column in {chosen.name}, which has {_described(chosen)} for "
+                f"--factor {factor.name} finds no column in {chosen.name}, which has "
+                f"{_described(chosen)} for "
                 f"{len(factors)} factors: each must have as many levels as its column"
             )
         taken.append(index)
@@ -88,7 +111,9 @@ def _assigned(chosen: OrthogonalArray, factors: Sequence[FactorSpec]) -> list[in
 
 def _described(chosen: OrthogonalArray) -> str:
     counts = {levels: chosen.levels.count(levels) for levels in sorted(set(chosen.levels))}
-    return " and ".join(f"{n} column{'s' * (n > 1)} of {levels} levels" for levels, n in counts.items())
+    return " and ".join(
+        f"{n} column{'s' * (n > 1)} of {levels} levels" for levels, n in counts.items()
+    )
 
 
 def _counted(levels: int) -> tuple[str, ...]:
@@ -100,12 +125,18 @@ def _numeric(levels: Sequence[str]) -> bool:
 
 
 def _check(text: str, name: str, levels: Sequence[str]) -> None:
-    if not name or any(mark in name for mark in ':,#"\n\r') or any(mark in text for mark in '"\n\r'):
+    if (
+        not name
+        or any(mark in name for mark in ':,#"\n\r')
+        or any(mark in text for mark in '"\n\r')
+    ):
         raise InputError(f"--factor {text!r}: must be NAME or NAME=LEVEL,LEVEL,... in plain words")
     if not levels:
         return
     same = [float(level) for level in levels] if _numeric(levels) else list(levels)
-    mixed = not _numeric(levels) and any(csv_rows.parse_number(level) is not None for level in levels)
+    mixed = not _numeric(levels) and any(
+        csv_rows.parse_number(level) is not None for level in levels
+    )
     if (
         "" in levels
         or len(levels) < 2
@@ -113,7 +144,10 @@ def _check(text: str, name: str, levels: Sequence[str]) -> None:
         or mixed
         or any("=" in level for level in levels)
     ):
-        raise InputError(f"--factor {text}: levels must be two or more that differ, all finite numbers or all words")
+        raise InputError(
+            f"--factor {text}: levels must be two or more that differ, all finite numbers or all "
+            f"words"
+        )
 
 
 def _check_names(factors: Sequence[FactorSpec], responses: Sequence[str]) -> None:
@@ -121,13 +155,17 @@ def _check_names(factors: Sequence[FactorSpec], responses: Sequence[str]) -> Non
     twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
     if twice is not None:
         raise InputError(f"{twice} is given twice, but names of factors and responses must differ")
-    for role, role_names in (("factor", [factor.name for factor in factors]), ("response", list(responses))):
+    for role, role_names in (
+        ("factor", [factor.name for factor in factors]),
+        ("response", list(responses)),
+    ):
         for name in role_names:
             meant = FieldColumns().role(name)
             if meant != role or RESERVED.get(name) == role:
                 raise InputError(
                     f"--{role} {name}: a column of that name is "
-                    f"{'needed for results' if meant == role else f'read back as a {meant}'}, it must have another"
+                    f"{'needed for results' if meant == role else f'read back as a {meant}'}, it "
+                    f"must have another"
                 )
 
 
@@ -152,7 +190,9 @@ _SCHEME = np.array(
 
 @dataclass(frozen=True)
 class OrthogonalArray:
-    """Codes (runs, columns) that count from 0, and the columns in the order in which factors take them."""
+    """Codes (runs, columns) that count from 0, and the columns in the order in which factors take
+    them.
+    """
 
     name: str
     codes: Codes
@@ -167,15 +207,17 @@ class OrthogonalArray:
 def build_array(name: str) -> OrthogonalArray:
     """Return the orthogonal array of a name such as `L9`. Raises InputError for an unknown one."""
     if name.upper() not in NAMES:
-        raise InputError(f"{name}: there is no plan of that name, it must be one of {', '.join(NAMES)}")
+        raise InputError(
+            f"{name}: there is no plan of that name, it must be one of {', '.join(NAMES)}"
+        )
     return _mixed() if name.upper() == "L18" else _linear(name.upper(), *LINEAR[name.upper()])
 
 
 def _linear(name: str, p: int, k: int) -> OrthogonalArray:
     """One column for each point of the projective space over the field.
 
-    Factors take the basis first, then the columns that mix most of it: their main effects are then free of two-factor
-    interactions for as many factors as can be (all in L27 for 4, in L8 for 4).
+    Factors take the basis first, then the columns that mix most of it: their main effects are then
+    free of two-factor interactions for as many factors as can be (all in L27 for 4, in L8 for 4).
     """
     runs = np.array(list(itertools.product(range(p), repeat=k)))
     vectors = [v[::-1] for v in itertools.product(range(p), repeat=k) if _leads_with_one(v)]
@@ -193,7 +235,9 @@ def _mixed() -> OrthogonalArray:
     """L18: a column of two levels and seven of three."""
     rows = [
         (half, third, *((x + shift) % 3 for x in scheme))
-        for (half, third), scheme in zip(itertools.product(range(2), range(3)), _SCHEME, strict=True)
+        for (half, third), scheme in zip(
+            itertools.product(range(2), range(3)), _SCHEME, strict=True
+        )
         for shift in range(3)
     ]
     return OrthogonalArray("L18", np.array(rows), tuple(range(8)))

@@ -32,8 +32,12 @@ if TYPE_CHECKING:
     from planter.kernels import Array
 
 BEST_ROWS, PAGE_ROWS = 5, 500
-"""Combinations of levels among the results, and in the listing of the page; prediction.csv has all."""
-SURFACE_CAPTION = "Additive prediction over pairs of factors, the others at their middle level; contours below."
+"""Combinations of levels among the results, and in the listing of the page; prediction.csv has
+all.
+"""
+SURFACE_CAPTION = (
+    "Additive prediction over pairs of factors, the others at their middle level; contours below."
+)
 MOST_FACTORS = 6
 """Maximum number of factors in a figure of effects."""
 SURFACE_FACTORS = 3
@@ -46,9 +50,13 @@ GRID = 31
 
 
 def present_field_test(evaluation: FieldEvaluation) -> ResultPresentation:
-    """Return the presentation: effects, analysis of variance, prediction, and comparison of clutches."""
+    """Return the presentation: effects, analysis of variance, prediction, and comparison of
+    clutches.
+    """
     result = evaluation.result
-    effects_caption = "Predicted mean at each level (blue), single runs (grey), mean of all runs (dashed)"
+    effects_caption = (
+        "Predicted mean at each level (blue), single runs (grey), mean of all runs (dashed)"
+    )
     if result.best:
         effects_caption += ", the levels that are best by the response's goal (green)"
     surfaces = (_surface_name(name, index) for index, name in enumerate(result.responses, 1))
@@ -74,17 +82,24 @@ def _list_field_figures(result: FieldTest) -> Iterator[KeyFigure]:
     """Yield the number of runs, and the strongest effect on each of the first two responses."""
     yield KeyFigure(str(result.runs), "", "runs")
     for response, sources in list(result.anova.items())[:2]:
-        tests = {name: p for name, row in sources.items() if (p := getattr(row, "p", None)) is not None}
+        tests = {
+            name: p for name, row in sources.items() if (p := getattr(row, "p", None)) is not None
+        }
         if tests:
             name = min(tests, key=lambda source: tests[source])
-            meaning = f"p of {_name(result.factors, name)}, the strongest effect on {_name(result.responses, response)}"
+            meaning = (
+                f"p of {_name(result.factors, name)}, the strongest effect on "
+                f"{_name(result.responses, response)}"
+            )
             yield KeyFigure(f"{tests[name]:.2g}", "", meaning)
 
 
 def _conclude(result: FieldTest) -> str:
     effects = []
     for response, sources in result.anova.items():
-        tests = {name: p for name, row in sources.items() if (p := getattr(row, "p", None)) is not None}
+        tests = {
+            name: p for name, row in sources.items() if (p := getattr(row, "p", None)) is not None
+        }
         names = [_name(result.factors, name) for name, p in tests.items() if p < 0.05]
         outcome = ", ".join(names) or ("none" if tests else "not testable")
         effects.append(f"{outcome} on {_name(result.responses, response)}")
@@ -114,17 +129,29 @@ def _list_sections(evaluation: FieldEvaluation) -> Iterator[Section]:
     facts: dict[str, Cell] = {"runs": result.runs, "responses": ", ".join(result.responses)}
     facts |= {f"goal of {name}": goal for name, goal in result.goals.items()}
     factors = [
-        (name, factor.label, ", ".join(map(str, factor.levels)), ", ".join(f"{v:g}" for v in factor.values or ()))
+        (
+            name,
+            factor.label,
+            ", ".join(map(str, factor.levels)),
+            ", ".join(f"{v:g}" for v in factor.values or ()),
+        )
         for name, factor in result.factors.items()
     ]
-    warnings = [Items([f"{warning}." for warning in result.warnings], "warning")] if result.warnings else []
+    warnings = (
+        [Items([f"{warning}." for warning in result.warnings], "warning")]
+        if result.warnings
+        else []
+    )
     table = Table(("factor", "meaning", "levels", "values"), factors, "Factors", ("values",))
     yield Section("Field test", [Keys(facts), *warnings, table])
     if result.range:
-        yield Section("Range analysis", [_tabulate_ranges(result, response) for response in result.range])
+        yield Section(
+            "Range analysis", [_tabulate_ranges(result, response) for response in result.range]
+        )
     columns = ("response", "source", "sum of squares", "df", "mean square", "F", "p", "")
     rows = [
-        (*row, "" if (p := row[-1]) is None else "*" * ((p < 0.05) + (p < 0.01))) for row in _list_variances(result)
+        (*row, "" if (p := row[-1]) is None else "*" * ((p < 0.05) + (p < 0.01)))
+        for row in _list_variances(result)
     ]
     note = "** p < 0.01, * p < 0.05; mean squares and F from unrounded sums"
     caption = f"Sums of squares: {result.sums_of_squares}"
@@ -132,16 +159,25 @@ def _list_sections(evaluation: FieldEvaluation) -> Iterator[Section]:
     yield Section("Prediction", list(_describe_prediction(result)))
     if result.comparison or result.other_comparisons:
         note = "p: Welch's test of each difference; p (Holm): adjusted for all pairs together"
-        yield Section("Comparison of clutches", [*_tabulate_comparisons(result), Text(note, "note")])
+        yield Section(
+            "Comparison of clutches", [*_tabulate_comparisons(result), Text(note, "note")]
+        )
 
 
 def _tabulate_ranges(result: FieldTest, response: str) -> Table:
-    """Return the means of a response at the levels of the factors, which are named by their values."""
+    """Return the means of a response at the levels of the factors, which are named by their
+    values.
+    """
     rows = [
         (_label(result.factors, name), _format_level(result.factors[name], level), mean, width)
-        for column, name, level, mean, width in _list_ranges(result) if column == response
-    ]  # fmt: skip
-    return Table(("factor", "level", "mean", "range"), rows, f"Range analysis, {_label(result.responses, response)}")
+        for column, name, level, mean, width in _list_ranges(result)
+        if column == response
+    ]
+    return Table(
+        ("factor", "level", "mean", "range"),
+        rows,
+        f"Range analysis, {_label(result.responses, response)}",
+    )
 
 
 def _tabulate_comparisons(result: FieldTest) -> Iterator[Table]:
@@ -160,14 +196,21 @@ def _describe_prediction(result: FieldTest) -> Iterator[Block]:
     if result.best:
         goals = result.goals | {"both": "least mean rank"}
         best = [
-            ("all together" if name == "both" else _name(result.responses, name), goals[name],
-             *map(_format_level, result.factors.values(), levels))
+            (
+                "all together" if name == "both" else _name(result.responses, name),
+                goals[name],
+                *map(_format_level, result.factors.values(), levels),
+            )
             for name, levels in result.best.items()
-        ]  # fmt: skip
-        yield Table(("response", "goal", *_list_heads(result)[: len(result.factors)]), best, "Best levels")
+        ]
+        yield Table(
+            ("response", "goal", *_list_heads(result)[: len(result.factors)]), best, "Best levels"
+        )
     title = "Additive prediction, best first" if result.goals else "Additive prediction"
     yield Table(_list_heads(result), _order_predictions(result)[:BEST_ROWS], title)
-    yield Text("The prediction adds main effects: interactions are neither predicted nor tested.", "note")
+    yield Text(
+        "The prediction adds main effects: interactions are neither predicted nor tested.", "note"
+    )
 
 
 def _list_heads(result: FieldTest) -> list[str]:
@@ -190,7 +233,9 @@ def _list_ranges(result: FieldTest) -> list[tuple[Any, ...]]:
         (response, name, level, mean, None if index else means.R)
         for response, factors in (result.range or {}).items()
         for name, means in factors.items()
-        for index, (level, mean) in enumerate(zip(result.factors[name].levels, means.k, strict=True))
+        for index, (level, mean) in enumerate(
+            zip(result.factors[name].levels, means.k, strict=True)
+        )
     ]
 
 
@@ -204,7 +249,9 @@ def _list_variances(result: FieldTest) -> list[tuple[Any, ...]]:
 
 
 def _order_predictions(result: FieldTest) -> list[tuple[Any, ...]]:
-    """Return levels and means of all combinations, best by all goals first, or in the design's order without goals."""
+    """Return levels and means of all combinations, best by all goals first, or in the design's
+    order without goals.
+    """
     rows = result.prediction
     losses = [
         ResponseGoal.parse(goal).loss(np.array([row.means[name] for row in rows]))
@@ -213,7 +260,10 @@ def _order_predictions(result: FieldTest) -> list[tuple[Any, ...]]:
     order = order_combinations(losses) if rows and losses else range(len(rows))
     factors = result.factors.values()
     return [
-        (*map(_format_level, factors, rows[k].levels), *(rows[k].means[name] for name in result.responses))
+        (
+            *map(_format_level, factors, rows[k].levels),
+            *(rows[k].means[name] for name in result.responses),
+        )
         for k in order
     ]
 
@@ -221,7 +271,9 @@ def _order_predictions(result: FieldTest) -> list[tuple[Any, ...]]:
 def _format_tables(result: FieldTest) -> dict[str, str]:
     """Return the CSV texts by file name."""
     responses = result.responses
-    predicted = [(*row.levels, *(row.means[name] for name in responses)) for row in result.prediction]
+    predicted = [
+        (*row.levels, *(row.means[name] for name in responses)) for row in result.prediction
+    ]
     tables: dict[str, tuple[Sequence[str], list[tuple[Any, ...]]]] = {
         "anova": (("response", "source", "ss", "df", "ms", "F", "p"), _list_variances(result)),
         "prediction": ((*result.factors, *responses), predicted),
@@ -231,7 +283,10 @@ def _format_tables(result: FieldTest) -> dict[str, str]:
     if pairs := [pair.table() for pair in (*result.comparison, *result.other_comparisons)]:
         tables["comparison"] = (tuple(pairs[0]), [tuple(pair.values()) for pair in pairs])
     comments = [f"data: {result.source}"]
-    return {f"{name}.csv": csv_rows.format_csv(comments, head, rows) for name, (head, rows) in tables.items()}
+    return {
+        f"{name}.csv": csv_rows.format_csv(comments, head, rows)
+        for name, (head, rows) in tables.items()
+    }
 
 
 def _list_sources(evaluation: FieldEvaluation) -> dict[str, Any]:
@@ -244,7 +299,12 @@ def _list_sources(evaluation: FieldEvaluation) -> dict[str, Any]:
     ]
     versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     digest = hashlib.sha256(repr(values).encode("utf-8")).hexdigest()
-    return {"planter": __version__, **versions, "python": platform.python_version(), "data_sha256": digest}
+    return {
+        "planter": __version__,
+        **versions,
+        "python": platform.python_version(),
+        "data_sha256": digest,
+    }
 
 
 def _draw_figures(evaluation: FieldEvaluation) -> dict[str, Figure]:
@@ -252,7 +312,9 @@ def _draw_figures(evaluation: FieldEvaluation) -> dict[str, Figure]:
     plots = {"effects": draw_effects(evaluation, order)}
     if len(_list_drawable(order)) > 1:
         for index, response in enumerate(trial.responses, 1):
-            plots[_surface_name(response.name, index)] = draw_response_surface(evaluation, response, order)
+            plots[_surface_name(response.name, index)] = draw_response_surface(
+                evaluation, response, order
+            )
     if evaluation.samples:
         labels = {response.name: response.label for response in trial.responses}
         plots["comparison"] = draw_comparison(evaluation.samples, labels)
@@ -265,22 +327,32 @@ def _surface_name(response: str, index: int) -> str:
     >>> _surface_name("Y1", 1), _surface_name("Y 1/2", 3)
     ('surface_Y1', 'surface_3')
     """
-    return f"surface_{response}" if re.fullmatch(r"[A-Za-z]\w*", response, re.ASCII) else f"surface_{index}"
+    return (
+        f"surface_{response}"
+        if re.fullmatch(r"[A-Za-z]\w*", response, re.ASCII)
+        else f"surface_{index}"
+    )
 
 
 def _order_factors(evaluation: FieldEvaluation) -> list[Factor]:
-    """Return all factors in the order of the design, or if they are many, by their largest share of a variation."""
+    """Return all factors in the order of the design, or if they are many, by their largest share of
+    a variation.
+    """
     factors = list(evaluation.trial.factors)
     if len(factors) <= SURFACE_FACTORS:
         return factors
     anova = evaluation.result.anova.values()
-    share = {f.name: max(table[f.name].ss / (table["total"].ss or 1) for table in anova) for f in factors}
+    share = {
+        f.name: max(table[f.name].ss / (table["total"].ss or 1) for table in anova) for f in factors
+    }
     return sorted(factors, key=lambda factor: -share[factor.name])
 
 
 @style.with_style
 def draw_effects(evaluation: FieldEvaluation, order: Sequence[Factor]) -> Figure:
-    """Draw predicted means at the levels of the first factors of an order, over the runs; circles mark best levels."""
+    """Draw predicted means at the levels of the first factors of an order, over the runs; circles
+    mark best levels.
+    """
     trial, chosen = evaluation.trial, order[:MOST_FACTORS]
     figure = style.new_figure(0.4 + 1.9 * len(trial.responses))
     grid = figure.subplots(len(trial.responses), len(chosen), sharey="row", squeeze=False)
@@ -289,7 +361,9 @@ def draw_effects(evaluation: FieldEvaluation, order: Sequence[Factor]) -> Figure
         for axes, factor in zip(row, chosen, strict=True):
             index = trial.factors.index(factor)
             estimate = evaluation.effects[response.name]
-            _effect(axes, factor, response, estimate.mean + estimate.levels[index], best and best[index])
+            _effect(
+                axes, factor, response, estimate.mean + estimate.levels[index], best and best[index]
+            )
         row[0].set_ylabel(_with_goal(evaluation, response, "\n"))
     for axes, factor in zip(grid[-1], chosen, strict=True):
         axes.set_xlabel(_plain(factor.label))
@@ -308,8 +382,18 @@ def _effect(axes: Axes, factor: Factor, response: FieldResponse, means: Array, b
     axes.plot(places, means, "o-", color=style.BLUE, markersize=4.5, label="effect")
     if best is not None:
         place = factor.levels.index(best)
-        axes.plot(place, means[place], "o", color=style.GREEN, markersize=9, markerfacecolor="none", label="best")
-    axes.axhline(float(response.values.mean()), color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)))
+        axes.plot(
+            place,
+            means[place],
+            "o",
+            color=style.GREEN,
+            markersize=9,
+            markerfacecolor="none",
+            label="best",
+        )
+    axes.axhline(
+        float(response.values.mean()), color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3))
+    )
     axes.set_xticks(places, _ticks(factor))
     axes.set_xlim(-0.4, len(places) - 0.6)
 
@@ -326,8 +410,12 @@ def _plain(text: str) -> str:
 
 
 @style.with_style
-def draw_response_surface(evaluation: FieldEvaluation, response: FieldResponse, order: Sequence[Factor]) -> Figure:
-    """Draw a response over each pair of the first factors with numeric levels, the others at a middle level."""
+def draw_response_surface(
+    evaluation: FieldEvaluation, response: FieldResponse, order: Sequence[Factor]
+) -> Figure:
+    """Draw a response over each pair of the first factors with numeric levels, the others at a
+    middle level.
+    """
     chosen = _list_drawable(order)
     pairs = list(itertools.combinations(chosen, 2))
     figure = style.new_figure(2.5)
@@ -348,7 +436,9 @@ def _colour_scale(figure: Figure, limits: tuple[float, float]) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    bar = figure.colorbar(ScalarMappable(Normalize(*limits), COLOURS), figure.add_axes((0.945, 0.2, 0.012, 0.6)))
+    bar = figure.colorbar(
+        ScalarMappable(Normalize(*limits), COLOURS), figure.add_axes((0.945, 0.2, 0.012, 0.6))
+    )
     bar.ax.tick_params(labelsize=6.5)
     bar.outline.set_visible(False)
 
@@ -357,10 +447,14 @@ def _list_drawable(order: Sequence[Factor]) -> list[Factor]:
     return [factor for factor in order if factor.scale][:SURFACE_FACTORS]
 
 
-def _draw_surface(axes: Any, x: Array, y: Array, height: Array, limits: tuple[float, float]) -> None:
+def _draw_surface(
+    axes: Any, x: Array, y: Array, height: Array, limits: tuple[float, float]
+) -> None:
     floor = limits[0] - 0.35 * (limits[1] - limits[0])
     colours = {"cmap": COLOURS, "vmin": limits[0], "vmax": limits[1]}
-    axes.plot_surface(x, y, height, rcount=GRID, ccount=GRID, linewidth=0, antialiased=False, **colours)
+    axes.plot_surface(
+        x, y, height, rcount=GRID, ccount=GRID, linewidth=0, antialiased=False, **colours
+    )
     axes.contour(x, y, height, levels=8, zdir="z", offset=floor, linewidths=0.8, **colours)
     axes.set_zlim(floor, limits[1])
     axes.view_init(elev=24, azim=-128)
@@ -380,11 +474,15 @@ def _name_sides(axes: Any, pair: tuple[Factor, Factor]) -> None:
             ticks(factor.scale, _ticks(factor))
 
 
-def _height(trial: Trial, estimate: Effects, pair: tuple[Factor, Factor]) -> tuple[Array, Array, Array]:
+def _height(
+    trial: Trial, estimate: Effects, pair: tuple[Factor, Factor]
+) -> tuple[Array, Array, Array]:
     """Return a grid of two factors' values, and the additive prediction over it."""
     levels = dict(zip((factor.name for factor in trial.factors), estimate.levels, strict=True))
     rest = sum(
-        level[(len(level) - 1) // 2] for name, level in levels.items() if name not in (pair[0].name, pair[1].name)
+        level[(len(level) - 1) // 2]
+        for name, level in levels.items()
+        if name not in (pair[0].name, pair[1].name)
     )
     axes_points, curves = [], []
     for factor in pair:
@@ -397,20 +495,27 @@ def _height(trial: Trial, estimate: Effects, pair: tuple[Factor, Factor]) -> tup
 
 
 def interpolate_effect(knots: Array, values: Array, points: Array) -> Array:
-    """Return a factor's effect between its levels: line or parabola for two or three, else a monotone cubic.
+    """Return a factor's effect between its levels: line or parabola for two or three, else a
+    monotone cubic.
 
     >>> interpolate_effect(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 4.0]), np.array([0.5])).round(12).tolist()
     [0.25]
     """
     order = np.argsort(knots)
-    kind = scipy.interpolate.KroghInterpolator if len(knots) <= 3 else scipy.interpolate.PchipInterpolator
+    kind = (
+        scipy.interpolate.KroghInterpolator
+        if len(knots) <= 3
+        else scipy.interpolate.PchipInterpolator
+    )
     curve = kind(knots[order], values[order])
     return np.asarray(curve(points), dtype=float)
 
 
 @style.with_style
 def draw_comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Figure:
-    """Draw the mean and standard deviation of each clutch over speed, one panel for each measure."""
+    """Draw the mean and standard deviation of each clutch over speed, one panel for each
+    measure.
+    """
     measures = list(dict.fromkeys(sample.measure for sample in samples))
     clutches = list(dict.fromkeys(sample.clutch for sample in samples))
     speeds = sorted({sample.speed_m_s for sample in samples})
@@ -422,19 +527,32 @@ def draw_comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Fig
             measured = [s for s in samples if (s.clutch, s.measure) == (clutch, measure)]
             if measured:
                 offset = 0.16 * (index - (len(clutches) - 1) / 2)
-                handles[clutch] = _errorbar(axes, measured, speeds, offset, style.curve_colour(clutch, index))
+                handles[clutch] = _errorbar(
+                    axes, measured, speeds, offset, style.curve_colour(clutch, index)
+                )
         axes.set_title(_plain(labels.get(measure) or format_label(measure)))
         axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
         axes.set_xlim(-0.5, len(speeds) - 0.5)
         axes.set_xlabel("working speed / (m/s)")
     named = {_plain(clutch): handles[clutch] for clutch in clutches}
     title = "mean; bars: one standard deviation up and down"
-    figure.legend(named.values(), named.keys(), loc="outside upper left", ncols=len(clutches), frameon=False,
-                  title=title, alignment="left")  # fmt: skip
+    figure.legend(
+        named.values(),
+        named.keys(),
+        loc="outside upper left",
+        ncols=len(clutches),
+        frameon=False,
+        title=title,
+        alignment="left",
+    )
     return figure
 
 
-def _errorbar(axes: Axes, samples: Sequence[Sample], speeds: Sequence[float], offset: float, shade: str) -> Any:
+def _errorbar(
+    axes: Axes, samples: Sequence[Sample], speeds: Sequence[float], offset: float, shade: str
+) -> Any:
     places = [speeds.index(sample.speed_m_s) + offset for sample in samples]
     means, spreads = [sample.mean for sample in samples], [sample.sd for sample in samples]
-    return axes.errorbar(places, means, spreads, fmt="o", markersize=4.5, elinewidth=1, capsize=3, color=shade)
+    return axes.errorbar(
+        places, means, spreads, fmt="o", markersize=4.5, elinewidth=1, capsize=3, color=shade
+    )

@@ -52,7 +52,9 @@ class FieldColumns:
 
 @dataclass(frozen=True)
 class Factor:
-    """A column of levels: `codes` (n,) count from 0 into `levels`; `values` are what numbered levels stand for."""
+    """A column of levels: `codes` (n,) count from 0 into `levels`; `values` are what numbered
+    levels stand for.
+    """
 
     name: str
     levels: tuple[Level, ...]
@@ -100,13 +102,18 @@ def read_trial(text: str, source: str, columns: FieldColumns | None = None) -> T
     columns = columns or FieldColumns()
     table = csv_rows.read_table(text, source)
     _check_named(table, columns)
-    by_role: dict[str, list[str]] = {role: [] for role in ("factor", "response", "blank", "run", "ignored")}
+    by_role: dict[str, list[str]] = {
+        role: [] for role in ("factor", "response", "blank", "run", "ignored")
+    }
     for name in table.header:
         by_role[columns.role(name)].append(name)
     _check_roles(table, by_role)
     legend = Legend.from_table(table)
     responses = tuple(_response(table, name, legend) for name in by_role["response"])
-    factors, blanks = (tuple(_factor(table, name, legend) for name in by_role[role]) for role in ("factor", "blank"))
+    factors, blanks = (
+        tuple(_factor(table, name, legend) for name in by_role[role])
+        for role in ("factor", "blank")
+    )
     legend.check({name: role for role, names in by_role.items() for name in names})
     for name in by_role["run"]:
         _check_runs(table, name, factors)
@@ -114,12 +121,17 @@ def read_trial(text: str, source: str, columns: FieldColumns | None = None) -> T
 
 
 def _check_named(table: csv_rows.CsvTable, columns: FieldColumns) -> None:
-    options = {"--response": columns.responses, "--blank": columns.blanks, "--ignore": columns.ignored}
+    options = {
+        "--response": columns.responses,
+        "--blank": columns.blanks,
+        "--ignore": columns.ignored,
+    }
     for option, names in options.items():
         for name in names:
             if name not in table.header:
                 raise InputError(
-                    f"{option} {name}: {table.source} has no such column, it must be one of {', '.join(table.header)}"
+                    f"{option} {name}: {table.source} has no such column, it must be one of "
+                    f"{', '.join(table.header)}"
                 )
 
 
@@ -127,15 +139,20 @@ def _check_roles(table: csv_rows.CsvTable, by_role: Mapping[str, Sequence[str]])
     listing = ", ".join(table.header)
     if not by_role["response"]:
         raise InputError(
-            f"{table.source}: no column is a response (columns: {listing}), it must be called Y, Y1, Y2, ..., "
+            f"{table.source}: no column is a response (columns: {listing}), it must be called Y, "
+            f"Y1, Y2, ..., "
             f"or be named with --response"
         )
     if not by_role["factor"]:
-        raise InputError(f"{table.source}: no column is a factor (columns: {listing}), there must be at least one")
+        raise InputError(
+            f"{table.source}: no column is a factor (columns: {listing}), there must be at least "
+            f"one"
+        )
     for name, role in RESERVED.items():
         if name in by_role[role]:
             raise InputError(
-                f"{table.source}: the column {name} is a {role}, but results use this name for something else, "
+                f"{table.source}: the column {name} is a {role}, but results use this name for "
+                f"something else, "
                 f"so it must have another"
             )
 
@@ -144,7 +161,8 @@ def _response(table: csv_rows.CsvTable, name: str, legend: Legend) -> FieldRespo
     values = np.array(table.numbers(name))
     if np.ptp(values) == 0:
         raise InputError(
-            f"{table.source}: column {name} is {values[0]:g} in every run, but a response must vary to be analysed"
+            f"{table.source}: column {name} is {values[0]:g} in every run, but a response must "
+            f"vary to be analysed"
         )
     return FieldResponse(name, values, legend.label(name))
 
@@ -155,14 +173,18 @@ def _factor(table: csv_rows.CsvTable, name: str, legend: Legend) -> Factor:
     if any(numeric) and not all(numeric):
         row = numeric.index(False)
         raise InputError(
-            f"{table.place(row, name)}: {cells[row]!r} is not a number, but other levels of {name} are: "
+            f"{table.place(row, name)}: {cells[row]!r} is not a number, but other levels of "
+            f"{name} are: "
             f"levels must be all numbers or all words"
         )
-    seen: list[Level] = [_plain(value) for value in table.numbers(name)] if all(numeric) else list(cells)
+    seen: list[Level] = (
+        [_plain(value) for value in table.numbers(name)] if all(numeric) else list(cells)
+    )
     levels = sorted(set(seen), key=float) if all(numeric) else list(dict.fromkeys(seen))
     if len(levels) == 1:
         raise InputError(
-            f"{table.source}: column {name} is {levels[0]} in every run, but a factor must have at least two levels"
+            f"{table.source}: column {name} is {levels[0]} in every run, but a factor must have "
+            f"at least two levels"
         )
     levels, values = legend.sort_levels(name, levels)
     code = {level: index for index, level in enumerate(levels)}
@@ -184,15 +206,18 @@ def _check_runs(table: csv_rows.CsvTable, name: str, factors: Sequence[Factor]) 
         before = first.setdefault(count, row)
         if any(factor.codes[before] != factor.codes[row] for factor in factors):
             raise InputError(
-                f"{table.place(row, name)}: run {int(count)} is in line {table.lines[before]} already with other "
+                f"{table.place(row, name)}: run {int(count)} is in line {table.lines[before]} "
+                f"already with other "
                 f"levels, but a repetition must have the same"
             )
     low, high = int(min(counts)), int(max(counts))
     missing = next((count for count in range(low, high) if count not in first), None)
     if missing is not None:
         raise InputError(
-            f"{table.source}: run {missing} is missing between {low} and {high}, every run must be there (to evaluate "
-            f"the rest as the unbalanced design that it is, leave the column {name} out with --ignore {name})"
+            f"{table.source}: run {missing} is missing between {low} and {high}, every run must "
+            f"be there (to evaluate "
+            f"the rest as the unbalanced design that it is, leave the column {name} out with "
+            f"--ignore {name})"
         )
 
 
@@ -233,7 +258,8 @@ class Legend:
             if roles.get(name) != entry.role:
                 allowed = ", ".join(column for column, role in roles.items() if role == entry.role)
                 raise InputError(
-                    f"{self.source}: line {entry.line} explains the {entry.role} {name}, which does not exist, "
+                    f"{self.source}: line {entry.line} explains the {entry.role} {name}, which "
+                    f"does not exist, "
                     f"it must be one of {allowed}"
                 )
 
@@ -241,7 +267,9 @@ class Legend:
         """Return the meaning of a column, or its name if no comment explains it."""
         return (self.entries[name].label if name in self.entries else "") or name
 
-    def sort_levels(self, name: str, levels: list[Any]) -> tuple[list[Any], tuple[float, ...] | None]:
+    def sort_levels(
+        self, name: str, levels: list[Any]
+    ) -> tuple[list[Any], tuple[float, ...] | None]:
         """Return the levels in their order, and their values if they are numbers.
 
         Raises InputError for values that do not fit the levels.
@@ -257,6 +285,7 @@ class Legend:
             return levels, tuple(numbers)
         stated, counted = ", ".join(entry.values), ", ".join(map(str, levels))
         raise InputError(
-            f"{self.source}: line {entry.line} gives {name} the values {stated}, but its levels are {counted}: "
+            f"{self.source}: line {entry.line} gives {name} the values {stated}, but its levels "
+            f"are {counted}: "
             f"{'these must stand there, in any order' if words else 'there must be one number for each'}"
         )

@@ -1,4 +1,6 @@
-"""Recomputation of numbers that the paper prints: polygon in the hexagon, load of an impact, field trials."""
+"""Recomputation of numbers that the paper prints: polygon in the hexagon, load of an impact, field
+trials.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,15 @@ import numpy as np
 
 from planter.audit.registry import MM, Inputs, Value, formula
 from planter.clutch import modal_engagement
-from planter.clutch.field import NEAREST_ZERO, Factor, FieldEvaluation, FieldResponse, Trial, analysis, evaluation
+from planter.clutch.field import (
+    NEAREST_ZERO,
+    Factor,
+    FieldEvaluation,
+    FieldResponse,
+    Trial,
+    analysis,
+    evaluation,
+)
 from planter.clutch.geometry import SIDES, VERTICES, least_travel
 from planter.clutch.model import Model, load_model
 from planter.clutch.results import Level, LevelMeans
@@ -27,7 +37,9 @@ def centre_offset(inputs: Inputs) -> float:
 
 @formula("angle from the major axis of the corner's path")
 def axis_offset(inputs: Inputs) -> float:
-    """Angle between a printed line of the foci, by its slope, and the major axis of the ellipse [deg]."""
+    """Angle between a printed line of the foci, by its slope, and the major axis of the ellipse
+    [deg].
+    """
     angle = np.degrees(_path()["axis"] - np.arctan(inputs["foci_slope"])) % 180
     return float(min(angle, 180 - angle))
 
@@ -49,7 +61,9 @@ def lacking_play(inputs: Inputs) -> float:
 
 @formula("outline by both sections")
 def outline_by_both(inputs: Inputs) -> float:
-    """Circumradius over side of the hexagon: by the rule for tooth tips less that by the rule for the outline."""
+    """Circumradius over side of the hexagon: by the rule for tooth tips less that by the rule for
+    the outline.
+    """
     tips = np.sqrt(3) / 2 / np.sin(np.radians(inputs["tip_angle_deg"]))
     outline = np.sqrt(3 / (2 + 2 * np.cos(np.radians(inputs["outline_angle_deg"]))))
     return float(tips - outline)
@@ -57,13 +71,17 @@ def outline_by_both(inputs: Inputs) -> float:
 
 @formula("width of the tips over the shaft")
 def tip_play(inputs: Inputs) -> float:
-    """Width of the pentagon of tooth tips with the printed tip radius less the shaft's across flats [mm]."""
+    """Width of the pentagon of tooth tips with the printed tip radius less the shaft's across flats
+    [mm].
+    """
     return float(inputs["shaft_flats_mm"] * (inputs["tip_radius_mm"] / tip_radius(inputs) - 1))
 
 
 @formula("curvature of the tips' path over the fillet")
 def fillet_play(inputs: Inputs) -> float:
-    """Curvature radius of the tooth tips' path at the corner less the printed fillet radius [mm]."""
+    """Curvature radius of the tooth tips' path at the corner less the printed fillet radius
+    [mm].
+    """
     return fillet(inputs) - float(inputs["fillet_mm"])
 
 
@@ -81,7 +99,9 @@ def contact_radius(inputs: Inputs) -> float:
 
 @formula("fillet from the path")
 def fillet(inputs: Inputs) -> float:
-    """Curvature radius of the tooth tips' path round a shaft [mm]: the tips' width is the shaft's across flats."""
+    """Curvature radius of the tooth tips' path round a shaft [mm]: the tips' width is the shaft's
+    across flats.
+    """
     return contact_radius(inputs) * float(inputs["shaft_flats_mm"])
 
 
@@ -118,15 +138,22 @@ def travel_printed(inputs: Inputs) -> float:
 
 @formula("travel that frees the body")
 def travel(inputs: Inputs) -> float:
-    """Axial travel after which the body's circle is clear of the hexagon's sides [mm]: radial gap over the taper."""
+    """Axial travel after which the body's circle is clear of the hexagon's sides [mm]: radial gap
+    over the taper.
+    """
     return _travel(inputs, "exact")
 
 
 @formula("width by the travels over the shaft")
 def width_by_travels(inputs: Inputs) -> float:
-    """Width of the body that the printed travels belong to, by the printed formula, less the shaft's flats [mm]."""
+    """Width of the body that the printed travels belong to, by the printed formula, less the
+    shaft's flats [mm].
+    """
     pairs = zip(inputs.si("travels_mm"), inputs.si("tapers_deg"), strict=True)
-    sides = [travelled / least_travel(_of_side(1.0), float(taper), "printed") for travelled, taper in pairs]
+    sides = [
+        travelled / least_travel(_of_side(1.0), float(taper), "printed")
+        for travelled, taper in pairs
+    ]
     width = load_model().at("polygon", a=float(np.mean(sides)))["R"]
     return float(width / MM - inputs["shaft_flats_mm"])
 
@@ -139,12 +166,17 @@ def radius_ratio(inputs: Inputs) -> float:
 
 @formula("rotation of the crank gear by both equations")
 def crank_gear_rotation(inputs: Inputs) -> float:
-    """Rotation by (6), of the fixed frame, less that by which the gear rolls on the rack, for the link's unit rotation.
+    """Rotation by (6), of the fixed frame, less that by which the gear rolls on the rack, for the
+    link's unit rotation.
 
-    By (7) the gear turns by the arc of the teeth that it passes, which is its rotation relative to the link.
+    By (7) the gear turns by the arc of the teeth that it passes, which is its rotation relative to
+    the link.
     """
     k = radius_ratio(inputs)
-    angles = [load_model("printed").at("gears", alpha=alpha, k=k, gamma=np.pi / 2)["theta_A"] for alpha in (1.0, 2.0)]
+    angles = [
+        load_model("printed").at("gears", alpha=alpha, k=k, gamma=np.pi / 2)["theta_A"]
+        for alpha in (1.0, 2.0)
+    ]
     return float(angles[1] - angles[0] - 1 / k)
 
 
@@ -164,11 +196,18 @@ def _teeth(inputs: Inputs) -> dict[str, float]:
 
 def _travel(inputs: Inputs, name: Model) -> float:
     """Travel by a model [mm]."""
-    return least_travel(_of_side(float(inputs.si("hexagon_side_mm"))), float(inputs.si("taper_deg")), name) / MM
+    return (
+        least_travel(
+            _of_side(float(inputs.si("hexagon_side_mm"))), float(inputs.si("taper_deg")), name
+        )
+        / MM
+    )
 
 
 def _of_side(a: float) -> dict[str, float]:
-    """Return the inputs of a travel from the side of the hexagon [m]; friction and forces have no effect on it."""
+    """Return the inputs of a travel from the side of the hexagon [m]; friction and forces have no
+    effect on it.
+    """
     return {"a": a, "mu": 0.0, "F1": 0.0, "F2": 0.0}
 
 
@@ -187,13 +226,17 @@ _PATHS = {
 
 @formula("largest contact load as printed")
 def load_printed(inputs: Inputs) -> float:
-    """The printed form: the beam's whole overhanging mass moves, and the engaging mass does not move with it [N]."""
+    """The printed form: the beam's whole overhanging mass moves, and the engaging mass does not
+    move with it [N].
+    """
     return modal_engagement.printed_extremes(_engagement(inputs))["N_max"]
 
 
 @formula("largest contact load")
 def load(inputs: Inputs) -> float:
-    """Return the load by projection on the assumed mode [N], with half the overhanging mass and the engaging mass."""
+    """Return the load by projection on the assumed mode [N], with half the overhanging mass and the
+    engaging mass.
+    """
     return _engagement(inputs).largest
 
 
@@ -259,7 +302,9 @@ def reduction(inputs: Inputs) -> float:
 
 @formula("place in the order of influence")
 def place(inputs: Inputs) -> float:
-    """Place of a factor when the factors are put in the order of their ranges of level means, the largest first."""
+    """Place of a factor when the factors are put in the order of their ranges of level means, the
+    largest first.
+    """
     order = _trial(inputs).result.order or {}
     return 1.0 + order[inputs["response"]].index(inputs["factor"])
 
@@ -273,7 +318,9 @@ def best_level(inputs: Inputs) -> float:
 
 @formula("best level by ranks")
 def best_ranked_level(inputs: Inputs) -> float:
-    """Level of a factor whose worst rank among some responses is best; each ranks levels by the size of their means."""
+    """Level of a factor whose worst rank among some responses is best; each ranks levels by the
+    size of their means.
+    """
     means = [_means(inputs, name).k for name in inputs["responses"]]
     ranks = [np.argsort(np.argsort(np.abs(k))) for k in means]
     return 1.0 + float(np.argmin(np.max(ranks, axis=0)))
@@ -281,14 +328,19 @@ def best_ranked_level(inputs: Inputs) -> float:
 
 @formula("freedom of interactions over what they take")
 def interaction_freedom(inputs: Inputs) -> float:
-    """Degrees of freedom that runs leave for interactions of two factors after main effects, less all that these have.
+    """Degrees of freedom that runs leave for interactions of two factors after main effects, less
+    all that these have.
 
-    Negative: some interactions cannot be separated from others or from the error (Montgomery, Design and Analysis of
-    Experiments, chapter 8).
+    Negative: some interactions cannot be separated from others or from the error (Montgomery,
+    Design and Analysis of Experiments, chapter 8).
     """
-    codes = [np.unique(inputs[f"column_{name}"], return_inverse=True)[1] for name in inputs["factors"]]
+    codes = [
+        np.unique(inputs[f"column_{name}"], return_inverse=True)[1] for name in inputs["factors"]
+    ]
     contrasts = [np.eye(code.max() + 1)[code][:, 1:] for code in codes]
-    pairs = [np.einsum("ri,rj->rij", a, b).reshape(len(a), -1) for a, b in combinations(contrasts, 2)]
+    pairs = [
+        np.einsum("ri,rj->rij", a, b).reshape(len(a), -1) for a, b in combinations(contrasts, 2)
+    ]
     main = np.column_stack([np.ones(len(codes[0])), *contrasts])
     left = np.linalg.matrix_rank(np.column_stack([main, *pairs])) - np.linalg.matrix_rank(main)
     return float(left - sum(pair.shape[1] for pair in pairs))
@@ -296,7 +348,9 @@ def interaction_freedom(inputs: Inputs) -> float:
 
 @formula("best level by prediction")
 def best_predicted_level(inputs: Inputs) -> float:
-    """Level of a factor where the sum of the sizes of some predicted responses is least, over all combinations."""
+    """Level of a factor where the sum of the sizes of some predicted responses is least, over all
+    combinations.
+    """
     best = _trial(inputs, inputs["responses"]).result.best or {}
     return _level(inputs, best["both"])
 
@@ -312,7 +366,8 @@ def excess(inputs: Inputs) -> float:
 
 @formula("chance that two means differ so")
 def welch(inputs: Inputs) -> Value:
-    """Two-sided chance of a difference of two means at least as large for equal means, from printed mean, SD, count.
+    """Two-sided chance of a difference of two means at least as large for equal means, from printed
+    mean, SD, count.
 
     Welch, Biometrika 34, 1947.
     """
@@ -329,7 +384,9 @@ def mean_of_two(inputs: Inputs) -> float:
 @formula("product of counts")
 def product_of_counts(inputs: Inputs) -> float:
     """Product of printed counts, over a printed divisor."""
-    return math.prod(float(inputs[name]) for name in inputs["factors"]) / float(inputs[inputs["divisor"]])
+    return math.prod(float(inputs[name]) for name in inputs["factors"]) / float(
+        inputs[inputs["divisor"]]
+    )
 
 
 @formula("sum of counts")
@@ -344,7 +401,9 @@ def not_computed(inputs: Inputs) -> None:
 
 
 def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> FieldEvaluation:
-    """The evaluated trial of the paper's columns with some responses, `response` unless said otherwise."""
+    """The evaluated trial of the paper's columns with some responses, `response` unless said
+    otherwise.
+    """
     names = inputs["factors"]
     columns = {name: tuple(inputs[f"column_{name}"]) for name in names}
     runs = {name: tuple(inputs[name]) for name in responses or [inputs["response"]]}
@@ -353,7 +412,8 @@ def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> FieldEvalu
 
 @cache
 def _evaluated(
-    columns: tuple[tuple[str, tuple[int, ...]], ...], responses: tuple[tuple[str, tuple[float, ...]], ...]
+    columns: tuple[tuple[str, tuple[int, ...]], ...],
+    responses: tuple[tuple[str, tuple[float, ...]], ...],
 ) -> FieldEvaluation:
     factors = []
     for name, column in columns:
@@ -361,7 +421,9 @@ def _evaluated(
         factors.append(Factor(name, tuple(levels.tolist()), codes))
     measured = tuple(FieldResponse(name, np.array(values)) for name, values in responses)
     goals = dict.fromkeys((name for name, _ in responses), NEAREST_ZERO)
-    return evaluation.evaluate_trial(Trial("printed runs", tuple(factors), measured), requested=goals)
+    return evaluation.evaluate_trial(
+        Trial("printed runs", tuple(factors), measured), requested=goals
+    )
 
 
 def _sample(inputs: Inputs, name: str) -> analysis.Sample:

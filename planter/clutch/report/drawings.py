@@ -48,8 +48,10 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
     axis, centre = rotor.ellipse["axis"], np.array([sizes["x_E"], sizes["y_E"]]) * _MM
     major, minor = _direction(axis), _direction(axis + np.pi / 2)
     oval = centre + _MM * (_direction(_TURN).T @ [sizes["s_1"] * major, sizes["s_2"] * minor])
-    bodies = (Body("hexagon", (Outline(hexagon, "frame"), Outline(oval, "mark"))),
-              Body("body", (Outline(body, "body", shade=0),)))  # fmt: skip
+    bodies = (
+        Body("hexagon", (Outline(hexagon, "frame"), Outline(oval, "mark"))),
+        Body("body", (Outline(body, "body", shade=0),)),
+    )
     size = rotor.width * _MM
     marks: list[Mark] = [
         Length(("R",), a, c, 0.35),
@@ -70,18 +72,24 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
         Angle(("beta",), b, _TURNED, -float(beta), 0.3 * size),
         Angle.between(("arc",), c, a, b, 0.6 * size),
     ]
-    return Sheet("polygon", "polygon in the hexagonal hole", build_still_scene("polygon", bodies), marks)
+    return Sheet(
+        "polygon", "polygon in the hexagonal hole", build_still_scene("polygon", bodies), marks
+    )
 
 
 def _teeth(values: Mapping[str, float]) -> Sheet:
-    """Teeth of the body about the output shaft, an axis of a tooth to the right; faces as the least tip has them."""
+    """Teeth of the body about the output shaft, an axis of a tooth to the right; faces as the least
+    tip has them.
+    """
     teeth = load_model().at("teeth", flats=values["flats"], r=values["r"])
     tip, root, flats, fillet = (_MM * values[name] for name in ("b1", "b2", "flats", "r"))
     section = polygon_outline(SIDES, flats / 2, fillet).T
     corner = (flats / 2 - fillet) / np.cos(np.pi / SIDES) * _direction(np.pi / 2 + np.pi / SIDES)
     circle = _direction(_TURN).T
-    bodies = (Body("shaft", (Outline(section, "body", closed=False, shade=1),)),
-              Body("tips and roots", (Outline(tip * circle, "mark"), Outline(root * circle, "mark"))))  # fmt: skip
+    bodies = (
+        Body("shaft", (Outline(section, "body", closed=False, shade=1),)),
+        Body("tips and roots", (Outline(tip * circle, "mark"), Outline(root * circle, "mark"))),
+    )
     centre, face = np.zeros(2), np.degrees(teeth["xi"]) / 2
     marks: list[Mark] = [
         Length(("flats",), np.array([0.0, -flats / 2]), np.array([0.0, flats / 2]), 0.3),
@@ -89,7 +97,9 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
         Length(("r",), corner, corner * (1 + fillet / float(np.hypot(*corner)))),
         Length(("b1",), centre, np.array([tip, 0.0]), 0.6),
         Length(("b2",), centre, root * _direction(0.6), 0.7),
-        Angle(("xi",), np.array([_MM * teeth["b1"], 0.0]), -float(face), 2 * float(face), 0.2 * flats),
+        Angle(
+            ("xi",), np.array([_MM * teeth["b1"], 0.0]), -float(face), 2 * float(face), 0.2 * flats
+        ),
     ]
     return Sheet("teeth", "teeth on the output shaft", build_still_scene("teeth", bodies), marks)
 
@@ -100,8 +110,10 @@ def _sleeve(values: Mapping[str, float]) -> Sheet:
     start, travel = np.array([length, right]), np.array([way, 0.0])
     left = right + length * float(np.tan(values["phi"]))
     body = np.array([[0.0, 0.0], [length, 0.0], [length, right], [0.0, left]])
-    bodies = (Body("body", (Outline(body, "body", shade=0),)),
-              Body("cut off", (Outline(body + travel, "before"),)))  # fmt: skip
+    bodies = (
+        Body("body", (Outline(body, "body", shade=0),)),
+        Body("cut off", (Outline(body + travel, "before"),)),
+    )
     marks: list[Mark] = [
         Length(("d",), np.zeros(2), np.array([length, 0.0])),
         Length(("R1",), np.zeros(2), np.array([0.0, left])),
@@ -110,11 +122,15 @@ def _sleeve(values: Mapping[str, float]) -> Sheet:
         Angle(("phi",), start, 180, -float(np.degrees(values["phi"])), 0.6 * length),
     ]
     scene = build_still_scene("sleeve", bodies)
-    return Sheet("sleeve", "tapered body in the sleeve, engaged and by the travel away", scene, marks)
+    return Sheet(
+        "sleeve", "tapered body in the sleeve, engaged and by the travel away", scene, marks
+    )
 
 
 def _linkage(values: Mapping[str, float]) -> Sheet:
-    """Crank and rod engaged, and palely when the sleeve has made its travel; the guide lies to the right of A."""
+    """Crank and rod engaged, and palely when the sleeve has made its travel; the guide lies to the
+    right of A.
+    """
     linkage = CrankLinkage(values["l_AB"], values["l_BC"], values["l_AC"])
     travel, axis = np.array([_MM * values["c"], 0.0]), np.zeros(2)
     both = linkage.evaluate(np.array([0.0, values["c"]]))
@@ -124,7 +140,10 @@ def _linkage(values: Mapping[str, float]) -> Sheet:
     bodies = (
         Body("crank gear", (Outline(gear, "gear", shade=2),)),
         Body("crank and rod", (Outline(np.array([axis, pins[0], sleeve]), "frame", closed=False),)),
-        Body("cut off", (Outline(np.array([axis, pins[1], sleeve + travel]), "before", closed=False),)),
+        Body(
+            "cut off",
+            (Outline(np.array([axis, pins[1], sleeve + travel]), "before", closed=False),),
+        ),
     )
     turned = [float(np.degrees(angle)) for angle in both["crank_angle"]]
     marks: list[Mark] = [
@@ -136,13 +155,26 @@ def _linkage(values: Mapping[str, float]) -> Sheet:
         Spot(("pin_x", "pin_y"), pins[0]),
         Angle(("crank_angle",), axis, 0, turned[0], 0.45 * _MM * values["l_AB"]),
         Angle(("theta_Amax",), axis, turned[0], turned[1] - turned[0], 1.15 * _MM * values["l_AB"]),
-        Angle(("rod_angle",), sleeve, 180, -float(np.degrees(both["rod_angle"][0])), 0.7 * _MM * values["l_AB"]),
+        Angle(
+            ("rod_angle",),
+            sleeve,
+            180,
+            -float(np.degrees(both["rod_angle"][0])),
+            0.7 * _MM * values["l_AB"],
+        ),
     ]
-    return Sheet("linkage", "crank and rod at both ends of the travel", build_still_scene("linkage", bodies), marks)
+    return Sheet(
+        "linkage",
+        "crank and rod at both ends of the travel",
+        build_still_scene("linkage", bodies),
+        marks,
+    )
 
 
 STEPS = 8
-"""Rotations, between two at which a vertex points at a side, from which those that are drawn are refined."""
+"""Rotations, between two at which a vertex points at a side, from which those that are drawn are
+refined.
+"""
 MOMENTS = 240
 """Instants of an engagement."""
 SLOWED = 20
@@ -165,21 +197,30 @@ def build_rotor_scene(rotor: Rotor, name: str) -> Scene:
         seconds=SECONDS,
         bodies=(Body("sleeve", (sleeve,)), Body("body", (body,), centroid, np.degrees(rotations))),
         points=(
-            Point("a vertex", centroid[0] + rho * np.cos(rotations), centroid[1] + rho * np.sin(rotations), True),
+            Point(
+                "a vertex",
+                centroid[0] + rho * np.cos(rotations),
+                centroid[1] + rho * np.sin(rotations),
+                True,
+            ),
             Point("the centroid", centroid[0], centroid[1], True),
         ),
         curves=(Curve("extra clearance needed", "mm", 1e3 * (2 * apothem - rotor.width)),),
-        events=[Event(f"vertex {k + 1} where the first began", 360 * k / rotor.vertices)
-                for k in range(1, rotor.vertices)],
+        events=[
+            Event(f"vertex {k + 1} where the first began", 360 * k / rotor.vertices)
+            for k in range(1, rotor.vertices)
+        ],
         shares=rotations / TURN,
-    )  # fmt: skip
+    )
 
 
 def _fitted(rotor: Rotor) -> tuple[Array, Array, Array]:
-    """Rotations (n,) of a turn [rad], apothems (n,) of the smallest sleeves [m], and centroids (2, n) in these [mm].
+    """Rotations (n,) of a turn [rad], apothems (n,) of the smallest sleeves [m], and centroids (2,
+    n) in these [mm].
 
-    Corners of the apothem's curve lie where a vertex points at a side: these are among the rotations.
-    From one to the next body and sleeve have turned into themselves, the sleeve by some of its sides.
+    Corners of the apothem's curve lie where a vertex points at a side: these are among the
+    rotations. From one to the next body and sleeve have turned into themselves, the sleeve by some
+    of its sides.
     """
     poses: dict[float, tuple[float, Array]] = {}
 
@@ -201,11 +242,19 @@ def _fitted(rotor: Rotor) -> tuple[Array, Array, Array]:
 
 
 def build_engagement_scene(run: ContactRun) -> Scene:
-    """Return the scene of an engagement in the frame of the shaft; the sleeve from the side below."""
+    """Return the scene of an engagement in the frame of the shaft; the sleeve from the side
+    below.
+    """
     chosen = _chosen(run)
-    states, pushed, time = run.states[:, chosen], run.seen["pushed"][0, chosen], 1e3 * run.time[chosen]
+    states, pushed, time = (
+        run.states[:, chosen],
+        run.seen["pushed"][0, chosen],
+        1e3 * run.time[chosen],
+    )
     model = formulas.load(REULEAUX)
-    places = [[*state[:FREE], state[ANGLE], push] for state, push in zip(states.T, pushed, strict=True)]
+    places = [
+        [*state[:FREE], state[ANGLE], push] for state, push in zip(states.T, pushed, strict=True)
+    ]
     views = [model.at("seen", places=view) for view in places]
     x, y = (1e3 * np.array([view[name] for view in views]) for name in ("c_x", "c_y"))
     body = 1e3 * body_outline(Rotor(VERTICES, SIDES, run.inputs.width), 0.0, np.zeros(2)).T
@@ -221,7 +270,11 @@ def build_engagement_scene(run: ContactRun) -> Scene:
         bodies=(
             Body("shaft", (Outline(shaft, "body", closed=False, shade=1),)),
             Body("body with its teeth", (Outline(body, "body", shade=0),), (x, y), heading),
-            Body("sleeve from the side", (Outline(_block(wide / 3), "body", shade=2),), (1e3 * states[TRAVEL], low)),
+            Body(
+                "sleeve from the side",
+                (Outline(_block(wide / 3), "body", shade=2),),
+                (1e3 * states[TRAVEL], low),
+            ),
             Body("end of the sleeve's way", (Outline(_block(wide / 3), "before"),), (0.0, low)),
         ),
         curves=(
@@ -237,7 +290,9 @@ def build_engagement_scene(run: ContactRun) -> Scene:
 
 
 def _chosen(run: ContactRun) -> Integers:
-    """Return the indices (n,) of a run's instants for the scene: those that the curves need, and the largest load."""
+    """Return the indices (n,) of a run's instants for the scene: those that the curves need, and
+    the largest load.
+    """
     rows = [run.load, run.speed, run.seen["link"][0], run.states[TRAVEL]]
 
     def nearest(places: Array) -> Integers:

@@ -34,7 +34,9 @@ LOAD_TICKS = tuple(digit * 10.0**power for power in range(5) for digit in (1, 2,
 
 
 def thin_curve(x: Array, y: Array, bins: int = BINS) -> tuple[Array, Array]:
-    """Return the smallest and largest value of each of many parts of a curve (n,), in their order."""
+    """Return the smallest and largest value of each of many parts of a curve (n,), in their
+    order.
+    """
     if len(x) <= 2 * bins:
         return x, y
     edges = np.linspace(0, len(x), bins + 1).astype(int)
@@ -53,7 +55,9 @@ def _while_moving(run: ContactRun) -> Mask:
 
 @style.with_style
 def draw_loads(runs: Mapping[str, SwitchingRun]) -> Figure:
-    """Contact loads of both clutches at engagement over the falling link angle, and the dog clutch's impact in time."""
+    """Contact loads of both clutches at engagement over the falling link angle, and the dog
+    clutch's impact in time.
+    """
     figure = style.new_figure(3.2)
     left, right = figure.subplots(1, 2, width_ratios=[1.8, 1])
     for name, run in runs.items():
@@ -72,7 +76,9 @@ def draw_loads(runs: Mapping[str, SwitchingRun]) -> Figure:
 
 
 def _round_the_peak(run: ContactRun) -> tuple[Array, Array]:
-    """Load from 3 ms before the first time at which it reaches 80 % of its peak to 9 ms after it, in ms."""
+    """Load from 3 ms before the first time at which it reaches 80 % of its peak to 9 ms after it,
+    in ms.
+    """
     peak_time = run.time[np.flatnonzero(run.load >= 0.8 * run.load.max())[0]]
     window = np.abs(run.time - peak_time - 3e-3) <= 6e-3
     return 1e3 * (run.time[window] - peak_time), run.load[window]
@@ -80,14 +86,21 @@ def _round_the_peak(run: ContactRun) -> tuple[Array, Array]:
 
 @style.with_style
 def draw_speeds(runs: Mapping[str, SwitchingRun]) -> Figure:
-    """Output speed of both clutches over the link angle: falling at engagement, rising at cut-off."""
+    """Output speed of both clutches over the link angle: falling at engagement, rising at
+    cut-off.
+    """
     figure = style.new_figure(3.0)
     panels = figure.subplots(1, 2, sharey=True)
     for name, switching in runs.items():
         for axes, run in zip(panels, (switching.engagement, switching.cut_off), strict=True):
             moving = _while_moving(run)
             rpm = run.speed[moving] * 30 / math.pi
-            axes.plot(*thin_curve(run.link_deg[moving], rpm), color=COLOURS[name], linewidth=0.9, label=LABELS[name])
+            axes.plot(
+                *thin_curve(run.link_deg[moving], rpm),
+                color=COLOURS[name],
+                linewidth=0.9,
+                label=LABELS[name],
+            )
             axes.set_xlabel(LINK)
     panels[0].invert_xaxis()
     panels[0].set_title("engagement")
@@ -99,9 +112,13 @@ def draw_speeds(runs: Mapping[str, SwitchingRun]) -> Figure:
 
 @style.with_style
 def draw_section(run: ContactRun) -> Figure:
-    """Teeth, outline and sleeve round the shaft, as it sees them: when cut off, and when engaged; lengths in mm."""
+    """Teeth, outline and sleeve round the shaft, as it sees them: when cut off, and when engaged;
+    lengths in mm.
+    """
     figure = style.new_figure(3.8)
-    for axes, index, title in zip(figure.subplots(1, 2), (0, -1), ("cut off", "engaged"), strict=True):
+    for axes, index, title in zip(
+        figure.subplots(1, 2), (0, -1), ("cut off", "engaged"), strict=True
+    ):
         _pose(axes, run, index)
         axes.set_title(title)
         style.drawing_board(axes)
@@ -123,10 +140,14 @@ def _pose(axes: Axes, run: ContactRun, index: int) -> None:
     axes.plot(*shaft, color=style.INK, linewidth=1.0, label="shaft")
     axes.plot(*hole, color=style.SOFT, linewidth=1.0, label="sleeve, its hole")
     body = body_outline(Rotor(VERTICES, SIDES, inputs.width), angle, centre * 1e-3)
-    axes.plot(*(1e3 * np.hstack([body, body[:, :1]])), color=style.BLUE, linewidth=1.0, label="polygon")
+    axes.plot(
+        *(1e3 * np.hstack([body, body[:, :1]])), color=style.BLUE, linewidth=1.0, label="polygon"
+    )
     for number, tooth in enumerate(_teeth(run, angle, section_sizes["half_tooth"])):
         name = "teeth" if number == 0 else None
-        axes.plot(*(1e3 * tooth + centre[:, None]), color=style.VERMILION, linewidth=1.6, label=name)
+        axes.plot(
+            *(1e3 * tooth + centre[:, None]), color=style.VERMILION, linewidth=1.6, label=name
+        )
     axes.plot(0, 0, "+", color=style.INK, markersize=5, linestyle="none", label="its axis")
     axes.plot(*centre, "x", color=style.BLUE, markersize=4, linestyle="none", label="its centroid")
 
@@ -135,19 +156,33 @@ def _teeth(run: ContactRun, angle: float, half: float) -> list[Array]:
     """Faces of each tooth from root over tip to root (2, 3) round the centroid [m]."""
     radii = np.array([run.inputs.root, run.inputs.tip, run.inputs.root])
     middles = angle + 2 * math.pi * np.arange(VERTICES) / VERTICES
-    return [radii * np.array([np.cos(a), np.sin(a)]) for a in middles[:, None] + half * np.array([-1, 0, 1])]
+    return [
+        radii * np.array([np.cos(a), np.sin(a)])
+        for a in middles[:, None] + half * np.array([-1, 0, 1])
+    ]
 
 
 @style.with_style
 def draw_sensitivity(rows: Sequence[ContactLoadSensitivity], reuleaux: float, dog: float) -> Figure:
-    """Largest loads [N] of both clutches, each in a plot, while one input runs over a factor of 10."""
+    """Largest loads [N] of both clutches, each in a plot, while one input runs over a factor of
+    10.
+    """
     figure = style.new_figure(2.8)
     loads = {"Reuleaux": ("reuleaux_N_max_N", reuleaux), "dog": ("dog_N_max_N", dog)}
     factors = sorted({row.factor for row in rows} | {1.0})
-    for axes, (title, (key, load)) in zip(figure.subplots(1, 2, sharey=True), loads.items(), strict=True):
+    for axes, (title, (key, load)) in zip(
+        figure.subplots(1, 2, sharey=True), loads.items(), strict=True
+    ):
         ends = []
-        for name, shade in zip(dict.fromkeys(row.input for row in rows), style.PALETTE, strict=False):
-            points = sorted([(1.0, load), *((row.factor, getattr(row, key)) for row in rows if row.input == name)])
+        for name, shade in zip(
+            dict.fromkeys(row.input for row in rows), style.PALETTE, strict=False
+        ):
+            points = sorted(
+                [
+                    (1.0, load),
+                    *((row.factor, getattr(row, key)) for row in rows if row.input == name),
+                ]
+            )
             axes.plot(*zip(*points, strict=True), "o-", color=shade, markersize=3)
             ends.append((points[-1][1], name, shade))
         axes.set_xscale("log")
@@ -165,7 +200,9 @@ def draw_sensitivity(rows: Sequence[ContactLoadSensitivity], reuleaux: float, do
 
 @style.with_style
 def draw_modal_load(engagement: Modal, printed: Mapping[str, float]) -> Figure:
-    """Load on the tooth over time in one mode, derived and by the printed formulas, until contact is lost."""
+    """Load on the tooth over time in one mode, derived and by the printed formulas, until contact
+    is lost.
+    """
     figure = style.new_figure(2.8)
     axes = figure.subplots()
     for name, at in (("exact", engagement.extremes), ("printed", printed)):

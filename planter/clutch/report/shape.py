@@ -26,7 +26,9 @@ FRAMES = 60
 
 @style.with_style
 def draw_turning(rotor: Rotor) -> Figure:
-    """The body at several rotations in the smallest polygon that lets it turn, and what a rotation needs beyond R."""
+    """The body at several rotations in the smallest polygon that lets it turn, and what a rotation
+    needs beyond R.
+    """
     figure = style.new_figure(3.6)
     left, right = figure.subplots(1, 2, width_ratios=[1, 1.15])
     _sleeve(left, rotor)
@@ -34,7 +36,12 @@ def draw_turning(rotor: Rotor) -> Figure:
     for i in range(GHOSTS, -1, -1):
         x, y = _body(rotor, math.pi / 2 + i * step)
         left.plot(x, y, color=style.FAINT if i else style.BLUE, linewidth=0.7 if i else 1.4)
-    orbit = 1e3 * np.array([rotor.tightest(r)[1] for r in np.linspace(0, 2 * math.pi / rotor.vertices, 61)]).T
+    orbit = (
+        1e3
+        * np.array(
+            [rotor.tightest(r)[1] for r in np.linspace(0, 2 * math.pi / rotor.vertices, 61)]
+        ).T
+    )
     left.plot(*orbit, color=style.VERMILION, linewidth=1.0, label="orbit of the centroid")
     left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     style.drawing_board(left)
@@ -48,7 +55,11 @@ def draw_turning(rotor: Rotor) -> Figure:
 
 
 def _sleeve(axes: Axes, rotor: Rotor) -> None:
-    axes.plot(*(1e3 * polygon_outline(rotor.sides, rotor.smallest_apothem)), color=style.INK, linewidth=1.2)
+    axes.plot(
+        *(1e3 * polygon_outline(rotor.sides, rotor.smallest_apothem)),
+        color=style.INK,
+        linewidth=1.2,
+    )
 
 
 def _body(rotor: Rotor, rotation: float) -> Array:
@@ -58,14 +69,18 @@ def _body(rotor: Rotor, rotation: float) -> Array:
 
 @style.with_style
 def draw_vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
-    """Path of a vertex over a turn with the ellipse of one corner, and that corner with rounded ones [m] inside."""
+    """Path of a vertex over a turn with the ellipse of one corner, and that corner with rounded
+    ones [m] inside.
+    """
     figure = style.new_figure(3.6)
     overview, corner = figure.subplots(1, 2)
     theta = np.linspace(*rotor.passage, 61)
     arc = rotor.path(theta)
     x, y = 1e3 * arc["x_C"], 1e3 * arc["y_C"]
     for axes in (overview, corner):
-        axes.plot(*(1e3 * polygon_outline(rotor.sides, rotor.width / 2)), color=style.INK, linewidth=0.9)
+        axes.plot(
+            *(1e3 * polygon_outline(rotor.sides, rotor.width / 2)), color=style.INK, linewidth=0.9
+        )
         axes.plot(*(1e3 * rotor.track()), color=style.BLUE, linewidth=1.0)
         axes.plot(x, y, color=style.VERMILION, linewidth=1.8)
         axes.plot(*_ellipse(rotor), color=style.VERMILION, linewidth=0.7, linestyle=(0, (4, 2)))
@@ -74,11 +89,15 @@ def draw_vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
     for index, (name, radius) in enumerate(fillets.items()):
         rounded = 1e3 * polygon_outline(rotor.sides, rotor.width / 2, radius, 40)
         shade = (style.GREEN, style.PURPLE, style.ORANGE)[index % 3]
-        corner.plot(*rounded, color=shade, linewidth=1.0, label=f"{name}: {radius / rotor.width:.4f} R")
+        corner.plot(
+            *rounded, color=shade, linewidth=1.0, label=f"{name}: {radius / rotor.width:.4f} R"
+        )
     reach = 0.1 * 1e3 * rotor.width
     middle = x[len(x) // 2], y[len(y) // 2]
     style.drawing_board(corner)
-    corner.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach))
+    corner.set(
+        xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach)
+    )
     corner.set_aspect("equal", adjustable="box")
     corner.legend(loc="upper left", frameon=False, fontsize=7)
     overview.set_title("path of a vertex; dashed: its ellipse at one corner")
@@ -91,22 +110,30 @@ def _ellipse(rotor: Rotor) -> Array:
     major = np.array([math.cos(ellipse["axis"]), math.sin(ellipse["axis"])])
     across = np.array([-major[1], major[0]])
     centre = np.array([ellipse["x_E"], ellipse["y_E"]])
-    points = np.outer(major, ellipse["s_1"] * np.cos(angle)) + np.outer(across, ellipse["s_2"] * np.sin(angle))
+    points = np.outer(major, ellipse["s_1"] * np.cos(angle)) + np.outer(
+        across, ellipse["s_2"] * np.sin(angle)
+    )
     return 1e3 * (centre[:, None] + points)
 
 
 def _axes_of(axes: Axes, rotor: Rotor) -> None:
     ellipse = rotor.ellipse
     for size, turn in ((ellipse["s_1"], 0.0), (ellipse["s_2"], math.pi / 2)):
-        direction = size * np.array([math.cos(ellipse["axis"] + turn), math.sin(ellipse["axis"] + turn)])
-        ends = 1e3 * np.array([[ellipse["x_E"]], [ellipse["y_E"]]]) + 1e3 * np.outer(direction, [-1, 1])
+        direction = size * np.array(
+            [math.cos(ellipse["axis"] + turn), math.sin(ellipse["axis"] + turn)]
+        )
+        ends = 1e3 * np.array([[ellipse["x_E"]], [ellipse["y_E"]]]) + 1e3 * np.outer(
+            direction, [-1, 1]
+        )
         axes.plot(*ends, color=style.SOFT, linewidth=0.5)
     axes.plot(1e3 * ellipse["x_E"], 1e3 * ellipse["y_E"], "+", color=style.INK, markersize=6)
 
 
 @style.with_style
 def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence[float]) -> Figure:
-    """Least travel [mm] over the axial angle, a curve for each model, with the file's levels marked."""
+    """Least travel [mm] over the axial angle, a curve for each model, with the file's levels
+    marked.
+    """
     figure = style.new_figure(2.8)
     axes = figure.subplots()
     ends = []
@@ -124,7 +151,9 @@ def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence
 
 @style.with_style
 def draw_linkages(labelled: Mapping[str, tuple[CrankLinkage, float, float]]) -> Figure:
-    """Each linkage at both ends of its travel: label -> (linkage, travel [m], pitch radius of the crank gear [m])."""
+    """Each linkage at both ends of its travel: label -> (linkage, travel [m], pitch radius of the
+    crank gear [m]).
+    """
     figure = style.new_figure(2.6 * len(labelled))
     for axes, (name, (linkage, travel, gear)) in zip(
         figure.subplots(len(labelled), 1, squeeze=False)[:, 0], labelled.items(), strict=True
@@ -141,12 +170,19 @@ def _linkage(axes: Axes, linkage: CrankLinkage, travel: float, gear: float) -> N
     reach = 1e3 * (linkage.distance + travel)
     axes.plot([0, 1.15 * reach], [0, 0], color=style.FAINT, linewidth=0.8, linestyle=(0, (6, 3)))
     axes.add_patch(Circle((0, 0), 1e3 * gear, fill=False, edgecolor=style.FAINT, linewidth=0.9))
-    for name, shift, shade in (("engaged", 0.0, style.BLUE), ("disengaged", travel, style.VERMILION)):
+    for name, shift, shade in (
+        ("engaged", 0.0, style.BLUE),
+        ("disengaged", travel, style.VERMILION),
+    ):
         at = linkage.evaluate(np.array([shift]))
         x, y = 1e3 * at["pin_x"][0], 1e3 * at["pin_y"][0]
         pin = 1e3 * (linkage.distance + shift)
-        axes.plot([0, x, pin], [0, y, 0], "o-", color=shade, markersize=3.5, linewidth=1.6, label=name)
-        axes.add_patch(Rectangle((pin - 2.5, -1.5), 5, 3, fill=False, edgecolor=shade, linewidth=0.9))
+        axes.plot(
+            [0, x, pin], [0, y, 0], "o-", color=shade, markersize=3.5, linewidth=1.6, label=name
+        )
+        axes.add_patch(
+            Rectangle((pin - 2.5, -1.5), 5, 3, fill=False, edgecolor=shade, linewidth=0.9)
+        )
     axes.annotate("A", (0, 0), (-9, -10), textcoords="offset points")
     axes.legend(loc="upper right", frameon=False)
     style.drawing_board(axes, "along the guide / mm", "across / mm")
@@ -154,7 +190,9 @@ def _linkage(axes: Axes, linkage: CrankLinkage, travel: float, gear: float) -> N
 
 @style.with_style
 def animate_turning(rotor: Rotor, frames: int = FRAMES) -> bytes:
-    """The body turning once in the smallest polygon that lets it, as a GIF; a vertex draws its path."""
+    """The body turning once in the smallest polygon that lets it, as a GIF; a vertex draws its
+    path.
+    """
     from matplotlib.animation import PillowWriter
 
     figure = style.new_figure(3.4, 3.4)

@@ -1,4 +1,6 @@
-"""Five poses of a body: their images, null space and dyads as the patent prints them, with all lengths in mm."""
+"""Five poses of a body: their images, null space and dyads as the patent prints them, with all
+lengths in mm.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ from planter.mapping import model
 from planter.mapping.dyads import Dyad, Solution, null_space, solve_dyads
 
 LENGTHS = np.array([2, 1, 1, 1, 1, 0, 0, 0])
-"""Number of lengths that are multiplied in each column of the linear system: entries in mm follow from those in m."""
+"""Number of lengths that are multiplied in each column of the linear system: entries in mm follow
+from those in m.
+"""
 _POSE = np.array([MM, MM, unit_factor("phi_deg")])
 
 
@@ -51,7 +55,8 @@ def kinematic_image(inputs: Inputs) -> float:
 def null_space_entry(inputs: Inputs) -> float:
     """An entry p1 to p5 of the vector of the null space that has the printed entries p6 to p8.
 
-    A basis of the null space is anyone's choice; what a vector of it has in three places gives the other five.
+    A basis of the null space is anyone's choice; what a vector of it has in three places gives the
+    other five.
     """
     basis = _basis(inputs)
     weights = np.linalg.solve(basis[5:], np.asarray(inputs[inputs["vector"]], dtype=float))
@@ -62,7 +67,8 @@ def null_space_entry(inputs: Inputs) -> float:
 def nearest_basis_entry(inputs: Inputs) -> float:
     """An entry of that orthonormal basis of the null space which comes nearest to the printed one.
 
-    All such bases differ by a rotation: three numbers for the printed twenty-four (Schoenemann, Psychometrika, 1966).
+    All such bases differ by a rotation: three numbers for the printed twenty-four (Schoenemann,
+    Psychometrika, 1966).
     """
     basis = np.linalg.qr(_basis(inputs))[0]
     names = inputs["vectors"]
@@ -92,12 +98,19 @@ def dyad_part(inputs: Inputs) -> Value:
 
 @formula("circle coefficient")
 def circle_coefficient(inputs: Inputs) -> Value:
-    """A coefficient of a0 (X^2 + Y^2) = 2 a1 X + 2 a2 Y + a3, at the scale of a printed one of them."""
+    """A coefficient of a0 (X^2 + Y^2) = 2 a1 X + 2 a2 Y + a3, at the scale of a printed one of
+    them.
+    """
     dyad = choose_dyad(inputs)
     if dyad is None:
         return None
     part = _to_numbers(dyad)
-    unit = {"a0": 1.0, "a1": part["X"], "a2": part["Y"], "a3": part["r"] ** 2 - part["X"] ** 2 - part["Y"] ** 2}
+    unit = {
+        "a0": 1.0,
+        "a1": part["X"],
+        "a2": part["Y"],
+        "a3": part["r"] ** 2 - part["X"] ** 2 - part["Y"] ** 2,
+    }
     return unit[inputs["coefficient"]] * float(inputs["scale"]) / unit[inputs["scale_of"]]
 
 

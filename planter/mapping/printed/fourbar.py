@@ -33,7 +33,8 @@ def is_crank(inputs: Inputs) -> Value:
 
 @formula("largest reversal between neighbouring poses")
 def largest_reversal(inputs: Inputs) -> Value:
-    """Largest rotation by which the arm must turn back relative to the carrier between two poses [deg]; 0 if none.
+    """Largest rotation by which the arm must turn back relative to the carrier between two poses
+    [deg]; 0 if none.
 
     A carrier that turns once passes the poses in the order of their crank angles.
     """
@@ -47,7 +48,9 @@ def largest_reversal(inputs: Inputs) -> Value:
 
 @formula("distance of a hinge outside the poses")
 def outside_distance(inputs: Inputs) -> Value:
-    """Distance of a dyad's fixed hinge from the polygon through the poses' points [mm]; negative inside."""
+    """Distance of a dyad's fixed hinge from the polygon through the poses' points [mm]; negative
+    inside.
+    """
     dyad = choose_dyad(inputs)
     return None if dyad is None else _distance(poses(inputs)[:, :2], dyad.centre) / MM
 

@@ -9,7 +9,8 @@ from planter.mapping.train import Train
 
 @formula("split of the ratio")
 def split_parameter(inputs: Inputs) -> Value:
-    """Parameter that closes the first of two stages of a ratio: the mean of its inverse root over a turn.
+    """Parameter that closes the first of two stages of a ratio: the mean of its inverse root over a
+    turn.
 
     None where the curve is not monotone. The centre distance has no part in it.
     """

@@ -1,1 +1,3 @@
-"""Proof of a global optimum: enclosures of an objective over boxes of designs, and branch and bound on them."""
+"""Proof of a global optimum: enclosures of an objective over boxes of designs, and branch and bound
+on them.
+"""

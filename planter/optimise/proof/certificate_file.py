@@ -1,7 +1,8 @@
 """The file of a proof: all that its bounds follow from, and the check that they do.
 
-Numbers that define what is proved, and bounds, are hexadecimal doubles. Evidence, of which any gives true bounds, is in
-decimal numbers. `check_proof.py` beside this module checks the same file in another arithmetic, without planter.
+Numbers that define what is proved, and bounds, are hexadecimal doubles. Evidence, of which any
+gives true bounds, is in decimal numbers. `check_proof.py` beside this module checks the same file
+in another arithmetic, without planter.
 """
 
 from __future__ import annotations
@@ -20,7 +21,13 @@ from planter.errors import InputError
 from planter.files.text import read_json
 from planter.kernels import Array, generated
 from planter.optimise.proof.claims import FORMAT, RefusedError, check_claims, compose_statement
-from planter.optimise.proof.enclosures import EnclosedResponse, Evidence, ResponseProgram, RootStart, list_angles
+from planter.optimise.proof.enclosures import (
+    EnclosedResponse,
+    Evidence,
+    ResponseProgram,
+    RootStart,
+    list_angles,
+)
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.objective import BoundedLimit, BoundedMeasure, ProvableObjective
 from planter.optimise.proof.panels import AnglePanels
@@ -33,17 +40,28 @@ from planter.version import __version__
 LARGEST_BYTES, MOST_VALUES = 1_000_000_000, 100_000_000
 """Limits of a file."""
 MOST_SAMPLES, MOST_PANELS, LARGEST_POWER, LONGEST_FRACTION = 100_000, 100_000, 1000, 40
-"""Limits of what a file asks to compute: samples, panels of a box, exponents, and characters of a fraction."""
+"""Limits of what a file asks to compute: samples, panels of a box, exponents, and characters of a
+fraction.
+"""
 
 
 def write_certificate(
-    build: Callable[[], ProvableObjective], box: Box, incumbent: Incumbent, names: Sequence[str],
-    sources: Mapping[str, str], seconds: float, listener: Listener | None, means: Means,
-    earlier: Path | None = None, keep: Callable[[str], None] | None = None,
-) -> tuple[Proof, str]:  # fmt: skip
-    """Return the proof of the objective that `build` returns, also in workers, and the text of its file.
+    build: Callable[[], ProvableObjective],
+    box: Box,
+    incumbent: Incumbent,
+    names: Sequence[str],
+    sources: Mapping[str, str],
+    seconds: float,
+    listener: Listener | None,
+    means: Means,
+    earlier: Path | None = None,
+    keep: Callable[[str], None] | None = None,
+) -> tuple[Proof, str]:
+    """Return the proof of the objective that `build` returns, also in workers, and the text of its
+    file.
 
-    A proof of the same in the file `earlier` is continued; the text of an interrupted one is handed to `keep`.
+    A proof of the same in the file `earlier` is continued; the text of an interrupted one is handed
+    to `keep`.
     """
     objective = build()
 
@@ -53,18 +71,30 @@ def write_certificate(
     root = None if earlier is None else _read_earlier_tree(earlier, objective, box, incumbent)
     with share_boxes(objective, build, means) as shared:
         proof = prove_bound(
-            shared, box, incumbent, seconds, listener, root, shared.clock,
+            shared,
+            box,
+            incumbent,
+            seconds,
+            listener,
+            root,
+            shared.clock,
             None if keep is None else lambda proof: keep(write(proof)),
-        )  # fmt: skip
+        )
     return proof, write(proof)
 
 
-def _read_earlier_tree(path: Path, objective: ProvableObjective, box: Box, incumbent: Incumbent) -> BoxNode | None:
-    """Return the tree of a file of an unfinished proof of the same, None if there is none or it is spoiled."""
+def _read_earlier_tree(
+    path: Path, objective: ProvableObjective, box: Box, incumbent: Incumbent
+) -> BoxNode | None:
+    """Return the tree of a file of an unfinished proof of the same, None if there is none or it is
+    spoiled.
+    """
     try:
         document = read_document(path)
         claim = describe_claim(objective, box, incumbent.samples)
-        if compute_digest(document) != document["sha256"] or any(document[key] != claim[key] for key in claim):
+        if compute_digest(document) != document["sha256"] or any(
+            document[key] != claim[key] for key in claim
+        ):
             return None
         root = read_tree(document)
     except (InputError, ValueError, KeyError, TypeError, IndexError):
@@ -79,16 +109,22 @@ def _read_earlier_tree(path: Path, objective: ProvableObjective, box: Box, incum
 def describe_claim(objective: ProvableObjective, box: Box, samples: int | None) -> dict[str, Any]:
     """Return the part of a file that says what is proved."""
     claim = {
-        "kind": "true" if samples is None else "sampled", "samples": samples,
+        "kind": "true" if samples is None else "sampled",
+        "samples": samples,
         "response": objective.response.program.to_document(),
         "terms": [_write_measure(term) for term in objective.terms],
         "limits": [
-            {**_write_measure(limit.measure), "sign": limit.sign, "limit": float(limit.number).hex()}
+            {
+                **_write_measure(limit.measure),
+                "sign": limit.sign,
+                "limit": float(limit.number).hex(),
+            }
             for limit in objective.limits
         ],
-        "all_limits": objective.heeds_all, "quantities": objective.list_labels(),
+        "all_limits": objective.heeds_all,
+        "quantities": objective.list_labels(),
         "box": [_write(side) for side in box],
-    }  # fmt: skip
+    }
     plain: dict[str, Any] = json.loads(json.dumps(claim))
     return plain
 
@@ -96,21 +132,26 @@ def describe_claim(objective: ProvableObjective, box: Box, samples: int | None) 
 def build_document(
     proof: Proof, objective: ProvableObjective, names: Sequence[str], sources: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Return a proof as JSON; `names` are those of the parameters, `sources` hashes of the generated files by name."""
+    """Return a proof as JSON; `names` are those of the parameters, `sources` hashes of the
+    generated files by name.
+    """
     nodes = list(proof.root.list_nodes())
     places = {node: place for place, node in enumerate(nodes)}
     result = proof.result
     document = {
-        "format": FORMAT, "planter": __version__, "generated": dict(sources),
+        "format": FORMAT,
+        "planter": __version__,
+        "generated": dict(sources),
         "parameters": list(names),
         **describe_claim(objective, (proof.root.lower, proof.root.upper), result.samples),
         "incumbent": {
-            "x": _write(proof.incumbent.x), "upper_bound": None if proof.reached is None else proof.reached.hex(),
+            "x": _write(proof.incumbent.x),
+            "upper_bound": None if proof.reached is None else proof.reached.hex(),
             **({} if proof.evidence is None else {"evidence": _write_evidence(proof.evidence)}),
         },
         "lower_bound": None if result.lower_bound is None else result.lower_bound.hex(),
         "nodes": [_write_node(node, [places[child] for child in node.children]) for node in nodes],
-    }  # fmt: skip
+    }
     plain: dict[str, Any] = json.loads(json.dumps(document))
     plain["statement"] = compose_statement(plain)
     return {**plain, "sha256": compute_digest(plain)}
@@ -134,12 +175,18 @@ def read_document(path: str | Path) -> dict[str, Any]:
     """Return the content of a proof's file. Raises InputError for a file that is none."""
     document = read_json(Path(path), LARGEST_BYTES, MOST_VALUES)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise InputError(f'{path}: format: this is no file of a proof ("{FORMAT}"), as `optimise --prove` writes it')
+        raise InputError(
+            f'{path}: format: this is no file of a proof ("{FORMAT}"), as `optimise --prove` '
+            f"writes it"
+        )
     return document
 
 
 def read_tree(document: Mapping[str, Any]) -> BoxNode:
-    """Return the tree of boxes of a document. Raises ValueError if boxes do not fit into each other."""
+    """Return the tree of boxes of a document.
+
+    Raises ValueError if boxes do not fit into each other.
+    """
     lower, upper = (_read(side) for side in document["box"])
     period = list_angles([Fraction(document["response"]["period"])])
     entries, seen = document["nodes"], {0}
@@ -166,7 +213,10 @@ def read_tree(document: Mapping[str, Any]) -> BoxNode:
 
 
 def _list_parts(node: BoxNode, entry: Mapping[str, Any]) -> list[Box]:
-    """Return the boxes of the children of a node. Raises ValueError if they do not cover it, or its side."""
+    """Return the boxes of the children of a node.
+
+    Raises ValueError if they do not cover it, or its side.
+    """
     if ("split" in entry) == ("sides" in entry):
         raise ValueError("a box with children is either split or has a side")
     if "split" in entry:
@@ -189,22 +239,34 @@ def check_size(document: Mapping[str, Any]) -> None:
     if document["kind"] not in ("true", "sampled"):
         raise ValueError("kind must be true or sampled")
     if samples is not None and not (isinstance(samples, int) and 1 <= samples <= MOST_SAMPLES):
-        raise ValueError(f"samples = {samples!r} must be a whole number between 1 and {MOST_SAMPLES}")
+        raise ValueError(
+            f"samples = {samples!r} must be a whole number between 1 and {MOST_SAMPLES}"
+        )
     for text in (response["period"], *response["offsets"]):  # 1e99999999 would be written out
         if len(text) > LONGEST_FRACTION or not re.fullmatch(r"-?\d+(/[1-9]\d*)?", text):
-            raise ValueError(f"{text[:LONGEST_FRACTION]!r} is no fraction of a revolution, or has too many digits")
+            raise ValueError(
+                f"{text[:LONGEST_FRACTION]!r} is no fraction of a revolution, or has too many "
+                f"digits"
+            )
     if not Fraction(response["period"]) > 0:
         raise ValueError("period must be above 0")
     for name, _, numbers in (step for stage in response["stages"] for step in stage["operations"]):
         exponents = [read_number(number) for number in numbers][: name == "power"]
         if any(abs(exponent) > LARGEST_POWER for exponent in exponents):
-            raise ValueError(f"a power of {numbers[0]} must be between -{LARGEST_POWER} and {LARGEST_POWER}")
+            raise ValueError(
+                f"a power of {numbers[0]} must be between -{LARGEST_POWER} and {LARGEST_POWER}"
+            )
     for entry in (document["incumbent"], *document["nodes"]):
         evidence = entry.get("evidence", {})
         for key in evidence.keys() & {"panels", "narrow"}:
             counts = evidence[key]["parts"]
-            if not all(isinstance(count, int) and count > 0 for count in counts) or sum(counts) > MOST_PANELS:
-                raise ValueError(f"parts of {key} must be whole numbers above 0, {MOST_PANELS} in all at most")
+            if (
+                not all(isinstance(count, int) and count > 0 for count in counts)
+                or sum(counts) > MOST_PANELS
+            ):
+                raise ValueError(
+                    f"parts of {key} must be whole numbers above 0, {MOST_PANELS} in all at most"
+                )
 
 
 def check_document(document: Mapping[str, Any]) -> ProofCheck:
@@ -215,12 +277,23 @@ def check_document(document: Mapping[str, Any]) -> ProofCheck:
         check_size(document)  # first: the other checks take as long as what is asked for
         check_claims(document)
         if changed := generated.find_changed(document["generated"]):
-            raise RefusedError(f"generated: {', '.join(changed)} of this installation differs from what was proved")
+            raise RefusedError(
+                f"generated: {', '.join(changed)} of this installation differs from what was proved"
+            )
         return _check(document)
     except RefusedError as error:
         return ProofCheck.refuse(str(error))
-    except (ValueError, LookupError, TypeError, AttributeError, AssertionError, ArithmeticError) as error:
-        return ProofCheck.refuse(f"the file is incomplete or wrong: {type(error).__name__}: {error}")
+    except (
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        AssertionError,
+        ArithmeticError,
+    ) as error:
+        return ProofCheck.refuse(
+            f"the file is incomplete or wrong: {type(error).__name__}: {error}"
+        )
 
 
 def _check(document: Mapping[str, Any]) -> ProofCheck:
@@ -244,10 +317,17 @@ def _check(document: Mapping[str, Any]) -> ProofCheck:
     if bound is not None and not bound <= lower_bound:
         raise RefusedError("lower_bound is above the bound of a box")
     return ProofCheck(
-        valid=True, reason=None, objective=x, kind=document["kind"], lower_bound=bound, incumbent=reached,
-        gap=None if bound is None or reached is None else reached - bound, boxes=boxes,
-        statement=document["statement"], compared=sorted(generated.list_installed(document["generated"])),
-    )  # fmt: skip
+        valid=True,
+        reason=None,
+        objective=x,
+        kind=document["kind"],
+        lower_bound=bound,
+        incumbent=reached,
+        gap=None if bound is None or reached is None else reached - bound,
+        boxes=boxes,
+        statement=document["statement"],
+        compared=sorted(generated.list_installed(document["generated"])),
+    )
 
 
 def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None:
@@ -257,19 +337,25 @@ def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None
     except Unbounded as error:
         raise RefusedError(f"nodes[{place}] cannot be bounded: {error.message}") from None
     if not bounds.lower_bound >= node.bound:
-        raise RefusedError(f"nodes[{place}].bound is {node.bound}, but only {bounds.lower_bound} follows")
+        raise RefusedError(
+            f"nodes[{place}].bound is {node.bound}, but only {bounds.lower_bound} follows"
+        )
     if len(node.children) == 1:
         (side,) = node.children
         rising, falling = bounds.slopes.low >= 0, bounds.slopes.high <= 0
         raised, lowered = side.lower > node.lower, side.upper < node.upper
         if bounds.may_jump or (raised & ~falling).any() or (lowered & ~rising).any():
-            raise RefusedError(f"nodes[{place}].sides: the objective may be less elsewhere in the box")
+            raise RefusedError(
+                f"nodes[{place}].sides: the objective may be less elsewhere in the box"
+            )
 
 
 def _check_incumbent(
     document: Mapping[str, Any], objective: ProvableObjective, root: BoxNode
 ) -> tuple[float | None, float | None]:
-    """Return the stated upper bound of the incumbent's objective, and the objective itself; None if not enclosed."""
+    """Return the stated upper bound of the incumbent's objective, and the objective itself; None if
+    not enclosed.
+    """
     entry = document["incumbent"]
     if entry["upper_bound"] is None:
         return None, None
@@ -287,7 +373,10 @@ def _check_incumbent(
 
 
 def read_objective(document: Mapping[str, Any]) -> ProvableObjective:
-    """Return the objective of a document. Raises ValueError, KeyError, TypeError or IndexError if it has none."""
+    """Return the objective of a document.
+
+    Raises ValueError, KeyError, TypeError or IndexError if it has none.
+    """
     if (document["kind"] == "true") != (document["samples"] is None):
         raise ValueError("kind does not fit samples")
     limits = [
@@ -296,9 +385,11 @@ def read_objective(document: Mapping[str, Any]) -> ProvableObjective:
     ]
     return ProvableObjective(
         EnclosedResponse(ResponseProgram.from_document(document["response"])),
-        [_read_measure(entry) for entry in document["terms"]], limits, document["samples"],
+        [_read_measure(entry) for entry in document["terms"]],
+        limits,
+        document["samples"],
         heeds_all=bool(document["all_limits"]),
-    )  # fmt: skip
+    )
 
 
 def _write(values: Array) -> list[str]:
@@ -319,18 +410,23 @@ def read_number(text: str) -> float:
 
 def _write_measure(measure: BoundedMeasure) -> dict[str, Any]:
     return {
-        "measure": measure.kind, "quantity": measure.quantity, "size": measure.size,
+        "measure": measure.kind,
+        "quantity": measure.quantity,
+        "size": measure.size,
         "weight": float(measure.weight).hex(),
         "angle_deg": None if measure.angle is None else float(measure.angle).hex(),
-    }  # fmt: skip
+    }
 
 
 def _read_measure(entry: Mapping[str, Any]) -> BoundedMeasure:
     angle = entry["angle_deg"]
     return BoundedMeasure(
-        entry["measure"], int(entry["quantity"]), bool(entry["size"]), read_number(entry["weight"]),
+        entry["measure"],
+        int(entry["quantity"]),
+        bool(entry["size"]),
+        read_number(entry["weight"]),
         None if angle is None else read_number(angle),
-    )  # fmt: skip
+    )
 
 
 def _write_node(node: BoxNode, children: list[int]) -> dict[str, Any]:
@@ -342,7 +438,9 @@ def _write_node(node: BoxNode, children: list[int]) -> dict[str, Any]:
     elif children:
         (side,) = node.children
         raised, lowered = side.lower > node.lower, side.upper < node.upper
-        entry["sides"] = [[int(k), "upper" if raised[k] else "lower"] for k in np.flatnonzero(raised | lowered)]
+        entry["sides"] = [
+            [int(k), "upper" if raised[k] else "lower"] for k in np.flatnonzero(raised | lowered)
+        ]
     elif node.widest is not None:
         entry["next"] = node.widest
     if children:
@@ -356,14 +454,21 @@ def _write_evidence(evidence: Evidence) -> dict[str, Any]:
     entry: dict[str, Any] = {}
     if evidence.starts:
         entry["starts"] = [
-            {"cycle": start.cycle, "values": [[None if np.isnan(v) else float(v) for v in row] for row in start.values]}
+            {
+                "cycle": start.cycle,
+                "values": [
+                    [None if np.isnan(v) else float(v) for v in row] for row in start.values
+                ],
+            }
             for start in evidence.starts
         ]
     for key, panels in (("panels", evidence.panels), ("narrow", evidence.narrow)):
         if panels is not None:
             entry[key] = {
-                "knots": panels.knots.tolist(), "rates": panels.rates.tolist(), "parts": list(panels.parts)
-            }  # fmt: skip
+                "knots": panels.knots.tolist(),
+                "rates": panels.rates.tolist(),
+                "parts": list(panels.parts),
+            }
     if evidence.peaks is not None and evidence.rates is not None:
         entry["peaks"], entry["rates"] = evidence.peaks.tolist(), evidence.rates.tolist()
     return entry
@@ -377,7 +482,10 @@ def _read_evidence(entry: Mapping[str, Any], period: Ball) -> Evidence:
         return AnglePanels(knots, rates, tuple(map(int, entry[key]["parts"])), period)
 
     return Evidence(
-        [RootStart(np.array(start["values"], dtype=float), float(start["cycle"])) for start in entry.get("starts", [])],
+        [
+            RootStart(np.array(start["values"], dtype=float), float(start["cycle"]))
+            for start in entry.get("starts", [])
+        ],
         read_panels("panels"),
         np.array(entry["peaks"], dtype=float) if "peaks" in entry else None,
         np.array(entry["rates"], dtype=float) if "rates" in entry else None,

@@ -1,14 +1,15 @@
-"""Check a proof that `planter optimise --prove` wrote, without planter: python check_proof.py proof.json [PROCESSES]
+"""Check a proof that `planter optimise --prove` wrote, without planter: python check_proof.py
+proof.json [PROCESSES]
 
-Every bound of every box, the covering of the box by its parts, and the upper bound of the incumbent are computed again
-from the programs in the file, in the ball arithmetic of Arb (pip install python-flint). A valid claim is printed in
-words; the last line is `valid` or the reason. Exit code 0 valid, 1 refused, 2 not readable. docs/proof.md of planter
-states the theorems.
+Every bound of every box, the covering of the box by its parts, and the upper bound of the incumbent
+are computed again from the programs in the file, in the ball arithmetic of Arb (pip install
+python-flint). A valid claim is printed in words; the last line is `valid` or the reason. Exit code
+0 valid, 1 refused, 2 not readable. docs/proof.md of planter states the theorems.
 
-Functions of the design x and of the place s in a panel of angles are jets: value and gradient at the centre of a box,
-value, gradient and Hessian anywhere in it. Then f(x) is in f(c) + f'(c) d + d' H d / 2, and f'(x) in f'(c) + H d.
+Functions of the design x and of the place s in a panel of angles are jets: value and gradient at
+the centre of a box, value, gradient and Hessian anywhere in it. Then f(x) is in f(c) + f'(c) d + d'
+H d / 2, and f'(x) in f'(c) + H d.
 """
-# fmt: off
 
 import functools
 import hashlib
@@ -25,23 +26,47 @@ from flint import arb, arb_mat, arb_poly, ctx
 ctx.prec = 64
 ONE, ZERO, UNIT, INFINITY, MOST_PIECES = arb(1), arb(0), arb(0, 1), arb("inf"), 64
 MOST_SAMPLES, MOST_PANELS, LARGEST_POWER, LONGEST_FRACTION = 100_000, 100_000, 1000, 40
-SIDES, NONNEGATIVE = {"max": (1,), "min": (-1,), "range": (1, -1)}, ("range", "variance", "std", "rms")
+SIDES, NONNEGATIVE = (
+    {"max": (1,), "min": (-1,), "range": (1, -1)},
+    ("range", "variance", "std", "rms"),
+)
 MEASURES = (*SIDES, "mean", "variance", "std", "rms", "at")
-KEYS = {"format", "planter", "statement", "generated", "parameters", "quantities", "kind", "samples", "response",
-        "terms", "limits", "all_limits", "box", "incumbent", "lower_bound", "nodes", "sha256"}
+KEYS = {
+    "format",
+    "planter",
+    "statement",
+    "generated",
+    "parameters",
+    "quantities",
+    "kind",
+    "samples",
+    "response",
+    "terms",
+    "limits",
+    "all_limits",
+    "box",
+    "incumbent",
+    "lower_bound",
+    "nodes",
+    "sha256",
+}
 TEXTS = {"format", "planter", "statement", "generated", "parameters", "quantities", "sha256"}
+
 
 class NoBound(ArithmeticError):
     """A quantity has no bound over a box at some angle."""
+
 
 def refuse_unless(holds, reason):
     """Raise ValueError with a reason unless a statement holds."""
     if not holds:
         raise ValueError(reason)
 
+
 def map_ends(function, x):
     """Return the values of an increasing function over a ball, by those at its ends."""
     return function(x) if x.is_exact() else function(x.lower()).union(function(x.upper()))
+
 
 def sine_ball(x, shift):
     """Return sin(x + shift pi / 2), whose second derivative is at most 1."""
@@ -49,36 +74,57 @@ def sine_ball(x, shift):
     sin, cos = (middle.cos(), -middle.sin()) if shift else (middle.sin(), middle.cos())
     return (sin + UNIT * (abs(cos) * radius + radius * radius / 2)).intersection(UNIT)
 
+
 def raise_ball(x, n):
     """Return x^n; Arb's own has no value where x may vanish."""
     return math.prod([x] * n, start=ONE)
+
 
 def square_ball(x):
     """Return x^2, which is nowhere negative."""
     return raise_ball(x.abs_lower(), 2).union(raise_ball(x.abs_upper(), 2))
 
+
 def turn_angle(turn):
     """Return an angle [rad] for a fraction of a turn."""
     return 2 * arb.pi() * turn.numerator / turn.denominator
 
+
 FUNCTIONS = {  # f(x), f'(x) from x and f(x), f''(x) from x, f(x) and f'(x)
     "inverse": (lambda x: 1 / x, lambda _, y: -y * y, lambda x, y, d: 2 * y * y * y),
-    "sqrt": (lambda x: map_ends(arb.sqrt, x), lambda _, y: 1 / (2 * y), lambda x, y, d: -d / (2 * x)),
+    "sqrt": (
+        lambda x: map_ends(arb.sqrt, x),
+        lambda _, y: 1 / (2 * y),
+        lambda x, y, d: -d / (2 * x),
+    ),
     "log": (lambda x: map_ends(arb.log, x), lambda x, _: 1 / x, lambda x, y, d: -d * d),
     "exp": (lambda x: map_ends(arb.exp, x), lambda _, y: y, lambda x, y, d: y),
     "sin": (lambda x: sine_ball(x, 0), lambda x, _: sine_ball(x, 1), lambda x, y, d: -y),
     "cos": (lambda x: sine_ball(x, 1), lambda x, _: -sine_ball(x, 0), lambda x, y, d: -y),
-    "arctan": (lambda x: map_ends(arb.atan, x), lambda x, _: 1 / (1 + square_ball(x)), lambda x, y, d: -2 * x * d * d),
+    "arctan": (
+        lambda x: map_ends(arb.atan, x),
+        lambda x, _: 1 / (1 + square_ball(x)),
+        lambda x, y, d: -2 * x * d * d,
+    ),
 }
 
+
 class BoxSpace:
-    """A box with half widths `radii` of what moves in it, the place in a panel from -1 to 1 as the last if `panels`."""
+    """A box with half widths `radii` of what moves in it, the place in a panel from -1 to 1 as the
+    last if `panels`.
+    """
 
     def __init__(self, lower, upper, panels):
-        self.cutting, self.panels, self.centre = True, panels, [a + (b - a) / 2 for a, b in zip(lower, upper)]
+        self.cutting, self.panels, self.centre = (
+            True,
+            panels,
+            [a + (b - a) / 2 for a, b in zip(lower, upper)],
+        )
         self.open = [k for k, (a, b) in enumerate(zip(lower, upper)) if a < b]
         centre = [arb(x) for x in self.centre]
-        self.radii = [max(upper[k] - centre[k], centre[k] - lower[k]).upper() for k in self.open] + [ONE] * panels
+        self.radii = [
+            max(upper[k] - centre[k], centre[k] - lower[k]).upper() for k in self.open
+        ] + [ONE] * panels
         self.n = n = len(self.radii)
         self.delta = arb_mat(n, 1, [UNIT * radius for radius in self.radii])
         self.zeros = arb_mat(n, 1), arb_mat(n, 1), arb_mat(n, n)
@@ -88,17 +134,33 @@ class BoxSpace:
         return BallJet(self, arb(value), arb(value))
 
     def linear(self, value, rates, place=0):
-        """Return a function that is linear in the design, with rates in all of its parameters, and in the place."""
+        """Return a function that is linear in the design, with rates in all of its parameters, and
+        in the place.
+        """
         slope = arb_mat(self.n, 1, [rates[k] for k in self.open] + [place] * self.panels)
-        return BallJet(self, arb(value), value + (slope.transpose() * self.delta)[0, 0], slope, slope, self.zeros[2])
+        return BallJet(
+            self,
+            arb(value),
+            value + (slope.transpose() * self.delta)[0, 0],
+            slope,
+            slope,
+            self.zeros[2],
+        )
 
     def parameters(self):
         """Return the parameters of the design as functions."""
-        return [self.linear(x, [i == k for i in range(len(self.centre))]) if k in self.open else self.constant(x)
-                for k, x in enumerate(self.centre)]
+        return [
+            self.linear(x, [i == k for i in range(len(self.centre))])
+            if k in self.open
+            else self.constant(x)
+            for k, x in enumerate(self.centre)
+        ]
+
 
 class BallJet:
-    """Value and gradient at the centre (c, gc) and anywhere (v, g), and Hessian h; constants have no derivatives."""
+    """Value and gradient at the centre (c, gc) and anywhere (v, g), and Hessian h; constants have
+    no derivatives.
+    """
 
     __slots__ = ("c", "g", "gc", "h", "space", "v")
 
@@ -113,12 +175,20 @@ class BallJet:
         """Intersect value and gradient anywhere with the Taylor form about the centre."""
         if self.gc is not None and self.space.cutting:
             moved, delta = self.h * self.space.delta, self.space.delta
-            self.v = self.v.intersection(self.c + ((self.gc + moved * arb(0.5)).transpose() * delta)[0, 0])
-            self.g = arb_mat(self.space.n, 1, [*map(arb.intersection, self.g.entries(), (self.gc + moved).entries())])
+            self.v = self.v.intersection(
+                self.c + ((self.gc + moved * arb(0.5)).transpose() * delta)[0, 0]
+            )
+            self.g = arb_mat(
+                self.space.n,
+                1,
+                [*map(arb.intersection, self.g.entries(), (self.gc + moved).entries())],
+            )
         return self
 
     def __neg__(self):
-        return BallJet(self.space, -self.c, -self.v, *(() if self.gc is None else (-self.gc, -self.g, -self.h)))
+        return BallJet(
+            self.space, -self.c, -self.v, *(() if self.gc is None else (-self.gc, -self.g, -self.h))
+        )
 
     def __add__(self, other):
         a, b = (other, self) if self.gc is None else (self, other)
@@ -133,10 +203,17 @@ class BallJet:
         a, b = (other, self) if self.gc is None else (self, other)
         values = a.c * b.c, a.v * b.v
         if b.gc is None:
-            return BallJet(a.space, *values, *(() if a.gc is None else (a.gc * b.c, a.g * b.v, a.h * b.v)))
+            return BallJet(
+                a.space, *values, *(() if a.gc is None else (a.gc * b.c, a.g * b.v, a.h * b.v))
+            )
         mixed = a.g * b.g.transpose()
-        return BallJet(a.space, *values, b.gc * a.c + a.gc * b.c, b.g * a.v + a.g * b.v,
-                   b.h * a.v + a.h * b.v + mixed + mixed.transpose()).cut()
+        return BallJet(
+            a.space,
+            *values,
+            b.gc * a.c + a.gc * b.c,
+            b.g * a.v + a.g * b.v,
+            b.h * a.v + a.h * b.v + mixed + mixed.transpose(),
+        ).cut()
 
     def apply(self, function, slope, bend):
         """Return f(x) from functions of x, of x and f(x), and of x, f(x) and f'(x)."""
@@ -149,23 +226,34 @@ class BallJet:
 
     def call(self, name):
         """Return an elementary function of the jet."""
-        if (name == "inverse" and self.v.contains(0)) or (name in ("sqrt", "log") and not self.v > 0):
+        if (name == "inverse" and self.v.contains(0)) or (
+            name in ("sqrt", "log") and not self.v > 0
+        ):
             raise NoBound(f"{name} has no bound")
         return self.apply(*FUNCTIONS[name])
 
     def __pow__(self, n):
-        return self.apply(lambda x: raise_ball(x, n), lambda x, _: n * raise_ball(x, n - 1),
-                          lambda x, y, d: n * (n - 1) * raise_ball(x, max(n - 2, 0)))
+        return self.apply(
+            lambda x: raise_ball(x, n),
+            lambda x, _: n * raise_ball(x, n - 1),
+            lambda x, y, d: n * (n - 1) * raise_ball(x, max(n - 2, 0)),
+        )
 
     def polynomial(self, numbers):
         """Return the sum of a_k x^k, highest power first, expanded about the centre."""
         middle = arb(self.c.mid())
         value = arb_poly(numbers[::-1])(arb_poly([middle, 1]))
         slope, bend = value.derivative(), value.derivative().derivative()
-        return self.apply(lambda x: value(x - middle), lambda x, _: slope(x - middle), lambda x, y, d: bend(x - middle))
+        return self.apply(
+            lambda x: value(x - middle),
+            lambda x, _: slope(x - middle),
+            lambda x, y, d: bend(x - middle),
+        )
 
     def angle(self, x):
-        """Return the angle of the point (x, self): that of a fixed direction near it plus the angle from there."""
+        """Return the angle of the point (x, self): that of a fixed direction near it plus the angle
+        from there.
+        """
         if not (x.v > 0 or self.v > 0 or self.v < 0):
             raise NoBound("an angle may jump by a turn")
         turn = math.atan2(float(self.c.mid()), float(x.c.mid()))
@@ -177,60 +265,93 @@ class BallJet:
         """Return a number below the jet over the box."""
         change, radii = ZERO, self.space.radii
         for i in range(self.space.n if self.gc is not None else 0):
-            change += radii[i] * abs(self.gc[i, 0]) + radii[i] ** 2 / 2 * max(-self.h[i, i].lower(), ZERO)
+            change += radii[i] * abs(self.gc[i, 0]) + radii[i] ** 2 / 2 * max(
+                -self.h[i, i].lower(), ZERO
+            )
             change += sum((radii[i] * radii[j] * abs(self.h[i, j]) for j in range(i)), ZERO)
         return max((self.c - change.upper()).lower(), self.v.lower())
 
     def without_place(self, change, tilt):
-        """Return the jet without the place in a panel, by what its slope and bend change it, and mixed ones slopes."""
+        """Return the jet without the place in a panel, by what its slope and bend change it, and
+        mixed ones slopes.
+        """
         if self.gc is None or not self.space.panels:
             return self
         n, last = self.space.n, self.space.n - 1
         keep = arb_mat(n, n, [float(i == j < last) for i in range(n) for j in range(n)])
         mixed = arb_mat(n, 1, [*(tilt(self.h[i, last]) for i in range(last)), ZERO])
         value = self.c + change(self.gc[last, 0], self.h[last, last])
-        return BallJet(self.space, value, self.v, keep * self.gc + mixed, keep * self.g, keep * self.h * keep).cut()
+        return BallJet(
+            self.space, value, self.v, keep * self.gc + mixed, keep * self.g, keep * self.h * keep
+        ).cut()
 
     def average(self):
-        """Return the mean over a panel: terms odd in the place cancel but for what differs between pieces."""
-        return self.without_place(lambda slope, bend: UNIT * slope.rad() / 2 + bend / 6, lambda x: UNIT * x.rad() / 2)
+        """Return the mean over a panel: terms odd in the place cancel but for what differs between
+        pieces.
+        """
+        return self.without_place(
+            lambda slope, bend: UNIT * slope.rad() / 2 + bend / 6, lambda x: UNIT * x.rad() / 2
+        )
 
     def hull(self):
-        """Return what the jet is at any one place of a panel, slope s + bend s^2 / 2 for s from -1 to 1."""
+        """Return what the jet is at any one place of a panel, slope s + bend s^2 / 2 for s from -1
+        to 1.
+        """
+
         def parabola(slope, bend):
             steep = slope.abs_upper()
-            high, low = ((steep**2 / (-2 * curve) if steep < -curve else steep + curve / 2).upper()
-                         for curve in (bend.upper(), -bend.lower()))
+            high, low = (
+                (steep**2 / (-2 * curve) if steep < -curve else steep + curve / 2).upper()
+                for curve in (bend.upper(), -bend.lower())
+            )
             return high.union(-low)
 
         return self.without_place(parabola, lambda x: UNIT * x.abs_upper())
+
 
 def join_jets(jets, join):
     """Return a jet whose entries are those of all jets, joined."""
     space, n = jets[0].space, jets[0].space.n
     result = BallJet(space, join([jet.c for jet in jets]), join([jet.v for jet in jets]))
     if any(jet.gc is not None for jet in jets):
-        parts = [[join(list(x)) for x in zip(*(jet.derivatives[k].entries() for jet in jets))] for k in range(3)]
-        result.gc, result.g, result.h = (arb_mat(n, columns, part) for columns, part in zip((1, 1, n), parts))
+        parts = [
+            [join(list(x)) for x in zip(*(jet.derivatives[k].entries() for jet in jets))]
+            for k in range(3)
+        ]
+        result.gc, result.g, result.h = (
+            arb_mat(n, columns, part) for columns, part in zip((1, 1, n), parts)
+        )
     return result
+
 
 def unite_jets(jets):
     """Return a jet around all jets."""
-    return jets[0] if len(jets) == 1 else join_jets(jets, lambda balls: functools.reduce(arb.union, balls))
+    return (
+        jets[0]
+        if len(jets) == 1
+        else join_jets(jets, lambda balls: functools.reduce(arb.union, balls))
+    )
+
 
 def add_up(jets):
     """Return the sum of many jets."""
     return join_jets(jets, lambda balls: sum(balls, ZERO)).cut()
 
+
 def invert_matrix(rows, part):
-    """Return the inverse of a matrix of jets at the centre or anywhere (part c or v), if none of them is singular."""
+    """Return the inverse of a matrix of jets at the centre or anywhere (part c or v), if none of
+    them is singular.
+    """
     return arb_mat([[getattr(jet, part) for jet in row] for row in rows]).inv()
 
-def enclose_roots(space, k, start, residual):
-    """Return roots near a start: a ball that Newton's interval step maps into itself holds one at each design.
 
-    Derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx + 2 f_xa a' + f_aa a' a'); the right sides are gradients of f
-    with constants in place of roots, and Hessians along the lines a' (x - x*), where Taylor forms do not apply.
+def enclose_roots(space, k, start, residual):
+    """Return roots near a start: a ball that Newton's interval step maps into itself holds one at
+    each design.
+
+    Derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx + 2 f_xa a' + f_aa a' a'); the right sides
+    are gradients of f with constants in place of roots, and Hessians along the lines a' (x - x*),
+    where Taylor forms do not apply.
     """
     at, n = list(start), space.n
 
@@ -246,19 +367,32 @@ def enclose_roots(space, k, start, residual):
         at = [float((x - step[i, 0]).mid()) for i, x in enumerate(at)]
         if all(step[i, 0].abs_upper() <= 1e-9 * abs(x) for i, x in enumerate(at)):
             break
-    scale = constants(arb(x.mid()) for x in invert_matrix(residual(constants(at))[1], "c").entries())
+    scale = constants(
+        arb(x.mid()) for x in invert_matrix(residual(constants(at))[1], "c").entries()
+    )
 
     def scaled(a):
         gaps, rows = residual(a)
-        both = [[sum((scale[i * k + j] * row[m] for j, row in enumerate(zip(gaps, *zip(*rows)))), space.constant(0))
-                 for m in range(k + 1)] for i in range(k)]
+        both = [
+            [
+                sum(
+                    (scale[i * k + j] * row[m] for j, row in enumerate(zip(gaps, *zip(*rows)))),
+                    space.constant(0),
+                )
+                for m in range(k + 1)
+            ]
+            for i in range(k)
+        ]
         return [row[0] for row in both], [row[1:] for row in both]
 
     def contain(part):
         gaps = column(scaled(constants(at))[0], part)
         radii, moved = [ZERO] * k, [x.abs_upper() for x in gaps.entries()]
         for _ in range(30):
-            radii = [r if m < r else 1.5 * m + 1e-15 * abs(x) + 1e-300 for r, m, x in zip(radii, moved, at)]
+            radii = [
+                r if m < r else 1.5 * m + 1e-15 * abs(x) + 1e-300
+                for r, m, x in zip(radii, moved, at)
+            ]
             balls = constants(x + UNIT * r for x, r in zip(at, radii))
             change = (invert_matrix(scaled(balls)[1], part) * gaps).entries()
             moved = [x.abs_upper() for x in change]
@@ -286,33 +420,61 @@ def enclose_roots(space, k, start, residual):
         values = [jet.v for jet in jets]
     return jets
 
+
 class ProofProgram:
     """Operations [name, arguments, numbers] in order; each condition is asked once."""
 
     def __init__(self, entry):
-        self.steps = [(name, a, [float.fromhex(x) for x in numbers]) for name, a, numbers in entry["operations"]]
+        self.steps = [
+            (name, a, [float.fromhex(x) for x in numbers])
+            for name, a, numbers in entry["operations"]
+        ]
         self.outputs = entry["outputs"]
 
     def run(self, space, inputs, script=()):
-        """Return the results and, of each condition, answer, others and jumps; `script` gives the first answers."""
+        """Return the results and, of each condition, answer, others and jumps; `script` gives the
+        first answers.
+        """
         values, conditions, solved = [], [], {}
 
         def answer(usual, low, high, jumps):
             if high - low >= 3:
                 raise NoBound("a box goes through many branches")
-            choice = script[len(conditions)] if len(conditions) < len(script) else min(max(usual, low), high)
+            choice = (
+                script[len(conditions)]
+                if len(conditions) < len(script)
+                else min(max(usual, low), high)
+            )
             conditions.append((choice, [k for k in range(low, high + 1) if k != choice], jumps))
             return choice
 
         def solve(size, k, arguments):
-            rows = [[values[a] for a in arguments[i : i + size]] for i in range(0, len(arguments), size)]
+            rows = [
+                [values[a] for a in arguments[i : i + size]] for i in range(0, len(arguments), size)
+            ]
             if arguments not in solved:
-                start = (invert_matrix(rows[:-1], "c") * arb_mat(size, 1, [jet.c for jet in rows[-1]])).entries()
-                solved[arguments] = enclose_roots(space, size, [float(x.mid()) for x in start], lambda q: ([
-                    add_up([a * y for a, y in zip(row, q)]) - b for row, b in zip(rows, rows[-1])], rows[:-1]))
+                start = (
+                    invert_matrix(rows[:-1], "c") * arb_mat(size, 1, [jet.c for jet in rows[-1]])
+                ).entries()
+                solved[arguments] = enclose_roots(
+                    space,
+                    size,
+                    [float(x.mid()) for x in start],
+                    lambda q: (
+                        [
+                            add_up([a * y for a, y in zip(row, q)]) - b
+                            for row, b in zip(rows, rows[-1])
+                        ],
+                        rows[:-1],
+                    ),
+                )
                 *matrix, right = [[jet.v for jet in row] for row in rows]
                 for algorithm in ("lu", "precond"):
-                    direct = arb_mat(matrix).solve(arb_mat(size, 1, right), algorithm=algorithm).entries()
+                    direct = (
+                        arb_mat(matrix)
+                        .solve(arb_mat(size, 1, right), algorithm=algorithm)
+                        .entries()
+                    )
                     for y, value in zip(solved[arguments], direct):
                         y.v = y.v.intersection(value)
             return solved[arguments][k]
@@ -328,21 +490,36 @@ class ProofProgram:
         for name, arguments, numbers in self.steps:
             a = [values[k] for k in arguments]
             match name:
-                case "multiply": result = a[0] * a[1]
-                case "add": result = a[0] + a[1]
-                case "negate": result = -a[0]
-                case "power": result = a[0] ** int(numbers[0])
-                case "polynomial": result = a[0].polynomial(numbers)
-                case "input": result = inputs[int(numbers[0])]
-                case "constant" | "pi": result = space.constant(numbers[0] if numbers else arb.pi())
-                case "select": result = a[0] if a[2] else a[1]
-                case "arctan2": result = a[0].angle(a[1])
-                case "floor": result = floor(a[0].v)
-                case "below": result = below(a[0].v, *numbers)
-                case "or" | "and": result = (any if name == "or" else all)(a)
-                case "not": result = not a[0]
-                case "solve": result = solve(*map(int, numbers), tuple(arguments))
-                case _: result = a[0].call(name)
+                case "multiply":
+                    result = a[0] * a[1]
+                case "add":
+                    result = a[0] + a[1]
+                case "negate":
+                    result = -a[0]
+                case "power":
+                    result = a[0] ** int(numbers[0])
+                case "polynomial":
+                    result = a[0].polynomial(numbers)
+                case "input":
+                    result = inputs[int(numbers[0])]
+                case "constant" | "pi":
+                    result = space.constant(numbers[0] if numbers else arb.pi())
+                case "select":
+                    result = a[0] if a[2] else a[1]
+                case "arctan2":
+                    result = a[0].angle(a[1])
+                case "floor":
+                    result = floor(a[0].v)
+                case "below":
+                    result = below(a[0].v, *numbers)
+                case "or" | "and":
+                    result = (any if name == "or" else all)(a)
+                case "not":
+                    result = not a[0]
+                case "solve":
+                    result = solve(*map(int, numbers), tuple(arguments))
+                case _:
+                    result = a[0].call(name)
             values.append(result)
         return [values[k] for k in self.outputs], conditions
 
@@ -354,7 +531,10 @@ class ProofProgram:
         return results
 
     def find_roots(self, space, inputs, *start):
-        """Return the roots of a program that takes the unknowns first, and returns residuals and Jacobian."""
+        """Return the roots of a program that takes the unknowns first, and returns residuals and
+        Jacobian.
+        """
+
         def residual(q):
             rows, k = self.run_smooth(space, [*q, *inputs]), len(start)
             return rows[:k], [rows[i : i + k] for i in range(k, k + k * k, k)]
@@ -362,7 +542,9 @@ class ProofProgram:
         return enclose_roots(space, len(start), start, residual)
 
     def run_pieces(self, space, inputs):
-        """Return the hulls of all smooth pieces, and whether results may jump from one to the other."""
+        """Return the hulls of all smooth pieces, and whether results may jump from one to the
+        other.
+        """
         pieces, scripts, jumps = [], [()], False
         while scripts:
             script = scripts.pop()
@@ -376,22 +558,31 @@ class ProofProgram:
                 raise NoBound("a box goes through many branches")
         return [unite_jets(results) for results in zip(*pieces)], jumps
 
+
 class Response:
     """Quantities over boxes at angles, from the stages of programs in the file."""
 
     def __init__(self, entry):
         self.count, self.continuous = entry["parameters"], entry["continuous"]
-        self.offsets, self.period = [Fraction(x) for x in entry["offsets"]], Fraction(entry["period"])
+        self.offsets, self.period = (
+            [Fraction(x) for x in entry["offsets"]],
+            Fraction(entry["period"]),
+        )
         self.stages, moving, self.size = [], {self.count}, self.count + 1
         for stage in entry["stages"]:
             program, inputs, roots = ProofProgram(stage), stage["inputs"], len(stage["limits"])
-            fixed, places = moving.isdisjoint(inputs), range(self.size, self.size + (roots or len(program.outputs)))
+            fixed, places = (
+                moving.isdisjoint(inputs),
+                range(self.size, self.size + (roots or len(program.outputs))),
+            )
             moving |= set() if fixed else set(places)
             self.stages.append((program, inputs, roots, fixed, places))
             self.size = places.stop
 
     def advance(self, space, values, starts, phi=None):
-        """Return values with the results of the stages that no angle changes, or of those that the angle phi does."""
+        """Return values with the results of the stages that no angle changes, or of those that the
+        angle phi does.
+        """
         values, number = [*values, *[None] * (self.size - len(values))], 0
         if phi is not None:
             values[self.count] = phi
@@ -405,51 +596,83 @@ class Response:
         return values
 
     def enclose(self, space, fixed, starts, jumps, phi):
-        """Return the quantities at an angle, or None without bounds; note whether they may jump over the designs."""
+        """Return the quantities at an angle, or None without bounds; note whether they may jump
+        over the designs.
+        """
         sides = []
         for offset in self.offsets:
             try:
-                values = self.advance(space, fixed, starts, phi + space.constant(turn_angle(offset)))
-                results, jump = self.stages[-1][0].run_pieces(space, [values[k] for k in self.stages[-1][1]])
+                values = self.advance(
+                    space, fixed, starts, phi + space.constant(turn_angle(offset))
+                )
+                results, jump = self.stages[-1][0].run_pieces(
+                    space, [values[k] for k in self.stages[-1][1]]
+                )
             except ArithmeticError:
                 return None
             sides.append(results)
             jumps.append(jump and not self.continuous)
         return [sum(shares[1:], shares[0]) for shares in zip(*sides)]
 
+
 def find_start(start, phi):
-    """Return numbers near roots: those for all angles, or at the nearest of equal steps of a cycle."""
+    """Return numbers near roots: those for all angles, or at the nearest of equal steps of a
+    cycle.
+    """
     rows = start["values"]
-    k = round(float(phi.c.mid()) % start["cycle"] / start["cycle"] * (len(rows[0]) - 1)) if len(rows[0]) > 1 else 0
+    k = (
+        round(float(phi.c.mid()) % start["cycle"] / start["cycle"] * (len(rows[0]) - 1))
+        if len(rows[0]) > 1
+        else 0
+    )
     if any(row[k] is None for row in rows):
         raise NoBound("loops do not close")
     return [row[k] for row in rows]
 
+
 def list_panels(space, entry, period):
-    """Return the angles in panels and their shares; an end is the same function in both panels that meet there."""
+    """Return the angles in panels and their shares; an end is the same function in both panels that
+    meet there.
+    """
     turn, knots, ends = turn_angle(period), list(zip(entry["knots"], entry["rates"])), []
     after = [*knots[1:], (knots[0][0] + float(turn.mid()), knots[0][1])]
     for (knot, rates), (end, last), count in zip(knots, after, entry["parts"], strict=True):
-        ends += [space.linear(knot + i / count * (end - knot), [a + i / count * (b - a) for a, b in zip(rates, last)])
-                 for i in range(count)]
+        ends += [
+            space.linear(
+                knot + i / count * (end - knot),
+                [a + i / count * (b - a) for a, b in zip(rates, last)],
+            )
+            for i in range(count)
+        ]
     ends.append(ends[0] + space.constant(turn))
     place, half = space.linear(0, [0] * len(space.centre), 1), space.constant(0.5)
     widths = [stop - start for start, stop in itertools.pairwise(ends)]
     if not all(width.v > 0 for width in widths):
         raise NoBound("panels of angles overlap")
-    angles = [(start + stop + width * place) * half for start, stop, width in zip(ends, ends[1:], widths)]
+    angles = [
+        (start + stop + width * place) * half for start, stop, width in zip(ends, ends[1:], widths)
+    ]
     return angles, [width * space.constant(1 / turn) for width in widths]
+
 
 def is_nonnegative(term):
     """Return whether a term is nowhere below zero."""
     size = term["size"] and term["measure"] in ("max", "at")
     return (size or term["measure"] in NONNEGATIVE) and term["weight"] >= 0
 
+
 class BoundedCycle:
-    """Quantities over a box in the lanes of a cycle with their shares, at fixed angles, and at a few near extremes."""
+    """Quantities over a box in the lanes of a cycle with their shares, at fixed angles, and at a
+    few near extremes.
+    """
 
     def __init__(self, proof, lower, upper, evidence, key="panels"):
-        response, starts, self.proof, self.jumps = proof.response, evidence.get("starts", []), proof, []
+        response, starts, self.proof, self.jumps = (
+            proof.response,
+            evidence.get("starts", []),
+            proof,
+            [],
+        )
         self.space = space = BoxSpace(lower, upper, int(proof.samples is None))
         fixed = response.advance(space, space.parameters()[: response.count], starts)
         enclose = functools.partial(response.enclose, space, fixed, starts, self.jumps)
@@ -459,17 +682,29 @@ class BoundedCycle:
             angles = [space.constant(turn_angle(turn)) for turn in proof.list_samples()]
             self.shares = [space.constant(ONE / len(angles))] * len(angles)
         self.lanes = [enclose(phi) for phi in angles]
-        self.fixed = [enclose(space.constant(turn_angle(Fraction(angle % 360) / 360))) for angle in proof.angles]
-        points = [enclose(space.linear(*x)) for x in zip(evidence.get("peaks", []), evidence.get("rates", []))]
+        self.fixed = [
+            enclose(space.constant(turn_angle(Fraction(angle % 360) / 360)))
+            for angle in proof.angles
+        ]
+        points = [
+            enclose(space.linear(*x))
+            for x in zip(evidence.get("peaks", []), evidence.get("rates", []))
+        ]
         count = len(points) // max(1, len(proof.extremes))
-        self.points = {(k, side): [x[k] for x in points[i * count : (i + 1) * count] if x is not None]
-                       for i, (k, side) in enumerate(proof.extremes)}
+        self.points = {
+            (k, side): [x[k] for x in points[i * count : (i + 1) * count] if x is not None]
+            for i, (k, side) in enumerate(proof.extremes)
+        }
 
     def take(self, measure):
         """Return the jets of a measure with their shares, and whether they are all."""
         place = None if measure["angle"] is None else self.proof.angles.index(measure["angle"])
-        lanes, shares = (self.lanes, self.shares) if place is None else ([self.fixed[place]], [None])
-        pairs = [(x[measure["quantity"]], share) for x, share in zip(lanes, shares) if x is not None]
+        lanes, shares = (
+            (self.lanes, self.shares) if place is None else ([self.fixed[place]], [None])
+        )
+        pairs = [
+            (x[measure["quantity"]], share) for x, share in zip(lanes, shares) if x is not None
+        ]
         return pairs, len(pairs) == len(lanes)
 
     def find_maximum(self, measure, side, weight=ONE):
@@ -488,7 +723,9 @@ class BoundedCycle:
         if measure["measure"] == "mean":
             return mean
         if measure["measure"] != "rms":
-            mean = mean if complete else mean * add_up([share for _, share in pairs]).call("inverse")
+            mean = (
+                mean if complete else mean * add_up([share for _, share in pairs]).call("inverse")
+            )
             pairs = [(jet - mean, share) for jet, share in pairs]
         squares = [(jet**2, share, square_ball(jet.v)) for jet, share in pairs]
         for jet, _, value in squares:
@@ -497,7 +734,9 @@ class BoundedCycle:
         return mean if measure["measure"] == "variance" else mean.call("sqrt")
 
     def bound_terms(self):
-        """Return the smooth part of the objective, its greatest values, and whether nothing is left out."""
+        """Return the smooth part of the objective, its greatest values, and whether nothing is left
+        out.
+        """
         smooth, extremes, has_all = self.space.constant(0), [], True
         for term in self.proof.terms:
             (pairs, complete), sides = self.take(term), SIDES.get(term["measure"], ())
@@ -505,7 +744,9 @@ class BoundedCycle:
                 raise NoBound("a measure has no bound without some of the angles")
             has_all &= complete
             try:
-                extremes += [self.find_maximum(term, side, abs(term["weight"])) for side in sides if pairs]
+                extremes += [
+                    self.find_maximum(term, side, abs(term["weight"])) for side in sides if pairs
+                ]
                 if pairs and not sides:
                     smooth += self.average(term) * self.space.constant(term["weight"])
             except ArithmeticError:
@@ -515,7 +756,9 @@ class BoundedCycle:
         return smooth, extremes, has_all
 
     def span(self, measure, part):
-        """Return between which values a limited measure times its sign is, at the centre (c) or anywhere (v)."""
+        """Return between which values a limited measure times its sign is, at the centre (c) or
+        anywhere (v).
+        """
         (pairs, complete), low, high = self.take(measure), ZERO, ZERO
         for side in SIDES.get(measure["measure"], ()) if pairs else ():
             points, panels = self.find_maximum(measure, side)
@@ -523,41 +766,63 @@ class BoundedCycle:
             high += max(getattr(jet, part).upper() for jet in panels)
         if measure["measure"] not in SIDES and pairs:
             value = getattr(self.average(measure), part)
-            low, high = value.lower() if complete or measure["measure"] in NONNEGATIVE else -INFINITY, value.upper()
+            low, high = (
+                value.lower() if complete or measure["measure"] in NONNEGATIVE else -INFINITY,
+                value.upper(),
+            )
         low, high = low if pairs else -INFINITY, high if complete else INFINITY
-        return (-high, -low) if (measure["measure"] == "min") is (measure["sign"] > 0) else (low, high)
+        return (
+            (-high, -low) if (measure["measure"] == "min") is (measure["sign"] > 0) else (low, high)
+        )
+
 
 class ProofClaims:
     """Statements of a file, and the bounds that follow from its programs."""
 
     def __init__(self, document):
         def read(entry):
-            angle, numbers = entry["angle_deg"], {k: float.fromhex(entry[k]) for k in ("weight", "limit") if k in entry}
+            angle, numbers = (
+                entry["angle_deg"],
+                {k: float.fromhex(entry[k]) for k in ("weight", "limit") if k in entry},
+            )
             return {**entry, **numbers, "angle": None if angle is None else float.fromhex(angle)}
 
         self.response, self.samples = Response(document["response"]), document["samples"]
-        self.terms, self.limits = ([read(entry) for entry in document[key]] for key in ("terms", "limits"))
+        self.terms, self.limits = (
+            [read(entry) for entry in document[key]] for key in ("terms", "limits")
+        )
         measures, self.all_limits = [*self.terms, *self.limits], document["all_limits"]
-        self.extremes = list(dict.fromkeys((m["quantity"], x) for m in measures for x in SIDES.get(m["measure"], ())))
+        self.extremes = list(
+            dict.fromkeys((m["quantity"], x) for m in measures for x in SIDES.get(m["measure"], ()))
+        )
         self.angles = list(dict.fromkeys(m["angle"] for m in measures if m["angle"] is not None))
 
     def list_samples(self):
         """Return the angles of samples that differ modulo the period [turns]."""
         cycle = max(Fraction(1), self.response.period)
         share = self.response.period / cycle * self.samples
-        return [cycle * i / self.samples for i in range(int(share) if share.denominator == 1 else self.samples)]
+        return [
+            cycle * i / self.samples
+            for i in range(int(share) if share.denominator == 1 else self.samples)
+        ]
 
     def bound(self, lower, upper, evidence):
-        """Return a lower bound over a box, an upper one at its centre, slopes, and whether slopes decide nothing."""
+        """Return a lower bound over a box, an upper one at its centre, slopes, and whether slopes
+        decide nothing.
+        """
         cycle = BoundedCycle(self, lower, upper, evidence)
         numbers = [limit["sign"] * limit["limit"] for limit in self.limits]
         anywhere, centre = ([cycle.span(limit, part) for limit in self.limits] for part in "vc")
         if any(low > number for (low, _), number in zip(anywhere, numbers)):
             return INFINITY, INFINITY, {}, True
-        free, met = (all(high <= x for (_, high), x in zip(spans, numbers)) for spans in (anywhere, centre))
+        free, met = (
+            all(high <= x for (_, high), x in zip(spans, numbers)) for spans in (anywhere, centre)
+        )
         smooth, extremes, entire = cycle.bound_terms()
         if "narrow" in evidence:
-            point = BoundedCycle(self, cycle.space.centre, cycle.space.centre, {**evidence, "peaks": []}, "narrow")
+            point = BoundedCycle(
+                self, cycle.space.centre, cycle.space.centre, {**evidence, "peaks": []}, "narrow"
+            )
             smooth.c = smooth.c.intersection(point.bound_terms()[0].c)
             smooth = smooth.cut()
         count = int(60 ** (1 / max(1, len(extremes))))
@@ -566,12 +831,22 @@ class ProofClaims:
         reached, slopes = smooth.c, smooth.derivatives[1]
         for points, panels in extremes:
             reached += max(panel.c.upper() for panel in panels)
-            slopes += unite_jets([jet for jet in panels if not (points[0] - jet).lower_bound() > 0]).derivatives[1]
+            slopes += unite_jets(
+                [jet for jet in panels if not (points[0] - jet).lower_bound() > 0]
+            ).derivatives[1]
         reached = reached.upper() if entire and met and self.all_limits else INFINITY
-        return lowest, reached, dict(zip(cycle.space.open, slopes.entries())), any(cycle.jumps) or not (entire and free)
+        return (
+            lowest,
+            reached,
+            dict(zip(cycle.space.open, slopes.entries())),
+            any(cycle.jumps) or not (entire and free),
+        )
+
 
 def check_size(document):
-    """Refuse a file with numbers that are not finite, or that asks to compute more than any proof of planter's."""
+    """Refuse a file with numbers that are not finite, or that asks to compute more than any proof
+    of planter's.
+    """
     response, samples = document["response"], document["samples"]
     is_count = samples is None or (isinstance(samples, int) and 1 <= samples <= MOST_SAMPLES)
     refuse_unless(is_count, f"samples must be a whole number between 1 and {MOST_SAMPLES}")
@@ -582,15 +857,38 @@ def check_size(document):
     powers = [float.fromhex(numbers[0]) for name, _, numbers in steps if name == "power"]
     refuse_unless(all(abs(n) <= LARGEST_POWER for n in powers), f"a power is above {LARGEST_POWER}")
     for entry in (document["incumbent"], *document["nodes"]):
-        panels = [entry["evidence"][key]["parts"] for key in ("panels", "narrow") if key in entry.get("evidence", ())]
-        refuse_unless(all(sum(parts) <= MOST_PANELS for parts in panels), f"a box has more than {MOST_PANELS} panels")
-    stated = [document["lower_bound"], document["incumbent"]["upper_bound"], *itertools.chain(*document["box"])]
-    numbers = [*(x for x in stated if x is not None), *(x for _, _, numbers in steps for x in numbers)]
-    numbers += [x[key] for k in ("terms", "limits") for x in document[k] for key in ("weight", "limit") if key in x]
+        panels = [
+            entry["evidence"][key]["parts"]
+            for key in ("panels", "narrow")
+            if key in entry.get("evidence", ())
+        ]
+        refuse_unless(
+            all(sum(parts) <= MOST_PANELS for parts in panels),
+            f"a box has more than {MOST_PANELS} panels",
+        )
+    stated = [
+        document["lower_bound"],
+        document["incumbent"]["upper_bound"],
+        *itertools.chain(*document["box"]),
+    ]
+    numbers = [
+        *(x for x in stated if x is not None),
+        *(x for _, _, numbers in steps for x in numbers),
+    ]
+    numbers += [
+        x[key]
+        for k in ("terms", "limits")
+        for x in document[k]
+        for key in ("weight", "limit")
+        if key in x
+    ]
     refuse_unless(all(math.isfinite(float.fromhex(x)) for x in numbers), "a number is not finite")
 
+
 def list_boxes(document):
-    """Yield place, node, box and inherited bound of all nodes; refuse boxes that are not covered by their parts."""
+    """Yield place, node, box and inherited bound of all nodes; refuse boxes that are not covered by
+    their parts.
+    """
     nodes, seen = document["nodes"], {0}
     floor = 0.0 if all(map(is_nonnegative, PROOF.terms)) else -math.inf
     waiting = [(0, *([float.fromhex(x) for x in end] for end in document["box"]), floor)]
@@ -603,17 +901,23 @@ def list_boxes(document):
         if "split" in node:
             k, at = node["split"][0], float.fromhex(node["split"][1])
             refuse_unless(lower[k] <= at <= upper[k], f"nodes[{place}] is split outside of its box")
-            parts = [(lower, [*upper[:k], at, *upper[k + 1 :]]), ([*lower[:k], at, *lower[k + 1 :]], upper)]
+            parts = [
+                (lower, [*upper[:k], at, *upper[k + 1 :]]),
+                ([*lower[:k], at, *lower[k + 1 :]], upper),
+            ]
         elif "sides" in node:
             fixed = {k: (lower if side == "lower" else upper)[k] for k, side in node["sides"]}
             parts = [[[fixed.get(k, x) for k, x in enumerate(end)] for end in (lower, upper)]]
         is_covered = len(parts) == len(children) and not seen.intersection(children)
         refuse_unless(is_covered, f"nodes[{place}] has other children than its parts")
         has_claims = "bound" in node or "sides" in node
-        refuse_unless("evidence" in node or not has_claims, f"nodes[{place}] has claims without evidence")
+        refuse_unless(
+            "evidence" in node or not has_claims, f"nodes[{place}] has claims without evidence"
+        )
         seen.update(children)
         waiting += [(child, *part, best) for child, part in zip(children, parts)]
     refuse_unless(len(seen) == len(nodes), "a box is not a part of another")
+
 
 def check_box(job):
     """Return the reason why the statements on a box do not follow, or None."""
@@ -629,37 +933,75 @@ def check_box(job):
             return f"nodes[{place}].sides: the objective may be less elsewhere in the box"
     return None
 
+
 def find_infinite(value, path=()):
-    """Return the path of a number that is none, or is infinite and no bound or limit of roots; None without one."""
+    """Return the path of a number that is none, or is infinite and no bound or limit of roots; None
+    without one.
+    """
     if isinstance(value, dict | list):
         items = value.items() if isinstance(value, dict) else enumerate(value)
-        places = (find_infinite(part, (*path, key)) for key, part in items if path or key not in TEXTS)
+        places = (
+            find_infinite(part, (*path, key)) for key, part in items if path or key not in TEXTS
+        )
         return next((place for place in places if place), None)
     try:
-        number = float.fromhex(value) if isinstance(value, str) else value if isinstance(value, float) else 0.0
+        number = (
+            float.fromhex(value)
+            if isinstance(value, str)
+            else value
+            if isinstance(value, float)
+            else 0.0
+        )
     except ValueError:  # a name, or no number, which whoever reads it refuses
         return None
     except OverflowError:
         return path
-    may_be_infinite = path[-1] in ("bound", "lower_bound") or (path[0] == "response" and "limits" in path)
+    may_be_infinite = path[-1] in ("bound", "lower_bound") or (
+        path[0] == "response" and "limits" in path
+    )
     return None if math.isfinite(number) or (number == math.inf and may_be_infinite) else path
 
+
 def check_program(steps, results):
-    """Refuse a program with an operation of a later result, or with a condition for a number or the other way round."""
+    """Refuse a program with an operation of a later result, or with a condition for a number or the
+    other way round.
+    """
     logic = ("or", "and", "not")
-    names = {"multiply", "add", "negate", "power", "polynomial", "input", "constant", "pi", "select", "arctan2",
-             "floor", "below", "solve", *logic, *FUNCTIONS}
+    names = {
+        "multiply",
+        "add",
+        "negate",
+        "power",
+        "polynomial",
+        "input",
+        "constant",
+        "pi",
+        "select",
+        "arctan2",
+        "floor",
+        "below",
+        "solve",
+        *logic,
+        *FUNCTIONS,
+    }
     conditions = [name in (*logic, "below") for name, *_ in steps]
     for n, (name, arguments, _) in enumerate(steps):
-        refuse_unless(name in names and all(0 <= a < n for a in arguments), f"there is no such operation: {name}")
+        refuse_unless(
+            name in names and all(0 <= a < n for a in arguments),
+            f"there is no such operation: {name}",
+        )
         kinds = [conditions[a] for a in arguments]
         right = [False, False, True] if name == "select" else [name in logic] * len(kinds)
-        refuse_unless(kinds == right, f"{name} takes a condition for a number, or a number for a condition")
+        refuse_unless(
+            kinds == right, f"{name} takes a condition for a number, or a number for a condition"
+        )
     are_numbers = all(0 <= k < len(steps) and not conditions[k] for k in results)
     refuse_unless(are_numbers, "a result is no number")
 
+
 def is_size(steps, k):
     """Return whether the form of a program shows that its result k is nowhere below zero."""
+
     def is_minus(m, n):
         return steps[m][0] == "negate" and steps[m][1] == [n]
 
@@ -668,62 +1010,110 @@ def is_size(steps, k):
         sizes = [sure[n] for n in a]
         if name in ("constant", "power", "multiply", "select"):
             value = float.fromhex(numbers[0]) if numbers else 0.0
-            holds = {"constant": value >= 0, "power": value % 2 == 0 or all(sizes),
-                     "multiply": all(sizes) or a[0] == a[-1], "select": all(sizes[:2])}[name]
+            holds = {
+                "constant": value >= 0,
+                "power": value % 2 == 0 or all(sizes),
+                "multiply": all(sizes) or a[0] == a[-1],
+                "select": all(sizes[:2]),
+            }[name]
         else:
             holds = name in ("pi", "sqrt", "exp") or (name in ("add", "inverse") and all(sizes))
-        if name == "select" and is_minus(a[1], a[0]) and steps[a[2]][0] == "below":  # x where 0 - x <= 0, else -x
+        if (
+            name == "select" and is_minus(a[1], a[0]) and steps[a[2]][0] == "below"
+        ):  # x where 0 - x <= 0, else -x
             name, parts, _ = steps[steps[a[2]][1][0]]
             zeros = [n for n in parts if steps[n] == ["constant", [], ["0x0.0p+0"]]]
-            rest = [n for n in parts if n not in zeros] if name == "add" and zeros else [steps[a[2]][1][0]]
+            rest = (
+                [n for n in parts if n not in zeros]
+                if name == "add" and zeros
+                else [steps[a[2]][1][0]]
+            )
             holds |= len(rest) == 1 and is_minus(rest[0], a[0])
         sure.append(holds)
     return sure[k]
 
+
 def check_form(document):
-    """Refuse a document whose parts do not fit, or to whose measures the rules of bounds do not apply."""
+    """Refuse a document whose parts do not fit, or to whose measures the rules of bounds do not
+    apply.
+    """
+
     def is_whole(value, low, high=math.inf):
         return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
     def are_names(names):
-        return all(isinstance(name, str) and name for name in names) and len(set(names)) == len(names)
+        return all(isinstance(name, str) and name for name in names) and len(set(names)) == len(
+            names
+        )
 
-    refuse_unless(set(document) == KEYS, f"keys that no proof has, or that it lacks: {KEYS ^ set(document)}")
+    refuse_unless(
+        set(document) == KEYS, f"keys that no proof has, or that it lacks: {KEYS ^ set(document)}"
+    )
     refuse_unless(document["format"] == "planter proof 2", "format must be 'planter proof 2'")
-    for keys, kind in (({"parameters", "quantities", "terms", "limits", "box", "nodes"}, list), ({"planter"}, str),
-                       ({"generated", "response", "incumbent"}, dict), ({"all_limits"}, bool)):
+    for keys, kind in (
+        ({"parameters", "quantities", "terms", "limits", "box", "nodes"}, list),
+        ({"planter"}, str),
+        ({"generated", "response", "incumbent"}, dict),
+        ({"all_limits"}, bool),
+    ):
         for key in keys:
-            refuse_unless(isinstance(document[key], kind), f"{key} must be of the kind {kind.__name__}")
+            refuse_unless(
+                isinstance(document[key], kind), f"{key} must be of the kind {kind.__name__}"
+            )
     infinite = find_infinite(document)
     refuse_unless(not infinite, f"{infinite} is not finite")
     hashes, response, box = document["generated"], document["response"], document["box"]
     digits = set("0123456789abcdef")
     stated = bool(hashes) and all(len(x) == 64 and digits.issuperset(x) for x in hashes.values())
-    refuse_unless(stated, "generated must hold a SHA-256 of each module that the programs were recorded from")
+    refuse_unless(
+        stated, "generated must hold a SHA-256 of each module that the programs were recorded from"
+    )
     names, count = document["parameters"], response["parameters"]
     sizes = [len(names), len(box[0]), len(box[1]), len(document["incumbent"]["x"])]
-    refuse_unless(are_names(names) and sizes == [count] * 4, "parameters must be different names, one for each side")
+    refuse_unless(
+        are_names(names) and sizes == [count] * 4,
+        "parameters must be different names, one for each side",
+    )
     for name, low, high in zip(names, *box):
         refuse_unless(float.fromhex(low) <= float.fromhex(high), f"the box is empty along {name}")
     refuse_unless(isinstance(response["continuous"], bool), "continuous must be true or false")
     samples = document["samples"]
-    refuse_unless(samples is None or is_whole(samples, 1), "samples must be a positive integer or null")
-    refuse_unless(document["kind"] == ("true" if samples is None else "sampled"), "kind does not fit samples")
+    refuse_unless(
+        samples is None or is_whole(samples, 1), "samples must be a positive integer or null"
+    )
+    refuse_unless(
+        document["kind"] == ("true" if samples is None else "sampled"), "kind does not fit samples"
+    )
     refuse_unless(Fraction(response["period"]) > 0, "period must be positive")
-    evidence = [x["evidence"] for x in (*document["nodes"], document["incumbent"]) if "evidence" in x]
+    evidence = [
+        x["evidence"] for x in (*document["nodes"], document["incumbent"]) if "evidence" in x
+    ]
     parts = [part for x in evidence for part in (x, x.get("panels", {}), x.get("narrow", {}))]
     rows = [row for part in parts for row in part.get("rates", [])]
-    refuse_unless(all(len(row) == count for row in rows), f"evidence must have a rate for each of {count} parameters")
+    refuse_unless(
+        all(len(row) == count for row in rows),
+        f"evidence must have a rate for each of {count} parameters",
+    )
     for stage in response["stages"]:
         check_program(stage["operations"], stage["outputs"])
         refuse_unless(all(k >= 0 for k in stage["inputs"]), "an input of a stage has no index")
     last = response["stages"][-1]
     labels, results = document["quantities"], last["outputs"]
-    refuse_unless(are_names(labels) and len(labels) == len(results), "quantities must be different names of results")
+    refuse_unless(
+        are_names(labels) and len(labels) == len(results),
+        "quantities must be different names of results",
+    )
     refuse_unless(document["terms"], "there must be a term")
     for entry in (*document["terms"], *document["limits"]):
-        kind, weight, fixed = entry["measure"], float.fromhex(entry["weight"]), entry["angle_deg"] is not None
-        refuse_unless(kind in MEASURES and fixed == (kind == "at"), f"there is no measure {kind} with such an angle")
+        kind, weight, fixed = (
+            entry["measure"],
+            float.fromhex(entry["weight"]),
+            entry["angle_deg"] is not None,
+        )
+        refuse_unless(
+            kind in MEASURES and fixed == (kind == "at"),
+            f"there is no measure {kind} with such an angle",
+        )
         refuse_unless(is_whole(entry["quantity"], 0, len(results) - 1), f"{kind} is of no result")
         refuse_unless(isinstance(entry["size"], bool), "size must be true or false")
         of_size = not entry["size"] or is_size(last["operations"], results[entry["quantity"]])
@@ -732,12 +1122,18 @@ def check_form(document):
             is_sign = entry["sign"] in (1, -1) and not isinstance(entry["sign"], bool)
             refuse_unless(weight == 1 and is_sign, "a limit has the weight 1 and a sign")
         else:
-            refuse_unless(kind not in SIDES or (weight <= 0 if kind == "min" else weight >= 0),
-                          f"the weight {weight} of {kind} has a sign that the rule of extremes does not cover")
-    refuse_unless(document["statement"] == state_claim(document), "statement does not follow from the file")
+            refuse_unless(
+                kind not in SIDES or (weight <= 0 if kind == "min" else weight >= 0),
+                f"the weight {weight} of {kind} has a sign that the rule of extremes does not cover",
+            )
+    refuse_unless(
+        document["statement"] == state_claim(document), "statement does not follow from the file"
+    )
+
 
 def state_claim(document):
     """Return what is proved, in words: numbers with all digits."""
+
     def number(text):
         return repr(float.fromhex(text))
 
@@ -750,53 +1146,95 @@ def state_claim(document):
     names, response, entry = document["parameters"], document["response"], document["incumbent"]
     ends = [(name, number(a), number(b)) for name, a, b in zip(names, *document["box"])]
     sides = [f"{name} = {a}" if a == b else f"{name} from {a} to {b}" for name, a, b in ends]
-    over = f"{document['samples']} samples of the cycle" if document["samples"] is not None else "the whole cycle"
-    roots = ", roots near those of the evidence" if any(stage["limits"] for stage in response["stages"]) else ""
-    total = " + ".join(f"{number(term['weight'])} {name_measure(term)}" for term in document["terms"])
+    over = (
+        f"{document['samples']} samples of the cycle"
+        if document["samples"] is not None
+        else "the whole cycle"
+    )
+    roots = (
+        ", roots near those of the evidence"
+        if any(stage["limits"] for stage in response["stages"])
+        else ""
+    )
+    total = " + ".join(
+        f"{number(term['weight'])} {name_measure(term)}" for term in document["terms"]
+    )
     signs = {1: "<=", -1: ">="}
-    limits = " and ".join(f"{name_measure(x)} {signs[x['sign']]} {number(x['limit'])}" for x in document["limits"])
+    limits = " and ".join(
+        f"{name_measure(x)} {signs[x['sign']]} {number(x['limit'])}" for x in document["limits"]
+    )
     design = ", ".join(f"{name} = {number(x)}" for name, x in zip(names, entry["x"]))
     bound = document["lower_bound"]
-    return "".join([
-        f"Of {total}, over {over}, with the period {response['period']} turns, sides at ",
-        " and ".join(response["offsets"]), roots, " and results that ",
-        "do not" if response["continuous"] else "may", f" jump, for {', '.join(sides)} in SI units",
-        f", where {limits}" if limits else "",
-        "" if document["all_limits"] else " (other limits are not heeded)", ": ",
-        "nothing bounds it from below" if bound is None else f"no design is below {number(bound)}", "; ",
-        "no design was enclosed" if entry["upper_bound"] is None
-        else f"the design {design} is at most {number(entry['upper_bound'])}", ".",
-    ])
+    return "".join(
+        [
+            f"Of {total}, over {over}, with the period {response['period']} turns, sides at ",
+            " and ".join(response["offsets"]),
+            roots,
+            " and results that ",
+            "do not" if response["continuous"] else "may",
+            f" jump, for {', '.join(sides)} in SI units",
+            f", where {limits}" if limits else "",
+            "" if document["all_limits"] else " (other limits are not heeded)",
+            ": ",
+            "nothing bounds it from below"
+            if bound is None
+            else f"no design is below {number(bound)}",
+            "; ",
+            "no design was enclosed"
+            if entry["upper_bound"] is None
+            else f"the design {design} is at most {number(entry['upper_bound'])}",
+            ".",
+        ]
+    )
+
 
 def check_in_processes(jobs):
     """Yield the reasons of boxes, found by several processes."""
-    with ProcessPoolExecutor(*map(int, sys.argv[2:3]), initializer=load_proof, initargs=sys.argv[1:2]) as pool:
+    with ProcessPoolExecutor(
+        *map(int, sys.argv[2:3]), initializer=load_proof, initargs=sys.argv[1:2]
+    ) as pool:
         yield from pool.map(check_box, jobs)
+
 
 def check_claims(document, check_boxes):
     """Raise ValueError unless all that a document states follows."""
-    text = json.dumps({k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":"))
+    text = json.dumps(
+        {k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":")
+    )
     digest = hashlib.sha256(text.encode()).hexdigest()
     refuse_unless(digest == document["sha256"], "sha256 does not match the content")
     check_form(document)
-    boxes, stated, entry = list(list_boxes(document)), document["lower_bound"], document["incumbent"]
+    boxes, stated, entry = (
+        list(list_boxes(document)),
+        document["lower_bound"],
+        document["incumbent"],
+    )
     lowest = min(best for _, node, *_, best in boxes if not node.get("children"))
     if entry["upper_bound"] is not None:
         x, reached = list(map(float.fromhex, entry["x"])), float.fromhex(entry["upper_bound"])
-        is_inside = all(low <= value <= high for low, value, high in zip(boxes[0][2], x, boxes[0][3]))
+        is_inside = all(
+            low <= value <= high for low, value, high in zip(boxes[0][2], x, boxes[0][3])
+        )
         refuse_unless(is_inside, "incumbent.x is outside of the box")
-        refuse_unless(PROOF.bound(x, x, entry["evidence"])[1] <= reached, "incumbent.upper_bound is below what follows")
+        refuse_unless(
+            PROOF.bound(x, x, entry["evidence"])[1] <= reached,
+            "incumbent.upper_bound is below what follows",
+        )
         lowest = min(lowest, reached)
-    refuse_unless(stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box")
+    refuse_unless(
+        stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box"
+    )
     jobs = [box[:4] for box in boxes if "evidence" in box[1]]
     for number, reason in enumerate(check_boxes(jobs), 1):
         print(f"\r{number} of {len(jobs)} boxes", end="\n" * (number == len(jobs)), file=sys.stderr)
         refuse_unless(not reason, reason)
 
+
 def read_file(path):
     """Return the content of a file."""
     with open(path, encoding="utf-8") as file:
         return json.load(file)
+
 
 def load_proof(path):
     """Read a file, in every process."""
@@ -805,6 +1243,7 @@ def load_proof(path):
     check_size(document)
     PROOF = ProofClaims(document)
     return document
+
 
 if __name__ == "__main__":
     try:
@@ -815,10 +1254,17 @@ if __name__ == "__main__":
     try:
         REASON = check_claims(load_proof(sys.argv[1]), check_in_processes)
     except Exception as error:
-        REASON = str(error) if isinstance(error, ValueError | NoBound) else f"{type(error).__name__}: {error}"
+        REASON = (
+            str(error)
+            if isinstance(error, ValueError | NoBound)
+            else f"{type(error).__name__}: {error}"
+        )
     if not REASON:
         print(state_claim(DOCUMENT))
         modules = ", ".join(DOCUMENT["generated"])
-        print(f"Not compared: the generated code {modules}, and whether the programs are those of a machine.")
+        print(
+            f"Not compared: the generated code {modules}, and whether the programs are those of a "
+            f"machine."
+        )
     print(REASON or "valid")
     sys.exit(bool(REASON))

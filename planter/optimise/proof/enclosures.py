@@ -1,7 +1,7 @@
 """Enclosures of a response and bounds of an objective over a box of designs.
 
-A response is a sequence of programs, some of whose results are roots of others. Evaluated on jets, it encloses each
-sample of a cycle, and from these an objective and its slopes.
+A response is a sequence of programs, some of whose results are roots of others. Evaluated on jets,
+it encloses each sample of a cycle, and from these an objective and its slopes.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ MAX_LANES = 8
 
 @dataclass(frozen=True)
 class ProgramStage:
-    """A step of a response: results of a program, or, where `limits` (k,) are given, roots of k unknowns.
+    """A step of a response: results of a program, or, where `limits` (k,) are given, roots of k
+    unknowns.
 
-    `inputs` are indices of values of the response. The program of roots takes the unknowns first, whose sizes are at
-    most `limits`, and returns k residuals, then their Jacobian by rows.
+    `inputs` are indices of values of the response. The program of roots takes the unknowns first,
+    whose sizes are at most `limits`, and returns k residuals, then their Jacobian by rows.
     """
 
     program: RecordedProgram
@@ -48,9 +49,9 @@ class ProgramStage:
 class ResponseProgram:
     """Quantities F(phi, x) as programs: sums over `offsets` [turns] of shares at phi + offset.
 
-    Values are the p parameters of a design, the angle phi [rad], then the results of each stage; those of the last
-    stage are the shares. The quantities have a common `period` [turns], and do not jump over designs if
-    `is_continuous`, whatever the conditions in their code.
+    Values are the p parameters of a design, the angle phi [rad], then the results of each stage;
+    those of the last stage are the shares. The quantities have a common `period` [turns], and do
+    not jump over designs if `is_continuous`, whatever the conditions in their code.
     """
 
     parameters: int
@@ -74,27 +75,41 @@ class ResponseProgram:
         return {
             "parameters": self.parameters,
             "stages": [
-                {**stage.program.to_document(), "inputs": stage.inputs, "limits": [x.hex() for x in stage.limits]}
+                {
+                    **stage.program.to_document(),
+                    "inputs": stage.inputs,
+                    "limits": [x.hex() for x in stage.limits],
+                }
                 for stage in self.stages
             ],
-            "offsets": [str(offset) for offset in self.offsets], "period": str(self.period),
+            "offsets": [str(offset) for offset in self.offsets],
+            "period": str(self.period),
             "continuous": self.is_continuous,
-        }  # fmt: skip
+        }
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> ResponseProgram:
-        """Return the response of a JSON object. Raises ValueError, KeyError, TypeError or IndexError if it is none."""
+        """Return the response of a JSON object.
+
+        Raises ValueError, KeyError, TypeError or IndexError if it is none.
+        """
         stages = tuple(
-            ProgramStage(RecordedProgram.from_document(stage), tuple(stage["inputs"]),
-                  tuple(float.fromhex(x) for x in stage["limits"]))
+            ProgramStage(
+                RecordedProgram.from_document(stage),
+                tuple(stage["inputs"]),
+                tuple(float.fromhex(x) for x in stage["limits"]),
+            )
             for stage in document["stages"]
-        )  # fmt: skip
+        )
         if any(k < 0 for stage in stages for k in stage.inputs):
             raise ValueError("an input of a stage has no index")
         return cls(
-            int(document["parameters"]), stages, tuple(map(Fraction, document["offsets"])),
-            Fraction(document["period"]), bool(document["continuous"]),
-        )  # fmt: skip
+            int(document["parameters"]),
+            stages,
+            tuple(map(Fraction, document["offsets"])),
+            Fraction(document["period"]),
+            bool(document["continuous"]),
+        )
 
 
 class ResponseRecorder:
@@ -115,7 +130,11 @@ class ResponseRecorder:
 
     def solve(self, code: Code, inputs: Sequence[int], limits: Sequence[float]) -> list[int]:
         """Return the indices of the roots of code, which takes the unknowns before the inputs."""
-        return self._add(ProgramStage(record_program(code, len(limits) + len(inputs)), tuple(inputs), tuple(limits)))
+        return self._add(
+            ProgramStage(
+                record_program(code, len(limits) + len(inputs)), tuple(inputs), tuple(limits)
+            )
+        )
 
     def _add(self, stage: ProgramStage) -> list[int]:
         self.stages.append(stage)
@@ -125,7 +144,8 @@ class ResponseRecorder:
 
 @dataclass(frozen=True)
 class RootStart:
-    """Values near roots (k, n) at equal steps from 0 to the end of a `cycle` [rad], NaN where there are none.
+    """Values near roots (k, n) at equal steps from 0 to the end of a `cycle` [rad], NaN where there
+    are none.
 
     A single column (k, 1) is for all angles.
     """
@@ -134,7 +154,9 @@ class RootStart:
     cycle: float = 0.0
 
     def find_near(self, phi: Array) -> Array:
-        """Return values (k, lanes) near the roots at angles phi (lanes,), by linear interpolation."""
+        """Return values (k, lanes) near the roots at angles phi (lanes,), by linear
+        interpolation.
+        """
         if self.values.shape[1] == 1:
             return np.repeat(self.values, len(phi), axis=1)
         angles = np.linspace(0, self.cycle, self.values.shape[1])
@@ -144,14 +166,19 @@ class RootStart:
 Starts = Sequence[Sequence[RootStart]]
 """For each box of a space, values near the roots of each stage that has some, in their order."""
 FindStarts = Callable[[Array], Sequence[RootStart]]
-"""Design (p,) -> values near the roots of each stage that has some. Raises Unbounded if there are none."""
+"""Design (p,) -> values near the roots of each stage that has some.
+
+Raises Unbounded if there are none.
+"""
 
 REMEMBERED = 64
 """Results of a stage that are kept for inputs that come again."""
 
 
 class EnclosedResponse:
-    """The quantities of a response over boxes of designs; `find_starts` gives where to look for roots."""
+    """The quantities of a response over boxes of designs; `find_starts` gives where to look for
+    roots.
+    """
 
     def __init__(self, program: ResponseProgram, find_starts: FindStarts | None = None) -> None:
         self.program = program
@@ -162,9 +189,9 @@ class EnclosedResponse:
     def prepare(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
         """Return the inputs of the last stage over a box at angles phi (lanes,) [rad].
 
-        After the p parameters of a design, a space may have the place in a panel of angles as one more. `starts` are
-        those of each of the boxes of the space, which have equal numbers of lanes. Raises Unbounded where roots do not
-        exist.
+        After the p parameters of a design, a space may have the place in a panel of angles as one
+        more. `starts` are those of each of the boxes of the space, which have equal numbers of
+        lanes. Raises Unbounded where roots do not exist.
         """
         values, roots = [*space.parameters()[: self.program.parameters], phi], 0
         for index, stage in enumerate(self.program.stages[:-1]):
@@ -172,46 +199,67 @@ class EnclosedResponse:
             if stage.limits:
                 lanes = np.split(phi.value.mid[CENTRE], len(starts))
                 guesses = np.concatenate(
-                    [box[roots].find_near(part) for box, part in zip(starts, lanes, strict=True)], axis=1
+                    [box[roots].find_near(part) for box, part in zip(starts, lanes, strict=True)],
+                    axis=1,
                 )
-                guesses = guesses[:, :1] if self.program.fixed[index] and len(starts) == 1 else guesses
+                guesses = (
+                    guesses[:, :1] if self.program.fixed[index] and len(starts) == 1 else guesses
+                )
                 roots += 1
             values += self._evaluate(index, space, inputs, guesses)
         return [values[k] for k in self.program.stages[-1].inputs]
 
-    def _evaluate(self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None) -> list[Jet]:
+    def _evaluate(
+        self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None
+    ) -> list[Jet]:
         """Return the results of a stage; those that no angle changes are remembered."""
         if not self.program.fixed[index]:
             return self._compute(index, space, inputs, guesses)
         felt = sorted({k for jet in inputs for k in jet.felt})
         parts = [ball for jet in inputs for ball in (jet.value, jet.gradient, jet.hessian)]
-        key = (index, *felt, space.half[felt].tobytes(), *(side.tobytes() for b in parts for side in (b.mid, b.rad)))
+        key = (
+            index,
+            *felt,
+            space.half[felt].tobytes(),
+            *(side.tobytes() for b in parts for side in (b.mid, b.rad)),
+        )
         if key not in self._fixed_results:
             if len(self._fixed_results) == REMEMBERED:
                 del self._fixed_results[next(iter(self._fixed_results))]
             self._fixed_results[key] = self._compute(index, space, inputs, guesses)
         return [replace(jet, space=space) for jet in self._fixed_results[key]]
 
-    def _compute(self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None) -> list[Jet]:
+    def _compute(
+        self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None
+    ) -> list[Jet]:
         runner = self.runners[index]
         if guesses is None:
             return runner.enclose_smooth(space, inputs)
         if np.isnan(guesses).all():
             raise Unbounded("loops do not close at the centre of a box")
-        smooth = space.asking(Branches.none(1))  # `at_points` must not change the space of the caller
+        smooth = space.asking(
+            Branches.none(1)
+        )  # `at_points` must not change the space of the caller
         fixed = [replace(jet, space=smooth) for jet in inputs]
         roots = enclose_roots(
-            smooth, guesses, lambda q: _split_gaps(runner.enclose_smooth(smooth, [*q, *fixed]), len(q))
+            smooth,
+            guesses,
+            lambda q: _split_gaps(runner.enclose_smooth(smooth, [*q, *fixed]), len(q)),
         )
         return [replace(root, space=space) for root in roots]
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
-        """Return whether at one of the angles phi (lanes,) [rad] no design of a box [lower, upper] (p,) has roots.
+        """Return whether at one of the angles phi (lanes,) [rad] no design of a box [lower, upper]
+        (p,) has roots.
 
-        Roots are searched up to the limits of their stage, which must take parameters and angles alone.
+        Roots are searched up to the limits of their stage, which must take parameters and angles
+        alone.
         """
         space = Space(lower, lower)
-        box = [space.constant(Ball.between(lower[k : k + 1], upper[k : k + 1])) for k in range(self.program.parameters)]
+        box = [
+            space.constant(Ball.between(lower[k : k + 1], upper[k : k + 1]))
+            for k in range(self.program.parameters)
+        ]
         values = [*box, space.constant(phi)]
         stages = zip(self.program.stages, self.runners, strict=True)
         return any(
@@ -221,10 +269,16 @@ class EnclosedResponse:
         )
 
 
-def _has_no_roots(stage: ProgramStage, runner: ProgramRunner, space: Space, inputs: Sequence[Jet]) -> bool:
-    """Return whether there are certainly no roots within the limits of a stage in one of the lanes of its inputs."""
+def _has_no_roots(
+    stage: ProgramStage, runner: ProgramRunner, space: Space, inputs: Sequence[Jet]
+) -> bool:
+    """Return whether there are certainly no roots within the limits of a stage in one of the lanes
+    of its inputs.
+    """
 
-    def enclose_gaps(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
+    def enclose_gaps(
+        q: Sequence[Ball], lanes: Integers
+    ) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
         taken = [jet if jet.lanes == 1 else jet.taken(lanes) for jet in inputs]
         rows = runner.enclose_smooth(space, [*map(space.constant, q), *taken])
         return _split_gaps([row.value[ANYWHERE] for row in rows], len(q))
@@ -237,18 +291,24 @@ T = TypeVar("T")
 
 
 def _split_gaps(rows: Sequence[T], size: int) -> tuple[Sequence[T], Sequence[Sequence[T]]]:
-    """Return the residuals (k,) and the rows of their Jacobian (k, k) from the results of code of roots."""
+    """Return the residuals (k,) and the rows of their Jacobian (k, k) from the results of code of
+    roots.
+    """
     return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
 
 def enclose_samples(response: EnclosedResponse, space: Space, count: int) -> list[Jet]:
-    """Return each quantity over a box at phi = 2 pi i / count, with a lane for each angle modulo the period."""
+    """Return each quantity over a box at phi = 2 pi i / count, with a lane for each angle modulo
+    the period.
+    """
     starts = [response.find_starts(space.centre)]
     return enclose_turns(response, space, list_samples(response.program, count), starts)
 
 
 def list_samples(response: ResponseProgram, count: int) -> list[Fraction]:
-    """Return the angles [turns] of `count` equal steps of a cycle, of a turn or more, that differ modulo the period."""
+    """Return the angles [turns] of `count` equal steps of a cycle, of a turn or more, that differ
+    modulo the period.
+    """
     cycle = max(Fraction(1), response.period)
     share = response.period / cycle * count
     return [cycle * i / count for i in range(int(share) if share.denominator == 1 else count)]
@@ -256,25 +316,39 @@ def list_samples(response: ResponseProgram, count: int) -> list[Fraction]:
 
 def enclose_turns(
     response: EnclosedResponse, space: Space, turns: Sequence[Fraction], starts: Starts
-) -> list[Jet]:  # fmt: skip
+) -> list[Jet]:
     """Return each quantity over boxes at fixed angles [turns], a lane for each."""
     fixed = [list_angles([turn + offset for turn in turns]) for offset in response.program.offsets]
     return enclose_at(response, space, [space.constant(phi) for phi in fixed], starts)
 
 
 def enclose_moving(response: EnclosedResponse, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
-    """Return each quantity over a box at angles that may move with the design [rad], a lane for each."""
+    """Return each quantity over a box at angles that may move with the design [rad], a lane for
+    each.
+    """
     offsets = response.program.offsets
-    return enclose_at(response, space, [phi + space.constant(list_angles([offset])) for offset in offsets], starts)
+    return enclose_at(
+        response, space, [phi + space.constant(list_angles([offset])) for offset in offsets], starts
+    )
 
 
-def enclose_at(response: EnclosedResponse, space: Space, angles: Sequence[Jet], starts: Starts) -> list[Jet]:
-    """Return each quantity over boxes from the angles [rad] of its shares, of the same lanes each."""
+def enclose_at(
+    response: EnclosedResponse, space: Space, angles: Sequence[Jet], starts: Starts
+) -> list[Jet]:
+    """Return each quantity over boxes from the angles [rad] of its shares, of the same lanes
+    each.
+    """
     count = angles[0].lanes
-    sides, shares = range(1, len(angles)), _enclose_pieces(response, space, join_lanes(angles), starts)
+    sides, shares = (
+        range(1, len(angles)),
+        _enclose_pieces(response, space, join_lanes(angles), starts),
+    )
     space.jumping = np.asarray(space.jumping.reshape(-1, count).any(axis=0))
     return [
-        sum((share.taken(slice(k * count, (k + 1) * count)) for k in sides), share.taken(slice(0, count)))
+        sum(
+            (share.taken(slice(k * count, (k + 1) * count)) for k in sides),
+            share.taken(slice(0, count)),
+        )
         for share in shares
     ]
 
@@ -285,7 +359,9 @@ def list_angles(turns: Sequence[Fraction]) -> Ball:
     return PI * Ball(share, U * np.abs(share))
 
 
-def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
+def _enclose_pieces(
+    response: EnclosedResponse, space: Space, phi: Jet, starts: Starts
+) -> list[Jet]:
     """Return enclosures of the shares at angles (lanes,) [rad], each around all smooth pieces."""
     count = phi.lanes
     lanes, script = np.arange(count), np.empty((0, count))
@@ -302,11 +378,16 @@ def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Jet, starts: 
         if sum(len(piece_lanes) for piece_lanes, _ in parts) > MAX_LANES * count:
             raise Unbounded("a box goes through many branches")
     quantities = range(len(parts[0][1]))
-    return [_enclose_parts([(piece_lanes, jets[index]) for piece_lanes, jets in parts]) for index in quantities]
+    return [
+        _enclose_parts([(piece_lanes, jets[index]) for piece_lanes, jets in parts])
+        for index in quantities
+    ]
 
 
 def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
-    """Return a jet around all parts: the first part has every lane, the others are pieces of some lanes."""
+    """Return a jet around all parts: the first part has every lane, the others are pieces of some
+    lanes.
+    """
     (lanes, first), *pieces = parts
     felt = tuple(sorted({k for _, jet in parts for k in jet.felt}))
     hull = first.over(felt).taken(lanes)
@@ -316,23 +397,32 @@ def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
     for piece_lanes, jet in pieces:
         touched[piece_lanes] = True
         piece = jet.over(felt).taken(np.arange(len(piece_lanes)))
-        for (low, high), ball in zip(bounds, (piece.value, piece.gradient, piece.hessian), strict=True):
+        for (low, high), ball in zip(
+            bounds, (piece.value, piece.gradient, piece.hessian), strict=True
+        ):
             np.minimum.at(low.T, piece_lanes, ball.low.T)
             np.maximum.at(high.T, piece_lanes, ball.high.T)
     if pieces:
-        balls = [select_balls(touched, Ball.between(*side), ball) for side, ball in zip(bounds, balls, strict=True)]
+        balls = [
+            select_balls(touched, Ball.between(*side), ball)
+            for side, ball in zip(bounds, balls, strict=True)
+        ]
     return Jet(hull.space, felt, *balls)
 
 
 MAX_CHOICES = 60
-"""Maximum number of combinations of angles, one for each extreme, at which an objective is bounded from below."""
+"""Maximum number of combinations of angles, one for each extreme, at which an objective is bounded
+from below.
+"""
 
 
 @dataclass(frozen=True)
 class Maximum:
-    """The greatest value of a quantity over a cycle: it is nowhere below `points` (lanes), and one of `panels` (lanes).
+    """The greatest value of a quantity over a cycle: it is nowhere below `points` (lanes), and one
+    of `panels` (lanes).
 
-    These are the same samples, or a few angles and what the quantity is anywhere in panels of all angles.
+    These are the same samples, or a few angles and what the quantity is anywhere in panels of all
+    angles.
     """
 
     points: Jet
@@ -344,11 +434,15 @@ class Maximum:
         return np.argsort(-self.points.value[CENTRE].mid, kind="stable")
 
     def find_span(self, part: int) -> tuple[float, float]:
-        """Return between which values the greatest value is, at the centre of the box or anywhere in it."""
+        """Return between which values the greatest value is, at the centre of the box or anywhere
+        in it.
+        """
         return float(self.points.value[part].low.max()), float(self.panels.value[part].high.max())
 
     def find_slopes(self, felt: tuple[int, ...]) -> Ball:
-        """Return what encloses the slopes of the greatest value: those of all panels that may have it."""
+        """Return what encloses the slopes of the greatest value: those of all panels that may have
+        it.
+        """
         panels = self.panels.over(tuple(sorted({*felt, *self.panels.felt})))
         lanes = np.flatnonzero((self.points.taken(self.order[:1]) - panels).lower_bound <= 0)
         places = [panels.felt.index(k) for k in felt]
@@ -359,8 +453,9 @@ class Maximum:
 class Evidence:
     """Choices with which an objective was bounded over a box; bounds are true whatever they are.
 
-    `panels` of angles, angles `peaks` (n,) [rad] near extremes, which move with the design at `rates` (n, p), `starts`
-    of roots, and `narrow` panels at the centre of the box. Samples have none of them but starts.
+    `panels` of angles, angles `peaks` (n,) [rad] near extremes, which move with the design at
+    `rates` (n, p), `starts` of roots, and `narrow` panels at the centre of the box. Samples have
+    none of them but starts.
     """
 
     starts: Sequence[RootStart] = ()
@@ -372,11 +467,12 @@ class Evidence:
 
 @dataclass(frozen=True)
 class ObjectiveBounds:
-    """Bounds of an objective over a box: `lower_bound` is below all values, `reached` above the value at the centre.
+    """Bounds of an objective over a box: `lower_bound` is below all values, `reached` above the
+    value at the centre.
 
-    `slopes` (p,) enclose the derivatives, at kinks the one-sided ones; `looseness` (p,) is the contribution of the
-    width of each parameter to the looseness of the bounds. The slopes do not apply to an objective that `may_jump`,
-    nor to an objective of which only a part is bounded.
+    `slopes` (p,) enclose the derivatives, at kinks the one-sided ones; `looseness` (p,) is the
+    contribution of the width of each parameter to the looseness of the bounds. The slopes do not
+    apply to an objective that `may_jump`, nor to an objective of which only a part is bounded.
     """
 
     lower_bound: float
@@ -406,17 +502,24 @@ def bound_objective(smooth: Jet, extremes: Sequence[Maximum]) -> ObjectiveBounds
     half = space.half[list(total.felt)]
     curvature = (half * space.reach(total.felt, total.hessian.magnitude)).max(axis=-1)
     bounds = ObjectiveBounds(
-        float(total.lower_bound.max()), float(reached.high), slopes, curvature + half[:, 0] * slopes.rad
+        float(total.lower_bound.max()),
+        float(reached.high),
+        slopes,
+        curvature + half[:, 0] * slopes.rad,
     )
     return _expand_bounds(total, bounds)
 
 
 def _expand_bounds(total: Jet, bounds: ObjectiveBounds) -> ObjectiveBounds:
-    """Return the bounds with slopes and looseness of all parameters (p,), zero for parameters of zero width."""
+    """Return the bounds with slopes and looseness of all parameters (p,), zero for parameters of
+    zero width.
+    """
     size, felt = len(total.space.lower), list(total.felt)
     mid, rad, loose = np.zeros(size), np.zeros(size), np.zeros(size)
     mid[felt], rad[felt], loose[felt] = bounds.slopes.mid, bounds.slopes.rad, bounds.looseness
-    return ObjectiveBounds(bounds.lower_bound, bounds.reached, Ball(mid, rad), loose, total.space.may_jump)
+    return ObjectiveBounds(
+        bounds.lower_bound, bounds.reached, Ball(mid, rad), loose, total.space.may_jump
+    )
 
 
 def enclose_square(jet: Jet) -> Jet:

@@ -1,15 +1,18 @@
-"""Intervals in midpoint-radius form over NumPy arrays, and branches of a response over a box of designs.
+"""Intervals in midpoint-radius form over NumPy arrays, and branches of a response over a box of
+designs.
 
-Every result encloses the exact one under these assumptions: +, -, *, / and the square root are those of IEEE 754 in
-round to nearest, with a relative error of at most U; the error of sin, cos and arctan is below `LIBM`, eight units in
-the last place of 1 (NumPy promises four), that of arctan2 below twice `LIBM`, and the relative error of exp and log
-below `LIBM`. Radii are sums of nonnegative terms, so that a factor `GROWTH` covers the rounding of their evaluation,
-and `TINY` underflow.
+Every result encloses the exact one under these assumptions: +, -, *, / and the square root are
+those of IEEE 754 in round to nearest, with a relative error of at most U; the error of sin, cos and
+arctan is below `LIBM`, eight units in the last place of 1 (NumPy promises four), that of arctan2
+below twice `LIBM`, and the relative error of exp and log below `LIBM`. Radii are sums of
+nonnegative terms, so that a factor `GROWTH` covers the rounding of their evaluation, and `TINY`
+underflow.
 
-Straight-line code evaluates its conditions (sign, number of revolutions) in a fixed order. If a condition has several
-answers over a box, its lane continues with one of them, and each other answer yields a further lane, which repeats the
-previous answers. Each lane is thus a smooth piece of the response, extended over the box, and at each design of the box
-the response is that of one of its lanes.
+Straight-line code evaluates its conditions (sign, number of revolutions) in a fixed order. If a
+condition has several answers over a box, its lane continues with one of them, and each other answer
+yields a further lane, which repeats the previous answers. Each lane is thus a smooth piece of the
+response, extended over the box, and at each design of the box the response is that of one of its
+lanes.
 """
 
 from __future__ import annotations
@@ -36,7 +39,8 @@ LIBM = 2.0**-49
 
 
 class Unbounded(ComputationError):
-    """A function has no bound over a box, because a denominator or the argument of a root may vanish.
+    """A function has no bound over a box, because a denominator or the argument of a root may
+    vanish.
 
     If only some lanes have no bound, their balls are NaN instead.
     """
@@ -100,8 +104,13 @@ class Ball:
         return self * other.inverse()
 
     def inverse(self) -> Ball:
-        """Return 1 / x, NaN in lanes where x may be zero. Raises Unbounded if x may be zero in every lane."""
-        margin = _require_positive(np.abs(self.mid) * (1 - 4 * U) - self.rad, "a denominator may vanish")
+        """Return 1 / x, NaN in lanes where x may be zero.
+
+        Raises Unbounded if x may be zero in every lane.
+        """
+        margin = _require_positive(
+            np.abs(self.mid) * (1 - 4 * U) - self.rad, "a denominator may vanish"
+        )
         mid = 1 / np.where(margin > 0, self.mid, np.nan)
         return Ball(mid, (self.rad / margin + SLACK) * np.abs(mid) * GROWTH + TINY)
 
@@ -121,8 +130,12 @@ class Ball:
         return Ball.between(np.maximum(_round_down(low * low), 0), -_round_down(-high * high))
 
     def sqrt(self) -> Ball:
-        """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every lane."""
-        margin = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a root may vanish")
+        """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every
+        lane.
+        """
+        margin = _require_positive(
+            self.mid * (1 - 4 * U) - self.rad, "the argument of a root may vanish"
+        )
         mid = np.sqrt(np.where(margin > 0, self.mid, np.nan))
         return Ball(mid, (self.rad / (mid + np.sqrt(margin)) + SLACK * mid) * GROWTH + TINY)
 
@@ -135,7 +148,9 @@ class Ball:
         return self._wave(np.cos(self.mid), np.sin(self.mid))
 
     def _wave(self, mid: Array, slope: Array) -> Ball:
-        """Return sine or cosine by Taylor's formula of order 2, whose second derivative is at most 1."""
+        """Return sine or cosine by Taylor's formula of order 2, whose second derivative is at most
+        1.
+        """
         rad = (np.abs(slope) + LIBM) * self.rad + self.rad**2 / 2 + LIBM
         return Ball(mid, np.minimum(rad, 1 + np.abs(mid)) * GROWTH + TINY)
 
@@ -147,11 +162,19 @@ class Ball:
     def exp(self) -> Ball:
         """Return an enclosure of the exponential."""
         mid = np.exp(self.mid)
-        return Ball(mid, mid * (self.rad * np.exp(self.rad) * (1 + LIBM) + LIBM) * (1 + 2 * LIBM) * GROWTH + TINY)
+        return Ball(
+            mid,
+            mid * (self.rad * np.exp(self.rad) * (1 + LIBM) + LIBM) * (1 + 2 * LIBM) * GROWTH
+            + TINY,
+        )
 
     def log(self) -> Ball:
-        """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every lane."""
-        margin = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a logarithm may vanish")
+        """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every
+        lane.
+        """
+        margin = _require_positive(
+            self.mid * (1 - 4 * U) - self.rad, "the argument of a logarithm may vanish"
+        )
         mid = np.log(np.where(margin > 0, self.mid, np.nan))
         return Ball(mid, (self.rad / margin + LIBM * np.abs(mid)) * (1 + LIBM) * GROWTH + TINY)
 
@@ -163,7 +186,10 @@ class Ball:
         """Return an enclosure of the sum along an axis."""
         count = self.mid.shape[axis]
         rounding = (count + 1) * U * np.abs(self.mid).sum(axis=axis)
-        return Ball(self.mid.sum(axis=axis), (self.rad.sum(axis=axis) + rounding) * _sum_growth(count) + TINY)
+        return Ball(
+            self.mid.sum(axis=axis),
+            (self.rad.sum(axis=axis) + rounding) * _sum_growth(count) + TINY,
+        )
 
     def spread(self, axis: int = -1) -> Ball:
         """Return a ball around all balls along an axis."""
@@ -184,14 +210,19 @@ def sum_products(*pairs: tuple[Ball, Ball]) -> Ball:
 
 
 def _product_error(a: Ball, b: Ball) -> Array:
-    """Return the radius of a product, including its rounding and its share in the rounding of the sum."""
+    """Return the radius of a product, including its rounding and its share in the rounding of the
+    sum.
+    """
     size = np.abs(b.mid)
     error: Array = (np.abs(a.mid) + a.rad) * (b.rad + SLACK * size) + a.rad * size
     return error
 
 
 def _require_positive(margin: Array, message: str) -> Array:
-    """Return positive margins, NaN elsewhere. Raises Unbounded(message) if no lane (last axis) is all positive."""
+    """Return positive margins, NaN elsewhere.
+
+    Raises Unbounded(message) if no lane (last axis) is all positive.
+    """
     is_positive = np.asarray(margin > 0)
     if not is_positive.all(axis=tuple(range(is_positive.ndim - 1))).any():
         raise Unbounded(message)
@@ -226,7 +257,9 @@ MAX_ANSWERS = 3
 
 @dataclass
 class Branches:
-    """Conditions of a number of lanes; `script` (q, lanes) prescribes answers, NaN where the box determines them."""
+    """Conditions of a number of lanes; `script` (q, lanes) prescribes answers, NaN where the box
+    determines them.
+    """
 
     lanes: int
     script: Array
@@ -249,15 +282,21 @@ class Branches:
 
         `jumps` says whether the response may jump where the answer changes.
         """
-        never = ~(value.low < 0 if strictly else value.low <= 0)  # a ball without bounds leaves nothing open
+        never = ~(
+            value.low < 0 if strictly else value.low <= 0
+        )  # a ball without bounds leaves nothing open
         always = value.high < 0 if strictly else value.high <= 0
         usual = np.where(value.mid < 0, 1.0, 0.0)
-        is_below: Flags = self._answer(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual, jumps) > 0
+        is_below: Flags = (
+            self._answer(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual, jumps) > 0
+        )
         return is_below
 
     def floor(self, value: Ball) -> Array:
         """Return an enclosure of the largest integers below the values."""
-        high, low, mid = (np.nan_to_num(np.floor(side)) for side in (value.high, value.low, value.mid))
+        high, low, mid = (
+            np.nan_to_num(np.floor(side)) for side in (value.high, value.low, value.mid)
+        )
         return self._answer(high, low, mid)
 
     def _answer(self, largest: Array, smallest: Array, usual: Array, jumps: bool = True) -> Array:
@@ -270,9 +309,13 @@ class Branches:
             return smallest
         self.jumping |= open_ & jumps
         free = np.ones(self.lanes, dtype=bool) if scripted is None else np.isnan(scripted)
-        answer = np.where(free, np.broadcast_to(usual, free.shape), 0 if scripted is None else scripted)
+        answer = np.where(
+            free, np.broadcast_to(usual, free.shape), 0 if scripted is None else scripted
+        )
         self.answers.append(answer)
-        if (largest - smallest).max(where=np.broadcast_to(open_, largest.shape), initial=0) >= MAX_ANSWERS:
+        if (largest - smallest).max(
+            where=np.broadcast_to(open_, largest.shape), initial=0
+        ) >= MAX_ANSWERS:
             raise Unbounded("a box goes through many branches")
         for lane in np.flatnonzero(np.broadcast_to(open_, (self.lanes,)) & free):
             low, high = (np.broadcast_to(side, (self.lanes,))[lane] for side in (smallest, largest))
@@ -281,8 +324,13 @@ class Branches:
                     self.alternatives.append((int(lane), question, float(other)))
         return answer
 
-    def replay(self, largest: Array, smallest: Array, answers: Array, jumps: Sequence[bool]) -> None:
-        """Take over conditions (q, lanes) that were evaluated elsewhere. Raises Unbounded if one has many answers."""
+    def replay(
+        self, largest: Array, smallest: Array, answers: Array, jumps: Sequence[bool]
+    ) -> None:
+        """Take over conditions (q, lanes) that were evaluated elsewhere.
+
+        Raises Unbounded if one has many answers.
+        """
         self.answers = list(answers)
         open_ = largest != smallest
         if (largest - smallest).max(where=open_, initial=0) >= MAX_ANSWERS:
@@ -298,7 +346,9 @@ class Branches:
         ]
 
     def further(self) -> tuple[Integers, Array]:
-        """Return the lanes from which further lanes branch off, (n,), and the scripts of these (q, n)."""
+        """Return the lanes from which further lanes branch off, (n,), and the scripts of these (q,
+        n).
+        """
         lanes = np.array([lane for lane, _, _ in self.alternatives], dtype=np.int64)
         script = np.full((len(self.answers), len(lanes)), np.nan)
         for k, (lane, question, other) in enumerate(self.alternatives):

@@ -1,8 +1,8 @@
 """Second-order Taylor forms of functions of the design, centred in a box of designs.
 
-A `Jet` encloses value and gradient of a function f at the centre c of the box, and value, gradient and Hessian H
-anywhere in the box. Then f(x) lies in f(c) + f'(c) (x - c) + (x - c)' H (x - c) / 2, and f'(x) in f'(c) + H (x - c);
-each operation intersects its result with these forms.
+A `Jet` encloses value and gradient of a function f at the centre c of the box, and value, gradient
+and Hessian H anywhere in the box. Then f(x) lies in f(c) + f'(c) (x - c) + (x - c)' H (x - c) / 2,
+and f'(x) in f'(c) + H (x - c); each operation intersects its result with these forms.
 """
 
 from __future__ import annotations
@@ -35,10 +35,12 @@ CENTRE, ANYWHERE = 0, 1
 
 
 class Space:
-    """Box of designs [lower, upper] (p,), or one for each lane (p, lanes), on which jets are defined.
+    """Box of designs [lower, upper] (p,), or one for each lane (p, lanes), on which jets are
+    defined.
 
-    Parameters of zero width are constants. `half` (p, 1 or lanes) is half the width. `jumping` (lanes,) marks lanes
-    that may jump within the box, whose jets enclose values but not slopes; `may_jump` is true if there are any.
+    Parameters of zero width are constants. `half` (p, 1 or lanes) is half the width. `jumping`
+    (lanes,) marks lanes that may jump within the box, whose jets enclose values but not slopes;
+    `may_jump` is true if there are any.
     """
 
     def __init__(self, lower: Array, upper: Array, branches: Branches | None = None) -> None:
@@ -56,7 +58,9 @@ class Space:
         return bool(self.jumping.any())
 
     def asking(self, branches: Branches, lanes: Any = slice(None)) -> Space:
-        """Return the same box, or the boxes of some lanes, with conditions answered by `branches`."""
+        """Return the same box, or the boxes of some lanes, with conditions answered by
+        `branches`.
+        """
         ends = [end[..., lanes] if end.ndim > 1 else end for end in (self.lower, self.upper)]
         space = Space(ends[0], ends[1], branches)
         space.is_cutting = self.is_cutting
@@ -64,7 +68,9 @@ class Space:
 
     @contextmanager
     def at_points(self) -> Iterator[None]:
-        """Treat jets as functions at single designs, without intersecting them with their Taylor forms over the box."""
+        """Treat jets as functions at single designs, without intersecting them with their Taylor
+        forms over the box.
+        """
         self.is_cutting = False
         try:
             yield
@@ -96,11 +102,15 @@ class Space:
         return self.constant(Ball.exact(np.atleast_1d(np.asarray(value, dtype=float))))
 
     def linear(self, values: Array, slopes: Array) -> Jet:
-        """Return functions of the first parameters, with values (m,) at the centre and slopes (m, k), as a jet."""
+        """Return functions of the first parameters, with values (m,) at the centre and slopes (m,
+        k), as a jet.
+        """
         felt = tuple(k for k in np.flatnonzero(slopes.any(axis=0)).tolist() if self.half[k].any())
         rates = slopes.T[list(felt)]
         change = _weigh(self.half[list(felt)], np.abs(rates)) * GROWTH + TINY
-        value = Ball(np.stack([values, values]), np.stack([0 * values, change if felt else 0 * values]))
+        value = Ball(
+            np.stack([values, values]), np.stack([0 * values, change if felt else 0 * values])
+        )
         bend = np.zeros((packed_size(len(felt)), len(values)))
         return Jet(self, felt, value, Ball.exact(np.stack([rates, rates])), Ball.exact(bend))
 
@@ -109,7 +119,9 @@ class Space:
         return self.constant(Ball.exact([float(number)]))
 
     def reach(self, felt: tuple[int, ...], hessian: Array) -> Array:
-        """Return the change (k, lanes) of a gradient from the centre to the faces, from packed |Hessian| (K, lanes)."""
+        """Return the change (k, lanes) of a gradient from the centre to the faces, from packed
+        |Hessian| (K, lanes).
+        """
         if self.half.shape[1] > 1:
             rows, columns = packed_indices(len(felt))
             square = np.empty((len(felt), len(felt)), dtype=np.int64)
@@ -130,7 +142,8 @@ class Space:
 class Jet:
     """A quantity over lanes; `felt` are the indices of the k parameters on which it depends.
 
-    value (2, lanes) and gradient (2, k, lanes) at the centre and anywhere; hessian (K, lanes) anywhere, packed.
+    value (2, lanes) and gradient (2, k, lanes) at the centre and anywhere; hessian (K, lanes)
+    anywhere, packed.
     """
 
     space: Space
@@ -141,25 +154,35 @@ class Jet:
 
     @property
     def lanes(self) -> int:
-        return max(self.value.mid.shape[-1], self.gradient.mid.shape[-1], self.hessian.mid.shape[-1])
+        return max(
+            self.value.mid.shape[-1], self.gradient.mid.shape[-1], self.hessian.mid.shape[-1]
+        )
 
     @property
     def is_bounded(self) -> Flags:
         """Flags (lanes,) of the lanes with bounds."""
-        balls = [_broadcast_lanes(ball, self.lanes) for ball in (self.value, self.gradient, self.hessian)]
+        balls = [
+            _broadcast_lanes(ball, self.lanes) for ball in (self.value, self.gradient, self.hessian)
+        ]
         sides = [side.reshape(-1, self.lanes) for ball in balls for side in (ball.mid, ball.rad)]
         return np.asarray(np.isfinite(np.concatenate(sides)).all(axis=0))
 
     def repeated(self, count: int) -> Jet:
         """Return the jet repeated over `count` lanes if it has one lane."""
         return Jet(
-            self.space, self.felt, *(_broadcast_lanes(b, count) for b in (self.value, self.gradient, self.hessian))
+            self.space,
+            self.felt,
+            *(_broadcast_lanes(b, count) for b in (self.value, self.gradient, self.hessian)),
         )
 
     def taken(self, lanes: Any) -> Jet:
         """Return the jet on some of its lanes."""
-        value, gradient, hessian = (_broadcast_lanes(b, self.lanes) for b in (self.value, self.gradient, self.hessian))
-        return Jet(self.space, self.felt, value[..., lanes], gradient[..., lanes], hessian[..., lanes])
+        value, gradient, hessian = (
+            _broadcast_lanes(b, self.lanes) for b in (self.value, self.gradient, self.hessian)
+        )
+        return Jet(
+            self.space, self.felt, value[..., lanes], gradient[..., lanes], hessian[..., lanes]
+        )
 
     def over(self, felt: tuple[int, ...]) -> Jet:
         """Return the jet as a function of more parameters."""
@@ -167,7 +190,8 @@ class Jet:
             return self
         rows, places = _embedding_indices(self.felt, felt)
         gradient, hessian = (
-            _zero_ball(b, n) for b, n in ((self.gradient, len(felt)), (self.hessian, packed_size(len(felt))))
+            _zero_ball(b, n)
+            for b, n in ((self.gradient, len(felt)), (self.hessian, packed_size(len(felt))))
         )
         for part in ("mid", "rad"):
             getattr(gradient, part)[:, rows] = getattr(self.gradient, part)
@@ -178,24 +202,34 @@ class Jet:
         """Return the jet with value and gradient anywhere intersected with its Taylor form."""
         if not self.felt or not self.space.is_cutting:
             return self
-        half, moved = self.space.half[list(self.felt)], self.space.reach(self.felt, self.hessian.magnitude)
+        half, moved = (
+            self.space.half[list(self.felt)],
+            self.space.reach(self.felt, self.hessian.magnitude),
+        )
         slope = self.gradient[CENTRE]
         gradient = Ball(slope.mid, (slope.rad + moved) * GROWTH + TINY)
         centre = self.value[CENTRE]
         change = _weigh(half, slope.magnitude + moved / 2)
         value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWTH + TINY)
         return Jet(
-            self.space, self.felt, join_parts(centre, intersect_balls(self.value[ANYWHERE], value)),
-            join_parts(slope, intersect_balls(self.gradient[ANYWHERE], gradient)), self.hessian,
-        )  # fmt: skip
+            self.space,
+            self.felt,
+            join_parts(centre, intersect_balls(self.value[ANYWHERE], value)),
+            join_parts(slope, intersect_balls(self.gradient[ANYWHERE], gradient)),
+            self.hessian,
+        )
 
     @property
     def lower_bound(self) -> Array:
         """Lower bounds over the box, (lanes,)."""
         half, (rows, columns) = self.space.half[list(self.felt)], packed_indices(len(self.felt))
         weights = np.where(rows == columns, 0.5, 1.0)[:, None] * half[rows] * half[columns]
-        bent = np.where((rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.magnitude)
-        change = (_weigh(half, self.gradient[CENTRE].magnitude) + _weigh(weights, bent)) * GROWTH + TINY
+        bent = np.where(
+            (rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.magnitude
+        )
+        change = (
+            _weigh(half, self.gradient[CENTRE].magnitude) + _weigh(weights, bent)
+        ) * GROWTH + TINY
         centre = self.value[CENTRE]
         formed = Ball(centre.mid, (centre.rad + change) * GROWTH + TINY).low
         return np.maximum(formed, self.value[ANYWHERE].low)
@@ -210,7 +244,9 @@ class Jet:
         if not a.felt:
             return Jet(self.space, b.felt, a.value + b.value, b.gradient, b.hessian)
         a, b = _align_jets(a, b)
-        return Jet(self.space, a.felt, a.value + b.value, a.gradient + b.gradient, a.hessian + b.hessian).cut()
+        return Jet(
+            self.space, a.felt, a.value + b.value, a.gradient + b.gradient, a.hessian + b.hessian
+        ).cut()
 
     def __mul__(self, other: Any) -> Jet:
         a, b = self._paired(other)
@@ -225,18 +261,24 @@ class Jet:
         rows, columns = packed_indices(len(a.felt))
         a_slope, b_slope = a.gradient[ANYWHERE], b.gradient[ANYWHERE]
         hessian = sum_products(
-            (a.value[ANYWHERE], b.hessian), (b.value[ANYWHERE], a.hessian),
-            (a_slope[rows], b_slope[columns]), (a_slope[columns], b_slope[rows]),
-        )  # fmt: skip
+            (a.value[ANYWHERE], b.hessian),
+            (b.value[ANYWHERE], a.hessian),
+            (a_slope[rows], b_slope[columns]),
+            (a_slope[columns], b_slope[rows]),
+        )
         return Jet(self.space, a.felt, value, gradient, hessian).cut()
 
     def through(self, value: Ball, first: Ball, second: Ball) -> Jet:
-        """Return a function of the jet from its value (2, lanes), first (2, lanes) and second derivative (lanes,)."""
+        """Return a function of the jet from its value (2, lanes), first (2, lanes) and second
+        derivative (lanes,).
+        """
         if not self.felt:
             return Jet(self.space, (), value, self.gradient, self.hessian)
         rows, columns = packed_indices(len(self.felt))
         slope = self.gradient[ANYWHERE]
-        hessian = sum_products((first[ANYWHERE], self.hessian), (second * slope[rows], slope[columns]))
+        hessian = sum_products(
+            (first[ANYWHERE], self.hessian), (second * slope[rows], slope[columns])
+        )
         return Jet(self.space, self.felt, value, first[:, None] * self.gradient, hessian).cut()
 
     def __pow__(self, exponent: int) -> Jet:
@@ -252,14 +294,18 @@ class Jet:
     def polynomial(self, coefficients: Sequence[float]) -> Jet:
         """Return the sum of a_k x^k, with the highest power first.
 
-        The polynomial is expanded about the centre c of each lane, where the powers of x - c are small.
+        The polynomial is expanded about the centre c of each lane, where the powers of x - c are
+        small.
         """
         centre = Ball(self.value.mid[CENTRE], np.zeros_like(self.value.mid[CENTRE]))
         about = [Ball.exact(np.full(centre.mid.shape, float(a))) for a in coefficients]
         for end in range(len(about), 1, -1):
             for k in range(1, end):
                 about[k] = about[k] + centre * about[k - 1]
-        taylor, step = about[::-1], self.value - Ball(join_parts(centre, centre).mid, np.zeros_like(self.value.mid))
+        taylor, step = (
+            about[::-1],
+            self.value - Ball(join_parts(centre, centre).mid, np.zeros_like(self.value.mid)),
+        )
         value, first, second = (_polynomial_derivative(taylor, step, n) for n in range(3))
         return self.through(value, first, second[ANYWHERE])
 
@@ -273,7 +319,9 @@ class Jet:
         """Return an enclosure of the square root."""
         root = self.value.sqrt()
         first = (Ball.exact(2.0) * root).inverse()
-        return self.through(root, first, -(first * (Ball.exact(2.0) * self.value).inverse())[ANYWHERE])
+        return self.through(
+            root, first, -(first * (Ball.exact(2.0) * self.value).inverse())[ANYWHERE]
+        )
 
     def sin(self) -> Jet:
         """Return an enclosure of the sine."""
@@ -292,10 +340,11 @@ class Jet:
         return self.through(self.value.arctan(), first, second)
 
     def angle(self, abscissa: Jet) -> Jet:
-        """Return the angle of a point with this ordinate: that of a fixed direction near it plus the angle from there.
+        """Return the angle of a point with this ordinate: that of a fixed direction near it plus
+        the angle from there.
 
-        NaN in lanes in which the point may be the origin or the angle may jump by 2 pi. Raises Unbounded if that is
-        the case in every lane.
+        NaN in lanes in which the point may be the origin or the angle may jump by 2 pi. Raises
+        Unbounded if that is the case in every lane.
         """
         y, x = self.value[ANYWHERE], abscissa.value[ANYWHERE]
         is_apart = (x.low > 0) | (y.low > 0) | (y.high < 0)
@@ -329,16 +378,27 @@ class Jet:
     def average(self, k: int) -> Jet:
         """Return the mean over a parameter k in [-1, 1], as a function of the others, in each lane.
 
-        With f(c, s) = f(c) + f_s s + H_ss s^2 / 2, terms odd in s cancel but for what differs between pieces: radii.
+        With f(c, s) = f(c) + f_s s + H_ss s^2 / 2, terms odd in s cancel but for what differs
+        between pieces: radii.
         """
-        return self._without(k, lambda slope, bend: _center(slope) + bend / Ball.exact(6.0), _center)
+        return self._without(
+            k, lambda slope, bend: _center(slope) + bend / Ball.exact(6.0), _center
+        )
 
     def hull(self, k: int) -> Jet:
-        """Return what the jet is at any fixed place in [-1, 1] of a parameter k, as a function of the others."""
-        return self._without(k, _bound_parabola, lambda slope: Ball(np.zeros_like(slope.rad), slope.magnitude))
+        """Return what the jet is at any fixed place in [-1, 1] of a parameter k, as a function of
+        the others.
+        """
+        return self._without(
+            k, _bound_parabola, lambda slope: Ball(np.zeros_like(slope.rad), slope.magnitude)
+        )
 
-    def _without(self, k: int, change: Callable[[Ball, Ball], Ball], tilt: Callable[[Ball], Ball]) -> Jet:
-        """Return the jet without a parameter k, by what its slope and bend change the value, and a slope the slopes."""
+    def _without(
+        self, k: int, change: Callable[[Ball, Ball], Ball], tilt: Callable[[Ball], Ball]
+    ) -> Jet:
+        """Return the jet without a parameter k, by what its slope and bend change the value, and a
+        slope the slopes.
+        """
         if k not in self.felt:
             return self
         place, (rows, columns) = self.felt.index(k), packed_indices(len(self.felt))
@@ -348,18 +408,26 @@ class Jet:
         value = self.value[CENTRE] + change(slope[place], self.hessian[of_k & is_square][0])
         gradient = join_parts(slope[rest] + tilt(mixed), self.gradient[ANYWHERE][rest])
         felt = tuple(self.felt[i] for i in rest)
-        return Jet(self.space, felt, join_parts(value, self.value[ANYWHERE]), gradient, self.hessian[~of_k]).cut()
+        return Jet(
+            self.space, felt, join_parts(value, self.value[ANYWHERE]), gradient, self.hessian[~of_k]
+        ).cut()
 
     def sum(self) -> Jet:
         """Return the sum over the lanes."""
-        sums = (_broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian))
-        return Jet(self.space, self.felt, *(Ball(b.mid[..., None], b.rad[..., None]) for b in sums)).cut()
+        sums = (
+            _broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian)
+        )
+        return Jet(
+            self.space, self.felt, *(Ball(b.mid[..., None], b.rad[..., None]) for b in sums)
+        ).cut()
 
     def where(self, condition: Any, other: Any) -> Jet:
         """Return this jet on the lanes where the condition is true and the other jet elsewhere."""
         a, b = _align_jets(*self._paired(other))
         parts = zip((a.value, a.gradient, a.hessian), (b.value, b.gradient, b.hessian), strict=True)
-        return Jet(self.space, a.felt, *(select_balls(condition, first, second) for first, second in parts))
+        return Jet(
+            self.space, a.felt, *(select_balls(condition, first, second) for first, second in parts)
+        )
 
     def holding(self, value: Ball) -> Jet:
         """Return the jet with another enclosure of its value (2, lanes)."""
@@ -384,7 +452,9 @@ class Jet:
 
 
 def _center(slope: Ball) -> Ball:
-    """Return the mean of slope times s over s in [-1, 1], where the slope may differ from one s to the next."""
+    """Return the mean of slope times s over s in [-1, 1], where the slope may differ from one s to
+    the next.
+    """
     return Ball(np.zeros_like(slope.rad), slope.rad / 2 * GROWTH + TINY)
 
 
@@ -394,7 +464,9 @@ def _bound_parabola(slope: Ball, bend: Ball) -> Ball:
 
     def rise(curve: Array) -> Array:
         is_round = (curve < 0) & (steep < -curve)
-        bound: Array = np.where(is_round, steep**2 / np.where(is_round, -2 * curve, 1.0), steep + curve / 2)
+        bound: Array = np.where(
+            is_round, steep**2 / np.where(is_round, -2 * curve, 1.0), steep + curve / 2
+        )
         return bound * GROWTH + (steep + np.abs(curve)) * SLACK + TINY
 
     return Ball.between(-rise(-bend.low), rise(bend.high))
@@ -403,12 +475,21 @@ def _bound_parabola(slope: Ball, bend: Ball) -> Ball:
 def join_lanes(jets: Sequence[Jet]) -> Jet:
     """Return the lanes of all jets, one after the other."""
     felt = tuple(sorted({k for jet in jets for k in jet.felt}))
-    parts = [[getattr(jet.repeated(jet.lanes).over(felt), part) for jet in jets]
-             for part in ("value", "gradient", "hessian")]  # fmt: skip
-    return Jet(jets[0].space, felt, *(
-        Ball(np.concatenate([b.mid for b in balls], axis=-1), np.concatenate([b.rad for b in balls], axis=-1))
-        for balls in parts
-    ))  # fmt: skip
+    parts = [
+        [getattr(jet.repeated(jet.lanes).over(felt), part) for jet in jets]
+        for part in ("value", "gradient", "hessian")
+    ]
+    return Jet(
+        jets[0].space,
+        felt,
+        *(
+            Ball(
+                np.concatenate([b.mid for b in balls], axis=-1),
+                np.concatenate([b.rad for b in balls], axis=-1),
+            )
+            for balls in parts
+        ),
+    )
 
 
 def _polynomial_derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:
@@ -421,7 +502,9 @@ def _polynomial_derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ba
 
 def _weigh(weights: Array, values: Array) -> Array:
     """Return sums over rows (k, lanes), by weights (k, 1) of all lanes, or (k, lanes)."""
-    total: Array = weights[:, 0] @ values if weights.shape[1] == 1 else (weights * values).sum(axis=0)
+    total: Array = (
+        weights[:, 0] @ values if weights.shape[1] == 1 else (weights * values).sum(axis=0)
+    )
     return total
 
 

@@ -1,6 +1,7 @@
 """An objective over a cycle, or over samples of it, bounded over boxes of designs.
 
-The objective is a sum of measures of the quantities of a response; limits on such measures may exclude designs.
+The objective is a sum of measures of the quantities of a response; limits on such measures may
+exclude designs.
 """
 
 from __future__ import annotations
@@ -53,9 +54,11 @@ FindKinks = Callable[[Array], MovingKinks]
 
 @dataclass(frozen=True)
 class BoundedMeasure:
-    """A measure of a quantity, by its index, times a weight; the weight of a least value, "min", is not positive.
+    """A measure of a quantity, by its index, times a weight; the weight of a least value, "min", is
+    not positive.
 
-    Of kind "at", it is the value at an `angle` [deg]. Quantities that are sizes are nowhere below zero.
+    Of kind "at", it is the value at an `angle` [deg]. Quantities that are sizes are nowhere below
+    zero.
     """
 
     kind: MeasureKind
@@ -95,29 +98,40 @@ Box = tuple[Array, Array]
 class ProvableObjective:
     """A sum of measures of the quantities of a response, bounded over boxes of designs.
 
-    Extremes and means are those of `count` samples, or, if it is None, true extremes and integrals, for which
-    `find_kinks` gives the angles in a period at which quantities have kinks; bounds hold whatever it gives.
-    `batch` is the number of boxes that are best bounded at once.
+    Extremes and means are those of `count` samples, or, if it is None, true extremes and integrals,
+    for which `find_kinks` gives the angles in a period at which quantities have kinks; bounds hold
+    whatever it gives. `batch` is the number of boxes that are best bounded at once.
 
-    Designs count that satisfy the limits, which are all there are if it `heeds_all`; a box in which one is certainly
-    violated has no bound but infinity. Angles at which quantities cannot be enclosed are left out: no greatest value,
-    no least one made large, and no mean of squares is less than what the others make of it. `labels` are names of the
-    quantities, for people.
+    Designs count that satisfy the limits, which are all there are if it `heeds_all`; a box in which
+    one is certainly violated has no bound but infinity. Angles at which quantities cannot be
+    enclosed are left out: no greatest value, no least one made large, and no mean of squares is
+    less than what the others make of it. `labels` are names of the quantities, for people.
     """
 
     def __init__(
-        self, response: EnclosedResponse, terms: Sequence[BoundedMeasure], limits: Sequence[BoundedLimit] = (),
-        count: int | None = None, find_kinks: FindKinks | None = None, heeds_all: bool = True,
+        self,
+        response: EnclosedResponse,
+        terms: Sequence[BoundedMeasure],
+        limits: Sequence[BoundedLimit] = (),
+        count: int | None = None,
+        find_kinks: FindKinks | None = None,
+        heeds_all: bool = True,
         labels: Sequence[str] = (),
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.response, self.terms, self.limits = response, tuple(terms), tuple(limits)
         self.count, self.heeds_all, self._find_kinks = count, heeds_all, find_kinks
         self._labels = tuple(labels)
         measures = (*self.terms, *(limit.measure for limit in self.limits))
-        self._extremes = list(dict.fromkeys(
-            (measure.quantity, side) for measure in measures for side in SIDES.get(measure.kind, ())
-        ))  # fmt: skip
-        self._angles = list(dict.fromkeys(measure.angle for measure in measures if measure.angle is not None))
+        self._extremes = list(
+            dict.fromkeys(
+                (measure.quantity, side)
+                for measure in measures
+                for side in SIDES.get(measure.kind, ())
+            )
+        )
+        self._angles = list(
+            dict.fromkeys(measure.angle for measure in measures if measure.angle is not None)
+        )
         self._fixed = [Fraction(angle % 360) / 360 for angle in self._angles]
         program = response.program
         self._turns = [] if count is None else [*list_samples(program, count), *self._fixed]
@@ -129,8 +143,13 @@ class ProvableObjective:
         count = len(self.response.program.stages[-1].program.outputs)
         return list(self._labels) or [f"result {k}" for k in range(count)]
 
-    def __call__(self, lower: Array, upper: Array, evidence: Evidence | None = None) -> ObjectiveBounds:
-        """Return the bounds over a box, from choices that are given or made. Raises Unbounded without bounds."""
+    def __call__(
+        self, lower: Array, upper: Array, evidence: Evidence | None = None
+    ) -> ObjectiveBounds:
+        """Return the bounds over a box, from choices that are given or made.
+
+        Raises Unbounded without bounds.
+        """
         with np.errstate(all="ignore"):
             (result,) = self._bound_batch([(lower, upper)], evidence)
         if isinstance(result, Unbounded):
@@ -145,23 +164,35 @@ class ProvableObjective:
 
     def _bound_batch(
         self, boxes: Sequence[Box], evidence: Evidence | None = None
-    ) -> list[ObjectiveBounds | Unbounded]:  # fmt: skip
+    ) -> list[ObjectiveBounds | Unbounded]:
         try:
             if self.count is None:
                 cycles = [self._enclose_panels(*boxes[0], evidence)]
             else:
                 cycles = self._enclose_samples(boxes, evidence)
         except Unbounded as error:
-            return [error] if len(boxes) == 1 else [result for box in boxes for result in self._bound_batch([box])]
+            return (
+                [error]
+                if len(boxes) == 1
+                else [result for box in boxes for result in self._bound_batch([box])]
+            )
         return [self._bound_cycle(*pair) for pair in zip(boxes, cycles, strict=True)]
 
-    def _enclose_samples(self, boxes: Sequence[Box], evidence: Evidence | None) -> list[EnclosedCycle]:
-        """Return the samples of cycles over boxes, each of which takes as many lanes as there are angles."""
+    def _enclose_samples(
+        self, boxes: Sequence[Box], evidence: Evidence | None
+    ) -> list[EnclosedCycle]:
+        """Return the samples of cycles over boxes, each of which takes as many lanes as there are
+        angles.
+        """
         count = len(self._turns)
         ends = [np.repeat(np.array(side).T, count, axis=1) for side in zip(*boxes, strict=True)]
         space = Space(*(ends if len(boxes) > 1 else boxes[0]))
         spaces = [Space(*box) for box in boxes]
-        starts = [self.response.find_starts(box.centre) for box in spaces] if evidence is None else [evidence.starts]
+        starts = (
+            [self.response.find_starts(box.centre) for box in spaces]
+            if evidence is None
+            else [evidence.starts]
+        )
         jets = enclose_turns(self.response, space, self._turns * len(boxes), starts)
         cycles = []
         for k, designs in enumerate(spaces):
@@ -171,12 +202,23 @@ class ProvableObjective:
             samples = count - len(self._angles)
             shares = (designs.integer(1) / samples).repeated(samples)
             cycles.append(
-                EnclosedCycle(designs, taken, shares, self._angles, list_angles(self._turns), Evidence(starts[k]))
+                EnclosedCycle(
+                    designs,
+                    taken,
+                    shares,
+                    self._angles,
+                    list_angles(self._turns),
+                    Evidence(starts[k]),
+                )
             )
         return cycles
 
-    def _enclose_panels(self, lower: Array, upper: Array, evidence: Evidence | None) -> EnclosedCycle:
-        """Return a cycle over a box in panels of angles, and a few angles at which each extreme nearly is."""
+    def _enclose_panels(
+        self, lower: Array, upper: Array, evidence: Evidence | None
+    ) -> EnclosedCycle:
+        """Return a cycle over a box in panels of angles, and a few angles at which each extreme
+        nearly is.
+        """
         designs, fixed = Space(lower, upper), list_angles(self._fixed)
         evidence = evidence or self._choose(designs)
         panels = evidence.panels
@@ -186,7 +228,9 @@ class ProvableObjective:
         phi, shares = panels.angles(space)
         lanes = join_lanes([phi, space.constant(fixed)]) if self._fixed else phi
         jets = enclose_moving(self.response, space, lanes, [evidence.starts])
-        evidence = self._choose_peaks(evidence, [jet.taken(slice(0, phi.lanes)) for jet in jets], designs)
+        evidence = self._choose_peaks(
+            evidence, [jet.taken(slice(0, phi.lanes)) for jet in jets], designs
+        )
         points = self._enclose_peaks(designs, evidence)
         designs.jumping = space.jumping
         angles = Ball.exact(np.append(panels.places, fixed.mid))
@@ -196,36 +240,54 @@ class ProvableObjective:
         """Return where roots are looked for over a box, and its panels."""
         assert self._find_kinks is not None
         period = list_angles([self.response.program.period])
-        kinks, count = self._find_kinks(designs.centre), PANELS if designs.half.any() else PANELS_AT_POINT
+        kinks, count = (
+            self._find_kinks(designs.centre),
+            PANELS if designs.half.any() else PANELS_AT_POINT,
+        )
         panels = AnglePanels.build(kinks, designs.half[:, 0], period, count)
         return Evidence(self.response.find_starts(designs.centre), panels)
 
     def _choose_peaks(self, evidence: Evidence, jets: Sequence[Jet], designs: Space) -> Evidence:
-        """Return evidence with angles near extremes, chosen from quantities in panels if there are none yet."""
+        """Return evidence with angles near extremes, chosen from quantities in panels if there are
+        none yet.
+        """
         if evidence.peaks is not None or not self._extremes:
             return evidence
         assert evidence.panels is not None
         size = len(designs.lower)
-        peaks = [evidence.panels.find_peaks(side * jets[index], size, PEAKS) for index, side in self._extremes]
+        peaks = [
+            evidence.panels.find_peaks(side * jets[index], size, PEAKS)
+            for index, side in self._extremes
+        ]
         places, rates = (np.concatenate(part) for part in zip(*peaks, strict=True))
         return replace(evidence, peaks=places, rates=rates)
 
     def _enclose_peaks(self, space: Space, evidence: Evidence) -> dict[tuple[int, int], Jet]:
-        """Return quantities, minus those whose least value is asked for, at angles where they nearly are extreme."""
+        """Return quantities, minus those whose least value is asked for, at angles where they
+        nearly are extreme.
+        """
         if evidence.peaks is None or evidence.rates is None:
             return {}
         angles = space.linear(evidence.peaks, evidence.rates)
-        values, count = enclose_moving(self.response, space, angles, [evidence.starts]), angles.lanes
+        values, count = (
+            enclose_moving(self.response, space, angles, [evidence.starts]),
+            angles.lanes,
+        )
         share = count // len(self._extremes)
         return {
-            (index, side): side * values[index].repeated(count).taken(slice(k * share, (k + 1) * share))
+            (index, side): side
+            * values[index].repeated(count).taken(slice(k * share, (k + 1) * share))
             for k, (index, side) in enumerate(self._extremes)
         }
 
     def _bound_cycle(self, box: Box, cycle: EnclosedCycle) -> ObjectiveBounds | Unbounded:
         """Return the bounds over a box from a cycle there, angles without bounds left out."""
         try:
-            if not cycle.is_whole and cycle.may_be_empty and self.response.is_empty(*box, cycle.phi):
+            if (
+                not cycle.is_whole
+                and cycle.may_be_empty
+                and self.response.is_empty(*box, cycle.phi)
+            ):
                 return _exclude(cycle)
             if not len(cycle.places):
                 raise Unbounded("a quantity may have no bound at any angle")
@@ -234,7 +296,9 @@ class ProvableObjective:
             return error
 
     def _bound(self, cycle: EnclosedCycle) -> ObjectiveBounds:
-        if any(limit.is_violated(cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
+        if any(
+            limit.is_violated(cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits
+        ):
             return _exclude(cycle)
         terms = [cycle.bound_term(measure) for measure in self.terms]
         extremes = [extreme for term in terms for extreme in term.extremes]
@@ -243,25 +307,37 @@ class ProvableObjective:
         if not (np.isfinite(result.lower_bound) and np.isfinite(result.looseness).all()):
             raise Unbounded("a bound is not finite")
         is_whole = all(term.is_whole for term in terms)
-        is_free = all(limit.is_satisfied(cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits)
-        is_met = all(limit.is_satisfied(cycle.find_span(limit.measure, CENTRE)) for limit in self.limits)
+        is_free = all(
+            limit.is_satisfied(cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits
+        )
+        is_met = all(
+            limit.is_satisfied(cycle.find_span(limit.measure, CENTRE)) for limit in self.limits
+        )
         return replace(
             result,
             reached=result.reached if is_whole and is_met and self.heeds_all else np.inf,
-            may_jump=result.may_jump or not is_whole or not is_free,  # no side of the box may stand for it
+            may_jump=result.may_jump
+            or not is_whole
+            or not is_free,  # no side of the box may stand for it
             evidence=evidence,
         )
 
     def _narrow(self, cycle: EnclosedCycle, smooth: Jet) -> tuple[Jet, Evidence]:
-        """Return a smooth part whose value at the centre, if panels leave it too open, is that of more panels."""
+        """Return a smooth part whose value at the centre, if panels leave it too open, is that of
+        more panels.
+        """
         space, centre, evidence = cycle.space, smooth.value[CENTRE], cycle.evidence
         room = WIDE_CENTRE * (centre.mid - smooth.lower_bound)
         is_open = self.count is None and space.half.any() and (centre.rad > room).all()
-        if not is_open or (evidence.narrow is None and self._find_kinks is None):  # a proof that did without it
+        if not is_open or (
+            evidence.narrow is None and self._find_kinks is None
+        ):  # a proof that did without it
             return smooth, evidence
         finer = None if evidence.narrow is None else Evidence(evidence.starts, evidence.narrow)
         point = self._enclose_panels(space.centre, space.centre, finer)
-        narrow = _add_smooth(point.space, [point.bound_term(measure) for measure in self.terms]).value[CENTRE]
+        narrow = _add_smooth(
+            point.space, [point.bound_term(measure) for measure in self.terms]
+        ).value[CENTRE]
         value = join_parts(intersect_balls(centre, narrow), smooth.value[ANYWHERE])
         return smooth.holding(value).cut(), replace(evidence, narrow=point.evidence.panels)
 
@@ -273,7 +349,9 @@ class ProvableObjective:
 
 @dataclass(frozen=True)
 class BoundedTerm:
-    """A lower bound of a measure: a smooth part (one lane), if any, and greatest values; exact if it `is_whole`."""
+    """A lower bound of a measure: a smooth part (one lane), if any, and greatest values; exact if
+    it `is_whole`.
+    """
 
     smooth: Jet | None
     extremes: tuple[Maximum, ...]
@@ -284,9 +362,9 @@ class BoundedTerm:
 class EnclosedCycle:
     """Quantities over a box, at samples or anywhere in panels of a cycle.
 
-    Lanes of `jets` are those of the cycle, whose `shares` in it add up to one, then those of `angles` [deg].
-    In panels, jets have a place after the parameters of the box, and `points` are values that extremes, by quantity and
-    side, are not below. `phi` are angles of the lanes [rad].
+    Lanes of `jets` are those of the cycle, whose `shares` in it add up to one, then those of
+    `angles` [deg]. In panels, jets have a place after the parameters of the box, and `points` are
+    values that extremes, by quantity and side, are not below. `phi` are angles of the lanes [rad].
     """
 
     space: Space
@@ -315,7 +393,10 @@ class EnclosedCycle:
         return any(np.isnan(start.values).any() for start in self.evidence.starts)
 
     def bound_term(self, measure: BoundedMeasure) -> BoundedTerm:
-        """Return a weighted measure, or what it is not below. Raises Unbounded for one that needs all angles."""
+        """Return a weighted measure, or what it is not below.
+
+        Raises Unbounded for one that needs all angles.
+        """
         lanes, is_whole = self._find_lanes(measure)
         sides = SIDES.get(measure.kind, ())
         if not is_whole and not measure.is_nonnegative and not sides:
@@ -324,7 +405,9 @@ class EnclosedCycle:
             return BoundedTerm(None, (), False)
         if sides:
             weight = abs(measure.weight)
-            return BoundedTerm(None, tuple(self._find_maximum(measure, side, weight) for side in sides), is_whole)
+            return BoundedTerm(
+                None, tuple(self._find_maximum(measure, side, weight) for side in sides), is_whole
+            )
         try:
             return BoundedTerm(self._average(measure) * measure.weight, (), is_whole)
         except Unbounded:
@@ -338,7 +421,9 @@ class EnclosedCycle:
         if not len(lanes):
             return -np.inf, np.inf
         if measure.kind in SIDES:
-            spans = [self._find_maximum(measure, side).find_span(part) for side in SIDES[measure.kind]]
+            spans = [
+                self._find_maximum(measure, side).find_span(part) for side in SIDES[measure.kind]
+            ]
             low, high = spans[0] if len(spans) == 1 else _add_down(*spans)
             high = high if is_whole else np.inf
             return (-high, -low) if measure.kind == "min" else (low, high)
@@ -402,4 +487,6 @@ def _add_down(*spans: tuple[float, float]) -> tuple[float, float]:
 def _exclude(cycle: EnclosedCycle) -> ObjectiveBounds:
     """Return the bounds over a box in which no design counts."""
     nothing = np.zeros(len(cycle.space.lower))
-    return ObjectiveBounds(np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True, evidence=cycle.evidence)
+    return ObjectiveBounds(
+        np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True, evidence=cycle.evidence
+    )

@@ -1,6 +1,8 @@
-"""Straight-line programs: generated array code recorded once, and run on jets in C, or by NumPy without a compiler.
+"""Straight-line programs: generated array code recorded once, and run on jets in C, or by NumPy
+without a compiler.
 
-A recorded condition is asked once, however often the code repeats it. A program is data, which a file can hold.
+A recorded condition is asked once, however often the code repeats it. A program is data, which a
+file can hold.
 """
 
 from __future__ import annotations
@@ -23,10 +25,32 @@ from planter.optimise.proof.jets import ANYWHERE, Jet, Space, packed_size
 from planter.optimise.proof.roots import solve_linear_jets
 
 CODES = (
-    "constant", "pi", "add", "negate", "multiply", "power", "inverse", "sqrt", "sin", "cos", "arctan", "exp", "log",
-    "polynomial", "select", "arctan2", "floor", "below", "or", "and", "not", "input",
-)  # fmt: skip
-"""Names of operations, in the order of their numbers in C, which has none for simultaneous equations, "solve"."""
+    "constant",
+    "pi",
+    "add",
+    "negate",
+    "multiply",
+    "power",
+    "inverse",
+    "sqrt",
+    "sin",
+    "cos",
+    "arctan",
+    "exp",
+    "log",
+    "polynomial",
+    "select",
+    "arctan2",
+    "floor",
+    "below",
+    "or",
+    "and",
+    "not",
+    "input",
+)
+"""Names of operations, in the order of their numbers in C, which has none for simultaneous
+equations, "solve".
+"""
 CONDITIONS = ("below", "or", "and", "not")
 LEAVES = ("constant", "pi", "input")
 MOST_PARAMETERS, MOST_TERMS = 64, 64
@@ -41,9 +65,10 @@ class UnrecordedError(Exception):
 class RecordedStep:
     """A step of a program: `arguments` are indices of earlier steps, `numbers` constants.
 
-    Numbers are the constant, the exponent, the coefficients with the highest power first, the index of an input, or, of
-    "below", whether zero is not below zero, and whether the result may jump where the answer changes. Arguments of
-    "solve" are the rows of a square matrix and the right side; its numbers are the size, and the index of the unknown.
+    Numbers are the constant, the exponent, the coefficients with the highest power first, the index
+    of an input, or, of "below", whether zero is not below zero, and whether the result may jump
+    where the answer changes. Arguments of "solve" are the rows of a square matrix and the right
+    side; its numbers are the size, and the index of the unknown.
     """
 
     name: str
@@ -59,12 +84,18 @@ class RecordedProgram:
     outputs: tuple[int, ...]
 
     def to_document(self) -> dict[str, Any]:
-        """Return the operations that outputs need as lists of name, arguments and numbers, these in hexadecimal."""
+        """Return the operations that outputs need as lists of name, arguments and numbers, these in
+        hexadecimal.
+        """
         places = {n: place for place, n in enumerate(self.order)}
         steps = [self.operations[n] for n in self.order]
         return {
             "operations": [
-                [step.name, [places[a] for a in step.arguments], [float(number).hex() for number in step.numbers]]
+                [
+                    step.name,
+                    [places[a] for a in step.arguments],
+                    [float(number).hex() for number in step.numbers],
+                ]
                 for step in steps
             ],
             "outputs": [places[n] for n in self.outputs],
@@ -72,7 +103,10 @@ class RecordedProgram:
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> RecordedProgram:
-        """Return the program of a document. Raises ValueError, KeyError, TypeError or IndexError if it is none."""
+        """Return the program of a document.
+
+        Raises ValueError, KeyError, TypeError or IndexError if it is none.
+        """
         operations = tuple(
             RecordedStep(name, tuple(arguments), tuple(float.fromhex(number) for number in numbers))
             for name, arguments, numbers in document["operations"]
@@ -86,20 +120,32 @@ class RecordedProgram:
         return program
 
     def check_kinds(self) -> None:
-        """Raise ValueError if a number is taken where a condition must be, or the other way round."""
+        """Raise ValueError if a number is taken where a condition must be, or the other way
+        round.
+        """
         are_conditions = [step.name in CONDITIONS for step in self.operations]
         if any(k < 0 for k in self.outputs) or any(are_conditions[k] for k in self.outputs):
             raise ValueError("a result is no number")
         for step in self.operations:
             kinds = [are_conditions[k] for k in step.arguments]
             is_logic = step.name in CONDITIONS and step.name != "below"
-            if kinds != ([False, False, True] if step.name == "select" else [is_logic] * len(kinds)):
-                raise ValueError(f"{step.name} takes a condition for a number, or a number for a condition")
+            if kinds != (
+                [False, False, True] if step.name == "select" else [is_logic] * len(kinds)
+            ):
+                raise ValueError(
+                    f"{step.name} takes a condition for a number, or a number for a condition"
+                )
 
     @cached_property
     def jumps(self) -> tuple[bool, ...]:
-        """Whether the results may jump where the answer to each question changes, in the order of questions."""
-        questions = [step for step in map(self.operations.__getitem__, self.order) if step.name in ("floor", "below")]
+        """Whether the results may jump where the answer to each question changes, in the order of
+        questions.
+        """
+        questions = [
+            step
+            for step in map(self.operations.__getitem__, self.order)
+            if step.name in ("floor", "below")
+        ]
         return tuple(step.name == "floor" or bool(step.numbers[1]) for step in questions)
 
     @cached_property
@@ -112,7 +158,9 @@ class RecordedProgram:
         order: dict[int, None] = {}
         for n, step in enumerate(self.operations):
             if n in needed and step.name not in LEAVES:
-                order.update(dict.fromkeys(a for a in step.arguments if self.operations[a].name in LEAVES))
+                order.update(
+                    dict.fromkeys(a for a in step.arguments if self.operations[a].name in LEAVES)
+                )
                 order[n] = None
         return tuple({**order, **dict.fromkeys(self.outputs)})
 
@@ -124,7 +172,9 @@ class Recorder:
         self.operations: list[RecordedStep] = []
         self._indices: dict[RecordedStep, int] = {}
 
-    def record(self, name: str, *arguments: RecordedValue, numbers: Sequence[float] = ()) -> RecordedValue:
+    def record(
+        self, name: str, *arguments: RecordedValue, numbers: Sequence[float] = ()
+    ) -> RecordedValue:
         """Return the node of an operation, the earlier one if there is an equal one."""
         step = RecordedStep(name, tuple(node.index for node in arguments), tuple(numbers))
         if step not in self._indices:
@@ -133,7 +183,10 @@ class Recorder:
         return RecordedValue(self, self._indices[step])
 
     def lift(self, value: Any) -> RecordedValue:
-        """Return a number as a node; a node is returned unchanged. Raises UnrecordedError for anything else."""
+        """Return a number as a node; a node is returned unchanged.
+
+        Raises UnrecordedError for anything else.
+        """
         if isinstance(value, RecordedValue):
             return value
         if np.ndim(value):
@@ -178,7 +231,11 @@ class RecordedValue:
             return self.space.record("exp", logarithm * exponent)
         if exponent < 0:
             return self.inverse() ** -exponent
-        return self.space.record("power", self, numbers=[exponent]) if exponent else self.space.lift(1.0)
+        return (
+            self.space.record("power", self, numbers=[exponent])
+            if exponent
+            else self.space.lift(1.0)
+        )
 
     def __rpow__(self, base: Any) -> RecordedValue:
         return self.space.lift(base) ** self
@@ -194,7 +251,9 @@ class RecordedValue:
         return self.space.record("select", self, self.space.lift(other), condition)
 
     def reaches(self, other: Any) -> RecordedValue:
-        """Return whether this is at least another, for a choice that is continuous where they are equal."""
+        """Return whether this is at least another, for a choice that is continuous where they are
+        equal.
+        """
         return (other - self).ask(strictly=False, jumps=False)
 
     def ask(self, strictly: bool, jumps: bool = True) -> RecordedValue:
@@ -294,7 +353,9 @@ class RecordingNamespace:
 
     def polyval(self, coefficients: Sequence[float], x: Any) -> RecordedValue:
         """Return the sum of a_k x^k, with the highest power first."""
-        return self._recorder.record("polynomial", self.lift(x), numbers=[float(a) for a in coefficients])
+        return self._recorder.record(
+            "polynomial", self.lift(x), numbers=[float(a) for a in coefficients]
+        )
 
     def floor(self, x: Any) -> RecordedValue:
         """Return the largest integer below."""
@@ -324,10 +385,15 @@ Code = Callable[[Any, Sequence[Any]], Sequence[Any]]
 
 
 def record_program(code: Code, count: int) -> RecordedProgram:
-    """Return the operations of code of a number of inputs. Raises UnrecordedError if they are no straight line."""
+    """Return the operations of code of a number of inputs.
+
+    Raises UnrecordedError if they are no straight line.
+    """
     recorder = Recorder()
     inputs = [recorder.record("input", numbers=[k]) for k in range(count)]
-    outputs = tuple(recorder.lift(result).index for result in code(RecordingNamespace(recorder), inputs))
+    outputs = tuple(
+        recorder.lift(result).index for result in code(RecordingNamespace(recorder), inputs)
+    )
     return RecordedProgram(tuple(recorder.operations), outputs)
 
 
@@ -348,7 +414,9 @@ class ProgramRunner:
     def enclose(
         self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array
     ) -> tuple[Branches, Sequence[Jet]]:
-        """Return the results on some lanes of inputs, and the conditions that were asked; `script` has answers."""
+        """Return the results on some lanes of inputs, and the conditions that were asked; `script`
+        has answers.
+        """
         if self.compiled is not None:
             return self.compiled.enclose(space, inputs, lanes, script)
         branches = Branches(len(lanes), script)
@@ -357,7 +425,10 @@ class ProgramRunner:
         return branches, run_in_numpy(self.program, part, taken)
 
     def enclose_smooth(self, space: Space, inputs: Sequence[Jet]) -> list[Jet]:
-        """Return the results in all lanes. Raises Unbounded if a condition has several answers over the box."""
+        """Return the results in all lanes.
+
+        Raises Unbounded if a condition has several answers over the box.
+        """
         count = max((jet.lanes for jet in inputs), default=1)
         branches, jets = self.enclose(space, inputs, np.arange(count), np.empty((0, count)))
         if branches.alternatives:
@@ -413,20 +484,43 @@ class _Program(ctypes.Structure):
     """`program` in programs.c."""
 
     _fields_ = (
-        *((name, ctypes.c_long) for name in ("operations", "inputs", "outputs", "registers", "conditions", "rows",
-                                             "parameters")),
+        *(
+            (name, ctypes.c_long)
+            for name in (
+                "operations",
+                "inputs",
+                "outputs",
+                "registers",
+                "conditions",
+                "rows",
+                "parameters",
+            )
+        ),
         *((name, ctypes.c_void_p) for name in ("code", "tables", "results", "numbers")),
-    )  # fmt: skip
+    )
 
 
 class _Call(ctypes.Structure):
     """`call` in programs.c."""
 
     _fields_ = (
-        *((name, ctypes.c_void_p) for name in ("half", "script", "input_mid", "input_rad", "output_mid", "output_rad",
-                                               "largest", "smallest", "answers", "strides")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in (
+                "half",
+                "script",
+                "input_mid",
+                "input_rad",
+                "output_mid",
+                "output_rad",
+                "largest",
+                "smallest",
+                "answers",
+                "strides",
+            )
+        ),
         *((name, ctypes.c_long) for name in ("lanes", "script_rows", "cutting")),
-    )  # fmt: skip
+    )
 
 
 FLAGS = ("-O3", "-ffp-contract=off")
@@ -444,7 +538,9 @@ def _load() -> Any:
 
 @dataclass(frozen=True)
 class _Plan:
-    """A program for inputs of known parameters: `felt` of the outputs, and the numbers that C reads."""
+    """A program for inputs of known parameters: `felt` of the outputs, and the numbers that C
+    reads.
+    """
 
     felt: tuple[tuple[int, ...], ...]
     arrays: tuple[Any, ...]
@@ -452,11 +548,18 @@ class _Plan:
 
 
 class CompiledProgram:
-    """A program that C runs. Raises CompilerError without a compiler, or if C has no operation for a step."""
+    """A program that C runs.
+
+    Raises CompilerError without a compiler, or if C has no operation for a step.
+    """
 
     def __init__(self, program: RecordedProgram) -> None:
-        if any(step.name == "solve" or len(step.numbers) > MOST_TERMS for step in program.operations):
-            raise CompilerError("C solves no simultaneous equations and adds up no polynomials of many terms")
+        if any(
+            step.name == "solve" or len(step.numbers) > MOST_TERMS for step in program.operations
+        ):
+            raise CompilerError(
+                "C solves no simultaneous equations and adds up no polynomials of many terms"
+            )
         self.program, self._run = program, _load()
         self._plans: dict[Any, _Plan] = {}
 
@@ -477,22 +580,41 @@ class CompiledProgram:
         answers = np.zeros((3, len(self.program.jumps), count))
         arrays = [np.ascontiguousarray(half), np.ascontiguousarray(script), strides, *answers]
         call = _Call(
-            arrays[0].ctypes.data, arrays[1].ctypes.data, _point(mids), _point(rads), _point([m for m, _ in results]),
-            _point([r for _, r in results]), *(part.ctypes.data for part in arrays[3:]), strides.ctypes.data, count,
-            len(script), space.is_cutting,
-        )  # fmt: skip
-        constants = (intervals.U, intervals.SLACK, intervals.GROWTH, intervals.TINY, intervals.LIBM, np.pi)
+            arrays[0].ctypes.data,
+            arrays[1].ctypes.data,
+            _point(mids),
+            _point(rads),
+            _point([m for m, _ in results]),
+            _point([r for _, r in results]),
+            *(part.ctypes.data for part in arrays[3:]),
+            strides.ctypes.data,
+            count,
+            len(script),
+            space.is_cutting,
+        )
+        constants = (
+            intervals.U,
+            intervals.SLACK,
+            intervals.GROWTH,
+            intervals.TINY,
+            intervals.LIBM,
+            np.pi,
+        )
         rounding = (ctypes.c_double * len(constants))(*constants)
         if self._run(ctypes.byref(plan.structure), ctypes.byref(call), rounding):
             raise MemoryError
         branches = Branches(count, script)
         branches.replay(answers[0], answers[1], answers[2], self.program.jumps)
-        return branches, [_unpack(space, felt, *pair) for felt, pair in zip(plan.felt, results, strict=True)]
+        return branches, [
+            _unpack(space, felt, *pair) for felt, pair in zip(plan.felt, results, strict=True)
+        ]
 
 
 def _point(arrays: Sequence[Array]) -> Any:
     """Return an array of the addresses of arrays."""
-    return ctypes.cast((ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays)), ctypes.c_void_p)
+    return ctypes.cast(
+        (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays)), ctypes.c_void_p
+    )
 
 
 def _pack(jet: Jet, lanes: Integers) -> tuple[Array, Array]:
@@ -518,7 +640,9 @@ def _unpack(space: Space, felt: tuple[int, ...], mid: Array, rad: Array) -> Jet:
 
 
 def _plan(program: RecordedProgram, felts: Sequence[tuple[int, ...]], parameters: int) -> _Plan:
-    """Return a program as numbers for C, for inputs of known parameters, with as few registers as can be."""
+    """Return a program as numbers for C, for inputs of known parameters, with as few registers as
+    can be.
+    """
     steps, order = program.operations, program.order
     felt: dict[int, tuple[int, ...]] = {}
     for n in order:
@@ -546,14 +670,25 @@ def _plan(program: RecordedProgram, felts: Sequence[tuple[int, ...]], parameters
         tables += _tabulate(felt[n], argument_felts)
         numbers += step.numbers
     results = np.array([[registers[n], len(felt[n])] for n in program.outputs], dtype=ctypes.c_long)
-    arrays = np.array(code, dtype=ctypes.c_long), np.array(tables, dtype=ctypes.c_long), results, np.array(numbers)
+    arrays = (
+        np.array(code, dtype=ctypes.c_long),
+        np.array(tables, dtype=ctypes.c_long),
+        results,
+        np.array(numbers),
+    )
     size = max(len(part) for part in felt.values())
     if max(size, parameters) > MOST_PARAMETERS:
         raise Unbounded("a mechanism has many parameters")
     structure = _Program(
-        len(order), len(felts), len(results), used[0], used[1], max(5, 2 + 2 * size + packed_size(size)), parameters,
+        len(order),
+        len(felts),
+        len(results),
+        used[0],
+        used[1],
+        max(5, 2 + 2 * size + packed_size(size)),
+        parameters,
         *(array.ctypes.data for array in arrays),
-    )  # fmt: skip
+    )
     return _Plan(tuple(felt[n] for n in program.outputs), arrays, structure)
 
 
@@ -575,7 +710,9 @@ def _find_more(step: RecordedStep) -> int:
 
 
 def _tabulate(felt: tuple[int, ...], argument_felts: Sequence[tuple[int, ...]]) -> list[int]:
-    """Return the parameters of a result and of two arguments, and where those of the result are in the arguments."""
+    """Return the parameters of a result and of two arguments, and where those of the result are in
+    the arguments.
+    """
     first, second = (*argument_felts, (), ())[:2]
     places = [[part.index(k) if k in part else -1 for k in felt] for part in (first, second)]
     return [len(felt), len(first), len(second), *felt, *places[0], *places[1], *range(len(felt))]

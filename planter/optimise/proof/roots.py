@@ -1,7 +1,8 @@
 """Linear and nonlinear equations of balls and jets, solved in every lane.
 
-Roots over a box are enclosed by interval Newton steps, and their derivatives by Newton steps on jets. The absence of
-roots in a domain is shown by bisection: parts that cannot contain a root are discarded.
+Roots over a box are enclosed by interval Newton steps, and their derivatives by Newton steps on
+jets. The absence of roots in a domain is shown by bisection: parts that cannot contain a root are
+discarded.
 """
 
 from __future__ import annotations
@@ -16,10 +17,20 @@ import numpy as np
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 from planter.optimise.proof.intervals import GROWTH, TINY, Ball, Unbounded, sum_products
-from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_parts, packed_indices, packed_size
+from planter.optimise.proof.jets import (
+    ANYWHERE,
+    CENTRE,
+    Jet,
+    Space,
+    join_parts,
+    packed_indices,
+    packed_size,
+)
 
 LINEAR_ROUNDS = 2
-"""Passes over the solutions on a box; each starts from values narrowed by the derivatives of the previous pass."""
+"""Passes over the solutions on a box; each starts from values narrowed by the derivatives of the
+previous pass.
+"""
 
 
 class BallSolver:
@@ -30,7 +41,9 @@ class BallSolver:
 
     def __init__(self, matrix: Sequence[Sequence[Ball]]) -> None:
         size, lanes = len(matrix), max(ball.mid.shape[-1] for row in matrix for ball in row)
-        unit = [[Ball.exact(np.full(lanes, float(i == j))) for j in range(size)] for i in range(size)]
+        unit = [
+            [Ball.exact(np.full(lanes, float(i == j))) for j in range(size)] for i in range(size)
+        ]
         self._inverse = _eliminate(matrix, unit)
 
     def solve(self, right: Sequence[Ball]) -> list[Ball]:
@@ -39,12 +52,15 @@ class BallSolver:
 
 
 def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
-    """Return the inverse (k, k) of the midpoints of a matrix at the centre of the box, NaN in singular lanes.
+    """Return the inverse (k, k) of the midpoints of a matrix at the centre of the box, NaN in
+    singular lanes.
 
     Raises Unbounded if the matrix is singular in every lane.
     """
     lanes = max(jet.lanes for row in matrix for jet in row)
-    midpoints = np.array([[np.broadcast_to(jet.value.mid[CENTRE], lanes) for jet in row] for row in matrix])
+    midpoints = np.array(
+        [[np.broadcast_to(jet.value.mid[CENTRE], lanes) for jet in row] for row in matrix]
+    )
     matrices = midpoints.transpose(2, 0, 1)
     with np.errstate(all="ignore"):
         is_regular = np.isfinite(matrices).all(axis=(1, 2)) & (np.linalg.det(matrices) != 0)
@@ -56,21 +72,31 @@ def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
     return [[matrix[0][0].space.constant(Ball.exact(entry)) for entry in row] for row in inverse]
 
 
-def multiply_matrices(left: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> list[list[Any]]:
+def multiply_matrices(
+    left: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]
+) -> list[list[Any]]:
     """Return the product (k, m) of two matrices of jets, or of balls."""
     return [
-        [_add_terms(a * b for a, b in zip(row, column, strict=True)) for column in zip(*right, strict=True)]
+        [
+            _add_terms(a * b for a, b in zip(row, column, strict=True))
+            for column in zip(*right, strict=True)
+        ]
         for row in left
     ]
 
 
-def solve_linear_jets(space: Space, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Jet]:
+def solve_linear_jets(
+    space: Space, matrix: Sequence[Sequence[Any]], right: Sequence[Any]
+) -> list[Jet]:
     """Return the solution y (k,) of simultaneous equations A y = b of jets and numbers over a box.
 
-    Its derivatives solve A y' = b' - A' y and A y'' = b'' - A'' y - 2 A' y'. Raises Unbounded if the matrix may be
-    singular.
+    Its derivatives solve A y' = b' - A' y and A y'' = b'' - A'' y - 2 A' y'. Raises Unbounded if
+    the matrix may be singular.
     """
-    jets = [[space.lift(entry) for entry in (*row, value)] for row, value in zip(matrix, right, strict=True)]
+    jets = [
+        [space.lift(entry) for entry in (*row, value)]
+        for row, value in zip(matrix, right, strict=True)
+    ]
     felt = tuple(sorted({k for row in jets for jet in row for k in jet.felt}))
     jets = [[jet.over(felt) for jet in row] for row in jets]
     jets = multiply_matrices(invert_centre([row[:-1] for row in jets]), jets)
@@ -82,24 +108,37 @@ def solve_linear_jets(space: Space, matrix: Sequence[Sequence[Any]], right: Sequ
     solution: list[Jet] = []
     for _ in range(LINEAR_ROUNDS):
         slopes = [
-            solvers[part].solve([
-                side.gradient[part] - _add_terms(a.gradient[part] * y for a, y in zip(row, values[part], strict=True))
-                for row, side in zip(rows, sides, strict=True)
-            ])
-            for part in parts
-        ]  # fmt: skip
-        y, slope = values[ANYWHERE], slopes[ANYWHERE]
-        bends = solvers[ANYWHERE].solve([
-            side.hessian - _add_terms(
-                sum_products((a.hessian, y[j]), (a.gradient[ANYWHERE][low], slope[j][high]),
-                         (a.gradient[ANYWHERE][high], slope[j][low]))
-                for j, a in enumerate(row)
+            solvers[part].solve(
+                [
+                    side.gradient[part]
+                    - _add_terms(
+                        a.gradient[part] * y for a, y in zip(row, values[part], strict=True)
+                    )
+                    for row, side in zip(rows, sides, strict=True)
+                ]
             )
-            for row, side in zip(rows, sides, strict=True)
-        ])  # fmt: skip
+            for part in parts
+        ]
+        y, slope = values[ANYWHERE], slopes[ANYWHERE]
+        bends = solvers[ANYWHERE].solve(
+            [
+                side.hessian
+                - _add_terms(
+                    sum_products(
+                        (a.hessian, y[j]),
+                        (a.gradient[ANYWHERE][low], slope[j][high]),
+                        (a.gradient[ANYWHERE][high], slope[j][low]),
+                    )
+                    for j, a in enumerate(row)
+                )
+                for row, side in zip(rows, sides, strict=True)
+            ]
+        )
         solution = [
             Jet(space, felt, join_parts(*value), join_parts(*slope), bend).cut()
-            for value, slope, bend in zip(zip(*values, strict=True), zip(*slopes, strict=True), bends, strict=True)
+            for value, slope, bend in zip(
+                zip(*values, strict=True), zip(*slopes, strict=True), bends, strict=True
+            )
         ]
         if not felt:
             break
@@ -107,8 +146,12 @@ def solve_linear_jets(space: Space, matrix: Sequence[Sequence[Any]], right: Sequ
     return solution
 
 
-def _eliminate(matrix: Sequence[Sequence[Ball]], right: Sequence[Sequence[Ball]]) -> list[list[Ball]]:
-    """Return the solutions (k, m) of equations with right sides (k, m), by elimination without pivoting."""
+def _eliminate(
+    matrix: Sequence[Sequence[Ball]], right: Sequence[Sequence[Ball]]
+) -> list[list[Ball]]:
+    """Return the solutions (k, m) of equations with right sides (k, m), by elimination without
+    pivoting.
+    """
     size = len(matrix)
     rows = [[*row, *sides] for row, sides in zip(matrix, right, strict=True)]
     for k in range(size):
@@ -122,7 +165,10 @@ def _eliminate(matrix: Sequence[Sequence[Ball]], right: Sequence[Sequence[Ball]]
     for k in reversed(range(size)):
         values = rows[k][size:]
         for offset, solved in enumerate(solution):
-            values = [value - rows[k][size - 1 - offset] * y for value, y in zip(values, solved, strict=True)]
+            values = [
+                value - rows[k][size - 1 - offset] * y
+                for value, y in zip(values, solved, strict=True)
+            ]
         solution.append([value / rows[k][k] for value in values])
     return solution[::-1]
 
@@ -131,7 +177,9 @@ def _add_terms(terms: Any) -> Any:
     return reduce(add, terms)
 
 
-BallEquations = Callable[[Sequence[Ball], Integers], tuple[Sequence[Ball], Sequence[Sequence[Ball]]]]
+BallEquations = Callable[
+    [Sequence[Ball], Integers], tuple[Sequence[Ball], Sequence[Sequence[Ball]]]
+]
 """Balls (k,) of unknowns in some lanes -> f (k,) and its Jacobian (k, k) there, enclosed."""
 MAX_DIVISIONS = 12
 """Maximum number of bisections of a domain."""
@@ -140,7 +188,9 @@ MAX_PARTS = 4096
 
 
 def has_rootless_lane(equations: BallEquations, low: Array, high: Array, lanes: int) -> bool:
-    """Return whether equations certainly have no root between `low` and `high` (k,) in at least one of the lanes."""
+    """Return whether equations certainly have no root between `low` and `high` (k,) in at least one
+    of the lanes.
+    """
     lane, open_lanes = np.arange(lanes), np.arange(lanes)
     below, above = (np.repeat(side[:, None], lanes, axis=1) for side in (low, high))
     for _ in range(MAX_DIVISIONS):
@@ -160,15 +210,22 @@ def has_rootless_lane(equations: BallEquations, low: Array, high: Array, lanes: 
         indices, middle = np.arange(len(lane)), below + (above - below) / 2
         ends, starts = above.copy(), below.copy()
         ends[widest, indices] = starts[widest, indices] = middle[widest, indices]
-        below, above = np.concatenate([below, starts], axis=1), np.concatenate([ends, above], axis=1)
+        below, above = (
+            np.concatenate([below, starts], axis=1),
+            np.concatenate([ends, above], axis=1),
+        )
         lane = np.concatenate([lane, lane])
     return False
 
 
-def _contract(equations: BallEquations, low: Array, high: Array, lane: Integers) -> tuple[Array, Array]:
-    """Return parts (k, n) without margins that contain no root; a part without a root gets `low` above `high`.
+def _contract(
+    equations: BallEquations, low: Array, high: Array, lane: Integers
+) -> tuple[Array, Array]:
+    """Return parts (k, n) without margins that contain no root; a part without a root gets `low`
+    above `high`.
 
-    By the mean value theorem, a root lies in m - f(m) / f' in each unknown, for a point m and all others anywhere.
+    By the mean value theorem, a root lies in m - f(m) / f' in each unknown, for a point m and all
+    others anywhere.
     """
     low, high = low.copy(), high.copy()
     values, slopes = equations([Ball.between(*side) for side in zip(low, high, strict=True)], lane)
@@ -200,12 +257,14 @@ NARROW = 0.02
 
 
 def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
-    """Return the roots a(x) (k,) of f(a, x) near `start` (k, lanes), over the box, of jets in `space`.
+    """Return the roots a(x) (k,) of f(a, x) near `start` (k, lanes), over the box, of jets in
+    `space`.
 
-    Newton's step N(A) = s - f_a(A)^-1 f(s) from a point s maps balls A into themselves: then A holds exactly one root
-    at each design. Its derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx + 2 f_xa a' + f_aa a' a'). On the right is,
-    at each design x*, the gradient of f(a(x*), x), with constants in place of roots, and the Hessian of f along the
-    lines a(x*) + a'(x*) (x - x*). Derivatives narrow the values from which they are computed; therefore two passes.
+    Newton's step N(A) = s - f_a(A)^-1 f(s) from a point s maps balls A into themselves: then A
+    holds exactly one root at each design. Its derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx
+    + 2 f_xa a' + f_aa a' a'). On the right is, at each design x*, the gradient of f(a(x*), x), with
+    constants in place of roots, and the Hessian of f along the lines a(x*) + a'(x*) (x - x*).
+    Derivatives narrow the values from which they are computed; therefore two passes.
 
     Lanes without a ball that is mapped into itself are NaN. Raises Unbounded if no lane has one.
     """
@@ -216,9 +275,9 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     def scaled(a: Sequence[Jet]) -> tuple[list[Jet], list[list[Jet]]]:
         """Return f(a) and its Jacobian, multiplied by the inverse of the Jacobian at the centre."""
         excess, slopes = residual(a)
-        return [row[0].over(felt) for row in multiply_matrices(scale, [[jet] for jet in excess])], multiply_matrices(
-            scale, slopes
-        )
+        return [
+            row[0].over(felt) for row in multiply_matrices(scale, [[jet] for jet in excess])
+        ], multiply_matrices(scale, slopes)
 
     middle, values = (_enclose(space, at, scaled, part) for part in (CENTRE, ANYWHERE))
     excess, jacobian = scaled([space.constant(value) for value in middle])
@@ -226,7 +285,11 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     flat, jets = Ball.exact(np.zeros((packed_size(len(felt)), 1))), list[Jet]()
     for _ in range(LINEAR_ROUNDS):
         excess, jacobian = scaled([space.constant(value) for value in values])
-        rates = _divide([jet.gradient[ANYWHERE] for jet in excess], scaled(jets)[1] if jets else jacobian, ANYWHERE)
+        rates = _divide(
+            [jet.gradient[ANYWHERE] for jet in excess],
+            scaled(jets)[1] if jets else jacobian,
+            ANYWHERE,
+        )
         lines = [
             Jet(space, felt, join_parts(value, value), join_parts(rate, rate), flat)
             for value, rate in zip(values, rates, strict=True)
@@ -235,7 +298,9 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
             bends = _divide([jet.hessian for jet in scaled(lines)[0]], jacobian, ANYWHERE)
         jets = [
             Jet(space, felt, join_parts(*value), join_parts(*rate), bend).cut()
-            for *value, rate, bend in zip(middle, values, zip(centre, rates, strict=True), bends, strict=True)
+            for *value, rate, bend in zip(
+                middle, values, zip(centre, rates, strict=True), bends, strict=True
+            )
         ]
         if all((rate.rad <= NARROW * np.abs(rate.mid).max(initial=0)).all() for rate in rates):
             break
@@ -244,18 +309,26 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
 
 
 def _divide(right: Sequence[Ball], matrix: Sequence[Sequence[Jet]], part: int) -> list[Ball]:
-    """Return the solution of A y = -b for a matrix A of jets, at the centre of the box or anywhere in it."""
-    return [-y for y in BallSolver([[jet.value[part] for jet in row] for row in matrix]).solve(right)]
+    """Return the solution of A y = -b for a matrix A of jets, at the centre of the box or anywhere
+    in it.
+    """
+    return [
+        -y for y in BallSolver([[jet.value[part] for jet in row] for row in matrix]).solve(right)
+    ]
 
 
 def _refine(space: Space, start: Array, residual: Residual) -> Array:
-    """Return a point (k, lanes) closer to the roots at the box's centre, by Newton's method in plain numbers."""
+    """Return a point (k, lanes) closer to the roots at the box's centre, by Newton's method in
+    plain numbers.
+    """
     at = np.array(start, dtype=float)
     for _ in range(MAX_NEWTON_STEPS):
         excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
         lanes = at.shape[1]
         right = np.array([np.broadcast_to(jet.value.mid[0], lanes) for jet in excess])
-        matrix = np.array([[np.broadcast_to(jet.value.mid[0], lanes) for jet in row] for row in slopes])
+        matrix = np.array(
+            [[np.broadcast_to(jet.value.mid[0], lanes) for jet in row] for row in slopes]
+        )
         try:
             step = np.linalg.solve(matrix.transpose(2, 0, 1), right.T[..., None])[..., 0].T
         except np.linalg.LinAlgError:
@@ -269,8 +342,8 @@ def _refine(space: Space, start: Array, residual: Residual) -> Array:
 def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[Ball]:
     """Return the roots (lanes,) each: at the centre of the box, or anywhere in it.
 
-    Equations of several unknowns are multiplied by the inverse of the Jacobian's midpoints, so that elimination
-    changes them little.
+    Equations of several unknowns are multiplied by the inverse of the Jacobian's midpoints, so that
+    elimination changes them little.
     """
     points = [Ball.exact(row) for row in start]
     excess, slopes = residual([space.constant(point) for point in points])
@@ -280,14 +353,22 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
     settled: Flags = np.zeros(start.shape[1], dtype=bool)
     for _ in range(MAX_NEWTON_STEPS):
         rad = np.where(moved * GROWTH < rad, rad, WIDER * moved + 1e-15 * np.abs(start) + TINY)
-        balls = [space.constant(Ball(point.mid, radius)) for point, radius in zip(points, rad, strict=True)]
+        balls = [
+            space.constant(Ball(point.mid, radius))
+            for point, radius in zip(points, rad, strict=True)
+        ]
         _, slopes = residual(balls)
         try:
             changes = BallSolver([[jet.value[part] for jet in row] for row in slopes]).solve(right)
         except Unbounded:
             break
         result = [point - change for point, change in zip(points, changes, strict=True)]
-        moved = np.array([np.abs(ball.mid - point.mid) + ball.rad for ball, point in zip(result, points, strict=True)])
+        moved = np.array(
+            [
+                np.abs(ball.mid - point.mid) + ball.rad
+                for ball, point in zip(result, points, strict=True)
+            ]
+        )
         settled = np.asarray((moved * GROWTH < rad).all(axis=0))
         if (settled | ~np.isfinite(moved).all(axis=0)).all():
             break

@@ -1,7 +1,9 @@
-"""Branch and bound: a lower bound of an objective over a box of designs, compared with the incumbent.
+"""Branch and bound: a lower bound of an objective over a box of designs, compared with the
+incumbent.
 
-The box with the lowest bound is bisected first, along the parameter which contributes most to the looseness of its
-bound. Workers may bound the boxes, in rounds which do not depend on the number of workers.
+The box with the lowest bound is bisected first, along the parameter which contributes most to the
+looseness of its bound. Workers may bound the boxes, in rounds which do not depend on the number of
+workers.
 """
 
 from __future__ import annotations
@@ -30,11 +32,13 @@ from planter.records import Record
 
 @dataclass(frozen=True, kw_only=True)
 class GlobalBound(Record):
-    """No design of the box has an objective below `lower_bound`, which is null, with `gap`, if none was reached.
+    """No design of the box has an objective below `lower_bound`, which is null, with `gap`, if none
+    was reached.
 
-    `kind` is that of this objective: "true", of true extremes and integrals, or "sampled", over `samples` angles, from
-    which nothing follows for true extremes. `objective` is that of the incumbent `design`, the best that is known;
-    `gap` is the difference. `seconds` are those of all cores.
+    `kind` is that of this objective: "true", of true extremes and integrals, or "sampled", over
+    `samples` angles, from which nothing follows for true extremes. `objective` is that of the
+    incumbent `design`, the best that is known; `gap` is the difference. `seconds` are those of all
+    cores.
     """
 
     kind: Literal["sampled", "true"]
@@ -52,24 +56,29 @@ class GlobalBound(Record):
 Box = tuple[Array, Array]
 """Designs between two others (p,)."""
 Bounding = Callable[[Array, Array], ObjectiveBounds]
-"""(lower, upper) -> bounds of an objective over that box; raises Unbounded if it has no bounds there."""
+"""(lower, upper) -> bounds of an objective over that box; raises Unbounded if it has no bounds
+there.
+"""
 BoundBoxes = Callable[[Sequence[Box]], Sequence[ObjectiveBounds | Unbounded]]
 """Boxes -> for each, the bounds of an objective over it, or the reason for their absence."""
 BoundListener = Callable[[float, int, float], None]
 """(bound so far, number of boxes, elapsed time [s]) -> None."""
 
 MARGIN, SPARE = 1e-9, 0.01
-"""Shares of a bound, and of the looseness of bounds and slopes, by which a bound is stated lower, or higher at the
-incumbent, and a slope must be off zero: what others compute is rounded otherwise, and may be a little wider."""
+"""Shares of a bound, and of the looseness of bounds and slopes, by which a bound is stated lower,
+or higher at the incumbent, and a slope must be off zero: what others compute is rounded otherwise,
+and may be a little wider.
+"""
 
 
 @dataclass(eq=False)
 class BoxNode:
     """Designs between `lower` and `upper` (p,), a box of the tree that branch and bound builds.
 
-    `bound` is its own bound, with the `evidence` from which it was computed, `inherited` that of the boxes around it.
-    Its children are two halves along the parameter `widest`, or the one side of it that has the least objectives. A
-    leaf has none, and is halved along `widest` next, if that is not None. `obstacle` is the reason if it has no bound.
+    `bound` is its own bound, with the `evidence` from which it was computed, `inherited` that of
+    the boxes around it. Its children are two halves along the parameter `widest`, or the one side
+    of it that has the least objectives. A leaf has none, and is halved along `widest` next, if that
+    is not None. `obstacle` is the reason if it has no bound.
     """
 
     lower: Array
@@ -120,14 +129,16 @@ class BoxNode:
         is_needed = len(children) == 1 or not children
         return replace(
             self, children=children, bound=-np.inf, evidence=self.evidence if is_needed else None
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True)
 class BoundingResult:
-    """Lower bound `lower_bound` of an objective over a box, and the smallest value `met` at the centre of a part.
+    """Lower bound `lower_bound` of an objective over a box, and the smallest value `met` at the
+    centre of a part.
 
-    `obstacle` is the reason if the part with `lower_bound` has only the bound of its enclosing box, else empty.
+    `obstacle` is the reason if the part with `lower_bound` has only the bound of its enclosing box,
+    else empty.
     """
 
     lower_bound: float
@@ -139,26 +150,37 @@ class BoundingResult:
 
 
 SHRINK_SHARES = (0.25, 0.0625)
-"""Shares of a box, about its centre, whose bounds determine where to bisect a box that cannot be bounded."""
+"""Shares of a box, about its centre, whose bounds determine where to bisect a box that cannot be
+bounded.
+"""
 
 
 class BranchAndBound:
-    """Branch and bound of an objective over a box [lower, upper] (p,), from an a priori bound `floor`.
+    """Branch and bound of an objective over a box [lower, upper] (p,), from an a priori bound
+    `floor`.
 
-    `bound_boxes` bounds the objective over up to `batch` boxes in a single call, if that is faster. `root` continues an
-    earlier search. `clock` gives the CPU time that was spent [s].
+    `bound_boxes` bounds the objective over up to `batch` boxes in a single call, if that is faster.
+    `root` continues an earlier search. `clock` gives the CPU time that was spent [s].
     """
 
     def __init__(
-        self, bounding: Bounding, lower: Array, upper: Array, floor: float = -np.inf, batch: int = 1,
-        bound_boxes: BoundBoxes | None = None, root: BoxNode | None = None,
+        self,
+        bounding: Bounding,
+        lower: Array,
+        upper: Array,
+        floor: float = -np.inf,
+        batch: int = 1,
+        bound_boxes: BoundBoxes | None = None,
+        root: BoxNode | None = None,
         clock: Callable[[], float] = time.process_time,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.bounding, self.root, self.clock = bounding, root or BoxNode(lower, upper, floor), clock
         self.batch, self.bound_boxes = batch, bound_boxes or self._bound_each
         self.boxes, self.met = 0, np.inf
 
-    def run(self, goal: float, seconds: float, listener: BoundListener | None = None) -> BoundingResult:
+    def run(
+        self, goal: float, seconds: float, listener: BoundListener | None = None
+    ) -> BoundingResult:
         """Bisect boxes until the bound reaches `goal` or the CPU time [s] is over."""
         begun, order = self.clock(), itertools.count()
         leaves = [node for node in self.root.list_nodes() if not node.children]
@@ -173,9 +195,16 @@ class BranchAndBound:
             if listener is not None:
                 listener(bound, self.boxes, spent)
             if bound >= goal or spent >= seconds or node.widest is None:
-                return BoundingResult(bound, float(self.met), self.boxes, spent, self.root, node.obstacle)
+                return BoundingResult(
+                    bound, float(self.met), self.boxes, spent, self.root, node.obstacle
+                )
             halves: list[BoxNode] = []
-            while open_ and open_[0][0] < goal and open_[0][2].widest is not None and len(halves) < max(2, self.batch):
+            while (
+                open_
+                and open_[0][0] < goal
+                and open_[0][2].widest is not None
+                and len(halves) < max(2, self.batch)
+            ):
                 halves += heapq.heappop(open_)[2].halve()
             for half in self._bound(halves):
                 heapq.heappush(open_, (half.lower_bound, next(order), half))
@@ -183,12 +212,17 @@ class BranchAndBound:
     def _bound(self, nodes: Sequence[BoxNode]) -> list[BoxNode]:
         """Return the leaves below some boxes, bounded.
 
-        A parameter in which the objective is monotonic is fixed at the bound with the smaller values.
+        A parameter in which the objective is monotonic is fixed at the bound with the smaller
+        values.
         """
         waiting, bounded, unbounded = list(nodes), list[BoxNode](), list[BoxNode]()
         while waiting:
             self.boxes += len(waiting)
-            pairs = zip(waiting, self.bound_boxes([(node.lower, node.upper) for node in waiting]), strict=True)
+            pairs = zip(
+                waiting,
+                self.bound_boxes([(node.lower, node.upper) for node in waiting]),
+                strict=True,
+            )
             waiting = []
             for node, result in pairs:
                 if isinstance(result, Unbounded):
@@ -198,9 +232,17 @@ class BranchAndBound:
                 node.bound, node.evidence = state_bound(result), result.evidence
                 self.met = min(self.met, result.reached)
                 open_ = node.upper > node.lower
-                rising, falling = open_ & find_rising(result.slopes), open_ & find_rising(-result.slopes)
+                rising, falling = (
+                    open_ & find_rising(result.slopes),
+                    open_ & find_rising(-result.slopes),
+                )
                 falling &= ~rising
-                if result.may_jump and node.lower_bound < np.inf and open_.any() and not result.looseness[open_].any():
+                if (
+                    result.may_jump
+                    and node.lower_bound < np.inf
+                    and open_.any()
+                    and not result.looseness[open_].any()
+                ):
                     unbounded.append(node)
                 elif result.may_jump or not (rising | falling).any():
                     loose = np.where(open_, result.looseness, -1)
@@ -208,7 +250,10 @@ class BranchAndBound:
                     bounded.append(node)
                 else:
                     waiting += node.divide(
-                        (np.where(falling, node.upper, node.lower), np.where(rising, node.lower, node.upper))
+                        (
+                            np.where(falling, node.upper, node.lower),
+                            np.where(rising, node.lower, node.upper),
+                        )
                     )
         return bounded + self._find_sides(unbounded)
 
@@ -222,7 +267,8 @@ class BranchAndBound:
         return results
 
     def _find_sides(self, nodes: Sequence[BoxNode]) -> list[BoxNode]:
-        """Return boxes without looseness by parameter, with the parameter along which to bisect each.
+        """Return boxes without looseness by parameter, with the parameter along which to bisect
+        each.
 
         That is the loosest parameter of a part about the centre, or else the relatively widest.
         """
@@ -239,18 +285,28 @@ class BranchAndBound:
 
     def _find_widest(self, node: BoxNode) -> int | None:
         width = self.root.upper - self.root.lower
-        share_of = np.divide(node.upper - node.lower, width, out=np.zeros_like(width), where=width > 0)
+        share_of = np.divide(
+            node.upper - node.lower, width, out=np.zeros_like(width), where=width > 0
+        )
         return int(share_of.argmax()) if share_of.any() else None
 
 
 def state_bound(bounds: ObjectiveBounds) -> float:
-    """Return the lower bound of a box as it is stated, unless it is infinite lower than it was computed."""
+    """Return the lower bound of a box as it is stated, unless it is infinite lower than it was
+    computed.
+    """
     bound = bounds.lower_bound
-    return bound - MARGIN * abs(bound) - SPARE * float(bounds.looseness.sum()) if np.isfinite(bound) else bound
+    return (
+        bound - MARGIN * abs(bound) - SPARE * float(bounds.looseness.sum())
+        if np.isfinite(bound)
+        else bound
+    )
 
 
 def find_rising(slopes: Ball) -> Flags:
-    """Return in which parameters an objective with slopes (p,) does not fall, by so much that it is to be stated."""
+    """Return in which parameters an objective with slopes (p,) does not fall, by so much that it is
+    to be stated.
+    """
     is_zero = (slopes.mid == 0) & (slopes.rad == 0)
     rising: Flags = is_zero | (slopes.low > MARGIN * slopes.magnitude + SPARE * slopes.rad)
     return rising
@@ -263,7 +319,9 @@ GOAL = 1e-6
 
 
 class BoxObjective(Protocol):
-    """An objective that is bounded over a box of designs, or over up to `batch` boxes in a single call."""
+    """An objective that is bounded over a box of designs, or over up to `batch` boxes in a single
+    call.
+    """
 
     batch: int
 
@@ -272,7 +330,10 @@ class BoxObjective(Protocol):
         """A priori lower bound of the objective."""
 
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
-        """Return the bounds over a box [lower, upper] (p,). Raises Unbounded if it has no bounds there."""
+        """Return the bounds over a box [lower, upper] (p,).
+
+        Raises Unbounded if it has no bounds there.
+        """
 
     def bound_boxes(self, boxes: Sequence[Box]) -> Sequence[ObjectiveBounds | Unbounded]:
         """Return the bounds over each box, or the error that explains their absence."""
@@ -280,7 +341,8 @@ class BoxObjective(Protocol):
 
 @dataclass(frozen=True)
 class Incumbent:
-    """Best known design: its point `x` (p,), its values by name, its objective, over `samples` or true if None.
+    """Best known design: its point `x` (p,), its values by name, its objective, over `samples` or
+    true if None.
 
     `scope` states for which designs the bound holds, as the subject of a sentence.
     """
@@ -296,7 +358,12 @@ class _Clock:
     """Report progress once for every full second."""
 
     def __init__(self, reached: float, limit: float, listener: Listener | None) -> None:
-        self.reached, self.total, self.listener, self.next = reached, max(1, math.ceil(limit)), listener, 1
+        self.reached, self.total, self.listener, self.next = (
+            reached,
+            max(1, math.ceil(limit)),
+            listener,
+            1,
+        )
 
     def __call__(self, bound: float, boxes: int, spent: float) -> None:
         for second in range(self.next, min(int(spent), self.total - 1) + 1):
@@ -309,7 +376,13 @@ class _Clock:
     def _tell(self, second: int, boxes: int, lower_bound: float) -> None:
         if self.listener is not None:
             self.listener(
-                Progress("proof", "second", second, self.total, f"{boxes} boxes, gap {self.reached - lower_bound:.3g}")
+                Progress(
+                    "proof",
+                    "second",
+                    second,
+                    self.total,
+                    f"{boxes} boxes, gap {self.reached - lower_bound:.3g}",
+                )
             )
 
 
@@ -317,7 +390,8 @@ class _Clock:
 class Proof:
     """A bound with the tree of boxes from which it follows.
 
-    `reached` is above the objective of the incumbent, with its `evidence`, None if it was not enclosed.
+    `reached` is above the objective of the incumbent, with its `evidence`, None if it was not
+    enclosed.
     """
 
     result: GlobalBound
@@ -328,27 +402,48 @@ class Proof:
 
 
 def prove_bound(
-    bounding: BoxObjective, box: Box, incumbent: Incumbent, seconds: float = SECONDS,
-    listener: Listener | None = None, root: BoxNode | None = None,
-    clock: Callable[[], float] = time.process_time, keep: Callable[[Proof], None] | None = None,
-) -> Proof:  # fmt: skip
-    """Return the bound over a box that is reached within a CPU time limit [s], as a continuation of `root` if given.
+    bounding: BoxObjective,
+    box: Box,
+    incumbent: Incumbent,
+    seconds: float = SECONDS,
+    listener: Listener | None = None,
+    root: BoxNode | None = None,
+    clock: Callable[[], float] = time.process_time,
+    keep: Callable[[Proof], None] | None = None,
+) -> Proof:
+    """Return the bound over a box that is reached within a CPU time limit [s], as a continuation of
+    `root` if given.
 
-    It is the floor of the objective if the incumbent cannot be enclosed. An interrupted proof is handed to `keep`.
+    It is the floor of the objective if the incumbent cannot be enclosed. An interrupted proof is
+    handed to `keep`.
     """
-    search = BranchAndBound(bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes, root, clock)
-    evidence, reached, tick = None, incumbent.objective, _Clock(incumbent.objective, seconds, listener)
+    search = BranchAndBound(
+        bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes, root, clock
+    )
+    evidence, reached, tick = (
+        None,
+        incumbent.objective,
+        _Clock(incumbent.objective, seconds, listener),
+    )
 
     def conclude(result: BoundingResult) -> Proof:
-        lower_bound = min(result.lower_bound, reached)  # all other designs may be excluded as worse or infeasible
+        lower_bound = min(
+            result.lower_bound, reached
+        )  # all other designs may be excluded as worse or infeasible
         gap, is_bounded = reached - lower_bound, bool(np.isfinite(lower_bound))
         is_proved = bool(np.isfinite(gap)) and gap <= GOAL * abs(incumbent.objective)
         bound = GlobalBound(
-            kind="true" if incumbent.samples is None else "sampled", samples=incumbent.samples,
-            design=incumbent.design, objective=incumbent.objective, lower_bound=lower_bound if is_bounded else None,
-            gap=gap if is_bounded else None, boxes=result.boxes, seconds=result.seconds, proved=is_proved,
+            kind="true" if incumbent.samples is None else "sampled",
+            samples=incumbent.samples,
+            design=incumbent.design,
+            objective=incumbent.objective,
+            lower_bound=lower_bound if is_bounded else None,
+            gap=gap if is_bounded else None,
+            boxes=result.boxes,
+            seconds=result.seconds,
+            proved=is_proved,
             statement=_describe_bound(result, incumbent, gap, is_proved),
-        )  # fmt: skip
+        )
         tree = result.root.prune(lower_bound) if is_proved else result.root
         return Proof(bound, incumbent, tree, None if evidence is None else reached, evidence)
 
@@ -365,7 +460,13 @@ def prove_bound(
     except KeyboardInterrupt:
         if keep is not None:
             bound = min(node.lower_bound for node in search.root.list_nodes() if not node.children)
-            keep(conclude(BoundingResult(bound, float(search.met), search.boxes, clock() - begun, search.root)))
+            keep(
+                conclude(
+                    BoundingResult(
+                        bound, float(search.met), search.boxes, clock() - begun, search.root
+                    )
+                )
+            )
         raise
     tick.end(result)
     return conclude(result)
@@ -376,28 +477,42 @@ def _round_up(gap: float) -> str:
     return f"{float(Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(gap)):.2g}"
 
 
-def _describe_bound(result: BoundingResult, incumbent: Incumbent, gap: float, is_proved: bool) -> str:
+def _describe_bound(
+    result: BoundingResult, incumbent: Incumbent, gap: float, is_proved: bool
+) -> str:
     objective, samples = incumbent.objective, incumbent.samples
     over = "over the whole cycle" if samples is None else f"over {samples} samples"
-    claim = "proved" if is_proved else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} CPU s"
+    claim = (
+        "proved"
+        if is_proved
+        else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} CPU s"
+    )
     if result.obstacle:
         claim += f", because parts of the box have no bound ({result.obstacle})"
-    statement = f"{incumbent.scope} is better than {objective:.9g} {over} by more than {_round_up(gap)}"
+    statement = (
+        f"{incumbent.scope} is better than {objective:.9g} {over} by more than {_round_up(gap)}"
+    )
     if not np.isfinite(gap):
         statement = f"nothing bounds the objective {objective:.9g} {over} from below"
     if result.met < objective - GOAL * abs(objective) and not is_proved:
         statement += f"; a design was met that is better: {result.met:.9g}"
-    return f"{claim}: {statement}" + ("" if samples is None else "; of true extremes nothing is proved")
+    return f"{claim}: {statement}" + (
+        "" if samples is None else "; of true extremes nothing is proved"
+    )
 
 
 JOBS_PER_ROUND = 16
-"""Jobs of a round. The next round begins after all of them, so that more workers than this have no effect."""
+"""Jobs of a round.
+
+The next round begins after all of them, so that more workers than this have no effect.
+"""
 
 
 class SharedObjective:
     """An objective whose boxes are bounded by workers. Implements `BoxObjective`.
 
-    Without explicit `means`, workers are started for what is left after `MIN_PARALLEL_S` in this process.
+    Without explicit `means`, workers are started for what is left after `MIN_PARALLEL_S` in this
+    process.
     """
 
     def __init__(self, objective: BoxObjective, task: Task, means: Means) -> None:
@@ -407,7 +522,10 @@ class SharedObjective:
         self._jobs: Jobs | None = None
 
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
-        """Return the bounds over a box [lower, upper] (p,). Raises Unbounded if it has no bounds there."""
+        """Return the bounds over a box [lower, upper] (p,).
+
+        Raises Unbounded if it has no bounds there.
+        """
         return self._objective(lower, upper)
 
     def clock(self) -> float:
@@ -434,8 +552,11 @@ class SharedObjective:
 
 
 @contextmanager
-def share_boxes(objective: BoxObjective, build: Callable[[], BoxObjective], means: Means) -> Iterator[SharedObjective]:
-    """Yield an objective whose boxes are bounded by the workers of `means`; the bounds do not depend on their number.
+def share_boxes(
+    objective: BoxObjective, build: Callable[[], BoxObjective], means: Means
+) -> Iterator[SharedObjective]:
+    """Yield an objective whose boxes are bounded by the workers of `means`; the bounds do not
+    depend on their number.
 
     `build` is picklable and returns the objective in a worker.
     """

@@ -11,13 +11,17 @@ from planter.pickup.law import MODEL
 
 @formula("centre distance as printed, nearest")
 def centre_distance_printed(inputs: Inputs) -> float:
-    """m_n (z1 + z2)/cos beta, without the half, at that helix angle of the printed range that comes nearest [mm]."""
+    """m_n (z1 + z2)/cos beta, without the half, at that helix angle of the printed range that comes
+    nearest [mm].
+    """
     return _nearest(inputs, 1.0)
 
 
 @formula("centre distance, nearest")
 def centre_distance(inputs: Inputs) -> float:
-    """m_n (z1 + z2)/(2 cos beta) at that helix angle of the printed range that comes nearest [mm]."""
+    """m_n (z1 + z2)/(2 cos beta) at that helix angle of the printed range that comes nearest
+    [mm].
+    """
     return _nearest(inputs, 0.5)
 
 
@@ -37,8 +41,12 @@ def density(inputs: Inputs) -> float:
 
 @formula("contact ratio of a helical pair")
 def helical_contact_ratio(inputs: Inputs) -> float:
-    """Transverse part plus overlap of a standard external pair of equal gears; helix angle from the centre distance."""
-    lengths = [inputs.si(name) for name in ("L1_mm", "gamma_deg", "centre_distance_mm", "normal_module_mm")]
+    """Transverse part plus overlap of a standard external pair of equal gears; helix angle from the
+    centre distance.
+    """
+    lengths = [
+        inputs.si(name) for name in ("L1_mm", "gamma_deg", "centre_distance_mm", "normal_module_mm")
+    ]
     teeth = [inputs["teeth_1"], inputs["teeth_2"], inputs.si("face_width_mm")]
     tool = [inputs.si("normal_pressure_angle_deg"), inputs["addendum_coefficient"]]
     return load(MODEL).at("carrier", carrier=[*lengths, *teeth, *tool])["epsilon_h"]
@@ -46,7 +54,9 @@ def helical_contact_ratio(inputs: Inputs) -> float:
 
 @formula("speed of the simulation over that of the tests")
 def simulated_speed(inputs: Inputs) -> float:
-    """Speed of the carrier in the simulation over the highest one at which the mechanism was tested."""
+    """Speed of the carrier in the simulation over the highest one at which the mechanism was
+    tested.
+    """
     return float(inputs.si("simulated_deg_per_s") / np.max(inputs.si("tested_rpm")))
 
 

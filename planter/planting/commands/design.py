@@ -1,4 +1,6 @@
-"""`planter optimise`, `compare` and `cam`: the best design, the best gear families, and the cam as a part."""
+"""`planter optimise`, `compare` and `cam`: the best design, the best gear families, and the cam as
+a part.
+"""
 
 from __future__ import annotations
 
@@ -79,32 +81,46 @@ def optimise(
     method: Annotated[
         Method | None,
         typer.Option(
-            help="genetic algorithm (ga), local searches (ipopt), or both [default: hybrid; ipopt for your mechanism]",
+            help="genetic algorithm (ga), local searches (ipopt), or both [default: hybrid; ipopt "
+            "for your mechanism]",
             show_default=False,
         ),
     ] = None,
     samples: Annotated[
         str | None,
-        text_option("true extremes and integrals of the cycle, or a number of samples [default: refined]", "N|refined"),
+        text_option(
+            "true extremes and integrals of the cycle, or a number of samples [default: refined]",
+            "N|refined",
+        ),
     ] = None,
     seed: SeedOption = 0,
-    starts: Annotated[int | None, typer.Option(min=1, help="number of local searches", show_default=False)] = None,
-    front: Annotated[bool, typer.Option("--front", help="also compute the Pareto front of range and variance")] = False,
+    starts: Annotated[
+        int | None, typer.Option(min=1, help="number of local searches", show_default=False)
+    ] = None,
+    front: Annotated[
+        bool, typer.Option("--front", help="also compute the Pareto front of range and variance")
+    ] = False,
     least: LeastOption = None,
     hold: HoldOption = None,
     vary: VaryOption = None,
     prove: Annotated[
         bool,
-        typer.Option("--prove", help="also prove a bound on how much better any design within the bounds can be"),
+        typer.Option(
+            "--prove",
+            help="also prove a bound on how much better any design within the bounds can be",
+        ),
     ] = False,
-    prove_seconds: Annotated[float, typer.Option(min=0, help="CPU time for the proof, the search excluded [s]")] = 480,
+    prove_seconds: Annotated[
+        float, typer.Option(min=0, help="CPU time for the proof, the search excluded [s]")
+    ] = 480,
     module: ModuleOption = None,
     module1: Module1Option = None,
     module2: Module2Option = None,
     teeth: Annotated[
         str | None,
         text_option(
-            "teeth of the inner gears of stage 1 and of stage 2, with a module [default: the best whole numbers near "
+            "teeth of the inner gears of stage 1 and of stage 2, with a module [default: the best "
+            "whole numbers near "
             "the free optimum]",
             "Z1,Z2",
         ),
@@ -134,22 +150,42 @@ def optimise(
             sampling = None if samples is None else optimisation.parse_sampling(samples)
             seconds = prove_seconds if prove else None
             options = SearchOptions(
-                None if method is None else method.value, front, sampling, seed, starts, seconds, means, ranges
+                None if method is None else method.value,
+                front,
+                sampling,
+                seed,
+                starts,
+                seconds,
+                means,
+                ranges,
             )
-            teeth_options = {"--teeth": teeth, "--module": module, "--module1": module1, "--module2": module2}
+            teeth_options = {
+                "--teeth": teeth,
+                "--module": module,
+                "--module1": module1,
+                "--module2": module2,
+            }
             present = {option: value is not None for option, value in teeth_options.items()}
             refuse_options(other, {"--model": model is not ModelName.exact, **present})
             run_optimise(console, other, least, hold or (), options, out)
             return
         method = method or Method.hybrid
         if out is not None:
-            check_files(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
+            check_files(
+                out,
+                [
+                    "cycle.csv",
+                    *figure_files(*FIGURES, "convergence", *(["pareto"] if front else [])),
+                ],
+            )
         from planter.mechanism.presentation import CLOSEST_FILE
         from planter.planting.design_presentation import present_optimum, write_partial
         from planter.planting.requirements import InfeasibleRequirementsError
         from planter.planting.tooth_count_search import optimise_with_tooth_counts
 
-        spec = parse_tooth_counts(module, module1, module2, teeth, {"--front": front, "--prove": prove})
+        spec = parse_tooth_counts(
+            module, module1, module2, teeth, {"--front": front, "--prove": prove}
+        )
         device = build_device(machine, model, set_, speed_rpm)
 
         def save(partial: dict[str, Any], interrupted: bool = False) -> None:
@@ -185,7 +221,9 @@ def optimise(
                 from planter.planting import proof
 
                 earlier, keep = find_proof(out)
-                optimum = proof.add_proof(optimum, prove_seconds, console.progress, means, earlier, keep)
+                optimum = proof.add_proof(
+                    optimum, prove_seconds, console.progress, means, earlier, keep
+                )
                 presentation = present_and_write(optimum)
         presentation.show(console)
         if out is not None:
@@ -205,8 +243,12 @@ def compare(
     machine: DeviceArgument,
     starts: Annotated[int, typer.Option(min=1, help="local searches for each pair")] = 3,
     seed: Annotated[int, typer.Option(min=0, help="random seed")] = 0,
-    resume: Annotated[bool, typer.Option("--resume", help="continue with the results in the folder of --out")] = False,
-    pair: Annotated[list[str] | None, text_option("only this pair (repeatable), of families", "FAMILY+FAMILY")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="continue with the results in the folder of --out")
+    ] = False,
+    pair: Annotated[
+        list[str] | None, text_option("only this pair (repeatable), of families", "FAMILY+FAMILY")
+    ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     set_: SetOption = None,
@@ -228,7 +270,15 @@ def compare(
         content = load_device_file(machine, set_, speed_rpm)
         with renew_files(out):
             result = compare_families(
-                content, starts, seed, out, resume, parse_pairs(pair), console.progress, workers, cluster
+                content,
+                starts,
+                seed,
+                out,
+                resume,
+                parse_pairs(pair),
+                console.progress,
+                workers,
+                cluster,
             )
             presentation = present_comparison(result, content)
             if out is not None:
@@ -248,31 +298,45 @@ CAM_EPILOG = (
 def cam(
     machine: Annotated[
         str,
-        typer.Argument(help="a machine file, a built-in machine, or your mechanism", show_default=False),
+        typer.Argument(
+            help="a machine file, a built-in machine, or your mechanism", show_default=False
+        ),
     ],
-    roller_mm: Annotated[float, typer.Option(metavar="R", help="radius of the roller", show_default=False)],
+    roller_mm: Annotated[
+        float, typer.Option(metavar="R", help="radius of the roller", show_default=False)
+    ],
     y: Annotated[
         str | None,
         text_option(
-            "for a mechanism whose statement has no follower: where the roller's centre is from the cam's axis, "
-            "along y: a sum of quantities of `planter simulate`, values of the file, and numbers in mm, such as y_0+s",
+            "for a mechanism whose statement has no follower: where the roller's centre is from "
+            "the cam's axis, "
+            "along y: a sum of quantities of `planter simulate`, values of the file, and numbers "
+            "in mm, such as y_0+s",
             "SUM",
         ),
     ] = None,
     x: Annotated[str | None, text_option("with --y: the same along x [default: 0]", "SUM")] = None,
     force: Annotated[
-        str | None, text_option("for a mechanism: the follower's force, which lift-off ends", "NAME")
+        str | None,
+        text_option("for a mechanism: the follower's force, which lift-off ends", "NAME"),
     ] = None,
     bore_mm: Annotated[
-        float | None, typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False)
+        float | None,
+        typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False),
     ] = None,
     width_mm: Annotated[
-        float, typer.Option(min=0.1, max=1000, help="width of the rim or disc, and minimum height of a rim")
+        float,
+        typer.Option(
+            min=0.1, max=1000, help="width of the rim or disc, and minimum height of a rim"
+        ),
     ] = 10.0,
     tolerance_um: Annotated[
-        float, typer.Option(min=0.01, max=100, help="maximum deviation of the arcs from the contour")
+        float,
+        typer.Option(min=0.01, max=100, help="maximum deviation of the arcs from the contour"),
     ] = 1.0,
-    step: Annotated[bool, typer.Option("--step", help="with --out: also the solid (needs planter[step])")] = False,
+    step: Annotated[
+        bool, typer.Option("--step", help="with --out: also the solid (needs planter[step])")
+    ] = False,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -280,10 +344,11 @@ def cam(
 ) -> None:
     """Design the cam as a part, for a roller.
 
-    The result has contour, pressure angle, undercut margin and speed of lift-off; --out writes DXF, CSV and STEP.
+    The result has contour, pressure angle, undercut margin and speed of lift-off; --out writes DXF,
+    CSV and STEP.
 
-    Of a planting device it is the end-face cam, unrolled and in space; of your mechanism the disc that turns
-    with its angle.
+    Of a planting device it is the end-face cam, unrolled and in space; of your mechanism the disc
+    that turns with its angle.
     """
     console = Console(as_json)
     with console.outcome():
@@ -292,7 +357,10 @@ def cam(
         other = load_other(machine, set_, None)
         if other is not None:
             _refuse("needs --y", {"--x": x is not None and y is None})
-            _refuse("does not apply to a mechanism of your own; --set changes its speed", {"--speed-rpm": speed_rpm})
+            _refuse(
+                "does not apply to a mechanism of your own; --set changes its speed",
+                {"--speed-rpm": speed_rpm},
+            )
         else:
             disc_options = {"--y": y, "--x": x, "--force": force, "--bore-mm": bore_mm}
             present = {option: value is not None for option, value in disc_options.items()}
@@ -304,12 +372,16 @@ def cam(
             from planter.mechanism.model import Model as MechanismModel
 
             mechanism, bore = MechanismModel(other), (bore_mm or 0.0) * 1e-3
-            centre, push = ((x or "0", y), force) if y else disc.find_follower_centre(mechanism, force)
+            centre, push = (
+                ((x or "0", y), force) if y else disc.find_follower_centre(mechanism, force)
+            )
             design = disc.build_disc_cam(mechanism, roller, centre, push, tolerance, width, bore)
         else:
             from planter.planting import cam as end_face
 
-            design = end_face.build_cam(build_device(machine, "exact", set_, speed_rpm), roller, tolerance, width)
+            design = end_face.build_cam(
+                build_device(machine, "exact", set_, speed_rpm), roller, tolerance, width
+            )
         present_cam(design, step, out is not None).show(console, out)
 
 

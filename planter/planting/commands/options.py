@@ -1,4 +1,6 @@
-"""Arguments and options that several commands of the planting device share, and the machines that they name."""
+"""Arguments and options that several commands of the planting device share, and the machines that
+they name.
+"""
 
 from __future__ import annotations
 
@@ -19,10 +21,12 @@ if TYPE_CHECKING:
 FIGURES = ("joint_forces", "pitch_curves", "rotation", "support_force", "tip_path")
 """Names of a device's figures."""
 DeviceArgument = Annotated[
-    str, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)
+    str,
+    typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False),
 ]
 SamplesOption = Annotated[
-    int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
+    int | None,
+    typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False),
 ]
 
 
@@ -32,7 +36,9 @@ def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
     return option
 
 
-def load_device_file(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> PlantingMachine:
+def load_device_file(
+    source: str, set_: Sequence[str] | None, speed_rpm: float | None
+) -> PlantingMachine:
     """Return a machine with the numbers that `--set` and `--speed-rpm` change.
 
     Raises InputError as its file does, and for the file of a user-defined mechanism.
@@ -42,17 +48,24 @@ def load_device_file(source: str, set_: Sequence[str] | None, speed_rpm: float |
 
     if machines.takes(source):
         raise InputError(
-            f"{source}: this is the file of a user-defined mechanism, but it must be that of a planting device, with "
+            f"{source}: this is the file of a user-defined mechanism, but it must be that of a "
+            f"planting device, with "
             "two stages of gears, a cam and nozzles"
         )
     return file.load(source, parse_changes(set_, {"operation.speed_rpm": speed_rpm}))
 
 
-def build_device(source: str, model: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Device:
-    """Return the device of a file in one of its models, with numbers changed as `load_device_file` does."""
+def build_device(
+    source: str, model: str, set_: Sequence[str] | None, speed_rpm: float | None
+) -> Device:
+    """Return the device of a file in one of its models, with numbers changed as `load_device_file`
+    does.
+    """
     from planter.planting.model import Device
 
-    return Device(load_device_file(source, set_, speed_rpm), "exact" if model == "exact" else "printed")
+    return Device(
+        load_device_file(source, set_, speed_rpm), "exact" if model == "exact" else "printed"
+    )
 
 
 def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine | None:
@@ -78,7 +91,11 @@ def is_other(source: str) -> bool:
 
 
 def parse_tooth_counts(
-    module: float | None, module1: float | None, module2: float | None, teeth: str | None, excluded: Mapping[str, bool]
+    module: float | None,
+    module1: float | None,
+    module2: float | None,
+    teeth: str | None,
+    excluded: Mapping[str, bool],
 ) -> ToothCountSpec | None:
     """Return the integer tooth numbers that the options ask for, None if they ask for none.
 
@@ -89,5 +106,7 @@ def parse_tooth_counts(
     spec = parse_tooth_count_options(module, module1, module2, teeth)
     present = [name for name, is_present in excluded.items() if is_present]
     if spec is not None and present:
-        raise InputError(f"{present[0]} cannot be used with --module: it is for designs of any teeth")
+        raise InputError(
+            f"{present[0]} cannot be used with --module: it is for designs of any teeth"
+        )
     return spec

@@ -1,4 +1,6 @@
-"""Attainable forces of the exact model compared with table 1 of wang2017, and its effects in the experiment."""
+"""Attainable forces of the exact model compared with table 1 of wang2017, and its effects in the
+experiment.
+"""
 
 from __future__ import annotations
 
@@ -28,11 +30,16 @@ SAMPLES_PER_RIPPLE = 24
 """Minimum number of angles per speed oscillation."""
 MIN_SAMPLES = 720
 BACKLASH_MM = 0.2
-"""Circumferential backlash that an impact is computed for [mm]; the impulse goes with its cube root."""
+"""Circumferential backlash that an impact is computed for [mm]; the impulse goes with its cube
+root.
+"""
 NOT_COMPUTED = (
-    "soil", "elastic frame and sensor", "duration of an impact, and so its force", "errors of the cam's shape",
+    "soil",
+    "elastic frame and sensor",
+    "duration of an impact, and so its force",
+    "errors of the cam's shape",
     "the carrier's own inertia and the motor",
-)  # fmt: skip
+)
 """Effects in a measured force whose size a rigid model without these data cannot compute."""
 Entry = Mapping[str, Any]
 
@@ -56,36 +63,51 @@ def attainable(progress: Listener | None) -> dict[str, Any]:
 def _describe_front(content: Entry) -> Iterator[str]:
     for curve in content["fronts"]:
         yield (
-            f"Exact model, {curve['contact']}: the search reached a range of {curve['largest_range']['range_N']:.4g} N "
-            f"and a variance of {curve['most_variance_N2']:.4g} N2, within the stated bounds and with any law of the "
+            f"Exact model, {curve['contact']}: the search reached a range of "
+            f"{curve['largest_range']['range_N']:.4g} N "
+            f"and a variance of {curve['most_variance_N2']:.4g} N2, within the stated bounds and "
+            f"with any law of the "
             "flanks, wherever they begin."
         )
     for row in content["table"]:
         attained = {c: v for c, v in row["most_variance_N2"].items() if v is not None}
-        variances = ", ".join(f"{value:.4g} N2 with {contact}" for contact, value in attained.items())
+        variances = ", ".join(
+            f"{value:.4g} N2 with {contact}" for contact, value in attained.items()
+        )
         verdict = "reached" if max(attained.values()) >= row["variance_N2"] else "not reached"
         yield (
-            f"Table 1, {row['name']}: at its range of {row['range_N']:g} N the search reached a variance of "
+            f"Table 1, {row['name']}: at its range of {row['range_N']:g} N the search reached a "
+            f"variance of "
             f"{variances}; the paper's {row['variance_N2']:g} N2 was {verdict}."
         )
-    yield "The search is a heuristic one: it shows what can be attained, and does not prove that nothing else can."
+    yield (
+        "The search is a heuristic one: it shows what can be attained, and does not prove that "
+        "nothing else can."
+    )
 
 
 def _describe_sizes(sizes: Entry) -> Iterator[str]:
     measured = sizes["measured"]["range_N"]
-    steady = ", ".join(f"{s['range_N']:.3g} N at {s['speed_rpm']:g} r/min" for s in sizes["constant_speed"])
+    steady = ", ".join(
+        f"{s['range_N']:.3g} N at {s['speed_rpm']:g} r/min" for s in sizes["constant_speed"]
+    )
     rippling = max(sizes["rippling_speed"], key=lambda ripple: ripple["range_N"])
     yield (
-        f"The experiment's {measured:g} N, with the assumed inputs: the exact range is {steady}. Of the speeds tried "
-        f"that swing over what was observed, one that does so {rippling['per_turn']} times a turn gives the largest "
-        f"range, {rippling['range_N']:.3g} N; some {sizes['ripples_needed']} times a turn would give what was measured."
+        f"The experiment's {measured:g} N, with the assumed inputs: the exact range is {steady}. "
+        f"Of the speeds tried "
+        f"that swing over what was observed, one that does so {rippling['per_turn']} times a turn "
+        f"gives the largest "
+        f"range, {rippling['range_N']:.3g} N; some {sizes['ripples_needed']} times a turn would "
+        f"give what was measured."
     )
     for impact in sizes["backlash"]:
         yield (
-            f"Teeth at {impact['contact']} change the flank that bears {impact['changes_per_turn']} times a turn. A "
+            f"Teeth at {impact['contact']} change the flank that bears "
+            f"{impact['changes_per_turn']} times a turn. A "
             f"backlash of {impact['backlash_mm']:g} mm then gives the support an impulse of up to "
             f"{impact['support_impulse_Ns']:.2g} N s: {measured:g} N for "
-            f"{1e3 * impact['support_impulse_Ns'] / measured:.2g} ms. How long an impact lasts a rigid model does not "
+            f"{1e3 * impact['support_impulse_Ns'] / measured:.2g} ms. How long an impact lasts a "
+            f"rigid model does not "
             "say."
         )
     yield f"What a rigid model has no size for: {', '.join(sizes['not_computed'])}."
@@ -93,7 +115,9 @@ def _describe_sizes(sizes: Entry) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class SpeedDependence:
-    """The support force at any speed: F = weight + omega^2 a + d(omega)/dt b, each of a and b (n,) at equal angles."""
+    """The support force at any speed: F = weight + omega^2 a + d(omega)/dt b, each of a and b (n,)
+    at equal angles.
+    """
 
     phi: Array
     weight: float
@@ -102,7 +126,9 @@ class SpeedDependence:
 
     @classmethod
     def from_model(cls, model: LiftedModel, count: int) -> SpeedDependence:
-        """Return the dependence from a cycle at constant speed, and from one with an acceleration."""
+        """Return the dependence from a cycle at constant speed, and from one with an
+        acceleration.
+        """
         phi, speed = cycle.sample_angles(count), model.device.machine.si("operation.speed_rpm")
         steady = model.turn(phi).totals["F_support"]
         accelerated = model.turn(phi, {"speed_rate": 1.0}).totals["F_support"]
@@ -110,7 +136,9 @@ class SpeedDependence:
         return cls(phi, weight, (steady - weight) / speed**2, accelerated - steady)
 
     def rippling_force(self, low: float, high: float, per_turn: float) -> Array:
-        """Return the force [N] of largest range over phases of a speed that oscillates between two values [rad/s]."""
+        """Return the force [N] of largest range over phases of a speed that oscillates between two
+        values [rad/s].
+        """
         mean, swing = (low + high) / 2, (high - low) / 2
         forces = []
         for phase in np.linspace(0, 2 * np.pi, PHASES, endpoint=False):
@@ -123,7 +151,9 @@ class SpeedDependence:
 def describe_experiment(
     device: Device, observed_rpm: tuple[float, float], measured: Mapping[str, float]
 ) -> dict[str, Any]:
-    """Return the sizes of the effects that the exact model can compute, compared with a measured range [N]."""
+    """Return the sizes of the effects that the exact model can compute, compared with a measured
+    range [N].
+    """
     model = LiftedModel(device)
     low, high = (rpm * RPM for rpm in observed_rpm)
     steady = SpeedDependence.from_model(model, MIN_SAMPLES)
@@ -145,15 +175,20 @@ def describe_experiment(
 def _compute_ripple(model: LiftedModel, low: float, high: float, per_turn: int) -> dict[str, float]:
     dependence = SpeedDependence.from_model(model, max(MIN_SAMPLES, SAMPLES_PER_RIPPLE * per_turn))
     force = dependence.rippling_force(low, high, per_turn)
-    return {"per_turn": per_turn, "range_N": float(np.ptp(force)), "variance_N2": float(force.var())}
+    return {
+        "per_turn": per_turn,
+        "range_N": float(np.ptp(force)),
+        "variance_N2": float(force.var()),
+    }
 
 
 def compute_impacts(model: LiftedModel, backlash_mm: float) -> list[dict[str, Any]]:
-    """Return, for each mesh, the largest impulse on teeth and support where the tooth moment changes its sign.
+    """Return, for each mesh, the largest impulse on teeth and support where the tooth moment
+    changes its sign.
 
-    There the teeth part and meet again. The driven body is free in between, and the missing moment grows linearly; it
-    meets the teeth again at the speed (9 rate gap^2 / (2 J))^(1/3). The support takes the jump of the body's momentum,
-    at most its static moment times the speed.
+    There the teeth part and meet again. The driven body is free in between, and the missing moment
+    grows linearly; it meets the teeth again at the speed (9 rate gap^2 / (2 J))^(1/3). The support
+    takes the jump of the body's momentum, at most its static moment times the speed.
     """
     phi, device = cycle.sample_angles(MIN_SAMPLES), model.device
     turn, driven = model.turn(phi), _compute_driven_inertia(device)
@@ -164,7 +199,11 @@ def compute_impacts(model: LiftedModel, backlash_mm: float) -> list[dict[str, An
         moment = turn.one[f"M_{tag}"]
         following = np.roll(moment, -1)
         changes = np.flatnonzero(np.sign(moment) != np.sign(following))
-        rates = np.abs(following - moment)[changes] / (phi[1] - phi[0]) * device.machine.si("operation.speed_rpm")
+        rates = (
+            np.abs(following - moment)[changes]
+            / (phi[1] - phi[0])
+            * device.machine.si("operation.speed_rpm")
+        )
         gap = backlash_mm * 1e-3 / radius
         speed = float(((9 * rates * gap**2 / (2 * inertia)) ** (1 / 3)).max(initial=0.0))
         # Both sides of the device pass every change once per cycle
@@ -181,19 +220,29 @@ def compute_impacts(model: LiftedModel, backlash_mm: float) -> list[dict[str, An
 
 
 def _compute_driven_inertia(device: Device) -> dict[str, tuple[float, float]]:
-    """Return moment of inertia [kg m2] and static moment [kg m] about its pin of each driven body, nozzle closed.
+    """Return moment of inertia [kg m2] and static moment [kg m] about its pin of each driven body,
+    nozzle closed.
 
-    The first mesh drives the middle body and, by the second stage at a ratio of 1, the planet with its nozzle.
+    The first mesh drives the middle body and, by the second stage at a ratio of 1, the planet with
+    its nozzle.
     """
     si = device.machine.si
     planet = [(si("mass.planet_kg"), *(si(f"centroid.planet_xy_mm[{i}]") for i in (0, 1)))]
     halves = [
-        (si(f"mass.half_{part}_kg"), *(si(f"nozzle.hinge_A_mm[{i}]") + si(f"nozzle.{part}_mm[{i}]") for i in (0, 1)))
+        (
+            si(f"mass.half_{part}_kg"),
+            *(si(f"nozzle.hinge_A_mm[{i}]") + si(f"nozzle.{part}_mm[{i}]") for i in (0, 1)),
+        )
         for part in ("C1", "C2")
     ]
     inertia = si("inertia.J7_about_B1_kg_m2") + 2 * sum(m * (x**2 + y**2) for m, x, y in halves)
     inertia += 2 * sum(si(f"inertia.{part}_centroidal_xx_yy_zz_kg_m2[2]") for part in ("C1", "C2"))
-    moments = np.array([m * np.array([x, y]) for m, x, y in (*planet, *halves, *halves)]).sum(axis=0)
+    moments = np.array([m * np.array([x, y]) for m, x, y in (*planet, *halves, *halves)]).sum(
+        axis=0
+    )
     static = float(np.hypot(*moments))
-    middle = si("inertia.J56_about_A1_kg_m2"), si("mass.middle_kg") * si("centroid.middle_radius_mm")
+    middle = (
+        si("inertia.J56_about_A1_kg_m2"),
+        si("mass.middle_kg") * si("centroid.middle_radius_mm"),
+    )
     return {"P": (inertia + middle[0], static + middle[1]), "Q": (inertia, static)}

@@ -1,9 +1,10 @@
-"""The support force in both models of a built-in planting device, and what follows from the laws its paper breaks.
+"""The support force in both models of a built-in planting device, and what follows from the laws
+its paper breaks.
 
-The generated printed model is the chain with every equation as printed, the exact model the chain with every one
-repaired. A law that fixes the support force from masses and motion alone leaves it no choice: whichever set of
-equations is repaired to restore it, the force is then that of the exact model. Every result carries the inputs that the
-paper does not publish.
+The generated printed model is the chain with every equation as printed, the exact model the chain
+with every one repaired. A law that fixes the support force from masses and motion alone leaves it
+no choice: whichever set of equations is repaired to restore it, the force is then that of the exact
+model. Every result carries the inputs that the paper does not publish.
 """
 
 from __future__ import annotations
@@ -26,7 +27,13 @@ from planter.planting.objective import build_problem, read_weights
 from planter.planting.optimisation import DeviceOptimum
 from planter.planting.unpublished_inputs import load_calibration_data
 
-_IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s", "nozzle.tip_distance_mm")
+_IDLE = (
+    "design",
+    "bounds",
+    "genetic_algorithm",
+    "operation.forward_speed_m_s",
+    "nozzle.tip_distance_mm",
+)
 """What of a machine does not bear on the force of its own design, or is no input of it."""
 
 
@@ -48,27 +55,41 @@ class BothModels:
     @cached_property
     def turns(self) -> dict[Model, cycle.DeviceCycleTable]:
         """A turn of the machine's own design in each model."""
-        return {model: cycle.evaluate_cycle(d, d.prologue(d.design), self.angles) for model, d in self.devices.items()}
+        return {
+            model: cycle.evaluate_cycle(d, d.prologue(d.design), self.angles)
+            for model, d in self.devices.items()
+        }
 
     @cached_property
     def optima(self) -> dict[Model, DeviceOptimum]:
         """The optimum of each model, by IPOPT from the machine's own design."""
-        return {model: optimisation.search_optimum(device, "ipopt", starts=1) for model, device in self.devices.items()}
+        return {
+            model: optimisation.search_optimum(device, "ipopt", starts=1)
+            for model, device in self.devices.items()
+        }
 
     def headlines(self, model: Model) -> dict[str, float]:
         """True extremes, range, mean, variance and objective of the machine's own design."""
         device = self.devices[model]
         evaluation = build_problem(device).score(device.design)
         look = evaluation.look
-        return {"max_N": look.high, "min_N": look.low, "range_N": look.range, "mean_N": look.mean,
-                "variance_N2": look.variance, "objective": evaluation.objective}  # fmt: skip
+        return {
+            "max_N": look.high,
+            "min_N": look.low,
+            "range_N": look.range,
+            "mean_N": look.mean,
+            "variance_N2": look.variance,
+            "objective": evaluation.objective,
+        }
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""
         return build_problem(self.devices[model]).score(x).objective
 
     def support_with(self, model: Model, values: Mapping[str, float]) -> Array:
-        """Support force [N] of the machine's own design with other values of some of its inputs, in paths units."""
+        """Support force [N] of the machine's own design with other values of some of its inputs, in
+        paths units.
+        """
         device = Device(self.machine, model)
         paths = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
         for path, value in values.items():
@@ -93,7 +114,9 @@ def both(name: str) -> BothModels:
 
 
 def felt(name: str, model: Model, paths: Sequence[str], share: float) -> float:
-    """Largest change of the support force [N] when some inputs of a machine grow by a share, all at once."""
+    """Largest change of the support force [N] when some inputs of a machine grow by a share, all at
+    once.
+    """
     machine = both(name)
     numbers = machine.machine.numbers()
     changed = machine.support_with(model, {path: numbers[path] * (1 + share) for path in paths})
@@ -132,12 +155,20 @@ _SLOW = 1e-3
 """Share of the speed at which a machine counts as standing still: inertia is a millionth."""
 _UNFELT = 1e-9
 """Change of the support force [N] below which it does not feel an input."""
-HEADLINES = {"max_N": "largest", "min_N": "least", "range_N": "range", "variance_N2": "variance", "mean_N": "mean"}
+HEADLINES = {
+    "max_N": "largest",
+    "min_N": "least",
+    "range_N": "range",
+    "variance_N2": "variance",
+    "mean_N": "mean",
+}
 
 
 @consequence("support force of a planting device")
 def consequences(
-    row: Mapping[str, Any], disclosed: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
+    row: Mapping[str, Any],
+    disclosed: Mapping[str, Any],
+    trial: Mapping[str, Sequence[Mapping[str, Any]]],
 ) -> list[Entry]:
     """Consequences of the violated laws of one paper; none where no law is violated."""
     broken = {e["law"]: e for e in trial["laws"] if e["paper"] == row["paper"] and e["caused_by"]}
@@ -146,19 +177,44 @@ def consequences(
     machine, figures = both(row["machine"]), disclosed[row["theory"]]
     decisive = broken.get(row["fixes_the_force"])
     causes = list(decisive["caused_by"]) if decisive else []
-    entries = [{**entry, "rests_on": causes} for entry in (*_forces(machine, figures), *_optima(machine))]
-    entries += [_law(machine, law, row["laws"][name], law is decisive) for name, law in broken.items()
-                if name in row["laws"]]  # fmt: skip
-    entries += [_objective(machine, figures), _tooth_angles(machine, row), _parameters(machine), _fit(row)]
-    return [{"paper": row["paper"], **entry, "assumed_inputs": machine.assumptions} for entry in entries]
+    entries = [
+        {**entry, "rests_on": causes} for entry in (*_forces(machine, figures), *_optima(machine))
+    ]
+    entries += [
+        _law(machine, law, row["laws"][name], law is decisive)
+        for name, law in broken.items()
+        if name in row["laws"]
+    ]
+    entries += [
+        _objective(machine, figures),
+        _tooth_angles(machine, row),
+        _parameters(machine),
+        _fit(row),
+    ]
+    return [
+        {"paper": row["paper"], **entry, "assumed_inputs": machine.assumptions} for entry in entries
+    ]
 
 
 def _entry(
-    about: str, quantity: str, unit: str, as_printed: float | None, as_derived: float | None,
-    printed: float | None = None, statement: str = "",
-) -> Entry:  # fmt: skip
-    return {"about": about, "quantity": quantity, "unit": unit, "printed": printed, "as_printed": as_printed,
-            "as_derived": as_derived, "rests_on": [], "statement": statement}  # fmt: skip
+    about: str,
+    quantity: str,
+    unit: str,
+    as_printed: float | None,
+    as_derived: float | None,
+    printed: float | None = None,
+    statement: str = "",
+) -> Entry:
+    return {
+        "about": about,
+        "quantity": quantity,
+        "unit": unit,
+        "printed": printed,
+        "as_printed": as_printed,
+        "as_derived": as_derived,
+        "rests_on": [],
+        "statement": statement,
+    }
 
 
 def _forces(machine: BothModels, figures: Mapping[str, float]) -> Iterator[Entry]:
@@ -166,13 +222,24 @@ def _forces(machine: BothModels, figures: Mapping[str, float]) -> Iterator[Entry
     by_print, derived = machine.headlines("printed"), machine.headlines("exact")
     for key, name in HEADLINES.items():
         unit = "N2" if key.endswith("N2") else "N"
-        yield _entry("support force over a turn", name, unit, by_print[key], derived[key], figures.get(key))
+        yield _entry(
+            "support force over a turn", name, unit, by_print[key], derived[key], figures.get(key)
+        )
     objective = read_weights(machine.machine).value(figures["range_N"], figures["variance_N2"])
-    yield _entry("support force over a turn", "objective", "", by_print["objective"], derived["objective"], objective)
+    yield _entry(
+        "support force over a turn",
+        "objective",
+        "",
+        by_print["objective"],
+        derived["objective"],
+        objective,
+    )
 
 
 def _optima(machine: BothModels) -> Iterator[Entry]:
-    """The objective of three designs, each scored in both models, and what the printed optimum is worth."""
+    """The objective of three designs, each scored in both models, and what the printed optimum is
+    worth.
+    """
     designs = {
         "the paper's design": machine.devices["exact"].design,
         "the optimum of the equations as printed": machine.optima["printed"].design,
@@ -184,11 +251,18 @@ def _optima(machine: BothModels) -> Iterator[Entry]:
     paper, *best = scores
     printed, exact = ([100 * (score[i] / paper[i] - 1) for i in range(2)] for score in best)
     statement = (
-        f"What the printed equations call their optimum is {_better(printed[1])} than the paper's design in the exact "
+        f"What the printed equations call their optimum is {_better(printed[1])} than the paper's "
+        f"design in the exact "
         f"model; the optimum of the exact model is {_better(exact[1])}."
     )
-    yield _entry("objective of a design", "change by optimising with the equations as printed", "%", printed[0],
-                 printed[1], statement=statement)  # fmt: skip
+    yield _entry(
+        "objective of a design",
+        "change by optimising with the equations as printed",
+        "%",
+        printed[0],
+        printed[1],
+        statement=statement,
+    )
 
 
 def _better(change: float) -> str:
@@ -199,19 +273,32 @@ def _law(machine: BothModels, law: Mapping[str, Any], measure: str, decisive: bo
     """A violated law by what it says of the force, in both models."""
     name, unit, measure_law = MEASURES[measure]
     repaired = ", ".join(f"({number})" for number in law["caused_by"])
-    statement = f"Masses and motion fix this force: with {repaired} repaired, its numbers are those of the exact model."
+    statement = (
+        f"Masses and motion fix this force: with {repaired} repaired, its numbers are "
+        f"those of the exact model."
+    )
     if law["reading"]:
         statement += (
-            f" The printed model reads every symbol literally and breaks this law by {law['violation_literal']:.4g} "
-            f"{unit}; under the kindest joint reading ({law['reading']}) it is broken by {law['violation']:.4g} {unit}."
+            f" The printed model reads every symbol literally and breaks this law by "
+            f"{law['violation_literal']:.4g} "
+            f"{unit}; under the kindest joint reading ({law['reading']}) it is broken by "
+            f"{law['violation']:.4g} {unit}."
         )
-    entry = _entry("law", f"{law['law']}: {name}", unit, measure_law(machine, "printed"), measure_law(machine, "exact"))
+    entry = _entry(
+        "law",
+        f"{law['law']}: {name}",
+        unit,
+        measure_law(machine, "printed"),
+        measure_law(machine, "exact"),
+    )
     return entry | {"rests_on": list(law["caused_by"]), "statement": statement if decisive else ""}
 
 
 def _measure_distance(total: str) -> Callable[[BothModels, Model], float]:
     def measure(machine: BothModels, model: Model) -> float:
-        return float(abs(machine.turns[model].totals[total] - machine.turns["exact"].totals[total]).max())
+        return float(
+            abs(machine.turns[model].totals[total] - machine.turns["exact"].totals[total]).max()
+        )
 
     return measure
 
@@ -230,7 +317,11 @@ MEASURES: dict[str, tuple[str, str, Callable[[BothModels, Model], float]]] = {
     "vertical": ("largest distance from the exact model", "N", _measure_distance("support_N")),
     "horizontal": ("largest distance from the exact model", "N", _measure_distance("support_x_N")),
     "mean": ("mean", "N", lambda machine, model: machine.headlines(model)["mean_N"]),
-    "work": ("work of the motor over a turn", "J", lambda machine, model: work(machine.turns[model])),
+    "work": (
+        "work of the motor over a turn",
+        "J",
+        lambda machine, model: work(machine.turns[model]),
+    ),
     "at rest": ("largest distance from the weight at rest", "N", _at_rest),
     "teeth P": ("least normal force", "N", _measure_minimum("F_NP_N")),
     "teeth Q": ("least normal force", "N", _measure_minimum("F_NQ_N")),
@@ -238,50 +329,84 @@ MEASURES: dict[str, tuple[str, str, Callable[[BothModels, Model], float]]] = {
 
 
 def _objective(machine: BothModels, figures: Mapping[str, float]) -> Entry:
-    """Return the share of the variance in the objective, which depends on the unit, for the paper's numbers."""
+    """Return the share of the variance in the objective, which depends on the unit, for the paper's
+    numbers.
+    """
     objective = read_weights(machine.machine)
     spread = objective.spread(figures["variance_N2"])[0]
-    share, in_kilonewton = (100 * spread / (spread + objective.weight_range * figures["range_N"] * scale)
-                            for scale in (1.0, 1e3))  # fmt: skip
+    share, in_kilonewton = (
+        100 * spread / (spread + objective.weight_range * figures["range_N"] * scale)
+        for scale in (1.0, 1e3)
+    )
     return _entry(
-        "objective", "share of the variance in the objective of the paper's theory", "%", share, None,
-        statement=f"The objective adds a force and its square: the variance makes {share:.3g} % of it in newtons, "
+        "objective",
+        "share of the variance in the objective of the paper's theory",
+        "%",
+        share,
+        None,
+        statement=f"The objective adds a force and its square: the variance makes {share:.3g} % "
+        f"of it in newtons, "
         f"{in_kilonewton:.2g} % in kilonewtons.",
-    )  # fmt: skip
+    )
 
 
 def _tooth_angles(machine: BothModels, row: Mapping[str, Any]) -> Entry:
     """Whether the support force depends on the angles of the tooth forces."""
-    changes = {model: felt(row["machine"], model, row["tooth_inputs"], 0.1) for model in machine.devices}
+    changes = {
+        model: felt(row["machine"], model, row["tooth_inputs"], 0.1) for model in machine.devices
+    }
     verb = "does not feel" if max(changes.values()) < _UNFELT else "feels"
     return _entry(
-        "what is felt", "largest change of the support force with tooth angles 10 % larger", "N",
-        changes["printed"], changes["exact"],
-        statement=f"The support force {verb} the angles of the tooth forces, and so the equations that only turn them.",
-    )  # fmt: skip
+        "what is felt",
+        "largest change of the support force with tooth angles 10 % larger",
+        "N",
+        changes["printed"],
+        changes["exact"],
+        statement=f"The support force {verb} the angles of the tooth forces, and so the equations "
+        f"that only turn them.",
+    )
 
 
 def _parameters(machine: BothModels) -> Entry:
-    """Return the number of parameter combinations on which the force depends at the optimum of either model."""
+    """Return the number of parameter combinations on which the force depends at the optimum of
+    either model.
+    """
     unfelt = machine.optima["exact"].insensitive
-    printed, exact = (float(machine.optima[model].effective_parameters) for model in ("printed", "exact"))
+    printed, exact = (
+        float(machine.optima[model].effective_parameters) for model in ("printed", "exact")
+    )
     statement = (
-        f"Of {len(machine.devices['exact'].names)} design parameters the exact force leaves {len(unfelt)} undetermined"
+        f"Of {len(machine.devices['exact'].names)} design parameters the exact force leaves "
+        f"{len(unfelt)} undetermined"
         f"{_listed(unfelt)}."
     )
-    return _entry("what is felt", "combinations of design parameters that the force feels", "", printed, exact,
-                  statement=statement)  # fmt: skip
+    return _entry(
+        "what is felt",
+        "combinations of design parameters that the force feels",
+        "",
+        printed,
+        exact,
+        statement=statement,
+    )
 
 
 def _fit(row: Mapping[str, Any]) -> Entry:
-    """Return what the disclosed numbers determine of the undisclosed inputs, and the command that computes it."""
+    """Return what the disclosed numbers determine of the undisclosed inputs, and the command that
+    computes it.
+    """
     fitted, targets = _calibration(row["target"])
     return _entry(
-        "undisclosed inputs", "inputs that a fit to the paper's theory has to find", "", float(fitted), None,
-        statement=f"{fitted} undisclosed inputs face {targets} printed numbers of the theory; how well these can be "
-        f"met, how little that settles and what the exact model gives then is found by `planter calibrate "
+        "undisclosed inputs",
+        "inputs that a fit to the paper's theory has to find",
+        "",
+        float(fitted),
+        None,
+        statement=f"{fitted} undisclosed inputs face {targets} printed numbers of the theory; how "
+        f"well these can be "
+        f"met, how little that settles and what the exact model gives then is found by `planter "
+        f"calibrate "
         f"{row['machine']} --model printed --target {row['target']}`.",
-    )  # fmt: skip
+    )
 
 
 def _listed(directions: Sequence[Sequence[Mapping[str, float]]]) -> str:

@@ -1,4 +1,7 @@
-"""Figures of a planting device's motion, and all its figures by name. Each takes data in display units."""
+"""Figures of a planting device's motion, and all its figures by name.
+
+Each takes data in display units.
+"""
 
 from __future__ import annotations
 
@@ -30,10 +33,12 @@ STEEP = 30.0
 
 @style.with_style
 def draw_convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = "") -> Figure:
-    """Draw the best objective so far against the number of evaluations, as a step curve for each search.
+    """Draw the best objective so far against the number of evaluations, as a step curve for each
+    search.
 
-    `history` has (evaluations, best objective) pairs by label; labels that agree up to a comma (`ipopt, start 3`)
-    belong to one method, share a colour and are named once. Evaluations are counted from the start of the method.
+    `history` has (evaluations, best objective) pairs by label; labels that agree up to a comma
+    (`ipopt, start 3`) belong to one method, share a colour and are named once. Evaluations are
+    counted from the start of the method.
     """
     figure = style.new_figure(3.6)
     axes = figure.subplots()
@@ -45,7 +50,9 @@ def draw_convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: s
         shade = style.PALETTE[methods.index(method) % len(style.PALETTE)]
         count, best = np.array(steps, dtype=float).T
         single = "," not in label
-        axes.step(count, best, where="post", color=shade, linewidth=1.4 if single else 0.8, label=label)
+        axes.step(
+            count, best, where="post", color=shade, linewidth=1.4 if single else 0.8, label=label
+        )
         axes.plot(count[-1], best[-1], "o", color=shade, markersize=3 if single else 2)
         if method not in ends or best[-1] < ends[method][0]:
             ends[method] = (float(best[-1]), _end(method, history, float(best[-1])), shade)
@@ -79,9 +86,11 @@ def draw_pareto(
     marks: Mapping[str, tuple[float, float]],
     weights: tuple[float, float] | None = None,
 ) -> Figure:
-    """Draw range against variance of the support force: designs (n, 2) [N, N2], their Pareto front, and named designs.
+    """Draw range against variance of the support force: designs (n, 2) [N, N2], their Pareto front,
+    and named designs.
 
-    `weights` are those of the objective; the line of equal objective through the best mark is drawn for them.
+    `weights` are those of the objective; the line of equal objective through the best mark is drawn
+    for them.
     """
     dominated = ~find_nondominated(points)
     front = np.unique(points[~dominated], axis=0)
@@ -95,8 +104,12 @@ def draw_pareto(
     handles, labels = axes.get_legend_handles_labels()
     if enlarged:
         middle = front.mean(axis=0)
-        axes.plot(*middle, "s", color=style.BLUE, markersize=13, fillstyle="none", markeredgewidth=0.8)
-        axes.annotate("front", tuple(middle), (11, -8), textcoords="offset points", color=style.BLUE)
+        axes.plot(
+            *middle, "s", color=style.BLUE, markersize=13, fillstyle="none", markeredgewidth=0.8
+        )
+        axes.annotate(
+            "front", tuple(middle), (11, -8), textcoords="offset points", color=style.BLUE
+        )
     for detail in enlarged:
         _front(detail, front, marks, is_detail=True)
         detail.set_title("the front, enlarged")
@@ -110,13 +123,17 @@ def draw_pareto(
     return figure
 
 
-def _front(axes: Axes, front: Array, marks: Mapping[str, tuple[float, float]], is_detail: bool = False) -> None:
+def _front(
+    axes: Axes, front: Array, marks: Mapping[str, tuple[float, float]], is_detail: bool = False
+) -> None:
     axes.plot(*front.T, "o-", color=style.BLUE, markersize=3.2, linewidth=0.9, label="front")
     for index, (label, (x, y)) in enumerate(marks.items(), 1):
         if is_detail and not _close(np.array((x, y)), front):
             continue
         shade = style.PALETTE[index % len(style.PALETTE)]
-        axes.plot(x, y, "D", color=shade, markeredgecolor=style.PAPER, markersize=6, label=label, zorder=4)
+        axes.plot(
+            x, y, "D", color=shade, markeredgecolor=style.PAPER, markersize=6, label=label, zorder=4
+        )
     axes.margins(0.08)
     axes.locator_params(nbins=6)
     axes.set_xlabel("range of the support force / N")
@@ -133,14 +150,18 @@ def _level(axes: Axes, mark: tuple[float, float], weights: tuple[float, float]) 
     limits = axes.get_xlim(), axes.get_ylim()
     slope = -weights[0] / weights[1]
     label = f"{weights[0]:g} range + {weights[1]:g} variance = {np.dot(weights, mark):.6g}"
-    level = axes.axline(mark, slope=slope, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)), label=label)
+    level = axes.axline(
+        mark, slope=slope, color=style.SOFT, linewidth=0.7, linestyle=(0, (4, 3)), label=label
+    )
     axes.set_xlim(limits[0])
     axes.set_ylim(limits[1])
     return level
 
 
 def find_nondominated(points: Array) -> NDArray[np.bool_]:
-    """Return which of the points (n, 2) are not dominated by another point, (n,) of bool; both values are minimised."""
+    """Return which of the points (n, 2) are not dominated by another point, (n,) of bool; both
+    values are minimised.
+    """
     dominated = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
     return ~np.array(dominated, dtype=bool)
 
@@ -151,21 +172,28 @@ ARROWS = 6
 """Arrows along a path."""
 POSES = 12
 """Carrier angles at which the nozzle is drawn."""
-# The machine file does not say how wide the nozzle is: half widths at shares of its length, to look like one.
+# The machine file does not say how wide the nozzle is: half widths at shares of its length, to look
+# like one.
 _OUTLINE = ((-0.10, 0.055), (0.12, 0.085), (0.45, 0.062), (1.0, 0.0))
 
 
 @style.with_style
 def draw_tip_path(
-    turn: Columns, before: Columns | None = None, soil_mm: float | None = None, points: Sequence[Sequence[float]] = ()
+    turn: Columns,
+    before: Columns | None = None,
+    soil_mm: float | None = None,
+    points: Sequence[Sequence[float]] = (),
 ) -> Figure:
-    """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles; arrows run with it.
+    """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles;
+    arrows run with it.
 
-    `before` is a turn of the design that an optimisation started from, drawn pale; `soil_mm` the level of the soil,
-    `points` are those that the tip must pass (x, y) with the radii of their tubes [mm].
+    `before` is a turn of the design that an optimisation started from, drawn pale; `soil_mm` the
+    level of the soil, `points` are those that the tip must pass (x, y) with the radii of their
+    tubes [mm].
 
-    `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `theta1_deg`, `x_A1_mm`, `x_B1_mm`,
-    `tip_x_mm` and their y, `tip_machine_x_mm`). If the machine travels, second axes show the path over ground.
+    `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `theta1_deg`,
+    `x_A1_mm`, `x_B1_mm`, `tip_x_mm` and their y, `tip_machine_x_mm`). If the machine travels,
+    second axes show the path over ground.
     """
     tip = np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]])
     travels = bool(np.abs(turn["tip_x_mm"] - tip[0]).max() > 1e-6)
@@ -174,9 +202,13 @@ def draw_tip_path(
     axes, *ground = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
     if before is not None:
         old = _closed(np.array([before["tip_machine_x_mm"], before["tip_y_mm"]]))
-        axes.plot(*old, color=style.ORANGE, linewidth=1.0, alpha=0.7, label="tip, before", zorder=1.5)
+        axes.plot(
+            *old, color=style.ORANGE, linewidth=1.0, alpha=0.7, label="tip, before", zorder=1.5
+        )
     if soil_mm is not None:
-        axes.axhline(soil_mm, color=style.GREEN, linewidth=0.8, linestyle=(0, (6, 2)), label="soil", zorder=1)
+        axes.axhline(
+            soil_mm, color=style.GREEN, linewidth=0.8, linestyle=(0, (6, 2)), label="soil", zorder=1
+        )
     style.draw_tubes(axes, points)
     _poses(axes, turn, tip)
     style.drawing_board(axes)
@@ -196,8 +228,18 @@ def _path(axes: Axes, tip: Array, swing: Array) -> None:
     axes.plot(x * opened, y * opened, color=style.VERMILION, linewidth=2.0, label="tip, open")
     for i in np.linspace(0, len(x), ARROWS, endpoint=False).astype(int) + len(x) // (2 * ARROWS):
         shade = style.VERMILION if swing[i] > 1e-9 else style.BLUE
-        axes.annotate("", (x[i + 1], y[i + 1]), (x[i], y[i]), arrowprops={
-            "arrowstyle": "-|>", "color": shade, "mutation_scale": 11, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
+        axes.annotate(
+            "",
+            (x[i + 1], y[i + 1]),
+            (x[i], y[i]),
+            arrowprops={
+                "arrowstyle": "-|>",
+                "color": shade,
+                "mutation_scale": 11,
+                "shrinkA": 0,
+                "shrinkB": 0,
+            },
+        )
 
 
 def _poses(axes: Axes, turn: Columns, tip: Array) -> None:
@@ -255,10 +297,11 @@ def _name_pose(axes: Axes, tip: Array, middle: Array, angle: int) -> None:
 
 @style.with_style
 def draw_rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
-    """Rotations relative to the carrier, the ratios of both stages, and the absolute rate of the planet.
+    """Rotations relative to the carrier, the ratios of both stages, and the absolute rate of the
+    planet.
 
-    `turn` holds `phi_deg`, `phi52_deg`, `phi72_deg` and `omega_rad_s` over a turn; `ratios` are those of
-    `gearing.ratios` at the same angles.
+    `turn` holds `phi_deg`, `phi52_deg`, `phi72_deg` and `omega_rad_s` over a turn; `ratios` are
+    those of `gearing.ratios` at the same angles.
     """
     figure = style.new_figure(6.6)
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[1.15, 1, 1])
@@ -269,7 +312,14 @@ def draw_rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
         (bottom, (("planet", turn["omega_rad_s"]),)),
     )
     for sign in (1, -1):
-        top.plot([0, 360], [0, sign * 360], color=style.SOFT, linewidth=0.6, linestyle=(0, (4, 3)), zorder=1)
+        top.plot(
+            [0, 360],
+            [0, sign * 360],
+            color=style.SOFT,
+            linewidth=0.6,
+            linestyle=(0, (4, 3)),
+            zorder=1,
+        )
     top.set_yticks(range(-360, 361, 180))
     top.set_ylabel("rotation / deg")
     top.set_title("relative to the carrier (dashed: uniform)")
@@ -281,7 +331,9 @@ def draw_rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
         axes.margins(y=0.12)
         for index, (label, values) in enumerate(curves):
             axes.plot(phi, values, color=style.PALETTE[index], label=label)
-        ends = [(float(values[-1]), label, style.PALETTE[i]) for i, (label, values) in enumerate(curves)]
+        ends = [
+            (float(values[-1]), label, style.PALETTE[i]) for i, (label, values) in enumerate(curves)
+        ]
         style.label_ends(axes, ends, gap=0.1)
         style.over_a_turn(axes, label=axes is bottom)
     return figure
@@ -293,9 +345,11 @@ BEFORE = (0, (4, 2))
 
 @style.with_style
 def draw_pitch_curves(gearing: Gearing, before: Gearing | None = None) -> Figure:
-    """Both gear pairs of side 1 in mesh, with centres and pitch points; side 2, half a turn round, faintly.
+    """Both gear pairs of side 1 in mesh, with centres and pitch points; side 2, half a turn round,
+    faintly.
 
-    `before` is the gearing of the design that an optimisation started from, drawn pale and dashed beneath.
+    `before` is the gearing of the design that an optimisation started from, drawn pale and dashed
+    beneath.
     """
     figure = style.new_figure(5.9)
     overview, detail = figure.subplots(1, 2, width_ratios=[1, 1.35])
@@ -304,7 +358,14 @@ def draw_pitch_curves(gearing: Gearing, before: Gearing | None = None) -> Figure
     overview.plot(*-_centres(gearing), color=style.FAINT, linewidth=0.6, linestyle=CENTRE_LINE)
     for axes in (overview, detail):
         for curve in before.curves if before is not None else ():
-            axes.plot(*curve.points, color=style.ORANGE, linewidth=0.8, linestyle=BEFORE, alpha=0.8, gid="before")
+            axes.plot(
+                *curve.points,
+                color=style.ORANGE,
+                linewidth=0.8,
+                linestyle=BEFORE,
+                alpha=0.8,
+                gid="before",
+            )
         _curves(axes, gearing)
         style.drawing_board(axes)
     _name_curves(detail, gearing)
@@ -332,11 +393,15 @@ def _name_points(axes: Axes, gearing: Gearing) -> None:
         axes.plot(*point, "o", color=style.PAPER, markeredgecolor=style.INK, markersize=4, zorder=4)
     for name, point in (gearing.centres | gearing.contacts).items():
         x, y = map(float, point)
-        axes.annotate(name, (x, y), (8, 0), textcoords="offset points", va="center", bbox=style.CLEAR)
+        axes.annotate(
+            name, (x, y), (8, 0), textcoords="offset points", va="center", bbox=style.CLEAR
+        )
 
 
 def _name_curves(axes: Axes, gearing: Gearing) -> None:
-    """Write the name of each curve next to its point that is farthest from the other curves and from other names."""
+    """Write the name of each curve next to its point that is farthest from the other curves and
+    from other names.
+    """
     labelled_points: list[Array] = []
     for index, curve in enumerate(gearing.curves):
         other_points = np.hstack([c.points for i, c in enumerate(gearing.curves) if i != index])

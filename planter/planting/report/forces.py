@@ -1,4 +1,6 @@
-"""Figures of forces: the support force over the cycle, and the joint forces as polar load diagrams."""
+"""Figures of forces: the support force over the cycle, and the joint forces as polar load
+diagrams.
+"""
 
 from __future__ import annotations
 
@@ -43,10 +45,11 @@ def draw_support_force(
 ) -> Figure:
     """Vertical support force over a turn, a curve for each model.
 
-    `before` holds the same curves for the design that an optimisation started from; `joints_deg` the carrier angles
-    where a derivative jumps, named as in the model's events (part, comma, what happens there); `reference` the
-    (largest, smallest) force that somebody else reports, drawn as a bar below those of the models. A model whose
-    curve is too flat to be read on the common scale is shown again on its own.
+    `before` holds the same curves for the design that an optimisation started from; `joints_deg`
+    the carrier angles where a derivative jumps, named as in the model's events (part, comma, what
+    happens there); `reference` the (largest, smallest) force that somebody else reports, drawn as a
+    bar below those of the models. A model whose curve is too flat to be read on the common scale is
+    shown again on its own.
     """
     before, joints, reference = before or {}, _by_part(joints_deg or {}), reference or {}
     flat = _flat(cycles, before)
@@ -99,12 +102,20 @@ def _by_part(joints: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
     return parts
 
 
-def _curves(axes: Axes, cycles: Mapping[str, Curve], before: Mapping[str, Curve], weight: float, gap: float) -> None:
+def _curves(
+    axes: Axes, cycles: Mapping[str, Curve], before: Mapping[str, Curve], weight: float, gap: float
+) -> None:
     ends = []
     for index, (label, (phi, force)) in enumerate(cycles.items()):
         shade = style.curve_colour(label, index)
         if label in before:
-            axes.plot(*before[label], color=shade, linewidth=0.9, linestyle=(0, (4, 2)), label=f"{label}, before")
+            axes.plot(
+                *before[label],
+                color=shade,
+                linewidth=0.9,
+                linestyle=(0, (4, 2)),
+                label=f"{label}, before",
+            )
         axes.plot(phi, force, color=shade, label=label)
         ends.append((float(force[-1]), label, shade))
     axes.axhline(weight, color=style.INK, linewidth=0.8, linestyle=(0, (1, 2)), label="weight")
@@ -115,13 +126,21 @@ def _curves(axes: Axes, cycles: Mapping[str, Curve], before: Mapping[str, Curve]
     style.label_ends(axes, ends, gap)
 
 
-def _bars(axes: Axes, cycles: Mapping[str, Curve], reference: Mapping[str, tuple[float, float]]) -> None:
-    """Draw bars from the smallest to the largest force: those of the models, then those of the reference."""
-    extremes = {label: (float(force.max()), float(force.min())) for label, (_, force) in cycles.items()}
+def _bars(
+    axes: Axes, cycles: Mapping[str, Curve], reference: Mapping[str, tuple[float, float]]
+) -> None:
+    """Draw bars from the smallest to the largest force: those of the models, then those of the
+    reference.
+    """
+    extremes = {
+        label: (float(force.max()), float(force.min())) for label, (_, force) in cycles.items()
+    }
     rows = extremes | dict(reference)
     for row, (label, (high, low)) in enumerate(rows.items()):
         shade = style.curve_colour(label, row) if label in extremes else style.SOFT
-        axes.plot([low, high], [row, row], color=shade, linewidth=4, solid_capstyle="butt", label=label)
+        axes.plot(
+            [low, high], [row, row], color=shade, linewidth=4, solid_capstyle="butt", label=label
+        )
         for force, offset, side in ((low, -4, "right"), (high, 4, "left")):
             axes.annotate(
                 f"{force:.2f}".replace("-", "\N{MINUS SIGN}"),
@@ -161,8 +180,9 @@ def _faint_lines(axes: Axes, joints: Mapping[str, Sequence[float]]) -> None:
 def draw_joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int = 30) -> Figure:
     """Polar load diagrams of the joints: the tip of the force vector over a turn, for each model.
 
-    `cycles` holds columns of a turn, `phi_deg` and `F_A1x_N`, `F_A1y_N` and so on. Dots stand every `every_deg` of
-    carrier angle; those a quarter turn apart are named. Distance from the cross is the size of the force.
+    `cycles` holds columns of a turn, `phi_deg` and `F_A1x_N`, `F_A1y_N` and so on. Dots stand every
+    `every_deg` of carrier angle; those a quarter turn apart are named. Distance from the cross is
+    the size of the force.
     """
     figure = style.new_figure(6.9)
     for axes, (name, title) in zip(figure.subplots(2, 2).flat, JOINTS.items(), strict=True):
@@ -176,9 +196,13 @@ def draw_joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int 
     return figure
 
 
-def _hodograph(axes: Axes, model: str, columns: Mapping[str, Array], name: str, shade: str, step_deg: int) -> None:
+def _hodograph(
+    axes: Axes, model: str, columns: Mapping[str, Array], name: str, shade: str, step_deg: int
+) -> None:
     x, y = columns[f"{name}x_N"], columns[f"{name}y_N"]
-    axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=shade, linewidth=1.0, label=f"{model} model")
+    axes.plot(
+        np.append(x, x[0]), np.append(y, y[0]), color=shade, linewidth=1.0, label=f"{model} model"
+    )
     marks = [_index(columns, angle) for angle in range(0, 360, step_deg)]
     axes.plot(x[marks], y[marks], "o", color=shade, markersize=2.2)
 
@@ -187,8 +211,11 @@ def _index(columns: Mapping[str, Array], angle: float) -> int:
     return int(np.argmin(np.abs(columns["phi_deg"] - angle)))
 
 
-def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: str) -> list[tuple[Array, Array]]:
-    """Write quarter turns next to their dots, and return the dots and the offsets [points] of their names.
+def _name_angles(
+    axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: str
+) -> list[tuple[Array, Array]]:
+    """Write quarter turns next to their dots, and return the dots and the offsets [points] of their
+    names.
 
     A dot too close to one that has its name already goes without.
     """
@@ -202,11 +229,23 @@ def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: st
             if all(np.hypot(*(point - other)) > 0.12 * size for other in labelled_points):
                 shade = style.curve_colour(model, index)
                 i = _index(columns, angle)
-                direction = forces[model][:, (i + 1) % len(columns["phi_deg"])] - forces[model][:, i - 1]
-                offset = np.array([direction[1], -direction[0]]) / max(float(np.hypot(*direction)), 1e-12)
+                direction = (
+                    forces[model][:, (i + 1) % len(columns["phi_deg"])] - forces[model][:, i - 1]
+                )
+                offset = np.array([direction[1], -direction[0]]) / max(
+                    float(np.hypot(*direction)), 1e-12
+                )
                 offset *= 11 if offset @ (point - forces[model].mean(axis=1)) >= 0 else -11
-                axes.annotate(f"{angle}°", tuple(point), (float(offset[0]), float(offset[1])), color=shade, ha="center",
-                              va="center", textcoords="offset points", bbox=style.CLEAR)  # fmt: skip
+                axes.annotate(
+                    f"{angle}°",
+                    tuple(point),
+                    (float(offset[0]), float(offset[1])),
+                    color=shade,
+                    ha="center",
+                    va="center",
+                    textcoords="offset points",
+                    bbox=style.CLEAR,
+                )
                 labelled_points.append(point)
                 names.append((point, offset))
     return names
@@ -217,7 +256,9 @@ POINTS = 170.0
 
 
 def _polar_grid(axes: Axes, names: Sequence[tuple[Array, Array]]) -> None:
-    """Circles about the origin, where the force is zero, with radii beside the curves and `names` with offsets."""
+    """Circles about the origin, where the force is zero, with radii beside the curves and `names`
+    with offsets.
+    """
     from matplotlib.patches import Circle
     from matplotlib.ticker import MaxNLocator
 
@@ -230,13 +271,19 @@ def _polar_grid(axes: Axes, names: Sequence[tuple[Array, Array]]) -> None:
     points = np.vstack([*lines, *(point + offset * extent / POINTS for point, offset in names)])
     for radius in MaxNLocator(9).tick_values(0, float(farthest))[1:]:
         # As an artist, not a patch: a circle does not widen the axes.
-        axes.add_artist(Circle((0, 0), radius, fill=False, edgecolor=style.FAINT, alpha=0.5, linewidth=0.5))
+        axes.add_artist(
+            Circle((0, 0), radius, fill=False, edgecolor=style.FAINT, alpha=0.5, linewidth=0.5)
+        )
         place = _free_place(float(radius), limits, points)
         if place is not None:
-            axes.text(*place, f"{radius:g}", fontsize=6.5, color=style.SOFT, ha="center", va="center")
+            axes.text(
+                *place, f"{radius:g}", fontsize=6.5, color=style.SOFT, ha="center", va="center"
+            )
 
 
-def _free_place(radius: float, limits: tuple[tuple[float, float], ...], points: Array) -> tuple[float, float] | None:
+def _free_place(
+    radius: float, limits: tuple[tuple[float, float], ...], points: Array
+) -> tuple[float, float] | None:
     """The place of a circle about zero, well within limits, that is farthest from what is drawn."""
     angles = np.radians(np.arange(0, 360, 5))
     places = radius * np.array([np.cos(angles), np.sin(angles)]).T

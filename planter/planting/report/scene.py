@@ -1,4 +1,6 @@
-"""Animated scene of a planting device over a cycle: carrier, gears, middle bodies and nozzles of both sides."""
+"""Animated scene of a planting device over a cycle: carrier, gears, middle bodies and nozzles of
+both sides.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,17 @@ from planter.optimise.response import list_breakpoints
 from planter.planting import cycle
 from planter.planting.model import Device
 from planter.planting.toothed import Gearing, cut_gear_train, locate_pitch_curves
-from planter.view.scene import Body, Curve, Event, Force, Label, Outline, Point, Scene, simplify_outline
+from planter.view.scene import (
+    Body,
+    Curve,
+    Event,
+    Force,
+    Label,
+    Outline,
+    Point,
+    Scene,
+    simplify_outline,
+)
 
 ORDER = ToothOrder(keep="size", process="wire")
 """What is drawn leaves open what cuts it."""
@@ -25,7 +37,8 @@ WITHIN = 0.025 * DEFAULT_MODULE
 
 
 def build_tooth_outlines(device: Device, x: Array) -> tuple[Body, ...]:
-    """Return the outlines of sun, gear 5, gear 6 and planet gear of a design x (p,) in SI; none if they cannot be cut.
+    """Return the outlines of sun, gear 5, gear 6 and planet gear of a design x (p,) in SI; none if
+    they cannot be cut.
 
     Each is turned about its gear's axis to its position on side 1 at carrier angle 0.
     """
@@ -57,21 +70,33 @@ CURVES = {
     "tip_y_mm": "height of the tip, side 1",
 }
 """Columns of a cycle that are drawn, and what they are called."""
-FORCES = {"F_A1": ("A1", "middle shaft on the carrier at A1"), "F_B1": ("B1", "planet's shaft on the carrier at B1")}
+FORCES = {
+    "F_A1": ("A1", "middle shaft on the carrier at A1"),
+    "F_B1": ("B1", "planet's shaft on the carrier at B1"),
+}
 WIDE = 0.06
-"""Half the width of a nozzle half at its root, in parts of its length: the machine file does not hold it."""
+"""Half the width of a nozzle half at its root, in parts of its length: the machine file does not
+hold it.
+"""
 
 
-def build_scene(device: Device, x: Array, before: Array | None = None, toothed: bool = True) -> Scene:
+def build_scene(
+    device: Device, x: Array, before: Array | None = None, toothed: bool = True
+) -> Scene:
     """The turn of a design x (p,) in SI; the path of the tip `before` it is drawn palely.
 
-    Its gears have teeth where those can be made, but for a scene that is not `toothed`: it is found ten times faster.
+    Its gears have teeth where those can be made, but for a scene that is not `toothed`: it is found
+    ten times faster.
     """
     turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS))
     columns, measured = turn.columns(), cycle.measure_design(device, x, turn)
-    columns |= {f"{name}_N": np.hypot(columns[f"{name}x_N"], columns[f"{name}y_N"]) for name in FORCES}
+    columns |= {
+        f"{name}_N": np.hypot(columns[f"{name}x_N"], columns[f"{name}y_N"]) for name in FORCES
+    }
     gears = locate_pitch_curves(device, x, samples=CORNERS)
-    speed, forward = (device.machine.si(f"operation.{key}") for key in ("speed_rpm", "forward_speed_m_s"))
+    speed, forward = (
+        device.machine.si(f"operation.{key}") for key in ("speed_rpm", "forward_speed_m_s")
+    )
     seconds = 2 * np.pi / abs(speed)
     cut = build_tooth_outlines(device, x) if toothed else ()
     sides = [_side(device, gears, columns, cut, side) for side in (1, 2)]
@@ -84,15 +109,29 @@ def build_scene(device: Device, x: Array, before: Array | None = None, toothed: 
         unit="deg",
         places=columns["phi_deg"],
         seconds=seconds,
-        bodies=(_sun(gears, cut), carrier, *_halves(device, columns, corner), *_before(device, before)),
+        bodies=(
+            _sun(gears, cut),
+            carrier,
+            *_halves(device, columns, corner),
+            *_before(device, before),
+        ),
         points=points,
         forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
         curves=[
-            *([] if measured is None else [Curve(measured.name, measured.result.unit, measured.signal)]),
+            *(
+                []
+                if measured is None
+                else [Curve(measured.name, measured.result.unit, measured.signal)]
+            ),
             *(_curve(device, columns, key) for key in CURVES),
         ],
-        events=[Event(p.name, float(np.degrees(p.angle))) for p in list_breakpoints(device.force, device.prologue(x))],
-        labels=(Label("nozzle opening (front view)", float(corner[0]), float(corner[1]) + 70, "end"),),
+        events=[
+            Event(p.name, float(np.degrees(p.angle)))
+            for p in list_breakpoints(device.force, device.prologue(x))
+        ],
+        labels=(
+            Label("nozzle opening (front view)", float(corner[0]), float(corner[1]) + 70, "end"),
+        ),
         ground=_soil(device, columns, forward * seconds * 1e3),
         travel=1e3 * forward * columns["phi_deg"] / 360 * seconds,
     )
@@ -102,8 +141,12 @@ def _sun(gears: Gearing, cut: Sequence[Body]) -> Body:
     return Body("sun", (Outline(gears.curves[0].points.T, "gear", shade=0),), parts=cut[:1])
 
 
-def _side(device: Device, gears: Gearing, columns: dict[str, Array], cut: Sequence[Body], side: int) -> Body:
-    """Return the body of a side, with cut gears, seen from the carrier; side 2 is rotated by half a revolution."""
+def _side(
+    device: Device, gears: Gearing, columns: dict[str, Array], cut: Sequence[Body], side: int
+) -> Body:
+    """Return the body of a side, with cut gears, seen from the carrier; side 2 is rotated by half a
+    revolution.
+    """
     a1, b1 = gears.centres["A1"], gears.centres["B1"]
     mounted = float(columns["alpha_deg"][0])
     planet_rotation = -columns["alpha_deg"] - columns["phi_deg"]
@@ -120,10 +163,16 @@ def _side(device: Device, gears: Gearing, columns: dict[str, Array], cut: Sequen
     outlines = [planet_outline, *_nozzle(device)]
     planet_teeth = [replace(body, turn=body.turn + mounted) for body in cut[3:]]
     nozzle = Body(
-        f"planet and nozzle, side {side}", outlines, b1.tolist(), _delay_side(planet_rotation, side), planet_teeth
+        f"planet and nozzle, side {side}",
+        outlines,
+        b1.tolist(),
+        _delay_side(planet_rotation, side),
+        planet_teeth,
     )
     bar = Outline(np.array([[0.0, 0.0], a1, b1]), "frame", closed=False)
-    return Body(f"carrier arm, side {side}", (bar,), turn=180.0 * (side - 1), parts=(middle, nozzle))
+    return Body(
+        f"carrier arm, side {side}", (bar,), turn=180.0 * (side - 1), parts=(middle, nozzle)
+    )
 
 
 def _delay_side(values: Array, side: int) -> Array:
@@ -135,48 +184,77 @@ def _nozzle(device: Device) -> list[Outline]:
     """Sketch of the nozzle in the planet's frame: its length is the machine's, its width is not."""
     length = device.machine.nozzle.tip_distance_mm
     half = WIDE * length
-    shape = np.array([[-0.6 * half, half], [0.45 * length, half], [length, 0.0], [0.45 * length, -half],
-                      [-0.6 * half, -half]])  # fmt: skip
+    shape = np.array(
+        [
+            [-0.6 * half, half],
+            [0.45 * length, half],
+            [length, 0.0],
+            [0.45 * length, -half],
+            [-0.6 * half, -half],
+        ]
+    )
     return [Outline(shape, "body", shade=4)]
 
 
 def _corner(device: Device, columns: dict[str, Array]) -> Array:
     """Return the position of the view across the nozzle, right of all moving bodies."""
     hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
-    right = float(np.max(columns["tip_machine_x_mm"])) + device.machine.nozzle.tip_distance_mm - hinge_x
+    right = (
+        float(np.max(columns["tip_machine_x_mm"])) + device.machine.nozzle.tip_distance_mm - hinge_x
+    )
     return np.array([right, float(np.max(columns["y_B1_mm"])) - hinge_z])
 
 
 def draw_halves(device: Device) -> tuple[Array, Array]:
-    """Sketch of the inner and the outer half of the nozzle across it, from their hinges with x' to the right."""
+    """Sketch of the inner and the outer half of the nozzle across it, from their hinges with x' to
+    the right.
+    """
     hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
     length = device.machine.nozzle.tip_distance_mm - hinge_x
-    inner = np.array([[-0.15 * length, 0.0], [0.0, 0.07 * length], [length, -hinge_z], [0.5 * length, -hinge_z]])
+    inner = np.array(
+        [[-0.15 * length, 0.0], [0.0, 0.07 * length], [length, -hinge_z], [0.5 * length, -hinge_z]]
+    )
     return inner, inner * [1, -1]
 
 
 def _halves(device: Device, columns: dict[str, Array], corner: Array) -> list[Body]:
-    """Both halves of the nozzle of side 1, seen across it: the cam swings them about their hinges."""
+    """Both halves of the nozzle of side 1, seen across it: the cam swings them about their
+    hinges.
+    """
     hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
     length = device.machine.nozzle.tip_distance_mm - hinge_x
     bodies = []
     for name, sense, shape in zip(("inner", "outer"), (1, -1), draw_halves(device), strict=True):
         outline = Outline(shape, "body", shade=4)
         x, y = corner[0] - length, corner[1] + sense * hinge_z
-        bodies.append(Body(f"{name} half, side 1", (outline,), (float(x), float(y)), sense * columns["theta1_deg"]))
+        bodies.append(
+            Body(
+                f"{name} half, side 1",
+                (outline,),
+                (float(x), float(y)),
+                sense * columns["theta1_deg"],
+            )
+        )
     return bodies
 
 
 def _tip(columns: dict[str, Array], side: int) -> Point:
     mark = "" if side == 1 else "_2"
-    return Point(f"tip, side {side}", columns[f"tip_machine_x{mark}_mm"], columns[f"tip_y{mark}_mm"], traced=side == 1)
+    return Point(
+        f"tip, side {side}",
+        columns[f"tip_machine_x{mark}_mm"],
+        columns[f"tip_y{mark}_mm"],
+        traced=side == 1,
+    )
 
 
 def _force(columns: dict[str, Array], name: str, side: int) -> Force:
     mark = "" if side == 1 else "_2"
     at, words = FORCES[name]
     place = Point(at, columns[f"x_{at}{mark}_mm"], columns[f"y_{at}{mark}_mm"])
-    return Force(f"{words}, side {side}", place, columns[f"{name}x{mark}_N"], columns[f"{name}y{mark}_N"])
+    return Force(
+        f"{words}, side {side}", place, columns[f"{name}x{mark}_N"], columns[f"{name}y{mark}_N"]
+    )
 
 
 def _curve(device: Device, columns: dict[str, Array], key: str) -> Curve:
@@ -188,13 +266,17 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     """The path of the tip in another design."""
     if x is None:
         return []
-    columns = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS)).columns()
+    columns = cycle.evaluate_cycle(
+        device, device.prologue(x), cycle.sample_angles(MOMENTS)
+    ).columns()
     path = np.column_stack([columns["tip_machine_x_mm"], columns["tip_y_mm"]])
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 
 
 def _soil(device: Device, columns: dict[str, Array], advance: float) -> list[Outline]:
-    """The surface of the soil over the way of a turn, and where both sides plant; only where the file says how deep."""
+    """The surface of the soil over the way of a turn, and where both sides plant; only where the
+    file says how deep.
+    """
     low = int(np.argmin(columns["tip_y_mm"]))
     lowest = float(columns["tip_y_mm"][low])
     required = device.machine.requirements
@@ -203,9 +285,17 @@ def _soil(device: Device, columns: dict[str, Array], advance: float) -> list[Out
         return []
     depth = surface - lowest
     first = float(columns["tip_x_mm"][low])
-    reach = np.sort([float(np.min(columns["tip_machine_x_mm"])), float(np.max(columns["tip_machine_x_mm"])) + advance])
+    reach = np.sort(
+        [
+            float(np.min(columns["tip_machine_x_mm"])),
+            float(np.max(columns["tip_machine_x_mm"])) + advance,
+        ]
+    )
     line = Outline(np.array([[reach[0], surface], [reach[1], surface]]), "ground", closed=False)
     plants = first + advance / 2 * np.arange(-1, 2)
     inside = plants[(plants >= reach[0]) & (plants <= reach[1])]
-    holes = [Outline(np.array([[at, surface], [at, surface - depth]]), "ground", closed=False) for at in inside]
+    holes = [
+        Outline(np.array([[at, surface], [at, surface - depth]]), "ground", closed=False)
+        for at in inside
+    ]
     return [line, *holes]

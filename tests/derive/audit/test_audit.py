@@ -8,7 +8,23 @@ import sympy as sp
 from derive.audit.judge import Judgement, judge_equation
 from derive.equations import Equation
 from derive.quantity import DimensionError, dimension, of_unit
-from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, e, judged, quantity, t, u, v, x, x_dot
+from tests.support.made_up import (
+    POINTS,
+    WORDS,
+    MadeUpClaim,
+    a,
+    b,
+    c,
+    d,
+    e,
+    judged,
+    quantity,
+    t,
+    u,
+    v,
+    x,
+    x_dot,
+)
 
 
 def test_confirmed_however_it_is_written() -> None:
@@ -71,7 +87,10 @@ def test_reconstructed_and_untested() -> None:
     lost = Equation("n", sp.S.Zero, "test", MadeUpClaim.SUM, "lost")
     assert judge_equation(lost, replace(lost, residual=a), POINTS, WORDS).verdict == "reconstructed"
     assert (
-        judge_equation(replace(lost, legibility="printed", residual=a - b), None, POINTS, WORDS).verdict == "untested"
+        judge_equation(
+            replace(lost, legibility="printed", residual=a - b), None, POINTS, WORDS
+        ).verdict
+        == "untested"
     )
 
 
@@ -108,7 +127,11 @@ def test_summand_missing_in_a_bracket() -> None:
 
 def test_absent_term_is_missing_not_edited() -> None:
     judgement = judged(a * u - b * v, a * u - b * v + c * u * v)
-    assert (judgement.verdict, judgement.corrections, judgement.missing) == ("incomplete", (), (c * u * v,))
+    assert (judgement.verdict, judgement.corrections, judgement.missing) == (
+        "incomplete",
+        (),
+        (c * u * v,),
+    )
 
 
 def test_sign_and_factor_of_a_group() -> None:
@@ -145,24 +168,38 @@ def test_removed_terms_do_not_explain_missing_ones() -> None:
 
 
 def test_a_direction_is_the_same_a_whole_turn_on() -> None:
-    for turns, verdict in ((2, "confirmed"), (-4, "confirmed"), (1, "misprint"), (sp.Rational(1, 2), "misprint")):
-        printed, meant = (Equation("n", u - e, "test", MadeUpClaim.SUM, defines=u) for e in (v + turns * sp.pi, v))
+    for turns, verdict in (
+        (2, "confirmed"),
+        (-4, "confirmed"),
+        (1, "misprint"),
+        (sp.Rational(1, 2), "misprint"),
+    ):
+        printed, meant = (
+            Equation("n", u - e, "test", MadeUpClaim.SUM, defines=u) for e in (v + turns * sp.pi, v)
+        )
         judgement = judge_equation(printed, meant, POINTS, WORDS, frozenset({u})).verdict
         assert (judgement == "confirmed") is (verdict == "confirmed"), turns
         assert judge_equation(printed, meant, POINTS, WORDS).verdict != "confirmed", turns
 
 
 def test_a_definition_may_have_both_sides_the_other_way_round() -> None:
-    printed, meant = (Equation("n", e, "test", MadeUpClaim.SUM, defines=x) for e in (a * u - x, x - a * u))
+    printed, meant = (
+        Equation("n", e, "test", MadeUpClaim.SUM, defines=x) for e in (a * u - x, x - a * u)
+    )
     assert judge_equation(printed, meant, POINTS, WORDS).verdict == "confirmed"
-    assert judge_equation(replace(printed, residual=a * u + x), meant, POINTS, WORDS).verdict == "misprint"
+    assert (
+        judge_equation(replace(printed, residual=a * u + x), meant, POINTS, WORDS).verdict
+        == "misprint"
+    )
 
 
 def test_homogeneous_equation_may_be_divided_by_a_factor() -> None:
     assert judged(a * u - b * v, a * c * u - b * c * v).verdict == "confirmed"
     assert judged(a * u / b - v, a * u - b * v).verdict == "confirmed"
     assert judged(a * u + b * v, a * c * u - b * c * v).verdict == "misprint"
-    assert judged(a * u - v * b, a * c * u - b * c * v, ("<", "<")).verdict == "confirmed"  # c is positive throughout
+    assert (
+        judged(a * u - v * b, a * c * u - b * c * v, ("<", "<")).verdict == "confirmed"
+    )  # c is positive throughout
     assert judged(a * u - v * b, b * c * v - a * c * u, ("<", "<")).verdict != "confirmed"
 
 
@@ -179,29 +216,49 @@ def test_a_condition_times_a_negative_number_is_another() -> None:
 
 def test_factor_on_a_definition_is_an_error() -> None:
     judgement = judged(2 * a * u, a * u, defines=x)
-    assert (judgement.verdict, judgement.corrections) == ("misprint", (("factor 1/2 on the whole",),))
+    assert (judgement.verdict, judgement.corrections) == (
+        "misprint",
+        (("factor 1/2 on the whole",),),
+    )
     assert judged(sp.pi * a * u, a * u, defines=x).verdict != "confirmed"
 
 
 def test_a_factor_on_some_terms_of_a_balance_is_an_error() -> None:
     judgement = judged(2 * a - b * u + c, a - b * u + c)
-    assert (judgement.verdict, judgement.corrections) == ("misprint", ((f"factor 1/2 on {2 * a}",),))
+    assert (judgement.verdict, judgement.corrections) == (
+        "misprint",
+        ((f"factor 1/2 on {2 * a}",),),
+    )
     assert judged(u * (a - b), a - b).verdict != "confirmed"
 
 
 def test_an_error_in_a_balance_times_a_number_is_the_same_error() -> None:
     for factor in (1, 2, sp.Rational(-1, 3)):
-        judgement = judged(sp.expand(factor * (a * sp.sin(u) - b * v + c)), a * sp.cos(u) - b * v + c)
-        assert (judgement.verdict, judgement.corrections) == ("misprint", ((f"cos for sin of {u}",),)), factor
+        judgement = judged(
+            sp.expand(factor * (a * sp.sin(u) - b * v + c)), a * sp.cos(u) - b * v + c
+        )
+        assert (judgement.verdict, judgement.corrections) == (
+            "misprint",
+            ((f"cos for sin of {u}",),),
+        ), factor
         judgement = judged(sp.expand(factor * (a - b * v)), a - b * v - c * u)
         assert (judgement.verdict, judgement.missing) == ("incomplete", (-factor * c * u,)), factor
 
 
 def test_no_edit_takes_a_real_value_away() -> None:
-    """With the cases the other way round the arc cosine of a case became real at some points and an edit there."""
-    cases = ((sp.S.Zero, u < v), ((1 + 1 / u) * v, True)), (((1 + 1 / u) * v, u >= v), (sp.S.Zero, True))
+    """With the cases the other way round the arc cosine of a case became real at some points and an
+    edit there.
+    """
+    cases = (
+        ((sp.S.Zero, u < v), ((1 + 1 / u) * v, True)),
+        (((1 + 1 / u) * v, u >= v), (sp.S.Zero, True)),
+    )
     for printed in (sp.Piecewise(*case) for case in cases):
-        judgement = judged(printed, sp.Piecewise((sp.S.Zero, u < v), ((1 + 1 / u) * (v - sp.pi / 2), True)), defines=t)
+        judgement = judged(
+            printed,
+            sp.Piecewise((sp.S.Zero, u < v), ((1 + 1 / u) * (v - sp.pi / 2), True)),
+            defines=t,
+        )
         assert (judgement.verdict, judgement.corrections) == ("contradicted", ())
 
 
@@ -230,10 +287,15 @@ def test_three_terms_too_many_are_three_edits() -> None:
 
 
 def test_severity_orders_verdicts_and_numbers_of_edits() -> None:
-    mildest = [Judgement("confirmed", ""), Judgement("misprint", "", (("one",),)),
-               Judgement("misprint", "", (("one", "two"),)), Judgement("incomplete", "", missing=(a,)),
-               Judgement("incomplete", "", missing=(a, b)), Judgement("contradicted", "", (), (a,)),
-               Judgement("contradicted", "", (), (a,), (b,))]  # fmt: skip
+    mildest = [
+        Judgement("confirmed", ""),
+        Judgement("misprint", "", (("one",),)),
+        Judgement("misprint", "", (("one", "two"),)),
+        Judgement("incomplete", "", missing=(a,)),
+        Judgement("incomplete", "", missing=(a, b)),
+        Judgement("contradicted", "", (), (a,)),
+        Judgement("contradicted", "", (), (a,), (b,)),
+    ]
     assert sorted(mildest, key=lambda judgement: judgement.severity) == mildest
     grades = [judgement.severity[0] for judgement in mildest]
     assert grades[0] < grades[1] == grades[2] < grades[3]
@@ -242,7 +304,9 @@ def test_severity_orders_verdicts_and_numbers_of_edits() -> None:
 def test_another_relation_alone_is_a_misprint() -> None:
     judgement = judged(a - b, a - b, ("<", "<="))
     assert (judgement.verdict, judgement.finding) == ("misprint", "the relation is another")
-    assert [str(text) for correction in judgement.corrections for text in correction] == ["<= for <"]
+    assert [str(text) for correction in judgement.corrections for text in correction] == [
+        "<= for <"
+    ]
 
 
 def test_a_term_is_missing_however_the_others_are_written() -> None:

@@ -21,7 +21,10 @@ def judged(case: Case) -> str:
 
 
 def claiming(case: Case, number: str, claim: Any) -> Case:
-    equations = {**case.paper.equations, number: replace(case.paper.equations[number], claims=claim)}
+    equations = {
+        **case.paper.equations,
+        number: replace(case.paper.equations[number], claims=claim),
+    }
     return replace(case, paper=replace(case.paper, equations=equations))
 
 
@@ -29,19 +32,27 @@ def claiming(case: Case, number: str, claim: Any) -> Case:
 def test_a_wrong_claim_in_a_paper_raises(name: str) -> None:
     case_ = CASES[name]
     number = judged(case_)
-    wrong = re.escape(f"{name} ({number}): nothing here states MadeUpClaim 'made-up sum that nothing derives'")
+    wrong = re.escape(
+        f"{name} ({number}): nothing here states MadeUpClaim 'made-up sum that nothing derives'"
+    )
     with pytest.raises(ClaimError, match=wrong):
         claiming(case_, number, MadeUpClaim.NOWHERE).pair(number)
     with pytest.raises(ClaimError, match=re.escape(f"({number}): nothing here states str")):
         claiming(case_, number, str(case_.paper.equations[number].claims)).pair(number)
-    assert claiming(case_, number, case_.paper.equations[number].claims).pair(number) == case_.pair(number)
+    assert claiming(case_, number, case_.paper.equations[number].claims).pair(number) == case_.pair(
+        number
+    )
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_claim_without_derivation_raises(name: str) -> None:
     case_ = CASES[name]
     number = judged(case_)
-    left = {claim: e for claim, e in case_.claims.items() if claim != case_.paper.equations[number].claims}
+    left = {
+        claim: e
+        for claim, e in case_.claims.items()
+        if claim != case_.paper.equations[number].claims
+    }
     with pytest.raises(ClaimError, match=re.escape(f"{name} ({number}): nothing here states")):
         replace(case_, subject=tampered(case_.subject, claims=lambda _: left)).pair(number)
 

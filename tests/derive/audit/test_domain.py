@@ -35,26 +35,40 @@ phi, across, lengthwise, zero = (
 
 @dataclass(frozen=True)
 class Turning(MadeUp):
-    """A made-up arm: random points all around, a cycle in the third quadrant alone, and a length that is zero there."""
+    """A made-up arm: random points all around, a cycle in the third quadrant alone, and a length
+    that is zero there.
+    """
 
     consistent: bool = True
 
     def admissible(self, rng: random.Random) -> dict[Quantity, mpf]:
-        return self.at(mpf(rng.uniform(-3.1, 3.1)), mpf(rng.uniform(0.5, 1.5)), mpf(rng.uniform(0.5, 1)))
+        return self.at(
+            mpf(rng.uniform(-3.1, 3.1)), mpf(rng.uniform(0.5, 1.5)), mpf(rng.uniform(0.5, 1))
+        )
 
     def reference(self, points: int) -> list[dict[Quantity, mpf]]:
-        return [self.at(-mpmath.pi + (k + 1) * mpf(1) / (points + 1), mpf(1), mpf(0)) for k in range(points)]
+        return [
+            self.at(-mpmath.pi + (k + 1) * mpf(1) / (points + 1), mpf(1), mpf(0))
+            for k in range(points)
+        ]
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
         if not self.consistent:
             return None
-        return [self.at(mpf(rng.uniform(-3, -2)), 1 + NEAR * mpf(rng.random()), NEAR) for _ in range(5)]
+        return [
+            self.at(mpf(rng.uniform(-3, -2)), 1 + NEAR * mpf(rng.random()), NEAR) for _ in range(5)
+        ]
 
     @staticmethod
     def at(angle: mpf, length: mpf, offset: mpf) -> dict[Quantity, mpf]:
         with mpmath.workdps(60):
-            return {phi: angle, a: length, zero: offset, lengthwise: length * mpmath.cos(angle),
-                    across: length * mpmath.sin(angle)}  # fmt: skip
+            return {
+                phi: angle,
+                a: length,
+                zero: offset,
+                lengthwise: length * mpmath.cos(angle),
+                across: length * mpmath.sin(angle),
+            }
 
 
 DIRECTION = derived_equation(MadeUpClaim.SUM, phi - sp.atan2(across, lengthwise), phi)
@@ -79,7 +93,9 @@ def judgement(case: Case) -> Judgement:
         (atan(across / lengthwise) - pi + zero / a, "misprint"),
     ],
 )
-def test_rewriting_need_only_hold_on_the_cycle(printed: sp.Expr, verdict: str, consistent: bool) -> None:
+def test_rewriting_need_only_hold_on_the_cycle(
+    printed: sp.Expr, verdict: str, consistent: bool
+) -> None:
     """The last is wrong, though not on the cycle itself, where a length is zero."""
     case = arm(consistent=consistent)
     case.paper.defines("1", phi, printed, MadeUpClaim.SUM)
@@ -111,7 +127,9 @@ def test_term_zero_only_on_the_cycle_is_missing() -> None:
 
 def test_derivation_is_compared_where_it_holds() -> None:
     third = sp.And(lengthwise < 0, across < 0)
-    meant = replace(derived_equation(MadeUpClaim.SUM, phi - (atan(across / lengthwise) - pi), phi), where=third)
+    meant = replace(
+        derived_equation(MadeUpClaim.SUM, phi - (atan(across / lengthwise) - pi), phi), where=third
+    )
     case = arm(meant)
     assert len(case.points_where(third)) == len(SEEDS)
     assert all(point.holds(third) for point in case.points_where(third))
@@ -124,22 +142,32 @@ def test_derivation_is_compared_where_it_holds() -> None:
 @pytest.mark.parametrize(
     ("number", "printed", "verdict"),
     [
-        ("phi4, other quadrants", yu2023.PAPER.equations["phi4, other quadrants"].residual, "confirmed"),
+        (
+            "phi4, other quadrants",
+            yu2023.PAPER.equations["phi4, other quadrants"].residual,
+            "confirmed",
+        ),
         ("phi4, third quadrant", yu2023.phi4 + pi / 2 + atan(yu2023.x_S / yu2023.y_S), "confirmed"),
         ("phi4, third quadrant", yu2023.phi4 - pi / 2 + atan(yu2023.x_S / yu2023.y_S), "misprint"),
         ("phi4, other quadrants", yu2023.phi4 + atan(yu2023.y_S / yu2023.x_S), "incomplete"),
     ],
 )
-def test_tip_direction_is_in_the_right_quadrant(number: str, printed: sp.Expr, verdict: str) -> None:
+def test_tip_direction_is_in_the_right_quadrant(
+    number: str, printed: sp.Expr, verdict: str
+) -> None:
     case = yu2023.CASE
     equation = replace(case.paper.equations[number], residual=printed)
     alone = replace(case, paper=replace(case.paper, equations={number: equation}, questions=[]))
     assert judge_readings(alone, number).kindest.judgement.verdict == verdict
 
 
-@pytest.mark.parametrize("name", ["slider_crank", pytest.param("manipulator", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "name", ["slider_crank", pytest.param("manipulator", marks=pytest.mark.long)]
+)
 def test_nearby_values_are_consistent(name: str) -> None:
-    """All that is derived of a driven mechanism, and of one that moves by itself, holds there; data are not its own."""
+    """All that is derived of a driven mechanism, and of one that moves by itself, holds there; data
+    are not its own.
+    """
     with load_user_modules(own.EXAMPLES / f"{name}.py") as (module,):
         case = trial(module.m, Paper("near", "Near"))
     assert len(case.nearby) >= 5
@@ -147,9 +175,14 @@ def test_nearby_values_are_consistent(name: str) -> None:
         assert holds(equation.residual, tuple(case.nearby)), claim
     data = module.m.given.values()
     moved = {q for q in data if case.nearby[0](q) != case.cycle[0](q)}
-    assert moved == set(data) - {q for q in data if q.name not in module.m.given.data and q != module.m.angle}
-    assert all(abs(case.nearby[0](q) - case.cycle[0](q)) <= 2 * NEAR * (abs(case.cycle[0](q)) or 1) for q in data
-               if q != module.m.angle)  # fmt: skip
+    assert moved == set(data) - {
+        q for q in data if q.name not in module.m.given.data and q != module.m.angle
+    }
+    assert all(
+        abs(case.nearby[0](q) - case.cycle[0](q)) <= 2 * NEAR * (abs(case.cycle[0](q)) or 1)
+        for q in data
+        if q != module.m.angle
+    )
 
 
 def test_formulas_have_nearby_values() -> None:
@@ -158,7 +191,9 @@ def test_formulas_have_nearby_values() -> None:
     disc.defines(q.A, 3 * q.r**2)
     case = trial(disc, Paper("near", "Near"))
     assert all(holds(equation.residual, tuple(case.nearby)) for equation in case.claims.values())
-    assert len({point.digits(q.r) for point in (*case.nearby, *case.cycle)}) == len(case.nearby) + len(case.cycle)
+    assert len({point.digits(q.r) for point in (*case.nearby, *case.cycle)}) == len(
+        case.nearby
+    ) + len(case.cycle)
 
 
 # conditions
@@ -177,7 +212,9 @@ def test_formulas_have_nearby_values() -> None:
         ((b - c) - a / u, "<=", "misprint"),
     ],
 )
-def test_equivalent_conditions_are_confirmed(printed: sp.Expr, relation: Relation, verdict: str) -> None:
+def test_equivalent_conditions_are_confirmed(
+    printed: sp.Expr, relation: Relation, verdict: str
+) -> None:
     result = judged(printed, a - u * (b - c), (relation, "<="))
     assert result.verdict == verdict
     if verdict == "contradicted":

@@ -1,7 +1,9 @@
-"""Every equation of an example paper, tried without its claim, changed in one place, and in symbols of its own.
+"""Every equation of an example paper, tried without its claim, changed in one place, and in symbols
+of its own.
 
-The audit never ends early, confirms nothing wrong, and accuses nothing right: whether a changed equation is right is
-told by its values alone, on random mechanisms and along the example's own turn.
+The audit never ends early, confirms nothing wrong, and accuses nothing right: whether a changed
+equation is right is told by its values alone, on random mechanisms and along the example's own
+turn.
 """
 
 from __future__ import annotations
@@ -28,7 +30,10 @@ from tests.support import own
 
 PAPERS = sorted(path.stem for path in own.EXAMPLES.glob("*_paper.py"))
 NUMBERS = [(paper, number) for paper in PAPERS for number in "123456"]
-SAMPLE = [pytest.param(paper, number, marks=() if number in "14" else pytest.mark.long) for paper, number in NUMBERS]
+SAMPLE = [
+    pytest.param(paper, number, marks=() if number in "14" else pytest.mark.long)
+    for paper, number in NUMBERS
+]
 """All of them, those outside a fast run marked."""
 FEW, MANY = 1, 40
 """Changes of each equation that are tried in a fast run, and in a long one."""
@@ -41,7 +46,9 @@ def example(name: str) -> Case:
     return case
 
 
-def alone(case: Case, printed: Equation, reading: Mapping[sp.Symbol, sp.Expr] | None = None) -> Record:
+def alone(
+    case: Case, printed: Equation, reading: Mapping[sp.Symbol, sp.Expr] | None = None
+) -> Record:
     """The record of one equation of a paper; points are those of the example."""
     paper = replace(case.paper, equations={printed.number: printed}, reading=dict(reading or {}))
     single = replace(case, paper=paper)
@@ -59,19 +66,28 @@ def is_right(case: Case, printed: Equation) -> bool:
 
 
 def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tuple[str, Equation]]:
-    """An equation with a sign, a factor, a function or a symbol exchanged: what is changed, and the result."""
+    """An equation with a sign, a factor, a function or a symbol exchanged: what is changed, and the
+    result.
+    """
     symbol = printed.defines
     expression = printed.residual if symbol is None else solve_for(printed.residual, symbol)
     candidates = [
-        edit for edit in list_edits(expression, case.words, overall=False) if edit.result.free_symbols - {symbol}
+        edit
+        for edit in list_edits(expression, case.words, overall=False)
+        if edit.result.free_symbols - {symbol}
     ]
     for edit in random.Random(seed).sample(candidates, min(count, len(candidates))):
-        yield str(edit.text), replace(printed, residual=edit.result if symbol is None else symbol - edit.result)
+        yield (
+            str(edit.text),
+            replace(printed, residual=edit.result if symbol is None else symbol - edit.result),
+        )
 
 
 def test_examples_are_those_of_the_folder() -> None:
     assert "slider_crank_paper" in PAPERS
-    assert {(paper, number) for paper in PAPERS for number in example(paper).paper.equations} == set(NUMBERS)
+    assert {
+        (paper, number) for paper in PAPERS for number in example(paper).paper.equations
+    } == set(NUMBERS)
 
 
 @pytest.mark.parametrize(("paper", "number"), NUMBERS)
@@ -79,8 +95,14 @@ def test_equation_without_claim_is_judged_by_values(paper: str, number: str) -> 
     case = example(paper)
     printed = case.paper.equations[number]
     judged_record, claimed = alone(case, unclaimed(printed)), alone(case, printed)
-    assert (judged_record["verdict"] == "confirmed") is (claimed["verdict"] == "confirmed") is is_right(case, printed)
-    assert judged_record["verdict"] == "confirmed" or (judged_record["verdict"] in FAULTS and judged_record["reasons"])
+    assert (
+        (judged_record["verdict"] == "confirmed")
+        is (claimed["verdict"] == "confirmed")
+        is is_right(case, printed)
+    )
+    assert judged_record["verdict"] == "confirmed" or (
+        judged_record["verdict"] in FAULTS and judged_record["reasons"]
+    )
 
 
 @pytest.mark.parametrize(("paper", "number"), SAMPLE)
@@ -89,7 +111,10 @@ def test_foreign_symbols_change_no_verdict(paper: str, number: str) -> None:
     case = example(paper)
     printed = case.paper.equations[number]
     symbols = sorted((s for s in printed.residual.free_symbols if isinstance(s, Quantity)), key=str)
-    names = {s: case.paper.symbol(f"Q_{k}", s.unit, "a symbol of the paper") for k, s in enumerate(symbols)}
+    names = {
+        s: case.paper.symbol(f"Q_{k}", s.unit, "a symbol of the paper")
+        for k, s in enumerate(symbols)
+    }
     defines = None if printed.defines is None else names[printed.defines]
     foreign = replace(printed, residual=printed.residual.xreplace(names), defines=defines)
     back = {name: symbol for symbol, name in names.items()}
@@ -110,7 +135,10 @@ def check_changes(paper: str, number: str, count: int) -> None:
         right = is_right(case, printed)
         for variant in (printed, unclaimed(printed)):
             judged_record = alone(case, variant)
-            assert (judged_record["verdict"] == "confirmed") is right, (change, judged_record["finding"])
+            assert (judged_record["verdict"] == "confirmed") is right, (
+                change,
+                judged_record["finding"],
+            )
             assert right or judged_record["verdict"] in FAULTS, (change, judged_record["finding"])
 
 
@@ -152,7 +180,11 @@ RATES = [
     ("s_dot", "-omega*r*sin(phi + beta)/cos(beta)", "misprint"),
     ("beta_ddot", "(omega**2*r*sin(phi) + l*beta_dot**2*sin(beta))/(l*cos(beta))", "confirmed"),
     ("beta_ddot", "omega**2*r*sin(phi)/(l*cos(beta))", "incomplete"),
-    ("a_rod_x", "-omega**2*r*cos(phi) - c*beta_dot**2*cos(beta) - c*beta_ddot*sin(beta)", "confirmed"),
+    (
+        "a_rod_x",
+        "-omega**2*r*cos(phi) - c*beta_dot**2*cos(beta) - c*beta_ddot*sin(beta)",
+        "confirmed",
+    ),
     ("a_rod_x", "-omega**2*r*cos(phi) - c*beta_dot**2*cos(beta)", "incomplete"),
 ]
 """What is printed of a rate or an acceleration, and the verdict."""

@@ -1,4 +1,6 @@
-"""What a verdict hangs on: readings, single characters, completed pieces, witnesses, causes, references."""
+"""What a verdict hangs on: readings, single characters, completed pieces, witnesses, causes,
+references.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,23 @@ from derive.audit.record import describe_law_cause, group_causes
 from derive.audit.record import record_equation as recorded
 from derive.equations import Definition, Equation, derived_equation, stated_equation
 from planter.kernels import generated
-from tests.support.made_up import POINTS, WORDS, MadeUp, MadeUpClaim, a, b, c, d, e, judged, t, u, v, x, x_dot
+from tests.support.made_up import (
+    POINTS,
+    WORDS,
+    MadeUp,
+    MadeUpClaim,
+    a,
+    b,
+    c,
+    d,
+    e,
+    judged,
+    t,
+    u,
+    v,
+    x,
+    x_dot,
+)
 from tests.support.mutations import CASES
 
 
@@ -37,14 +55,20 @@ def outcome(case_: Case) -> Outcome:
 
 def load_schema(name: str, *numbers: str) -> list[dict[str, Any]]:
     """The committed records of some equations of a paper, in this order."""
-    records = {r["equation"]: r for r in generated.sidecar("audit")["equations"] if r["paper"] == name}
+    records = {
+        r["equation"]: r for r in generated.sidecar("audit")["equations"] if r["paper"] == name
+    }
     return [records[number] for number in numbers]
 
 
 def only(case_: Case, *numbers: str) -> Case:
-    """A paper that leaves only the first question of the first of some equations open, in these alone."""
+    """A paper that leaves only the first question of the first of some equations open, in these
+    alone.
+    """
     question = next(q for q in case_.paper.questions if numbers[0] in q.numbers)
-    return replace(case_, paper=replace(case_.paper, questions=[replace(question, numbers=numbers)]))
+    return replace(
+        case_, paper=replace(case_.paper, questions=[replace(question, numbers=numbers)])
+    )
 
 
 # readings
@@ -58,7 +82,9 @@ def open_case(printed: sp.Expr, *readings: Reading) -> Case:
 
 
 def test_the_kindest_reading_decides_and_all_are_shown() -> None:
-    result = outcome(open_case(b * u, Reading("b is a width"), Reading("b is the length a", {b: a})))
+    result = outcome(
+        open_case(b * u, Reading("b is a width"), Reading("b is the length a", {b: a}))
+    )
     assert result.kindest.judgement.verdict == "confirmed"
     assert result.kindest.choice.meaning == "b is the length a"
     assert [h.judgement.verdict for h in result.alternatives] == ["misprint", "confirmed"]
@@ -72,7 +98,9 @@ def test_a_verdict_is_robust_where_all_readings_give_it() -> None:
 
 
 def test_a_reading_may_be_of_the_derivation_or_of_the_text() -> None:
-    derivation = outcome(open_case(b * u, Reading("as derived"), Reading("another mechanism", derived={a: b})))
+    derivation = outcome(
+        open_case(b * u, Reading("as derived"), Reading("another mechanism", derived={a: b}))
+    )
     assert [h.judgement.verdict for h in derivation.alternatives] == ["misprint", "confirmed"]
     text = outcome(open_case(b * u, Reading("as read"), Reading("read otherwise", text=x - a * u)))
     assert [h.judgement.verdict for h in text.alternatives] == ["misprint", "confirmed"]
@@ -89,12 +117,21 @@ def test_two_questions_have_every_pair_of_answers() -> None:
 # joint readings: one answer to a question, wherever it is asked
 
 
-def linked_case(first: sp.Expr, second: sp.Expr, *readings: Reading, separately: bool = False) -> Case:
+def linked_case(
+    first: sp.Expr, second: sp.Expr, *readings: Reading, separately: bool = False
+) -> Case:
     """Two prints of x = a u and x_dot = a v that both name the open symbol b."""
-    case_ = Case(Paper("made up", ""), MadeUp({
-        MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, x - a * u, x),
-        MadeUpClaim.SHARE.of("v"): derived_equation(MadeUpClaim.SHARE.of("v"), c - a * v, c),
-    }))  # fmt: skip
+    case_ = Case(
+        Paper("made up", ""),
+        MadeUp(
+            {
+                MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, x - a * u, x),
+                MadeUpClaim.SHARE.of("v"): derived_equation(
+                    MadeUpClaim.SHARE.of("v"), c - a * v, c
+                ),
+            }
+        ),
+    )
     case_.paper.defines("1", x, first, MadeUpClaim.SUM)
     case_.paper.defines("2", c, second, MadeUpClaim.SHARE.of("v"))
     for numbers in (["1"], ["2"]) if separately else (["1", "2"],):
@@ -107,25 +144,41 @@ B_OR_A = Reading("b is the length a", {b: a}), Reading("b is twice the length a"
 
 def test_linked_equations_share_the_answer() -> None:
     outcomes = judge_linked_readings(linked_case(b * u / 2, b * v / 2, *B_OR_A), "1")
-    assert {n: o.kindest.judgement.verdict for n, o in outcomes.items()} == {"1": "confirmed", "2": "confirmed"}
+    assert {n: o.kindest.judgement.verdict for n, o in outcomes.items()} == {
+        "1": "confirmed",
+        "2": "confirmed",
+    }
     assert {o.kindest.choice.meaning for o in outcomes.values()} == {"b is twice the length a"}
-    assert outcomes.keys() == judge_linked_readings(linked_case(b * u / 2, b * v / 2, *B_OR_A), "2").keys()
+    assert (
+        outcomes.keys()
+        == judge_linked_readings(linked_case(b * u / 2, b * v / 2, *B_OR_A), "2").keys()
+    )
 
 
 def test_symbol_with_two_meanings_is_not_chosen() -> None:
     """A cheat: each print is right under one meaning, and no meaning makes both right."""
     outcomes = judge_linked_readings(linked_case(b * u, b * v / 2, *B_OR_A), "1")
-    assert sorted(o.kindest.judgement.verdict for o in outcomes.values()) == ["confirmed", "misprint"]
-    assert {o.kindest.choice.meaning for o in outcomes.values()} == {"b is the length a"}, "equally kind: the first"
+    assert sorted(o.kindest.judgement.verdict for o in outcomes.values()) == [
+        "confirmed",
+        "misprint",
+    ]
+    assert {o.kindest.choice.meaning for o in outcomes.values()} == {"b is the length a"}, (
+        "equally kind: the first"
+    )
     cheating = linked_case(b * u, b * v / 2, *B_OR_A, separately=True)
-    assert [judge_readings(cheating, n).kindest.judgement.verdict for n in ("1", "2")] == ["confirmed", "confirmed"]
+    assert [judge_readings(cheating, n).kindest.judgement.verdict for n in ("1", "2")] == [
+        "confirmed",
+        "confirmed",
+    ]
 
 
 def test_least_sum_of_severities_decides() -> None:
     """The first answer, alone kindest to (1), costs (2) more than the second costs (1)."""
     case_ = linked_case(b * u, b * v / 2 + d * sp.sin(b / a), *B_OR_A)
-    first, second = (sum(h.judgement.severity[0] for h in pair) for pair in zip(
-        *(judge_readings(case_, n).alternatives for n in ("1", "2")), strict=True))  # fmt: skip
+    first, second = (
+        sum(h.judgement.severity[0] for h in pair)
+        for pair in zip(*(judge_readings(case_, n).alternatives for n in ("1", "2")), strict=True)
+    )
     chosen = judge_readings(case_, "1").kindest.choice.meaning
     assert chosen == B_OR_A[second < first].meaning
 
@@ -146,21 +199,33 @@ def test_overlapping_questions_are_answered_together() -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_each_question_has_a_single_committed_answer(name: str) -> None:
     case_, records = CASES[name], generated.sidecar("audit")["equations"]
-    answers = {r["equation"]: r["answer"] for r in records if r["paper"] == name and case_.choices(r["equation"])}
+    answers = {
+        r["equation"]: r["answer"]
+        for r in records
+        if r["paper"] == name and case_.choices(r["equation"])
+    }
     chosen = case_.select_choices(answers)
     assert {n: c.meaning for n, c in chosen.items()} == answers
     for question in case_.paper.questions:
-        meanings = {a.meaning for n in question.numbers for a in chosen[n].answers if a in question.readings}
+        meanings = {
+            a.meaning for n in question.numbers for a in chosen[n].answers if a in question.readings
+        }
         assert len(meanings) == 1, question.numbers
 
 
 def test_hinge_forces_of_both_halves_confirm_the_planet_balances() -> None:
-    """The funnel takes the forces of both halves: so read, two balances hold and one has a wrong character."""
+    """The funnel takes the forces of both halves: so read, two balances hold and one has a wrong
+    character.
+    """
     records = load_schema("wang2017", "17", "18", "19", "20")
     assert [r["verdict"] for r in records] == ["confirmed", "misprint", "confirmed", "incomplete"]
     assert records[1]["correction"] == ["y_B1 for x_B1"]
-    assert {t["term"] for t in records[3]["terms"]} == {"F_Ex*y_E - M_Az", "-M_Aoz"}, "-F_Ex*y_E is printed"
-    assert all(r["depends"][0]["verdict"] == "incomplete" for r in records), "the inner half's alone"
+    assert {t["term"] for t in records[3]["terms"]} == {"F_Ex*y_E - M_Az", "-M_Aoz"}, (
+        "-F_Ex*y_E is printed"
+    )
+    assert all(r["depends"][0]["verdict"] == "incomplete" for r in records), (
+        "the inner half's alone"
+    )
     case_ = CASES["wang2017"]
     assert [h.judgement.verdict for h in judge_readings(only(case_, "17"), "17").alternatives] == [
         "incomplete",
@@ -183,16 +248,26 @@ def test_chain_and_equations_share_readings() -> None:
     literal, summed = (case_.choices("19")[i] for i in (0, 2))
     assert case_.read_chains({}) == case_.chains
     side, _ = case_.read_chains({"19": summed})
-    added = side.equations["19"].residual.free_symbols - case_.paper.equations["19"].residual.free_symbols
+    added = (
+        side.equations["19"].residual.free_symbols
+        - case_.paper.equations["19"].residual.free_symbols
+    )
     assert {str(s) for s in added} == {"F_Aoz"}
     assert case_.read_chains({"19": literal}) == case_.chains
-    assert case_.select_choices({"19": summed.meaning, "20": ""}) == {"19": summed, "20": case_.choices("20")[0]}
+    assert case_.select_choices({"19": summed.meaning, "20": ""}) == {
+        "19": summed,
+        "20": case_.choices("20")[0],
+    }
     with pytest.raises(ValueError, match="shi2021 has no executable chains"):
         CASES["shi2021"].read_chains({})
 
 
 def test_open_questions_list_dependent_equations() -> None:
-    for name, numbers in {"shi2021": ("B1", "B2", "12"), "wang2017": ("x_E", "z_E"), "sun2019": ("d1", "d2")}.items():
+    for name, numbers in {
+        "shi2021": ("B1", "B2", "12"),
+        "wang2017": ("x_E", "z_E"),
+        "sun2019": ("d1", "d2"),
+    }.items():
         assert not any(r["robust"] for r in load_schema(name, *numbers)), name
     assert load_schema("yu2023", "W1")[0]["robust"]
 
@@ -209,16 +284,28 @@ def test_open_questions_list_dependent_equations() -> None:
         (2 * a - b + c, a - b + c, False),
     ],
 )
-def test_fragile_finding_depends_on_a_single_character(printed: sp.Expr, meant: sp.Expr, fragile: bool) -> None:
+def test_fragile_finding_depends_on_a_single_character(
+    printed: sp.Expr, meant: sp.Expr, fragile: bool
+) -> None:
     assert is_fragile(judged(printed, meant)) is fragile
 
 
 @pytest.mark.long
 def test_dots_and_indices_of_the_papers_are_single_characters() -> None:
-    numbered = {(n, e) for n, numbers in {"wang2017": ("7", "18"), "shi2021": ("9", "8b")}.items() for e in numbers}
-    assert all(is_fragile(judge_readings(CASES[name], number).kindest.judgement) for name, number in numbered)
+    numbered = {
+        (n, e)
+        for n, numbers in {"wang2017": ("7", "18"), "shi2021": ("9", "8b")}.items()
+        for e in numbers
+    }
+    assert all(
+        is_fragile(judge_readings(CASES[name], number).kindest.judgement)
+        for name, number in numbered
+    )
     symbols = (("wang2017", "P1"), ("shi2021", "Y_C"))
-    assert not any(is_fragile(judge_readings(CASES[name], number).kindest.judgement) for name, number in symbols)
+    assert not any(
+        is_fragile(judge_readings(CASES[name], number).kindest.judgement)
+        for name, number in symbols
+    )
 
 
 def test_completed_equation_is_confirmed_as_rebuilt() -> None:
@@ -282,14 +369,21 @@ def test_wrong_angle_in_the_angle_curve_is_noticed() -> None:
     case_ = CASES["sun2019"]
     printed = case_.paper.equations["y"]
     assert judge_readings(case_, "y").kindest.judgement.verdict == "confirmed"
-    theta, phi = sorted(printed.residual.free_symbols - {printed.defines}, key=lambda s: str(s) != "theta")
+    theta, phi = sorted(
+        printed.residual.free_symbols - {printed.defines}, key=lambda s: str(s) != "theta"
+    )
     for wrong in (theta + phi, theta, phi, 2 * (theta - phi)):
-        equations = {**case_.paper.equations, "y": replace(printed, residual=printed.defines - wrong)}
+        equations = {
+            **case_.paper.equations,
+            "y": replace(printed, residual=printed.defines - wrong),
+        }
         planted = replace(case_, paper=replace(case_.paper, equations=equations))
         assert judge_readings(planted, "y").kindest.judgement.verdict in FAULTS, wrong
 
 
-@pytest.mark.parametrize(("name", "number"), [("wang2017", "29"), ("wang2017", "31"), ("shi2021", "k")])
+@pytest.mark.parametrize(
+    ("name", "number"), [("wang2017", "29"), ("wang2017", "31"), ("shi2021", "k")]
+)
 def test_a_changed_number_in_a_definition_is_noticed(name: str, number: str) -> None:
     printed = CASES[name].paper.equations[number]
     assert judge_equation(printed, None, POINTS, WORDS).verdict == "definition"
@@ -316,10 +410,14 @@ def test_displacement_must_vanish_at_supports() -> None:
 
 
 def test_assumed_shape_of_the_shaft_needs_a_hinged_end() -> None:
-    """Clamped or held elastically it would have another slope: only a bearing in which it turns freely admits it."""
+    """Clamped or held elastically it would have another slope: only a bearing in which it turns
+    freely admits it.
+    """
     assert [r["verdict"] for r in load_schema("shi2021", "9", "10")] == ["misprint", "confirmed"]
     judged = judge_readings(only(CASES["shi2021"], "10"), "10")
-    assert [h.judgement.loose for h in judged.alternatives] == [("slope at the bearing",)] * 2 + [()]
+    assert [h.judgement.loose for h in judged.alternatives] == [("slope at the bearing",)] * 2 + [
+        ()
+    ]
 
 
 def test_end_of_a_beam_starts_with_the_speed_of_the_body() -> None:
@@ -341,7 +439,9 @@ def test_first_missing_term_is_named_without_a_force() -> None:
 
 
 def test_record_shows_remainder_of_each_reading() -> None:
-    case_ = open_case(a * u, Reading("as derived"), Reading("two terms more", derived={a: a + b + c * sp.sin(v)}))
+    case_ = open_case(
+        a * u, Reading("as derived"), Reading("two terms more", derived={a: a + b + c * sp.sin(v)})
+    )
     first, second = recorded(case_, "1", "key")["depends"]
     assert (first["verdict"], first["finding"]) == ("confirmed", "no difference left")
     assert second["finding"].endswith(": 2 missing")
@@ -352,7 +452,9 @@ def test_record_shows_remainder_of_each_reading() -> None:
 
 def test_missing_terms_are_written_as_differences() -> None:
     product = sp.expand(a * (b - c) * (d - c) * (u + v) ** 2)
-    assert fold_terms(sp.Add.make_args(product), {u: -v, b: c, d: c}) == (a * (b - c) * (d - c) * (u + v) ** 2,)
+    assert fold_terms(sp.Add.make_args(product), {u: -v, b: c, d: c}) == (
+        a * (b - c) * (d - c) * (u + v) ** 2,
+    )
     assert set(fold_terms((a * b, c * u), {b: c})) == {a * b, c * u}
 
 
@@ -360,13 +462,24 @@ def test_missing_terms_are_written_as_differences() -> None:
 
 
 def record(number: str, *why: str, terms: tuple[str, ...] = ()) -> dict[str, Any]:
-    return {"paper": "p", "equation": number, "reasons": list(why), "terms": [{"term": t} for t in terms],
-            "claims": "sum", "correction": list(why)}  # fmt: skip
+    return {
+        "paper": "p",
+        "equation": number,
+        "reasons": list(why),
+        "terms": [{"term": t} for t in terms],
+        "claims": "sum",
+        "correction": list(why),
+    }
 
 
 def test_equal_errors_in_equations_share_a_cause() -> None:
     causes = group_causes(
-        [record("1", "b for a"), record("2", "b for a", "sign of c"), record("3"), record("4", "b for a")]
+        [
+            record("1", "b for a"),
+            record("2", "b for a", "sign of c"),
+            record("3"),
+            record("4", "b for a"),
+        ]
     )
     assert [(cause["cause"], cause["equations"]) for cause in causes] == [
         ("b for a", ["p: 1", "p: 2", "p: 4"]),
@@ -376,9 +489,14 @@ def test_equal_errors_in_equations_share_a_cause() -> None:
 
 def test_shared_omission_is_the_cause() -> None:
     causes = group_causes(
-        [record("1", "lacks moment", "lacks force", terms=("M",)), record("2", "lacks force", terms=("F",))]
+        [
+            record("1", "lacks moment", "lacks force", terms=("M",)),
+            record("2", "lacks force", terms=("F",)),
+        ]
     )
-    assert [(cause["cause"], cause["equations"]) for cause in causes] == [("force is left out", ["p: 1", "p: 2"])]
+    assert [(cause["cause"], cause["equations"]) for cause in causes] == [
+        ("force is left out", ["p: 1", "p: 2"])
+    ]
 
 
 def test_three_equations_without_the_body_share_a_cause() -> None:
@@ -392,7 +510,10 @@ def test_law_sentence_names_largest_share() -> None:
     law = {
         "violation": 5.0,
         "unit": "N",
-        "shares": [{"equation": "2", "alone": 4.5, "shapley": 4.0}, {"equation": "1", "alone": 0.5, "shapley": 1.0}],
+        "shares": [
+            {"equation": "2", "alone": 4.5, "shapley": 4.0},
+            {"equation": "1", "alone": 0.5, "shapley": 1.0},
+        ],
     }
     sentence = describe_law_cause(law, {"1": record("1"), "2": record("2", terms=("F*sin(a)",))})
     assert all(part in sentence for part in ("(2)", "from 5 to 0.5 N", "it lacks F*sin(a)"))
@@ -409,7 +530,11 @@ def test_reference_to_unrelated_equations_is_refuted() -> None:
     case_.paper.refers([b], "1")
     case_.paper.refers([x, b], "1", "2")
     first, second = references(case_)
-    assert (first["verdict"], first["lacking"], first["instead"]) == ("cannot be meant", [str(b)], ["2"])
+    assert (first["verdict"], first["lacking"], first["instead"]) == (
+        "cannot be meant",
+        [str(b)],
+        ["2"],
+    )
     assert (second["verdict"], second["lacking"]) == ("can be meant", [])
 
 

@@ -1,4 +1,6 @@
-"""Print, corrections and missing terms are the derivation: of every committed record, and of no tampered one."""
+"""Print, corrections and missing terms are the derivation: of every committed record, and of no
+tampered one.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,11 @@ Record = dict[str, Any]
 RECORDS: list[Record] = generated.sidecar("audit")["equations"]
 SEEDS = (101, 202, 303, 404)
 """Seeds of points at which no equation was judged."""
-COMPARED = [r for r in RECORDS if r["verdict"] in (*FAULTS, "confirmed", "confirmed as rebuilt") and r["derived"]]
+COMPARED = [
+    r
+    for r in RECORDS
+    if r["verdict"] in (*FAULTS, "confirmed", "confirmed as rebuilt") and r["derived"]
+]
 
 
 @cache
@@ -52,7 +58,9 @@ def test_most_records_are_compared() -> None:
     assert len(COMPARED) > len(RECORDS) / 2
 
 
-@pytest.mark.parametrize("record", [r for r in COMPARED if r["terms"] or r["unexplained"]], ids=name)
+@pytest.mark.parametrize(
+    "record", [r for r in COMPARED if r["terms"] or r["unexplained"]], ids=name
+)
 def test_records_with_other_terms_fail(record: Record) -> None:
     for key in ("terms", "unexplained"):
         for place in range(len(record[key])):
@@ -92,12 +100,18 @@ def swap_sides(record: Record) -> None:
 
 
 TAMPERED = (forget_correction, forget_change, swap_sides)
-CORRECTED = [r for r in COMPARED if r["verdict"] == "misprint" and not r["correction"][0].startswith(("<", ">"))]
+CORRECTED = [
+    r
+    for r in COMPARED
+    if r["verdict"] == "misprint" and not r["correction"][0].startswith(("<", ">"))
+]
 
 
 @pytest.mark.parametrize("tamper", TAMPERED)
 @pytest.mark.parametrize("record", CORRECTED, ids=name)
-def test_records_with_other_corrections_fail(record: Record, tamper: Callable[[Record], None]) -> None:
+def test_records_with_other_corrections_fail(
+    record: Record, tamper: Callable[[Record], None]
+) -> None:
     tampered = deepcopy(record)
     tamper(tampered)
     assert find_failure(tampered)
@@ -110,7 +124,9 @@ def test_misprints_that_are_called_confirmed_fail(record: Record) -> None:
 
 
 def test_moment_balance_of_the_planet_lacks_a_small_share() -> None:
-    """One sign, and moments of inertia and weight of both halves: at most 0.121 N m, 3.6 % of the tooth moment."""
+    """One sign, and moments of inertia and weight of both halves: at most 0.121 N m, 3.6 % of the
+    tooth moment.
+    """
     record, reference = find_record("wang2017", "20"), CASES["wang2017"].subject.reference(360)
     assert record["correction"] == ["sign of x_A*(F_Aoy + F_Ay)"]
     names = {str(symbol): symbol for symbol in reference[0]}
@@ -125,11 +141,15 @@ def test_moment_balance_of_the_planet_lacks_a_small_share() -> None:
 
 
 def test_hinge_moment_is_what_the_terms_say() -> None:
-    """The moment of the inner half about A without that of the cam force is that of its weight and inertia alone."""
+    """The moment of the inner half about A without that of the cam force is that of its weight and
+    inertia alone.
+    """
     values = [Point(values) for values in CASES["wang2017"].subject.reference(24)]
     names = {str(symbol): symbol for symbol in values[0].values()}
     both = names["M_Az"] - names["F_Ex"] * names["y_E"], names["M_Aoz"]
-    assert all(abs(point(both[0]) - point(both[1])) < 1e-20 for point in values), "halves are mirror images"
+    assert all(abs(point(both[0]) - point(both[1])) < 1e-20 for point in values), (
+        "halves are mirror images"
+    )
 
 
 @pytest.mark.parametrize(

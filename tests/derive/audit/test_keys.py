@@ -1,4 +1,6 @@
-"""An unchanged equation is not judged twice: keys of findings, and what is judged again when something changes."""
+"""An unchanged equation is not judged twice: keys of findings, and what is judged again when
+something changes.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +80,13 @@ def counting(patch: pytest.MonkeyPatch) -> Here:
         verdicts,
         "record_equations",
         lambda case, keys: [
-            {"paper": case.paper.name, "equation": n, "key": its_key, "answer": _first(case, n), "mathml": {}}
+            {
+                "paper": case.paper.name,
+                "equation": n,
+                "key": its_key,
+                "answer": _first(case, n),
+                "mathml": {},
+            }
             for n, its_key in keys.items()
         ],
     )
@@ -125,15 +133,23 @@ def test_a_changed_transcription_alone_is_judged_again(
     counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     printed = shi2021.PAPER.equations["2a"]
-    monkeypatch.setitem(shi2021.PAPER.equations, "2a", replace(printed, residual=2 * printed.residual))
+    monkeypatch.setitem(
+        shi2021.PAPER.equations, "2a", replace(printed, residual=2 * printed.residual)
+    )
     second = audited(first)
     assert counted.judged == [(shi2021.__name__, "2a")]
-    assert [r for r in second[0] if r not in first[0]] == [next(r for r in second[0] if r["equation"] == "2a")]
+    assert [r for r in second[0] if r not in first[0]] == [
+        next(r for r in second[0] if r["equation"] == "2a")
+    ]
 
 
-def test_changed_chain_equation_repeats_laws(counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changed_chain_equation_repeats_laws(
+    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
+) -> None:
     printed = wang2017.PAPER.equations["19"]
-    monkeypatch.setitem(wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual))
+    monkeypatch.setitem(
+        wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual)
+    )
     audited(first)
     linked = wang2017.CASE.linked("19")
     assert set(linked) > {"17", "19"}
@@ -148,18 +164,33 @@ def test_with_another_engine_all_is_judged_again(
     assert len(counted.judged) == len(first[0]) + 1
 
 
-def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_derivation_reading_or_point_changes_the_key(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     case, subject = yu2023.CASE, yu2023.CASE.subject
     number, claim = "Y1", yu2023.PAPER.equations["Y1"].claims
     before = key.equation_key(case, number)
-    derived = {**case.claims, claim: replace(case.claims[claim], residual=2 * case.claims[claim].residual)}
+    derived = {
+        **case.claims,
+        claim: replace(case.claims[claim], residual=2 * case.claims[claim].residual),
+    }
     symbol = sorted(yu2023.PAPER.equations[number].residual.free_symbols, key=str)[0]
     third = {symbol: sp.Rational(1, 3)}
     variants = [
         replace(case, subject=tampered(subject, claims=lambda _: derived)),
         replace(case, paper=replace(case.paper, questions=[])),
-        replace(case, subject=tampered(subject, admissible=lambda _, rng: {**subject.admissible(rng), **third})),
-        replace(case, subject=tampered(subject, reference=lambda _, n: [v | third for v in subject.reference(n)])),
+        replace(
+            case,
+            subject=tampered(
+                subject, admissible=lambda _, rng: {**subject.admissible(rng), **third}
+            ),
+        ),
+        replace(
+            case,
+            subject=tampered(
+                subject, reference=lambda _, n: [v | third for v in subject.reference(n)]
+            ),
+        ),
     ]
     assert key.equation_key(replace(case), number) == before
     assert before not in {key.equation_key(other, number) for other in variants}
@@ -170,21 +201,42 @@ def test_action_names_change_the_key_but_symbol_meanings_do_not() -> None:
     case, number = wang2017.CASE, "25"
     called = case.subject.actions()
     force = next(s for s in called if str(s) == "F_Ex")
-    other = replace(case, subject=tampered(case.subject, actions=lambda _: called | {force: "push of the cam, x"}))
+    other = replace(
+        case,
+        subject=tampered(case.subject, actions=lambda _: called | {force: "push of the cam, x"}),
+    )
     assert key.equation_key(other, number) != key.equation_key(case, number)
-    judgement, printed = Judgement("incomplete", "", missing=(sp.sin(1) * force,)), case.paper.equations[number]
+    judgement, printed = (
+        Judgement("incomplete", "", missing=(sp.sin(1) * force,)),
+        case.paper.equations[number],
+    )
     renamed = Quantity(force.name, force.unit, "something else", "test")
     for symbol in (force, renamed):
         incomplete = Judgement("incomplete", "", missing=(sp.sin(1) * symbol,))
-        assert list_reasons(incomplete, printed, called) == (f"lacks {called[force].rpartition(', ')[0]}",)
+        assert list_reasons(incomplete, printed, called) == (
+            f"lacks {called[force].rpartition(', ')[0]}",
+        )
     assert list_reasons(judgement, printed, other.subject.actions()) == ("lacks push of the cam",)
 
 
 def test_engine_key_covers_exactly_judging_code() -> None:
-    names = {path.relative_to(ROOT / "derive").as_posix() for path in key.sources(["derive.audit.record"])}
-    assert {"audit/record.py", "audit/judge.py", "audit/edits.py", "audit/terms.py", "audit/paper.py"} <= names
+    names = {
+        path.relative_to(ROOT / "derive").as_posix()
+        for path in key.sources(["derive.audit.record"])
+    }
+    assert {
+        "audit/record.py",
+        "audit/judge.py",
+        "audit/edits.py",
+        "audit/terms.py",
+        "audit/paper.py",
+    } <= names
     assert {"evaluate.py", "equations.py", "quantity.py", "functions.py"} <= names
-    assert not [n for n in names if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/verdicts.py"]
+    assert not [
+        n
+        for n in names
+        if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/verdicts.py"
+    ]
     of_laws = {p.name for p in key.sources(["derive.audit.trial", laws.__name__])}
     assert {"subject.py", "chain.py", "derivation.py", "bodies.py", "pitch_curve.py"} <= of_laws
 
@@ -215,7 +267,9 @@ def double(value):
         ("return 2", 'return "2"', False),
     ],
 )
-def test_engine_hash_ignores_docstrings_alone(tmp_path: Path, before: str, after: str, is_same: bool) -> None:
+def test_engine_hash_ignores_docstrings_alone(
+    tmp_path: Path, before: str, after: str, is_same: bool
+) -> None:
     assert before in SOURCE
     keys = []
     for name, text in (("one", SOURCE), ("two", SOURCE.replace(before, after, 1))):
@@ -232,11 +286,18 @@ def test_engine_hash_ignores_docstrings_alone(tmp_path: Path, before: str, after
 @pytest.mark.parametrize("seed", ["1", pytest.param("20171", marks=pytest.mark.long)])
 def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
     case = shi2021.CASE
-    keys = [*(key.equation_key(case, n) for n in case.paper.equations), key.laws_key(wang2017.CASE, {})]
+    keys = [
+        *(key.equation_key(case, n) for n in case.paper.equations),
+        key.laws_key(wang2017.CASE, {}),
+    ]
     process = subprocess.run(
         [sys.executable, "-c", PRINT_KEYS],
-        cwd=ROOT, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        cwd=ROOT,
+        env=os.environ | {"PYTHONHASHSEED": seed},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert process.stdout.split() == keys
 
 
@@ -251,7 +312,11 @@ def test_the_committed_records_are_those_of_this_code() -> None:
         if not record.is_reusable(records.get((case.paper.name, n)), key.equation_key(case, n))
     ]
     assert stale == []
-    answers = {r["equation"]: r["answer"] for r in committed["equations"] if r["paper"] == wang2017.PAPER.name}
+    answers = {
+        r["equation"]: r["answer"]
+        for r in committed["equations"]
+        if r["paper"] == wang2017.PAPER.name
+    }
     chosen = wang2017.CASE.select_choices({n: answers[n] for n in wang2017.CASE.executed})
     assert {law["key"] for law in committed["laws"]} == {key.laws_key(wang2017.CASE, chosen)}
 
@@ -263,7 +328,10 @@ def test_reused_records_are_written_unchanged(monkeypatch: pytest.MonkeyPatch) -
     assert record.format_records(*parts) == committed
     typeset = (GENERATED / "audit_mathml.json").read_text(encoding="utf-8")
     typeset_records = json.loads(typeset)
-    assert record.format_typeset(record.index_records(content["equations"], typeset_records).values()) == typeset
+    assert (
+        record.format_typeset(record.index_records(content["equations"], typeset_records).values())
+        == typeset
+    )
     titles = {case.paper.name: case.paper.reference for case in CASES.values()}
     written = verdicts.as_page(content["equations"], titles, content["laws"], content["references"])
     assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

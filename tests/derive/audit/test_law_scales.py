@@ -1,4 +1,6 @@
-"""Laws of motions in which something vanishes truly: rounding breaks none, a slight error breaks the right ones."""
+"""Laws of motions in which something vanishes truly: rounding breaks none, a slight error breaks
+the right ones.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,9 @@ CASE = trial(m, PAPER)
 
 
 def audit_rotor(folder: Path, factor: str = "1", **values: str) -> dict[str, dict[str, object]]:
-    """Return the laws by name; a rotor at constant speed needs no torque: that of its two forces is rounding."""
+    """Return the laws by name; a rotor at constant speed needs no torque: that of its two forces is
+    rounding.
+    """
     text = ROTOR.replace("FACTOR", factor)
     for name, value in {"SPEED": "1200", "RADIUS": "70", "MASS": "3.1", **values}.items():
         text = text.replace(name, value)
@@ -51,7 +55,9 @@ def audit_rotor(folder: Path, factor: str = "1", **values: str) -> dict[str, dic
     return {f"{law['law']}, {law['unit']}": law for law in laws}
 
 
-@pytest.mark.parametrize("values", [{}, {"MASS": "3e-6", "RADIUS": "0.2"}, {"SPEED": "90000", "MASS": "4e4"}])
+@pytest.mark.parametrize(
+    "values", [{}, {"MASS": "3e-6", "RADIUS": "0.2"}, {"SPEED": "90000", "MASS": "4e4"}]
+)
 def test_moment_that_is_rounding_breaks_no_law(tmp_path: Path, values: dict[str, str]) -> None:
     laws = audit_rotor(tmp_path, **values)
     assert len(laws) == 10
@@ -59,7 +65,9 @@ def test_moment_that_is_rounding_breaks_no_law(tmp_path: Path, values: dict[str,
 
 
 @pytest.mark.parametrize("values", [{}, {"MASS": "3e-6", "RADIUS": "0.2"}])
-def test_slight_error_beside_a_vanishing_moment_is_found(tmp_path: Path, values: dict[str, str]) -> None:
+def test_slight_error_beside_a_vanishing_moment_is_found(
+    tmp_path: Path, values: dict[str, str]
+) -> None:
     laws = audit_rotor(tmp_path, "Rational(100001, 100000)", **values)
     broken = {name for name, law in laws.items() if law["violation"]}
     assert "rate of angular momentum less outer moments, z, N m" in broken
@@ -69,7 +77,12 @@ def test_slight_error_beside_a_vanishing_moment_is_found(tmp_path: Path, values:
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_laws_of_a_cycle_hold_at_any_size_of_force(scale: float) -> None:
-    masses = {"m_r_kg": 0.8 * scale, "m_s_kg": 1.5 * scale, "J_kg_m2": 0.004 * scale, "k_N_m": 900 * scale}
+    masses = {
+        "m_r_kg": 0.8 * scale,
+        "m_s_kg": 1.5 * scale,
+        "J_kg_m2": 0.004 * scale,
+        "k_N_m": 900 * scale,
+    }
     machine = build_machine(own.file("slider_crank", A_m2=0.002 * scale, **masses))
     cycle = compute_cycle(Model(machine))
     laws = [law for law in cycle.result.laws if law.unit in ("N", "N m", "W")]

@@ -1,4 +1,6 @@
-"""Laws of a chain as a whole: the derivation keeps them, the print breaks some, and a planted error is found."""
+"""Laws of a chain as a whole: the derivation keeps them, the print breaks some, and a planted error
+is found.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +70,9 @@ def test_repairing_wrong_equations_restores_every_law(repaired: Trial) -> None:
     assert {record["violation"] for record in judge_laws("repaired", repaired)} == {0.0}
 
 
-def test_broken_laws_need_exactly_their_causes_repaired(printed: Trial, records: list[Record]) -> None:
+def test_broken_laws_need_exactly_their_causes_repaired(
+    printed: Trial, records: list[Record]
+) -> None:
     broken = [r for r in records if r["violation"]]
     assert broken
     for record in broken:
@@ -76,7 +80,9 @@ def test_broken_laws_need_exactly_their_causes_repaired(printed: Trial, records:
         assert not printed.broken(broken_law, causes)
         for spared in causes:
             fewer = [n for n in causes if n != spared]
-            assert any(printed.broken(law_, fewer) for law_ in (broken_law, *printed.satisfied_laws)), (
+            assert any(
+                printed.broken(law_, fewer) for law_ in (broken_law, *printed.satisfied_laws)
+            ), (
                 record["law"],
                 spared,
             )
@@ -84,11 +90,15 @@ def test_broken_laws_need_exactly_their_causes_repaired(printed: Trial, records:
 
 
 def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
-    """Counted again with sets of repairs run one by one, over all suspects, those too that a law does not ask for."""
+    """Counted again with sets of repairs run one by one, over all suspects, those too that a law
+    does not ask for.
+    """
     mean_law = law(printed, MEAN)
     (causes,) = printed.causes(mean_law).sets
     for size in (1, 2):
-        assert all(printed.broken(mean_law, chosen) for chosen in combinations(printed.suspects, size))
+        assert all(
+            printed.broken(mean_law, chosen) for chosen in combinations(printed.suspects, size)
+        )
     rng = random.Random(0)
     for chosen in rng.sample(list(combinations(printed.suspects, len(causes))), 60):
         assert printed.broken(mean_law, chosen) is (chosen != causes), chosen
@@ -96,7 +106,9 @@ def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
 
 def test_batched_repairs_equal_single_repairs(printed: Trial) -> None:
     rng = random.Random(1)
-    chosen = [rng.sample(printed.suspects, rng.randint(0, len(printed.suspects))) for _ in range(12)]
+    chosen = [
+        rng.sample(printed.suspects, rng.randint(0, len(printed.suspects))) for _ in range(12)
+    ]
     for law_ in printed.dynamics.laws:
         together = printed.violations(law_, chosen)
         alone = [printed.violations(law_, [number])[0] for number in chosen]
@@ -109,11 +121,15 @@ def test_unrelated_repairs_do_not_change_a_law(printed: Trial) -> None:
         unconcerned = [n for n in printed.suspects if n not in concerned]
         before, after = printed.violations(law_, [concerned, [*concerned, *unconcerned]])
         assert before == pytest.approx(after, rel=1e-12, abs=1e-12), law_.name
-    assert any(len(printed.concerned(law_)) < len(printed.suspects) for law_ in printed.dynamics.laws)
+    assert any(
+        len(printed.concerned(law_)) < len(printed.suspects) for law_ in printed.dynamics.laws
+    )
 
 
 @pytest.mark.long
-def test_elimination_may_find_larger_restoring_sets(printed: Trial, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_elimination_may_find_larger_restoring_sets(
+    printed: Trial, monkeypatch: pytest.MonkeyPatch
+) -> None:
     work_law = law(printed, WORK)
     smallest = printed.causes(work_law)
     monkeypatch.setattr(trials, "MOST_SETS", 10)
@@ -125,7 +141,9 @@ def test_elimination_may_find_larger_restoring_sets(printed: Trial, monkeypatch:
 
 
 def printed_cycle() -> tuple[float, float, float]:
-    """Mean vertical support force, motor work and friction work of a turn, from the printed model's kernels."""
+    """Mean vertical support force, motor work and friction work of a turn, from the printed model's
+    kernels.
+    """
     machine: PlantingMachine = machines.machine("wang2017")
     phi = 2 * np.pi * (np.arange(20000) + 0.5) / 20000
     cycle = model.cycle(Device(machine, "printed"), phi)
@@ -148,7 +166,9 @@ def test_sizes_are_those_of_the_printed_model(printed: Trial) -> None:
 
 
 def test_extreme_between_sampled_angles_is_computed(printed: Trial) -> None:
-    totals = model.cycle(Device(machines.machine("wang2017"), "printed"), np.linspace(0, np.pi, 20001)).totals
+    totals = model.cycle(
+        Device(machines.machine("wang2017"), "printed"), np.linspace(0, np.pi, 20001)
+    ).totals
     exact = model.cycle(Device(machines.machine("wang2017")), np.linspace(0, np.pi, 20001)).totals
     largest = np.abs(totals["F_support"] - exact["F_support"]).max()
     assert printed.size(law(printed, VERTICAL)) == pytest.approx(largest, abs=1e-4)
@@ -156,14 +176,24 @@ def test_extreme_between_sampled_angles_is_computed(printed: Trial) -> None:
 
 @pytest.mark.parametrize(
     ("number", "name"),
-    [("13", VERTICAL), pytest.param("10", VERTICAL, marks=pytest.mark.long), ("14", WORK),
-     pytest.param("12", "horizontal support force is rate of momentum", marks=pytest.mark.long)],
-)  # fmt: skip
-def test_planted_error_is_attributed_to_the_equation(repaired: Trial, number: str, name: str) -> None:
+    [
+        ("13", VERTICAL),
+        pytest.param("10", VERTICAL, marks=pytest.mark.long),
+        ("14", WORK),
+        pytest.param("12", "horizontal support force is rate of momentum", marks=pytest.mark.long),
+    ],
+)
+def test_planted_error_is_attributed_to_the_equation(
+    repaired: Trial, number: str, name: str
+) -> None:
     equation = repaired.side.equations[number]
     error = q.m2 * q.g * q.r3 / (1 if number == "14" else q.a1)
     wrong = replace(equation, residual=equation.residual + error)
-    tampered = Trial(repaired.side.replace(number, wrong), repaired.frame.replace(number, wrong), repaired.dynamics)
+    tampered = Trial(
+        repaired.side.replace(number, wrong),
+        repaired.frame.replace(number, wrong),
+        repaired.dynamics,
+    )
     assert tampered.suspects == [number]
     assert tampered.causes(law(tampered, name)) == Causes([(number,)])
 
@@ -179,7 +209,10 @@ def test_pulling_tooth_is_attributed_to_the_normal_force(repaired: Trial) -> Non
 @pytest.mark.parametrize("tag", "PQ")
 def test_repair_breaks_no_satisfied_law(printed: Trial, tag: str) -> None:
     """With the normal force alone the teeth push, but with the wrong flank's moment."""
-    push, moment = law(printed, f"teeth at {tag} only push"), law(printed, f"tooth force at {tag} has its moment")
+    push, moment = (
+        law(printed, f"teeth at {tag} only push"),
+        law(printed, f"tooth force at {tag} has its moment"),
+    )
     assert moment in printed.satisfied_laws
     assert not printed.broken(push, [f"N{tag}"])
     assert printed.broken(moment, [f"N{tag}"])
@@ -191,12 +224,17 @@ def test_shares_add_up_to_the_violation_and_are_sorted(records: list[Record]) ->
         shares = record["shares"]
         assert [s["equation"] for s in shares] != [] or not record["violation"]
         assert sum(s["shapley"] for s in shares) == pytest.approx(record["violation"], rel=5e-3)
-        assert [s["shapley"] for s in shares] == sorted((s["shapley"] for s in shares), reverse=True)
+        assert [s["shapley"] for s in shares] == sorted(
+            (s["shapley"] for s in shares), reverse=True
+        )
 
 
 def test_shares_of_two_equations_by_hand(printed: Trial) -> None:
     slow_law = law(printed, "support force tends to the weight as the speed goes to zero")
-    sizes = [printed._sizes(slow_law, [frozenset(some)])[0] for some in ((), ("18",), ("25",), ("18", "25"))]
+    sizes = [
+        printed._sizes(slow_law, [frozenset(some)])[0]
+        for some in ((), ("18",), ("25",), ("18", "25"))
+    ]
     first, second = printed.shares(slow_law, ["18", "25"])
     assert (first.equation, second.equation) == ("25", "18")
     assert first.alone == pytest.approx(sizes[0] - sizes[2])
@@ -222,7 +260,9 @@ def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
     slow_values = {s: values[0] for s, values in slow.sides[0].items()}
     point = Point({s: mpmath.mpf(float(v)) for s, v in slow_values.items()})
     for step in (step for step in motion.steps if isinstance(step, Let)):
-        assert float(point(step.expr)) == pytest.approx(slow_values[step.symbol], rel=1e-9, abs=1e-20), step.symbol
+        assert float(point(step.expr)) == pytest.approx(
+            slow_values[step.symbol], rel=1e-9, abs=1e-20
+        ), step.symbol
 
 
 def test_the_weights_integrate_over_a_turn(printed: Trial) -> None:

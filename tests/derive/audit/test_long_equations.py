@@ -1,4 +1,6 @@
-"""Equations of more than a thousand operations: an error in one of hundreds of terms is found and put back."""
+"""Equations of more than a thousand operations: an error in one of hundreds of terms is found and
+put back.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,10 @@ LINKS = 6
 @cache
 def build_chain() -> Case:
     """A hanging chain of point masses, its joint angles relative to the link before."""
-    rows = [f"m_{i} | kg | mass {i} | {1 + i / 10}\n l_{i} | m | link {i} | {1 - i / 10}" for i in range(1, LINKS + 1)]
+    rows = [
+        f"m_{i} | kg | mass {i} | {1 + i / 10}\n l_{i} | m | link {i} | {1 - i / 10}"
+        for i in range(1, LINKS + 1)
+    ]
     q = quantities("g | m/s2 | free fall | 9.8\n" + "\n".join(rows))
     m = Mechanism("long_chain", q, gravity=q.g)
     end, body, angles = m.O, m.ground, list[Expr]()
@@ -37,20 +42,30 @@ def build_chain() -> Case:
 
 
 def write_balance() -> Expr:
-    """Return the moments about the first joint: weights, and inertia by cosines and sines of angles between links."""
+    """Return the moments about the first joint: weights, and inertia by cosines and sines of angles
+    between links.
+    """
     named = {symbol.name: symbol for point in build_chain().points for symbol in point.values()}
     links = range(1, LINKS + 1)
     angle, rate, acceleration = (
         {i: sp.Add(*(named[f"theta_{k}{dots}"] for k in range(1, i + 1))) for i in links}
         for dots in ("", "_dot", "_ddot")
     )
-    terms = [named[f"m_{k}"] * named["g"] * named[f"l_{i}"] * sp.sin(angle[i]) for k in links for i in range(1, k + 1)]
+    terms = [
+        named[f"m_{k}"] * named["g"] * named[f"l_{i}"] * sp.sin(angle[i])
+        for k in links
+        for i in range(1, k + 1)
+    ]
     for k in links:
         for i in range(1, k + 1):
             for j in range(1, k + 1):
                 between = angle[i] - angle[j]
                 inertia = sp.cos(between) * acceleration[j] + sp.sin(between) * rate[j] ** 2
-                terms.append(sp.expand(named[f"m_{k}"] * named[f"l_{i}"] * named[f"l_{j}"] * inertia, deep=False))
+                terms.append(
+                    sp.expand(
+                        named[f"m_{k}"] * named[f"l_{i}"] * named[f"l_{j}"] * inertia, deep=False
+                    )
+                )
     return sp.Add(*terms)
 
 
@@ -63,7 +78,11 @@ def judge(printed: Expr, derived: Expr | None = None) -> Judgement:
 
 def find_term(balance: Expr) -> Expr:
     """Return a term of five factors, a sum of accelerations among them."""
-    return next(t for t in balance.args if len(t.args) == 5 and t.has(sp.cos) and any(f.is_Add for f in t.args))
+    return next(
+        t
+        for t in balance.args
+        if len(t.args) == 5 and t.has(sp.cos) and any(f.is_Add for f in t.args)
+    )
 
 
 def test_long_equation_is_confirmed() -> None:
@@ -78,7 +97,9 @@ def test_flipped_sign_in_a_long_equation_is_put_back(is_derived: bool) -> None:
     term = find_term(balance)
     judgement = judge(balance - 2 * term, balance if is_derived else None)
     assert judgement.verdict == "misprint"
-    assert (f"sign of {-term}",) in [tuple(map(str, correction)) for correction in judgement.corrections]
+    assert (f"sign of {-term}",) in [
+        tuple(map(str, correction)) for correction in judgement.corrections
+    ]
     assert judgement.corrected is not None
     assert judgement.corrected.residual == balance
 

@@ -103,7 +103,9 @@ def test_every_equation_can_be_set(name: str) -> None:
 def test_written_mathml_is_well_formed_and_complete() -> None:
     records = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))["equations"]
     typeset = json.loads((GENERATED / "audit_mathml.json").read_text(encoding="utf-8"))
-    assert {(r["paper"], r["equation"]) for r in records} == {(p, n) for p, element in typeset.items() for n in element}
+    assert {(r["paper"], r["equation"]) for r in records} == {
+        (p, n) for p, element in typeset.items() for n in element
+    }
     for record in records:
         element = typeset[record["paper"]][record["equation"]]
         for part in ("terms", "unexplained", "vanishing", "correction"):
@@ -111,5 +113,9 @@ def test_written_mathml_is_well_formed_and_complete() -> None:
         ET.fromstring(
             f"<p>{element['printed']}{element['derived']}{element['finding']}{''.join(element['correction'])}</p>"
         )
-        notes = re.findall(r"<annotation[^>]*>(.*?)</annotation>", element["printed"] + element["derived"])
-        assert [unescape(note) for note in notes] == [record[s] for s in ("printed", "derived") if record[s]]
+        notes = re.findall(
+            r"<annotation[^>]*>(.*?)</annotation>", element["printed"] + element["derived"]
+        )
+        assert [unescape(note) for note in notes] == [
+            record[s] for s in ("printed", "derived") if record[s]
+        ]

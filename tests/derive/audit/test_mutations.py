@@ -1,4 +1,6 @@
-"""The audit can fail: errors planted in papers and derivations change its verdicts, harmless rewrites do not."""
+"""The audit can fail: errors planted in papers and derivations change its verdicts, harmless
+rewrites do not.
+"""
 
 import random
 import re
@@ -21,17 +23,23 @@ from tests.support.sampled import sampled
 from tests.support.tally import is_told, tally
 
 PLANTED = 16
-"""Errors that are planted in each paper; the suite judges the first, the long tests the others and many more."""
+"""Errors that are planted in each paper; the suite judges the first, the long tests the others and
+many more.
+"""
 MANY = 120
 DERIVATIONS = 4
 PLANTED_IN_CONTRADICTED = 6
 EXACT = 0.9
-"""Share of the errors in sound equations that is told as what it is: the rest leaves no trace of what stood there."""
+"""Share of the errors in sound equations that is told as what it is: the rest leaves no trace of
+what stood there.
+"""
 PAPERS = tuple(CASES)
 
 
 def on_some_papers(names: Iterable[str], step: int) -> list[Any]:
-    """Return ways to rewrite with papers: all of them by -m long, in the suite each on one paper of `every`."""
+    """Return ways to rewrite with papers: all of them by -m long, in the suite each on one paper of
+    `every`.
+    """
     return [
         pytest.param(paper, name, marks=[pytest.mark.long] * bool((i + k) % step))
         for i, name in enumerate(names)
@@ -51,23 +59,34 @@ SOUND = ("confirmed", "confirmed as rebuilt", "untested")
 def test_planted_error_changes_the_finding(paper: str, index: int) -> None:
     mutant = mutations.mutants(paper, PLANTED)[index]
     before, after = untouched(paper, mutant.equation.number), judge_alone(paper, mutant.equation)
-    assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.change}"
+    assert outcome(after) != outcome(before), (
+        f"({mutant.equation.number}) {mutant.kind}: {mutant.change}"
+    )
     assert before.verdict not in SOUND or after.verdict not in SOUND
 
 
 @pytest.mark.parametrize("index", sampled([0, 1], range(PLANTED_IN_CONTRADICTED)))
 def test_planted_error_changes_a_contradicted_finding(index: int) -> None:
-    planted = ((p, m) for p in PAPERS for m in mutations.mutants(p, PLANTED_IN_CONTRADICTED, mutations.contradicted(p)))
+    planted = (
+        (p, m)
+        for p in PAPERS
+        for m in mutations.mutants(p, PLANTED_IN_CONTRADICTED, mutations.contradicted(p))
+    )
     paper, mutant = next(islice(planted, index, None))
     before, after = untouched(paper, mutant.equation.number), judge_alone(paper, mutant.equation)
     assert before.verdict == "contradicted"
-    assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.change}"
+    assert outcome(after) != outcome(before), (
+        f"({mutant.equation.number}) {mutant.kind}: {mutant.change}"
+    )
 
 
 @pytest.mark.parametrize("paper", PAPERS)
 def test_planted_errors_are_of_many_kinds_and_many_equations(paper: str) -> None:
     planted = mutations.mutants(paper, PLANTED)
-    assert len({(m.equation.number, m.equation.residual, m.equation.relation) for m in planted}) == PLANTED
+    assert (
+        len({(m.equation.number, m.equation.residual, m.equation.relation) for m in planted})
+        == PLANTED
+    )
     assert len({m.kind for m in planted}) >= 5
     assert len({m.equation.number for m in planted}) >= PLANTED // 2
 
@@ -83,7 +102,11 @@ def test_many_errors_are_explained_and_rewrites_ignored(paper: str) -> None:
 
 @pytest.mark.parametrize("paper", PAPERS)
 def test_most_errors_are_explained_correctly(paper: str) -> None:
-    planted = [m for m in mutations.mutants(paper, PLANTED)[::2] if mutations.is_sound(paper, printed(paper, m))]
+    planted = [
+        m
+        for m in mutations.mutants(paper, PLANTED)[::2]
+        if mutations.is_sound(paper, printed(paper, m))
+    ]
     explained = [m for m in planted if is_told(paper, m)]
     assert len(explained) >= EXACT * len(planted) - 1, [
         (m.equation.number, m.change) for m in planted if m not in explained
@@ -103,16 +126,21 @@ def test_errors_of_every_kind_are_planted_in_some_paper() -> None:
 @pytest.mark.parametrize("place", PLACES)
 def test_rewrite_of_confirmed_equation_stays_confirmed(paper: str, name: str, place: int) -> None:
     for equation in _sample_equation(paper, name, place, sound=True):
-        assert outcome(judge_alone(paper, REWRITES[name](equation))) == outcome(untouched(paper, equation.number)), (
-            equation.number
-        )
+        assert outcome(judge_alone(paper, REWRITES[name](equation))) == outcome(
+            untouched(paper, equation.number)
+        ), equation.number
 
 
 @pytest.mark.parametrize(("paper", "name"), REWRITTEN_WHERE_FAULTY)
 @pytest.mark.parametrize("place", PLACES)
-def test_rewrite_of_faulty_equation_changes_only_positions(paper: str, name: str, place: int) -> None:
+def test_rewrite_of_faulty_equation_changes_only_positions(
+    paper: str, name: str, place: int
+) -> None:
     for equation in _sample_equation(paper, name, place, sound=False):
-        before, after = untouched(paper, equation.number), judge_alone(paper, REWRITES[name](equation))
+        before, after = (
+            untouched(paper, equation.number),
+            judge_alone(paper, REWRITES[name](equation)),
+        )
         assert _shape(after) == _shape(before), equation.number
 
 
@@ -121,13 +149,22 @@ def test_there_are_twenty_rewrites_and_each_is_used() -> None:
     unused = {
         name
         for name, rewrite in REWRITES.items()
-        if not any(_differs(rewrite(e), e) for p in PAPERS for sound in (True, False) for e in _derivable(p, sound))
+        if not any(
+            _differs(rewrite(e), e)
+            for p in PAPERS
+            for sound in (True, False)
+            for e in _derivable(p, sound)
+        )
     }
     assert not unused
 
 
 @pytest.mark.parametrize(
-    "paper", [pytest.param(p, marks=pytest.mark.long if p in ("wang2017", "yu2023") else ()) for p in PAPERS]
+    "paper",
+    [
+        pytest.param(p, marks=pytest.mark.long if p in ("wang2017", "yu2023") else ())
+        for p in PAPERS
+    ],
 )
 def test_rewrites_are_harmless(paper: str) -> None:
     for name, rewrite in REWRITES.items():
@@ -175,7 +212,10 @@ def _differs(first: Equation, other: Equation) -> bool:
 
 def _shape(judgement: Judgement) -> tuple[object, ...]:
     """A judgement without the texts of places."""
-    kinds = {tuple(re.sub(r"(^sign of|on|of) .*", r"\1", _faced(edit)) for edit in c) for c in judgement.corrections}
+    kinds = {
+        tuple(re.sub(r"(^sign of|on|of) .*", r"\1", _faced(edit)) for edit in c)
+        for c in judgement.corrections
+    }
     return judgement.verdict, kinds, len(judgement.missing), len(judgement.unexplained)
 
 

@@ -1,4 +1,6 @@
-"""An equation, a reading, a law or a number that cannot be judged costs one line: the rest is judged all the same."""
+"""An equation, a reading, a law or a number that cannot be judged costs one line: the rest is
+judged all the same.
+"""
 
 from __future__ import annotations
 
@@ -25,11 +27,14 @@ ODD = sp.Function("odd")
 def made_up() -> Case:
     """A case with a sum ``x = a u`` that is derived, and nothing printed yet."""
     return Case(
-        Paper("made up", "A made-up paper"), MadeUp({MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, x - a * u, x)})
+        Paper("made up", "A made-up paper"),
+        MadeUp({MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, x - a * u, x)}),
     )
 
 
-def audit(case: Case, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, record.Record], list[record.Record]]:
+def audit(
+    case: Case, monkeypatch: pytest.MonkeyPatch
+) -> tuple[dict[str, record.Record], list[record.Record]]:
     """Records of all equations by number and of the laws, judged in this process."""
     module = ModuleType("made_up_case")
     module.__file__ = "made_up_case.py"
@@ -67,9 +72,13 @@ def test_bad_equation_adds_a_single_line(monkeypatch: pytest.MonkeyPatch) -> Non
     case.paper.defines("wrong and claimed", x, 2 * a * u, MadeUpClaim.SUM)
     records, _ = audit(case, monkeypatch)
     assert {number: entry["verdict"] for number, entry in records.items()} == {
-        "right": "confirmed", "unknown": "not judged", "odd": "not judged", "odd, unclaimed": "not judged",
-        "wrong": "contradicted", "wrong and claimed": "misprint",
-    }  # fmt: skip
+        "right": "confirmed",
+        "unknown": "not judged",
+        "odd": "not judged",
+        "odd, unclaimed": "not judged",
+        "wrong": "contradicted",
+        "wrong and claimed": "misprint",
+    }
     assert "Z_1" in records["unknown"]["finding"]
     assert "odd" in records["odd"]["finding"]
     assert records["wrong"]["reasons"] == ["(wrong) does not hold"]
@@ -104,7 +113,10 @@ def test_unreadable_interpretation_is_the_least_kind() -> None:
     case.paper.defines("1", x, b * u, MadeUpClaim.SUM)
     case.paper.admits(["1"], Reading("b is odd", {b: ODD(a)}), Reading("b is twice a", {b: 2 * a}))
     outcome = judge_readings(case, "1")
-    assert [hearing.judgement.verdict for hearing in outcome.alternatives] == ["not judged", "misprint"]
+    assert [hearing.judgement.verdict for hearing in outcome.alternatives] == [
+        "not judged",
+        "misprint",
+    ]
     assert outcome.kindest.judgement.verdict == "misprint"
 
 
@@ -130,10 +142,15 @@ def test_defined_symbol_may_be_mapped() -> None:
     case.paper.reads({foreign: x}, "1", "2")
     case.paper.reads({foreign: x / 2}, "half")
     case.paper.reads({foreign: -x}, "reversed")
-    judgements = {number: judge_readings(case, number).kindest.judgement for number in case.paper.equations}
+    judgements = {
+        number: judge_readings(case, number).kindest.judgement for number in case.paper.equations
+    }
     assert {number: judgement.verdict for number, judgement in judgements.items()} == {
-        "1": "confirmed", "2": "misprint", "half": "confirmed", "reversed": "confirmed",
-    }  # fmt: skip
+        "1": "confirmed",
+        "2": "misprint",
+        "half": "confirmed",
+        "reversed": "confirmed",
+    }
     assert judgements["2"].corrections
 
 

@@ -25,14 +25,31 @@ from derive.audit.terms import (
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point, UnknownNodeError
 from derive.quantity import Quantity
-from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, e, quantity, t, u, v, x, x_dot
+from tests.support.made_up import (
+    POINTS,
+    WORDS,
+    MadeUpClaim,
+    a,
+    b,
+    c,
+    d,
+    e,
+    quantity,
+    t,
+    u,
+    v,
+    x,
+    x_dot,
+)
 
 # terms
 
 AT = tuple(POINTS)
 
 
-def match_terms(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...], points: object = None) -> Match:
+def match_terms(
+    printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...], points: object = None
+) -> Match:
     return match_sums(to_monomials(sp.Add(*printed), AT), to_monomials(sp.Add(*derived), AT))
 
 
@@ -82,7 +99,9 @@ def test_complex_value_gives_no_number() -> None:
 
 
 def test_gap_counts_unmatched_terms() -> None:
-    printed, derived = (to_monomials(e, AT) for e in (a * u - b + 2 * c + x_dot, a * u + b + 4 * c + e))
+    printed, derived = (
+        to_monomials(e, AT) for e in (a * u - b + 2 * c + x_dot, a * u + b + 4 * c + e)
+    )
     assert measure_gap(printed, derived) == Gap(alien=1, unlike=1, lacking=2)
     assert measure_gap(printed, printed).size == 0
 
@@ -127,7 +146,9 @@ FORMULA = a * sp.sin(u) - b * sp.cos(v) + x_dot * t + c * sp.atan(u * v)
     ],
 )
 def test_each_kind_of_edit_is_tried(meant: sp.Expr) -> None:
-    assert any(sp.expand(edit.result - meant) == 0 for edit in list_edits(FORMULA, WORDS, present=[v]))
+    assert any(
+        sp.expand(edit.result - meant) == 0 for edit in list_edits(FORMULA, WORDS, present=[v])
+    )
 
 
 @pytest.mark.parametrize(
@@ -146,7 +167,9 @@ def test_edits_inside_a_bracket(printed: sp.Expr, meant: sp.Expr) -> None:
 
 def test_conditions_are_exchanged() -> None:
     cases = sp.Piecewise((a * u, v < 0), (2 * b, True))
-    assert sp.Piecewise((2 * b, v < 0), (a * u, True)) in {edit.result for edit in list_edits(cases, WORDS)}
+    assert sp.Piecewise((2 * b, v < 0), (a * u, True)) in {
+        edit.result for edit in list_edits(cases, WORDS)
+    }
 
 
 def test_every_edit_differs_from_the_original() -> None:
@@ -155,7 +178,11 @@ def test_every_edit_differs_from_the_original() -> None:
         assert any(abs(p(edit.result) - p(FORMULA)) > mpf(10) ** -40 for p in POINTS), edit.text
 
 
-BENT = (a * sp.sin(u) - b) * (c + e * sp.sqrt(u * v)) / d + sp.Max(a, b) * sp.Abs(c - e) ** 3 - sp.atan2(a, -b) * x
+BENT = (
+    (a * sp.sin(u) - b) * (c + e * sp.sqrt(u * v)) / d
+    + sp.Max(a, b) * sp.Abs(c - e) ** 3
+    - sp.atan2(a, -b) * x
+)
 
 
 @pytest.mark.parametrize("formula", [FORMULA, BENT, a * sp.sin(u) * (b - c), sp.tan(u) + a])
@@ -168,9 +195,17 @@ def test_values_of_edits_are_those_of_their_results(formula: sp.Expr) -> None:
         result = proposal.apply(formula).result
         for point, value, size in zip(POINTS, at_points, sizes, strict=True):
             exact = evaluate_at(result, point)
-            assert np.isnan(value) if exact is None else value == pytest.approx(float(exact), rel=1e-12, abs=1e-14)
-            largest = max(abs(evaluate_at(summand, point) or 0) for summand in sp.Add.make_args(result))
-            assert exact is None or size >= 0.49 * largest  # two equal summands become one of twice the size
+            assert (
+                np.isnan(value)
+                if exact is None
+                else value == pytest.approx(float(exact), rel=1e-12, abs=1e-14)
+            )
+            largest = max(
+                abs(evaluate_at(summand, point) or 0) for summand in sp.Add.make_args(result)
+            )
+            assert (
+                exact is None or size >= 0.49 * largest
+            )  # two equal summands become one of twice the size
 
 
 def test_floating_point_lacks_functions_of_tables() -> None:
@@ -199,7 +234,9 @@ def test_factor_must_hold_at_every_point(second: int, factor: int | None) -> Non
 @pytest.mark.parametrize("terms", [(-b * v,), (-b * v, c * sp.cos(u)), ()])
 def test_missing_terms_do_not_depend_on_notation(terms: tuple[sp.Expr, ...]) -> None:
     printed, same = a * sp.sin(u) * sp.cos(u), a * sp.sin(2 * u) / 2
-    assert set(find_missing_terms(Comparison(printed, sp.Add(same, *terms), AT), WORDS)) == set(terms)
+    assert set(find_missing_terms(Comparison(printed, sp.Add(same, *terms), AT), WORDS)) == set(
+        terms
+    )
 
 
 # directions
@@ -208,7 +245,9 @@ p, q = quantity("test_p", "rad"), quantity("test_q", "rad")
 
 
 def turning(*residuals: sp.Expr, defines: Quantity | None = None) -> set[Quantity]:
-    return set(directions([Equation("n", r, "test", MadeUpClaim.SUM, defines=defines) for r in residuals]))
+    return set(
+        directions([Equation("n", r, "test", MadeUpClaim.SUM, defines=defines) for r in residuals])
+    )
 
 
 def test_periodic_angle_is_a_direction() -> None:
@@ -220,7 +259,13 @@ def test_periodic_angle_is_a_direction() -> None:
 
 
 @pytest.mark.parametrize(
-    "counted", [a * sp.sin(p / 2), a * p + b * sp.sin(p), p**2 - sp.cos(p), sp.Piecewise((p, u > 0), (sp.sin(p), True))]
+    "counted",
+    [
+        a * sp.sin(p / 2),
+        a * p + b * sp.sin(p),
+        p**2 - sp.cos(p),
+        sp.Piecewise((p, u > 0), (sp.sin(p), True)),
+    ],
 )
 def test_counted_angle_is_not_a_direction(counted: sp.Expr) -> None:
     assert turning(counted) == set()
@@ -238,10 +283,20 @@ def test_a_direction_may_be_defined_by_another() -> None:
 
 @pytest.mark.parametrize(
     "expr",
-    [FORMULA, sp.sqrt(a / b) ** 3, sp.Abs(a - b), sp.atan2(-a, -b), sp.exp(u) * sp.log(1 + v), sp.Min(a, b, c),
-     sp.pi * a, sp.Piecewise((a, u > v), (b, True)), sp.acos(u / 2) + sp.tan(v), sp.Rational(1, 3) * sp.cosh(u),
-     sp.floor(7 * u)],
-)  # fmt: skip
+    [
+        FORMULA,
+        sp.sqrt(a / b) ** 3,
+        sp.Abs(a - b),
+        sp.atan2(-a, -b),
+        sp.exp(u) * sp.log(1 + v),
+        sp.Min(a, b, c),
+        sp.pi * a,
+        sp.Piecewise((a, u > v), (b, True)),
+        sp.acos(u / 2) + sp.tan(v),
+        sp.Rational(1, 3) * sp.cosh(u),
+        sp.floor(7 * u),
+    ],
+)
 def test_values_have_fifty_digits(expr: sp.Expr) -> None:
     point = POINTS[0]
     values_by_symbol = {s: sp.Rational(mpmath.nstr(point(s), 12)) for s in WORDS}

@@ -1,4 +1,6 @@
-"""The points that the audit decides at: between them they take every branch that a paper prints, both ways."""
+"""The points that the audit decides at: between them they take every branch that a paper prints,
+both ways.
+"""
 
 import pytest
 import sympy as sp

@@ -25,10 +25,17 @@ ZERO = {push: "nothing pushes"}
 
 
 def case(
-    printed: Equation, meant: sp.Expr, lifted: sp.Expr | None = None, reading: dict[Quantity, sp.Expr] | None = None
+    printed: Equation,
+    meant: sp.Expr,
+    lifted: sp.Expr | None = None,
+    reading: dict[Quantity, sp.Expr] | None = None,
 ) -> Case:
-    """A paper of one equation, with a derivation, and that derivation while an assumption is lifted."""
-    equations = {MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, meant, printed.defines, printed.relation)}
+    """A paper of one equation, with a derivation, and that derivation while an assumption is
+    lifted.
+    """
+    equations = {
+        MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, meant, printed.defines, printed.relation)
+    }
     paper = Paper("made up", "", {printed.number: printed}, reading=reading or {})
     return Case(paper, MadeUp(equations, lifted, ZERO))
 
@@ -48,9 +55,17 @@ def test_points_differ() -> None:
 
 def test_derived_side_has_the_printed_form() -> None:
     entry = recorded(case(equation(a - b * u), b * u - a))
-    assert (entry["printed"], entry["derived"], entry["defines"]) == (f"{a - b * u} = 0", f"{a - b * u} = 0", "")
+    assert (entry["printed"], entry["derived"], entry["defines"]) == (
+        f"{a - b * u} = 0",
+        f"{a - b * u} = 0",
+        "",
+    )
     entry = recorded(case(equation(x - b * u, x), x - b * v))
-    assert (entry["printed"], entry["derived"], entry["defines"]) == (f"{x - b * u} = 0", f"{x - b * v} = 0", str(x))
+    assert (entry["printed"], entry["derived"], entry["defines"]) == (
+        f"{x - b * u} = 0",
+        f"{x - b * v} = 0",
+        str(x),
+    )
 
 
 def test_key_covers_only_action_names_of_the_equation() -> None:
@@ -61,7 +76,8 @@ def test_key_covers_only_action_names_of_the_equation() -> None:
 
         case_ = case(equation(a - b), a - b)
         return key.equation_key(
-            Case(case_.paper, Acting({MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, a - b)})), "n"
+            Case(case_.paper, Acting({MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, a - b)})),
+            "n",
         )
 
     assert keyed("push", "pull") == keyed("push", "drag") != keyed("shove", "pull")
@@ -70,7 +86,11 @@ def test_key_covers_only_action_names_of_the_equation() -> None:
 def test_a_lost_print_shows_the_derivation_alone() -> None:
     lost = replace(equation(sp.S.Zero), legibility="lost")
     entry = recorded(case(lost, a - b))
-    assert (entry["verdict"], entry["printed"], entry["derived"]) == ("reconstructed", "", f"{a - b} = 0")
+    assert (entry["verdict"], entry["printed"], entry["derived"]) == (
+        "reconstructed",
+        "",
+        f"{a - b} = 0",
+    )
 
 
 def test_a_definition_has_no_derived_side() -> None:
@@ -147,7 +167,9 @@ def test_cancelling_printed_terms_are_named() -> None:
     case_ = case(equation(x - a - r, x), x - b, reading={r: b - a})
     entry = recorded(case_)
     assert entry["verdict"] == "confirmed"
-    assert entry["vanishing"] == [{"term": str(-a), "because": f"{r} read as {b - a}", "printed": True}]
+    assert entry["vanishing"] == [
+        {"term": str(-a), "because": f"{r} read as {b - a}", "printed": True}
+    ]
     assert recorded(case(equation(x - a - r, x), x - b - a, reading={r: b}))["vanishing"] == []
 
 
@@ -162,7 +184,9 @@ def test_relaxed_derivations_reduce_to_the_derivations(name: str) -> None:
 
 
 def test_constant_carrier_speed_removes_terms() -> None:
-    """By hand: a body that turns with the carrier and is hinged to it has m r phi'' and J phi'' more."""
+    """By hand: a body that turns with the carrier and is hinged to it has m r phi'' and J phi''
+    more.
+    """
     case_ = CASES["wang2017"]
     vanished = {
         n: {str(v.term) for v in find_vanishing_terms(case_, n) if "phi_ddot = 0" in v.because}
@@ -176,7 +200,9 @@ def test_constant_carrier_speed_removes_terms() -> None:
 
 
 def test_relaxed_balance_includes_carrier_acceleration() -> None:
-    """About its own shaft the middle body resists with its moment of inertia, wherever its centroid lies."""
+    """About its own shaft the middle body resists with its moment of inertia, wherever its centroid
+    lies.
+    """
     case_ = CASES["wang2017"]
     general = case_.lifted("14")
     assert general is not None
@@ -188,15 +214,41 @@ def test_relaxed_balance_includes_carrier_acceleration() -> None:
 
 
 def test_records_have_exactly_the_published_keys() -> None:
-    keys = {"paper", "equation", "legibility", "claims", "verdict", "finding", "correction", "reading", "terms",
-            "unexplained", "vanishing", "printed", "derived", "defines", "key", "mathml", "rebuilt", "fragile",
-            "depends", "robust", "reasons", "answer", "domain", "edited", "difference"}  # fmt: skip
+    keys = {
+        "paper",
+        "equation",
+        "legibility",
+        "claims",
+        "verdict",
+        "finding",
+        "correction",
+        "reading",
+        "terms",
+        "unexplained",
+        "vanishing",
+        "printed",
+        "derived",
+        "defines",
+        "key",
+        "mathml",
+        "rebuilt",
+        "fragile",
+        "depends",
+        "robust",
+        "reasons",
+        "answer",
+        "domain",
+        "edited",
+        "difference",
+    }
     assert recorded(case(equation(a - b), a - b)).keys() == keys
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_unjudged_verdicts_have_a_reason(name: str) -> None:
-    """What a definition defines is defined nowhere else, in print or by derivation; what is lost, is derived."""
+    """What a definition defines is defined nowhere else, in print or by derivation; what is lost,
+    is derived.
+    """
     case_ = CASES[name]
     for number, printed in case_.paper.equations.items():
         _, derived = case_.pair(number)

@@ -1,4 +1,6 @@
-"""Equations without a claim: they hold of the subject's own values, or the smallest edit that makes them is found."""
+"""Equations without a claim: they hold of the subject's own values, or the smallest edit that makes
+them is found.
+"""
 
 import pytest
 import sympy as sp
@@ -19,7 +21,10 @@ def points() -> list[Point]:
         drawn_points.append(
             Point(
                 known_values
-                | {FORCE: 2 * known_values[a] * known_values[u] - known_values[b] * sp.cos(known_values[v])}
+                | {
+                    FORCE: 2 * known_values[a] * known_values[u]
+                    - known_values[b] * sp.cos(known_values[v])
+                }
             )
         )
     return drawn_points
@@ -31,7 +36,9 @@ def judged(residual: sp.Expr, defines: bool = False) -> Judgement:
     return judge_equation(printed, None, points(), [*WORDS, FORCE])
 
 
-@pytest.mark.parametrize("right", [2 * a * u - b * sp.cos(v), (4 * a * u - 2 * b * sp.sin(v + sp.pi / 2)) / 2])
+@pytest.mark.parametrize(
+    "right", [2 * a * u - b * sp.cos(v), (4 * a * u - 2 * b * sp.sin(v + sp.pi / 2)) / 2]
+)
 def test_true_equation_is_confirmed_in_any_notation(right: sp.Expr) -> None:
     assert judged(right).verdict == judged(right, defines=True).verdict == "confirmed"
 
@@ -58,9 +65,13 @@ def test_uncorrectable_equation_is_contradicted_with_remainder() -> None:
 
 
 def test_error_that_was_not_searched_for_says_so() -> None:
-    """One wrong sign among many terms that are zero together: few enough to be edited, or too many."""
+    """One wrong sign among many terms that are zero together: few enough to be edited, or too
+    many.
+    """
     zeros = [sp.sin(k * a) ** 2 + sp.cos(k * a) ** 2 - 1 for k in range(1, 1301)]
-    long, too_long = (judged(2 * a * u + b * sp.cos(v) + sp.Add(*zeros[:count])) for count in (200, 1300))
+    long, too_long = (
+        judged(2 * a * u + b * sp.cos(v) + sp.Add(*zeros[:count])) for count in (200, 1300)
+    )
     assert (long.verdict, too_long.verdict) == ("misprint", "contradicted")
     assert [str(text) for (text,) in long.corrections] == ["sign of -test_b*cos(test_v)"]
     assert "not searched" in too_long.finding
@@ -89,6 +100,8 @@ def test_edit_to_a_tautology_is_no_correction() -> None:
 def test_equation_without_value_is_untested() -> None:
     nowhere = quantity("test_nowhere")
     printed = Equation("1", FORCE - nowhere, "test", Unclaimed.HOLDS)
-    assert judge_by_values(printed, tuple(points()), WORDS).finding.startswith("test_nowhere has no value")
+    assert judge_by_values(printed, tuple(points()), WORDS).finding.startswith(
+        "test_nowhere has no value"
+    )
     condition = Equation("1", FORCE - a, "test", Unclaimed.HOLDS, relation="<")
     assert judge_by_values(condition, tuple(points()), WORDS).verdict == "untested"

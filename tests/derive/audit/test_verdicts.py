@@ -1,4 +1,6 @@
-"""Papers from anywhere: found by the module that states their case, tried, and an error in them found."""
+"""Papers from anywhere: found by the module that states their case, tried, and an error in them
+found.
+"""
 
 from __future__ import annotations
 
@@ -43,10 +45,17 @@ def audit_modules(modules: list[ModuleType], committed: Path | None = None) -> d
 
 def test_planted_error_in_external_paper_is_reported(folder: Path) -> None:
     content = audit_modules([loaded(folder, TEXT.replace("WEIGHT", "2"))])
-    assert {r["equation"]: r["verdict"] for r in content["equations"]} == {"1": "misprint", "2": "confirmed"}
+    assert {r["equation"]: r["verdict"] for r in content["equations"]} == {
+        "1": "misprint",
+        "2": "confirmed",
+    }
     assert content["equations"][0]["correction"] == ["factor 1/2 on 2*g*m"]
     (law,) = content["laws"]
-    assert (law["law"], law["caused_by"], law["search"]) == ("support is the weight", ["1"], "exhaustive")
+    assert (law["law"], law["caused_by"], law["search"]) == (
+        "support is the weight",
+        ["1"],
+        "exhaustive",
+    )
     assert law["violation"] == pytest.approx(2 * 2 * 9.81, rel=1e-3)
 
 
@@ -74,19 +83,26 @@ def test_the_page_shows_a_paper_from_outside(folder: Path) -> None:
     assert "| centrifuge2024 | support is the weight |" in page
 
 
-def test_a_wrong_claim_is_refused_before_anything_is_judged(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wrong = TEXT.replace("WEIGHT", "1").replace("N + N_2, CentrifugeClaim.SUPPORT)\nCASE", "N + N_2, CASE_CLAIM)\nCASE")
+def test_a_wrong_claim_is_refused_before_anything_is_judged(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = TEXT.replace("WEIGHT", "1").replace(
+        "N + N_2, CentrifugeClaim.SUPPORT)\nCASE", "N + N_2, CASE_CLAIM)\nCASE"
+    )
     wrong = wrong.replace('    SUPPORT = "', '    PULL = "pull of the hub"\n    SUPPORT = "')
     module = loaded(folder, wrong.replace("CASE_CLAIM", "CentrifugeClaim.PULL"))
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", None)
     with pytest.raises(
-        ClaimError, match=r"centrifuge2024 \(2\): .* 'pull of the hub'; near it: .*'support of the hub'"
+        ClaimError,
+        match=r"centrifuge2024 \(2\): .* 'pull of the hub'; near it: .*'support of the hub'",
     ):
         verdicts.judge_cases([module])
     with pytest.raises(AttributeError, match="SUPORT"):
         loaded(
             folder,
-            TEXT.replace("WEIGHT", "1").replace("CentrifugeClaim.SUPPORT)\nCASE", "CentrifugeClaim.SUPORT)\nCASE"),
+            TEXT.replace("WEIGHT", "1").replace(
+                "CentrifugeClaim.SUPPORT)\nCASE", "CentrifugeClaim.SUPORT)\nCASE"
+            ),
         )
 
 
@@ -114,11 +130,17 @@ def case(name: str, place: int | None = None) -> Case:
 def test_papers_of_the_project_stand_in_their_order() -> None:
     names = [case.paper.name for case in verdicts.find_cases(import_modules(papers)).values()]
     assert names == ["wang2017", "shi2021", "yu2023", "sun2019"]
-    assert verdicts.find_cases(reversed(import_modules(papers))) == verdicts.find_cases(import_modules(papers))
+    assert verdicts.find_cases(reversed(import_modules(papers))) == verdicts.find_cases(
+        import_modules(papers)
+    )
 
 
 def test_papers_without_order_come_last_by_name() -> None:
-    modules = [module("m1", case("zeta")), module("m2", case("alpha")), module("m3", case("omega", 7))]
+    modules = [
+        module("m1", case("zeta")),
+        module("m2", case("alpha")),
+        module("m3", case("omega", 7)),
+    ]
     assert [case.paper.name for case in verdicts.find_cases(modules).values()] == [
         "omega",
         "alpha",

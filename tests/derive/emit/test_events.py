@@ -1,4 +1,6 @@
-"""Every corner of generated functions along an angle is an event of their module: of all machines, and at random."""
+"""Every corner of generated functions along an angle is an event of their module: of all machines,
+and at random.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ from tests.support.integrands import INTEGRANDS, STATEMENT
 
 GENERATED = Path(__file__).parents[3] / "generated"
 BUILT_IN = tuple(
-    path.stem for path in sorted((GENERATED / "array").glob("*.py")) if "\ndef lane(" in path.read_text("utf-8")
+    path.stem
+    for path in sorted((GENERATED / "array").glob("*.py"))
+    if "\ndef lane(" in path.read_text("utf-8")
 )
 FREE = {
     "gear_rattle",
@@ -33,7 +37,12 @@ FREE = {
     "spinning_top",
 }
 """Examples in free motion, where events are those of a state."""
-DRIVEN = tuple(sorted({*own.LIBRARY, "slider_crank", "cam_follower", "planetary_train", "transplanting_arm"} - FREE))
+DRIVEN = tuple(
+    sorted(
+        {*own.LIBRARY, "slider_crank", "cam_follower", "planetary_train", "transplanting_arm"}
+        - FREE
+    )
+)
 
 
 def list_periods(sidecar: Path) -> list[float | None]:
@@ -41,25 +50,36 @@ def list_periods(sidecar: Path) -> list[float | None]:
 
 
 def compose(gives: Sequence[str], argument: float) -> tuple[Traced, ...]:
-    """Return what a composed function gives at an argument: smooth, and positive what is so by its meaning."""
+    """Return what a composed function gives at an argument: smooth, and positive what is so by its
+    meaning.
+    """
     return tuple(
-        Traced(2 + math.sin(k + argument), 1 if name in ("r", "ratio") else -1) for k, name in enumerate(gives)
+        Traced(2 + math.sin(k + argument), 1 if name in ("r", "ratio") else -1)
+        for k, name in enumerate(gives)
     )
 
 
 def build_inputs(module: ModuleType, sidecar: Path) -> Inputs:
-    """Return inputs of a lane: numbers that do not change, loops that do, functions that are composed at run time."""
+    """Return inputs of a lane: numbers that do not change, loops that do, functions that are
+    composed at run time.
+    """
     described = json.loads(sidecar.read_text("utf-8"))
     names = described["functions"]["lane"]["inputs"]
     callables = described.get("callables", [])
     rng = np.random.default_rng(1)
     stage = ("r", "dr", "ddr", "ratio", "dratio", "turned")
     gives = {name: ("p", "dp", "ddp") if name == "flank" else stage for name in callables}
-    functions = {name: (lambda xp, x, *_, names=gives[name]: compose(names, x.value)) for name in callables}
-    data: dict[str, Any] = {name: [Traced(v) for v in rng.uniform(0.3, 1.7, 60)] for name in names[1:]} | functions
+    functions = {
+        name: (lambda xp, x, *_, names=gives[name]: compose(names, x.value)) for name in callables
+    }
+    data: dict[str, Any] = {
+        name: [Traced(v) for v in rng.uniform(0.3, 1.7, 60)] for name in names[1:]
+    } | functions
     if "prologue" in described["functions"]:
         prologue_inputs = [
-            data[name] for name in (*described["functions"]["prologue"]["inputs"], *callables) if name in data
+            data[name]
+            for name in (*described["functions"]["prologue"]["inputs"], *callables)
+            if name in data
         ]
         count = module.prologue.__code__.co_argcount - 1
         data["hoisted"] = module.prologue(TracingNamespace(), *prologue_inputs[:count])
@@ -75,7 +95,10 @@ def build_inputs(module: ModuleType, sidecar: Path) -> Inputs:
 
 def find_unmarked(module: ModuleType, sidecar: Path) -> list[str]:
     return list_unmarked(
-        module.lane, getattr(module, "events", None), build_inputs(module, sidecar), list_periods(sidecar)
+        module.lane,
+        getattr(module, "events", None),
+        build_inputs(module, sidecar),
+        list_periods(sidecar),
     )
 
 
@@ -96,7 +119,9 @@ def load_module(path: Path) -> ModuleType:
 
 
 def solve(xp: object, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Traced, ...]:
-    """Return the unknowns, and a pivot: those do not depend on the choice of the rows, which has corners."""
+    """Return the unknowns, and a pivot: those do not depend on the choice of the rows, which has
+    corners.
+    """
     numbers = np.array([[_number(entry) for entry in row] for row in matrix])
     unknowns = np.linalg.lstsq(numbers, [_number(entry) for entry in right], rcond=None)[0]
     return (*map(Traced, unknowns), Traced(1.0))
@@ -124,7 +149,9 @@ def test_events_mark_corners_of_formulas(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["geneva_wheel", "hay_baler"])
 def test_missing_event_is_told(name: str) -> None:
-    """A tampered module, whose functions of events are constants one after the other; two may mark one place."""
+    """A tampered module, whose functions of events are constants one after the other; two may mark
+    one place.
+    """
     folder = own.generated(name)
     sidecar = folder / f"{name}.json"
     module, periods = load_module(folder / "array" / f"{name}.py"), list_periods(sidecar)

@@ -15,7 +15,9 @@ from derive.functions import Polynomial, TabulatedFunction, Turns, clip, switch,
 x, y, z = sp.symbols("x y z", real=True)
 PIECES = ((-2.0, (1.0, -0.5, 3.0)), (0.2, (0.3, 1.0, -1.0)), (0.7, (-1.0, 2.0, 0.5)))
 OPEN_TABLE = type("open_table", (TabulatedFunction,), {"pieces": PIECES})
-BOUNDED_TABLE = type("bounded_table", (TabulatedFunction,), {"pieces": PIECES, "limits": (-2.0, 2.0)})
+BOUNDED_TABLE = type(
+    "bounded_table", (TabulatedFunction,), {"pieces": PIECES, "limits": (-2.0, 2.0)}
+)
 NODES = {
     "symbol": x,
     "integer": x + 7,
@@ -101,7 +103,12 @@ def test_both_dialects_equal_mpmath(name: str, point: tuple[float, float, float]
 
 
 def test_every_supported_node_is_tested() -> None:
-    used = {kind for expr in NODES.values() for part in sp.preorder_traversal(expr) for kind in type(part).__mro__}
+    used = {
+        kind
+        for expr in NODES.values()
+        for part in sp.preorder_traversal(expr)
+        for kind in type(part).__mro__
+    }
     untested = {kind.__name__ for kind in expression.TABLE} - {kind.__name__ for kind in used}
     assert untested <= {"Equality", "Unequality", "Greater", "StrictGreaterThan", "Not"}
 
@@ -113,13 +120,19 @@ def test_other_nodes_are_refused_by_name(expr: sp.Expr) -> None:
 
 
 def test_refusal_names_no_common_subexpression() -> None:
-    with pytest.raises(UnsupportedNode, match=r"^Heaviside cannot be written: .*Piecewise") as error:
+    with pytest.raises(
+        UnsupportedNode, match=r"^Heaviside cannot be written: .*Piecewise"
+    ) as error:
         Printer(CASADI)(y * sp.Heaviside(sp.Symbol("c17")))
     assert "c17" not in str(error.value)
 
 
 def test_decimal_powers_are_the_fractions_they_stand_for() -> None:
-    for decimal, fraction in ((1.5, sp.Rational(3, 2)), (1 / 3, sp.Rational(1, 3)), (-0.75, sp.Rational(-3, 4))):
+    for decimal, fraction in (
+        (1.5, sp.Rational(3, 2)),
+        (1 / 3, sp.Rational(1, 3)),
+        (-0.75, sp.Rational(-3, 4)),
+    ):
         assert Printer(CASADI)((x + 2) ** decimal) == Printer(CASADI)((x + 2) ** fraction)
     assert Printer(CASADI)((x + 2) ** 0.12345) != Printer(CASADI)((x + 2) ** 0.12346)
 
@@ -144,7 +157,9 @@ def test_no_case_is_multiplied() -> None:
 
 def test_table_is_undefined_beyond_limits() -> None:
     point = 4.4, 0.0, 0.0
-    assert by_casadi(Printer(CASADI)(OPEN_TABLE(x)), point) == pytest.approx(-(3.7**2) + 2 * 3.7 + 0.5, rel=1e-14)
+    assert by_casadi(Printer(CASADI)(OPEN_TABLE(x)), point) == pytest.approx(
+        -(3.7**2) + 2 * 3.7 + 0.5, rel=1e-14
+    )
     assert np.isnan(by_casadi(Printer(CASADI)(BOUNDED_TABLE(x)), point))
 
 
@@ -153,7 +168,14 @@ def test_derivatives_of_turns_and_wrap() -> None:
     assert sp.diff(wrap(x, 2 * sp.pi), x) == 1
 
 
-COUNTS = [(x + y + z, 2), (x * y, 1), (sp.sin(x) + 1, 2), (switch(x, y, z), 2), (switch(x + y, y, z), 3), (-x, 1)]
+COUNTS = [
+    (x + y + z, 2),
+    (x * y, 1),
+    (sp.sin(x) + 1, 2),
+    (switch(x, y, z), 2),
+    (switch(x + y, y, z), 3),
+    (-x, 1),
+]
 
 
 @pytest.mark.parametrize(("expr", "count"), COUNTS)

@@ -1,4 +1,6 @@
-"""What is emitted of a system in general: prologue, events and frame where there are any, names that cannot clash."""
+"""What is emitted of a system in general: prologue, events and frame where there are any, names
+that cannot clash.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +25,15 @@ def quantity(name: str, unit: str = "1") -> Quantity:
 
 
 phi, size, weight, load, total = map(quantity, ("phi", "size", "weight", "load", "total"))
-SIZES, WEIGHTS, SIDE = Vector("sizes", (size,)), Vector("weights", (weight,)), Vector("side", (load,))
+SIZES, WEIGHTS, SIDE = (
+    Vector("sizes", (size,)),
+    Vector("weights", (weight,)),
+    Vector("side", (load,)),
+)
 CURVES = RuntimeFunction("rise", "cam laws", ("angle", "law"), ("lift", "slope"))
-LAW = OpenVector("law", "numbers of a cam law, its end last", {-1: quantity("end")}, sized_by=("rise", "law"))
+LAW = OpenVector(
+    "law", "numbers of a cam law, its end last", {-1: quantity("end")}, sized_by=("rise", "law")
+)
 
 
 def let(symbol: Quantity, expr: Expr) -> Let:
@@ -36,7 +44,9 @@ def twin(symbol: Quantity) -> Quantity:
     return quantity(f"{symbol.name}_2")
 
 
-def lane(*steps: Step, inputs: tuple[Vector | OpenVector, ...] = (SIZES, WEIGHTS), **rest: object) -> Lane:
+def lane(
+    *steps: Step, inputs: tuple[Vector | OpenVector, ...] = (SIZES, WEIGHTS), **rest: object
+) -> Lane:
     return Lane(phi, inputs, steps or (let(load, size * sin(phi)),), SIDE, **rest)
 
 
@@ -49,7 +59,11 @@ def module(source: Lane, target: str, tmp_path: Path) -> ModuleType:
     """The module of a lane in a target, written and imported."""
     (writer,) = (t for t in built_in() if t.name == target)
     path = tmp_path / "test.py"
-    path.write_text(render_texts([System("test", "Test", "test", (), source)], (), [writer])[writer.path("test")])
+    path.write_text(
+        render_texts([System("test", "Test", "test", (), source)], (), [writer])[
+            writer.path("test")
+        ]
+    )
     spec = importlib.util.spec_from_file_location("emitted_test", path)
     assert spec is not None
     assert spec.loader is not None
@@ -66,7 +80,10 @@ def test_lane_without_invariants_has_no_prologue(tmp_path: Path) -> None:
 def test_angle_invariants_go_to_the_prologue(tmp_path: Path) -> None:
     constant = quantity("held")
     system = lane(let(constant, sin(size)), let(load, constant * cos(phi)))
-    assert emitted(system) == {"prologue": ("sizes", "weights"), "lane": ("phi", "sizes", "weights", "hoisted")}
+    assert emitted(system) == {
+        "prologue": ("sizes", "weights"),
+        "lane": ("phi", "sizes", "weights", "hoisted"),
+    }
     code = module(system, "array", tmp_path)
     hoisted = code.prologue(np, [3.0], [1.0])
     assert code.lane(np, 0.5, [3.0], [1.0], hoisted) == pytest.approx((np.sin(3) * np.cos(0.5),))
@@ -88,7 +105,9 @@ def test_a_function_composed_at_run_time_is_an_argument(tmp_path: Path) -> None:
         module(system, "casadi", tmp_path).__doc__
     )
     code = module(system, "array", tmp_path)
-    assert code.lane(np, 0.5, [3.0], [0.25], lambda xp, angle, law: (angle + law[-1], 0.0)) == (3.75,)
+    assert code.lane(np, 0.5, [3.0], [0.25], lambda xp, angle, law: (angle + law[-1], 0.0)) == (
+        3.75,
+    )
 
 
 def test_open_vector_without_size_is_refused(tmp_path: Path) -> None:
@@ -108,7 +127,9 @@ def test_subexpressions_avoid_existing_names(tmp_path: Path) -> None:
     c1 = quantity("c1")
     steps = (let(c1, 5 * sin(phi + size) + weight), let(load, c1 + sin(phi + size) ** 2))
     code = module(lane(*steps), "array", tmp_path)
-    assert code.lane(np, 0.5, [3.0], [7.0]) == pytest.approx((5 * np.sin(3.5) + 7 + np.sin(3.5) ** 2,))
+    assert code.lane(np, 0.5, [3.0], [7.0]) == pytest.approx(
+        (5 * np.sin(3.5) + 7 + np.sin(3.5) ** 2,)
+    )
 
 
 @pytest.mark.parametrize(
@@ -116,8 +137,14 @@ def test_subexpressions_avoid_existing_names(tmp_path: Path) -> None:
     [
         (lambda: lane(let(load, twin(load))), "lane: load needs load_2, which nothing gives"),
         (lambda: Lane(phi, (), (), SIDE), "lane: its outputs need load, which nothing gives"),
-        (lambda: lane(events=(Event("e", total, phi, 1),)), "lane: e needs total, which nothing gives"),
-        (lambda: lane(shared=Shared(twin, (), Vector("totals", (total,)))), "frame: its totals need total"),
+        (
+            lambda: lane(events=(Event("e", total, phi, 1),)),
+            "lane: e needs total, which nothing gives",
+        ),
+        (
+            lambda: lane(shared=Shared(twin, (), Vector("totals", (total,)))),
+            "frame: its totals need total",
+        ),
         (lambda: ClosedForm("f", (phi,), (), Vector("v", (load,))), "f: its outputs need load"),
     ],
 )
@@ -147,9 +174,15 @@ def test_module_holds_lane_and_closed_forms(tmp_path: Path) -> None:
 
 
 WORDS = {
-    "lambda": "a word of Python", "None": "a word of Python", "sin": "generated casadi code", "SX": "generated casadi",
-    "Function": "generated casadi", "fmax": "generated casadi", "if_else": "generated casadi", "xp": "generated array",
-}  # fmt: skip
+    "lambda": "a word of Python",
+    "None": "a word of Python",
+    "sin": "generated casadi code",
+    "SX": "generated casadi",
+    "Function": "generated casadi",
+    "fmax": "generated casadi",
+    "if_else": "generated casadi",
+    "xp": "generated array",
+}
 
 
 @pytest.mark.parametrize("name", [*WORDS, "two words", "1st"])

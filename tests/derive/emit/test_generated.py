@@ -43,13 +43,22 @@ def content() -> dict[str, str]:
 
 def test_a_part_is_up_to_date() -> None:
     derived = render_texts(derive_models(SAMPLE), [FAMILIES["ellipse"]], select_targets(built_in()))
-    assert {"disc_cam.py", "clutch_contact_dog.json", "array/planting_exact.py", "curve_ellipse.py"} <= derived.keys()
+    assert {
+        "disc_cam.py",
+        "clutch_contact_dog.json",
+        "array/planting_exact.py",
+        "curve_ellipse.py",
+    } <= derived.keys()
     assert list_changes(GENERATED, derived) == []
 
 
 @pytest.mark.long
 def test_generated_is_up_to_date() -> None:
-    assert [d for d in list_differences(GENERATED, derive_code()) if d.removeprefix("stray: ") not in VERDICTS] == []
+    assert [
+        d
+        for d in list_differences(GENERATED, derive_code())
+        if d.removeprefix("stray: ") not in VERDICTS
+    ] == []
 
 
 def test_written_folder_compares_equal(content: dict[str, str], tmp_path: Path) -> None:
@@ -57,7 +66,9 @@ def test_written_folder_compares_equal(content: dict[str, str], tmp_path: Path) 
     assert list_differences(tmp_path, content) == []
 
 
-def test_changed_missing_and_stray_files_are_listed(content: dict[str, str], tmp_path: Path) -> None:
+def test_changed_missing_and_stray_files_are_listed(
+    content: dict[str, str], tmp_path: Path
+) -> None:
     write_folder(tmp_path, content)
     name = "planting_exact.py"
     (tmp_path / name).write_text(content[name].replace("m_C1", "m_C2", 1))
@@ -96,12 +107,16 @@ def grown(content: dict[str, str]) -> list[str]:
     larger = []
     for name, baseline in BASELINE.items():
         functions = json.loads(content[f"{name}.json"])["functions"]
-        larger += [f"{name}.{f}" for f, limit in baseline.items() if functions[f]["operations"] > limit]
+        larger += [
+            f"{name}.{f}" for f, limit in baseline.items() if functions[f]["operations"] > limit
+        ]
     return larger
 
 
 def test_no_kernel_has_grown(content: dict[str, str]) -> None:
-    assert {name.removesuffix(".json") for name in content if name.endswith(".json")} == BASELINE.keys()
+    assert {
+        name.removesuffix(".json") for name in content if name.endswith(".json")
+    } == BASELINE.keys()
     assert grown(content) == []
 
 
@@ -121,4 +136,7 @@ def test_modules_have_a_describing_header(name: str, content: dict[str, str]) ->
 
 def test_printed_steps_carry_their_equation_numbers(content: dict[str, str]) -> None:
     text = content["planting_printed.py"]
-    assert all(f"# wang2017 ({n})\n" in text for n in (1, 2, 5, 8, 9, 14, 15, 17, 18, 20, 21, 23, 24, 25, 28))
+    assert all(
+        f"# wang2017 ({n})\n" in text
+        for n in (1, 2, 5, 8, 9, 14, 15, 17, 18, 20, 21, 23, 24, 25, 28)
+    )

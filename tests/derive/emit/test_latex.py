@@ -26,7 +26,9 @@ COMPILER = shutil.which("pdflatex")
 def documents(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Of a mechanism with loops and friction by cases, and of the pitch curves."""
     place = tmp_path_factory.mktemp("documents")
-    assert main([str(own.EXAMPLES / "slider_crank.py"), "--target", "latex", "--out", str(place)]) == 0
+    assert (
+        main([str(own.EXAMPLES / "slider_crank.py"), "--target", "latex", "--out", str(place)]) == 0
+    )
     for name, text in render_texts((), FAMILIES.values(), [TARGET]).items():
         (place / name).write_text(text)
     return place / "latex"
@@ -43,7 +45,11 @@ def faults(text: str) -> list[str]:
         elif not opened or opened.pop() != name:
             problems.append(f"environment {name}")
     lefts, rights = (len(re.findall(rf"\\{side}\b", text)) for side in ("left", "right"))
-    return problems + [f"environment {name}" for name in opened] + (["brackets"] if lefts != rights else [])
+    return (
+        problems
+        + [f"environment {name}" for name in opened]
+        + (["brackets"] if lefts != rights else [])
+    )
 
 
 def test_every_document_is_in_balance(documents: Path) -> None:
@@ -65,9 +71,15 @@ def test_document_lists_every_quantity(documents: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "written"),
-    [("phi52_dot", r"\dot{\phi}_{52}"), ("F_B1x", r"F_{\mathrm{B1x}}"), ("x_A_o", r"x_{\mathrm{A, o}}"),
-     ("wall", r"\mathit{wall}"), ("A_", "A^{*}"), ("s_ddot", r"\ddot{s}")],
-)  # fmt: skip
+    [
+        ("phi52_dot", r"\dot{\phi}_{52}"),
+        ("F_B1x", r"F_{\mathrm{B1x}}"),
+        ("x_A_o", r"x_{\mathrm{A, o}}"),
+        ("wall", r"\mathit{wall}"),
+        ("A_", "A^{*}"),
+        ("s_ddot", r"\ddot{s}"),
+    ],
+)
 def test_a_name_is_written_as_a_symbol(name: str, written: str) -> None:
     assert latex.symbol(sp.Symbol(name)) == written
 
@@ -75,8 +87,12 @@ def test_a_name_is_written_as_a_symbol(name: str, written: str) -> None:
 def test_long_sum_breaks_and_special_signs_are_escaped() -> None:
     terms = [Quantity(f"load_{i}", "N m2", "50 % of {it} & more_", "test") for i in range(40)]
     total = Quantity("total", "N m2", "sum", "test #1")
-    form = ClosedForm("sums", tuple(terms), (Let(total, sp.Add(*terms), "test"),), Vector("given", (total,)))
-    text = render_texts([System("small", "Small", "test", (), closed_forms=(form,))], (), [TARGET])["latex/small.tex"]
+    form = ClosedForm(
+        "sums", tuple(terms), (Let(total, sp.Add(*terms), "test"),), Vector("given", (total,))
+    )
+    text = render_texts([System("small", "Small", "test", (), closed_forms=(form,))], (), [TARGET])[
+        "latex/small.tex"
+    ]
     assert faults(text) == []
     assert text.count(r"\nonumber") >= 3
     assert r"50 \% of \{it\} \& more\_" in text
@@ -87,7 +103,14 @@ def test_long_sum_breaks_and_special_signs_are_escaped() -> None:
 @pytest.mark.parametrize("name", ["slider_crank", "curve_fourier"])
 def test_latex_takes_it(name: str, documents: Path, tmp_path: Path) -> None:
     assert COMPILER is not None
-    command = [COMPILER, "-interaction=nonstopmode", "-halt-on-error", f"-output-directory={tmp_path}"]
-    done = subprocess.run([*command, f"{name}.tex"], cwd=documents, capture_output=True, text=True, check=False)
+    command = [
+        COMPILER,
+        "-interaction=nonstopmode",
+        "-halt-on-error",
+        f"-output-directory={tmp_path}",
+    ]
+    done = subprocess.run(
+        [*command, f"{name}.tex"], cwd=documents, capture_output=True, text=True, check=False
+    )
     assert not done.returncode, done.stdout[-2000:]
     assert (tmp_path / f"{name}.pdf").stat().st_size > 10_000

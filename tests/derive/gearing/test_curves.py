@@ -1,4 +1,6 @@
-"""Pitch-curve families: one small class each, checked by closed forms and by the laws of rolling."""
+"""Pitch-curve families: one small class each, checked by closed forms and by the laws of
+rolling.
+"""
 
 import math
 
@@ -54,7 +56,9 @@ def test_radius_is_even(family: PitchCurve) -> None:
 
 
 def test_ellipse_rotation_equals_integral_of_ratio() -> None:
-    """d/du of the closed form gives the ratio of two equal ellipses (Litvin et al. 2009, chapter 4)."""
+    """d/du of the closed form gives the ratio of two equal ellipses (Litvin et al. 2009, chapter
+    4).
+    """
     ellipse = FAMILIES["ellipse"]
     ratio = ellipse.ratio().subs(pitch_curve.a, ellipse.centre_distance())
     assert sp.simplify(ellipse.turned().diff(pitch_curve.u) - ratio) == 0
@@ -71,7 +75,8 @@ def test_ellipse_ratio_extremes_are_those_of_equal_ellipses() -> None:
 def test_eccentric_circle_is_a_circle(eccentricity: float) -> None:
     """Its points are at the distance R from a centre that is e away."""
     radius = sp.lambdify(
-        (pitch_curve.u, *FAMILIES["eccentric_circle"].parameters), FAMILIES["eccentric_circle"].radius()
+        (pitch_curve.u, *FAMILIES["eccentric_circle"].parameters),
+        FAMILIES["eccentric_circle"].radius(),
     )
     t = np.linspace(0, 2 * np.pi, 50)
     r = radius(t, 1.0, eccentricity)
@@ -82,7 +87,9 @@ def hoisted(name: str, parameters: list[float]) -> list[float]:
     return MODULES[name].prologue(np, parameters, TERMS if name == "eccentric_circle" else 0)
 
 
-def contact(name: str, t: np.ndarray, parameters: list[float] | None = None) -> tuple[np.ndarray, ...]:
+def contact(
+    name: str, t: np.ndarray, parameters: list[float] | None = None
+) -> tuple[np.ndarray, ...]:
     values = parameters or PARAMETERS[name]
     return MODULES[name].contact(np, t, values, hoisted(name, values))
 
@@ -90,7 +97,9 @@ def contact(name: str, t: np.ndarray, parameters: list[float] | None = None) -> 
 @pytest.mark.parametrize("values", [PARAMETERS, WIDE], ids=["paper", "wide"])
 @pytest.mark.parametrize("name", MODULES)
 def test_closure_and_conjugacy(name: str, values: dict[str, list[float]]) -> None:
-    """One turn for one turn, and the rotation is the integral of the ratio, by quadrature that knows the joint."""
+    """One turn for one turn, and the rotation is the integral of the ratio, by quadrature that
+    knows the joint.
+    """
     parameters = values[name]
     joint = math.pi / parameters[2]
 
@@ -99,10 +108,14 @@ def test_closure_and_conjugacy(name: str, values: dict[str, list[float]]) -> Non
 
     turn = mpmath.quad(ratio, [0, joint, 2 * math.pi])
     assert float(turn) == pytest.approx(2 * math.pi, abs=1e-12)
-    assert contact(name, np.array([2 * math.pi]), parameters)[5][0] == pytest.approx(2 * math.pi, abs=1e-12)
+    assert contact(name, np.array([2 * math.pi]), parameters)[5][0] == pytest.approx(
+        2 * math.pi, abs=1e-12
+    )
     for end in (0.3, joint, 4.0):
         expected = float(mpmath.quad(ratio, [0, min(end, joint), end]))
-        assert contact(name, np.array([end]), parameters)[5][0] == pytest.approx(expected, abs=1e-11)
+        assert contact(name, np.array([end]), parameters)[5][0] == pytest.approx(
+            expected, abs=1e-11
+        )
 
 
 @pytest.mark.parametrize("name", MODULES)
@@ -112,11 +125,16 @@ def test_derivatives_on_both_sides_of_the_joint(name: str) -> None:
     for t in (joint - 2 * h, joint + 2 * h, 1.0, 5.0, 2 * h, -2 * h):
         r, dr, ddr, ratio, dratio, turned = contact(name, np.array([t - h, t, t + h]))
         for value, slope in ((r, dr), (dr, ddr), (ratio, dratio), (turned, ratio)):
-            assert (value[2] - value[0]) / (2 * h) == pytest.approx(slope[1], abs=2e-9 * max(1, np.abs(slope).max()))
+            assert (value[2] - value[0]) / (2 * h) == pytest.approx(
+                slope[1], abs=2e-9 * max(1, np.abs(slope).max())
+            )
 
 
 def test_a_wrong_centre_distance_does_not_close() -> None:
-    parameters, wrong = PARAMETERS["eccentric_circle"], hoisted("eccentric_circle", PARAMETERS["eccentric_circle"])
+    parameters, wrong = (
+        PARAMETERS["eccentric_circle"],
+        hoisted("eccentric_circle", PARAMETERS["eccentric_circle"]),
+    )
     t = (np.arange(4000) + 0.5) * 2 * np.pi / 4000
     right_mean = contact("eccentric_circle", t)[3].mean()
     wrong[0] *= 1 + 1e-6

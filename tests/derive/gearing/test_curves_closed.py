@@ -1,4 +1,6 @@
-"""Closed forms of the pitch-curve families against textbook geometry and against the integrals they stand for."""
+"""Closed forms of the pitch-curve families against textbook geometry and against the integrals they
+stand for.
+"""
 
 import math
 
@@ -23,7 +25,9 @@ VALUES = {"ellipse": (0.03, 0.4), "limacon": (0.03, 0.013), "sine": (0.06, 0.45)
 
 def with_values(family: PitchCurve, expr: sp.Expr) -> sp.Expr:
     """An expression in u alone, at exact values of the parameters."""
-    substitutions = {q: sp.Rational(str(v)) for q, v in zip(family.parameters, VALUES[family.name], strict=True)}
+    substitutions = {
+        q: sp.Rational(str(v)) for q, v in zip(family.parameters, VALUES[family.name], strict=True)
+    }
     return expr.subs(pitch_curve.a, family.centre_distance()).subs(substitutions)
 
 
@@ -31,7 +35,8 @@ def test_families_with_formulas() -> None:
     assert sorted(family.name for family in BY_FORMULA) == sorted(VALUES)
 
 
-# --- centre distance and rotation ----------------------------------------------------------------------
+# --- centre distance and rotation
+# ----------------------------------------------------------------------
 
 
 def closure_gap(family: PitchCurve, stretched: sp.Expr = sp.S.One) -> float:
@@ -50,7 +55,8 @@ def test_centre_distances_close(family: PitchCurve) -> None:
 @pytest.mark.parametrize("family", BY_FORMULA, ids=lambda f: f.name)
 def test_rotations_are_integrals_of_ratios(family: PitchCurve) -> None:
     ratio, turned = (
-        sp.lambdify(pitch_curve.u, with_values(family, e), "mpmath") for e in (family.ratio(), family.turned())
+        sp.lambdify(pitch_curve.u, with_values(family, e), "mpmath")
+        for e in (family.ratio(), family.turned())
     )
     with mpmath.workdps(30):
         for u in (mp.mpf("0.7"), mp.mpf(2), mp.pi):
@@ -60,7 +66,8 @@ def test_rotations_are_integrals_of_ratios(family: PitchCurve) -> None:
 
 
 def test_limacon_centre_distance_follows_from_mean_ratio() -> None:
-    """The mean of 1/(q - b cos u) is 1/sqrt(q^2 - b^2), so that a/(a - r), of mean 2, gives a^2 = 4 ((a - l)^2 - b^2).
+    """The mean of 1/(q - b cos u) is 1/sqrt(q^2 - b^2), so that a/(a - r), of mean 2, gives a^2 = 4
+    ((a - l)^2 - b^2).
 
     The root above 2 l is the centre distance: (4 l + 2 sqrt(l^2 + 3 b^2)) / 3.
     """
@@ -68,7 +75,14 @@ def test_limacon_centre_distance_follows_from_mean_ratio() -> None:
     l, b = (sp.Symbol(n, positive=True) for n in "lb")  # noqa: E741
     a = sp.Symbol("a", positive=True)
     substitutions = dict(zip(limacon.parameters, (l, b), strict=True))
-    assert sp.simplify((a**2 - 4 * ((a - l) ** 2 - b**2)).subs(a, limacon.centre_distance().subs(substitutions))) == 0
+    assert (
+        sp.simplify(
+            (a**2 - 4 * ((a - l) ** 2 - b**2)).subs(
+                a, limacon.centre_distance().subs(substitutions)
+            )
+        )
+        == 0
+    )
     assert limacon.centre_distance().subs(substitutions).subs({l: 1, b: 0}) == 2
 
 
@@ -78,11 +92,14 @@ def test_sine_ratio_follows_from_the_radius() -> None:
     assert sp.simplify(at_distance - sine.ratio()) == 0
 
 
-# --- textbook curves -----------------------------------------------------------------------------------
+# --- textbook curves
+# -----------------------------------------------------------------------------------
 
 
 def test_equal_ellipses_are_conjugate_at_twice_the_semi_axis() -> None:
-    """The conjugate, drawn in its own gear, is the same ellipse, half a turn on (Litvin et al. 2009)."""
+    """The conjugate, drawn in its own gear, is the same ellipse, half a turn on (Litvin et al.
+    2009).
+    """
     A, k = 0.03, 0.4
     parameters = [A, k, 1.0]
     hoisted = curve_ellipse.prologue(np, parameters, 0)
@@ -101,7 +118,9 @@ def arc(code: object, parameters: list[float]) -> float:
 
 @pytest.mark.parametrize("k", [0.05, 0.4, 0.8])
 def test_perimeter_of_the_ellipse(k: float) -> None:
-    """4 A E(k^2), E the complete elliptic integral of the second kind; that of the limacon likewise."""
+    """4 A E(k^2), E the complete elliptic integral of the second kind; that of the limacon
+    likewise.
+    """
     assert arc(curve_ellipse, [0.03, k, 1.0]) == pytest.approx(4 * 0.03 * ellipe(k**2), rel=1e-12)
     b = 0.03 * k
     limacon = 4 * (0.03 + b) * ellipe(4 * 0.03 * b / (0.03 + b) ** 2)
@@ -112,25 +131,32 @@ def test_perimeter_of_the_ellipse(k: float) -> None:
 def test_sine_gear_rotates_the_mating_gear_by_a_sine(c: float) -> None:
     parameters = [0.06, c, 1.0]
     t = np.linspace(0, 6, 20)
-    *_, ratio, _, turned = curve_sine.contact(np, t, parameters, curve_sine.prologue(np, parameters, 0))
+    *_, ratio, _, turned = curve_sine.contact(
+        np, t, parameters, curve_sine.prologue(np, parameters, 0)
+    )
     assert turned == pytest.approx(t + c * np.sin(t), abs=1e-14)
     assert ratio == pytest.approx(1 + c * np.cos(t), abs=1e-14)
 
 
-# --- convexity -----------------------------------------------------------------------------------------
+# --- convexity
+# -----------------------------------------------------------------------------------------
 
 mu = sp.Symbol("mu", positive=True)
 
 
 def bend(family: PitchCurve) -> sp.Expr:
-    """r^2 + 2 r'^2 - r r'' of the deformed curve where u has the slope mu: the sign of its curvature."""
+    """r^2 + 2 r'^2 - r r'' of the deformed curve where u has the slope mu: the sign of its
+    curvature.
+    """
     r = family.radius()
     return r**2 + 2 * mu**2 * r.diff(pitch_curve.u) ** 2 - mu**2 * r * r.diff(pitch_curve.u, 2)
 
 
 @pytest.mark.parametrize("name", ["eccentric_circle", "ellipse", "limacon", "sine"])
 def test_convexity_is_the_curvature_at_the_least_radius(name: str) -> None:
-    """Over the closed form, r^2 + 2 r'^2 - r r'' at u = pi leaves a factor without a change of sign."""
+    """Over the closed form, r^2 + 2 r'^2 - r r'' at u = pi leaves a factor without a change of
+    sign.
+    """
     family = FAMILIES[name]
     size, number = family.parameters
     at_pi = bend(family).subs(pitch_curve.u, sp.pi)
@@ -143,7 +169,12 @@ def test_convexity_is_the_curvature_at_the_least_radius(name: str) -> None:
 
 
 TEXTBOOK = [
-    ("limacon", (1.0, 0.5), 1.0, "l = 2 b: the limacon turns concave (Lockwood: A Book of Curves, 1961)"),
+    (
+        "limacon",
+        (1.0, 0.5),
+        1.0,
+        "l = 2 b: the limacon turns concave (Lockwood: A Book of Curves, 1961)",
+    ),
     ("sine", (1.0, 2 - math.sqrt(2)), 1.0, "c = 2 - sqrt(2)"),
     ("ellipse", (1.0, 1.0 / 3.0), 2.0, "k (m^2 - 1) = 1"),
     ("ellipse", (1.0, 0.8), 1.5, "k (m^2 - 1) = 1"),
@@ -157,16 +188,24 @@ def test_convexity_limits(name: str, parameters: tuple[float, float], m: float, 
     family = FAMILIES[name]
     closed = sp.lambdify((*family.parameters, pitch_curve.m), family.convexity())
     assert closed(*parameters, m) == pytest.approx(0, abs=1e-14), limit
-    assert closed(parameters[0], parameters[1] * 0.999, m) > 0 > closed(parameters[0], parameters[1] * 1.001, m)
+    assert (
+        closed(parameters[0], parameters[1] * 0.999, m)
+        > 0
+        > closed(parameters[0], parameters[1] * 1.001, m)
+    )
     other = m / (2 * m - 1)
     assert closed(*parameters, other) == pytest.approx(0, abs=1e-14)
 
 
-# --- size ----------------------------------------------------------------------------------------------
+# --- size
+# ----------------------------------------------------------------------------------------------
 
 MEAN = 0.03
 EXPECTED = {
-    "ellipse": lambda s: (MEAN / math.sqrt(1 - math.tan(math.asin(s) / 2) ** 2), math.tan(math.asin(s) / 2)),
+    "ellipse": lambda s: (
+        MEAN / math.sqrt(1 - math.tan(math.asin(s) / 2) ** 2),
+        math.tan(math.asin(s) / 2),
+    ),
     "limacon": lambda s: (MEAN, MEAN * s / math.sqrt(4 - 3 * s**2)),
     "sine": lambda s: (MEAN / (1 - 1 / math.sqrt(4 - s**2)), s),
 }
@@ -175,7 +214,9 @@ EXPECTED = {
 @pytest.mark.parametrize("swing", [0.03, 0.5, 0.93])
 @pytest.mark.parametrize("name", EXPECTED)
 def test_sizes_in_closed_form(name: str, swing: float) -> None:
-    """The mean radius of an ellipse about its focus is its minor semi-axis; the others are short integrals."""
+    """The mean radius of an ellipse about its focus is its minor semi-axis; the others are short
+    integrals.
+    """
     sizes = Sizing(name).parameters(Size(MEAN, swing, 1.3))
     assert sizes == pytest.approx([*EXPECTED[name](swing), 1.3], rel=1e-13)
     assert sizes != pytest.approx([*EXPECTED[name](swing * 1.0001), 1.3], rel=1e-7)
@@ -191,7 +232,9 @@ def test_size_of_the_eccentric_circle(swing: float) -> None:
 
 @pytest.mark.parametrize("swing", [0.1, 0.9])
 def test_a_fourier_curve_without_shape_is_the_limacon(swing: float) -> None:
-    fourier, limacon = (Sizing(name).parameters(Size(MEAN, swing, 1.2)) for name in ("fourier", "limacon"))
+    fourier, limacon = (
+        Sizing(name).parameters(Size(MEAN, swing, 1.2)) for name in ("fourier", "limacon")
+    )
     assert fourier[[0, 1, 4]] == pytest.approx(limacon, rel=1e-12)
     assert fourier[2:4].tolist() == [0, 0]
 

@@ -1,4 +1,6 @@
-"""Envelopes of a rack as derived: contact conditions, rates against differences, limits that are known."""
+"""Envelopes of a rack as derived: contact conditions, rates against differences, limits that are
+known.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ FORMS = {
 
 
 def place(s: float) -> list[float]:
-    """Of a logarithmic spiral-like curve whose curvature falls evenly: by its own integral, in closed steps."""
+    """Of a logarithmic spiral-like curve whose curvature falls evenly: by its own integral, in
+    closed steps.
+    """
     kappa, fall = 40.0, 900.0
     fine = np.linspace(0.0, s, 4001)
     heading = kappa * fine - fall * fine**2 / 2
@@ -43,14 +47,18 @@ def test_tangent_and_rates_are_those_of_the_points(form: str) -> None:
     np.testing.assert_allclose(moved, point["rate"] * tangent, atol=2e-5)
     turned = np.array([after[k] - before[k] for k in ("ex", "ey")]) / (2 * h)
     assert tangent @ tangent == pytest.approx(1, abs=1e-14)
-    assert tangent[0] * turned[1] - tangent[1] * turned[0] == pytest.approx(point["turning"], rel=1e-5)
+    assert tangent[0] * turned[1] - tangent[1] * turned[0] == pytest.approx(
+        point["turning"], rel=1e-5
+    )
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_the_normal_passes_through_the_pitch_point(form: str) -> None:
     x, y, *_ = place(0.0031)
     point = cut(form, 0.0031)
-    assert (point["px"] - x) * point["ex"] + (point["py"] - y) * point["ey"] == pytest.approx(0, abs=1e-17)
+    assert (point["px"] - x) * point["ex"] + (point["py"] - y) * point["ey"] == pytest.approx(
+        0, abs=1e-17
+    )
 
 
 def test_flank_joins_the_fillet() -> None:
@@ -61,7 +69,14 @@ def test_flank_joins_the_fillet() -> None:
     xi = sizes["half"]
     s = xi + RACK.at("reach", kappa=0.0, height=sizes["straight"], alpha=ALPHA)["reach"]
     flank = RACK.at("flank", place=place(s), s=s, xi=xi, side=1.0, alpha=ALPHA)
-    fillet = RACK.at("fillet", place=place(s), s=s, middle=sizes["beside"], depth=sizes["sunk"], rho=sizes["round_"])
+    fillet = RACK.at(
+        "fillet",
+        place=place(s),
+        s=s,
+        middle=sizes["beside"],
+        depth=sizes["sunk"],
+        rho=sizes["round_"],
+    )
     for key in ("px", "py", "ex", "ey"):
         assert fillet[key] == pytest.approx(flank[key], abs=1e-15)
 
@@ -72,7 +87,9 @@ def test_flank_regularity_is_the_relative_rate() -> None:
     def at(aside: float) -> Array:
         kappa = bends[0] + bends[1] * aside + bends[2] * aside**2 / 2
         local_bends = [kappa, bends[1] + bends[2] * aside, bends[2]]
-        result = RACK.at("regularity", bends=local_bends, s=s + aside, xi=0.004, side=1.0, alpha=ALPHA)
+        result = RACK.at(
+            "regularity", bends=local_bends, s=s + aside, xi=0.004, side=1.0, alpha=ALPHA
+        )
         return np.array(list(result.values()))
 
     np.testing.assert_allclose((at(h) - at(-h))[:2] / (2 * h), at(0.0)[1:], rtol=1e-6)
@@ -91,8 +108,12 @@ def test_full_tip_radius_is_the_largest_possible() -> None:
 def test_the_mate_of_a_circle_is_a_circle() -> None:
     mate = RACK.at("mate", contact=[0.03, 0, 0, 0.6, 0, 1.0], a=0.08)
     assert list(mate.values()) == pytest.approx([1.0, 0.05, 0.0, 0.0], abs=1e-16)
-    assert RACK.at("rolling", r=0.03, dr=0.002, a=0.08)["dratio"] == pytest.approx(0.002 * 0.08 / 0.05**2)
+    assert RACK.at("rolling", r=0.03, dr=0.002, a=0.08)["dratio"] == pytest.approx(
+        0.002 * 0.08 / 0.05**2
+    )
 
 
 def test_every_form_is_emitted() -> None:
-    assert {form.name for form in rack.build_rack_system().closed_forms} == RACK.sidecar["functions"].keys()
+    assert {form.name for form in rack.build_rack_system().closed_forms} == RACK.sidecar[
+        "functions"
+    ].keys()

@@ -1,4 +1,6 @@
-"""Contact ratio of rack teeth on pitch curves: textbook circles, a rack, and where teeth no longer meet."""
+"""Contact ratio of rack teeth on pitch curves: textbook circles, a rack, and where teeth no longer
+meet.
+"""
 
 import math
 
@@ -14,7 +16,12 @@ MODULE, ANGLE = 2e-3, math.radians(20)
 
 
 def ratio(curvature_1: float, curvature_2: float, addendum: float = 1.0) -> dict[str, float]:
-    return TEETH.at("contact_ratio", kappa1=curvature_1, kappa2=curvature_2, teeth=[MODULE, addendum, addendum, ANGLE])
+    return TEETH.at(
+        "contact_ratio",
+        kappa1=curvature_1,
+        kappa2=curvature_2,
+        teeth=[MODULE, addendum, addendum, ANGLE],
+    )
 
 
 @pytest.mark.parametrize("z", [(20, 20), (18, 54), (40, 120)])
@@ -37,7 +44,9 @@ def test_of_racks_and_of_hollow_places() -> None:
 
 def test_tips_inside_base_circle_are_reported() -> None:
     bends = np.linspace(-60, 60, 241)
-    result = TEETH("contact_ratio", kappa1=bends, kappa2=np.zeros(241), teeth=[MODULE, 1.0, 1.0, ANGLE])
+    result = TEETH(
+        "contact_ratio", kappa1=bends, kappa2=np.zeros(241), teeth=[MODULE, 1.0, 1.0, ANGLE]
+    )
     by_radii = 1 / bends[bends != 0] + MODULE - math.cos(ANGLE) / bends[bends != 0]
     assert ((result["outside1"][bends != 0] >= 0) == (by_radii * bends[bends != 0] >= 0)).all()
     assert (result["outside1"] < 0).any()

@@ -1,4 +1,6 @@
-"""Compliant contacts, friction, accelerations in symbols, slopes along named steps: on made-up mechanisms."""
+"""Compliant contacts, friction, accelerations in symbols, slopes along named steps: on made-up
+mechanisms.
+"""
 
 import pytest
 import sympy as sp
@@ -14,12 +16,23 @@ def q(name: str, unit: str = "m") -> Quantity:
 
 
 x, y, x_dot, y_dot = q("x"), q("y"), q("x_dot", "m/s"), q("y_dot", "m/s")
-LAW = ImpactLaw(q("K", "N/m1.5"), sp.Rational(3, 2), q("D", "s/m"), q("mu", "1"), q("creep", "m/s"), q("least"))
+LAW = ImpactLaw(
+    q("K", "N/m1.5"), sp.Rational(3, 2), q("D", "s/m"), q("mu", "1"), q("creep", "m/s"), q("least")
+)
 IMPACT = Impact(
-    gap=q("gap"), depth=q("depth"), elastic=q("elastic", "N"), closing=q("closing", "m/s"), normal=q("normal", "N"),
-    slip=(q("slip", "m/s"),), drag=q("drag", "N s/m"), rates=(x_dot, y_dot), forces=(q("on_x", "N"), q("on_y", "N")),
-    stored=q("stored", "J"), damped=q("damped", "W"), rubbed=q("rubbed", "W"),
-)  # fmt: skip
+    gap=q("gap"),
+    depth=q("depth"),
+    elastic=q("elastic", "N"),
+    closing=q("closing", "m/s"),
+    normal=q("normal", "N"),
+    slip=(q("slip", "m/s"),),
+    drag=q("drag", "N s/m"),
+    rates=(x_dot, y_dot),
+    forces=(q("on_x", "N"), q("on_y", "N")),
+    stored=q("stored", "J"),
+    damped=q("damped", "W"),
+    rubbed=q("rubbed", "W"),
+)
 
 
 def on_a_slope(numbers: dict[sp.Symbol, float], slip: sp.Expr) -> dict[str, float]:
@@ -32,8 +45,17 @@ def on_a_slope(numbers: dict[sp.Symbol, float], slip: sp.Expr) -> dict[str, floa
     return {str(symbol): float(value) for symbol, value in values.items()}
 
 
-NUMBERS = {x: 0.1, y: 0.04, x_dot: 0.3, y_dot: -0.2, q("K", "N/m1.5"): 1e4, q("D", "s/m"): 2.0, q("mu", "1"): 0.3,
-           q("creep", "m/s"): 1e-3, q("least"): 1e-30}  # fmt: skip
+NUMBERS = {
+    x: 0.1,
+    y: 0.04,
+    x_dot: 0.3,
+    y_dot: -0.2,
+    q("K", "N/m1.5"): 1e4,
+    q("D", "s/m"): 2.0,
+    q("mu", "1"): 0.3,
+    q("creep", "m/s"): 1e-3,
+    q("least"): 1e-30,
+}
 ALONG = (x_dot + y_dot / 2) / (sp.sqrt(5) / 2)
 
 
@@ -55,7 +77,9 @@ def test_contact_force_on_an_inclined_plane() -> None:
 
 def test_open_contact_has_no_force() -> None:
     forces = on_a_slope(NUMBERS | {y: 0.06}, ALONG)
-    assert [forces[name] for name in ("normal", "on_x", "on_y", "stored", "damped", "rubbed")] == [0] * 6
+    assert [forces[name] for name in ("normal", "on_x", "on_y", "stored", "damped", "rubbed")] == [
+        0
+    ] * 6
 
 
 def test_nonlinear_rates_are_refused() -> None:
@@ -78,9 +102,14 @@ def test_bristles_bend_up_to_their_limit() -> None:
 
 
 def test_free_cart_pendulum_conserves_energy() -> None:
-    table = quantities("m | kg | bob | 1\n arm | m | arm | 1\n g | m/s2 | free fall | 9.81\n push | N | push | 1")
+    table = quantities(
+        "m | kg | bob | 1\n arm | m | arm | 1\n g | m/s2 | free fall | 9.81\n push | N | push | 1"
+    )
     m = Mechanism("cart", table, gravity=table.g)
-    place, angle = m.coordinate("place", "m", "cart"), m.coordinate("angle", "rad", "arm, from below")
+    place, angle = (
+        m.coordinate("place", "m", "cart"),
+        m.coordinate("angle", "rad", "arm, from below"),
+    )
     cart, rod = m.point("cart", m.O, m.world, place), m.frame("rod", angle)
     trolley = m.body("cart", m.world, table.m, cart)
     bob = m.body("bob", rod, table.m, m.point("bob", cart, rod, 0, -table.arm))
@@ -89,7 +118,9 @@ def test_free_cart_pendulum_conserves_energy() -> None:
     accelerations = m.accelerations()
     rates = [m.motion.rates[s] for s in (place, angle)]
     moving = dict(zip((place, angle, *rates), (*rates, *accelerations), strict=True))
-    energy = kinetic_energy(m.motion, m.bodies, m.world) - table.m * table.g * table.arm * cos(angle)
+    energy = kinetic_energy(m.motion, m.bodies, m.world) - table.m * table.g * table.arm * cos(
+        angle
+    )
     gained = sum((energy.diff(s) * rate for s, rate in moving.items()), sp.S.Zero)
     assert sp.simplify(gained - table.push * rates[0]) == 0
     assert sp.simplify(accelerations[0].subs({angle: 0, rates[1]: 0}) - table.push / table.m) == 0
@@ -98,7 +129,9 @@ def test_free_cart_pendulum_conserves_energy() -> None:
 def test_symbolic_accelerations_need_free_motion() -> None:
     m = Mechanism("held", quantities("r | m | radius | 1"))
     m.constrain("rope", m.coordinate("x", "m", "place") - 1, {})
-    with pytest.raises(MechanismError, match="held: accelerations in symbols are those without gap_rope"):
+    with pytest.raises(
+        MechanismError, match="held: accelerations in symbols are those without gap_rope"
+    ):
         m.accelerations()
 
 
@@ -110,5 +143,7 @@ def test_slopes_along_named_steps_are_those_of_the_whole() -> None:
     for at in ({x: 0.7, y: 0.2}, {x: 0.2, y: 0.7}):
         named = {**at, inner: (x * y + x**2).subs(at)}
         for coordinate in (x, y):
-            assert k.along(outer, coordinate).subs(named) == pytest.approx(composed.diff(coordinate).subs(at))
+            assert k.along(outer, coordinate).subs(named) == pytest.approx(
+                composed.diff(coordinate).subs(at)
+            )
     assert k.slopes(q("constant")) == {}

@@ -1,4 +1,6 @@
-"""Motions by names against textbook results: named coordinates, places, accelerations, gear stages."""
+"""Motions by names against textbook results: named coordinates, places, accelerations, gear
+stages.
+"""
 
 from pathlib import Path
 
@@ -22,7 +24,9 @@ def quantity(name: str, unit: str = "1") -> Quantity:
 
 phi, omega, length = quantity("phi", "rad"), quantity("omega", "rad/s"), quantity("length", "m")
 swing = (quantity("swing", "rad"), quantity("swing_dot", "rad/s"), quantity("swing_ddot", "rad/s2"))
-x, y, ax, ay = (quantity(name, unit) for name, unit in (("x", "m"), ("y", "m"), ("ax", "m/s2"), ("ay", "m/s2")))
+x, y, ax, ay = (
+    quantity(name, unit) for name, unit in (("x", "m"), ("y", "m"), ("ax", "m/s2"), ("ay", "m/s2"))
+)
 WORLD = Frame("world")
 CRANK = Frame("crank", WORLD, Z, phi)
 O = Point("O")  # noqa: E741
@@ -42,7 +46,11 @@ def lets(m: Mechanism) -> dict[Quantity, sp.Expr]:
 def test_coordinate_has_rate_and_acceleration() -> None:
     k = mechanism()
     k.follow(swing, sin(phi))
-    assert lets(k) == {swing[0]: sin(phi), swing[1]: omega * cos(phi), swing[2]: -(omega**2) * sin(phi)}
+    assert lets(k) == {
+        swing[0]: sin(phi),
+        swing[1]: omega * cos(phi),
+        swing[2]: -(omega**2) * sin(phi),
+    }
     assert k.motion.rate(swing[0] ** 2) == 2 * swing[0] * swing[1]
 
 
@@ -50,13 +58,19 @@ def test_a_pin_on_a_crank_falls_towards_the_axis() -> None:
     """r omega^2 inwards (any mechanics text); a wrong sign would leave a remainder."""
     k = mechanism()
     k.name_acceleration(PIN, WORLD, (ax, ay))
-    assert [sp.simplify(e) for e in lets(k).values()] == [-length * omega**2 * f(phi) for f in (cos, sin)]
+    assert [sp.simplify(e) for e in lets(k).values()] == [
+        -length * omega**2 * f(phi) for f in (cos, sin)
+    ]
     assert k.motion.accelerations[PIN].components == (ax, ay, 0)
 
 
 def test_a_pin_on_a_crank_moves_across_it() -> None:
     velocity = mechanism().velocity(PIN)
-    assert [sp.simplify(c) for c in velocity.components] == [-length * omega * sin(phi), length * omega * cos(phi), 0]
+    assert [sp.simplify(c) for c in velocity.components] == [
+        -length * omega * sin(phi),
+        length * omega * cos(phi),
+        0,
+    ]
 
 
 def test_unnamed_component_is_unchanged() -> None:
@@ -101,11 +115,25 @@ def test_cam_flank_has_cam_speed_and_breakpoint_events() -> None:
     position, at, pace = quantity("within", "rad"), quantity("x"), quantity("pace", "1/rad")
     shares = tuple(quantity(name) for name in ("share", "slope", "bend"))
     k.motion.rates[position] = 3 * omega
-    k.flank(FollowerLaw("law", (S.Zero, S.Half, S.One)), "rise", (position, 3 * phi), (S.One, S(3)), at, pace, shares)
+    k.flank(
+        FollowerLaw("law", (S.Zero, S.Half, S.One)),
+        "rise",
+        (position, 3 * phi),
+        (S.One, S(3)),
+        at,
+        pace,
+        shares,
+    )
     expressions = {step.symbol: step.expr for step in k.named}
     assert [expressions[at].xreplace({position: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 1]
-    assert [expressions[pace].xreplace({position: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 0]
-    assert (k.motion.rate(shares[0]), k.motion.rate(shares[1])) == tuple(3 * omega * pace * s for s in shares[1:])
+    assert [expressions[pace].xreplace({position: S(value)}) for value in (0, 2, 4)] == [
+        0,
+        S.Half,
+        0,
+    ]
+    assert (k.motion.rate(shares[0]), k.motion.rate(shares[1])) == tuple(
+        3 * omega * pace * s for s in shares[1:]
+    )
     assert [(e.name, e.argument, e.target, e.order, e.period, e.position) for e in k.events] == [
         ("cam, start of the rise", 3 * phi, 1, 2, 2 * sp.pi, 0),
         ("cam, 1/2 of the rise", 3 * phi, 2, 2, 2 * sp.pi, S.Half),
@@ -116,7 +144,10 @@ def test_cam_flank_has_cam_speed_and_breakpoint_events() -> None:
 def test_mirror_image_uses_names_of_the_original() -> None:
     k = mechanism()
     z = quantity("z", "m")
-    left, right = (Point(name, O, Vec(CRANK, (length, S.Zero, at * length))) for name, at in (("l", 1), ("r", 4)))
+    left, right = (
+        Point(name, O, Vec(CRANK, (length, S.Zero, at * length)))
+        for name, at in (("l", 1), ("r", 4))
+    )
     k.name_place(left, O, CRANK, (x, y, z))
     plane = sp.Rational(5, 2) * length
     k.mirror_place(right, left, O, CRANK, plane)

@@ -1,4 +1,6 @@
-"""Laws of mechanics on a small arm in space and on a pair of gears, at a random state; errors break them."""
+"""Laws of mechanics on a small arm in space and on a pair of gears, at a random state; errors break
+them.
+"""
 
 from __future__ import annotations
 
@@ -40,14 +42,18 @@ k = quantity("k", "N/m")
 
 @cache
 def arm() -> Mechanism:
-    """An upper arm turns about the vertical, a forearm of two parts about the upper arm's y, both driven."""
+    """An upper arm turns about the vertical, a forearm of two parts about the upper arm's y, both
+    driven.
+    """
     m = Mechanism("arm", angle=ANGLE, speed=SPEED, gravity=(h, 0, -g), spatial=True)
     upper = m.frame("upper", ANGLE)
     lower = m.frame("lower", 2 * ANGLE + S.Half, Y, upper)
     elbow = m.point("elbow", m.O, upper, l, s, 0)
     first = m.body("upper", upper, m1, m.point("C1", m.O, upper, s, 0, l), (Ix, Iy, Iz, P, 0, 0))
     second = m.body("lower", lower, m2, m.point("C2", elbow, lower, s, l, 0), (Iz, Ix, Iy))
-    three = m.body("hand", lower, m3, m.point("C3", elbow, lower, 2 * l, 0, s), (Iy, Iz, Ix, 0, P, 0))
+    three = m.body(
+        "hand", lower, m3, m.point("C3", elbow, lower, 2 * l, 0, s), (Iy, Iz, Ix, 0, P, 0)
+    )
     m.pin("O", first, m.ground, m.O)
     m.pin("E", second, first, elbow, Y)
     m.weld("H", three, second, m.point("H", elbow, lower, l))
@@ -58,11 +64,16 @@ def arm() -> Mechanism:
 
 @cache
 def gears(rubbing: bool) -> Mechanism:
-    """A round gear turns another of half its size against a torque; teeth that rub touch beyond the pitch point."""
+    """A round gear turns another of half its size against a torque; teeth that rub touch beyond the
+    pitch point.
+    """
     m = Mechanism("gears", angle=ANGLE, speed=SPEED, gravity=g)
     centre = m.point("B", m.O, m.world, 3 * l)
     inner, outer = m.frame("inner", ANGLE), m.frame("outer", -2 * ANGLE)
-    first, second = m.body("inner", inner, m1, m.O, Ix), m.body("outer", outer, m2, m.point("C", centre, outer, s), Iy)
+    first, second = (
+        m.body("inner", inner, m1, m.O, Ix),
+        m.body("outer", outer, m2, m.point("C", centre, outer, s), Iy),
+    )
     m.pin("O", first, m.ground, m.O)
     m.pin("B", second, m.ground, centre)
     contact = SlidingContact(m.world, centre, l, alpha, mu, beyond=s / 9, turning=3 * SPEED)
@@ -74,14 +85,19 @@ def gears(rubbing: bool) -> Mechanism:
 
 @cache
 def press() -> Mechanism:
-    """A crank moves a slider in an inclined guide by a rod: a closed loop; the slider rubs, and a spring pulls it."""
+    """A crank moves a slider in an inclined guide by a rod: a closed loop; the slider rubs, and a
+    spring pulls it.
+    """
     m = Mechanism("press", angle=ANGLE, speed=SPEED, gravity=(h, -g, 0))
     beta, way = m.coordinate("beta", "rad", "rod"), m.coordinate("way", "m", "slider")
     crank, rod, guide = m.frame("crank", ANGLE), m.frame("rod", beta), m.frame("guide", S.Half)
     A, slot = m.point("A", m.O, crank, l), m.point("slot", m.O, guide, way, s)
     B = m.point("B", A, rod, 5 * l)
     m.close(B, slot, start={beta: S.Zero, way: 5 * l})
-    first, second = m.body("crank", crank, m1, m.point("C1", m.O, crank, s, s), Ix), m.body("rod", rod, m2, A, Iy)
+    first, second = (
+        m.body("crank", crank, m1, m.point("C1", m.O, crank, s, s), Ix),
+        m.body("rod", rod, m2, A, Iy),
+    )
     three, base = m.body("slider", guide, m3, slot, Iz), m.body("base", guide)
     m.weld("base", base, m.ground, m.O)
     m.pin("O", first, m.ground, m.O)
@@ -120,14 +136,21 @@ ROLLING = {"roll_Px", "roll_Py"}
 
 
 def state(m: Mechanism, spoilt: Action | None = None) -> dict[str, mpf]:
-    """Every step at a random state: motion, forces from the balances, what laws leave, a ``spoilt`` action reversed."""
-    rng, symbols = random.Random(4), (m1, m2, m3, Ix, Iy, Iz, P, l, s, g, h, alpha, mu, T, k, ANGLE, SPEED)
+    """Every step at a random state: motion, forces from the balances, what laws leave, a ``spoilt``
+    action reversed.
+    """
+    rng, symbols = (
+        random.Random(4),
+        (m1, m2, m3, Ix, Iy, Iz, P, l, s, g, h, alpha, mu, T, k, ANGLE, SPEED),
+    )
     actions = m.assembly.actions
     with mpmath.workdps(DIGITS):
         steps = [*motion_steps(m), *solve_forces(m)]
         values = {q: mpf(rng.uniform(0.2, 0.9)) for q in symbols}
         values |= _closed(values) if m.loops.coordinates else {}
-        m.assembly.actions = [replace(a, force=-a.force, moment=-a.moment) if a is spoilt else a for a in actions]
+        m.assembly.actions = [
+            replace(a, force=-a.force, moment=-a.moment) if a is spoilt else a for a in actions
+        ]
         try:
             steps += [*build_law_residuals(m, []), *m.reports]
         finally:
@@ -136,11 +159,15 @@ def state(m: Mechanism, spoilt: Action | None = None) -> dict[str, mpf]:
 
 
 def _closed(values: dict[Quantity, mpf]) -> dict[Quantity, mpf]:
-    """The rod's angle and the slider's place by trigonometry, in the guide's own axes, somewhat off."""
+    """The rod's angle and the slider's place by trigonometry, in the guide's own axes, somewhat
+    off.
+    """
     beta, way = press().loops.given
     aside = values[l] * mpmath.sin(values[ANGLE] - mpf("0.5"))
     slope = mpmath.asin((values[s] - aside) / (5 * values[l]))
-    projection = values[l] * mpmath.cos(values[ANGLE] - mpf("0.5")) + 5 * values[l] * mpmath.cos(slope)
+    projection = values[l] * mpmath.cos(values[ANGLE] - mpf("0.5")) + 5 * values[l] * mpmath.cos(
+        slope
+    )
     return {beta: slope + mpf("0.5") + mpf(10) ** -9, way: projection}
 
 
@@ -172,9 +199,15 @@ def test_reversed_ground_force_violates_momentum(name: str) -> None:
 
 
 def test_contacts_dissipate_only_by_friction() -> None:
-    for m, name, rubbing in ((gears(False), "F_P", False), (gears(True), "F_P", True), (cam(), "F_E", True)):
+    for m, name, rubbing in (
+        (gears(False), "F_P", False),
+        (gears(True), "F_P", True),
+        (cam(), "F_E", True),
+    ):
         action = next(a for a in m.assembly.actions if a.name == name)
-        worked = sum((f.dot(v) for f, v in action_load(m.motion, action, m.ground, m.anchor)), S.Zero)
+        worked = sum(
+            (f.dot(v) for f, v in action_load(m.motion, action, m.ground, m.anchor)), S.Zero
+        )
         with mpmath.workdps(DIGITS):
             values = state(m)
             point = Point({q: values[str(q)] for q in worked.free_symbols})
@@ -190,10 +223,14 @@ def test_contacts_dissipate_only_by_friction() -> None:
 def test_friction_of_teeth_is_against_their_sliding_or_outwards(
     bearing: int, beyond: float, turning: float, share: int
 ) -> None:
-    """The gears turn about the pitch point against each other, so the contact slides across the line of action."""
+    """The gears turn about the pitch point against each other, so the contact slides across the
+    line of action.
+    """
     friction, pressure = 0.1, 0.4
     numbers = {"beyond": sp.Float(beyond), "turning": sp.Float(turning), "share": sp.Integer(share)}
-    contact = SlidingContact(Frame("line"), Place("B"), S(2), sp.Float(pressure), sp.Float(friction), **numbers)
+    contact = SlidingContact(
+        Frame("line"), Place("B"), S(2), sp.Float(pressure), sp.Float(friction), **numbers
+    )
     fx, fy, _ = map(float, contact.flank(bearing))
     angle = math.pi / 2 + pressure if bearing > 0 else 1.5 * math.pi - pressure
     nx, ny = math.cos(angle), math.sin(angle)
@@ -202,14 +239,18 @@ def test_friction_of_teeth_is_against_their_sliding_or_outwards(
     lost = -(fx * -ny + fy * nx) * slides
     outwards = fx * math.cos(pressure) + fy * bearing * math.sin(pressure)
     if share:
-        assert lost == pytest.approx(math.tan(friction) * abs(slides)) == float(contact.loss(bearing))
+        assert (
+            lost == pytest.approx(math.tan(friction) * abs(slides)) == float(contact.loss(bearing))
+        )
     else:
         assert outwards == pytest.approx(math.tan(friction))
         assert float(contact.loss(bearing)) == 0
 
 
 def test_contour_is_offset_by_the_roller_radius() -> None:
-    """Against differences of the numbers themselves, of a roller's centre on an ellipse that is passed unevenly."""
+    """Against differences of the numbers themselves, of a roller's centre on an ellipse that is
+    passed unevenly.
+    """
     t, radius, step = sp.Symbol("t", real=True), mpf("0.3"), mpf(10) ** -12
     place = (2 * sp.cos(t + t**2 / 9), sp.sin(t + t**2 / 9))
     first, second = ([sp.diff(c, t, order) for c in place] for order in (1, 2))
@@ -220,7 +261,9 @@ def test_contour_is_offset_by_the_roller_radius() -> None:
         values = {t: when, reach: radius}
         for let in steps:
             values[let.symbol] = Point(values)(let.expr)
-        return {str(q): v for q, v in values.items()} | {a: Point(values)(c) for a, c in zip("xy", place, strict=True)}
+        return {str(q): v for q, v in values.items()} | {
+            a: Point(values)(c) for a, c in zip("xy", place, strict=True)
+        }
 
     with mpmath.workdps(DIGITS):
         before, now, later = (at(shift + d) for d in (-step, mpf(0), step))

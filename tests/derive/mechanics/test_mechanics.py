@@ -1,4 +1,6 @@
-"""The mechanics layer against textbook results, and the planting device rebuilt with parts moved, turned and added."""
+"""The mechanics layer against textbook results, and the planting device rebuilt with parts moved,
+turned and added.
+"""
 
 from pathlib import Path
 
@@ -31,7 +33,11 @@ def quantity(name: str, unit: str = "1") -> Quantity:
     return Quantity(name, unit, "test", "test")
 
 
-angle, rate, acceleration = quantity("angle", "rad"), quantity("rate", "rad/s"), quantity("acceleration", "rad/s2")
+angle, rate, acceleration = (
+    quantity("angle", "rad"),
+    quantity("rate", "rad/s"),
+    quantity("acceleration", "rad/s2"),
+)
 turn = quantity("turn", "rad")
 spin = quantity("spin", "rad/s")
 mass, length, g = quantity("mass", "kg"), quantity("length", "m"), quantity("g", "m/s2")
@@ -74,7 +80,9 @@ def test_resolving_back_restores_the_vector() -> None:
     second = Frame("second", first, Y, turn)
     vector = Vec(second, (Ix, Iy, Iz))
     back = vector.resolved(WORLD).resolved(second)
-    assert [sp.simplify(a - b) for a, b in zip(back.components, vector.components, strict=True)] == [0, 0, 0]
+    assert [
+        sp.simplify(a - b) for a, b in zip(back.components, vector.components, strict=True)
+    ] == [0, 0, 0]
 
 
 @pytest.mark.parametrize("turned", [S.Zero, S.One, S.NegativeOne, angle])
@@ -82,7 +90,11 @@ def test_rotations_about_a_common_axis_add_up(turned: sp.Expr) -> None:
     first = Frame("first", WORLD, Z, turned)
     assert unit(first, X).resolved(WORLD).components == (cos(turned), sin(turned), 0)
     frame = Frame("second", first, Z, angle)
-    assert unit(frame, X).resolved(WORLD).components == (cos(angle + turned), sin(angle + turned), 0)
+    assert unit(frame, X).resolved(WORLD).components == (
+        cos(angle + turned),
+        sin(angle + turned),
+        0,
+    )
 
 
 def test_component_is_expanded_only_if_shorter() -> None:
@@ -93,14 +105,20 @@ def test_component_is_expanded_only_if_shorter() -> None:
 
 
 def test_transport_acceleration_equals_second_derivative() -> None:
-    """A point in a frame that swings on a turning frame: both ways of differentiating must agree."""
+    """A point in a frame that swings on a turning frame: both ways of differentiating must
+    agree.
+    """
     motion = moving()
     inner = Frame("inner", Frame("outer", WORLD, Z, turn), Y, angle)
     point = Point("P", O, Vec(inner, (length, S.Zero, S.Zero)))
     by_transport = motion.acceleration(point, inner).resolved(WORLD)
     place = displacement(O, point, WORLD)
     direct = [motion.rate(motion.rate(c)) for c in place.components]
-    assert [sp.simplify(a - b) for a, b in zip(by_transport.components, direct, strict=True)] == [0, 0, 0]
+    assert [sp.simplify(a - b) for a, b in zip(by_transport.components, direct, strict=True)] == [
+        0,
+        0,
+        0,
+    ]
 
 
 def test_pendulum() -> None:
@@ -110,12 +128,21 @@ def test_pendulum() -> None:
     m = mechanism(gravity=g)
     rod = m.body("rod", frame, mass, centroid, (Ix, Iy, Iz), about=O)
     m.pin("O", rod, m.ground, O)
-    residual = next(e.residual for e in m.equations() if e.number == "rod: moment along z of world about O")
-    assert sp.simplify(residual + mass * g * length * sin(angle) + (Iz + mass * length**2) * acceleration) == 0
+    residual = next(
+        e.residual for e in m.equations() if e.number == "rod: moment along z of world about O"
+    )
+    assert (
+        sp.simplify(
+            residual + mass * g * length * sin(angle) + (Iz + mass * length**2) * acceleration
+        )
+        == 0
+    )
 
 
 def gyroscopic_residuals(inertia: tuple) -> list:
-    """Moments about its own axes of a body that swings about its y while the whole turns about z."""
+    """Moments about its own axes of a body that swings about its y while the whole turns about
+    z.
+    """
     frame = Frame("rotor", Frame("table", WORLD, Z, turn), Y, angle)
     m = mechanism()
     rotor = m.body("rotor", frame, mass, O, inertia, about=O, axes=frame)
@@ -123,12 +150,16 @@ def gyroscopic_residuals(inertia: tuple) -> list:
 
 
 def test_gyroscopic_terms_are_eulers() -> None:
-    """I dw/dt + w x I w with w = (-spin sin, rate, spin cos) (Goldstein, Classical Mechanics, 5.39)."""
+    """I dw/dt + w x I w with w = (-spin sin, rate, spin cos) (Goldstein, Classical Mechanics,
+    5.39).
+    """
     w = sp.Matrix([-spin * sin(angle), rate, spin * cos(angle)])
     dw = sp.Matrix([-spin * rate * cos(angle), acceleration, -spin * rate * sin(angle)])
     inertia = sp.diag(Ix, Iy, Iz)
     euler = inertia * dw + w.cross(inertia * w)
-    assert [sp.simplify(a + b) for a, b in zip(gyroscopic_residuals((Ix, Iy, Iz)), euler, strict=True)] == [0, 0, 0]
+    assert [
+        sp.simplify(a + b) for a, b in zip(gyroscopic_residuals((Ix, Iy, Iz)), euler, strict=True)
+    ] == [0, 0, 0]
 
 
 def test_ball_has_no_gyroscopic_moment() -> None:
@@ -160,8 +191,12 @@ def solved(device: Mechanism, extra: tuple[Quantity, ...] = ()) -> dict[str, sp.
     return {let.symbol.name: let.expr for let in lets}
 
 
-POINT = {s: sp.Rational(2 * i + 3, 7 * i + 11) for i, s in enumerate(sorted(
-    {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE), key=str))}  # fmt: skip
+POINT = {
+    s: sp.Rational(2 * i + 3, 7 * i + 11)
+    for i, s in enumerate(
+        sorted({v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE), key=str)
+    )
+}
 
 
 def values(device: Mechanism) -> dict[str, float]:
@@ -178,7 +213,11 @@ def values(device: Mechanism) -> dict[str, float]:
 def changed(device: Mechanism) -> set[str]:
     before, after = values(derivation.build_device()), values(device)
     shared = before.keys() & after.keys()
-    return {name for name in shared if abs(before[name] - after[name]) > 1e-12 * max(1, abs(before[name]))}
+    return {
+        name
+        for name in shared
+        if abs(before[name] - after[name]) > 1e-12 * max(1, abs(before[name]))
+    }
 
 
 def test_moved_hinge_changes_every_dependent_force() -> None:
@@ -217,11 +256,15 @@ def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
     centroid = device.point("CG", hinge, flap_frame, length, length, length)
     flap = device.body("flap", flap_frame, mass, centroid, (Ix, Iy, Iz), about=hinge, axes=planet)
     device.pin("G", flap, bodies["planet"], hinge, Y, axes=planet)
-    force = device.follower("F_H", flap, bodies["carrier"], centroid, derivation.B1, q.mu1, unit(planet, Y))
+    force = device.follower(
+        "F_H", flap, bodies["carrier"], centroid, derivation.B1, q.mu1, unit(planet, Y)
+    )
 
     without, with_flap = solved(derivation.build_device()), solved(device, (force,))
     assert {mass, length} <= with_flap["F_H"].free_symbols
-    planet_force = {str(s) for s in with_flap["F_B1x"].free_symbols} - {str(s) for s in without["F_B1x"].free_symbols}
+    planet_force = {str(s) for s in with_flap["F_B1x"].free_symbols} - {
+        str(s) for s in without["F_B1x"].free_symbols
+    }
     assert planet_force == {"F_Gx", "F_Gy"}
     assert with_flap["F_E"] == without["F_E"]
 
@@ -231,17 +274,23 @@ def test_follower_without_sliding_is_refused() -> None:
     bodies = {body.name: body for body in device.bodies}
     across = unit(derivation.PLANET, Y)
     with pytest.raises(ValueError, match="does not slide"):
-        device.follower("F_H", bodies["planet"], bodies["carrier"], derivation.TIP, derivation.B1, q.mu1, across)
+        device.follower(
+            "F_H", bodies["planet"], bodies["carrier"], derivation.TIP, derivation.B1, q.mu1, across
+        )
 
 
 def test_the_mirror_plane_cancels() -> None:
-    """The paper does not say where the outer half sits; no step of the exact model depends on it."""
+    """The paper does not say where the outer half sits; no step of the exact model depends on
+    it.
+    """
     system = derivation.build_exact_system()
     assert all(q.z_mirror not in step.needs for step in system.steps)
 
 
 def test_no_force_balance_is_typed_into_the_system() -> None:
-    """Every reaction is a quantity that the mechanics layer made, none is written in the system's text."""
+    """Every reaction is a quantity that the mechanics layer made, none is written in the system's
+    text.
+    """
     text = Path(derivation.__file__).read_text(encoding="utf-8")
     body = text.split("def build_device", 1)[1].split("m.reports", 1)[0]
     assert not [name for name in ("q.F_", "q.M_", "ddot", "ax_", "ay_") if name in body]

@@ -1,4 +1,6 @@
-"""Mechanisms as they are drawn: loops against closed forms, laws on random bars, and what is refused."""
+"""Mechanisms as they are drawn: loops against closed forms, laws on random bars, and what is
+refused.
+"""
 
 import pytest
 import sympy as sp
@@ -30,14 +32,25 @@ TABLE = """
 def four_bar(pins: str = "OABC") -> Mechanism:
     q = quantities(TABLE)
     m = Mechanism("four_bar", q, angle=q.phi, speed=q.omega, gravity=q.g)
-    beta, gamma = m.coordinate("beta", "rad", "coupler angle"), m.coordinate("gamma", "rad", "rocker angle")
-    crank, coupler, rocker = m.frame("crank", q.phi), m.frame("coupler", beta), m.frame("rocker", gamma)
+    beta, gamma = (
+        m.coordinate("beta", "rad", "coupler angle"),
+        m.coordinate("gamma", "rad", "rocker angle"),
+    )
+    crank, coupler, rocker = (
+        m.frame("crank", q.phi),
+        m.frame("coupler", beta),
+        m.frame("rocker", gamma),
+    )
     A, D = m.point("A", m.O, crank, q.a), m.point("D", m.O, m.world, q.d)
     B, end = m.point("B", A, coupler, q.b), m.point("end", D, rocker, q.c)
     m.close(B, end, start={beta: sp.Rational(4, 5), gamma: sp.Rational(8, 5)})
     crank_body = m.body("crank", crank)
-    coupler_body = m.body("coupler", coupler, mass=q.m_b, centroid=m.point("G", A, coupler, q.u, q.v), inertia=q.J_b)
-    three = m.body("rocker", rocker, mass=q.m_c, centroid=m.point("H", D, rocker, q.c / 2), inertia=q.J_c)
+    coupler_body = m.body(
+        "coupler", coupler, mass=q.m_b, centroid=m.point("G", A, coupler, q.u, q.v), inertia=q.J_b
+    )
+    three = m.body(
+        "rocker", rocker, mass=q.m_c, centroid=m.point("H", D, rocker, q.c / 2), inertia=q.J_c
+    )
     for name, on, by, at in (
         ("O", crank_body, m.ground, m.O),
         ("A", coupler_body, crank_body, A),
@@ -64,7 +77,9 @@ def test_four_bar_forces_are_solved_together() -> None:
 def test_too_few_bars_say_their_degrees_of_freedom() -> None:
     m = four_bar()
     m.coordinate("s", "m", "a slider that nothing holds")
-    with pytest.raises(LoopError, match=r"fewer equations \(2: .*\) than .* \(3: beta, gamma, s\): \+1 degree"):
+    with pytest.raises(
+        LoopError, match=r"fewer equations \(2: .*\) than .* \(3: beta, gamma, s\): \+1 degree"
+    ):
         m.system()
 
 
@@ -129,7 +144,9 @@ def test_misspelt_report_gets_a_suggestion() -> None:
 def test_unreported_results_are_not_computed() -> None:
     lane = four_bar().system(reported=["beta"]).lane
     assert lane is not None
-    assert [str(q) for q in lane.outputs] == ["beta", "pivot_beta_dot"] or [str(q) for q in lane.outputs] == ["beta"]
+    assert [str(q) for q in lane.outputs] == ["beta", "pivot_beta_dot"] or [
+        str(q) for q in lane.outputs
+    ] == ["beta"]
 
 
 @pytest.mark.parametrize(
@@ -161,9 +178,14 @@ def test_table_quantities_by_attribute_and_key() -> None:
 
 
 JOINTS = {
-    "weld": (0, ()), "pin": (1, (Y,)), "cylinder": (2, (Y,)), "universal": (2, (Y, X)), "ball": (3, ()),
-    "plane": (3, (Z,)), "slide": (1, (X,)),
-}  # fmt: skip
+    "weld": (0, ()),
+    "pin": (1, (Y,)),
+    "cylinder": (2, (Y,)),
+    "universal": (2, (Y, X)),
+    "ball": (3, ()),
+    "plane": (3, (Z,)),
+    "slide": (1, (X,)),
+}
 """Freedoms of a joint in space, and the axes that it is told."""
 
 
@@ -203,7 +225,9 @@ def test_balances_state_their_claims() -> None:
 
 
 @pytest.mark.parametrize(("reported", "has_balances"), [("kinetic", False), ("F_Ox", True)])
-def test_balances_are_asked_for_where_actions_are_reported(reported: str, has_balances: bool) -> None:
+def test_balances_are_asked_for_where_actions_are_reported(
+    reported: str, has_balances: bool
+) -> None:
     q = quantities("m | kg | bob | 1\nl | m | rod | 1\ng | m/s2 | free fall | 9.81")
     m = Mechanism("pendulum", q, gravity=q.g)
     rod = m.frame("rod", m.coordinate("a", "rad", "angle"))
@@ -229,9 +253,13 @@ def test_slips_are_refused_along_an_angle() -> None:
 
 
 @pytest.mark.parametrize("name", ["F_Ax", "P_M_in", "psi", "psi_dot"])
-def test_name_clash_is_refused_before_the_derivation(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_name_clash_is_refused_before_the_derivation(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The reverse: a name that nothing else has reaches the derivation."""
-    q = quantities(f"phi | rad | crank angle\nomega | rad/s | speed | 10\n{name} | N | load of the crop | 3")
+    q = quantities(
+        f"phi | rad | crank angle\nomega | rad/s | speed | 10\n{name} | N | load of the crop | 3"
+    )
 
     def build_crank(table: Quantities) -> Mechanism:
         m = Mechanism("crank", table, angle=q.phi, speed=q.omega)
@@ -249,5 +277,7 @@ def test_name_clash_is_refused_before_the_derivation(name: str, monkeypatch: pyt
         build_crank(q).system()
     with pytest.raises(AssertionError):
         build_crank(
-            quantities("phi | rad | crank angle\nomega | rad/s | speed | 10\nF | N | load of the crop | 3")
+            quantities(
+                "phi | rad | crank angle\nomega | rad/s | speed | 10\nF | N | load of the crop | 3"
+            )
         ).system()

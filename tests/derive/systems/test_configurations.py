@@ -1,4 +1,6 @@
-"""Frames and points without bodies as what a text is compared with: random configurations that close the loops."""
+"""Frames and points without bodies as what a text is compared with: random configurations that
+close the loops.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +29,23 @@ DATA = """
 
 
 def four_bar(*, start: bool = True) -> ModuleType:
-    """Return a module with a four-bar linkage of frames and points alone; its three angles are coordinates."""
+    """Return a module with a four-bar linkage of frames and points alone; its three angles are
+    coordinates.
+    """
     q = quantities(DATA)
     m = Mechanism("four_bar", q)
-    theta_1, theta_2, theta_3 = (m.coordinate(name, "rad", "angle") for name in ("theta_1", "theta_2", "theta_3"))
-    crank, coupler, rocker = (m.frame(name, angle) for name, angle in (("L", theta_1), ("M", theta_2), ("R", theta_3)))
+    theta_1, theta_2, theta_3 = (
+        m.coordinate(name, "rad", "angle") for name in ("theta_1", "theta_2", "theta_3")
+    )
+    crank, coupler, rocker = (
+        m.frame(name, angle) for name, angle in (("L", theta_1), ("M", theta_2), ("R", theta_3))
+    )
     pin = m.point("B", m.point("A", m.O, crank, q.a), coupler, q.b)
-    m.close(pin, m.point("C", m.point("D", m.O, m.world, q.d), rocker, q.c),
-            start={theta_2: 0.8, theta_3: 1.5} if start else {})  # fmt: skip
+    m.close(
+        pin,
+        m.point("C", m.point("D", m.O, m.world, q.d), rocker, q.c),
+        start={theta_2: 0.8, theta_3: 1.5} if start else {},
+    )
     module = ModuleType("linkage")
     module.m, module.B = m, pin
     return module
@@ -74,10 +85,18 @@ def test_text_of_kinematics_alone_is_judged_without_bodies() -> None:
     table = NameTable({spell_name("v"): f"-{meaning}"})
     case = build_trial(build_document("linkage.tex", ".tex", text), module.m, table, module)
     records = {
-        record["equation"]: record for number in case.paper.equations for record in [record_equation(case, number, "")]
+        record["equation"]: record
+        for number in case.paper.equations
+        for record in [record_equation(case, number, "")]
     }
     verdicts = {number: record["verdict"] for number, record in records.items()}
-    assert verdicts == {"1": "confirmed", "2": "confirmed", "3": "misprint", "4": "confirmed", "5": "confirmed"}
+    assert verdicts == {
+        "1": "confirmed",
+        "2": "confirmed",
+        "3": "misprint",
+        "4": "confirmed",
+        "5": "confirmed",
+    }
     assert r"\theta_1 - \theta_2" in records["3"]["corrected_latex"]
 
 
@@ -89,7 +108,10 @@ def test_loop_without_a_start_is_refused() -> None:
 def test_lengths_that_never_close_are_refused() -> None:
     q = quantities(DATA.replace("0.25", "0.01"))
     m = Mechanism("apart", q)
-    coupler_angle, rocker_angle = m.coordinate("theta_2", "rad", "angle"), m.coordinate("theta_3", "rad", "angle")
+    coupler_angle, rocker_angle = (
+        m.coordinate("theta_2", "rad", "angle"),
+        m.coordinate("theta_3", "rad", "angle"),
+    )
     crank_end = m.point("B", m.O, m.frame("M", coupler_angle), q.c)
     rocker_end = m.point("C", m.point("D", m.O, m.world, q.d), m.frame("R", rocker_angle), q.c)
     m.close(crank_end, rocker_end, start={coupler_angle: 0.5, rocker_angle: 0.5})
@@ -101,7 +123,10 @@ def test_lengths_that_never_close_are_refused() -> None:
 def test_rates_and_accelerations_satisfy_rolling_without_slip() -> None:
     m = Mechanism("disc", quantities("r | m | radius | 0.3"), spatial=True)
     q = m.given
-    x, roll, yaw = (m.coordinate(name, unit, name) for name, unit in (("x", "m"), ("roll", "rad"), ("yaw", "rad")))
+    x, roll, yaw = (
+        m.coordinate(name, unit, name)
+        for name, unit in (("x", "m"), ("roll", "rad"), ("yaw", "rad"))
+    )
     drop = m.coordinate("drop", "m", "height")
     double = m.name_("double", "m", "diameter", 2 * q.r)
     m.constrain("plane", drop - double / 2, start={drop: q.r})

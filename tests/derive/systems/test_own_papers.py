@@ -1,6 +1,8 @@
-"""Papers about several mechanisms, written here: planted errors are found, what is written otherwise is confirmed.
+"""Papers about several mechanisms, written here: planted errors are found, what is written
+otherwise is confirmed.
 
-Some of their equations claim nothing: values alone judge them, and laws of the equations as a whole.
+Some of their equations claim nothing: values alone judge them, and laws of the equations as a
+whole.
 """
 
 import json
@@ -97,15 +99,24 @@ def judge_paper(folder: Path, name: str, text: str) -> dict[str, Any]:
     shutil.copy(own.EXAMPLES / f"{name}.py", folder)
     (folder / "paper.py").write_text(HEAD.format(name=name) + text, encoding="utf-8")
     assert derive([str(folder / "paper.py")]) == 0
-    content: dict[str, Any] = json.loads((folder / "generated" / "audit.json").read_text(encoding="utf-8"))
+    content: dict[str, Any] = json.loads(
+        (folder / "generated" / "audit.json").read_text(encoding="utf-8")
+    )
     return content
 
 
-@pytest.mark.parametrize("name", ["cam_follower", *(pytest.param(n, marks=pytest.mark.long) for n in (
-    "transplanting_arm", "manipulator"))])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    [
+        "cam_follower",
+        *(pytest.param(n, marks=pytest.mark.long) for n in ("transplanting_arm", "manipulator")),
+    ],
+)
 def test_a_paper_without_errors_stands_and_keeps_the_laws(name: str, tmp_path: Path) -> None:
     judged = judge_paper(tmp_path, name, PAPERS[name])
-    assert {e["equation"]: e["verdict"] for e in judged["equations"] if e["verdict"] != "confirmed"} == {}
+    assert {
+        e["equation"]: e["verdict"] for e in judged["equations"] if e["verdict"] != "confirmed"
+    } == {}
     assert judged["laws"]
     assert {(law["violation"], *law["caused_by"]) for law in judged["laws"]} == {(0.0,)}
     assert judged["papers"]["written2026"] == {"title": "Written here", "model": name}
@@ -113,7 +124,8 @@ def test_a_paper_without_errors_stands_and_keeps_the_laws(name: str, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    "name", ["cam_follower", "manipulator", pytest.param("transplanting_arm", marks=pytest.mark.long)]
+    "name",
+    ["cam_follower", "manipulator", pytest.param("transplanting_arm", marks=pytest.mark.long)],
 )
 def test_only_planted_errors_are_reported(name: str, tmp_path: Path) -> None:
     text = PAPERS[name]
@@ -122,7 +134,9 @@ def test_only_planted_errors_are_reported(name: str, tmp_path: Path) -> None:
         text = text.replace(right, wrong)
     judged = judge_paper(tmp_path, name, text)
     expected = {number: verdict for number, _, _, verdict in PLANTED[name]}
-    assert {e["equation"]: e["verdict"] for e in judged["equations"] if e["verdict"] != "confirmed"} == expected
+    assert {
+        e["equation"]: e["verdict"] for e in judged["equations"] if e["verdict"] != "confirmed"
+    } == expected
     blamed = {number for law in judged["laws"] for number in law["caused_by"]}
     assert blamed <= expected.keys()
     assert all(law["owed"] for law in judged["laws"] if law["violation"])

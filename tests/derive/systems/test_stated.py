@@ -1,4 +1,6 @@
-"""A paper of one's own against a mechanism of one's own: planted errors are found and corrected, a clean one stands."""
+"""A paper of one's own against a mechanism of one's own: planted errors are found and corrected, a
+clean one stands.
+"""
 
 import json
 import random
@@ -28,12 +30,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def verdicts(folder: Path, text: str, name: str) -> dict[str, dict[str, object]]:
     (folder / f"{name}.py").write_text(text, encoding="utf-8")
     assert derive([str(folder / f"{name}.py"), "--out", str(folder / name)]) == 0
-    return {e["equation"]: e for e in json.loads((folder / name / "audit.json").read_text())["equations"]}
+    return {
+        e["equation"]: e
+        for e in json.loads((folder / name / "audit.json").read_text())["equations"]
+    }
 
 
 def test_planted_errors_get_their_corrections(folder: Path) -> None:
     judged = verdicts(folder, (folder / "slider_crank_paper.py").read_text(), "wrong")
-    assert {number: entry["verdict"] for number, entry in judged.items()} == dict.fromkeys("136", "confirmed") | WRONG
+    assert {number: entry["verdict"] for number, entry in judged.items()} == dict.fromkeys(
+        "136", "confirmed"
+    ) | WRONG
     assert "sign of l*sin(beta)" in str(judged["2"]["correction"])
     assert "sign of l_0" in str(judged["4"]["correction"])
     assert "c*g*m_r*cos(beta)" in str(judged["5"]["terms"])
@@ -65,7 +72,10 @@ def test_decision_points_satisfy_loops_and_balances(folder: Path) -> None:
     A = m.point("A", m.O, m.frame("crank", q.phi), q.r)
     B, slot = m.point("B", A, m.frame("rod", beta), q.l), m.point("slot", m.O, m.world, s)
     m.close(B, slot, start={beta: 0, s: q.l + q.r})
-    crank_body, rod_body = m.body("crank", m.frame("crank", q.phi)), m.body("rod", m.frame("rod", beta))
+    crank_body, rod_body = (
+        m.body("crank", m.frame("crank", q.phi)),
+        m.body("rod", m.frame("rod", beta)),
+    )
     three = m.body("slider", m.world, q.M, slot)
     m.pin("O", crank_body, m.ground, m.O)
     m.pin("A", rod_body, crank_body, A)
@@ -76,9 +86,14 @@ def test_decision_points_satisfy_loops_and_balances(folder: Path) -> None:
     with mpmath.workdps(55):
         for values in (*subject.reference(5), subject.admissible(random.Random(3))):
             across = values[q.r] * mpmath.sin(values[q.phi])
-            place = values[q.r] * mpmath.cos(values[q.phi]) + mpmath.sqrt(values[q.l] ** 2 - across**2)
+            place = values[q.r] * mpmath.cos(values[q.phi]) + mpmath.sqrt(
+                values[q.l] ** 2 - across**2
+            )
             assert abs(values[s] - place) < mpmath.mpf(10) ** -45
-            assert abs(values[next(v for v in values if str(v) == "law_power")]) < mpmath.mpf(10) ** -40
+            assert (
+                abs(values[next(v for v in values if str(v) == "law_power")])
+                < mpmath.mpf(10) ** -40
+            )
 
 
 def test_a_table_without_a_value_is_named() -> None:

@@ -1,4 +1,6 @@
-"""The benchmark of audits: what is selected, what counts, and checkers that are right or wrong by construction."""
+"""The benchmark of audits: what is selected, what counts, and checkers that are right or wrong by
+construction.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +60,9 @@ def write_text(folder: Path, file: str, digest: str) -> None:
     shutil.copy(own.EXAMPLES / "slider_crank.py", folder / "mechanism.py")
     shutil.copy(own.EXAMPLES / "slider_crank_text.names.toml", folder / "names.toml")
     (folder / file).write_text(TEXT, encoding="utf-8")
-    (folder / "source.toml").write_text(SOURCE.format(hash=digest, correct=CORRECT), encoding="utf-8")
+    (folder / "source.toml").write_text(
+        SOURCE.format(hash=digest, correct=CORRECT), encoding="utf-8"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +91,9 @@ def test_slips_of_all_classes_change_what_is_said_and_are_found(claims: TextClai
 
 
 def test_rewrites_change_nothing(claims: TextClaims) -> None:
-    rewrites = [claim for seed in range(8) for claim in claims.draw(9, seed) if claim.kind == "rewrite"]
+    rewrites = [
+        claim for seed in range(8) for claim in claims.draw(9, seed) if claim.kind == "rewrite"
+    ]
     assert all(claim.latex != claim.correct for claim in rewrites)
     assert {claims.judge(claim) for claim in rewrites} == {"holds"}
 
@@ -95,16 +101,24 @@ def test_rewrites_change_nothing(claims: TextClaims) -> None:
 def test_equation_that_only_the_motion_makes_equal_is_no_slip(claims: TextClaims) -> None:
     place = claims.sound[0]
     assert claims.is_same(r"s = l\cos\beta + r\cos\varphi", r"r\cos\varphi + l\cos\beta = s", place)
-    assert not claims.is_same(r"s = r\cos\varphi + l\cos\beta", r"s = r\cos\varphi + \sqrt{l^2 - e^2}", place)
+    assert not claims.is_same(
+        r"s = r\cos\varphi + l\cos\beta", r"s = r\cos\varphi + \sqrt{l^2 - e^2}", place
+    )
 
 
-@pytest.mark.parametrize(("outcome", "detection", "alarms"), [("holds", 0, 0), ("fails", 1, 100), ("refused", 0, None)])
+@pytest.mark.parametrize(
+    ("outcome", "detection", "alarms"), [("holds", 0, 0), ("fails", 1, 100), ("refused", 0, None)]
+)
 def test_one_answer_to_all_has_its_score(
     claims: TextClaims, outcome: Outcome, detection: float, alarms: float | None
 ) -> None:
     selected = [*claims.sound, *claims.errata, *claims.draw(18, 0)]
     score = score_answers(selected, [CheckerAnswer(outcome)] * len(selected))["all"]
-    assert (score["detection"], score["exact_repair"], score["false_alarms_per_100"]) == (detection, 0, alarms)
+    assert (score["detection"], score["exact_repair"], score["false_alarms_per_100"]) == (
+        detection,
+        0,
+        alarms,
+    )
     assert score["errata_found"] == (outcome == "fails")
 
 
@@ -113,7 +127,10 @@ def test_answers_of_another_checker_are_scored_beside(corpus: Path, tmp_path: Pa
     path = tmp_path / "other.jsonl"
     # a checker that knows the sound equations by heart, and repairs every slip to the first of them
     sound_keys = {claim["key"] for claim in first["claims"] if ":sound:" in claim["key"]}
-    lines = [{"key": c["key"], "outcome": "holds" if c["key"] in sound_keys else "fails"} for c in first["claims"]]
+    lines = [
+        {"key": c["key"], "outcome": "holds" if c["key"] in sound_keys else "fails"}
+        for c in first["claims"]
+    ]
     path.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
     scores = run_benchmark(corpus, 18, 0, path)["checkers"]["other"]["all"]
     assert (scores["detection"], scores["errata_found"], scores["exact_repair"]) == (1, 1, 0)
@@ -124,7 +141,11 @@ def test_answers_of_another_checker_are_scored_beside(corpus: Path, tmp_path: Pa
 
 
 def test_text_is_held_out_if_its_source_gives_a_reason(tmp_path: Path) -> None:
-    for name, key in (("plain", ""), ("kept", 'held_out = "added last"\n'), ("empty", 'held_out = ""\n')):
+    for name, key in (
+        ("plain", ""),
+        ("kept", 'held_out = "added last"\n'),
+        ("empty", 'held_out = ""\n'),
+    ):
         write_text(tmp_path / name, "text.tex", "3" * 64)
         source = tmp_path / name / "source.toml"
         source.write_text(key + source.read_text(encoding="utf-8"), encoding="utf-8")
@@ -155,7 +176,14 @@ def test_term_is_found_by_its_values(claims: TextClaims) -> None:
     factors = MonomialSearch(names, claims.vocabulary)._search.factors
     by_name = {factor.label: factor.values for factor in factors}
     values = -1.5 * by_name["m_{s}"] * by_name[r"\dot{s}^2"] * by_name[r"\cos \beta"]
-    assert find_products(claims, values)[0].split() == ["-", r"\frac{3}{2}", r"\cos", r"\beta", r"\dot{s}^2", "m_{s}"]
+    assert find_products(claims, values)[0].split() == [
+        "-",
+        r"\frac{3}{2}",
+        r"\cos",
+        r"\beta",
+        r"\dot{s}^2",
+        "m_{s}",
+    ]
     assert find_products(claims, values, (0, 1, 0)) == []
     assert find_products(claims, values * np.linspace(1, 1.001, len(values))) == []
     assert find_products(claims, np.random.default_rng(0).uniform(0.5, 2, len(values))) == []

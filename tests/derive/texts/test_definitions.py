@@ -1,4 +1,6 @@
-"""Definitions of a text: tested where the mechanism has the same quantity, and the first suspect where rows fail."""
+"""Definitions of a text: tested where the mechanism has the same quantity, and the first suspect
+where rows fail.
+"""
 
 from __future__ import annotations
 
@@ -64,22 +66,36 @@ def test_right_definitions_are_confirmed(tmp_path: Path) -> None:
 def test_wrong_definition_is_found_and_what_follows_is_sound(tmp_path: Path) -> None:
     wrong = Y_C.replace(r"\sin", r"\cos")
     records = judge(tmp_path, X_C, wrong, RATE, NEWTON)
-    assert [record["verdict"] for record in records] == ["confirmed", "misprint", "confirmed", "confirmed"]
+    assert [record["verdict"] for record in records] == [
+        "confirmed",
+        "misprint",
+        "confirmed",
+        "confirmed",
+    ]
     assert records[1]["corrected_latex"] == Y_C
 
 
 def test_error_beside_a_wrong_definition_keeps_its_name(tmp_path: Path) -> None:
     wrong, turned = Y_C.replace(r"\sin", r"\cos"), NEWTON.replace("- F_{By}", "+ F_{By}")
     records = judge(tmp_path, X_C, wrong, RATE, turned)
-    assert [record["verdict"] for record in records] == ["confirmed", "misprint", "confirmed", "misprint"]
+    assert [record["verdict"] for record in records] == [
+        "confirmed",
+        "misprint",
+        "confirmed",
+        "misprint",
+    ]
     assert records[3]["corrected_latex"] == NEWTON
 
 
 @pytest.mark.parametrize(
     "wrong",
-    [Y_C.replace("1 -", "1 +"), Y_C.replace(r"\frac{a}{l}", r"\frac{l}{a}"), X_C.replace("+ a", "- a"),
-     X_C.replace(r"a\cos", r"a\sin")],
-)  # fmt: skip
+    [
+        Y_C.replace("1 -", "1 +"),
+        Y_C.replace(r"\frac{a}{l}", r"\frac{l}{a}"),
+        X_C.replace("+ a", "- a"),
+        X_C.replace(r"a\cos", r"a\sin"),
+    ],
+)
 def test_wrong_definition_without_rows_that_rest_on_it_is_found(tmp_path: Path, wrong: str) -> None:
     (record,) = judge(tmp_path, wrong)
     assert record["verdict"] == "misprint"

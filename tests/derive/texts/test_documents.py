@@ -34,7 +34,10 @@ def test_blank_line_ends_a_row_with_a_matrix() -> None:
 
 
 def _rows(body: str) -> list[str]:
-    return [" ".join(row.latex.split()) for row in list_rows(build_document("a.tex", ".tex", rf"\[ {body} \]"))]
+    return [
+        " ".join(row.latex.split())
+        for row in list_rows(build_document("a.tex", ".tex", rf"\[ {body} \]"))
+    ]
 
 
 @pytest.mark.parametrize(
@@ -43,14 +46,23 @@ def _rows(body: str) -> list[str]:
         (r"\begin{array}{rcl} x &=& r \\ y &=& s + l \end{array}", ["x &=& r", "y &=& s + l"]),
         (r"\begin{array}{rcl} x &=& r \\ &=& s + l \end{array}", [r"x &=& r \\ &=& s + l"]),
         (r"\begin{array}{c} x \\ y \end{array} = 0", [r"\begin{array}{c} x \\ y \end{array} = 0"]),
-        (r"\begin{array}{cc} x = r & y = s \end{array}", [r"\begin{array}{cc} x = r & y = s \end{array}"]),
+        (
+            r"\begin{array}{cc} x = r & y = s \end{array}",
+            [r"\begin{array}{cc} x = r & y = s \end{array}"],
+        ),
         (r"m a = F + k x \Rightarrow a = F/m + k x/m", ["m a = F + k x", "a = F/m + k x/m"]),
-        (r"x = r s \quad\implies\quad y = s \qquad \rightarrow z = r", ["x = r s", "y = s \\qquad \\rightarrow z = r"]),
+        (
+            r"x = r s \quad\implies\quad y = s \qquad \rightarrow z = r",
+            ["x = r s", "y = s \\qquad \\rightarrow z = r"],
+        ),
         (r"\theta = 0 \Rightarrow x = r", [r"\theta = 0 \Rightarrow x = r"]),
         (r"m_1 = m_2 \implies x = r", [r"m_1 = m_2 \implies x = r"]),
         (r"x \to 0 \Rightarrow y = r", [r"x \to 0 \Rightarrow y = r"]),
         (r"\begin{gathered} x = r + s \\ \Rightarrow y = r \end{gathered}", ["x = r + s", "y = r"]),
-        (r"\begin{gathered} x = 0 \\ \Rightarrow y = r \end{gathered}", [r"x = 0 \\ \Rightarrow y = r"]),
+        (
+            r"\begin{gathered} x = 0 \\ \Rightarrow y = r \end{gathered}",
+            [r"x = 0 \\ \Rightarrow y = r"],
+        ),
         (r"\boxed{x = r + s}", ["x = r + s"]),
         (r"\boxed{x + r} s = l", [r"\boxed{x + r} s = l"]),
         (r"\text{Let us define: } x = r", ["x = r"]),

@@ -19,7 +19,12 @@ def test_two_environments_between_dollars_are_not_dropped() -> None:
 
 
 def test_row_that_ends_with_a_matrix_is_not_continued() -> None:
-    lines = ("& A = \\begin{bmatrix} 1 \\\\ 2 \\end{bmatrix}\\\\", "& B = {x}\\\\", "& C = y +\\\\", "& z")
+    lines = (
+        "& A = \\begin{bmatrix} 1 \\\\ 2 \\end{bmatrix}\\\\",
+        "& B = {x}\\\\",
+        "& C = y +\\\\",
+        "& z",
+    )
     source = ".. math::\n" + "".join(f"    {line}\n" for line in lines)
     rows = list_rows(build_document("text.rst", ".rst", source))
     assert [row.line for row in rows] == [2, 3, 4]
@@ -39,8 +44,15 @@ def test_comments_in_displays_of_markdown_and_rst_are_left_out() -> None:
 
 
 def test_fences_of_mathematics_and_of_code_do_not_swallow_each_other() -> None:
-    source = "```math\na = b\n```\nText.\n```math\nc = d\n```\n```python\ne = f\n```\n```math\ng = h\n```\n"
-    assert [row.latex for row in list_rows(build_document("text.md", ".md", source))] == ["a = b", "c = d", "g = h"]
+    source = (
+        "```math\na = b\n```\nText.\n```math\nc = d\n```\n```python\ne = f\n```\n```math\ng "
+        "= h\n```\n"
+    )
+    assert [row.latex for row in list_rows(build_document("text.md", ".md", source))] == [
+        "a = b",
+        "c = d",
+        "g = h",
+    ]
 
 
 def test_underscores_that_markdown_escapes_are_subscripts() -> None:
@@ -49,12 +61,19 @@ def test_underscores_that_markdown_escapes_are_subscripts() -> None:
 
 
 def test_formulas_between_single_dollars_that_are_alone_are_rows() -> None:
-    source = "The place is\n\n$ a = b $\n\n$c = d$.\n$e = f$\n\n- $g = h$\n\n$\ni = \\frac{j}{k}\n$\n\n$$ l = m $$\n"
+    source = (
+        "The place is\n\n$ a = b $\n\n$c = d$.\n$e = f$\n\n- $g = h$\n\n$\ni = "
+        "\\frac{j}{k}\n$\n\n$$ l = m $$\n"
+    )
     rows = list_rows(build_document("text.md", ".md", source))
     assert [(row.latex, row.line, row.refused) for row in rows] == [
-        ("a = b", 3, ""), ("c = d", 5, ""), ("e = f", 6, ""), ("g = h", 8, ""), ("i = \\frac{j}{k}", 11, ""),
+        ("a = b", 3, ""),
+        ("c = d", 5, ""),
+        ("e = f", 6, ""),
+        ("g = h", 8, ""),
+        ("i = \\frac{j}{k}", 11, ""),
         ("l = m", 14, ""),
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize("suffix", [".md", ".tex"])

@@ -1,4 +1,6 @@
-"""Linearised rows are sound to first order about an equilibrium, and no other; what is wrong in them is found."""
+"""Linearised rows are sound to first order about an equilibrium, and no other; what is wrong in
+them is found.
+"""
 
 from __future__ import annotations
 
@@ -72,18 +74,26 @@ WRONG = (
 def test_linearised_rows_are_sound(tmp_path: Path) -> None:
     records = judge(tmp_path, CART, *SOUND)
     assert [record["verdict"] for record in records] == ["confirmed"] * len(SOUND)
-    assert all("theta = 0" in record["domain"] and "pi" not in record["domain"] for record in records)
+    assert all(
+        "theta = 0" in record["domain"] and "pi" not in record["domain"] for record in records
+    )
 
 
 def test_wrong_linearised_rows_and_wrong_products_are_accused(tmp_path: Path) -> None:
-    """A row with a product or a function of what moves was not linearised, unless the text says so."""
+    """A row with a product or a function of what moves was not linearised, unless the text says
+    so.
+    """
     records = judge(tmp_path, CART, *WRONG)
     assert {record["verdict"] for record in records} <= {"misprint", "incomplete", "contradicted"}
 
 
 @pytest.mark.parametrize(
     "words",
-    ["For small angles,", "Linearising about the upright position,", r"With $\sin\theta \approx \theta$,"],
+    [
+        "For small angles,",
+        "Linearising about the upright position,",
+        r"With $\sin\theta \approx \theta$,",
+    ],
 )
 def test_announced_approximations_may_keep_products(tmp_path: Path, words: str) -> None:
     row = r"(M+m)\ddot{x} + m l \ddot{\theta} - m l \dot{\theta}^2\theta = F"

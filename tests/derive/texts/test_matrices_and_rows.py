@@ -1,4 +1,6 @@
-"""Derivatives of reported quantities, matrices and lists, meanings that hold in one row, and dots in corrections."""
+"""Derivatives of reported quantities, matrices and lists, meanings that hold in one row, and dots
+in corrections.
+"""
 
 from __future__ import annotations
 
@@ -53,11 +55,19 @@ def test_names_of_a_row_hold_in_it_alone(tmp_path: Path) -> None:
 
 def test_no_correction_puts_dots_on_a_constant(tmp_path: Path) -> None:
     case = _read_case(tmp_path, r"\[ s = r\cos\varphi + l\cos\beta + 2 l \]", "")
-    (correction,) = [case.source.repair(number, case.points, case.draw) for number in case.paper.equations]
+    (correction,) = [
+        case.source.repair(number, case.points, case.draw) for number in case.paper.equations
+    ]
     assert correction is None or r"\dot" not in correction.latex
 
 
-CUBE = r"r^3\cos^3\varphi", r"3 r l \cos\varphi \cos\beta", r"r\cos\varphi", r"l\cos\beta", r"l^3\cos^3\beta"
+CUBE = (
+    r"r^3\cos^3\varphi",
+    r"3 r l \cos\varphi \cos\beta",
+    r"r\cos\varphi",
+    r"l\cos\beta",
+    r"l^3\cos^3\beta",
+)
 SIGNS = {
     "right": ("{} + {} ({} + {}) + {}", ""),
     "outermost": ("-{} + {} ({} + {}) - {}", "+{} + {} ({} + {}) + {}"),
@@ -67,7 +77,9 @@ SIGNS = {
 
 
 @pytest.mark.parametrize(("printed", "corrected"), SIGNS.values(), ids=SIGNS)
-def test_signs_of_several_terms_are_found_together(tmp_path: Path, printed: str, corrected: str) -> None:
+def test_signs_of_several_terms_are_found_together(
+    tmp_path: Path, printed: str, corrected: str
+) -> None:
     case = _read_case(tmp_path, rf"\[ s^3 = {printed.format(*CUBE)} \]", "")
     (number,) = case.paper.equations
     points = tuple(case.points)
@@ -102,8 +114,11 @@ def test_derivatives_of_reported_quantities(tmp_path: Path) -> None:
  \frac{\partial a}{\partial E} &= 0
 \end{align}""")
     source = read_trial(tmp_path / "text.tex", tmp_path / "pendulum.py").source
-    residuals = [[left.value - right.value for _, _, left, right in row.read.residuals(row.names)]
-                 for row in source.rows if row.read is not None]  # fmt: skip
+    residuals = [
+        [left.value - right.value for _, _, left, right in row.read.residuals(row.names)]
+        for row in source.rows
+        if row.read is not None
+    ]
     assert [[sp.simplify(residual) for residual in row] for row in residuals] == [[0], [0]]
     assert "depends on other" in source.rows[3].reason
 
@@ -117,10 +132,13 @@ def test_only_possible_reading_counts_even_if_units_do_not_fit(tmp_path: Path) -
 
 def test_macros_of_the_names_file_hold_matrices(tmp_path: Path) -> None:
     names = (
-        "[macros]\n'\\vp' = '\\begin{array}{c} {#1} \\\\ {#2} \\end{array}'\n'\\twice' = '\\vp{#1}{#1}'\n'\\r' = 'r'\n"
+        "[macros]\n'\\vp' = '\\begin{array}{c} {#1} \\\\ {#2} \\end{array}'\n'\\twice' = "
+        "'\\vp{#1}{#1}'\n'\\r' = 'r'\n"
         "[names]\n'x' = \"matrix(2, r, l)\"\n'y' = \"matrix(2, r, r)\"\n"
     )
-    case = _read_case(tmp_path, "\\begin{align}\n x &= \\vp{\\r}{l} \\\\\n y &= \\twice r\n\\end{align}", names)
+    case = _read_case(
+        tmp_path, "\\begin{align}\n x &= \\vp{\\r}{l} \\\\\n y &= \\twice r\n\\end{align}", names
+    )
     assert [row["reason"] for row in case.source.list_rows()] == ["", ""]
     assert all(equation.residual == 0 for equation in case.paper.equations.values())
 
@@ -172,14 +190,18 @@ def test_gradient_is_a_column(tmp_path: Path) -> None:
         (r"\frac{\mathrm{d} s}{\mathrm{d} \beta} \frac{d\beta}{ds} = 1", True),
     ],
 )
-def test_derivative_to_a_name_is_that_along_the_motion(tmp_path: Path, latex: str, holds: bool) -> None:
+def test_derivative_to_a_name_is_that_along_the_motion(
+    tmp_path: Path, latex: str, holds: bool
+) -> None:
     case = _read_case(tmp_path, rf"\[ {latex} \]", "[names]\n'V' = \"m_s*beta**2\"\n")
     assert [row["reason"] for row in case.source.list_rows()] == [""]
     (equation,) = case.paper.equations.values()
     assert (sp.simplify(equation.residual) == 0) == holds
 
 
-@pytest.mark.parametrize("latex", [r"\frac{d W}{d \beta}", r"\frac{d W}{d r}", r"\frac{d^2 V}{d\beta^2}"])
+@pytest.mark.parametrize(
+    "latex", [r"\frac{d W}{d \beta}", r"\frac{d W}{d r}", r"\frac{d^2 V}{d\beta^2}"]
+)
 def test_derivative_that_may_be_partial_is_refused(tmp_path: Path, latex: str) -> None:
     names = "[names]\n'V' = \"m_s*beta**2\"\n'W' = \"m_s*s*beta\"\n"
     (row,) = _read_case(tmp_path, rf"\[ {latex} = m_s s \]", names).source.list_rows()

@@ -1,4 +1,6 @@
-"""Changed formulas read by the term that changed: the same trees as when they are read as a whole."""
+"""Changed formulas read by the term that changed: the same trees as when they are read as a
+whole.
+"""
 
 import re
 from collections.abc import Iterator
@@ -12,8 +14,10 @@ from derive.texts.rereading import Rereader
 FORMULAS = (
     r"J \ddot\theta + (m l_1 - 2 m) g \sin(\theta + \phi) - \frac{a b}{c - 3} = F \cos\theta",
     r"- (a + b (c - d)^2) \left( x - y / 2 \right) = \sqrt{a^2 + b} - \min(a, b - c) = 0",
-    r"\begin{bmatrix} a + b & -c \\ 0 & d (a - 2) \end{bmatrix} = \begin{bmatrix} x & y \\ z & - z \end{bmatrix}",
-    r"a \cdot -b \times (c + d) - \dot x (t) m(x) = \begin{cases} a - b & x > 0 \\ c & x < 0 \end{cases}",
+    r"\begin{bmatrix} a + b & -c \\ 0 & d (a - 2) \end{bmatrix} = \begin{bmatrix} x & y \\ z & - "
+    r"z \end{bmatrix}",
+    r"a \cdot -b \times (c + d) - \dot x (t) m(x) = \begin{cases} a - b & x > 0 \\ c & x < 0 "
+    r"\end{cases}",
     r"|a - b| (c + d) = \pm a (b - c)",
     r"\half (a + b) - \twice{a - b} = c",
 )
@@ -27,7 +31,10 @@ def describe(chain: RelationChain) -> str:
 def list_changes(latex: str) -> Iterator[tuple[int, int, str]]:
     for token in tokenize_formula(latex, MACROS):
         if not token.fixed:
-            yield from ((token.start, token.end, new) for new in ("", "z", "t", "1", "+", "-", "(a - b)", "2 z"))
+            yield from (
+                (token.start, token.end, new)
+                for new in ("", "z", "t", "1", "+", "-", "(a - b)", "2 z")
+            )
             yield from ((token.start, token.start, new) for new in ("-", "2 ", "z + "))
             yield from ((token.end, token.end, new) for new in ("^2", " + z", " - z y"))
 

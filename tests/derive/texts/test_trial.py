@@ -29,7 +29,11 @@ TEXT = r"""\begin{align}
         ("names.toml", "[names]\n'T = ' = \"r\"\n", ("T = ", "no name")),
         ("names.toml", "[nmes]\n'T' = \"r\"\n", ("nmes",)),
         ("names.toml", '[rows.99]\nskip = "no"\n', ("rows.99", "eq:s")),
-        ("names.toml", "[rows.'eq:s']\nclaims = \"what F_gs is\"\n", ("rows.eq:s.claims", "what F_gas is")),
+        (
+            "names.toml",
+            "[rows.'eq:s']\nclaims = \"what F_gs is\"\n",
+            ("rows.eq:s.claims", "what F_gas is"),
+        ),
         ("names.toml", "[rows.1]\nnames = { T = 3 }\n", ("rows.1.names", "quotes")),
         ("names.toml", "until_s = -1\n", ("until_s", "positive")),
         ("names.toml", "[names\n", ("names.toml",)),
@@ -40,7 +44,9 @@ TEXT = r"""\begin{align}
         ("crank.pdf", "%PDF", ("crank.pdf", ".tex")),
     ],
 )
-def test_error_names_file_and_key(tmp_path: Path, file: str, content: str, words: tuple[str, ...]) -> None:
+def test_error_names_file_and_key(
+    tmp_path: Path, file: str, content: str, words: tuple[str, ...]
+) -> None:
     shutil.copy(own.EXAMPLES / "slider_crank.py", tmp_path)
     (tmp_path / "crank.tex").write_text(TEXT, encoding="utf-8")
     (tmp_path / "names.toml").write_text("", encoding="utf-8")
@@ -89,7 +95,9 @@ def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -
     case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
     assert [row.reason for row in case.source.rows] == [""] * 6
     for number, equation in case.paper.equations.items():
-        assert equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed", number
+        assert (
+            equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed"
+        ), number
 
 
 TWICE = r"{}^{N}\omega^{A} \times ({}^{N}\omega^{A} \times \bar{r})"
@@ -100,19 +108,33 @@ TWICE = r"{}^{N}\omega^{A} \times ({}^{N}\omega^{A} \times \bar{r})"
     [
         (rf"\bar{{a}} = {TWICE}", r"\epsilon", rf"{TWICE} + \epsilon \times \bar{{r}}"),
         (rf"\bar{{a}} = {TWICE}", "", None),
-        (r"\bar{a} = \epsilon \times \bar{r}", r"\epsilon", r"\epsilon \times \bar{r} - \dot{\alpha}^2 \bar{r}"),
+        (
+            r"\bar{a} = \epsilon \times \bar{r}",
+            r"\epsilon",
+            r"\epsilon \times \bar{r} - \dot{\alpha}^2 \bar{r}",
+        ),
         (r"\bar{v} = \bar{b}", r"\hat{a}_3", r"\bar{b} + \frac{3}{2} \dot{\alpha} l \hat{a}_{3}"),
         (r"\bar{v} = \bar{b}", r"", None),
     ],
 )
-def test_lost_vector_is_found(tmp_path: Path, printed: str, extra: str, corrected: str | None) -> None:
+def test_lost_vector_is_found(
+    tmp_path: Path, printed: str, extra: str, corrected: str | None
+) -> None:
     """A term with a vector of the names file is put back, of one vector or of products of two."""
     meanings = {
-        r"\epsilon": "spin_rate(A)", r"{}^{N}\omega^{A}": "spin(A)", r"\hat{a}_3": "axis(A, 3)",
-        r"\bar{r}": "position(P)", r"\bar{v}": "velocity(P)", r"\bar{a}": "acceleration(P)",
+        r"\epsilon": "spin_rate(A)",
+        r"{}^{N}\omega^{A}": "spin(A)",
+        r"\hat{a}_3": "axis(A, 3)",
+        r"\bar{r}": "position(P)",
+        r"\bar{v}": "velocity(P)",
+        r"\bar{a}": "acceleration(P)",
         r"\bar{b}": "vector(A, 0, l*alpha_dot, -1.5*l*alpha_dot)",
-    }  # fmt: skip
-    entries = [f"'{name}' = \"{text}\"" for name, text in meanings.items() if name in extra or name in printed]
+    }
+    entries = [
+        f"'{name}' = \"{text}\""
+        for name, text in meanings.items()
+        if name in extra or name in printed
+    ]
     for name, content in (
         ("arm.py", FRAMES),
         ("arm.tex", rf"\[ {printed} \] \[ l = \dot{{\alpha}} \]"),
@@ -120,7 +142,11 @@ def test_lost_vector_is_found(tmp_path: Path, printed: str, extra: str, correcte
     ):
         (tmp_path / name).write_text(content, encoding="utf-8")
     case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
-    wrong = (name for name, equation in case.paper.equations.items() if not holds(equation.residual, case.points))
+    wrong = (
+        name
+        for name, equation in case.paper.equations.items()
+        if not holds(equation.residual, case.points)
+    )
     repair = case.source.repair(next(wrong), case.points, case.draw)
     if corrected is None:
         assert repair is None
@@ -162,11 +188,15 @@ GUIDED_TEXT = r"""\begin{align}
 
 
 @pytest.mark.parametrize("named", [False, True], ids=["without names", "with the skeleton"])
-@pytest.mark.parametrize(("sign", "factor", "verdict"), [("", r"\cos\theta", "confirmed"), ("-", "", "misprint")])
+@pytest.mark.parametrize(
+    ("sign", "factor", "verdict"), [("", r"\cos\theta", "confirmed"), ("-", "", "misprint")]
+)
 def test_motion_of_guided_bodies_is_judged_by_virtual_power(
     tmp_path: Path, sign: str, factor: str, verdict: str, named: bool
 ) -> None:
-    """Nothing states the guides of a trammel's rod: Lagrange's equation is judged, and no force of a joint."""
+    """Nothing states the guides of a trammel's rod: Lagrange's equation is judged, and no force of
+    a joint.
+    """
     (tmp_path / "trammel.py").write_text(GUIDED, encoding="utf-8")
     (tmp_path / "trammel.tex").write_text(GUIDED_TEXT % (sign, factor), encoding="utf-8")
     call = tmp_path / "trammel.tex", tmp_path / "trammel.py"
@@ -174,7 +204,9 @@ def test_motion_of_guided_bodies_is_judged_by_virtual_power(
         (tmp_path / "names.toml").write_text(format_skeleton(read_trial(*call)), encoding="utf-8")
         call = *call, tmp_path / "names.toml"
     case = read_trial(*call)
-    assert [record_equation(case, number, "")["verdict"] for number in ("rate", "motion")] == [verdict] * 2
+    assert [record_equation(case, number, "")["verdict"] for number in ("rate", "motion")] == [
+        verdict
+    ] * 2
     assert "F_{Ax}" in case.source.explain_unjudged("force")
 
 
@@ -192,7 +224,9 @@ m.slide("rail", mass, m.ground, m.O)
 
 
 @pytest.mark.parametrize(("factor", "verdict"), [("", "confirmed"), ("2", "misprint")])
-def test_functions_of_time_are_judged_after_the_start(tmp_path: Path, factor: str, verdict: str) -> None:
+def test_functions_of_time_are_judged_after_the_start(
+    tmp_path: Path, factor: str, verdict: str
+) -> None:
     """At time zero any factor of the time would do."""
     (tmp_path / "shaken.py").write_text(SHAKEN, encoding="utf-8")
     text = rf"\begin{{equation}} u^2(t) = U^2 \cos^2({factor} w t) \label{{table}} \end{{equation}}"
@@ -216,9 +250,13 @@ m.force("drag", stone, P, m.vector(m.world, -q.R * m.rate(x) / speed, -q.R * m.r
 
 
 @pytest.mark.parametrize("begin", ["", "m.begin({m.rate(x): 20})\n"])
-def test_start_without_a_motion_is_an_error_that_names_the_remedy(tmp_path: Path, begin: str) -> None:
+def test_start_without_a_motion_is_an_error_that_names_the_remedy(
+    tmp_path: Path, begin: str
+) -> None:
     (tmp_path / "sliding.py").write_text(SLIDING + begin, encoding="utf-8")
-    (tmp_path / "sliding.tex").write_text(r"\[ m \ddot{x} = -R \frac{\dot{x}}{v} \]", encoding="utf-8")
+    (tmp_path / "sliding.tex").write_text(
+        r"\[ m \ddot{x} = -R \frac{\dot{x}}{v} \]", encoding="utf-8"
+    )
     case = read_trial(tmp_path / "sliding.tex", tmp_path / "sliding.py")
     if begin:
         assert len(case.cycle) > 1

@@ -14,7 +14,9 @@ from tests.support.schemas import load_schema
 
 def test_benchmark_fits_its_schema_and_writes_claims(tmp_path: Path) -> None:
     write_text(tmp_path / "crank", "text.tex", "3" * 64)
-    result = answer("audit", str(tmp_path), "--benchmark", "--slips", "18", "--out", str(tmp_path / "out"))
+    result = answer(
+        "audit", str(tmp_path), "--benchmark", "--slips", "18", "--out", str(tmp_path / "out")
+    )
     jsonschema.validate(result, load_schema("audit benchmark"))
     score, by_units = (result["checkers"][name]["all"] for name in ("planter", "units"))
     assert score["detected"] == score["slips"] > by_units["detected"] > 0

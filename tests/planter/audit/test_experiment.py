@@ -1,4 +1,6 @@
-"""`planter audit wang2017 --experiment`: hypotheses on the measured figures, checked without the operators."""
+"""`planter audit wang2017 --experiment`: hypotheses on the measured figures, checked without the
+operators.
+"""
 
 from pathlib import Path
 
@@ -15,8 +17,12 @@ MEASURED = {"max_N": 171.96, "min_N": 24.93, "variance_N2": 1033.23}
 
 
 def compute_lever_figures(lever_mm: float) -> list[float]:
-    """Return maximum, minimum and variance of support force and torque of the drive at a lever, by `simulate`."""
-    at = simulate(Device(load_machine("wang2017"), "exact"), at_deg=np.arange(0, 360, 0.5).tolist()).result.at
+    """Return maximum, minimum and variance of support force and torque of the drive at a lever, by
+    `simulate`.
+    """
+    at = simulate(
+        Device(load_machine("wang2017"), "exact"), at_deg=np.arange(0, 360, 0.5).tolist()
+    ).result.at
     force = np.array([row.support_N + row.M_L_Nm / (lever_mm * 1e-3) for row in at])
     return [float(force.max()), float(force.min()), float(force.var())]
 
@@ -29,7 +35,9 @@ def test_hypotheses_reach_figures(tmp_path: Path) -> None:
     figures = compute_lever_figures(lever["parameters"]["lever M_L_Nm.lever"]["value"])
     assert [lever[key] for key in MEASURED] == pytest.approx(figures, rel=1e-3)
     assert lever["largest_miss_percent"] < 7
-    assert [name for name, row in rows.items() if row["reached"]] == ["lever M_L_Nm + elastic mount"]
+    assert [name for name, row in rows.items() if row["reached"]] == [
+        "lever M_L_Nm + elastic mount"
+    ]
     for row in rows.values():
         misses = [abs(row[key] / value - 1) for key, value in MEASURED.items()]
         assert row["largest_miss_percent"] == pytest.approx(100 * max(misses))
@@ -50,7 +58,9 @@ def test_lever_of_prototype_is_reproduced() -> None:
 
 
 def test_machine_file_states_a_hypothesis(tmp_path: Path) -> None:
-    """The file's own inputs and sensor: figures of `simulate`, with the force of its rigid machine beside them."""
+    """The file's own inputs and sensor: figures of `simulate`, with the force of its rigid machine
+    beside them.
+    """
     file = build_wang(drive="M_L", lever_mm=37.2).with_numbers({"mass.planet_kg": 1.5})
     path = write_file(tmp_path, file)
     result = answer("audit", "wang2017", "--experiment", "--machine", path)["experiment"]
@@ -60,7 +70,9 @@ def test_machine_file_states_a_hypothesis(tmp_path: Path) -> None:
     for row, seen in (("stated", cycle["measurement"]), ("rigid", None)):
         force = cycle["support_force"]
         expected = (
-            [force[key] for key in MEASURED] if seen is None else [seen[key] for key in ("max", "min", "variance")]
+            [force[key] for key in MEASURED]
+            if seen is None
+            else [seen[key] for key in ("max", "min", "variance")]
         )
         assert [rows[row][key] for key in MEASURED] == pytest.approx(expected, rel=1e-3)
     assert rows["stated"]["range_N"] > 30 * rows["rigid"]["range_N"]
@@ -77,4 +89,6 @@ def test_machine_file_without_a_force_is_refused(tmp_path: Path) -> None:
 
 
 def test_paper_without_experiment_is_refused() -> None:
-    assert "--experiment needs one of the papers wang2017" in refusal("audit", "sun2019", "--experiment")
+    assert "--experiment needs one of the papers wang2017" in refusal(
+        "audit", "sun2019", "--experiment"
+    )

@@ -40,7 +40,10 @@ def test_marked_is_what_differs(paper: str, number: str, printed: str, corrected
 
 def test_marks_are_small() -> None:
     """Of most prints a part stands."""
-    left = [list(list_unmarked(ET.fromstring(mark_changes(*formulas)[0]))) for _, _, *formulas in CORRECTED]
+    left = [
+        list(list_unmarked(ET.fromstring(mark_changes(*formulas)[0])))
+        for _, _, *formulas in CORRECTED
+    ]
     assert sum(map(bool, left)) >= len(left) - 2
 
 
@@ -52,5 +55,7 @@ def test_equal_formulas_have_no_marks() -> None:
 def test_corrections_of_most_misprints_are_typeset() -> None:
     typeset = generated.sidecar("audit_mathml")
     misprints = [e for e in generated.sidecar("audit")["equations"] if e["verdict"] == "misprint"]
-    without = [e["equation"] for e in misprints if not typeset[e["paper"]][e["equation"]]["corrected"]]
+    without = [
+        e["equation"] for e in misprints if not typeset[e["paper"]][e["equation"]]["corrected"]
+    ]
     assert len(without) <= 1, without

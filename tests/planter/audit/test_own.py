@@ -1,4 +1,6 @@
-"""A paper of one's own in one command: verdicts, laws, numbers, page; what is wrong in a file is told by its place."""
+"""A paper of one's own in one command: verdicts, laws, numbers, page; what is wrong in a file is
+told by its place.
+"""
 
 from __future__ import annotations
 
@@ -43,12 +45,16 @@ def result(folder: Path) -> Any:
 
 def test_example_is_judged_with_planted_errors(result: Any) -> None:
     jsonschema.validate(result, load_schema("audit"))
-    wrong = {e["equation"]: e["verdict"] for e in result["equations"] if e["verdict"] != "confirmed"}
+    wrong = {
+        e["equation"]: e["verdict"] for e in result["equations"] if e["verdict"] != "confirmed"
+    }
     assert wrong == {"2": "misprint", "4": "misprint", "5": "incomplete"}
     (number,) = [n for n in result["numbers"] if n["verdict"] not in ("reproduced", "consistent")]
     assert (number["place"], number["quantity"], number["verdict"]) == (
-        "Table 1, second row", "range s", "not reproduced",
-    )  # fmt: skip
+        "Table 1, second row",
+        "range s",
+        "not reproduced",
+    )
     assert number["difference"] == pytest.approx(number["recomputed"] - 101.03)
     assert {law["caused_by"][0] for law in result["laws"] if law["violation"]} == {"4"}
     (summary,) = result["summary"].values()
@@ -69,17 +75,25 @@ def test_assumed_inputs_are_listed_for_dependent_numbers(result: Any) -> None:
 
 
 def test_digits_of_disclosed_values_bound_a_number(folder: Path, result: Any) -> None:
-    """A crank of 50.0 mm leaves 0.1 mm of the stroke open, one of 50 mm or 50.000 mm less than its last digit."""
+    """A crank of 50.0 mm leaves 0.1 mm of the stroke open, one of 50 mm or 50.000 mm less than its
+    last digit.
+    """
     verdicts = {}
     for text in ("50", "50.0", "50.000"):
         source = folder / "rounded.toml"
         stated = (folder / "slider_crank_numbers.toml").read_text(encoding="utf-8")
         source.write_text(
-            stated.replace("r_mm = 50", f"r_mm = {text}").replace('"101.03"', '"100.20"'), encoding="utf-8"
+            stated.replace("r_mm = 50", f"r_mm = {text}").replace('"101.03"', '"100.20"'),
+            encoding="utf-8",
         )
         read = user_paper.read_numbers_file(source)
-        rows = [row for row in user_paper.list_rows(read, source, "p", folder / "generated" / "slider_crank.toml")
-                if row["quantity"] == "range s"]  # fmt: skip
+        rows = [
+            row
+            for row in user_paper.list_rows(
+                read, source, "p", folder / "generated" / "slider_crank.toml"
+            )
+            if row["quantity"] == "range s"
+        ]
         table = {"disclosed": {"p": read.disclosed}, "assumed": {"p": read.assumed}, "number": rows}
         verdicts[text] = judge.judge_numbers("p", table)[0]["verdict"]
     assert verdicts == {"50": "not reproduced", "50.0": "consistent", "50.000": "not reproduced"}
@@ -93,7 +107,13 @@ def test_a_row_of_numbers_holds_for_the_values_of_each(result: Any) -> None:
 
 def test_verdicts_are_in_file_and_page(folder: Path, result: Any) -> None:
     written = {path.name for path in (folder / "generated").iterdir()}
-    assert written >= {"audit.json", "audit_mathml.json", "AUDIT.md", "slider_crank.toml", "slider_crank.py"}
+    assert written >= {
+        "audit.json",
+        "audit_mathml.json",
+        "AUDIT.md",
+        "slider_crank.toml",
+        "slider_crank.py",
+    }
     text = (folder / "trial" / "report.html").read_text(encoding="utf-8")
     root = ET.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     assert not re.search(r"<script|<link|src=|url\(|http://", text)
@@ -102,7 +122,10 @@ def test_verdicts_are_in_file_and_page(folder: Path, result: Any) -> None:
     for entry in result["numbers"]:
         assert entry["place"].replace(" deg", "°") in page_text
     assert "differs by" in page_text
-    assert json.loads((folder / "trial" / "summary.json").read_text(encoding="utf-8"))["numbers"] == result["numbers"]
+    assert (
+        json.loads((folder / "trial" / "summary.json").read_text(encoding="utf-8"))["numbers"]
+        == result["numbers"]
+    )
 
 
 @pytest.mark.long
@@ -130,7 +153,10 @@ def numbers(folder: Path, change: tuple[str, str]) -> Path:
         (('unit = "mm"', 'unit = "N"'), r"number\[0\]\.unit = 'N': max s is in m"),
         (('unit = "mm"', 'unit = "ell"'), r"number\[0\]\.unit = 'ell': ell is not a unit"),
         (("mu = 0.1", "muu = 0.1"), r"assumed\.muu: .* did you mean mu\?"),
-        (("{ omega_rpm = [300, 600] }", "{ omega_rpm = [300, 600], r = [1, 2] }"), r"number\[3\]\.each\.r"),
+        (
+            ("{ omega_rpm = [300, 600] }", "{ omega_rpm = [300, 600], r = [1, 2] }"),
+            r"number\[3\]\.each\.r",
+        ),
     ],
 )
 def test_meaningless_number_is_refused_with_place(
@@ -138,7 +164,10 @@ def test_meaningless_number_is_refused_with_place(
 ) -> None:
     source = numbers(folder, change)
     rows = user_paper.list_rows(
-        user_paper.read_numbers_file(source), source, "invented2026", folder / "generated" / "slider_crank.toml"
+        user_paper.read_numbers_file(source),
+        source,
+        "invented2026",
+        folder / "generated" / "slider_crank.toml",
     )
     with pytest.raises(InputError, match=message):
         _ = [printed.measure(Inputs(row["with"], {}, {})) for row in rows]
@@ -162,7 +191,9 @@ def test_meaningless_number_is_refused_with_place(
         (("[assumed]", "[asumed]"), "did you mean assumed?"),
     ],
 )
-def test_invalid_numbers_file_is_refused(folder: Path, change: tuple[str, str], message: str) -> None:
+def test_invalid_numbers_file_is_refused(
+    folder: Path, change: tuple[str, str], message: str
+) -> None:
     source = numbers(folder, change)
     with pytest.raises(InputError) as error:
         list(user_paper.list_rows(user_paper.read_numbers_file(source), source, "p", folder))
@@ -177,9 +208,13 @@ def test_wrong_equation_without_claim_has_a_single_line(folder: Path) -> None:
     (folder / "unclaimed_paper.py").write_text(text.replace(claim, ""), encoding="utf-8")
     result = answer("audit", str(folder / "unclaimed_paper.py"))
     equations = {e["equation"]: e for e in result["equations"]}
-    assert {number: e["verdict"] for number, e in equations.items() if e["verdict"] != "confirmed"} == {
-        "2": "misprint", "4": "misprint", "5": "contradicted",
-    }  # fmt: skip
+    assert {
+        number: e["verdict"] for number, e in equations.items() if e["verdict"] != "confirmed"
+    } == {
+        "2": "misprint",
+        "4": "misprint",
+        "5": "contradicted",
+    }
     assert equations["5"]["reasons"] == ["(5) does not hold"]
     jsonschema.validate(result, load_schema("audit"))
 
@@ -188,11 +223,17 @@ def test_number_without_value_has_a_single_line(folder: Path, result: Any) -> No
     """A rod that is shorter than the crank: the loop does not close."""
     source = numbers(folder, ('printed = "249.8"', 'printed = "249.8"\nwith = { l_mm = 20 }'))
     papers = {"invented2026": {"model": "slider_crank"}}
-    judged = user_paper._judge_file(user_paper.read_numbers_file(source), source, papers, folder / "generated")
-    assert [(number["verdict"], number["recomputed"]) for number in judged[:1]] == [("not recomputable", None)]
+    judged = user_paper._judge_file(
+        user_paper.read_numbers_file(source), source, papers, folder / "generated"
+    )
+    assert [(number["verdict"], number["recomputed"]) for number in judged[:1]] == [
+        ("not recomputable", None)
+    ]
     assert "do not close" in judged[0]["reason"]
     others_judged = [(number["quantity"], number["recomputed"]) for number in judged[1:]]
-    assert others_judged == [(number["quantity"], number["recomputed"]) for number in result["numbers"][1:]]
+    assert others_judged == [
+        (number["quantity"], number["recomputed"]) for number in result["numbers"][1:]
+    ]
 
 
 def test_other_paper_is_not_confused(folder: Path) -> None:
@@ -201,18 +242,25 @@ def test_other_paper_is_not_confused(folder: Path) -> None:
     with pytest.raises(InputError, match=r"paper = 'invented2025': did you mean invented2026\?"):
         user_paper.find_paper(user_paper.read_numbers_file(source), source, papers)
     unnamed = folder / "slider_crank_numbers.toml"
-    with pytest.raises(InputError, match="paper is missing: it must be one of invented2026, another"):
+    with pytest.raises(
+        InputError, match="paper is missing: it must be one of invented2026, another"
+    ):
         user_paper.find_paper(user_paper.read_numbers_file(unnamed), unnamed, papers)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (('loop("By")', 'loop("Bq")'), "invented2026 (2): nothing here states ClaimOf 'the loop Bq closes'; near it"),
+        (
+            ('loop("By")', 'loop("Bq")'),
+            "invented2026 (2): nothing here states ClaimOf 'the loop Bq closes'; near it",
+        ),
         (("q.e - q.r", "q.ee - q.r"), "line 20: AttributeError: there is no quantity ee"),
     ],
 )
-def test_error_raised_by_paper_names_user_line(folder: Path, change: tuple[str, str], message: str) -> None:
+def test_error_raised_by_paper_names_user_line(
+    folder: Path, change: tuple[str, str], message: str
+) -> None:
     text = (folder / "slider_crank_paper.py").read_text(encoding="utf-8")
     assert change[0] in text
     (folder / "wrong_paper.py").write_text(text.replace(*change), encoding="utf-8")
@@ -225,7 +273,9 @@ def test_error_raised_by_paper_names_user_line(folder: Path, change: tuple[str, 
 def test_options_of_other_papers_are_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
     assert "--numbers" in refusal("audit", "wang2017", "--numbers", source)
-    assert "--front needs one of the papers" in refusal("audit", str(folder / "slider_crank_paper.py"), "--front")
+    assert "--front needs one of the papers" in refusal(
+        "audit", str(folder / "slider_crank_paper.py"), "--front"
+    )
     assert "define CASE" in refusal("audit", str(folder / "slider_crank.py"))
     assert "there is no such file" in refusal("audit", str(folder / "nowhere.py"))
 
@@ -241,7 +291,10 @@ lever_mm = 80.0
 def judge_sensor(folder: Path, sensor: str, quantity: str, printed_text: str) -> dict[str, Any]:
     """Return the verdict on one number of the example's mechanism behind a sensor."""
     source = folder / "sensor.toml"
-    number = f'[[number]]\nplace = "page 9"\nquantity = "{quantity}"\nunit = "N"\nprinted = "{printed_text}"\n'
+    number = (
+        f'[[number]]\nplace = "page 9"\nquantity = "{quantity}"\nunit = "N"\nprinted = '
+        f'"{printed_text}"\n'
+    )
     source.write_text(f"{sensor}{number}", encoding="utf-8")
     read = user_paper.read_numbers_file(source)
     rows = list(user_paper.list_rows(read, source, "p", folder / "generated" / "slider_crank.toml"))
@@ -252,17 +305,25 @@ def judge_sensor(folder: Path, sensor: str, quantity: str, printed_text: str) ->
 
 @pytest.mark.usefixtures("result")
 def test_number_of_a_sensor_is_that_of_its_signal(folder: Path) -> None:
-    """The force with the torque at a lever, by the machine's own results; the rigid force is the tampered case."""
-    rigid = Model(own.machine("slider_crank")).results(np.linspace(0, 2 * np.pi, 7200, endpoint=False))
+    """The force with the torque at a lever, by the machine's own results; the rigid force is the
+    tampered case.
+    """
+    rigid = Model(own.machine("slider_crank")).results(
+        np.linspace(0, 2 * np.pi, 7200, endpoint=False)
+    )
     signal = rigid["F_Ox_N"] + rigid["M_in_Nm"] / 0.080
     for quantity, expected in (
-        ("max measured_F_Ox", signal.max()), ("range measured_F_Ox", np.ptp(signal)),
-        ("max abs measured_F_Ox", np.abs(signal).max()), ("measured_F_Ox at 90", signal[1800]),
-    ):  # fmt: skip
+        ("max measured_F_Ox", signal.max()),
+        ("range measured_F_Ox", np.ptp(signal)),
+        ("max abs measured_F_Ox", np.abs(signal).max()),
+        ("measured_F_Ox at 90", signal[1800]),
+    ):
         verdict = judge_sensor(folder, SENSOR, quantity, f"{expected:.1f}")
         assert verdict["recomputed"] == pytest.approx(expected, rel=2e-3), quantity
     largest = rigid["F_Ox_N"].max()
-    assert judge_sensor(folder, SENSOR, "max F_Ox", "1.0")["recomputed"] == pytest.approx(largest, rel=1e-3)
+    assert judge_sensor(folder, SENSOR, "max F_Ox", "1.0")["recomputed"] == pytest.approx(
+        largest, rel=1e-3
+    )
     assert abs(signal.max() - largest) > 0.1 * np.ptp(signal)
 
 
@@ -272,10 +333,16 @@ def test_number_of_a_sensor_is_that_of_its_signal(folder: Path) -> None:
     [
         ("", "max measured_F_Ox", r"no quantity measured_F_Ox"),
         (SENSOR.replace("M_in", "M_inn"), "max measured_F_Ox", r"sensor\.toml: measurement\.drive"),
-        (SENSOR.replace("lever_mm", "lever_m"), "max measured_F_Ox", r"measurement\.lever_m.* lever_mm"),
+        (
+            SENSOR.replace("lever_mm", "lever_m"),
+            "max measured_F_Ox",
+            r"measurement\.lever_m.* lever_mm",
+        ),
         (SENSOR, "work measured_F_Ox", r"work measured_F_Ox: .*variance"),
     ],
 )
-def test_number_without_its_sensor_is_refused(folder: Path, sensor: str, quantity: str, message: str) -> None:
+def test_number_without_its_sensor_is_refused(
+    folder: Path, sensor: str, quantity: str, message: str
+) -> None:
     with pytest.raises(InputError, match=message):
         judge_sensor(folder, sensor, quantity, "1.0")

@@ -1,4 +1,6 @@
-"""The audit's page and its typesetting: all that was found stands on it, well formed, escaped and readable."""
+"""The audit's page and its typesetting: all that was found stands on it, well formed, escaped and
+readable.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +55,8 @@ def test_the_folder_holds_summary_and_page(tmp_path: Path, audit: dict[str, Any]
         assert not entry["derived"] or entry["derived"] in page_text
     assert all(typeset_text(entry["claim"]) in page_text for entry in audit["claims"])
     assert all(
-        typeset_text(entry["quantity"]) in page_text and typeset_text(entry["statement"]) in page_text
+        typeset_text(entry["quantity"]) in page_text
+        and typeset_text(entry["statement"]) in page_text
         for entry in audit["consequences"]
     )
     assert all(typeset_text(entry["quantity"]) in page_text for entry in audit["numbers"])
@@ -67,7 +70,11 @@ def test_unwritable_folder_is_refused(tmp_path: Path) -> None:
 
 def test_texts_on_the_page_are_escaped() -> None:
     result = copy.deepcopy(verdicts.audit("yu2023"))
-    result["equations"][0] |= {"printed": "</p><script>x</script> = 0", "verdict": "misprint", "finding": "a < b & c"}
+    result["equations"][0] |= {
+        "printed": "</p><script>x</script> = 0",
+        "verdict": "misprint",
+        "finding": "a < b & c",
+    }
     text = present_audit(result, generated.sidecar("audit_mathml")).page({})
     tree(text)
     assert "<script" not in text
@@ -76,22 +83,43 @@ def test_texts_on_the_page_are_escaped() -> None:
 def test_equation_article_shows_all_findings() -> None:
     term = {"term": "m*g", "max_abs": 2.5, "unit": "N", "share_of_largest": 0.25}
     entry = {
-        "paper": "p", "equation": "1'", "claims": "x < y", "legibility": "printed", "verdict": "contradicted",
-        "finding": "printed, but not derived: q", "correction": ["sign of F_A", "b for a"],
+        "paper": "p",
+        "equation": "1'",
+        "claims": "x < y",
+        "legibility": "printed",
+        "verdict": "contradicted",
+        "finding": "printed, but not derived: q",
+        "correction": ["sign of F_A", "b for a"],
         "reading": "psi read as phi",
         "terms": [term, {**term, "term": "k*x", "share_of_largest": None, "max_abs": None}],
-        "unexplained": [{**term, "term": "q"}], "printed": "F_A + q = 0", "derived": "F_A - m*g = 0", "defines": "F_A",
-        "vanishing": [{"term": "m*phi_ddot", "because": "phi_ddot = 0: constant speed", "printed": False}],
-    }  # fmt: skip
+        "unexplained": [{**term, "term": "q"}],
+        "printed": "F_A + q = 0",
+        "derived": "F_A - m*g = 0",
+        "defines": "F_A",
+        "vanishing": [
+            {"term": "m*phi_ddot", "because": "phi_ddot = 0: constant speed", "printed": False}
+        ],
+    }
     math = {
-        "printed": "<math>p</math>", "derived": "<math>d</math>", "finding": "printed: <math>q</math>",
-        "correction": ["sign of F", "b for a"], "reading": "psi read as phi",
+        "printed": "<math>p</math>",
+        "derived": "<math>d</math>",
+        "finding": "printed: <math>q</math>",
+        "correction": ["sign of F", "b for a"],
+        "reading": "psi read as phi",
         "terms": ["<math>mg</math>", "<math>kx</math>"],
         "unexplained": ["<math>q</math>"],
         "vanishing": [{"term": "<math>mf</math>", "because": "f = 0: constant speed"}],
-    }  # fmt: skip
+    }
     root = ET.fromstring(EquationArticle(entry, math).html("s1"))
-    assert ["".join(node.itertext()) for node in root.iter("math")] == ["p", "d", "q", "mg", "kx", "q", "mf"]
+    assert ["".join(node.itertext()) for node in root.iter("math")] == [
+        "p",
+        "d",
+        "q",
+        "mg",
+        "kx",
+        "q",
+        "mf",
+    ]
     page_text = " ".join(" ".join(root.itertext()).split())
     for text in ("x < y", "no real value", "25 %", "; or ", "constant speed", "Read so:"):
         assert text in page_text
@@ -100,6 +128,15 @@ def test_equation_article_shows_all_findings() -> None:
 
 
 def test_a_remark_names_correction_and_largest_term() -> None:
-    entry = {"verdict": "incomplete", "finding": "f", "correction": ["c"], "terms": [
-        {"term": "small", "share_of_largest": 0.1}, {"term": "big", "share_of_largest": 0.4}]}  # fmt: skip
-    assert describe_fault(entry) == "correct c; 2 terms missing, such as big, 40 % of the largest term"
+    entry = {
+        "verdict": "incomplete",
+        "finding": "f",
+        "correction": ["c"],
+        "terms": [
+            {"term": "small", "share_of_largest": 0.1},
+            {"term": "big", "share_of_largest": 0.4},
+        ],
+    }
+    assert (
+        describe_fault(entry) == "correct c; 2 terms missing, such as big, 40 % of the largest term"
+    )

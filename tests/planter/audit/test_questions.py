@@ -1,4 +1,6 @@
-"""Statements and consequences of the audit: each computed, each able to fail, and gone where nothing is at fault."""
+"""Statements and consequences of the audit: each computed, each able to fail, and gone where
+nothing is at fault.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +26,15 @@ from planter.planting import cycle
 from planter.planting.printed import support_force as force
 from tests.planter.pickup import pickups
 
-LAW = {"L1_mm": 93.3377, "L2_mm": 163.0, "law_p": 0.35, "dwell_deg": [210, 270], "phi5_far_deg": 40,
-       "gamma_deg": 150, "centre_distance_mm": 44.6}  # fmt: skip
+LAW = {
+    "L1_mm": 93.3377,
+    "L2_mm": 163.0,
+    "law_p": 0.35,
+    "dwell_deg": [210, 270],
+    "phi5_far_deg": 40,
+    "gamma_deg": 150,
+    "centre_distance_mm": 44.6,
+}
 
 
 def inputs(**arguments: Any) -> Inputs:
@@ -37,7 +46,8 @@ def audit() -> dict[str, Any]:
     return verdicts.audit()
 
 
-# ---- every number and statement can fail ---------------------------------------------------------------------------
+# ---- every number and statement can fail
+# ---------------------------------------------------------------------------
 
 
 def scaled(value: Any, factor: float) -> Any:
@@ -48,13 +58,27 @@ def scaled(value: Any, factor: float) -> Any:
         return value * factor
     if isinstance(value, list):
         return [scaled(item, factor + 0.013 * i) for i, item in enumerate(value)]
-    return {key: scaled(item, factor) for key, item in value.items()} if isinstance(value, dict) else value
+    return (
+        {key: scaled(item, factor) for key, item in value.items()}
+        if isinstance(value, dict)
+        else value
+    )
 
 
 CHOICES = {
-    "axis", "bar", "component", "dyad", "entry", "level", "levels", "against", "column_A", "column_B", "column_C",
+    "axis",
+    "bar",
+    "component",
+    "dyad",
+    "entry",
+    "level",
+    "levels",
+    "against",
+    "column_A",
+    "column_B",
+    "column_C",
     "value_points",
-}  # fmt: skip
+}
 
 
 def changed(table: dict[str, Any]) -> dict[str, Any]:
@@ -73,26 +97,39 @@ def changed(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_another_print_makes_no_number_equal() -> None:
-    """Each is moved by two units of its last digit, and by all that the rounding of its inputs leaves open."""
+    """Each is moved by two units of its last digit, and by all that the rounding of its inputs
+    leaves open.
+    """
     table = copy.deepcopy(numbers.load_numbers())
 
     def shifted(number: numbers.PrintedNumber) -> str:
-        low, high = numbers.recompute(number, numbers.load_numbers()).computed.interval or (0.0, 0.0)
+        low, high = numbers.recompute(number, numbers.load_numbers()).computed.interval or (
+            0.0,
+            0.0,
+        )
         place = Decimal(1).scaleb(int(Decimal(number.printed).as_tuple().exponent))
         return str(Decimal(number.printed) + (2 + round((high - low) / float(place))) * place)
 
     moved = iter([shifted(number) for number in numbers.list_numbers(numbers.load_numbers())])
     for row in table["number"]:
         printed = row["printed"]
-        row["printed"] = [next(moved) for _ in printed] if isinstance(printed, list) else next(moved)
-    was = {(e["paper"], e["quantity"]) for e in numbers.judge_numbers() if e["verdict"] in ("reproduced", "consistent")}
+        row["printed"] = (
+            [next(moved) for _ in printed] if isinstance(printed, list) else next(moved)
+        )
+    was = {
+        (e["paper"], e["quantity"])
+        for e in numbers.judge_numbers()
+        if e["verdict"] in ("reproduced", "consistent")
+    }
     now = {(e["paper"], e["quantity"]): e["verdict"] for e in numbers.judge_numbers(content=table)}
     assert len(was) > 120
     assert all(now[key] not in ("reproduced", "consistent") for key in was)
 
 
 def test_formulas_depend_on_their_inputs() -> None:
-    """Other inputs give other values: of each formula, at least for one of the numbers or statements that use it."""
+    """Other inputs give other values: of each formula, at least for one of the numbers or
+    statements that use it.
+    """
     table = numbers.load_numbers()
     other = changed(table)
     moved: dict[str, bool] = {}
@@ -102,18 +139,35 @@ def test_formulas_depend_on_their_inputs() -> None:
         )
     for row, second in zip(table["claim"], other["claim"], strict=True):
         arguments = (row.get("with", {}), second.get("with", {}))
-        moved[row["by"]] = moved.get(row["by"], False) or differs(row["by"], *arguments, row["paper"], other)
+        moved[row["by"]] = moved.get(row["by"], False) or differs(
+            row["by"], *arguments, row["paper"], other
+        )
     discrete = {
-        "not computed", "degrees of freedom", "real dyads", "eigenvalues that vanish", "driver is a crank",
-        "place in the order of influence", "best level by level means", "best level by prediction",
-        "best level by ranks", "freedom of interactions over what they take",
-        "rotation of the crank gear by both equations", "poses in the assembly of one of them", "support force",
-        "optimum", "printed rule for the direction of the tip",
-        "round trip of the law", "round trip of the path", "outline by both sections",
-        "distance from the centre of the corner's path", "angle from the major axis of the corner's path",
-        "mismatch with the third pair of sides", "play that the hexagon lacks", "semi-axis of the corner's path",
+        "not computed",
+        "degrees of freedom",
+        "real dyads",
+        "eigenvalues that vanish",
+        "driver is a crank",
+        "place in the order of influence",
+        "best level by level means",
+        "best level by prediction",
+        "best level by ranks",
+        "freedom of interactions over what they take",
+        "rotation of the crank gear by both equations",
+        "poses in the assembly of one of them",
+        "support force",
+        "optimum",
+        "printed rule for the direction of the tip",
+        "round trip of the law",
+        "round trip of the path",
+        "outline by both sections",
+        "distance from the centre of the corner's path",
+        "angle from the major axis of the corner's path",
+        "mismatch with the third pair of sides",
+        "play that the hexagon lacks",
+        "semi-axis of the corner's path",
         "curvature radius where the path meets the side",
-    }  # fmt: skip
+    }
     assert {by for by, was in moved.items() if not was} <= discrete
 
 
@@ -142,7 +196,9 @@ def differs(by: str, arguments: Any, other_own: Any, paper: str, other: dict[str
         ("a1 larger than a2", {"centre_distance_mm": 50}),
     ],
 )
-def test_another_input_changes_whether_a_statement_holds(claim: str, change: dict[str, Any]) -> None:
+def test_another_input_changes_whether_a_statement_holds(
+    claim: str, change: dict[str, Any]
+) -> None:
     table = copy.deepcopy(numbers.load_numbers())
     (before,) = [e for e in verdicts.judge_claims() if claim in e["claim"]]
     for name, value in change.items():
@@ -155,18 +211,29 @@ def test_another_input_changes_whether_a_statement_holds(claim: str, change: dic
 
 @pytest.mark.parametrize(
     ("value", "must", "holds"),
-    [(0.0, "= 0", True), (1e-6, "= 0", False), (3.0, "= 3", True), (0.05, "< 0.05", False), (-1e-12, ">= 0", True),
-     (-1e-6, ">= 0", False), (1e-12, "<= 0", True), (0.0, "> 0", False)],
-)  # fmt: skip
+    [
+        (0.0, "= 0", True),
+        (1e-6, "= 0", False),
+        (3.0, "= 3", True),
+        (0.05, "< 0.05", False),
+        (-1e-12, ">= 0", True),
+        (-1e-6, ">= 0", False),
+        (1e-12, "<= 0", True),
+        (0.0, "> 0", False),
+    ],
+)
 def test_measures_satisfy_their_definitions(value: float, must: str, holds: bool) -> None:
     assert verdicts.meets(value, must) is holds
 
 
-# ---- the polygon in the hexagon ------------------------------------------------------------------------------------
+# ---- the polygon in the hexagon
+# ------------------------------------------------------------------------------------
 
 
 def boundary(count: int = 4001) -> np.ndarray:
-    """A Reuleaux pentagon of width 1 as points: arcs about its corners through the two corners opposite."""
+    """A Reuleaux pentagon of width 1 as points: arcs about its corners through the two corners
+    opposite.
+    """
     corners = np.exp(2j * np.pi * np.arange(5) / 5) / (2 * np.sin(np.radians(72)))
     arcs = []
     for i, centre in enumerate(corners):
@@ -177,16 +244,21 @@ def boundary(count: int = 4001) -> np.ndarray:
 
 
 def reach(directions: np.ndarray) -> np.ndarray:
-    """Distance from the centre to the tangents of the pentagon with normals in these directions (n,)."""
+    """Distance from the centre to the tangents of the pentagon with normals in these directions
+    (n,).
+    """
     points = boundary()
-    return np.array([(points * np.exp(-1j * direction)).real.max() for direction in directions.ravel()])
+    return np.array(
+        [(points * np.exp(-1j * direction)).real.max() for direction in directions.ravel()]
+    )
 
 
 def missed(support: Callable[[np.ndarray], np.ndarray]) -> float:
-    """Largest miss of the third pair of sides by a curve of width 1, two pairs held, from its support distances.
+    """Largest miss of the third pair of sides by a curve of width 1, two pairs held, from its
+    support distances.
 
-    Across a pair the centre lies at 1/2 less the support distance; the directions across three pairs, 60 deg apart,
-    have n1 + n3 = n2.
+    Across a pair the centre lies at 1/2 less the support distance; the directions across three
+    pairs, 60 deg apart, have n1 + n3 = n2.
     """
     turned = np.linspace(0, 2 * np.pi / 5, 181)
     first, second, third = (0.5 - support(angle - turned) for angle in np.radians([30, 90, 150]))
@@ -199,26 +271,39 @@ def test_mismatch_equals_curve_and_vanishes_for_circle() -> None:
 
 
 def test_the_least_play_lets_the_polygon_turn_and_less_does_not() -> None:
-    """By linear programming: least distance of opposite sides that holds the curve in each of many positions."""
+    """By linear programming: least distance of opposite sides that holds the curve in each of many
+    positions.
+    """
     normals = np.radians([30, 90, 150, 210, 270, 330])
     n = np.column_stack([np.cos(normals), np.sin(normals)])
     needed = []
     for turned in np.linspace(0, np.radians(72), 145):
-        solution = linprog([0, 0, 1], A_ub=np.column_stack([n, -0.5 * np.ones(6)]), b_ub=-reach(normals - turned),
-                        bounds=[(None, None)] * 3)  # fmt: skip
+        solution = linprog(
+            [0, 0, 1],
+            A_ub=np.column_stack([n, -0.5 * np.ones(6)]),
+            b_ub=-reach(normals - turned),
+            bounds=[(None, None)] * 3,
+        )
         needed.append(solution.fun - 1)
     assert formulas.lacking_play(inputs()) == pytest.approx(max(needed), rel=1e-3)
     assert min(needed) > -1e-6
 
 
-# ---- trials --------------------------------------------------------------------------------------------------------
+# ---- trials
+# --------------------------------------------------------------------------------------------------------
 
 
 def test_welch_test_equals_test_of_samples() -> None:
     rng = np.random.default_rng(5)
     first, second = rng.normal(1, 2, 5), rng.normal(4, 1, 5)
-    arguments = inputs(first=[first.mean(), first.std(ddof=1)], second=[second.mean(), second.std(ddof=1)], repeats=5)
-    assert formulas.welch(arguments) == pytest.approx(stats.ttest_ind(first, second, equal_var=False).pvalue, rel=1e-12)
+    arguments = inputs(
+        first=[first.mean(), first.std(ddof=1)],
+        second=[second.mean(), second.std(ddof=1)],
+        repeats=5,
+    )
+    assert formulas.welch(arguments) == pytest.approx(
+        stats.ttest_ind(first, second, equal_var=False).pvalue, rel=1e-12
+    )
 
 
 def test_prediction_of_an_additive_response_is_the_response() -> None:
@@ -227,20 +312,31 @@ def test_prediction_of_an_additive_response_is_the_response() -> None:
     runs = [sum(effects[f][table[f"column_{f}"][i] - 1] for f in "ABC") for i in range(9)]
     arguments = {"responses": ["runs"], "runs": runs, "factors": ["A", "B", "C"]}
     columns = {name: table[name] for name in ("column_A", "column_B", "column_C")}
-    best = [formulas.best_predicted_level(Inputs({**arguments, "factor": f}, columns, {})) for f in "ABC"]
-    sums = {(a, b, c): abs(effects["A"][a] + effects["B"][b] + effects["C"][c])
-            for a in range(3) for b in range(3) for c in range(3)}  # fmt: skip
-    assert sums[tuple(int(level) - 1 for level in best)] == pytest.approx(min(sums.values()), abs=1e-12)
+    best = [
+        formulas.best_predicted_level(Inputs({**arguments, "factor": f}, columns, {}))
+        for f in "ABC"
+    ]
+    sums = {
+        (a, b, c): abs(effects["A"][a] + effects["B"][b] + effects["C"][c])
+        for a in range(3)
+        for b in range(3)
+        for c in range(3)
+    }
+    assert sums[tuple(int(level) - 1 for level in best)] == pytest.approx(
+        min(sums.values()), abs=1e-12
+    )
 
 
-# ---- linkage -------------------------------------------------------------------------------------------------------
+# ---- linkage
+# -------------------------------------------------------------------------------------------------------
 
 
 def on_rocker(crank: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Poses (n, 3) [mm, mm, deg] on a crank-rocker (frame 200, crank 60, coupler 180, rocker 160), by hand.
+    """Poses (n, 3) [mm, mm, deg] on a crank-rocker (frame 200, crank 60, coupler 180, rocker 160),
+    by hand.
 
-    At crank angles (n,) [deg], the rocker's moving hinge on the left (1) or the right (-1) of the line to its fixed
-    one. The origin of the body lies off both hinges.
+    At crank angles (n,) [deg], the rocker's moving hinge on the left (1) or the right (-1) of the
+    line to its fixed one. The origin of the body lies off both hinges.
     """
     hinge = 60 * np.exp(1j * np.radians(crank))
     across = 200 - hinge
@@ -253,7 +349,9 @@ def on_rocker(crank: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
 def of_poses(by: str, poses: np.ndarray, **arguments: Any) -> Any:
     values = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
-    return FORMULAS[by](inputs(poses="five", five=list(values), counted=list(values), **values, **arguments))
+    return FORMULAS[by](
+        inputs(poses="five", five=list(values), counted=list(values), **values, **arguments)
+    )
 
 
 @pytest.mark.parametrize(
@@ -279,10 +377,15 @@ def test_largest_reversal_is_where_coupler_outruns_crank() -> None:
     """By hand from places of the moving hinge: neighbours in the order of the crank angles."""
     table = numbers.load_numbers()["disclosed"]["sun2019"]
     for first, sign in ((10, 1), (-10, -1)):
-        poses = np.array([[235, 120, first], *(table[f"pose {i}"] for i in range(2, 6))], dtype=float)
+        poses = np.array(
+            [[235, 120, first], *(table[f"pose {i}"] for i in range(2, 6))], dtype=float
+        )
         x, y, X, Y = (of_poses("dyad", poses, dyad=1, part=part) for part in "xyXY")
         arm = np.exp(1j * np.radians(poses[:, 2]))
-        crank = np.degrees(np.angle(poses[:, 0] + 1j * poses[:, 1] + (x + 1j * y) * arm - (X + 1j * Y))) % 360
+        crank = (
+            np.degrees(np.angle(poses[:, 0] + 1j * poses[:, 1] + (x + 1j * y) * arm - (X + 1j * Y)))
+            % 360
+        )
         order = np.argsort(crank)
         after = np.roll(order, -1)
         outruns = poses[after, 2] - poses[order, 2] - (crank[after] - crank[order]) % 360
@@ -293,7 +396,9 @@ def test_largest_reversal_is_where_coupler_outruns_crank() -> None:
 
 
 def test_distance_from_the_polygon_of_the_poses() -> None:
-    """Poses on a circle about the fixed hinge: it lies inside, by the distance of the polygon's nearest side."""
+    """Poses on a circle about the fixed hinge: it lies inside, by the distance of the polygon's
+    nearest side.
+    """
     turn = np.radians([0, 50, 130, 210, 300])
     point, spin = 7 - 4j, np.radians([5, 40, -20, 70, -60])
     place = 30 - 20j + 40 * np.exp(1j * turn) - point * np.exp(1j * spin)
@@ -307,10 +412,13 @@ def test_distance_from_the_polygon_of_the_poses() -> None:
     assert result == pytest.approx(-nearest, rel=1e-6)
 
 
-# ---- inverse chain -------------------------------------------------------------------------------------------------
+# ---- inverse chain
+# -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("p", "dwell"), [(0.35, [210, 270]), (0.0, [200, 260]), (-0.2, [230, 231])])
+@pytest.mark.parametrize(
+    ("p", "dwell"), [(0.35, [210, 270]), (0.0, [200, 260]), (-0.2, [230, 231])]
+)
 def test_the_inverse_chain_finds_bars_law_and_path(p: float, dwell: list[float]) -> None:
     values = {**LAW, "law_p": p, "dwell_deg": dwell}
     assert inverse.bar(inputs(**values, bar=1)) == pytest.approx(93.3377, rel=1e-12)
@@ -335,7 +443,9 @@ def test_recovered_angles_equal_triangle() -> None:
     )
     l3, (l1, l2) = np.hypot(*path.T), angles.bars
     s = (l3 + l1 + l2) / 2
-    at_planet = 2 * np.arctan(np.sqrt(np.maximum((s - l1) * (s - l2) / np.maximum(s * (s - l3), 1e-300), 0)))
+    at_planet = 2 * np.arctan(
+        np.sqrt(np.maximum((s - l1) * (s - l2) / np.maximum(s * (s - l3), 1e-300), 0))
+    )
     assert np.abs(np.cos(angles.phi1) - np.cos(at_planet)).max() < 1e-12
     assert (np.diff(angles.phi1[:150]) > 0).all()
 
@@ -362,7 +472,9 @@ def test_unreachable_path_is_not_inverted() -> None:
         entry = inverse.invert_tip_path(small, np.column_stack([path.real, path.imag]))
         return entry.bars, abs(entry.tip @ [1, 1j] - path)
 
-    assert back(0.2 + 0.04 * np.exp(1j * t))[1].max() < 1e-12  # any path that does not go round the centre
+    assert (
+        back(0.2 + 0.04 * np.exp(1j * t))[1].max() < 1e-12
+    )  # any path that does not go round the centre
     bars, away = back(0.02 + 0.06 * np.exp(1j * t))
     assert away[-1] < 1e-12
     assert bars == pytest.approx([0.02, 0.06])
@@ -378,14 +490,22 @@ def test_the_triangle_of_the_carrier_closes() -> None:
     assert inverse.axis_direction_printed(inputs(**values)) == pytest.approx(2 * beta1, rel=1e-12)
 
 
-# ---- contact load --------------------------------------------------------------------------------------------------
+# ---- contact load
+# --------------------------------------------------------------------------------------------------
 
 
 def test_largest_load_equals_motion() -> None:
     """The modal equation of motion, integrated: N = F - m1 y''."""
-    values = {"shaft_flats_mm": 20, "tip_radius_mm": 10.5, "input_speed_rpm": 45, "load_torque_Nm": 1.2,
-             "overhang_mm": 60, "elastic_modulus_GPa": 206, "density_kg_m3": 7850,
-             "engaging_mass_kg": 0.35}  # fmt: skip
+    values = {
+        "shaft_flats_mm": 20,
+        "tip_radius_mm": 10.5,
+        "input_speed_rpm": 45,
+        "load_torque_Nm": 1.2,
+        "overhang_mm": 60,
+        "elastic_modulus_GPa": 206,
+        "density_kg_m3": 7850,
+        "engaging_mass_kg": 0.35,
+    }
     side = 0.02 / math.sqrt(3)
     moment, area = 5 * math.sqrt(3) / 16 * side**4, 1.5 * math.sqrt(3) * side**2
     stiffness = math.pi**4 * 206e9 * moment / (32 * 0.06**3)
@@ -402,7 +522,8 @@ def test_largest_load_equals_motion() -> None:
     assert formulas.load_printed(inputs(**values)) > 1.2 * formulas.load(inputs(**values))
 
 
-# ---- consequences --------------------------------------------------------------------------------------------------
+# ---- consequences
+# --------------------------------------------------------------------------------------------------
 
 
 def entry_of(entries: list[dict[str, Any]], quantity: str) -> dict[str, Any]:
@@ -411,8 +532,18 @@ def entry_of(entries: list[dict[str, Any]], quantity: str) -> dict[str, Any]:
 
 
 def test_consequences_have_both_sides_and_reasons(audit: dict[str, Any]) -> None:
-    keys = {"paper", "about", "quantity", "unit", "printed", "as_printed", "as_derived", "rests_on", "assumed_inputs",
-            "statement"}  # fmt: skip
+    keys = {
+        "paper",
+        "about",
+        "quantity",
+        "unit",
+        "printed",
+        "as_printed",
+        "as_derived",
+        "rests_on",
+        "assumed_inputs",
+        "statement",
+    }
     equations = {(e["paper"], e["equation"]): e["verdict"] for e in audit["equations"]}
     assert {e["paper"] for e in audit["consequences"]} == set(audit["summary"])
     for entry in audit["consequences"]:
@@ -429,13 +560,19 @@ def test_forces_of_both_models_are_compared_with_table(audit: dict[str, Any]) ->
     values = {e["quantity"]: (e["printed"], e["as_printed"], e["as_derived"]) for e in consequences}
     assert values["range"] == pytest.approx((122.17, 92.79, 3.13), abs=5e-3)
     assert values["mean"][2] == pytest.approx(9.81 * 9.975, rel=1e-4)
-    assert values["objective"] == pytest.approx((0.6 * 122.17 + 0.4 * 1907.32, 211.33, 1.987), abs=5e-3)
+    assert values["objective"] == pytest.approx(
+        (0.6 * 122.17 + 0.4 * 1907.32, 211.33, 1.987), abs=5e-3
+    )
 
 
 def test_measured_broken_laws_equal_committed_ones(audit: dict[str, Any]) -> None:
-    """The models run here, and the chain as it was judged: the same violations on two grids of angles."""
+    """The models run here, and the chain as it was judged: the same violations on two grids of
+    angles.
+    """
     laws = {e["law"]: e for e in audit["laws"]}
-    by_law = {e["quantity"].partition(":")[0]: e for e in audit["consequences"] if e["about"] == "law"}
+    by_law = {
+        e["quantity"].partition(":")[0]: e for e in audit["consequences"] if e["about"] == "law"
+    }
     assert by_law.keys() == {name for name, law in laws.items() if law["caused_by"]}
     for name, entry in by_law.items():
         if "least normal force" in entry["quantity"]:
@@ -451,22 +588,36 @@ def test_measured_broken_laws_equal_committed_ones(audit: dict[str, Any]) -> Non
 
 
 def test_each_optimum_is_best_in_same_model(audit: dict[str, Any]) -> None:
-    objectives = [e for e in audit["consequences"] if e["about"] == "objective of a design" and e["unit"] == ""]
+    objectives = [
+        e
+        for e in audit["consequences"]
+        if e["about"] == "objective of a design" and e["unit"] == ""
+    ]
     assert len(objectives) == 3
-    assert min(objectives, key=lambda e: e["as_printed"])["quantity"] == "the optimum of the equations as printed"
-    assert min(objectives, key=lambda e: e["as_derived"])["quantity"] == "the optimum of the exact model"
+    assert (
+        min(objectives, key=lambda e: e["as_printed"])["quantity"]
+        == "the optimum of the equations as printed"
+    )
+    assert (
+        min(objectives, key=lambda e: e["as_derived"])["quantity"]
+        == "the optimum of the exact model"
+    )
     paper_value = entry_of(objectives, "paper's design")["as_derived"]
     worth = entry_of(objectives, "equations as printed")["as_derived"]
     change = entry_of(audit["consequences"], "change by optimising")
     assert change["as_derived"] == pytest.approx(100 * (worth / paper_value - 1))
-    assert ("worse" if worth > paper_value else "better") in change["statement"].partition(" than ")[0]
+    assert ("worse" if worth > paper_value else "better") in change["statement"].partition(
+        " than "
+    )[0]
 
 
 def test_design_score_equals_cycle() -> None:
     machine = force.both("wang2017")
     for model in machine.devices:
         device = machine.devices[model]
-        assert machine.score(model, device.design) == pytest.approx(machine.headlines(model)["objective"], rel=1e-9)
+        assert machine.score(model, device.design) == pytest.approx(
+            machine.headlines(model)["objective"], rel=1e-9
+        )
         turn = cycle.evaluate_cycle(device, device.prologue(device.design), machine.angles)
         assert machine.support_with(model, {}) == pytest.approx(turn.support, rel=1e-12)
 
@@ -501,7 +652,11 @@ def test_a_repaired_formula_leaves_the_headline_as_it_is(audit: dict[str, Any]) 
     for row in table["headline"]:
         row["as_derived"] = row["as_printed"]
         row["with_as_derived"] = row.get("with_as_printed", {})
-    same = [e for e in verdicts.derive_consequences("shi2021", table, audit) if e["about"] == verdicts.HEADLINE]
+    same = [
+        e
+        for e in verdicts.derive_consequences("shi2021", table, audit)
+        if e["about"] == verdicts.HEADLINE
+    ]
     assert same
     assert all(e["as_printed"] == e["as_derived"] for e in same)
     real = [e for e in audit["consequences"] if e["paper"] == "shi2021"]

@@ -22,9 +22,14 @@ def test_shares_and_slips_are_those_of_the_audit() -> None:
     law = audit["laws"][0]
     assert law["owed"] in README
     for cause in (c for c in audit["causes"] if c["numbers"]):
-        wrong = [e for e in audit["numbers"] if (e["paper"], e["verdict"]) == (cause["paper"], "not reproduced")]
+        wrong = [
+            e
+            for e in audit["numbers"]
+            if (e["paper"], e["verdict"]) == (cause["paper"], "not reproduced")
+        ]
         sentence = (
-            f"{len(cause['numbers'])} of the {len(wrong)} printed numbers of {cause['paper']} that cannot be reproduced"
+            f"{len(cause['numbers'])} of the {len(wrong)} printed numbers of "
+            f"{cause['paper']} that cannot be reproduced"
         )
         assert sentence in README
         assert cause["cause"].removeprefix("sign of ") in README

@@ -1,4 +1,6 @@
-"""A text on trial from its own LaTeX: rows, names, corrections at their lines, and errors in the files."""
+"""A text on trial from its own LaTeX: rows, names, corrections at their lines, and errors in the
+files.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def audit(folder: Path, *options: str) -> Any:
-    return answer("audit", str(folder / "crank.tex"), "--against", str(folder / "slider_crank.py"), *options)
+    return answer(
+        "audit", str(folder / "crank.tex"), "--against", str(folder / "slider_crank.py"), *options
+    )
 
 
 @pytest.fixture(scope="module")
@@ -53,10 +57,24 @@ def test_each_row_is_read_or_refused_at_its_line(result: Any) -> None:
 
 def test_wrong_sign_is_corrected_in_the_source(result: Any) -> None:
     verdicts = {e["equation"]: e["verdict"] for e in result["equations"]}
-    assert verdicts == {"eq:s": "confirmed", "2": "confirmed", "eq:v": "misprint", "4": "confirmed", "7": "confirmed"}
+    assert verdicts == {
+        "eq:s": "confirmed",
+        "2": "confirmed",
+        "eq:v": "misprint",
+        "4": "confirmed",
+        "7": "confirmed",
+    }
     (wrong,) = [e for e in result["equations"] if e["corrected_latex"]]
-    assert (wrong["equation"], wrong["file"], wrong["line"]) == ("eq:v", "crank.tex", line_of(r"\dot s &="))
-    changes = [(mark, text) for mark, text in list_changes(wrong["latex"], wrong["corrected_latex"]) if mark != " "]
+    assert (wrong["equation"], wrong["file"], wrong["line"]) == (
+        "eq:v",
+        "crank.tex",
+        line_of(r"\dot s &="),
+    )
+    changes = [
+        (mark, text)
+        for mark, text in list_changes(wrong["latex"], wrong["corrected_latex"])
+        if mark != " "
+    ]
     assert changes == [("-", "+"), ("+", "-")]
     assert wrong["latex"] in TEXT
 
@@ -75,7 +93,9 @@ def test_skeleton_lists_names_and_is_never_replaced(folder: Path) -> None:
     assert names[r"\varphi"] == names[r"\phi"] == "phi"
     assert names["T"] == names["v_{C}"] == ""
     assert [row["status"] for row in text["rows"]] == ["read"] * 5 + ["refused"]
-    unjudged = {e["equation"]: e["finding"] for e in text["equations"] if e["verdict"] == "not judged"}
+    unjudged = {
+        e["equation"]: e["finding"] for e in text["equations"] if e["verdict"] == "not judged"
+    }
     assert unjudged.keys() == {"7"}
     assert "T" in unjudged["7"]
     skeleton.write_text("# mine\n", encoding="utf-8")
@@ -95,7 +115,9 @@ def test_error_in_a_names_file_is_one_sentence(folder: Path) -> None:
 def test_options_that_do_not_fit_are_refused(folder: Path) -> None:
     assert "--against" in refusal("audit", str(folder / "crank.tex"))
     assert "--against" in refusal("audit", "wang2017", "--against", str(folder / "slider_crank.py"))
-    assert "nothing.tex" in refusal("audit", "nothing.tex", "--against", str(folder / "slider_crank.py"))
+    assert "nothing.tex" in refusal(
+        "audit", "nothing.tex", "--against", str(folder / "slider_crank.py")
+    )
 
 
 def test_notebook_rows_have_lines_of_the_file(folder: Path) -> None:
@@ -105,11 +127,18 @@ def test_notebook_rows_have_lines_of_the_file(folder: Path) -> None:
             "metadata": {},
             "source": ["The slider is at\n", "$$s = r\\cos\\phi + l\\cos\\beta$$\n"],
         },
-        {"cell_type": "code", "metadata": {}, "source": ["a = '$$s = r$$'"], "outputs": [], "execution_count": None},
+        {
+            "cell_type": "code",
+            "metadata": {},
+            "source": ["a = '$$s = r$$'"],
+            "outputs": [],
+            "execution_count": None,
+        },
     ]
     notebook = folder / "crank.ipynb"
     notebook.write_text(
-        json.dumps({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}, indent=1), "utf-8"
+        json.dumps({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}, indent=1),
+        "utf-8",
     )
     (row,) = answer("audit", str(notebook), "--against", str(folder / "slider_crank.py"))["rows"]
     lines = notebook.read_text(encoding="utf-8").splitlines()

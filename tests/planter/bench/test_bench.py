@@ -1,4 +1,6 @@
-"""The benchmark: nobody is timed who is wrong, everybody is told apart, the numbers have their keys."""
+"""The benchmark: nobody is timed who is wrong, everybody is told apart, the numbers have their
+keys.
+"""
 
 import importlib
 import itertools
@@ -105,15 +107,24 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
     result = json.loads(out)
     assert {"work", "machine", "versions"} <= result.keys()
     assert [work["name"] for work in result["work"]] == ["cycle", "cycle+gradient", "optimise"]
-    assert {entry["work"] for entry in result["skipped"]} >= {"hessian", "batch", "derive", "cold start"}
+    assert {entry["work"] for entry in result["skipped"]} >= {
+        "hessian",
+        "batch",
+        "derive",
+        "cold start",
+    }
     for work in result["work"]:
         assert isinstance(work["unit"], str)
         named = {way["way"]: way for way in work["ways"]}
-        assert set(named) <= ({"ga", "ipopt", "hybrid"} if work["name"] == "optimise" else set(tasks.WAYS))
+        assert set(named) <= (
+            {"ga", "ipopt", "hybrid"} if work["name"] == "optimise" else set(tasks.WAYS)
+        )
         over = named[work["over"]]["median_us"]
         for way in named.values():
             assert way["ratio"] == way["median_us"] / over
-            assert way["spread"]["quartile1_us"] <= way["median_us"] <= way["spread"]["quartile3_us"]
+            assert (
+                way["spread"]["quartile1_us"] <= way["median_us"] <= way["spread"]["quartile3_us"]
+            )
         if work["name"] == "optimise":
             smallest = named["ga"]["objectives"]["least"]
             assert named["ipopt"]["objectives"]["largest"] <= smallest
@@ -141,18 +152,25 @@ def _built(builder: tasks.Builder, case: BenchmarkCase, work: str) -> Contender:
 
 
 @pytest.mark.parametrize(
-    "builder", [build_virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender]
+    "builder",
+    [build_virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender],
 )
 def test_ways_agree_with_simulate_on_objective(case: BenchmarkCase, builder: tasks.Builder) -> None:
     expected, _ = compute_objective_gradient(case.device, case.turns.samples)
-    assert _built(builder, case, "cycle").call(case.device.design) == pytest.approx(expected, rel=1e-10)
+    assert _built(builder, case, "cycle").call(case.device.design) == pytest.approx(
+        expected, rel=1e-10
+    )
 
 
 @pytest.mark.parametrize(
     "builder",
-    [build_virtual_machine, build_numpy_contender, pytest.param(build_sympy_contender, marks=pytest.mark.long),
-     build_kernel_contender],
-)  # fmt: skip
+    [
+        build_virtual_machine,
+        build_numpy_contender,
+        pytest.param(build_sympy_contender, marks=pytest.mark.long),
+        build_kernel_contender,
+    ],
+)
 def test_ways_agree_with_simulate_on_gradient(case: BenchmarkCase, builder: tasks.Builder) -> None:
     expected, gradient = compute_objective_gradient(case.device, case.turns.samples)
     way = _built(builder, case, "cycle+gradient")
@@ -174,7 +192,9 @@ def test_hessians_agree_and_are_the_slope_of_the_gradient(case: BenchmarkCase) -
     x, step = case.device.design, 1e-6 * (case.device.upper - case.device.lower)
     hessian = build_virtual_machine(case, "hessian").call(x)
     assert relative_difference(hessian, case.turns.hessian(x)) < 1e-10
-    slopes = np.array([case.turns.gradient(x + d)[1] - case.turns.gradient(x - d)[1] for d in np.diag(step)])
+    slopes = np.array(
+        [case.turns.gradient(x + d)[1] - case.turns.gradient(x - d)[1] for d in np.diag(step)]
+    )
     assert relative_difference(slopes / (2 * step[:, None]), hessian) < 1e-4
 
 
@@ -217,7 +237,12 @@ def test_disagreement_threshold(wrong: object) -> None:
     right, other = Contender(lambda x: 1.0, ""), Contender(lambda x: wrong, "")
     with pytest.raises(Disagreement, match="w: b"):
         check_agreement("w", {"a": right, "b": other}, [np.zeros(1)])
-    assert check_agreement("w", {"a": right, "b": Contender(lambda x: 1.0 + 1e-11, "")}, [np.zeros(1)])["b"] < 2e-11
+    assert (
+        check_agreement(
+            "w", {"a": right, "b": Contender(lambda x: 1.0 + 1e-11, "")}, [np.zeros(1)]
+        )["b"]
+        < 2e-11
+    )
 
 
 def test_clock_alternates_and_uses_new_designs() -> None:
@@ -226,7 +251,9 @@ def test_clock_alternates_and_uses_new_designs() -> None:
     def called(name: str) -> Callable[[int], None]:
         return lambda number: seen.append((name, number))
 
-    times = time_calls({name: called(name) for name in "abc"}, itertools.count(), rounds=3, slot_s=0)
+    times = time_calls(
+        {name: called(name) for name in "abc"}, itertools.count(), rounds=3, slot_s=0
+    )
     numbers = [number for _, number in seen]
     assert len(set(numbers)) == len(numbers)
     assert [name for name, _ in seen] == [*"abc", *"bca", *"cab"]
@@ -234,7 +261,9 @@ def test_clock_alternates_and_uses_new_designs() -> None:
 
 
 def test_slot_has_more_calls_of_faster_ways() -> None:
-    times = time_calls({"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002)
+    times = time_calls(
+        {"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002
+    )
     assert times["slow"].quartiles().calls < times["fast"].quartiles().calls == 2 * MOST_CALLS
 
 
@@ -251,7 +280,9 @@ def test_missing_packages_are_named(monkeypatch: pytest.MonkeyPatch, case: Bench
 def test_missing_compiler_names_skipped_ways(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "")
     contenders, skipped = tasks.list_contenders(
-        "cycle", BenchmarkCase(), choose_settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
+        "cycle",
+        BenchmarkCase(),
+        choose_settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"]),
     )
     assert set(contenders) == {"casadi-vm"}
     assert {"casadi-c", "lanes"} <= {entry.way for entry in skipped}
@@ -261,20 +292,34 @@ def test_operations_are_counted() -> None:
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     plain_sum = ca.Function("f", [x, y], [x * y + 3 * x - ca.sqrt(y)], ["x", "y"], ["z"])
     assert count_operations(Kernel(plain_sum, lanes=["x", "y"])) == 5
-    assert count_operations(Kernel(plain_sum, lanes=["x"])) == 4  # the root is the same in all lanes
+    assert (
+        count_operations(Kernel(plain_sum, lanes=["x"])) == 4
+    )  # the root is the same in all lanes
     turned = ca.Function("g", [x], [ca.sin(x) + ca.cos(x)], ["x"], ["z"])
     assert count_operations(Kernel(turned, lanes=["x"])) == 1 + REDUCTION + sum(SERIES.values())
 
 
-@pytest.mark.skipif(not has_compiler() or not shutil.which("objdump"), reason="there is no C compiler or no objdump")
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="machine code of another processor is not counted")
+@pytest.mark.skipif(
+    not has_compiler() or not shutil.which("objdump"), reason="there is no C compiler or no objdump"
+)
+@pytest.mark.skipif(
+    platform.machine() != "x86_64", reason="machine code of another processor is not counted"
+)
 def test_only_executed_operations_are_counted() -> None:
-    """A product that cancels is in the graph and not in the loop; two sums and two products remain, fused or not."""
+    """A product that cancels is in the graph and not in the loop; two sums and two products remain,
+    fused or not.
+    """
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     expression = x * y + x + y * y
-    for function, cancelled in ((ca.Function("kept_part", [x, y], [expression], ["x", "y"], ["z"]), 0),
-                                (ca.Function("with_rest", [x, y], [expression + (x * 3.5 + y) - y - x * 3.5],
-                                             ["x", "y"], ["z"]), 1)):  # fmt: skip
+    for function, cancelled in (
+        (ca.Function("kept_part", [x, y], [expression], ["x", "y"], ["z"]), 0),
+        (
+            ca.Function(
+                "with_rest", [x, y], [expression + (x * 3.5 + y) - y - x * 3.5], ["x", "y"], ["z"]
+            ),
+            1,
+        ),
+    ):
         kernel = Kernel(function, lanes=["x", "y"])
         kernel.compile()
         count = count_executed_operations(backends.build_lane_library(kernel.work), function.name())
@@ -362,9 +407,13 @@ def test_user_mechanism_is_timed_if_ways_agree() -> None:
     assert "derived in" in result.unit
 
 
-def test_benchmark_is_printed_and_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_benchmark_is_printed_and_written_whole(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     way = WayTimes("lanes", 8467.8, 1.0, DurationQuartiles(8000.0, 9000.0, 12), "compiled", 1e-14)
-    gears = WayTimes("planter", 9.512, 1.0, DurationQuartiles(9.0, 10.0, 3), "DXF", drawn=DrawnOutline(720, 0.31))
+    gears = WayTimes(
+        "planter", 9.512, 1.0, DurationQuartiles(9.0, 10.0, 3), "DXF", drawn=DrawnOutline(720, 0.31)
+    )
     basins = BasinSearch("exact", [SeedTimes(1, 1.5, 2.0, 1.25, 0.5, 3, met=True)])
     task_times = [
         TaskTimes("cycle", "us", "lanes", [way], [], [SkippedWay("jax", "not installed")]),

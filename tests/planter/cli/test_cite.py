@@ -1,4 +1,6 @@
-"""`planter cite`: every command that computes rests on works that there are, told in words and as BibTeX."""
+"""`planter cite`: every command that computes rests on works that there are, told in words and as
+BibTeX.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +12,21 @@ from planter.version import __version__
 from tests.support.cli import answer, refusal, run
 
 TELLING = {
-    "animate", "bench", "cam", "cite", "doctor", "example", "explain", "export c", "export fmu",
-    "export motion", "help", "optimise-least", "schema", "validate",
-}  # fmt: skip
+    "animate",
+    "bench",
+    "cam",
+    "cite",
+    "doctor",
+    "example",
+    "explain",
+    "export c",
+    "export fmu",
+    "export motion",
+    "help",
+    "optimise-least",
+    "schema",
+    "validate",
+}
 """Commands that show, check or pass on what others compute."""
 
 
@@ -35,7 +49,10 @@ def test_a_command_s_works_begin_with_this_program() -> None:
     assert keys[0] == "planter"
     assert {"wang2017", "casadi", "ipopt", "goldberg1989", "daqp"} <= set(keys)
     assert __version__ in cite_work("planter").text
-    assert [work["key"] for work in answer("cite", "clutch", "engage")["works"]][1:3] == ["shi2021", "hunt1975"]
+    assert [work["key"] for work in answer("cite", "clutch", "engage")["works"]][1:3] == [
+        "shi2021",
+        "hunt1975",
+    ]
 
 
 def test_entries_of_bibtex_are_whole() -> None:

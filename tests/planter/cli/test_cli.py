@@ -23,14 +23,46 @@ from tests.support.cli import answer, refusal, run
 ROOT = Path(__file__).parents[3]
 SUPPORT = {"max_N", "min_N", "range_N", "mean_N", "variance_N2"}
 SIMULATION = {
-    "machine", "model", "samples", "design", "weight_N", "centre_distance_mm", "support_force", "objective", "warnings",
-    "refined", "work", "at", "designer",
-}  # fmt: skip
+    "machine",
+    "model",
+    "samples",
+    "design",
+    "weight_N",
+    "centre_distance_mm",
+    "support_force",
+    "objective",
+    "warnings",
+    "refined",
+    "work",
+    "at",
+    "designer",
+}
 AT = {
-    "phi_deg", "phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "omega_dot_rad_s2", "tip_x_mm", "tip_y_mm",
-    "theta1_deg", "F_E_N", "F_Ex_N", "M_Q_Nm", "M_P_Nm", "F_B1x_N", "F_B1y_N", "F_A1x_N", "F_A1y_N", "F_Ox_N", "F_Oy_N",
-    "F_O1x_N", "F_O1y_N", "support_N", "M_L_Nm", "M_1_Nm",
-}  # fmt: skip
+    "phi_deg",
+    "phi52_deg",
+    "phi72_deg",
+    "alpha_deg",
+    "omega_rad_s",
+    "omega_dot_rad_s2",
+    "tip_x_mm",
+    "tip_y_mm",
+    "theta1_deg",
+    "F_E_N",
+    "F_Ex_N",
+    "M_Q_Nm",
+    "M_P_Nm",
+    "F_B1x_N",
+    "F_B1y_N",
+    "F_A1x_N",
+    "F_A1y_N",
+    "F_Ox_N",
+    "F_Oy_N",
+    "F_O1x_N",
+    "F_O1y_N",
+    "support_N",
+    "M_L_Nm",
+    "M_1_Nm",
+}
 
 
 def calibration_targets() -> list[str]:
@@ -42,19 +74,29 @@ def test_simulate_has_the_keys_of_the_contract() -> None:
     result = answer("simulate", "wang2017", "--at", "0", "--at", "100")
     assert result.keys() == SIMULATION
     assert result["support_force"].keys() == SUPPORT
-    assert result["refined"].keys() == {"max_N", "min_N", "mean_N", "range_N", "variance_N2", "objective"}
+    assert result["refined"].keys() == {
+        "max_N",
+        "min_N",
+        "mean_N",
+        "range_N",
+        "variance_N2",
+        "objective",
+    }
     assert [row["phi_deg"] for row in result["at"]] == [0, 100]
     assert all(row.keys() == AT for row in result["at"])
     assert result["design"] == file.load("wang2017").design
     assert result["work"]["input_J"] == pytest.approx(result["work"]["friction_J"], abs=1e-9)
     force = result["support_force"]
-    assert result["objective"] == pytest.approx(0.6 * force["range_N"] + 0.4 * force["variance_N2"], rel=1e-15)
+    assert result["objective"] == pytest.approx(
+        0.6 * force["range_N"] + 0.4 * force["variance_N2"], rel=1e-15
+    )
     assert result["refined"]["max_N"] >= force["max_N"]
 
 
 def test_both_models_share_kinematics_and_differ_in_forces() -> None:
     exact, printed = (
-        answer("simulate", "wang2017", "--model", m, "--at", "200")["at"][0] for m in ("exact", "printed")
+        answer("simulate", "wang2017", "--model", m, "--at", "200")["at"][0]
+        for m in ("exact", "printed")
     )
     same = {key for key in AT if exact[key] == pytest.approx(printed[key], abs=1e-9)}
     assert {"phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "tip_x_mm", "theta1_deg"} <= same
@@ -68,7 +110,16 @@ def test_only_printed_model_warns_of_pulling_teeth() -> None:
 
 
 def test_a_weak_spring_loses_the_roller_at_an_angle() -> None:
-    weak = ("simulate", "wang2017", "--set", "preload_N=0", "--set", "rate_N_m=0", "--speed-rpm", "200")
+    weak = (
+        "simulate",
+        "wang2017",
+        "--set",
+        "preload_N=0",
+        "--set",
+        "rate_N_m=0",
+        "--speed-rpm",
+        "200",
+    )
     result = answer(*weak)
     lost = [w for w in result["warnings"] if w["name"] == "roller_contact"]
     assert len(lost) == 1
@@ -83,7 +134,10 @@ def test_design_outside_bounds_is_simulated_with_warning() -> None:
 
 
 def test_settings_and_speed() -> None:
-    slow, fast = (answer("simulate", "wang2017", "--speed-rpm", s)["support_force"]["range_N"] for s in ("20", "40"))
+    slow, fast = (
+        answer("simulate", "wang2017", "--speed-rpm", s)["support_force"]["range_N"]
+        for s in ("20", "40")
+    )
     assert fast == pytest.approx(4 * slow, rel=1e-9)
     heavier = answer("simulate", "wang2017", "--set", "mass.sun_kg=1.4")
     assert heavier["weight_N"] == pytest.approx((9.975 + 1) * 9.81)
@@ -105,8 +159,10 @@ def test_gradient_of_the_objective_against_differences(model: str) -> None:
     design = file.load("wang2017").design
     for name in ("theta_deg", "m31", "e3_mm") if model == "exact" else ("m31",):
         h = 1e-6 * design[name]
-        up, down = (answer("simulate", "wang2017", "--model", model, "--set", f"{name}={v!r}")["objective"]
-                    for v in (design[name] + h, design[name] - h))  # fmt: skip
+        up, down = (
+            answer("simulate", "wang2017", "--model", model, "--set", f"{name}={v!r}")["objective"]
+            for v in (design[name] + h, design[name] - h)
+        )
         assert (up - down) / (2 * h) == pytest.approx(gradient[name], rel=2e-5, abs=1e-5)
 
 
@@ -130,15 +186,27 @@ BAD = {
     ),
     "no value": (("simulate", "wang2017", "--set", "sun_kg"), r"it must be NAME=VALUE"),
     "unknown name": (("simulate", "wang2017", "--set", "sum_kg=1"), r"sum_kg .*did you mean"),
-    "negative mass": (("validate", "wang2017", "--set", "sun_kg=-0.4"), r"mass\.sun_kg = -0\.4.*greater than 0"),
-    "speed of zero": (("simulate", "wang2017", "--speed-rpm", "0"), r"speed_rpm = 0.*greater than 0"),
+    "negative mass": (
+        ("validate", "wang2017", "--set", "sun_kg=-0.4"),
+        r"mass\.sun_kg = -0\.4.*greater than 0",
+    ),
+    "speed of zero": (
+        ("simulate", "wang2017", "--speed-rpm", "0"),
+        r"speed_rpm = 0.*greater than 0",
+    ),
     "too few samples": (
         ("simulate", "wang2017", "--samples", "3"),
         r"--samples = 3: it must be between 8",
     ),
     "angle that is no number": (("simulate", "wang2017", "--at", "nan"), r"--at = nan:"),
-    "eccentricity": (("simulate", "wang2017", "--set", "e3_mm=31"), r"design\.e3_mm = 31.*less than R"),
-    "samples that are no number": (("optimise", "wang2017", "--samples", "many"), r"--samples = many.*refined"),
+    "eccentricity": (
+        ("simulate", "wang2017", "--set", "e3_mm=31"),
+        r"design\.e3_mm = 31.*less than R",
+    ),
+    "samples that are no number": (
+        ("optimise", "wang2017", "--samples", "many"),
+        r"--samples = many.*refined",
+    ),
     "output into a file": (("simulate", "wang2017", "--out", "/dev/null/x"), r"/dev/null/x"),
 }
 
@@ -170,7 +238,11 @@ def test_misunderstood_call_is_refused_in_a_sentence(arguments: tuple[str, ...])
 def test_a_process_refuses_as_a_call_does() -> None:
     arguments = ("simulate", "wang2017", "--speed-rpm", "1,5")
     done = subprocess.run(
-        [sys.executable, "-m", "planter", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "planter", *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert (done.returncode, done.stdout, done.stderr.strip()) == (2, "", refusal(*arguments))
 
@@ -186,7 +258,11 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_output_files(simulated: Path) -> None:
     summary = json.loads((simulated / "summary.json").read_text())
     assert summary.keys() >= SIMULATION
-    rows = [line for line in (simulated / "cycle.csv").read_text().splitlines() if not line.startswith("#")]
+    rows = [
+        line
+        for line in (simulated / "cycle.csv").read_text().splitlines()
+        if not line.startswith("#")
+    ]
     table = np.genfromtxt(rows, delimiter=",", names=True)
     assert len(table) == 360
     assert table["support_N"].max() == summary["support_force"]["max_N"]
@@ -202,26 +278,54 @@ def test_standard_output_is_only_the_object() -> None:
 
 
 OPTIMISATION = {
-    "method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds",
-    "certificate", "cross",
-}  # fmt: skip
+    "method",
+    "objective",
+    "design",
+    "range_N",
+    "variance_N2",
+    "start_objective",
+    "evaluations",
+    "seconds",
+    "certificate",
+    "cross",
+}
 
 
 def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
     result = answer(
-        "optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--starts", "1", "--samples", "90"
+        "optimise",
+        "wang2017",
+        "--model",
+        "printed",
+        "--method",
+        "ipopt",
+        "--starts",
+        "1",
+        "--samples",
+        "90",
     )
     assert result.keys() >= OPTIMISATION
     assert result["evaluations"].keys() == {"objective", "gradient", "hessian"}
-    assert result["certificate"].keys() == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
-    assert all(bound.keys() == {"name", "side", "multiplier"} for bound in result["certificate"]["active_bounds"])
+    assert result["certificate"].keys() == {
+        "kkt_residual",
+        "active_bounds",
+        "starts",
+        "agreeing_starts",
+        "spread",
+    }
+    assert all(
+        bound.keys() == {"name", "side", "multiplier"}
+        for bound in result["certificate"]["active_bounds"]
+    )
     assert result["certificate"]["kkt_residual"] < 1e-6
     scores = result["cross"]
     assert scores["printed"]["start"] == result["start_objective"]
     assert scores["printed"]["optimum"] == result["objective"] < result["start_objective"]
     assert scores["exact"]["optimum"] > scores["exact"]["start"]
     bounds = file.load("wang2017").bounds
-    assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in result["design"].items())
+    assert all(
+        bounds[name][0] <= value <= bounds[name][1] for name, value in result["design"].items()
+    )
 
 
 def test_reused_folder_has_no_earlier_figures(simulated: Path, tmp_path: Path) -> None:
@@ -229,7 +333,12 @@ def test_reused_folder_has_no_earlier_figures(simulated: Path, tmp_path: Path) -
     (folder / "notes.txt").write_text("own")
     assert list(folder.glob("figures/*.svg"))
     answer("sensitivity", "wang2017", "--out", str(folder))
-    assert {path.name for path in folder.iterdir()} == {"notes.txt", "summary.json", "report.html", ".planter.json"}
+    assert {path.name for path in folder.iterdir()} == {
+        "notes.txt",
+        "summary.json",
+        "report.html",
+        ".planter.json",
+    }
 
 
 def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None:
@@ -243,7 +352,10 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
 @pytest.mark.parametrize(
     ("arguments", "hint"),
     [
-        (("simulate", "--help"), ("planter example", "mass.sun_kg", "hinge_A_mm[0]", "exact", "printed")),
+        (
+            ("simulate", "--help"),
+            ("planter example", "mass.sun_kg", "hinge_A_mm[0]", "exact", "printed"),
+        ),
         (("calibrate", "--help"), tuple(calibration_targets())),
         (("optimise", "--help"), ("hybrid", "ipopt", "ga")),
         (("bench", "--help"), (*WORKS, *WAYS)),
@@ -251,7 +363,9 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
         (("compare", "--help"), tuple(families.list_families())),
     ],
 )
-def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str, ...], hint: tuple[str, ...]) -> None:
+def test_help_says_where_names_stand_and_lists_every_choice(
+    arguments: tuple[str, ...], hint: tuple[str, ...]
+) -> None:
     code, out, _ = run(*arguments)
     assert code == 0
     words = re.sub(r"(?<=\w-) ", "", " ".join(out.split()))  # lines may break after a hyphen
@@ -267,7 +381,10 @@ def test_unknown_target_and_decimal_comma_get_hints() -> None:
 @pytest.mark.parametrize(
     ("arguments", "hint"),
     [
-        (("pickup", "yu2023", "--set", "phi5_far_deg=1e15"), "law.phi5_far_deg = 1000000000000000.0"),
+        (
+            ("pickup", "yu2023", "--set", "phi5_far_deg=1e15"),
+            "law.phi5_far_deg = 1000000000000000.0",
+        ),
         (("validate", "n" * 5000), "there is no built-in machine of that name"),
         (("simulate", "n" * 5000), "there is no built-in machine of that name"),
         (("validate", "no\nsuch.toml"), r"no\nsuch.toml: there is no such file"),
@@ -278,7 +395,9 @@ def test_unknown_target_and_decimal_comma_get_hints() -> None:
         (("train", "sun2019"), "sun2019-curve or the path of a .csv file"),
     ],
 )
-def test_strange_input_is_refused_in_a_printable_sentence(arguments: tuple[str, ...], hint: str) -> None:
+def test_strange_input_is_refused_in_a_printable_sentence(
+    arguments: tuple[str, ...], hint: str
+) -> None:
     message = refusal(*arguments)
     assert hint in message
     assert message.isprintable()
@@ -291,8 +410,12 @@ def test_non_utf_8_file_name_is_accepted(tmp_path: Path) -> None:
         file_.write(examples.example("compact"))
     done = subprocess.run(
         [sys.executable, "-m", "planter", "sensitivity", path, "--out", tmp_path / "out"],
-        cwd=ROOT, capture_output=True, check=False,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        check=False,
+    )
     assert (done.returncode, done.stderr) == (0, b"")
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
-    assert r"w\udcff.toml: mass.sun_kg = -1.0" in refusal("validate", os.fsdecode(path), "--set", "sun_kg=-1")
+    assert r"w\udcff.toml: mass.sun_kg = -1.0" in refusal(
+        "validate", os.fsdecode(path), "--set", "sun_kg=-1"
+    )

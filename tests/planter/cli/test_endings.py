@@ -1,4 +1,6 @@
-"""How a call ends when it cannot end well: a signal at any time, standard output that takes nothing."""
+"""How a call ends when it cannot end well: a signal at any time, standard output that takes
+nothing.
+"""
 
 import json
 import os
@@ -40,10 +42,17 @@ def _hears_interrupts() -> None:
 def test_signal_during_imports_ends_in_a_single_line(number: signal.Signals, code: int) -> None:
     done = subprocess.run(
         [sys.executable, "-c", SLOW_IMPORT, "simulate", "wang2017", "--json", str(int(number))],
-        cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=_hears_interrupts,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=_hears_interrupts,
+    )
     assert (done.returncode, done.stderr) == (code, "planter: interrupted\n")
-    assert json.loads(done.stdout) == {"error": {"name": "Interrupted", "message": "interrupted"}, "partial": None}
+    assert json.loads(done.stdout) == {
+        "error": {"name": "Interrupted", "message": "interrupted"},
+        "partial": None,
+    }
 
 
 BETWEEN = """
@@ -68,8 +77,12 @@ cli.main()
 def test_signal_outside_a_command_is_reported(number: signal.Signals) -> None:
     done = subprocess.run(
         [sys.executable, "-c", BETWEEN, "--json", str(int(number))],
-        cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=_hears_interrupts,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=_hears_interrupts,
+    )
     assert (done.returncode, done.stderr) == (128 + number, "planter: interrupted\n")
     assert json.loads(done.stdout)["error"]["name"] == "Interrupted"
 
@@ -92,9 +105,13 @@ cli.main()
 )
 def test_signal_at_any_time_leaves_a_single_object(number: signal.Signals, delay: float) -> None:
     call = subprocess.Popen(
-        [sys.executable, "-c", BEGUN, *SIMULATE[3:]], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, preexec_fn=_hears_interrupts,
-    )  # fmt: skip
+        [sys.executable, "-c", BEGUN, *SIMULATE[3:]],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_hears_interrupts,
+    )
     assert call.stderr is not None
     assert call.stderr.readline() == "begun\n"
     time.sleep(delay)
@@ -108,11 +125,28 @@ def test_signal_at_any_time_leaves_a_single_object(number: signal.Signals, delay
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_interrupted_search_returns_best_design(number: signal.Signals, code: int, tmp_path: Path) -> None:
+def test_interrupted_search_returns_best_design(
+    number: signal.Signals, code: int, tmp_path: Path
+) -> None:
     search = subprocess.Popen(
-        [sys.executable, "-m", "planter", "optimise", "wang2017", "--method", "ga", "--json", "--out", str(tmp_path)],
-        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "planter",
+            "optimise",
+            "wang2017",
+            "--method",
+            "ga",
+            "--json",
+            "--out",
+            str(tmp_path),
+        ],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_hears_interrupts,
+    )
     assert search.stderr is not None
     while "generation 20 of 200" not in search.stderr.readline():  # steps before it may be reported
         assert search.poll() is None
@@ -127,21 +161,32 @@ def test_interrupted_search_returns_best_design(number: signal.Signals, code: in
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
-@pytest.mark.parametrize("arguments", [("simulate", "wang2017"), ("simulate", "wang2017", "--json"), ("--help",)])
+@pytest.mark.parametrize(
+    "arguments", [("simulate", "wang2017"), ("simulate", "wang2017", "--json"), ("--help",)]
+)
 def test_full_standard_output_is_reported_in_a_single_line(arguments: tuple[str, ...]) -> None:
     with open("/dev/full", "w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "planter", *arguments], cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True,
+            [sys.executable, "-m", "planter", *arguments],
+            cwd=ROOT,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
             check=False,
-        )  # fmt: skip
+        )
     assert done.returncode == 1
-    assert done.stderr == "planter: standard output: this cannot be written (No space left on device)\n"
+    assert (
+        done.stderr
+        == "planter: standard output: this cannot be written (No space left on device)\n"
+    )
 
 
 def test_closed_reader_is_not_an_error() -> None:
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(SIMULATE, cwd=ROOT, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(
+        SIMULATE, cwd=ROOT, stdout=write, stderr=subprocess.PIPE, text=True, check=False
+    )
     os.close(write)
     assert (done.returncode, done.stderr) == (1, "")
 
@@ -149,9 +194,12 @@ def test_closed_reader_is_not_an_error() -> None:
 @pytest.mark.long
 def test_a_terminal_of_ascii_gets_every_table() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "planter", "audit", "wang2017"], cwd=ROOT, capture_output=True, check=False,
+        [sys.executable, "-m", "planter", "audit", "wang2017"],
+        cwd=ROOT,
+        capture_output=True,
+        check=False,
         env={**os.environ, "PYTHONIOENCODING": "ascii"},
-    )  # fmt: skip
+    )
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.isascii()
 
@@ -170,17 +218,25 @@ with name_step("expanding minors"):
     defer_interrupt(call) if sys.argv.pop() == "deferred" else call()
 """
 GRACE_S = 2.0
-"""Largest time between a Ctrl-C and the end [s], on a machine that is not busy; it is given five times as much here."""
+"""Largest time between a Ctrl-C and the end [s], on a machine that is not busy; it is given five
+times as much here.
+"""
 
 
 @pytest.mark.parametrize("way", ["called", "deferred"])
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_call_of_compiled_code_ends_soon_after_a_signal(number: signal.Signals, code: int, way: str) -> None:
+def test_call_of_compiled_code_ends_soon_after_a_signal(
+    number: signal.Signals, code: int, way: str
+) -> None:
     """What takes long says what it does before."""
     call = subprocess.Popen(
-        [sys.executable, "-c", LONG_CALL, "--json", way], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, preexec_fn=_hears_interrupts,
-    )  # fmt: skip
+        [sys.executable, "-c", LONG_CALL, "--json", way],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=_hears_interrupts,
+    )
     assert call.stderr is not None
     assert "expanding minors" in call.stderr.readline()
     begin = time.monotonic()

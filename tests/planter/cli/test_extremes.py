@@ -1,4 +1,6 @@
-"""Numbers far beyond any machine's: an answer, or one sentence; never a warning of a library, never a traceback."""
+"""Numbers far beyond any machine's: an answer, or one sentence; never a warning of a library, never
+a traceback.
+"""
 
 import warnings
 from collections.abc import Callable, Mapping
@@ -41,7 +43,9 @@ def check_outcome(machine: str, path: str, value: float) -> None:
     """Asserts that a command ends with an answer, or with exit code 1 or 2 and one sentence."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        code, out, err = cli.run(*MACHINES[machine][1], machine, "--set", f"{path}={value!r}", "--json")
+        code, out, err = cli.run(
+            *MACHINES[machine][1], machine, "--set", f"{path}={value!r}", "--json"
+        )
     assert code in (0, 1, 2), (path, value, err)
     assert "Traceback" not in err
     assert "Infinity" not in out
@@ -53,7 +57,9 @@ def check_outcome(machine: str, path: str, value: float) -> None:
 @pytest.mark.parametrize("machine", MACHINES)
 def test_no_number_has_a_vanishing_square(machine: str) -> None:
     load, _ = MACHINES[machine]
-    assert [path for path in load(machine, {}).numbers() if not refuses(load, machine, path, 1e-308)] == []
+    assert [
+        path for path in load(machine, {}).numbers() if not refuses(load, machine, path, 1e-308)
+    ] == []
 
 
 def test_endless_cycle_speed_is_refused() -> None:

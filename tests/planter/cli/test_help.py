@@ -14,8 +14,15 @@ from planter.kernels import backends
 from tests.support.cli import answer, refusal, run
 
 TOPICS = {
-    "completion", "environment", "exit-codes", "json", "machine-files", "output-files", "own-mechanisms", "units",
-}  # fmt: skip
+    "completion",
+    "environment",
+    "exit-codes",
+    "json",
+    "machine-files",
+    "output-files",
+    "own-mechanisms",
+    "units",
+}
 
 
 def commands(text: str) -> set[str]:
@@ -38,7 +45,11 @@ def test_unknown_topic_is_refused_with_suggestion() -> None:
 
 def test_commands_in_topics_exist() -> None:
     command_names = commands(
-        "\n".join(f"    planter {line.split()[0]}" for line in run("--help")[1].splitlines() if line[2:3].isalpha())
+        "\n".join(
+            f"    planter {line.split()[0]}"
+            for line in run("--help")[1].splitlines()
+            if line[2:3].isalpha()
+        )
     )
     for topic in TOPICS:
         assert commands(answer("help", topic)["text"]) <= command_names
@@ -50,7 +61,11 @@ def test_summaries_of_commands_are_whole_sentences(group: tuple[str, ...]) -> No
     lines = run(*group, "--help")[1].partition("Commands:\n")[2].splitlines()
     summaries = dict(line.split(maxsplit=1) for line in lines if line)
     assert len(summaries) == len(lines) > 2
-    assert not {name: text for name, text in summaries.items() if not text.endswith(".") or text.endswith("...")}
+    assert not {
+        name: text
+        for name, text in summaries.items()
+        if not text.endswith(".") or text.endswith("...")
+    }
 
 
 def test_variables_on_page_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,9 +75,20 @@ def test_variables_on_page_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_shell_completion_continues_words() -> None:
-    variables = {"_PLANTER_COMPLETE": "complete_bash", "COMP_WORDS": "planter simu", "COMP_CWORD": "1"}
+    variables = {
+        "_PLANTER_COMPLETE": "complete_bash",
+        "COMP_WORDS": "planter simu",
+        "COMP_CWORD": "1",
+    }
     done = subprocess.run(
-        [sys.executable, "-c", "import sys; sys.argv[0] = 'planter'; from planter.cli import main; main()"],
-        env=os.environ | variables, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-c",
+            "import sys; sys.argv[0] = 'planter'; from planter.cli import main; main()",
+        ],
+        env=os.environ | variables,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.split() == ["simulate"]

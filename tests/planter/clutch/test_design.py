@@ -25,7 +25,8 @@ def sizes(**changes: float) -> dict:
 
 
 @pytest.mark.parametrize(
-    "changes", [{}, {"flat_to_flat_mm": 26, "space_radius_mm": 30}, {"wanted_travel_mm": 3}, {"wall_mm": 3}]
+    "changes",
+    [{}, {"flat_to_flat_mm": 26, "space_radius_mm": 30}, {"wanted_travel_mm": 3}, {"wall_mm": 3}],
 )
 def test_least_sizes_hold_every_inequality_of_the_clutch(changes):
     sizing = sizes(**changes)
@@ -49,11 +50,16 @@ def test_sizes_are_those_of_the_laws():
 
 
 def test_a_smaller_hexagon_would_not_do():
-    """Shrinking the hexagon at the same travel leaves less than the wall outside the tooth roots."""
+    """Shrinking the hexagon at the same travel leaves less than the wall outside the tooth
+    roots.
+    """
     clutch = file.load_clutch("shi2021")
     values = compute_sizes(clutch)
     side = 0.99 * values["a"]
-    outline, apothem = side * math.sqrt(3) / (2 * math.sin(math.radians(72))), side * math.sqrt(3) / 2
+    outline, apothem = (
+        side * math.sqrt(3) / (2 * math.sin(math.radians(72))),
+        side * math.sqrt(3) / 2,
+    )
     thin_end = outline - values["d"] * (outline - apothem) / values["c"]
     assert thin_end < values["b2"] + 0.001
     assert sizes().sizes.hexagon_side_mm == pytest.approx(values["a"] * 1e3, rel=1e-14)
@@ -61,8 +67,12 @@ def test_a_smaller_hexagon_would_not_do():
 
 def test_the_linkage_makes_the_travel_in_the_lift():
     linkage_sizes = sizes().linkage
-    linkage = CrankLinkage(linkage_sizes.crank_mm * 1e-3, linkage_sizes.rod_mm * 1e-3, linkage_sizes.distance_mm * 1e-3)
-    assert np.degrees(linkage.rotation(0.0042)) == pytest.approx(linkage_sizes.crank_rotation_deg, abs=1e-9)
+    linkage = CrankLinkage(
+        linkage_sizes.crank_mm * 1e-3, linkage_sizes.rod_mm * 1e-3, linkage_sizes.distance_mm * 1e-3
+    )
+    assert np.degrees(linkage.rotation(0.0042)) == pytest.approx(
+        linkage_sizes.crank_rotation_deg, abs=1e-9
+    )
     assert linkage_sizes.crank_rotation_deg == pytest.approx((10 - 5) * 46 / 14, rel=1e-12)
 
 

@@ -23,7 +23,10 @@ def runs_of(codes: np.ndarray, *responses: np.ndarray) -> Trial:
     for index, column in enumerate(codes.T):
         levels, inverse = np.unique(column, return_inverse=True)
         factors.append(Factor(f"F{index}", tuple(int(level) for level in levels), inverse))
-    measured = (FieldResponse(f"Y{i}", np.asarray(values, dtype=float)) for i, values in enumerate(responses, 1))
+    measured = (
+        FieldResponse(f"Y{i}", np.asarray(values, dtype=float))
+        for i, values in enumerate(responses, 1)
+    )
     return Trial("test", tuple(factors), tuple(measured))
 
 
@@ -40,7 +43,9 @@ def l18() -> Trial:
 
 
 def l27() -> Trial:
-    return runs_of(np.vstack([build_array("L27").codes[:, [0, 1, 4, 8]]] * 2), rng().normal(-5, 3, 54))
+    return runs_of(
+        np.vstack([build_array("L27").codes[:, [0, 1, 4, 8]]] * 2), rng().normal(-5, 3, 54)
+    )
 
 
 def unbalanced() -> Trial:
@@ -69,10 +74,15 @@ def frame(experiment: Trial, response: FieldResponse):  # type: ignore[no-untype
 
 
 def by_formula(experiment: Trial, response: FieldResponse, typ: int):  # type: ignore[no-untyped-def]
-    """Analysis of variance as statsmodels writes it: {factor: (ss, df, F, p)}, residual (ss, df)."""
+    """Analysis of variance as statsmodels writes it: {factor: (ss, df, F, p)}, residual (ss,
+    df).
+    """
     fit = (
         pytest.importorskip("statsmodels.formula.api")
-        .ols("y ~ " + " + ".join(f"C({f.name}, Sum)" for f in experiment.factors), frame(experiment, response))
+        .ols(
+            "y ~ " + " + ".join(f"C({f.name}, Sum)" for f in experiment.factors),
+            frame(experiment, response),
+        )
         .fit()
     )
     table = pytest.importorskip("statsmodels.stats.anova").anova_lm(fit, typ=typ)
@@ -87,9 +97,9 @@ def assert_same(experiment: Trial, typ: int) -> None:
         table_rows = model.anova(response)
         other, residual, _ = by_formula(experiment, response, typ)
         for name, row in other.items():
-            assert [getattr(table_rows[name], key) for key in ("ss", "df", "F", "p")] == pytest.approx(
-                row, rel=1e-8, abs=1e-13
-            )
+            assert [
+                getattr(table_rows[name], key) for key in ("ss", "df", "F", "p")
+            ] == pytest.approx(row, rel=1e-8, abs=1e-13)
         assert (table_rows["error"].ss, table_rows["error"].df) == pytest.approx(residual, rel=1e-9)
 
 
@@ -102,7 +112,9 @@ def test_orthogonal_sums_of_squares_add_up_to_total(make) -> None:  # type: igno
         parts = [row for name, row in table.items() if name != "total"]
         assert sum(row.ss for row in parts) == pytest.approx(table["total"].ss, rel=1e-12)
         assert sum(row.df for row in parts) == table["total"].df == experiment.runs - 1
-        assert table["total"].ss == pytest.approx(experiment.runs * np.var(response.values), rel=1e-12)
+        assert table["total"].ss == pytest.approx(
+            experiment.runs * np.var(response.values), rel=1e-12
+        )
 
 
 def test_unbalanced_sums_of_squares_do_not_add_up() -> None:
@@ -117,7 +129,10 @@ def test_the_order_of_the_runs_does_not_matter(make) -> None:  # type: ignore[no
     experiment = make()
     other = changed(experiment, lambda y: y, rng().permutation(experiment.runs))
     for first, second in zip(experiment.responses, other.responses, strict=True):
-        table_rows, theirs = MainEffectsModel(experiment).anova(first), MainEffectsModel(other).anova(second)
+        table_rows, theirs = (
+            MainEffectsModel(experiment).anova(first),
+            MainEffectsModel(other).anova(second),
+        )
         for name, row in table_rows.items():
             assert theirs[name].table() == pytest.approx(row.table(), rel=1e-9, abs=1e-13)
         assert MainEffectsModel(other).effects(second).predict() == pytest.approx(
@@ -135,7 +150,9 @@ def test_shift_and_scale_of_the_response(make, shift: float, scale: float) -> No
         table_rows, theirs = model.anova(first), model.anova(second)
         for name in (f.name for f in experiment.factors):
             assert theirs[name].ss == pytest.approx(scale**2 * table_rows[name].ss, rel=1e-7, abs=0)
-            assert (theirs[name].F, theirs[name].p) == pytest.approx((table_rows[name].F, table_rows[name].p), rel=1e-7)
+            assert (theirs[name].F, theirs[name].p) == pytest.approx(
+                (table_rows[name].F, table_rows[name].p), rel=1e-7
+            )
         expected = scale * model.effects(first).predict() + shift * abs(scale)
         assert model.effects(second).predict() == pytest.approx(expected, rel=1e-9, abs=0)
 
@@ -159,7 +176,10 @@ def test_projections_give_the_same(make) -> None:  # type: ignore[no-untyped-def
     experiment = make()
 
     def projected(factors, y):  # type: ignore[no-untyped-def]
-        columns = [np.ones((experiment.runs, 1)), *(np.eye(len(f.levels))[f.codes] for f in factors)]
+        columns = [
+            np.ones((experiment.runs, 1)),
+            *(np.eye(len(f.levels))[f.codes] for f in factors),
+        ]
         x = np.hstack(columns)
         return x @ np.linalg.pinv(x) @ y
 
@@ -196,7 +216,9 @@ def test_predictions_are_those_of_the_formula_interface(make) -> None:  # type: 
         *_, fit = by_formula(experiment, response, 2)
         rows = {f.name: [c[i] for c in combinations] for i, f in enumerate(experiment.factors)}
         table_rows = [row.means[response.name] for row in result.prediction]
-        assert table_rows == pytest.approx(fit.predict(pandas.DataFrame(rows)).to_numpy(), rel=1e-9, abs=1e-11)
+        assert table_rows == pytest.approx(
+            fit.predict(pandas.DataFrame(rows)).to_numpy(), rel=1e-9, abs=1e-11
+        )
 
 
 LONGLEY = """\
@@ -220,11 +242,20 @@ LONGLEY = """\
 
 
 def test_least_squares_reproduce_certified_values_of_nist() -> None:
-    """Longley's data, of a condition number of 5e9, from the Statistical Reference Datasets of NIST."""
+    """Longley's data, of a condition number of 5e9, from the Statistical Reference Datasets of
+    NIST.
+    """
     table = np.array([row.split() for row in LONGLEY.splitlines()], dtype=float)
     fit = fit_least_squares(table[:, 0], np.column_stack([np.ones(16), table[:, 1:]]))
-    certified = (-3482258.63459582, 15.0618722713733, -0.358191792925910e-01, -2.02022980381683, -1.03322686717359,
-                 -0.511041056535807e-01, 1829.15146461355)  # fmt: skip
+    certified = (
+        -3482258.63459582,
+        15.0618722713733,
+        -0.358191792925910e-01,
+        -2.02022980381683,
+        -1.03322686717359,
+        -0.511041056535807e-01,
+        1829.15146461355,
+    )
     assert fit.parameters == pytest.approx(certified, rel=1e-7)
     assert fit.residual_squares == pytest.approx(836424.055505915, rel=1e-9)
     table[0, 1] += 0.1
@@ -234,9 +265,36 @@ def test_least_squares_reproduce_certified_values_of_nist() -> None:
 
 def test_variances_of_a_textbook_example() -> None:
     """Etch rates at four powers: Montgomery, Design and Analysis of Experiments, chapter 3."""
-    y = np.array([575, 542, 530, 539, 570, 565, 593, 590, 579, 610, 600, 651, 610, 637, 629, 725, 700, 715, 685, 710.0])
-    table = MainEffectsModel(runs_of(np.repeat(np.arange(4), 5)[:, None], y)).anova(FieldResponse("Y", y))
-    assert [table[key].ss for key in ("F0", "error", "total")] == pytest.approx([66870.55, 5339.20, 72209.75])
+    y = np.array(
+        [
+            575,
+            542,
+            530,
+            539,
+            570,
+            565,
+            593,
+            590,
+            579,
+            610,
+            600,
+            651,
+            610,
+            637,
+            629,
+            725,
+            700,
+            715,
+            685,
+            710.0,
+        ]
+    )
+    table = MainEffectsModel(runs_of(np.repeat(np.arange(4), 5)[:, None], y)).anova(
+        FieldResponse("Y", y)
+    )
+    assert [table[key].ss for key in ("F0", "error", "total")] == pytest.approx(
+        [66870.55, 5339.20, 72209.75]
+    )
     assert [table[key].df for key in ("F0", "error", "total")] == [3, 16, 19]
     assert pytest.approx(66.80, abs=0.005) == table["F0"].F
 
@@ -259,7 +317,10 @@ def test_best_levels_agree_with_exhaustive_search() -> None:
         assert result.best[name] == min(result.prediction, key=score).levels
 
     def mean_rank(row: Predicted) -> int:
-        return sum(sum(score(other) < score(row) for other in result.prediction) for score in scores.values())
+        return sum(
+            sum(score(other) < score(row) for other in result.prediction)
+            for score in scores.values()
+        )
 
     assert result.best["both"] == min(result.prediction, key=mean_rank).levels
 
@@ -270,7 +331,9 @@ def test_ties_select_the_first_level_in_any_run_order() -> None:
     random = rng()
     for _ in range(20):
         experiment = changed(runs_of(codes, y), lambda v: v, random.permutation(9))
-        assert field.evaluate_trial(experiment, requested={"Y1": ResponseGoal.parse("0")}).result.best["Y1"] == [1, 0]
+        assert field.evaluate_trial(
+            experiment, requested={"Y1": ResponseGoal.parse("0")}
+        ).result.best["Y1"] == [1, 0]
 
 
 def test_unbalanced_design_has_type_ii_squares_and_no_ranges() -> None:
@@ -310,7 +373,9 @@ def test_responses_without_any_error_have_no_test() -> None:
 
 def test_fewer_runs_than_effects_are_counted() -> None:
     codes = build_array("L9").codes[:6]
-    with pytest.raises(InputError, match=r"6 runs for 8 effects \(the mean, 1 of F0, 2 of F1, 2 of F2, 2 of F3\)"):
+    with pytest.raises(
+        InputError, match=r"6 runs for 8 effects \(the mean, 1 of F0, 2 of F1, 2 of F2, 2 of F3\)"
+    ):
         MainEffectsModel(runs_of(codes, np.arange(6.0)))
     assert MainEffectsModel(runs_of(build_array("L9").codes, np.arange(9.0))).freedom == 0
 
@@ -334,7 +399,9 @@ def test_long_lists_of_predictions_are_left_out_loudly(
     monkeypatch.setattr(field, "LISTED", listed)
     monkeypatch.setattr(field, "SEARCHED", searched)
     experiment = runs_of(build_array("L18").codes[:, :3], rng().normal(0, 1, 18))
-    result = field.evaluate_trial(experiment, requested={"Y1": ResponseGoal.parse("smaller")}).result
+    result = field.evaluate_trial(
+        experiment, requested={"Y1": ResponseGoal.parse("smaller")}
+    ).result
     assert len(result.prediction) == (18 if listed >= 18 else 0)
     assert (result.best is None) == (searched < 18)
     assert any("of 18 combinations" in warning for warning in result.warnings) == (listed < 18)
@@ -344,5 +411,7 @@ def test_long_lists_of_predictions_are_left_out_loudly(
 def test_blank_column_with_effects_is_reported(good: bool) -> None:
     pairs = list(itertools.product((0, 1, 2), repeat=2))
     rows = [f"{a},{b},{(a + b) % 3 if good else a},{a + 2 * b + 0.1 * a * b}" for a, b in pairs]
-    result = field.evaluate_trial(trial.read_trial("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result
+    result = field.evaluate_trial(
+        trial.read_trial("\n".join(["A,B,blank,Y", *rows]), "x.csv")
+    ).result
     assert any("blank column blank" in warning for warning in result.warnings) != good

@@ -26,10 +26,14 @@ def test_raw_measurements_give_the_same_p() -> None:
     for sizes in itertools.product((2, 5, 30), repeat=2):
         a, b = random.normal(0, 1, sizes[0]), random.normal(1, 3, sizes[1])
         raw = stats.ttest_ind(a, b, equal_var=False).pvalue
-        assert analysis.welch_probability(sample_of(a, "a"), sample_of(b, "b")) == pytest.approx(raw, rel=1e-9)
+        assert analysis.welch_probability(sample_of(a, "a"), sample_of(b, "b")) == pytest.approx(
+            raw, rel=1e-9
+        )
         if sizes[0] != sizes[1]:
             pooled = stats.ttest_ind(a, b, equal_var=True).pvalue
-            assert analysis.welch_probability(sample_of(a, "a"), sample_of(b, "b")) != pytest.approx(pooled, rel=1e-3)
+            assert analysis.welch_probability(
+                sample_of(a, "a"), sample_of(b, "b")
+            ) != pytest.approx(pooled, rel=1e-3)
 
 
 def test_welch_by_hand() -> None:
@@ -44,7 +48,9 @@ def test_unit_and_order_of_clutches_do_not_matter_to_p() -> None:
     p = analysis.welch_probability(NEW, OLD)
     assert analysis.welch_probability(OLD, NEW) == pytest.approx(p, rel=1e-12)
     assert analysis.welch_probability(*scaled) == pytest.approx(p, rel=1e-9)
-    assert analysis.welch_probability(replace(NEW, mean=OLD.mean), OLD) == pytest.approx(1, abs=1e-12)
+    assert analysis.welch_probability(replace(NEW, mean=OLD.mean), OLD) == pytest.approx(
+        1, abs=1e-12
+    )
 
 
 def test_holm_by_hand_and_pairs_in_their_order() -> None:
@@ -62,7 +68,9 @@ def test_holm_by_hand_and_pairs_in_their_order() -> None:
 def test_holm_agrees_with_statsmodels(count: int) -> None:
     probabilities = np.random.default_rng(count).beta(0.5, 3.0, count)
     reference = pytest.importorskip("statsmodels.stats.multitest").multipletests
-    assert analysis.adjust_by_holm([*probabilities]) == pytest.approx(reference(probabilities, method="holm")[1])
+    assert analysis.adjust_by_holm([*probabilities]) == pytest.approx(
+        reference(probabilities, method="holm")[1]
+    )
     if count > 1:
         other = reference(probabilities, method="bonferroni")[1]
         assert analysis.adjust_by_holm([*probabilities]) != pytest.approx(other)
@@ -79,13 +87,18 @@ def test_undefined_comparisons_are_null() -> None:
     assert comparison.p_value is comparison.p_holm is comparison.reduction_percent is None
     (comparison,), _ = analysis.compare_samples([still[0], OLD])
     assert 0 < comparison.p_value < 1
-    (comparison,), _ = analysis.compare_samples([replace(NEW, mean=1e100), replace(OLD, mean=1e-300)])
+    (comparison,), _ = analysis.compare_samples(
+        [replace(NEW, mean=1e100), replace(OLD, mean=1e-300)]
+    )
     assert comparison.reduction_percent is None
     assert analysis.compare_samples([NEW, replace(OLD, measure="Y2")]) == ([], [])
 
 
 BAD = {
-    "other columns": ("clutch,speed,measure,mean,sd,n\na,1,Y1,1,1,5\n", "the header .clutch,speed,measure"),
+    "other columns": (
+        "clutch,speed,measure,mean,sd,n\na,1,Y1,1,1,5\n",
+        "the header .clutch,speed,measure",
+    ),
     "negative": (HEAD + "a,1,Y1,1,-1,5\nb,1,Y1,1,1,5\n", "line 2, column sd: -1:"),
     "one measurement": (HEAD + "a,1,Y1,1,1,5\nb,1,Y1,1,1,1\n", "line 3, column n: 1:"),
     "half a measurement": (HEAD + "a,1,Y1,1,1,2.5\n", "column n: 2.5:"),

@@ -26,7 +26,9 @@ run, answer, refusal = below("clutch")
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
-    return list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
+    return list(
+        csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#"))
+    )
 
 
 def test_field_has_the_keys_of_the_contract() -> None:
@@ -37,7 +39,10 @@ def test_field_has_the_keys_of_the_contract() -> None:
     assert result["anova"]["Y1"]["A"].keys() == {"ss", "df", "ms", "F", "p"}
     assert list(result["anova"]["Y2"]) == ["A", "B", "C", "error", "total"]
     assert [row.keys() for row in result["prediction"]] == [{"levels", "Y1", "Y2"}] * 27
-    assert all(row.keys() >= {"speed_m_s", "measure", "reduction_percent", "p_value"} for row in result["comparison"])
+    assert all(
+        row.keys() >= {"speed_m_s", "measure", "reduction_percent", "p_value"}
+        for row in result["comparison"]
+    )
     assert len(result["comparison"]) == 6
 
 
@@ -48,14 +53,23 @@ def test_user_file_needs_statistics_for_comparison(tmp_path: Path) -> None:
     user_result, paper = answer("field", str(path), *GOALS), answer("field")
     assert user_result["comparison"] == user_result["other_comparisons"] == []
     assert user_result["anova"] == paper["anova"]
-    assert answer("field", str(path), *GOALS, "--comparison", str(statistics))["comparison"] == paper["comparison"]
-    assert answer("field", str(path), *GOALS, "--comparison", "shi2021-comparison")["comparison"] == paper["comparison"]
+    assert (
+        answer("field", str(path), *GOALS, "--comparison", str(statistics))["comparison"]
+        == paper["comparison"]
+    )
+    assert (
+        answer("field", str(path), *GOALS, "--comparison", "shi2021-comparison")["comparison"]
+        == paper["comparison"]
+    )
 
 
 def test_tables_for_a_person_and_notes_for_an_unbalanced_design(tmp_path: Path) -> None:
     code, out, _ = run("field")
     assert code == 0
-    assert all(text in out for text in ("Range analysis", "183.828", "**", "reuleaux against jaw", "82.3529"))
+    assert all(
+        text in out
+        for text in ("Range analysis", "183.828", "**", "reuleaux against jaw", "82.3529")
+    )
     factor_20_degrees = r"axial angle \(A\) / ° +20 +3\.26667"  # level 3 by its value
     assert re.search(factor_20_degrees, out)
     path = tmp_path / "rest.csv"
@@ -83,7 +97,16 @@ def test_bad_calls_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_plan_is_printed_and_written(tmp_path: Path) -> None:
-    arguments = ("plan", "L9", "--factor", "angle_deg=10,15,20", "--factor", "k=0.3,0.4,0.5", "--seed", "4")
+    arguments = (
+        "plan",
+        "L9",
+        "--factor",
+        "angle_deg=10,15,20",
+        "--factor",
+        "k=0.3,0.4,0.5",
+        "--seed",
+        "4",
+    )
     code, out, _ = run(*arguments, "--out", str(tmp_path))
     assert code == 0
     assert (tmp_path / "plan.csv").read_text() == out
@@ -110,10 +133,15 @@ def test_files_hold_the_result(folder: Path) -> None:
     assert float(anova["Y2", "B"]["F"]) == result.anova["Y2"]["B"].F
     assert anova["Y1", "total"]["F"] == anova["Y1", "error"]["p"] == ""
     predicted = [
-        [float(row[name]) for name in ("A", "B", "C", "Y1", "Y2")] for row in rows_of(folder / "prediction.csv")
+        [float(row[name]) for name in ("A", "B", "C", "Y1", "Y2")]
+        for row in rows_of(folder / "prediction.csv")
     ]
-    assert predicted == [[*row.levels, row.means["Y1"], row.means["Y2"]] for row in result.prediction]
-    assert [float(row["k"]) for row in rows_of(folder / "range.csv")][:3] == result.range["Y1"]["A"].k
+    assert predicted == [
+        [*row.levels, row.means["Y1"], row.means["Y2"]] for row in result.prediction
+    ]
+    assert [float(row["k"]) for row in rows_of(folder / "range.csv")][:3] == result.range["Y1"][
+        "A"
+    ].k
     assert len(rows_of(folder / "comparison.csv")) == 10
 
 
@@ -130,7 +158,9 @@ def test_the_page_is_whole_and_every_figure_is_there(folder: Path) -> None:
 def test_other_data_have_another_hash() -> None:
     text = examples.example("shi2021-field")
     first, same, other = (
-        presentation.present_field_test(evaluation.evaluate_trial(trial.read_trial(t, "x.csv"))).summary()
+        presentation.present_field_test(
+            evaluation.evaluate_trial(trial.read_trial(t, "x.csv"))
+        ).summary()
         for t in (text, "# a comment\n" + text, text.replace("12.2", "12.3"))
     )
     first, same, other = (summary["provenance"]["data_sha256"] for summary in (first, same, other))
@@ -138,13 +168,28 @@ def test_other_data_have_another_hash() -> None:
 
 
 def test_names_of_any_kind_are_drawn_and_escaped(tmp_path: Path) -> None:
-    text = "# factor a$b: cost / $ = 1, 3\n# response Y$: <b> & $\n" + '"a$b",B,D,Y$,Y/2\n' + "".join(
-        f"{i % 2},{'lo<w' if i // 2 % 2 else '$'},{i // 4 % 2},{i * i + 0.5 * (i % 3)},{-i}\n" for i in range(8)
-    )  # fmt: skip
+    text = (
+        "# factor a$b: cost / $ = 1, 3\n# response Y$: <b> & $\n"
+        + '"a$b",B,D,Y$,Y/2\n'
+        + "".join(
+            f"{i % 2},{'lo<w' if i // 2 % 2 else '$'},{i // 4 % 2},{i * i + 0.5 * (i % 3)},{-i}\n"
+            for i in range(8)
+        )
+    )
     path = tmp_path / "odd.csv"
     path.write_text(text)
     assert (
-        run("field", str(path), "--out", str(tmp_path / "out"), "--goal", "Y$=larger", "--goal", "Y/2=smaller")[0] == 0
+        run(
+            "field",
+            str(path),
+            "--out",
+            str(tmp_path / "out"),
+            "--goal",
+            "Y$=larger",
+            "--goal",
+            "Y/2=smaller",
+        )[0]
+        == 0
     )
     report = (tmp_path / "out" / "report.html").read_text()
     ElementTree.fromstring(report.replace("<!DOCTYPE html>", ""))
@@ -158,8 +203,12 @@ def test_surfaces_pass_through_the_prediction_at_every_level() -> None:
         effects = MainEffectsModel(surfaces.trial).effects(response)
         for factor, level in zip(surfaces.trial.factors, effects.levels, strict=True):
             knots = np.array(factor.scale)
-            assert presentation.interpolate_effect(knots, level, knots) == pytest.approx(level, abs=1e-12)
-            middle = presentation.interpolate_effect(knots, level, np.array([(knots[0] + knots[1]) / 2]))
+            assert presentation.interpolate_effect(knots, level, knots) == pytest.approx(
+                level, abs=1e-12
+            )
+            middle = presentation.interpolate_effect(
+                knots, level, np.array([(knots[0] + knots[1]) / 2])
+            )
             parabola = np.polyval(np.polyfit(knots, level, 2), (knots[0] + knots[1]) / 2)
             assert middle == pytest.approx(parabola, abs=1e-10)
     many = np.array([0.0, 1.0, 0.0, 0.5, 5.0])
@@ -170,4 +219,9 @@ def test_surfaces_pass_through_the_prediction_at_every_level() -> None:
 def test_command_line_defers_heavy_imports() -> None:
     heavy = "('matplotlib', 'scipy')"
     code = f"import sys, planter.cli; print([name for name in {heavy} if name in sys.modules])"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout
+        == "[]\n"
+    )

@@ -1,4 +1,6 @@
-"""The field test of Shi et al. 2021: every printed number of its tables 2 to 4 that follows from what it discloses."""
+"""The field test of Shi et al. 2021: every printed number of its tables 2 to 4 that follows from
+what it discloses.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,11 @@ from planter.clutch.field import NEAREST_ZERO, evaluate_field
 from planter.clutch.results import FieldTest
 
 RANGE = {
-    "Y1": {"A": ("9.8", "6.3", "3.3", "6.5"), "B": ("5.3", "6.5", "7.6", "2.3"), "C": ("5.2", "6.3", "7.9", "2.7")},
+    "Y1": {
+        "A": ("9.8", "6.3", "3.3", "6.5"),
+        "B": ("5.3", "6.5", "7.6", "2.3"),
+        "C": ("5.2", "6.3", "7.9", "2.7"),
+    },
     "Y2": {
         "A": ("-4.8", "-2.5", "0.1", "4.9"),
         "B": ("0.8", "-5.9", "-2.1", "6.8"),
@@ -76,7 +82,11 @@ def test_analysis_of_variance_is_as_printed() -> None:
             row = result().anova[response][source]
             values = [getattr(row, key) for key in ("ss", "ms", "F", "p") if hasattr(row, key)]
             assert row.df == (8 if source == "total" else 2)
-            assert all(printed_as(v, t) for v, t in zip(values, texts, strict=True)), (response, source, values)
+            assert all(printed_as(v, t) for v, t in zip(values, texts, strict=True)), (
+                response,
+                source,
+                values,
+            )
 
 
 def test_printed_ratios_are_not_of_rounded_mean_squares() -> None:
@@ -100,7 +110,11 @@ def test_only_engagement_lag_is_significantly_reduced() -> None:
     assert compared("Y1", 2.0).p_holm < 0.05
     assert compared("Y2", 1.5).p_value > 0.5
     assert compared("Y2", 2.0).reduction_percent < 0
-    seeding = [r for r in result().comparison + result().other_comparisons if r.measure == "qualified_percent"]
+    seeding = [
+        r
+        for r in result().comparison + result().other_comparisons
+        if r.measure == "qualified_percent"
+    ]
     assert len(seeding) == 6
     assert min(r.p_value for r in seeding) > 0.3
 
@@ -110,6 +124,8 @@ def test_a_changed_run_is_noticed(tmp_path) -> None:  # type: ignore[no-untyped-
 
     path = tmp_path / "changed.csv"
     path.write_text(examples.example("shi2021-field").replace("5,2,2,3,1,7.7", "5,2,2,3,1,7.8"))
-    evaluation = evaluate_field(str(path), requested=dict.fromkeys(("Y1", "Y2"), NEAREST_ZERO)).result
+    evaluation = evaluate_field(
+        str(path), requested=dict.fromkeys(("Y1", "Y2"), NEAREST_ZERO)
+    ).result
     assert evaluation.comparison == []
     assert not printed_as(evaluation.anova["Y1"]["A"].F, "183.83")

@@ -23,9 +23,13 @@ PRINTED_L9 = "1111 1222 1333 2123 2231 2312 3132 3213 3321"  # shi2021, table 2
 
 
 def strength_two(codes: np.ndarray) -> bool:
-    """Whether every pair of columns holds every pair of its levels equally often, counted one by one."""
+    """Whether every pair of columns holds every pair of its levels equally often, counted one by
+    one.
+    """
     for a, b in itertools.combinations(codes.T.tolist(), 2):
-        counts = [list(zip(a, b, strict=True)).count(pair) for pair in itertools.product(set(a), set(b))]
+        counts = [
+            list(zip(a, b, strict=True)).count(pair) for pair in itertools.product(set(a), set(b))
+        ]
         if len(set(counts)) != 1:
             return False
     return True
@@ -49,7 +53,9 @@ def test_the_paper_took_the_l9_as_it_stands() -> None:
 
 @pytest.mark.parametrize(("name", "factors"), [("L8", 4), ("L27", 4)])
 def test_first_factors_are_free_of_two_factor_interactions(name: str, factors: int) -> None:
-    """Any three of the columns that factors take first hold all triples equally often (strength three)."""
+    """Any three of the columns that factors take first hold all triples equally often (strength
+    three).
+    """
     array = plans.build_array(name)
     for three in itertools.combinations(array.order[:factors], 3):
         _, counts = np.unique(array.codes[:, three], axis=0, return_counts=True)
@@ -61,7 +67,9 @@ def filled(plan: plans.FieldPlan, random: np.random.Generator) -> str:
     """A plan with numbers in its empty response."""
     lines = plan.text.splitlines()
     start = next(i for i, line in enumerate(lines) if not line.startswith("#"))
-    return "\n".join([*lines[: start + 1], *(f"{line}{random.normal():.6f}" for line in lines[start + 1 :])])
+    return "\n".join(
+        [*lines[: start + 1], *(f"{line}{random.normal():.6f}" for line in lines[start + 1 :])]
+    )
 
 
 @pytest.mark.parametrize("name", plans.NAMES)
@@ -105,18 +113,26 @@ def test_without_factors_letters_fill_the_array() -> None:
 
 
 def test_factors_find_columns_of_their_number_of_levels() -> None:
-    planned = plans.plan_field("L18", [FactorSpec("speed", ("1", "2", "3")), FactorSpec("gear", ("a", "b"))])
+    planned = plans.plan_field(
+        "L18", [FactorSpec("speed", ("1", "2", "3")), FactorSpec("gear", ("a", "b"))]
+    )
     assert planned.columns["gear"] == ["a"] * 9 + ["b"] * 9
     assert planned.columns["speed"] == ["1", "1", "1", "2", "2", "2", "3", "3", "3"] * 2
 
 
 BAD = {
-    "name": (lambda: plans.plan_field("L10"), "L10: there is no plan of that name, it must be one of L4, L8, L9"),
+    "name": (
+        lambda: plans.plan_field("L10"),
+        "L10: there is no plan of that name, it must be one of L4, L8, L9",
+    ),
     "levels": (
         lambda: plans.plan_field("L9", [FactorSpec.parse("A=1,2")]),
         "--factor A finds no column in L9, .* 4 columns of 3",
     ),
-    "too many": (lambda: plans.plan_field("L4", [FactorSpec(n) for n in "ABCD"]), "--factor D finds no column in L4"),
+    "too many": (
+        lambda: plans.plan_field("L4", [FactorSpec(n) for n in "ABCD"]),
+        "--factor D finds no column in L4",
+    ),
     "second of two": (
         lambda: plans.plan_field("L18", [FactorSpec.parse("A=1,2"), FactorSpec.parse("B=1,2")]),
         "--factor B finds no column in L18, which has 1 column of 2 levels and 7 columns of 3",
@@ -128,7 +144,10 @@ BAD = {
     "not finite": (lambda: FactorSpec.parse("A=1,inf,3"), "all finite numbers or all words"),
     "no name": (lambda: FactorSpec.parse("=1,2,3"), "must be NAME or NAME=LEVEL"),
     "a comma": (lambda: FactorSpec.parse("A,B"), "must be NAME or NAME=LEVEL"),
-    "twice": (lambda: plans.plan_field("L9", [FactorSpec("A"), FactorSpec("A")]), "A is given twice"),
+    "twice": (
+        lambda: plans.plan_field("L9", [FactorSpec("A"), FactorSpec("A")]),
+        "A is given twice",
+    ),
     "a response": (
         lambda: plans.plan_field("L9", [FactorSpec("Y2")]),
         "--factor Y2: .* read back as a response",

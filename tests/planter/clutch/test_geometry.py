@@ -1,4 +1,6 @@
-"""Polygon in its hexagon: generated functions against poses placed by hand, closed forms, laws and the print."""
+"""Polygon in its hexagon: generated functions against poses placed by hand, closed forms, laws and
+the print.
+"""
 
 import math
 
@@ -21,7 +23,8 @@ def unit(angle):
 
 
 def posed(vertices: int, sides: int, theta: float) -> dict[str, np.ndarray]:
-    """A rigid polygon of width 1, turned so that AC points theta below x, shifted until A and B are on their sides.
+    """A rigid polygon of width 1, turned so that AC points theta below x, shifted until A and B are
+    on their sides.
 
     Only the corners of a regular polygon and two linear equations: no formula of the derivation.
     """
@@ -47,7 +50,9 @@ def test_vertex_path_agrees_with_poses_and_ellipse(vertices, sides):
         assert np.abs(placed - [path[f"x_{name}"], path[f"y_{name}"]]).max() < 1e-12
     direction, across = unit(oval["axis"]), unit(oval["axis"] + np.pi / 2)
     from_centre = np.array([pose["C"] for pose in poses]) - [oval["x_E"], oval["y_E"]]
-    on_ellipse = (from_centre @ direction / oval["s_1"]) ** 2 + (from_centre @ across / oval["s_2"]) ** 2
+    on_ellipse = (from_centre @ direction / oval["s_1"]) ** 2 + (
+        from_centre @ across / oval["s_2"]
+    ) ** 2
     assert np.abs(on_ellipse - 1).max() < 1e-12
 
 
@@ -58,7 +63,11 @@ def test_vertices_stay_on_sides_of_rigid_polygon(vertices, sides):
     A, B, C = (np.array([path[f"x_{n}"], path[f"y_{n}"]]) for n in "ABC")
     assert np.abs(A[1] - 0.5).max() < 1e-12
     assert np.abs(unit(np.pi / 2 + rotor.turn) @ B - 0.5).max() < 1e-12
-    for first, other, length in ((A, C, 1.0), (B, C, 1.0), (A, B, 2 * math.sin(math.pi / (2 * vertices)))):
+    for first, other, length in (
+        (A, C, 1.0),
+        (B, C, 1.0),
+        (A, B, 2 * math.sin(math.pi / (2 * vertices))),
+    ):
         assert np.abs(np.hypot(*(first - other)) - length).max() < 1e-12
 
 
@@ -82,12 +91,18 @@ def test_clutch_formulas_agree_with_general_rotor():
         assert sizes[angle] == pytest.approx(oval[other], rel=1e-14)
     assert load_model().at("fillet", flats=width)["r"] == pytest.approx(oval["fillet"], rel=1e-13)
     assert load_model().at("rotor", a=side)["miss"] == pytest.approx(rotor.miss, rel=1e-9)
-    assert load_model().at("rotor", a=side)["free"] == pytest.approx(2 * rotor.smallest_apothem, rel=1e-13)
+    assert load_model().at("rotor", a=side)["free"] == pytest.approx(
+        2 * rotor.smallest_apothem, rel=1e-13
+    )
 
 
-@pytest.mark.parametrize(("vertices", "sides"), [(5, 6), (3, 4), (5, 3), (7, 5), (3, 3), (5, 12), (9, 7), (3, 8)])
+@pytest.mark.parametrize(
+    ("vertices", "sides"), [(5, 6), (3, 4), (5, 3), (7, 5), (3, 3), (5, 12), (9, 7), (3, 8)]
+)
 def test_any_two_vertices_on_any_two_sides(vertices, sides):
-    """Poses by two linear equations again, for sides in pairs or not; the ellipse holds every pose."""
+    """Poses by two linear equations again, for sides in pairs or not; the ellipse holds every
+    pose.
+    """
     rotor = Rotor(vertices, sides)
     slides = rotor.slides()
     rotations = np.linspace(*slides.rotations, 200)
@@ -99,9 +114,14 @@ def test_any_two_vertices_on_any_two_sides(vertices, sides):
         polar = 2 * np.pi / vertices * np.array([0, slides.vertices, vertex])
         for i, rotation in enumerate(rotations):
             A, B, C = rho * unit(rotation + polar).T
-            centroid = np.linalg.solve(normals, apothem - np.array([normals[0] @ A, normals[1] @ B]))
+            centroid = np.linalg.solve(
+                normals, apothem - np.array([normals[0] @ A, normals[1] @ B])
+            )
             for name, place in (("A", A), ("B", B), ("C", C), ("M", 0 * C)):
-                assert np.abs(centroid + place - [path[f"x_{name}"][i], path[f"y_{name}"][i]]).max() < 1e-12
+                assert (
+                    np.abs(centroid + place - [path[f"x_{name}"][i], path[f"y_{name}"][i]]).max()
+                    < 1e-12
+                )
         off = np.array([path["x_C"] - oval["x_E"], path["y_C"] - oval["y_E"]])
         direction, across = unit(oval["axis"]) @ off, unit(oval["axis"] + np.pi / 2) @ off
         assert np.abs((direction / oval["s_1"]) ** 2 + (across / oval["s_2"]) ** 2 - 1).max() < 1e-9
@@ -112,9 +132,18 @@ def test_sliding_vertices_touch_the_sides(vertices, sides):
     """Over their rotations, and no further, both vertices reach as far as the whole body does."""
     slides = Rotor(vertices, sides).slides()
     rho = slides.packed(2)[0]
-    reach = lambda r, i: rho * np.cos(slides.rotor.normals[i * slides.side_step] - r - slides.packed(2)[3 + i])  # noqa: E731
+
+    def reach(r, i):
+        normal = slides.rotor.normals[i * slides.side_step]
+        return rho * np.cos(normal - r - slides.packed(2)[3 + i])
+
     first, last = slides.rotations
-    for rotation, touches in ((first + 1e-3, True), (last - 1e-3, True), (first - 1e-3, False), (last + 1e-3, False)):
+    for rotation, touches in (
+        (first + 1e-3, True),
+        (last - 1e-3, True),
+        (first - 1e-3, False),
+        (last + 1e-3, False),
+    ):
         body = slides.rotor.supports(np.array([rotation]))[:, 0]
         off = max(abs(reach(rotation, i) - body[i * slides.side_step]) for i in (0, 1))
         assert bool(off < 1e-13) is touches
@@ -134,7 +163,9 @@ def test_printed_vertices_leave_their_sides():
     side = 0.017
     theta = np.linspace(math.radians(66), math.pi / 2, 25)
     apothem = side * math.sqrt(3) / 2
-    exact, printed = (load_model(name)("path", theta=theta, a=side) for name in ("exact", "printed"))
+    exact, printed = (
+        load_model(name)("path", theta=theta, a=side) for name in ("exact", "printed")
+    )
     assert np.abs(exact["Y_B"] - apothem).max() < 1e-14
     assert np.abs(exact["y_A"] - apothem).max() < 1e-14
     assert np.abs(printed["y_A"] - apothem).max() < 1e-14
@@ -155,7 +186,8 @@ def test_curvature_where_the_path_meets_the_side_by_differences():
 
 
 def test_reuleaux_triangle_in_a_square_is_the_textbook_s():
-    """Corner arc x = 1 - cos b - sqrt3 sin b, y = 1 - sin b - sqrt3 cos b, area share 2 sqrt3 + pi/6 - 3, side 2.
+    """Corner arc x = 1 - cos b - sqrt3 sin b, y = 1 - sin b - sqrt3 cos b, area share 2 sqrt3 +
+    pi/6 - 3, side 2.
 
     Weisstein, Reuleaux Triangle, MathWorld.
     """
@@ -163,7 +195,9 @@ def test_reuleaux_triangle_in_a_square_is_the_textbook_s():
     path = rotor.path(np.linspace(*rotor.passage, 200))
     x, y = -path["x_C"], path["y_C"]  # the corner at the lower left
     b = np.linspace(np.pi / 6, np.pi / 3, 20001)
-    expected = np.array([1 - np.cos(b) - np.sqrt(3) * np.sin(b), 1 - np.sin(b) - np.sqrt(3) * np.cos(b)])
+    expected = np.array(
+        [1 - np.cos(b) - np.sqrt(3) * np.sin(b), 1 - np.sin(b) - np.sqrt(3) * np.cos(b)]
+    )
     nearest = np.hypot(expected[0][:, None] - x, expected[1][:, None] - y).min(axis=0)
     assert nearest.max() < 1e-4
     track = rotor.track(4001)
@@ -212,7 +246,8 @@ def test_harmonics_and_largest_miss_agree():
 
 
 @pytest.mark.parametrize(
-    ("vertices", "sides", "free"), [(3, 4, True), (7, 4, True), (5, 6, False), (3, 6, False), (7, 8, False)]
+    ("vertices", "sides", "free"),
+    [(3, 4, True), (7, 4, True), (5, 6, False), (3, 6, False), (7, 8, False)],
 )
 def test_odd_polygons_turn_in_squares_and_some_in_others(vertices, sides, free):
     rotor = Rotor(vertices, sides)
@@ -222,7 +257,9 @@ def test_odd_polygons_turn_in_squares_and_some_in_others(vertices, sides, free):
 
 
 def test_hexagon_overlap_agrees_with_support_function():
-    """The overlap that was derived pose by pose against the support function, which knows no pose."""
+    """The overlap that was derived pose by pose against the support function, which knows no
+    pose.
+    """
     rotor = Rotor(5, 6)
     theta = np.linspace(*rotor.passage, 4001)
     overlap = load_model()("path", theta=theta, a=1 / math.sqrt(3))["e_3"]
@@ -259,13 +296,16 @@ def test_path_clears_fillets_from_the_limit(vertices, sides):
 
 
 def test_the_rule_in_print_is_the_wrong_way_round():
-    """Fillets below the printed 0.24 R are said to clear; 0.10 R does not, as the derived limit says."""
+    """Fillets below the printed 0.24 R are said to clear; 0.10 R does not, as the derived limit
+    says.
+    """
     geometry = compute_geometry(file.load_clutch("shi2021", {"fillet_mm": 2.0}))
     assert not geometry.conditions[0].holds
     assert geometry.printed.conditions[0].holds
 
 
-# --- the result ------------------------------------------------------------------------------------
+# --- the result
+# ------------------------------------------------------------------------------------
 
 RESULT = compute_geometry(SHI)
 
@@ -283,11 +323,24 @@ def test_keys_of_the_contract():
         "travel",
         "linkage",
     } <= RESULT.table().keys()
-    assert set(RESULT.ellipse.table()) == {"centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"}
-    assert {"mismatch_over_R", "smallest_hexagon_over_R", "fillet_limit_over_R"} <= RESULT.rotor.table().keys()
+    assert set(RESULT.ellipse.table()) == {
+        "centre_over_R",
+        "semi_axes_over_R",
+        "axis_deg",
+        "tangency_radius_over_R",
+    }
+    assert {
+        "mismatch_over_R",
+        "smallest_hexagon_over_R",
+        "fillet_limit_over_R",
+    } <= RESULT.rotor.table().keys()
     assert RESULT.tooth.table().keys() == {"b1_min_mm", "b2_min_mm", "xi_deg"}
-    assert all(row.table().keys() == {"axial_angle_deg", "printed_mm", "exact_mm"} for row in RESULT.travel)
-    assert all({"axial_angle_deg", "crank_rotation_deg"} <= row.table().keys() for row in RESULT.linkage)
+    assert all(
+        row.table().keys() == {"axial_angle_deg", "printed_mm", "exact_mm"} for row in RESULT.travel
+    )
+    assert all(
+        {"axial_angle_deg", "crank_rotation_deg"} <= row.table().keys() for row in RESULT.linkage
+    )
 
 
 def test_printed_numbers_at_printed_precision():
@@ -299,15 +352,26 @@ def test_printed_numbers_at_printed_precision():
 
 
 def test_exact_geometry_and_print_differ():
-    assert pytest.approx((2 * math.cos(math.radians(24)) - 1) / math.sqrt(3), rel=1e-14) == RESULT.A1
-    assert pytest.approx((2 * math.sqrt(3) * math.cos(math.radians(24)) - 1) / 3, rel=1e-14) == RESULT.printed.A1
+    assert (
+        pytest.approx((2 * math.cos(math.radians(24)) - 1) / math.sqrt(3), rel=1e-14) == RESULT.A1
+    )
+    assert (
+        pytest.approx((2 * math.sqrt(3) * math.cos(math.radians(24)) - 1) / 3, rel=1e-14)
+        == RESULT.printed.A1
+    )
     assert RESULT.ellipse.semi_axes_over_R == pytest.approx([1.1295, 0.4158], abs=5e-5)
-    assert RESULT.ellipse.tangency_radius_over_R == pytest.approx(4 / 3 * math.sin(math.radians(24)) ** 2, rel=1e-13)
-    assert [row.printed_mm / row.exact_mm for row in RESULT.travel] == pytest.approx([2, 2, 2], rel=1e-12)
+    assert RESULT.ellipse.tangency_radius_over_R == pytest.approx(
+        4 / 3 * math.sin(math.radians(24)) ** 2, rel=1e-13
+    )
+    assert [row.printed_mm / row.exact_mm for row in RESULT.travel] == pytest.approx(
+        [2, 2, 2], rel=1e-12
+    )
 
 
 def test_travel_frees_the_outline_circle():
-    """After the least travel the hexagon's sides, moved out by the taper, touch the body's circle."""
+    """After the least travel the hexagon's sides, moved out by the taper, touch the body's
+    circle.
+    """
     values = collect_values(SHI)
     for row in RESULT.travel:
         gain = row.exact_mm * 1e-3 * math.tan(math.radians(row.axial_angle_deg))
@@ -317,7 +381,9 @@ def test_travel_frees_the_outline_circle():
 def test_results_scale_with_the_hexagon():
     larger = compute_geometry(file.load_clutch("shi2021", {"hexagon_side_mm": 34}))
     assert larger.R_mm == pytest.approx(2 * RESULT.R_mm, rel=1e-14)
-    assert larger.ellipse.semi_axes_over_R == pytest.approx(RESULT.ellipse.semi_axes_over_R, rel=1e-13)
+    assert larger.ellipse.semi_axes_over_R == pytest.approx(
+        RESULT.ellipse.semi_axes_over_R, rel=1e-13
+    )
     assert larger.rotor.mismatch_over_R == pytest.approx(RESULT.rotor.mismatch_over_R, rel=1e-12)
 
 
@@ -330,7 +396,8 @@ def test_unreachable_rod_is_named():
 
 
 @pytest.mark.parametrize(
-    ("vertices", "sides", "word"), [(4, 6, "odd"), (1, 6, "odd"), (5, 2, "from 3"), (5, 200, "from 3")]
+    ("vertices", "sides", "word"),
+    [(4, 6, "odd"), (1, 6, "odd"), (5, 2, "from 3"), (5, 200, "from 3")],
 )
 def test_invalid_polygons_are_refused(vertices, sides, word):
     with pytest.raises(GeometryError, match=word):

@@ -1,4 +1,6 @@
-"""Crank, rod, gears: the mechanism closes, work is kept, and rods are found for any wanted travel."""
+"""Crank, rod, gears: the mechanism closes, work is kept, and rods are found for any wanted
+travel.
+"""
 
 import math
 
@@ -45,7 +47,9 @@ def test_lever_is_the_derivative_of_the_way_and_keeps_the_work():
 
 
 def test_the_side_force_balances_the_rod():
-    """The rod pulls along itself: its share along the guide is the push, its share across is the side force."""
+    """The rod pulls along itself: its share along the guide is the push, its share across is the
+    side force.
+    """
     at = OWN.evaluate(np.array([0.001]))
     push = load_model()("push", shift=np.array([0.001]), crank=OWN.packed, F1=60.0, r_A=0.014)
     assert push["side_force"][0] / 60 == pytest.approx(
@@ -68,7 +72,12 @@ def test_rod_length_gives_the_required_travel(seed):
     grid = np.linspace(low, high, 400)
     off = [CrankLinkage(crank, rod, distance).rotation(travel) - rotation for rod in grid]
     roots = [
-        brentq(lambda rod: CrankLinkage(crank, rod, distance).rotation(travel) - rotation, a, b, xtol=1e-15)
+        brentq(
+            lambda rod: CrankLinkage(crank, rod, distance).rotation(travel) - rotation,
+            a,
+            b,
+            xtol=1e-15,
+        )
         for a, b, left, right in zip(grid, grid[1:], off, off[1:], strict=False)
         if left * right < 0
     ]
@@ -80,20 +89,26 @@ def test_too_much_to_ask_of_a_crank():
         find_linkages(0.015, 0.040, 0.0042, 0.1)
     with pytest.raises(GeometryError, match=r"here = 10: it must be between 29.2 and 55"):
         CrankLinkage(0.015, 0.010, 0.040).check(0.0042, "here")
-    with pytest.raises(GeometryError, match="no rod reaches over the travel of 31 mm, the crank must be longer"):
+    with pytest.raises(
+        GeometryError, match="no rod reaches over the travel of 31 mm, the crank must be longer"
+    ):
         OWN.check(0.031, "here")
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.45, 0.8])
 def test_gear_rolls_on_the_rack(ratio):
-    """Relative to the link the arcs are equal; in the fixed frame the link's own turn comes on top."""
+    """Relative to the link the arcs are equal; in the fixed frame the link's own turn comes on
+    top.
+    """
     mesh = math.radians(5)
     alpha = np.array([0.0, mesh - 1e-9, mesh + 0.1, mesh + 0.3])
     at = load_model()("gears", alpha=alpha, k=ratio, gamma=math.pi / 2 - mesh)
     turned = np.maximum(alpha - mesh, 0)
     assert at["theta_AR"] * ratio == pytest.approx(turned, abs=1e-15)
     assert at["theta_A"] - at["theta_AR"] == pytest.approx(turned, abs=1e-15)
-    printed = load_model("printed")("gears", alpha=alpha, k=ratio, gamma=math.pi / 2 - mesh)["theta_A"]
+    printed = load_model("printed")("gears", alpha=alpha, k=ratio, gamma=math.pi / 2 - mesh)[
+        "theta_A"
+    ]
     assert printed[2:] == pytest.approx((1 + 1 / ratio) * alpha[2:], rel=1e-14)
     assert printed[2] - at["theta_A"][2] == pytest.approx((1 + 1 / ratio) * mesh, rel=1e-12)
 
@@ -101,11 +116,17 @@ def test_gear_rolls_on_the_rack(ratio):
 def test_drive_undoes_the_gears():
     values = collect_values(file.load_clutch("shi2021"))
     drive = load_model().at(
-        "drive", k=values["k"], span=values["r_A"] + values["r_D"], gamma=values["gamma"], theta_Amax=0.3
+        "drive",
+        k=values["k"],
+        span=values["r_A"] + values["r_D"],
+        gamma=values["gamma"],
+        theta_Amax=0.3,
     )
     assert drive["r_A"] == pytest.approx(0.014, rel=1e-14)
     assert drive["r_D"] == pytest.approx(0.046, rel=1e-14)
-    back = load_model().at("gears", alpha=drive["alpha_max"], k=values["k"], gamma=values["gamma"])["theta_AR"]
+    back = load_model().at("gears", alpha=drive["alpha_max"], k=values["k"], gamma=values["gamma"])[
+        "theta_AR"
+    ]
     assert back == pytest.approx(0.3, rel=1e-13)
 
 
@@ -113,7 +134,8 @@ def test_teeth_turned_through():
     """A whole turn is the number of teeth of the gear; (7) as printed gives twice that."""
     rotation = OWN.rotation(0.0042)
     exact, printed = (
-        load_model(n).at("limit", crank=OWN.packed, c=0.0042, r_A=0.014, m=0.002)["n"] for n in ("exact", "printed")
+        load_model(n).at("limit", crank=OWN.packed, c=0.0042, r_A=0.014, m=0.002)["n"]
+        for n in ("exact", "printed")
     )
     assert exact == pytest.approx(rotation / (2 * math.pi) * 14, rel=1e-13)
     assert printed == pytest.approx(2 * exact, rel=1e-13)

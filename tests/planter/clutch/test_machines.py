@@ -1,4 +1,6 @@
-"""The switching of a clutch as a machine of the engine: the linkage's own numbers over the way, there and back."""
+"""The switching of a clutch as a machine of the engine: the linkage's own numbers over the way,
+there and back.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ def test_the_sleeve_goes_as_the_linkage_pushes_it(machine: Machine) -> None:
     linkage = CrankLinkage(sizes["l_AB"], sizes["l_BC"], sizes["l_AC"])
     for name, expected in linkage.evaluate(values["shift"]).items():
         np.testing.assert_allclose(values[name], expected, rtol=1e-12, err_msg=name)
-    pushed = load_model()("push", shift=values["shift"], crank=pack_crank(sizes), F1=sizes["F1"], r_A=sizes["r_A"])
+    pushed = load_model()(
+        "push", shift=values["shift"], crank=pack_crank(sizes), F1=sizes["F1"], r_A=sizes["r_A"]
+    )
     for name in ("tooth_force", "side_force"):
         np.testing.assert_allclose(values[name], pushed[name], rtol=1e-13)
     assert values["shift"][[0, -1]] == pytest.approx([0, clutch.si("sleeve.travel_mm")], abs=1e-15)
@@ -48,13 +52,19 @@ def test_machine_motion_agrees_with_dynamics(machine: Machine) -> None:
     link = [sizes["k"], sizes["gamma"], start, start + lift, speed]
     course = formulas.load("clutch_motion")("course", t=times, crank=pack_crank(sizes), link=link)
     values = values_of(machine, speed * times)
-    for name, expected in (("alpha", "link_angle"), ("shift", "pushed"), ("v_sleeve", "pushed_dot")):
+    for name, expected in (
+        ("alpha", "link_angle"),
+        ("shift", "pushed"),
+        ("v_sleeve", "pushed_dot"),
+    ):
         np.testing.assert_allclose(values[name], course[expected], rtol=1e-11, atol=1e-14)
 
 
 def test_the_link_comes_back_as_it_went(machine: Machine) -> None:
     angles = np.linspace(0, machine.turn / 2, 7)[1:-1]
-    start, back, later = (values_of(machine, x) for x in (angles, machine.turn - angles, angles + machine.turn))
+    start, back, later = (
+        values_of(machine, x) for x in (angles, machine.turn - angles, angles + machine.turn)
+    )
     for name in start:
         sign = -1 if name in ("v_sleeve", "M_link") else 1
         np.testing.assert_allclose(back[name], sign * start[name], rtol=1e-10, atol=1e-15)
@@ -80,7 +90,9 @@ def test_measures_are_those_of_the_way(machine: Machine) -> None:
 def test_link_work_equals_sleeve_work(machine: Machine) -> None:
     up = machine.turn / 2 * np.array([0.2, 0.5, 0.9])
     values = values_of(machine, up)
-    np.testing.assert_allclose(values["M_link"] * machine.data[machine.speed], 60.0 * values["v_sleeve"], rtol=1e-13)
+    np.testing.assert_allclose(
+        values["M_link"] * machine.data[machine.speed], 60.0 * values["v_sleeve"], rtol=1e-13
+    )
     np.testing.assert_allclose(values["M_link"] * 14 / 46, 60.0 * values["lever"], rtol=1e-12)
     fastest = values_of(machine, np.array([0.4999999 * machine.turn]))["v_sleeve"][0]
     motor = summarise_machine(machine).motor
@@ -98,7 +110,11 @@ def test_jumps_are_those_of_the_ends(machine: Machine) -> None:
 
 def test_derivatives_are_those_of_differences(machine: Machine) -> None:
     moved = machine.with_moved({value.path: (0.0, 1.0) for value in machine.values})
-    response, x, angles = MachineResponse(moved), moved.design, machine.turn * np.array([0.1, 0.33, 0.7])
+    response, x, angles = (
+        MachineResponse(moved),
+        moved.design,
+        machine.turn * np.array([0.1, 0.33, 0.7]),
+    )
     slopes = response.slopes(response.at(x), angles)[1][:, :, 1:]
     for column, step in enumerate(np.diag(1e-6 * x)):
         high, low = (response.values(response.at(x + sign * step), angles) for sign in (1, -1))

@@ -1,4 +1,6 @@
-"""Fastest switching: exact derivatives, an optimum that another solver does not beat, a certificate that can fail."""
+"""Fastest switching: exact derivatives, an optimum that another solver does not beat, a certificate
+that can fail.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -26,7 +28,8 @@ def at(switching: SwitchingProblem, design: SwitchingDesign) -> np.ndarray:
     """The point of the box."""
     corners = np.array(
         [
-            getattr(design, key) * (np.pi / 180 if key.endswith("deg") else 1e-3 if key.endswith("mm") else 1)
+            getattr(design, key)
+            * (np.pi / 180 if key.endswith("deg") else 1e-3 if key.endswith("mm") else 1)
             for key in VARIABLES
         ]
     )
@@ -34,7 +37,9 @@ def at(switching: SwitchingProblem, design: SwitchingDesign) -> np.ndarray:
 
 
 def programme_of(switching: SwitchingProblem) -> Epigraph:
-    return Epigraph(switching.problem, switching.problem.local(switching.box.start), switching.box.start)
+    return Epigraph(
+        switching.problem, switching.problem.local(switching.box.start), switching.box.start
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -74,8 +79,15 @@ def test_another_solver_does_not_beat_it():
     random = np.random.default_rng(4)
     limits = {"type": "ineq", "fun": programme.g, "jac": programme.jacobian}
     for _ in range(3):
-        solution = minimize(programme.f, random.random(5), jac=programme.gradient, bounds=[(0, 1)] * 5, method="SLSQP",
-                         constraints=[limits], options={"maxiter": 300, "ftol": 1e-12})  # fmt: skip
+        solution = minimize(
+            programme.f,
+            random.random(5),
+            jac=programme.gradient,
+            bounds=[(0, 1)] * 5,
+            method="SLSQP",
+            constraints=[limits],
+            options={"maxiter": 300, "ftol": 1e-12},
+        )
         if solution.success and programme.g(solution.x).min() > -1e-8:
             assert solution.fun > best * (1 - 1e-5)
 
@@ -110,13 +122,15 @@ def test_relaxing_active_limits_saves_time():
     """A multiplier is the share of the time that a share of its limit is worth."""
     multipliers = {a.name: a.multiplier for a in optimum().certificate.active}
     assert {"normal force", "teeth"} <= multipliers.keys()
-    assert sum(m for name, m in multipliers.items() if name.startswith("tooth force")) == pytest.approx(
-        0.9435, abs=1e-2
-    )
+    assert sum(
+        m for name, m in multipliers.items() if name.startswith("tooth force")
+    ) == pytest.approx(0.9435, abs=1e-2)
     for name, key in (("normal force", "normal_force_N"), ("tooth force", "tooth_force_N")):
         share = 1e-4
         limit = getattr(CLUTCH.limits, key)
-        freed = optimise_clutch(file.load_clutch("shi2021", {key: limit * (1 + share)})).travel_time_s
+        freed = optimise_clutch(
+            file.load_clutch("shi2021", {key: limit * (1 + share)})
+        ).travel_time_s
         gained = (optimum().travel_time_s - freed) / optimum().start_travel_time_s / share
         worth = sum(m for active, m in multipliers.items() if active.startswith(name))
         assert gained == pytest.approx(worth, rel=0.02)
@@ -133,11 +147,14 @@ def test_same_seed_same_result():
 
 def test_infeasible_limits_are_named():
     with pytest.raises(
-        ComputationError, match=r"no design that satisfies all limits was found .* from \d+ starts? .*: teeth"
+        ComputationError,
+        match=r"no design that satisfies all limits was found .* from \d+ starts? .*: teeth",
     ):
         optimise_clutch(file.load_clutch("shi2021", {"teeth_least": 40}), starts=2)
 
 
 def test_bounds_without_closed_linkage_are_refused():
-    with pytest.raises(InputError, match=r"search.rod_bounds_mm = \[40.0, 60.0\]: it must lie between"):
+    with pytest.raises(
+        InputError, match=r"search.rod_bounds_mm = \[40.0, 60.0\]: it must lie between"
+    ):
         optimise_clutch(file.load_clutch("shi2021", {"rod_bounds_mm[1]": 60}))

@@ -1,4 +1,6 @@
-"""`planter clutch geometry`, `design`, `optimise` and `rotor` from outside: keys, files, exit codes, one sentence."""
+"""`planter clutch geometry`, `design`, `optimise` and `rotor` from outside: keys, files, exit
+codes, one sentence.
+"""
 
 import json
 import math
@@ -34,9 +36,17 @@ def test_commands_print_tables_or_single_json_object(command):
 
 
 def test_geometry_follows_a_changed_value():
-    result, other = answer("geometry", "shi2021"), answer("geometry", "shi2021", "--set", "hexagon_side_mm=18")
+    result, other = (
+        answer("geometry", "shi2021"),
+        answer("geometry", "shi2021", "--set", "hexagon_side_mm=18"),
+    )
     assert other["R_mm"] / result["R_mm"] == pytest.approx(18 / 17, rel=1e-14)
-    assert run("geometry", "shi2021", "--set", "hexagon_side_mm=60")[1].count("- shi2021: levels.rods_mm[") == 2
+    assert (
+        run("geometry", "shi2021", "--set", "hexagon_side_mm=60")[1].count(
+            "- shi2021: levels.rods_mm["
+        )
+        == 2
+    )
 
 
 def test_geometry_files_are_consistent(tmp_path):
@@ -66,7 +76,10 @@ def test_geometry_files_are_consistent(tmp_path):
 def test_optimisation_is_reproducible_and_within_limits(tmp_path):
     for name in ("one", "two"):
         assert run("optimise", "shi2021", "--out", str(tmp_path / name))[0] == 0
-    first, second = ({p.name: p.read_bytes() for p in (tmp_path / n).rglob("*") if p.is_file()} for n in ("one", "two"))
+    first, second = (
+        {p.name: p.read_bytes() for p in (tmp_path / n).rglob("*") if p.is_file()}
+        for n in ("one", "two")
+    )
     assert first == second
     _, columns = files.read_cycle_csv(tmp_path / "one" / "way.csv")
     assert (
@@ -89,7 +102,16 @@ def test_infeasible_design_exits_1_and_writes_result(tmp_path):
 
 def test_design_options_replace_file_values():
     result = answer(
-        "design", "shi2021", "--shaft-mm", "26", "--travel-mm", "4", "--radius-mm", "30", "--length-mm", "17"
+        "design",
+        "shi2021",
+        "--shaft-mm",
+        "26",
+        "--travel-mm",
+        "4",
+        "--radius-mm",
+        "30",
+        "--length-mm",
+        "17",
     )
     assert result["sizes"]["tip_mm"] == pytest.approx(13 / math.sin(math.radians(72)), rel=1e-13)
     assert result["sizes"]["travel_mm"] == 4
@@ -103,7 +125,10 @@ def test_rotors_in_general(tmp_path):
     pentagon, geometry = answer("rotor"), answer("geometry", "shi2021")
     for key in ("centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"):
         assert pentagon["ellipse"][key] == pytest.approx(geometry["ellipse"][key], rel=1e-12)
-    assert answer("rotor", "--vertices", "5", "--sides", "3", "--out", str(tmp_path))["ellipse"] is None
+    assert (
+        answer("rotor", "--vertices", "5", "--sides", "3", "--out", str(tmp_path))["ellipse"]
+        is None
+    )
     assert "vertices_apart" in (tmp_path / "report.html").read_text()
     assert "vertices = 4: must be odd" in refusal("rotor", "--vertices", "4")
 
@@ -114,20 +139,44 @@ REFUSED = [
         "hexagon_side_mm = -17 ",
         "sleeve.hexagon_side_mm = -17: it must be greater",
     ),
-    ("axial_angle_deg = 20\n", "axial_angle_deg = 95\n", "sleeve.axial_angle_deg = 95: it must be less"),
-    ("fillet_mm = 4.8\n", "fillet_mm = 12\n", "shaft.fillet_mm = 12.0: it must be less than half of"),
+    (
+        "axial_angle_deg = 20\n",
+        "axial_angle_deg = 95\n",
+        "sleeve.axial_angle_deg = 95: it must be less",
+    ),
+    (
+        "fillet_mm = 4.8\n",
+        "fillet_mm = 12\n",
+        "shaft.fillet_mm = 12.0: it must be less than half of",
+    ),
     ("tip_mm = 10.5\n", "tip_mm = nan\n", "tooth.tip_mm = nan: it must be a finite number"),
     ("tip_mm = 10.5\n", "", "tooth.tip_mm is missing: it must be given, in mm"),
     ("tip_mm = 10.5\n", 'tip_mm = "long"\n', 'tooth.tip_mm = "long": it must be a number'),
-    ("rods_mm = [42.0, 44.8, 47.1]", "rods_mm = [42.0]", "levels.rods_mm = [42.0]: it must have a rod"),
+    (
+        "rods_mm = [42.0, 44.8, 47.1]",
+        "rods_mm = [42.0]",
+        "levels.rods_mm = [42.0]: it must have a rod",
+    ),
     (
         "rods_mm = [42.0, 44.8, 47.1]",
         "rods_mm = []",
         "levels.rods_mm = []: it must be a list of 1 to 20",
     ),
-    ("lift_limit_deg = 10 ", "lift_limit_deg = 5 ", "wanted.lift_limit_deg = 5.0: it must be greater"),
-    ("ratio_bounds = [0.25, 0.55]", "ratio_bounds = [0.6, 0.5]", "search.ratio_bounds = [0.6, 0.5]: it"),
-    ('\ntravel_mm = "paper', '\ntravel_mm = "guess', 'origin.travel_mm = "guess (4.2)": it must start'),
+    (
+        "lift_limit_deg = 10 ",
+        "lift_limit_deg = 5 ",
+        "wanted.lift_limit_deg = 5.0: it must be greater",
+    ),
+    (
+        "ratio_bounds = [0.25, 0.55]",
+        "ratio_bounds = [0.6, 0.5]",
+        "search.ratio_bounds = [0.6, 0.5]: it",
+    ),
+    (
+        '\ntravel_mm = "paper',
+        '\ntravel_mm = "guess',
+        'origin.travel_mm = "guess (4.2)": it must start',
+    ),
     ("[slip]\n", "[slipp]\n", "slipp = {"),
 ]
 
@@ -151,7 +200,9 @@ def test_every_number_has_an_origin_and_the_paper_s_are_marked():
     clutch = file.load_clutch("shi2021", {"tip_mm": 10.6})
     origins = {path: clutch.origin(path) for path in clutch.numbers()}
     assert clutch.number_origins() == origins
-    assert all(re.match("paper|assumed|set on the command line", origin) for origin in origins.values())
+    assert all(
+        re.match("paper|assumed|set on the command line", origin) for origin in origins.values()
+    )
     assert origins["tooth.tip_mm"] == "set on the command line"
     assert origins["levels.rods_mm[1]"].startswith("paper")
     assert origins["linkage.crank_mm"] == origins["sleeve.hexagon_side_mm"] == "assumed"

@@ -1,4 +1,6 @@
-"""Motions and searches of a clutch that are stopped: what was computed is on disk and in the JSON."""
+"""Motions and searches of a clutch that are stopped: what was computed is on disk and in the
+JSON.
+"""
 
 from __future__ import annotations
 
@@ -32,15 +34,21 @@ def stop_in(monkeypatch: pytest.MonkeyPatch, after: int, error: BaseException) -
 
 
 @pytest.mark.parametrize(
-    ("error", "code"), [(KeyboardInterrupt(), 130), (ComputationError("surfaces go too deep into each other"), 1)]
+    ("error", "code"),
+    [(KeyboardInterrupt(), 130), (ComputationError("surfaces go too deep into each other"), 1)],
 )
 def test_finished_motions_stay(
     error: BaseException, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stop_in(monkeypatch, 7, error)
-    result = run("clutch", "engage", "shi2021", "--mode", "contact", "--out", str(tmp_path), "--json")
+    result = run(
+        "clutch", "engage", "shi2021", "--mode", "contact", "--out", str(tmp_path), "--json"
+    )
     assert result[0] == code
-    summary, partial = json.loads((tmp_path / "summary.json").read_text()), json.loads(result[1])["partial"]
+    summary, partial = (
+        json.loads((tmp_path / "summary.json").read_text()),
+        json.loads(result[1])["partial"],
+    )
     assert summary["finished"] is False
     for table in (summary, partial):
         assert table["motions"] == 9

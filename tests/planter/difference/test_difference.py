@@ -1,4 +1,6 @@
-"""`planter diff`: laws of the differences, results held against other commands, kinds, requirements, the page."""
+"""`planter diff`: laws of the differences, results held against other commands, kinds,
+requirements, the page.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ def heavier(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("diff") / "heavier.toml"
     text = examples.example("wang2017")
     assert "planet_kg = 1.2" in text
-    path.write_text(text.replace("planet_kg = 1.2", f"planet_kg = {1.2 + HEAVIER_KG}"), encoding="utf-8")
+    path.write_text(
+        text.replace("planet_kg = 1.2", f"planet_kg = {1.2 + HEAVIER_KG}"), encoding="utf-8"
+    )
     return str(path)
 
 
@@ -67,14 +71,18 @@ def test_mean_force_changes_by_the_weight(compared: Any) -> None:
     assert compared["values"][0]["values"] == [1.2, 1.2 + HEAVIER_KG, 1.2]
     mean = rows(compared)["mean F_support"]
     assert mean["difference"][1] == 0.0
-    assert mean["difference"][0] == pytest.approx(2 * HEAVIER_KG * load("wang2017").si("gravity_m_s2"), rel=1e-9)
+    assert mean["difference"][0] == pytest.approx(
+        2 * HEAVIER_KG * load("wang2017").si("gravity_m_s2"), rel=1e-9
+    )
     assert mean["better"] is None
 
 
 def test_objective_equals_the_refined_one_of_simulate(compared: Any, heavier: str) -> None:
     simulated, objective = answer("simulate", heavier)["refined"], rows(compared)["objective"]
     assert objective["values"][1] == pytest.approx(simulated["objective"], rel=1e-8)
-    assert rows(compared)["range F_support"]["values"][1] == pytest.approx(simulated["range_N"], rel=1e-9)
+    assert rows(compared)["range F_support"]["values"][1] == pytest.approx(
+        simulated["range_N"], rel=1e-9
+    )
     assert objective["better"] == (1 if objective["difference"][0] < 0 else None)
 
 
@@ -105,7 +113,9 @@ def test_limits_of_all_machines_apply_to_each(cranks: tuple[str, str]) -> None:
             result_alone = optimisation.evaluate_limits(machine)[0]
             assert (result_alone.value, result_alone.met) == (value, met)
     margins = [row for row in result.results if row.name.startswith("margin of ")]
-    assert [row.name.removeprefix("margin of ") for row in margins] == [row.limit_on for row in result.requirements]
+    assert [row.name.removeprefix("margin of ") for row in margins] == [
+        row.limit_on for row in result.requirements
+    ]
     force, torque = margins[1:3]
     assert force.better == max((0, 1), key=lambda k: 60 - (result.requirements[1].values[k] or 0))
     assert torque.values[0] == pytest.approx((result.requirements[2].values[0] or 0) - 3.0)
@@ -126,13 +136,19 @@ def test_speed_applies_to_all_machines(cranks: tuple[str, str]) -> None:
     result = compare_machines(cranks, ComparisonOptions({}, speed_rpm=120.0)).result
     assert "values.omega_rpm" not in {row.name for row in result.values}
     slow = next(row for row in result.results if row.name == "max P_M_in")
-    fast = next(row for row in compare_machines(cranks, ComparisonOptions({})).result.results if row.name == slow.name)
+    fast = next(
+        row
+        for row in compare_machines(cranks, ComparisonOptions({})).result.results
+        if row.name == slow.name
+    )
     assert (slow.values[0] or 0) < (fast.values[0] or 0)
 
 
 def test_requirements_of_a_pickup_are_compared(tmp_path: Path) -> None:
     other = tmp_path / "pickup.toml"
-    other.write_text(examples.example("yu2023").replace("push_deg = 90", "push_deg = 80"), encoding="utf-8")
+    other.write_text(
+        examples.example("yu2023").replace("push_deg = 90", "push_deg = 80"), encoding="utf-8"
+    )
     result = answer("diff", "yu2023", str(other))
     judged = [row for row in result["requirements"] if row["limit_on"].startswith("push angle >=")]
     assert [row["limit"] for row in judged] == [78.0, 88.0]

@@ -29,7 +29,9 @@ def _device(model: Model) -> Device:
 
 
 def test_extras_are_those_of_users_in_pyproject() -> None:
-    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = tomllib.loads(
+        (Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8")
+    )["project"]
     of_developers = {"lab", "test", "bench", "docs", "dev"}
     assert EXTRAS.keys() == project["optional-dependencies"].keys() - of_developers
     listed = {extra["name"]: extra["installed"] for extra in answer("doctor")["extras"]}
@@ -50,7 +52,9 @@ def examined(*arguments: str) -> dict:  # type: ignore[type-arg]
 
 
 def ways_of(result: dict) -> dict[str, tuple[str, bool]]:  # type: ignore[type-arg]
-    return {k["name"]: (k["way"], k["compiled"]) for k in result["kernels"] if k["model"] == "exact"}
+    return {
+        k["name"]: (k["way"], k["compiled"]) for k in result["kernels"] if k["model"] == "exact"
+    }
 
 
 @needs_compiler
@@ -62,8 +66,13 @@ def test_doctor_reports_without_compiling(folder: Path) -> None:
     assert result["compiler"]["path"] == toolchain.find_compiler().path
     assert result["compiler"]["vector_bits"] in (64, 128, 256, 512)
     assert result["cache"] == {
-        "folder": str(folder), "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": None,
-    }  # fmt: skip
+        "folder": str(folder),
+        "exists": False,
+        "files": 0,
+        "bytes": 0,
+        "damaged": 0,
+        "problem": None,
+    }
     assert not folder.exists()
     assert ways_of(result)["rows"] == ("lanes", False)
     assert ways_of(result)["prologue"] == ("casadi-c", False)
@@ -96,8 +105,9 @@ def test_refused_library_is_named(folder: Path) -> None:
     path.chmod(0o777)
     result = examined()
     assert result["advice"][0] == {
-        "missing": f"{path} is not loaded: it may be written by others", "do": "remove it",
-    }  # fmt: skip
+        "missing": f"{path} is not loaded: it may be written by others",
+        "do": "remove it",
+    }
     assert result["cache"]["damaged"] == 0
     assert ways_of(result)["rows"] == ("casadi-vm", False)
     assert ways_of(result)["slopes"] == ("lanes", False)
@@ -122,7 +132,9 @@ def test_silent_compiler_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("CC", str(silent))
     monkeypatch.setattr(compiler, "PROBE_TIMEOUT_S", 0.5)
     result = examined()
-    assert result["compiler"] == {"problem": f"the C compiler {silent} does not answer within 0.5 s"}
+    assert result["compiler"] == {
+        "problem": f"the C compiler {silent} does not answer within 0.5 s"
+    }
     assert {way for way, _ in ways_of(result).values()} == {"casadi-vm"}
 
 
@@ -149,7 +161,9 @@ def test_missing_compiler_has_advice(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @needs_compiler
-def test_bundled_compiler_is_used_with_slow_first_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bundled_compiler_is_used_with_slow_first_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cc = path_of("gcc")
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.delenv(compiler.CACHE_VARIABLE, raising=False)
@@ -163,7 +177,9 @@ def test_bundled_compiler_is_used_with_slow_first_use(tmp_path: Path, monkeypatc
 
 
 @pytest.mark.parametrize("place", ["/dev/null/cache", "open"])
-def test_unusable_folder_is_reported(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unusable_folder_is_reported(
+    place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "open").mkdir()
     (tmp_path / "open").chmod(0o777)
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / place))

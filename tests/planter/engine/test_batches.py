@@ -34,7 +34,9 @@ def test_many_designs_have_exact_gradients_in_si() -> None:
     differences = ((above - below) / (2 * np.diag(steps))[:, None]).T
     scale = np.abs(differences).max(axis=1, keepdims=True)
     np.testing.assert_allclose(batch.gradient[0] / scale, differences / scale, atol=1e-7)
-    assert np.abs(batch.gradient[1] / scale - differences / scale).max() > 1e-6, "another design has another gradient"
+    assert np.abs(batch.gradient[1] / scale - differences / scale).max() > 1e-6, (
+        "another design has another gradient"
+    )
     np.testing.assert_array_equal(batch["F_Ox_max_N"], batch.values[:, 1])
     plain = evaluate_many(machine, designs, ANGLES, outputs=OUTPUTS, threads=2)
     np.testing.assert_array_equal(plain.values, batch.values)
@@ -43,7 +45,9 @@ def test_many_designs_have_exact_gradients_in_si() -> None:
 
 def test_designs_without_a_cycle_have_no_numbers() -> None:
     machine = slider_crank().with_moved({"values.l_mm": (20, 300)})
-    batch = evaluate_many(machine, np.array([[0.2], [0.02]]), ANGLES, gradients=True, outputs=OUTPUTS)
+    batch = evaluate_many(
+        machine, np.array([[0.2], [0.02]]), ANGLES, gradients=True, outputs=OUTPUTS
+    )
     assert batch.gradient is not None
     assert np.isfinite(batch.values[0]).all()
     assert np.isnan(batch.values[1]).all()

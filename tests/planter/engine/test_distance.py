@@ -1,4 +1,6 @@
-"""Distances of a point from a curve: against segments of their own, differences, and a path that a machine made."""
+"""Distances of a point from a curve: against segments of their own, differences, and a path that a
+machine made.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,9 @@ FEW = SearchSpec(starts=2)
 
 
 def find_nearest(points: Array, curve: Array) -> tuple[Array, Array]:
-    """Return distances (n,) of points (n, 2) from a polyline (k, 2), and the nearest places (n, 2) on it."""
+    """Return distances (n,) of points (n, 2) from a polyline (k, 2), and the nearest places (n, 2)
+    on it.
+    """
     begin, edges = curve[:-1], np.diff(curve, axis=0)
     shares = ((points[:, None] - begin) * edges).sum(axis=2) / (edges**2).sum(axis=1)
     places = begin + np.clip(shares, 0, 1)[:, :, None] * edges
@@ -82,7 +86,9 @@ def write_ellipse(path: Path, width: float, height: float) -> str:
     phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
     x, y = (evaluate(arm(), name, phi) for name in ("x_tip", "y_tip"))
     t = np.linspace(0.1, 6.2, 15)
-    return write_path(path, x.mean() + width * np.ptp(x) * np.cos(t), y.mean() + height * np.ptp(y) * np.sin(t))
+    return write_path(
+        path, x.mean() + width * np.ptp(x) * np.cos(t), y.mean() + height * np.ptp(y) * np.sin(t)
+    )
 
 
 @pytest.fixture
@@ -96,7 +102,13 @@ TIP = "distance x_tip y_tip to"
 
 def test_measures_are_those_of_the_tip_and_the_curve(curve: str) -> None:
     """Coordinates by the other route of the tests, distances from segments of their own, in mm."""
-    kinds = {"max": np.max, "mean": np.mean, "rms": lambda d: np.sqrt(np.mean(d**2)), "range": np.ptp, "std": np.std}
+    kinds = {
+        "max": np.max,
+        "mean": np.mean,
+        "rms": lambda d: np.sqrt(np.mean(d**2)),
+        "range": np.ptp,
+        "std": np.std,
+    }
     names = [f"{kind} {TIP} {curve}" for kind in kinds] + [
         f"{TIP} {curve} at 90",
         f"max {TIP} {curve} while y_tip <= 100",
@@ -127,12 +139,17 @@ def test_derivatives_in_goals_are_those_of_differences(curve: str) -> None:
     )
     limits = [f"{TIP} {curve} <= 2 cm", f"mean {TIP} {curve} while y_tip <= 100 <= 9"]
     measures = [resolve_measure(machine, measure) for measure in parse_sum(terms)]
-    goal = Goal(machine, measures, [resolve_limit(machine, parse_limit(text)) for text in limits], 24)
+    goal = Goal(
+        machine, measures, [resolve_limit(machine, parse_limit(text)) for text in limits], 24
+    )
     assert goal.limits[0].number == pytest.approx(20)
     x = machine.design
     local, rows = goal.objective.local(x), MeasureLimits(goal).at(x)
     rng = np.random.default_rng(3)
-    weights, of_limits = ModelValues(1.0, rng.random(len(local.groups)), np.empty(0)), rng.random(rows.count)
+    weights, of_limits = (
+        ModelValues(1.0, rng.random(len(local.groups)), np.empty(0)),
+        rng.random(rows.count),
+    )
 
     def gradient(point: Array) -> Array:
         slopes = local.slopes(point)
@@ -147,7 +164,8 @@ def test_derivatives_in_goals_are_those_of_differences(curve: str) -> None:
     np.testing.assert_allclose(gradient(x), first, rtol=1e-6, atol=1e-6 * np.abs(first).max())
     second = np.array([(gradient(x + h) - gradient(x - h)) / (2 * h.sum()) for h in steps])
     hessian = local.curvature(x, weights) + rows.curvature(x, of_limits)
-    # corners of the polyline are no events: integrals over them lack their curvature, which only steers the steps
+    # corners of the polyline are no events: integrals over them lack their curvature, which only
+    # steers the steps
     np.testing.assert_allclose(hessian, second, atol=0.05 * np.abs(second).max())
 
 
@@ -161,36 +179,59 @@ def test_angle_of_a_corner_has_no_gradient_and_is_refused(curve: str) -> None:
 
 
 def test_search_recovers_arm_from_drawn_path(tmp_path: Path) -> None:
-    """The path is a polygon of the true one: what is left is its height over the chords, by their number."""
+    """The path is a polygon of the true one: what is left is its height over the chords, by their
+    number.
+    """
     changed_machine = build_machine(own.file("transplanting_arm", p_mm=250, n_mm=-80))
     phi = np.linspace(0, 2 * np.pi, 72, endpoint=False)
-    path = write_path(tmp_path / "path.csv", *(evaluate(changed_machine, name, phi) for name in ("x_tip", "y_tip")))
-    machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
+    path = write_path(
+        tmp_path / "path.csv",
+        *(evaluate(changed_machine, name, phi) for name in ("x_tip", "y_tip")),
+    )
+    machine = build_machine(own.file("transplanting_arm")).with_moved(
+        {"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)}
+    )
     result = optimise_machine(machine, f"rms {TIP} {path}", spec=FEW).result
     assert result.design == pytest.approx({"p_mm": 250, "n_mm": -80}, abs=0.1)
     assert result.objective < 0.05
 
 
 def test_distance_limit_is_satisfied(tmp_path: Path) -> None:
-    """Between two places of the curve that are equally near the distance has a corner, which a scan just misses."""
+    """Between two places of the curve that are equally near the distance has a corner, which a scan
+    just misses.
+    """
     curve = write_ellipse(tmp_path / "path.csv", 0.5, 0.4)
-    machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
+    machine = build_machine(own.file("transplanting_arm")).with_moved(
+        {"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)}
+    )
     free = optimise_machine(machine, f"max {TIP} {curve}", spec=FEW).result.objective
-    result = optimise_machine(machine, "-mean x_tip", [f"{TIP} {curve} <= {free + 2!r} mm"], FEW).result
+    result = optimise_machine(
+        machine, "-mean x_tip", [f"{TIP} {curve} <= {free + 2!r} mm"], FEW
+    ).result
     assert result.holds[0].active
     design = build_machine(own.file("transplanting_arm", **result.design))
-    tip = np.column_stack([evaluate(design, name, np.linspace(0, 2 * np.pi, 721)) for name in ("x_tip", "y_tip")])
+    tip = np.column_stack(
+        [evaluate(design, name, np.linspace(0, 2 * np.pi, 721)) for name in ("x_tip", "y_tip")]
+    )
     distances, _ = find_nearest(tip, np.loadtxt(curve, delimiter=",", skiprows=1))
     assert free + 2 - 0.1 < distances.max() <= free + 2 + 1e-6
 
 
 def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
-    """The file is found beside the plan's machine or from here; a tip that stays on its own path is next to it."""
+    """The file is found beside the plan's machine or from here; a tip that stays on its own path is
+    next to it.
+    """
     machine = load_machine("wang2017")
     phi = 2 * np.pi * np.arange(180) / 180
-    path = write_path(tmp_path / "tip.csv", *(evaluate(machine, name, phi) for name in ("x_tip", "y_tip")))
+    path = write_path(
+        tmp_path / "tip.csv", *(evaluate(machine, name, phi) for name in ("x_tip", "y_tip"))
+    )
     m31 = float(machine.data[machine.find_index("design.m31")])
-    plan = {"machine": "wang2017", "outputs": [f"max {TIP} {path}"], "inputs": {"m31": [m31, 1.01 * m31]}}
+    plan = {
+        "machine": "wang2017",
+        "outputs": [f"max {TIP} {path}"],
+        "inputs": {"m31": [m31, 1.01 * m31]},
+    }
     sweep = Sweep(Plan.read(plan, "plan.toml"))
     same, other = sweep.recipe.job().chunk(0, 2, 1)[:, 0]
     changed = load_machine("wang2017", {"design.m31": 1.01 * m31})
@@ -204,20 +245,29 @@ def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
     Path(path).write_text(content.replace("\n", " \n", 1), encoding="utf-8")
     assert sweep.recipe.question != question, "rows of another curve are not gone on with"
     frozen = ADAPTER.frozen(ADAPTER.load("wang2017", {}))
-    subject = ADAPTER.subject(frozen, {"model": "exact"}, {"design.m31": (m31, 1.02 * m31)}, sweep.outputs)
+    subject = ADAPTER.subject(
+        frozen, {"model": "exact"}, {"design.m31": (m31, 1.02 * m31)}, sweep.outputs
+    )
     slope = float(subject.slopes(np.array([1.01 * m31]))[1][0, 0])
     step = 1e-6 * m31
     ends = subject.evaluated(np.array([[1.01 * m31 + step], [1.01 * m31 - step]]), 1)[:, 0]
     assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
 
 
-def test_curve_path_is_relative_to_machine_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_curve_path_is_relative_to_machine_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """So does an optimum in another folder, by the whole path."""
     source = own.generated("transplanting_arm")
     text = (source / "transplanting_arm.toml").read_text(encoding="utf-8").split("[turn]")[0]
     text = text.replace("[values]", f'folder = "{source}"\n\n[values]', 1)
-    more = f'[objective]\nleast = "rms {TIP} path.csv"\n\n[requirements]\nhold = ["{TIP} path.csv <= 90 mm"]\n'
-    (tmp_path / "arm.toml").write_text(f'{text}{more}\n[origin]\ndefault = "assumed"\n', encoding="utf-8")
+    more = (
+        f'[objective]\nleast = "rms {TIP} path.csv"\n\n[requirements]\nhold = ["{TIP} path.csv '
+        f'<= 90 mm"]\n'
+    )
+    (tmp_path / "arm.toml").write_text(
+        f'{text}{more}\n[origin]\ndefault = "assumed"\n', encoding="utf-8"
+    )
     t = np.linspace(0, 6, 9)
     write_path(tmp_path / "path.csv", 230 + 40 * np.cos(t), 90 + 50 * np.sin(t))
     (tmp_path / "elsewhere").mkdir()
@@ -228,8 +278,13 @@ def test_curve_path_is_relative_to_machine_file(tmp_path: Path, monkeypatch: pyt
     optimum = optimise_machine(machine)
     written = tmp_path / "elsewhere" / "optimum.toml"
     written.write_text(format_optimum_file(optimum), encoding="utf-8")
-    assert tomllib.loads(written.read_text())["objective"]["least"] == f"rms {TIP} {tmp_path / 'path.csv'}"
-    assert evaluate_limits(build_machine(load(written)))[0].value == pytest.approx(optimum.result.holds[0].value)
+    assert (
+        tomllib.loads(written.read_text())["objective"]["least"]
+        == f"rms {TIP} {tmp_path / 'path.csv'}"
+    )
+    assert evaluate_limits(build_machine(load(written)))[0].value == pytest.approx(
+        optimum.result.holds[0].value
+    )
 
 
 @pytest.mark.parametrize(
@@ -253,7 +308,9 @@ def test_invalid_distance_is_refused(
         resolve_measure(arm(), parse_sum(f"max {text}")[0])
 
 
-@pytest.mark.parametrize(("kind", "part"), [("max", "proof bounds results"), ("jump", "so leave out `jump`")])
+@pytest.mark.parametrize(
+    ("kind", "part"), [("max", "proof bounds results"), ("jump", "so leave out `jump`")]
+)
 def test_proof_and_c_take_no_distance_and_no_jump(kind: str, part: str, curve: str) -> None:
     (term,) = parse_sum(f"{kind} {TIP} {curve}")
     with pytest.raises(InputError, match=part):
@@ -265,7 +322,10 @@ def test_columns_may_be_those_of_a_motion_in_any_unit(tmp_path: Path) -> None:
     machine = arm()
     for head, factor in (("phi_deg,x_tip_mm,y_tip_mm", 1.0), ("phi_deg,x_m,y_m", 1e-3)):
         (tmp_path / "p.csv").write_text(
-            "\n".join([head, *(f"0,{factor * x},{factor * y}" for x, y in ((0, 0), (300, 0), (300, 200)))]) + "\n"
+            "\n".join(
+                [head, *(f"0,{factor * x},{factor * y}" for x, y in ((0, 0), (300, 0), (300, 200)))]
+            )
+            + "\n"
         )
         (term,) = parse_sum(f"max {TIP} {tmp_path / 'p.csv'}")
         goal = Goal(machine, [resolve_measure(machine, term)], (), ANGLES)
@@ -294,7 +354,9 @@ def test_clearance_is_the_height_over_the_ground() -> None:
 
 
 def test_limits_on_clearance_and_on_the_distance_of_points(tmp_path: Path) -> None:
-    """Against positions by the other route of the tests; sizes of joint forces are those of their components."""
+    """Against positions by the other route of the tests; sizes of joint forces are those of their
+    components.
+    """
     machine = arm()
     phi = 2 * np.pi * np.arange(720) / 720
     x, y = (evaluate(machine, name, phi) for name in ("x_tip", "y_tip"))
@@ -303,8 +365,11 @@ def test_limits_on_clearance_and_on_the_distance_of_points(tmp_path: Path) -> No
     soil.write_text("x_mm,y_mm\n" + "".join(f"{a!r},{b!r}\n" for a, b in rows), encoding="utf-8")
     heights = y - np.interp(x, *np.array(sorted(rows)).T)
     force = np.hypot(*(evaluate(machine, name, phi) for name in ("F_Ax", "F_Ay")))
-    texts = [f"min clearance x_tip y_tip over {soil} >= 10 mm", "max distance x_tip y_tip to x_tip y_tip <= 1 mm",
-             f"F_A <= {force.max() / 2} N"]  # fmt: skip
+    texts = [
+        f"min clearance x_tip y_tip over {soil} >= 10 mm",
+        "max distance x_tip y_tip to x_tip y_tip <= 1 mm",
+        f"F_A <= {force.max() / 2} N",
+    ]
     clearance, same, size = evaluate_limits(replace(machine, limits=tuple(map(parse_limit, texts))))
     assert clearance.value == pytest.approx(heights.min(), abs=0.05)
     assert clearance.met == (clearance.value is not None and clearance.value >= 10)
@@ -318,7 +383,9 @@ def test_named_points_are_those_at_their_coordinates(tmp_path: Path) -> None:
     soil.write_text("x_mm,y_mm\n-500,-300\n500,-250\n", encoding="utf-8")
     pairs = {
         "distance tip to ground__D": "distance x_tip y_tip to x_ground__D y_ground__D",
-        f"clearance coupler__end over {soil}": f"clearance x_coupler__end_mm y_coupler__end over {soil}",
+        f"clearance coupler__end over {soil}": (
+            f"clearance x_coupler__end_mm y_coupler__end over {soil}"
+        ),
     }
     response = MachineResponse(arm(), [name for pair in pairs.items() for name in pair])
     values = response.values(response.at(arm().design), np.linspace(0, 6, 7))
@@ -345,23 +412,35 @@ def test_points_in_space_have_three_coordinates() -> None:
 
 
 def test_slopes_of_points_of_bodies_cross_the_loops() -> None:
-    """The coupler's end is where the rocker's is: what moves it is the loop alone for some of the lengths."""
+    """The coupler's end is where the rocker's is: what moves it is the loop alone for some of the
+    lengths.
+    """
     machine, phi, step = arm("a_mm", "b_mm", "c_mm", "d_mm"), np.linspace(0.1, 6, 9), 1e-6
     names = ["x_coupler__end", "y_coupler__end", "distance coupler__end to coupler__A"]
     response, x = MachineResponse(machine, names), machine.design
     _, slopes = response.slopes(response.at(x), phi)
     for i in range(len(x)):
-        ends = [response.values(response.at(x + sign * step * np.eye(len(x))[i]), phi) for sign in (1, -1)]
+        ends = [
+            response.values(response.at(x + sign * step * np.eye(len(x))[i]), phi)
+            for sign in (1, -1)
+        ]
         np.testing.assert_allclose(slopes[:, :, 1 + i], (ends[0] - ends[1]) / (2 * step), atol=1e-7)
     np.testing.assert_allclose(slopes[2, :, 1:], np.tile([0, 1, 0, 0], (len(phi), 1)), atol=1e-12)
 
 
 def test_limit_on_a_point_of_a_body_binds_with_its_price() -> None:
-    """The distance of the coupler's two pins is its length: the limit is a bound of that, with the price of it."""
+    """The distance of the coupler's two pins is its length: the limit is a bound of that, with the
+    price of it.
+    """
     machine = build_machine(own.file("transplanting_arm"))
-    texts = "max distance coupler__end to coupler__A <= {} mm", "distance coupler__end to ground__O >= 30"
+    texts = (
+        "max distance coupler__end to coupler__A <= {} mm",
+        "distance coupler__end to ground__O >= 30",
+    )
     first, second = (
-        optimise_machine(machine, "range F_Ox", [texts[0].format(length), texts[1]], spec=FEW).result
+        optimise_machine(
+            machine, "range F_Ox", [texts[0].format(length), texts[1]], spec=FEW
+        ).result
         for length in (150, 149)
     )
     assert first.design["b_mm"] == pytest.approx(150, abs=1e-6)
@@ -372,9 +451,14 @@ def test_limit_on_a_point_of_a_body_binds_with_its_price() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "part"), [("distance tipp to ground__D", "did you mean tip?"), ("distance tip to ground__Q", "no point"),
-                       ("distance F_A to tip", "no point F_A"), ("clearance tip over soil", "soil")]
-)  # fmt: skip
+    ("name", "part"),
+    [
+        ("distance tipp to ground__D", "did you mean tip?"),
+        ("distance tip to ground__Q", "no point"),
+        ("distance F_A to tip", "no point F_A"),
+        ("clearance tip over soil", "soil"),
+    ],
+)
 def test_unknown_point_is_refused(name: str, part: str) -> None:
     with pytest.raises(InputError) as caught:
         arm().find_quantity(name)

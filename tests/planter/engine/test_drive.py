@@ -1,4 +1,6 @@
-"""Any machine on a motor: reduced inertia by hand, energy, loops along the way, other integrators, refusals."""
+"""Any machine on a motor: reduced inertia by hand, energy, loops along the way, other integrators,
+refusals.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +57,9 @@ def test_laws_hold_at_an_acceleration() -> None:
 
 
 def test_acceleration_requires_an_angle() -> None:
-    q = quantities("phi | rad | angle\nomega | rad/s | speed\neps | rad/s2 | acceleration\nslow | m/s2 | none")
+    q = quantities(
+        "phi | rad | angle\nomega | rad/s | speed\neps | rad/s2 | acceleration\nslow | m/s2 | none"
+    )
     with pytest.raises(MechanismError, match="which is lacking"):
         Mechanism("free", q, acceleration=q.eps)
     with pytest.raises(MechanismError, match="m/s2"):
@@ -82,14 +86,24 @@ def test_another_integrator_finds_the_same_speed() -> None:
         slope: np.ndarray = driven.acceleration(np.array([phi]), omega) / omega
         return slope
 
-    solution = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
+    solution = scipy.integrate.solve_ivp(
+        rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10
+    )
     assert solution.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
 
 
 def test_a_heavy_flywheel_keeps_the_speed() -> None:
-    results = [drive_machine(own.machine("slider_crank"), replace(MOTOR, flywheel=j), 1).result for j in (1e3, 1e5)]
-    assert results[0].speed.fluctuation / results[1].speed.fluctuation == pytest.approx(100, rel=1e-2)
-    assert max(quantity.change for quantity in results[1].quantities.values() if quantity.unit == "N") < 1e-3
+    results = [
+        drive_machine(own.machine("slider_crank"), replace(MOTOR, flywheel=j), 1).result
+        for j in (1e3, 1e5)
+    ]
+    assert results[0].speed.fluctuation / results[1].speed.fluctuation == pytest.approx(
+        100, rel=1e-2
+    )
+    assert (
+        max(quantity.change for quantity in results[1].quantities.values() if quantity.unit == "N")
+        < 1e-3
+    )
 
 
 def test_undrivable_machine_is_refused() -> None:

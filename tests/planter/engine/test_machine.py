@@ -1,4 +1,6 @@
-"""Machines of the engine: values, quantities and functions under one roof, and derivatives that differences confirm."""
+"""Machines of the engine: values, quantities and functions under one roof, and derivatives that
+differences confirm.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ ANGLES = TURN * np.array([0.03, 0.21, 0.4, 0.77])
 @cache
 def machine(name: str, *moved: str) -> Machine:
     built = build_machine(own.file(name))
-    return built.with_moved(dict.fromkeys(moved or [value.path for value in built.values], (0.0, 1.0)))
+    return built.with_moved(
+        dict.fromkeys(moved or [value.path for value in built.values], (0.0, 1.0))
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -63,7 +67,9 @@ def test_samples_are_in_the_units_of_their_keys() -> None:
     built = machine("slider_crank", "r_mm")
     quantity = built.find_quantity("s")
     sampled = FixedNodes(built, ["s"], ANGLES)(built.design)
-    si = MachineResponse(built, ["s"]).values(MachineResponse(built, ["s"]).at(built.design), ANGLES)
+    si = MachineResponse(built, ["s"]).values(
+        MachineResponse(built, ["s"]).at(built.design), ANGLES
+    )
     assert quantity.key.endswith("_mm")
     np.testing.assert_allclose(sampled.values * quantity.factor, si, rtol=1e-13)
 

@@ -1,4 +1,6 @@
-"""The language of measures and limits: what it means, that its text reads back to the same, what it refuses."""
+"""The language of measures and limits: what it means, that its text reads back to the same, what it
+refuses.
+"""
 
 import contextlib
 import dataclasses
@@ -34,19 +36,31 @@ TEXTS = {
     "mean F while y <= 20 mm and abs v > 0.1 m/s": Measure(
         "mean",
         "F",
-        during=(MeasureCondition("y", 1, 20, "mm"), MeasureCondition("v", -1, 0.1, "m/s", absolute=True, strict=True)),
+        during=(
+            MeasureCondition("y", 1, 20, "mm"),
+            MeasureCondition("v", -1, 0.1, "m/s", absolute=True, strict=True),
+        ),
     ),
-    "rms distance x_tip y_tip to ../a-b/path.csv": Measure("rms", "distance x_tip y_tip to ../a-b/path.csv"),
+    "rms distance x_tip y_tip to ../a-b/path.csv": Measure(
+        "rms", "distance x_tip y_tip to ../a-b/path.csv"
+    ),
     'distance x y to "my path.csv" at 90': Measure("at", 'distance x y to "my path.csv"', angle=90),
-    "F where distance x y to p.csv is least": Measure("at", "F", where=Extremum("distance x y to p.csv", -1)),
+    "F where distance x y to p.csv is least": Measure(
+        "at", "F", where=Extremum("distance x y to p.csv", -1)
+    ),
     "max F while distance x y to p.csv <= 2 mm and y > 3": Measure(
         "max",
         "F",
-        during=(MeasureCondition("distance x y to p.csv", 1, 2, "mm"), MeasureCondition("y", -1, 3, strict=True)),
+        during=(
+            MeasureCondition("distance x y to p.csv", 1, 2, "mm"),
+            MeasureCondition("y", -1, 3, strict=True),
+        ),
     ),
     "distance": Measure("all", "distance"),
     "distance where distance is least": Measure("at", "distance", where=Extremum("distance", -1)),
-    "work P_in while n >= -3 r/min": Measure("work", "P_in", during=(MeasureCondition("n", -1, -3, "r/min"),)),
+    "work P_in while n >= -3 r/min": Measure(
+        "work", "P_in", during=(MeasureCondition("n", -1, -3, "r/min"),)
+    ),
 }
 
 
@@ -79,16 +93,22 @@ def random_measure(rng: random.Random) -> Measure:
 
     def condition() -> MeasureCondition:
         unit = rng.choice(["", "mm", "N m", "m/s2", "r/min", "kg m2", "%"])
-        return MeasureCondition(name(), rng.choice([1, -1]), number(), unit, rng.random() < 0.3, rng.random() < 0.3)
+        return MeasureCondition(
+            name(), rng.choice([1, -1]), number(), unit, rng.random() < 0.3, rng.random() < 0.3
+        )
 
     measure = Measure(rng.choice([*KINDS, "all"]), name(), rng.random() < 0.4)
     match rng.randrange(4):
         case 0:
             return dataclasses.replace(measure, kind="at", angle=number())
         case 1:
-            return dataclasses.replace(measure, kind="at", where=Extremum(name(), rng.choice([1, -1])))
+            return dataclasses.replace(
+                measure, kind="at", where=Extremum(name(), rng.choice([1, -1]))
+            )
         case 2:
-            return dataclasses.replace(measure, during=tuple(condition() for _ in range(rng.randint(1, 3))))
+            return dataclasses.replace(
+                measure, during=tuple(condition() for _ in range(rng.randint(1, 3)))
+            )
     return measure
 
 
@@ -147,11 +167,17 @@ def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:
 
 @pytest.mark.parametrize(
     ("text", "part"),
-    [("F < 3", "'<' at character 3"), ("F", "a limit is missing"), ("2 max F <= 3", "'2' at character 1"),
-     ("abs F >= 3", "abs"), ("jump F >= 3", "jump <="),
-     ("F <= 3 parsecs", "parsecs"), ("F <= 3 <= 4", "character 8"),
-     ("mean F while y <= 3", "a limit is missing")],
-)  # fmt: skip
+    [
+        ("F < 3", "'<' at character 3"),
+        ("F", "a limit is missing"),
+        ("2 max F <= 3", "'2' at character 1"),
+        ("abs F >= 3", "abs"),
+        ("jump F >= 3", "jump <="),
+        ("F <= 3 parsecs", "parsecs"),
+        ("F <= 3 <= 4", "character 8"),
+        ("mean F while y <= 3", "a limit is missing"),
+    ],
+)
 def test_invalid_limit_is_refused(text: str, part: str) -> None:
     with pytest.raises(InputError, match=": ") as caught:
         parse_limit(text)

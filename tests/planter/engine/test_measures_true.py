@@ -1,4 +1,6 @@
-"""Measures of functions with corners, roots, jumps and dead centres: values and gradients against mpmath."""
+"""Measures of functions with corners, roots, jumps and dead centres: values and gradients against
+mpmath.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,10 @@ def build(machine: Machine, text: str) -> Goal:
 def find_exact(name: str, kind: str) -> tuple[float, list[float]]:
     """Return mean or root mean square with its derivatives in r and s."""
     power = POWERS[kind]
-    value, slopes = INTEGRANDS[name].integrate(power=power), INTEGRANDS[name].differentiate(power=power)
+    value, slopes = (
+        INTEGRANDS[name].integrate(power=power),
+        INTEGRANDS[name].differentiate(power=power),
+    )
     if power == 1:
         return float(value), [float(slope) for slope in slopes]
     root = mpmath.sqrt(value)
@@ -42,7 +47,9 @@ def test_integrals_and_their_gradients(name: str, kind: str) -> None:
     np.testing.assert_allclose(goal.slope(machine.design), slopes, rtol=1e-7, atol=1e-8 * scale)
 
 
-@pytest.mark.parametrize("name", ["root_of_part", "size", "case_that_jumps", "norm_at_rest", "dead_centre", "dwell"])
+@pytest.mark.parametrize(
+    "name", ["root_of_part", "size", "case_that_jumps", "norm_at_rest", "dead_centre", "dwell"]
+)
 def test_sums_are_those_of_their_measures(name: str) -> None:
     """Variance, deviation and work follow from mean and root mean square; so do their gradients."""
     machine = INTEGRANDS[name].machine
@@ -80,7 +87,9 @@ def test_extremes_and_their_gradients(name: str, text: str) -> None:
 
 
 def test_what_a_condition_leaves_moves_with_its_ends() -> None:
-    """r/(1 + s cos t) where it is at least 1: cos t <= (r - 1)/s, of which r = 1 leaves the half where cos t <= 0."""
+    """r/(1 + s cos t) where it is at least 1: cos t <= (r - 1)/s, of which r = 1 leaves the half
+    where cos t <= 0.
+    """
     machine = INTEGRANDS["smooth"].machine
     goal = build(machine, "mean y while y >= 1")
 
@@ -89,7 +98,9 @@ def test_what_a_condition_leaves_moves_with_its_ends() -> None:
         total = mpmath.quad(lambda t: r / (1 + s * mpmath.cos(t)), [end, mpmath.pi])
         return total / (mpmath.pi - end)
 
-    assert goal.evaluate(machine.design) == pytest.approx(float(mean(mpmath.mpf(1), mpmath.mpf(0.3))), rel=1e-12)
+    assert goal.evaluate(machine.design) == pytest.approx(
+        float(mean(mpmath.mpf(1), mpmath.mpf(0.3))), rel=1e-12
+    )
     slopes = [float(mpmath.diff(mean, (1, mpmath.mpf(0.3)), order)) for order in ((1, 0), (0, 1))]
     np.testing.assert_allclose(goal.slope(machine.design), slopes, rtol=1e-9)
 
@@ -99,14 +110,23 @@ def test_root_of_a_part_as_it_was_reported() -> None:
     machine = INTEGRANDS["root_of_part"].machine
     terms = [resolve_measure(machine, measure) for measure in parse_sum("mean y")]
     exact, sampled = compute_sensitivity(machine, terms), compute_sensitivity(machine, terms, 360)
-    assert (exact.kind, exact.samples, sampled.kind, sampled.samples) == ("true", None, "sampled", 360)
+    assert (exact.kind, exact.samples, sampled.kind, sampled.samples) == (
+        "true",
+        None,
+        "sampled",
+        360,
+    )
     assert exact.objective == pytest.approx(0.26006829287648816, rel=1e-12)
-    assert list(exact.gradient.values()) == pytest.approx([0.24781919422178996, -0.39261682594515304], rel=1e-10)
+    assert list(exact.gradient.values()) == pytest.approx(
+        [0.24781919422178996, -0.39261682594515304], rel=1e-10
+    )
     assert abs(sampled.gradient["s"] / exact.gradient["s"] - 1) > 0.01
 
 
 def test_fixed_nodes_would_miss_the_motion_of_a_jump(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = INTEGRANDS["case_that_jumps"].machine
     slopes = find_exact("case_that_jumps", "mean")[1]
-    monkeypatch.setattr(CyclePanels, "_velocity", property(lambda panels: np.zeros((len(panels.breaks), 2))))
+    monkeypatch.setattr(
+        CyclePanels, "_velocity", property(lambda panels: np.zeros((len(panels.breaks), 2)))
+    )
     assert np.abs(build(machine, "mean y").slope(machine.design) - slopes).max() > 0.1

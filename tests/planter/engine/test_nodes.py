@@ -1,4 +1,6 @@
-"""Nodes at angles, extrema and jumps of a cycle: where they are, and their derivatives against differences."""
+"""Nodes at angles, extrema and jumps of a cycle: where they are, and their derivatives against
+differences.
+"""
 
 from functools import cache
 
@@ -19,7 +21,9 @@ NAMES = ("s", "F_Ox")
 
 @cache
 def machine(name: str = "slider_crank", *moved: str) -> Machine:
-    return build_machine(own.file(name)).with_moved(dict.fromkeys(moved or ("r_mm", "l_mm", "e_mm"), (0.0, 1e3)))
+    return build_machine(own.file(name)).with_moved(
+        dict.fromkeys(moved or ("r_mm", "l_mm", "e_mm"), (0.0, 1e3))
+    )
 
 
 NODES = {
@@ -46,7 +50,9 @@ def test_derivatives_are_those_of_differences(build: object) -> None:
     steps = np.diag(2e-6 * np.maximum(np.abs(x), 1e-2))
     slopes = [(value(x + step) - value(x - step)) / (2 * step.sum()) for step in steps]
     np.testing.assert_allclose(gradient(x), slopes, rtol=1e-6, atol=1e-6 * np.abs(slopes).max())
-    second = np.array([(gradient(x + step) - gradient(x - step)) / (2 * step.sum()) for step in steps])
+    second = np.array(
+        [(gradient(x + step) - gradient(x - step)) / (2 * step.sum()) for step in steps]
+    )
     hessian = first.curvature(weights)
     np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
 
@@ -60,31 +66,55 @@ def test_extremum_equals_dense_grid() -> None:
 
 
 def test_jumps_are_the_shocks_of_the_summary() -> None:
-    """Both routes split the cycle at the slider's dead centres; what is continuous there has no jump but rounding."""
+    """Both routes split the cycle at the slider's dead centres; what is continuous there has no
+    jump but rounding.
+    """
     at = JumpNodes(machine(), ["F_Ox", "F_Oy", "s", "a_slider_x"])(machine().design)
-    shocks = [shock for shock in summarise_machine(machine()).shocks if shock.quantity in ("F_Ox", "F_Oy")]
+    shocks = [
+        shock for shock in summarise_machine(machine()).shocks if shock.quantity in ("F_Ox", "F_Oy")
+    ]
     expected = sorted((shock.quantity, shock.after - shock.before) for shock in shocks)
-    jumps = sorted((name, value) for name, row in zip(("F_Ox", "F_Oy"), at.values, strict=False) for value in set(row))
+    jumps = sorted(
+        (name, value)
+        for name, row in zip(("F_Ox", "F_Oy"), at.values, strict=False)
+        for value in set(row)
+    )
     assert [name for name, _ in jumps] == [name for name, _ in expected]
-    np.testing.assert_allclose([value for _, value in jumps], [value for _, value in expected], rtol=1e-12)
+    np.testing.assert_allclose(
+        [value for _, value in jumps], [value for _, value in expected], rtol=1e-12
+    )
     np.testing.assert_allclose(at.values[2:], 0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["wang2017", "yu2023", "sun2019-corrected", "shi2021", "planetary_train"])
+@pytest.mark.parametrize(
+    "name", ["wang2017", "yu2023", "sun2019-corrected", "shi2021", "planetary_train"]
+)
 def test_no_result_jumps_where_forces_are_continuous(name: str) -> None:
-    """The summary looks at events of every order, jumps at those of order 0: the largest are the same."""
-    source = str(own.generated(name) / f"{name}.toml") if (own.EXAMPLES / f"{name}.py").is_file() else name
+    """The summary looks at events of every order, jumps at those of order 0: the largest are the
+    same.
+    """
+    source = (
+        str(own.generated(name) / f"{name}.toml")
+        if (own.EXAMPLES / f"{name}.py").is_file()
+        else name
+    )
     built = load_machine(source)
     names, largest = [quantity.name for quantity in built.results], dict[str, float]()
     for shock in summarise_machine(built).shocks:
-        largest[shock.quantity] = max(largest.get(shock.quantity, 0.0), abs(shock.after - shock.before))
+        largest[shock.quantity] = max(
+            largest.get(shock.quantity, 0.0), abs(shock.after - shock.before)
+        )
     jumps = np.abs(JumpNodes(built, names)(built.design).values).max(axis=1)
-    np.testing.assert_allclose(jumps, [largest.get(name, 0.0) for name in names], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        jumps, [largest.get(name, 0.0) for name in names], rtol=1e-9, atol=1e-9
+    )
     assert bool(largest) == (name in ("yu2023", "shi2021"))
 
 
 def test_jumps_follow_changed_friction() -> None:
-    """The guide's friction is mu N: without it nothing jumps, and small friction makes jumps in proportion."""
+    """The guide's friction is mu N: without it nothing jumps, and small friction makes jumps in
+    proportion.
+    """
     rubbing = machine("slider_crank", "mu")
     nodes = JumpNodes(rubbing, ["F_Ox"])
     none, some, twice = (np.abs(nodes(np.array([mu])).values).max() for mu in (0.0, 1e-5, 2e-5))

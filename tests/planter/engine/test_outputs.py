@@ -1,4 +1,6 @@
-"""Outputs of a machine in rows: slopes against differences, first-order bands against drawn ones, reasons."""
+"""Outputs of a machine in rows: slopes against differences, first-order bands against drawn ones,
+reasons.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +53,9 @@ def test_slopes_of_outputs_agree_with_differences() -> None:
     differences = find_differences(lambda points: outputs.evaluated(points, 1), x)
     scale = np.abs(slopes).max(axis=1, keepdims=True)
     np.testing.assert_allclose(slopes / scale, differences / scale, atol=1e-7)
-    assert np.abs(slopes[:, [1, 0, 2]] - differences).max() > 0.1, "slopes in exchanged inputs are recognised"
+    assert np.abs(slopes[:, [1, 0, 2]] - differences).max() > 0.1, (
+        "slopes in exchanged inputs are recognised"
+    )
 
 
 def test_slopes_of_rows_are_those_of_each_alone() -> None:
@@ -72,7 +76,9 @@ def test_first_order_bands_are_those_of_drawn_machines() -> None:
     centre = outputs.machine.design / outputs.machine.scale
     spreads = [Spread("normal", value * 0.9995, value * 1.0005) for value in centre]
     samples = SobolSequence(len(centre), 1)(0, 256)
-    points = np.column_stack([spread.quantiles(shares) for spread, shares in zip(spreads, samples.T, strict=True)])
+    points = np.column_stack(
+        [spread.quantiles(shares) for spread, shares in zip(spreads, samples.T, strict=True)]
+    )
     values, slopes = outputs.slopes(centre)
     rows = outputs.evaluated(points, 1)
     np.testing.assert_allclose(rows.std(axis=0), (points @ slopes.T).std(axis=0), rtol=1e-3)
@@ -99,25 +105,46 @@ def test_outputs_are_called_after_quantity_measure_and_unit() -> None:
 
 def test_every_measure_text_is_an_output() -> None:
     """A plain measure is that of its name; others are those of a goal, and have its slopes."""
-    texts = ("rms M_in", "jump F_Ox [N]", "abs beta where s is least", "min M_in while s <= 0.2 m", "beta at 90 [deg]")
+    texts = (
+        "rms M_in",
+        "jump F_Ox [N]",
+        "abs beta where s is least",
+        "min M_in while s <= 0.2 m",
+        "beta at 90 [deg]",
+    )
     outputs = SampledOutputs(slider_crank(), INPUTS, ["M_in_rms_Nm", *texts], ANGLES)
     names = [output.name for output in outputs.outputs[1:]]
-    assert names == ["rms M_in [N m]", "jump F_Ox [N]", "abs beta where s is least [deg]",
-                     "min M_in while s <= 200 mm [N m]", "beta at 90 [deg]"]  # fmt: skip
+    assert names == [
+        "rms M_in [N m]",
+        "jump F_Ox [N]",
+        "abs beta where s is least [deg]",
+        "min M_in while s <= 200 mm [N m]",
+        "beta at 90 [deg]",
+    ]
     x = outputs.machine.design / outputs.machine.scale
     values, slopes = outputs.slopes(x)
     assert values[0] == values[1]
-    shocks = [shock for shock in summarise_machine(slider_crank()).shocks if shock.quantity == "F_Ox"]
-    assert values[2] == pytest.approx(max(abs(shock.after - shock.before) for shock in shocks), rel=1e-12)
+    shocks = [
+        shock for shock in summarise_machine(slider_crank()).shocks if shock.quantity == "F_Ox"
+    ]
+    assert values[2] == pytest.approx(
+        max(abs(shock.after - shock.before) for shock in shocks), rel=1e-12
+    )
     differences = find_differences(lambda points: outputs.evaluated(points, 1), x)
     np.testing.assert_allclose(slopes, differences, atol=2e-6 * np.abs(slopes).max(axis=1).max())
 
 
 @pytest.mark.parametrize(
     ("name", "part"),
-    [("jumb F_Ox", "did you mean jump"), ("jump F_Oxx", "did you mean F_Ox"), ("jump F_Ox [mm]", "it is in N"),
-     ("s at 2 s", "an angle drives it"), ("F_Ox_rmss_N", "did you mean F_Ox_rms_N"), ("mean abs s", "takes no abs")],
-)  # fmt: skip
+    [
+        ("jumb F_Ox", "did you mean jump"),
+        ("jump F_Oxx", "did you mean F_Ox"),
+        ("jump F_Ox [mm]", "it is in N"),
+        ("s at 2 s", "an angle drives it"),
+        ("F_Ox_rmss_N", "did you mean F_Ox_rms_N"),
+        ("mean abs s", "takes no abs"),
+    ],
+)
 def test_invalid_output_is_refused(name: str, part: str) -> None:
     with pytest.raises(InputError, match=part):
         find_output(slider_crank(), name)
@@ -134,7 +161,9 @@ def test_invalid_output_is_refused(name: str, part: str) -> None:
     ],
 )
 def test_objective_equals_sum_in_file(objective: str) -> None:
-    """Sums of plain measures come from the samples, those with clauses from the machine's goal: both are a goal's."""
+    """Sums of plain measures come from the samples, those with clauses from the machine's goal:
+    both are a goal's.
+    """
     machine = replace(slider_crank(), objective=parse_sum(objective))
     outputs = SampledOutputs(machine, INPUTS, ["objective"], ANGLES)
     terms = [resolve_measure(machine, measure) for measure in machine.objective]
@@ -155,7 +184,9 @@ def test_objective_equals_sum_in_file(objective: str) -> None:
 def test_variance_equals_components_of_objective() -> None:
     machine = replace(slider_crank(), objective=parse_sum("range F_Ox + 2 std M_in"))
     names = list_outputs(machine)
-    assert [name for name in names if "variance" in name] == ["F_Ox_variance_N2"], "no unit is called N m squared"
+    assert [name for name in names if "variance" in name] == ["F_Ox_variance_N2"], (
+        "no unit is called N m squared"
+    )
     outputs = SampledOutputs(machine, INPUTS, ["F_Ox_variance_N2", "F_Ox_std_N"], ANGLES)
     variance, std = outputs.evaluated(outputs.machine.design[None] / outputs.machine.scale, 1)[0]
     assert variance == pytest.approx(std**2, rel=1e-12)

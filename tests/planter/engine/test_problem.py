@@ -1,4 +1,6 @@
-"""Sums of measures of any machine as problems: in which units, what optima gain, and how limits hold."""
+"""Sums of measures of any machine as problems: in which units, what optima gain, and how limits
+hold.
+"""
 
 import pytest
 
@@ -25,9 +27,13 @@ def arm() -> Machine:
     return own.machine("transplanting_arm")
 
 
-def build(machine: Machine, text: str, *limits: str, sampling: Sampling = "refined") -> DesignProblem:
+def build(
+    machine: Machine, text: str, *limits: str, sampling: Sampling = "refined"
+) -> DesignProblem:
     measures = [resolve_measure(machine, measure) for measure in parse_sum(text)]
-    return build_problem(machine, measures, [resolve_limit(machine, parse_limit(t)) for t in limits], sampling)
+    return build_problem(
+        machine, measures, [resolve_limit(machine, parse_limit(t)) for t in limits], sampling
+    )
 
 
 def test_machine_without_bounds_is_refused(arm: Machine) -> None:
@@ -35,17 +41,25 @@ def test_machine_without_bounds_is_refused(arm: Machine) -> None:
         build(arm.with_moved({}), "range F_Ox")
 
 
-@pytest.mark.parametrize("text", ["2 range gamma + 3 variance gamma", "range F_Ox + 0.5 std F_Ox", "std gamma"])
+@pytest.mark.parametrize(
+    "text", ["2 range gamma + 3 variance gamma", "range F_Ox + 0.5 std F_Ox", "std gamma"]
+)
 def test_objective_equals_measures(arm: Machine, text: str) -> None:
-    """Angles are in degrees in results: the sum is that of measures over the same samples, then over dense ones."""
+    """Angles are in degrees in results: the sum is that of measures over the same samples, then
+    over dense ones.
+    """
     measures = [resolve_measure(arm, measure) for measure in parse_sum(text)]
     for sampling, count, tolerance in ((48, 48, 1e-12), ("refined", 20_000, 1e-6)):
         problem, goal = build(arm, text, sampling=sampling), Goal(arm, measures, (), count)
-        assert problem.reference.objective == pytest.approx(goal.evaluate(arm.design), rel=tolerance)
+        assert problem.reference.objective == pytest.approx(
+            goal.evaluate(arm.design), rel=tolerance
+        )
 
 
 def test_starts_agree_though_half_of_them_glide() -> None:
-    """Most descents of one kind end in a local minimum of 14.6535 N, where peaks beside a jump tie."""
+    """Most descents of one kind end in a local minimum of 14.6535 N, where peaks beside a jump
+    tie.
+    """
     problem = build(own.machine("slider_crank"), "range F_Ox")
     certificate = minimise(problem, SearchSpec(starts=8), means=Means(1)).result.certificate
     assert certificate.agreeing_starts >= 6
@@ -61,7 +75,9 @@ def test_optimum_under_a_limit_has_its_price(limit: str) -> None:
     machine = own.machine("slider_crank")
     name, sign, number = limit.rpartition(" ")[0].rpartition(" ")[0], "<=", float(limit.split()[-1])
     first, moved = (
-        optimise_machine(machine, "rms M_in", [f"{name} {sign} {value}"], SearchSpec(starts=2), means=Means(1))
+        optimise_machine(
+            machine, "rms M_in", [f"{name} {sign} {value}"], SearchSpec(starts=2), means=Means(1)
+        )
         for value in (number, number + 1e-3)
     )
     (price,) = first.result.certificate.active_limits
@@ -73,7 +89,9 @@ def test_optimum_under_a_limit_has_its_price(limit: str) -> None:
 def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
     """The limit binds at a true extreme; its price is that of a limit that is moved."""
     limit = "min F_Oy >= -4.2"
-    free, bound = (optimise_machine(arm, "range F_Ox", holds, SearchSpec(starts=2)) for holds in ([], [limit]))
+    free, bound = (
+        optimise_machine(arm, "range F_Ox", holds, SearchSpec(starts=2)) for holds in ([], [limit])
+    )
     peaks = [evaluate_measure(f.machine, Measure("min", "F_Oy")) for f in (free, bound)]
     assert peaks[0] < -4.5
     assert peaks[1] == pytest.approx(-4.2, abs=1e-6)
@@ -86,7 +104,10 @@ def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
 def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
     """The tip moves no force: its place on the coupler is left alone, and reported."""
     result = optimise_machine(arm, "range F_Ox", [], SearchSpec(24, starts=2)).result
-    assert [list(part) for direction in result.insensitive for part in direction] == [["p_mm"], ["n_mm"]]
+    assert [list(part) for direction in result.insensitive for part in direction] == [
+        ["p_mm"],
+        ["n_mm"],
+    ]
     assert result.effective_parameters == 5
     for name in ("p_mm", "n_mm"):
         assert result.design[name] == result.start_design[name]
@@ -95,7 +116,9 @@ def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
 @pytest.mark.parametrize("method", ["ipopt", "hybrid"])
 def test_number_of_workers_changes_no_bit(arm: Machine, method: Method) -> None:
     spec = SearchSpec("refined", method, 3, genetic=SHORT)
-    alone, shared = (optimise_machine(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2))
+    alone, shared = (
+        optimise_machine(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2)
+    )
     assert alone.x.tobytes() == shared.x.tobytes()
     assert (alone.result.certificate, alone.result.evaluations) == (
         shared.result.certificate,
@@ -114,7 +137,12 @@ def test_interrupted_search_hands_over_the_best_so_far(arm: Machine) -> None:
 
     problem = build(arm, "range F_Ox", sampling=24)
     with pytest.raises(InterruptedSearch) as caught:
-        minimise(problem, SearchSpec(24, starts=4), stop, keep=lambda design: objectives.append(design.objective))
+        minimise(
+            problem,
+            SearchSpec(24, starts=4),
+            stop,
+            keep=lambda design: objectives.append(design.objective),
+        )
     best = caught.value.best
     assert best is not None
     assert objectives == sorted(objectives, reverse=True)
@@ -132,7 +160,9 @@ def test_front_trades_range_against_variance(arm: Machine) -> None:
     changes = {f"values.{name}": value for name, value in front[1]["design"].items()}
     machine = load_machine(str(source), changes)
     for text, value in (("range gamma", ranges[1]), ("variance gamma", variances[1])):
-        assert build(machine, text, sampling=24).reference.objective == pytest.approx(value, rel=1e-9)
+        assert build(machine, text, sampling=24).reference.objective == pytest.approx(
+            value, rel=1e-9
+        )
 
 
 @pytest.mark.parametrize(

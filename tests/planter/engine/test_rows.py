@@ -1,4 +1,6 @@
-"""Rows of machines in lanes: what a machine alone gives, the same digits whatever stands beside a row."""
+"""Rows of machines in lanes: what a machine alone gives, the same digits whatever stands beside a
+row.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,12 @@ def test_rows_equal_single_machine_or_dead_point() -> None:
             refused += 1
             assert np.isnan(row).all()
             continue
-        expected = [values["F_Ox"].max(), values["M_in"].max(), values["F_Ox"].mean(), values["M_in"].mean()]
+        expected = [
+            values["F_Ox"].max(),
+            values["M_in"].max(),
+            values["F_Ox"].mean(),
+            values["M_in"].mean(),
+        ]
         np.testing.assert_allclose(row, expected, rtol=1e-11, atol=1e-11 * np.abs(expected).max())
     assert 0 < refused < len(d), "both kinds are there"
 
@@ -88,7 +95,9 @@ def test_open_loops_cost_at_most_twice(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_halved_steps_do_not_change_digits() -> None:
-    """A crank that nearly stretches out needs small steps there: alone, and beside others, the same ones."""
+    """A crank that nearly stretches out needs small steps there: alone, and beside others, the same
+    ones.
+    """
     machine = build_machine(own.file("slider_crank"))
     loops = machine.loops
     assert loops is not None
@@ -101,7 +110,9 @@ def test_halved_steps_do_not_change_digits() -> None:
         part = loops.walk(np.ascontiguousarray(d[lane : lane + 8].T), angles)
         np.testing.assert_array_equal(part.reached, states.reached[lane : lane + 8])
         for place in np.flatnonzero(part.alive):
-            np.testing.assert_array_equal(part.places[:, :, place], states.places[:, :, lane + place])
+            np.testing.assert_array_equal(
+                part.places[:, :, place], states.places[:, :, lane + place]
+            )
 
 
 def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,7 +137,9 @@ def test_average_requires_periodic_cycle() -> None:
 
 @pytest.mark.parametrize("samples", [8, 9])
 def test_totals_of_equal_sides_are_those_of_all_sides(samples: int) -> None:
-    """One side is evaluated; what is no sum of equal shares, such as the printed torque, is taken whole."""
+    """One side is evaluated; what is no sum of equal shares, such as the printed torque, is taken
+    whole.
+    """
     machine = load_machine("wang2017", model="printed")
     names = ["F_support", "M_L", "y_tip"]
     for chosen in (names, names[:1]):
@@ -151,4 +164,6 @@ def test_slopes_of_equal_sides_are_those_of_all_sides() -> None:
         weights = rng.normal(size=(2, samples))
         _, slopes = response.slopes(response.at_data(machine.data), rows.angles)
         expected = np.einsum("kn,knp->kp", weights, slopes[:, :, 1:])
-        np.testing.assert_allclose(rows.gradients(block, (0, 1), weights[:, :, None])[:, :, 0], expected, rtol=1e-9)
+        np.testing.assert_allclose(
+            rows.gradients(block, (0, 1), weights[:, :, None])[:, :, 0], expected, rtol=1e-9
+        )

@@ -1,4 +1,6 @@
-"""Sensitivity of any machine: central differences of the objective, directions that leave the curves as they are."""
+"""Sensitivity of any machine: central differences of the objective, directions that leave the
+curves as they are.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,10 @@ from planter.mechanism.optimisation import compute_objective_sensitivity
 from tests.support import own
 from tests.support.cli import answer
 
-TRUE, SAMPLED = "range F_Ox + 2 max abs F_Oy", "range F_Ox + 0.5 rms M_in + 2 max abs F_Oy + F_By at 100"
+TRUE, SAMPLED = (
+    "range F_Ox + 2 max abs F_Oy",
+    "range F_Ox + 0.5 rms M_in + 2 max abs F_Oy + F_By at 100",
+)
 
 
 def build(source: str, text: str) -> tuple[Machine, list[Measure]]:
@@ -65,7 +70,9 @@ def test_missing_objective_is_refused() -> None:
         compute_objective_sensitivity(machine.with_moved({}), "max M_in")
     free = machine.with_moved({"values.J_kg_m2": (0.0, 1.0)})
     with pytest.raises(InputError, match="has an effect on s"):
-        compute_sensitivity(free, [resolve_measure(free, measure) for measure in parse_sum("max s")], 12)
+        compute_sensitivity(
+            free, [resolve_measure(free, measure) for measure in parse_sum("max s")], 12
+        )
 
 
 def test_planting_device_takes_any_sum_and_all_values() -> None:

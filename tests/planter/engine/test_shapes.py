@@ -1,4 +1,6 @@
-"""Shapes of composed functions: every number of hoisted and moved values, quantities and samples."""
+"""Shapes of composed functions: every number of hoisted and moved values, quantities and
+samples.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +27,16 @@ from planter.tolerance.robust import RobustGoal, Settings
 STEP = 1e-30
 """Step of complex differences, whose error is rounding."""
 SMALL = 1e-5
-"""Step of differences of exact slopes: the square of it, times a third derivative, is below TOLERANCE."""
+"""Step of differences of exact slopes: the square of it, times a third derivative, is below
+TOLERANCE.
+"""
 TOLERANCE = 1e-8
 DATA = np.array([0.7, 1.3, 2.0])
 NAMES = ("a", "b", "n")
 SHAPES = list(itertools.product((0, 1, 2), (0, 1, 2), (1, 2), (False, True)))
-"""Numbers of hoisted values, moved values and quantities, and whether an angle changes the quantities."""
+"""Numbers of hoisted values, moved values and quantities, and whether an angle changes the
+quantities.
+"""
 
 
 def hoist(d: Any, count: int) -> list[Any]:
@@ -38,7 +44,9 @@ def hoist(d: Any, count: int) -> list[Any]:
 
 
 def formulas(phi: Any, d: Any, hoisted: list[Any], count: int, turning: bool, xp: Any) -> list[Any]:
-    """Quantities by the same formulas in CasADi and NumPy; what is not hoisted is computed where it is."""
+    """Quantities by the same formulas in CasADi and NumPy; what is not hoisted is computed where it
+    is.
+    """
     first, second = [*hoisted, *hoist(d, 2)[len(hoisted) :]]
     wave = xp.sin(phi + d[1]) if turning else 1.0
     return [first * wave + second, second**2 + d[0] * wave][:count]
@@ -49,7 +57,9 @@ def build(hoisted: int, moved: int, count: int, turning: bool) -> Machine:
     h, q = ca.SX.sym("h", hoisted), ca.SX.sym("q", 0)
     rows = formulas(phi, d, [h[i] for i in range(hoisted)], count, turning, ca)
     named = ["phi", "d", "h", "q"]
-    prologue = ca.Function("prologue", [d], [ca.vertcat(ca.SX(0, 1), *hoist(d, hoisted))], ["d"], ["y"])
+    prologue = ca.Function(
+        "prologue", [d], [ca.vertcat(ca.SX(0, 1), *hoist(d, hoisted))], ["d"], ["y"]
+    )
     return Machine(
         document=SimpleNamespace(name="shapes", source="shapes.toml", numbers=dict),  # type: ignore[arg-type]
         build=lambda document: build(hoisted, moved, count, turning),
@@ -90,7 +100,9 @@ def expected_slopes(shape: tuple[int, int, int, bool], phi: Array) -> Array:
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 @pytest.mark.parametrize("samples", [1, 5])
-def test_response_equals_complex_differences(shape: tuple[int, int, int, bool], samples: int) -> None:
+def test_response_equals_complex_differences(
+    shape: tuple[int, int, int, bool], samples: int
+) -> None:
     machine, phi = build(*shape), np.linspace(0.3, 2.0, samples)
     response = MachineResponse(machine)
     point = response.at(machine.design)
@@ -99,7 +111,9 @@ def test_response_equals_complex_differences(shape: tuple[int, int, int, bool], 
     np.testing.assert_allclose(values, expected_values(shape, phi), rtol=1e-14)
     np.testing.assert_allclose(slopes, expected, rtol=1e-13, atol=1e-14)
     np.testing.assert_allclose(response.values(point, phi), values, rtol=1e-15)
-    np.testing.assert_allclose(response.derivatives(point, phi)[1], expected[:, :, 0], rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(
+        response.derivatives(point, phi)[1], expected[:, :, 0], rtol=1e-13, atol=1e-14
+    )
     assert [part.shape for part in response.rates(point, phi)] == [values.shape] * 2
 
     def weighted_slope(step: Array) -> Array:
@@ -112,12 +126,16 @@ def test_response_equals_complex_differences(shape: tuple[int, int, int, bool], 
         step = SMALL * np.eye(1 + shape[1])[index]
         rise = (weighted_slope(step) - weighted_slope(-step)) / (2 * SMALL)
         np.testing.assert_allclose(hessians[:, index], rise, atol=TOLERANCE)
-    np.testing.assert_allclose(response.curvature(point, phi, weights), hessians.sum(axis=0), atol=1e-12)
+    np.testing.assert_allclose(
+        response.curvature(point, phi, weights), hessians.sum(axis=0), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
 @pytest.mark.parametrize("samples", [1, 5])
-def test_sampled_outputs_equal_complex_differences(shape: tuple[int, int, int, bool], samples: int) -> None:
+def test_sampled_outputs_equal_complex_differences(
+    shape: tuple[int, int, int, bool], samples: int
+) -> None:
     machine = build(*shape)
     names = [f"{q.name}_{kind}" for q in machine.quantities for kind in ("max", "mean", "rms")]
     paths = [machine.values[index].path for index in machine.moved]
@@ -127,14 +145,22 @@ def test_sampled_outputs_equal_complex_differences(shape: tuple[int, int, int, b
     root = np.sqrt((curves**2).mean(axis=1))
     top = curves.argmax(axis=1)
     rows = np.arange(len(curves))
-    parts = [slopes[rows, top], slopes.mean(axis=1), (curves[:, :, None] * slopes).mean(axis=1) / root[:, None]]
+    parts = [
+        slopes[rows, top],
+        slopes.mean(axis=1),
+        (curves[:, :, None] * slopes).mean(axis=1) / root[:, None],
+    ]
     expected = np.stack([curves.max(axis=1), curves.mean(axis=1), root], axis=1).ravel()
     for count in (1, 3, 70):  # few rows are not compiled, many are
         values, gradients = outputs.gradients(np.repeat(machine.design[None], count, axis=0), 1)
         np.testing.assert_allclose(values, np.tile(expected, (count, 1)), rtol=1e-12)
         stacked = np.stack(parts, axis=1).reshape(len(names), -1)
-        np.testing.assert_allclose(gradients, np.tile(stacked, (count, 1, 1)), rtol=1e-11, atol=1e-13)
-        np.testing.assert_allclose(outputs.evaluated(np.repeat(machine.design[None], count, 0), 1), values, rtol=1e-12)
+        np.testing.assert_allclose(
+            gradients, np.tile(stacked, (count, 1, 1)), rtol=1e-11, atol=1e-13
+        )
+        np.testing.assert_allclose(
+            outputs.evaluated(np.repeat(machine.design[None], count, 0), 1), values, rtol=1e-12
+        )
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)
@@ -163,7 +189,9 @@ def test_entries_left_as_a_row_are_refused(monkeypatch: pytest.MonkeyPatch) -> N
     machine = build(1, 2, 1, True)
     rows = MachineRows(machine, ["y0"], 5)
     rows.find_slopes(1)
-    monkeypatch.setattr(ca, "vec", lambda matrix: matrix)  # CasADi's own order of the entries of a row
+    monkeypatch.setattr(
+        ca, "vec", lambda matrix: matrix
+    )  # CasADi's own order of the entries of a row
     _ = rows.tangents
     weights = np.ones((1, 5, 1))
     with pytest.raises(CallError, match="dh"):

@@ -1,4 +1,6 @@
-"""Quantities without a derivative at an angle, 0/0 in their graph: what is finite is given, and its sides are taken."""
+"""Quantities without a derivative at an angle, 0/0 in their graph: what is finite is given, and its
+sides are taken.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +84,9 @@ def test_gradient_takes_a_side(machine: Machine, name: str, samples: int | None)
 
 @pytest.mark.parametrize("count", [1, 80])
 def test_sampled_slopes_take_a_side(machine: Machine, count: int) -> None:
-    outputs = SampledOutputs(machine, ["values.r_m", "values.s_m"], ["mean R0", "R2_rms_mm", "R5_mean_mm"])
+    outputs = SampledOutputs(
+        machine, ["values.r_m", "values.s_m"], ["mean R0", "R2_rms_mm", "R5_mean_mm"]
+    )
     values, slopes = outputs.gradients(np.tile([1.0, 0.3], (count, 1)), 1)
     expected = np.array([[1e3 * MEAN, 0], [1e3 * np.sqrt(2), 0], [0, 1e3]])
     np.testing.assert_allclose(slopes, np.tile(expected, (count, 1, 1)), rtol=1e-9, atol=1e-9)
@@ -90,7 +94,11 @@ def test_sampled_slopes_take_a_side(machine: Machine, count: int) -> None:
 
 
 def test_search_passes_vanishing_norms(machine: Machine) -> None:
-    for sum_text, optimum in (("range R0", 1e3), ("mean R2", 500 * MEAN), ("rms R1", 500 * np.sqrt(2))):
+    for sum_text, optimum in (
+        ("range R0", 1e3),
+        ("mean R2", 500 * MEAN),
+        ("rms R1", 500 * np.sqrt(2)),
+    ):
         result = optimise_machine(machine, sum_text).result
         assert result.design["r_m"] == pytest.approx(0.5)
         assert result.objective == pytest.approx(optimum, rel=1e-9)

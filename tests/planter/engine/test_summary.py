@@ -1,4 +1,6 @@
-"""The designer's summary of any machine: dense cycles, jumps by the law of friction, closed forms."""
+"""The designer's summary of any machine: dense cycles, jumps by the law of friction, closed
+forms.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +53,9 @@ def test_force_jumps_by_friction_of_both_sides(summary: CycleSummary) -> None:
     for angle in {shock.phi_deg for shock in summary.shocks}:
         at = {shock.quantity: shock for shock in summary.shocks if shock.phi_deg == angle}
         force, normal = at["F_Bx"], at["N_guide"]
-        assert abs(force.after - force.before) == pytest.approx(0.1 * (normal.before + normal.after), rel=1e-9)
+        assert abs(force.after - force.before) == pytest.approx(
+            0.1 * (normal.before + normal.after), rel=1e-9
+        )
     assert len({shock.phi_deg for shock in summary.shocks}) == 2
     assert {shock.event for shock in summary.shocks} == {"sliding of guide turns"}
 
@@ -59,7 +63,8 @@ def test_force_jumps_by_friction_of_both_sides(summary: CycleSummary) -> None:
 def test_switching_points_matter_to_peaks(crank: Machine, summary: CycleSummary) -> None:
     blind = summarise_machine(replace(crank, events=None, event_kinds=()))
     largest = [
-        next(peak.max for peak in cycle_summary.peaks if peak.name == "F_Bx") for cycle_summary in (blind, summary)
+        next(peak.max for peak in cycle_summary.peaks if peak.name == "F_Bx")
+        for cycle_summary in (blind, summary)
     ]
     assert blind.shocks == []
     assert largest[1] - largest[0] > 1e-6
@@ -69,7 +74,9 @@ def test_cam_peaks_are_those_of_the_lift() -> None:
     result = simulate_machine(own.machine("cam_follower"), 36).result
     assert result.designer is not None
     spring = next(peak for peak in result.designer.peaks if peak.name == "F_spring")
-    assert (spring.max, spring.max_phi_deg, spring.min) == pytest.approx((22 + 1800 * 0.014, 180.0, 22.0), rel=1e-12)
+    assert (spring.max, spring.max_phi_deg, spring.min) == pytest.approx(
+        (22 + 1800 * 0.014, 180.0, 22.0), rel=1e-12
+    )
     motor = result.designer.motor
     assert motor is not None
     assert motor.mean_Nm is not None
@@ -84,5 +91,7 @@ def test_nonperiodic_quantity_has_no_mean(crank: Machine) -> None:
 
 def test_growing_quantity_is_largest_at_end() -> None:
     peaks = {peak.name: peak for peak in summarise_machine(load_machine("yu2023")).peaks}
-    assert (peaks["phi1"].max_phi_deg, peaks["phi1"].max - peaks["phi1"].min) == pytest.approx((360.0, 360.0))
+    assert (peaks["phi1"].max_phi_deg, peaks["phi1"].max - peaks["phi1"].min) == pytest.approx(
+        (360.0, 360.0)
+    )
     assert peaks["y_S"].max_phi_deg < 360.0

@@ -1,4 +1,6 @@
-"""True extremes and integrals of functions with corners, roots and jumps against mpmath: of a machine, and of rows."""
+"""True extremes and integrals of functions with corners, roots and jumps against mpmath: of a
+machine, and of rows.
+"""
 
 from __future__ import annotations
 
@@ -25,16 +27,22 @@ ROWS = np.array([[1.0, 0.3], [0.9, 0.25], [1.2, 0.42]])
 
 def mean_and_rms(integrand: Integrand, r: float = R, s: float = S) -> tuple[float, float]:
     with mpmath.workdps(30):
-        return float(integrand.integrate(r, s)), float(mpmath.sqrt(integrand.integrate(r, s, power=2)))
+        return float(integrand.integrate(r, s)), float(
+            mpmath.sqrt(integrand.integrate(r, s, power=2))
+        )
 
 
 def sample_densely(integrand: Integrand, r: float = R, s: float = S) -> Array:
-    """Return values at many angles, which no extreme is within, and at one-sided places of breaks."""
+    """Return values at many angles, which no extreme is within, and at one-sided places of
+    breaks.
+    """
     with mpmath.workdps(30):
         angles = [mpmath.mpf(k) / 50 for k in range(1, 314)]
         angles += [p % (2 * mpmath.pi) + d for p in integrand.breaks(r, s) for d in (-1e-12, 1e-12)]
         inside = [angle for angle in angles if 0 < angle < 2 * mpmath.pi]
-        return np.array([float(integrand.evaluate(t, mpmath.mpf(r), mpmath.mpf(s))) for t in inside])
+        return np.array(
+            [float(integrand.evaluate(t, mpmath.mpf(r), mpmath.mpf(s))) for t in inside]
+        )
 
 
 @pytest.mark.parametrize("name", INTEGRANDS)
@@ -88,7 +96,9 @@ def test_rows_have_measures_of_one_machine(name: str) -> None:
 
 def test_simulated_quantities_are_true_whatever_the_samples() -> None:
     integrand = INTEGRANDS["root_of_part"]
-    few, many = (simulate_machine(integrand.machine, count).result.quantities["y"] for count in (24, 720))
+    few, many = (
+        simulate_machine(integrand.machine, count).result.quantities["y"] for count in (24, 720)
+    )
     assert few == many
     mean, rms = mean_and_rms(integrand)
     assert (few.mean, few.rms, few.max) == pytest.approx((mean, rms, 0.7**0.5), rel=1e-12)

@@ -1,4 +1,6 @@
-"""Every length, angle and point of a machine stands on its drawings, or it is said why not; marks measure values."""
+"""Every length, angle and point of a machine stands on its drawings, or it is said why not; marks
+measure values.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,11 @@ def open_machine(source: str) -> LabelledMachine:
 
 def without_reason(changed_machine: LabelledMachine) -> list[str]:
     """Names of the geometry that are on no sheet and for which nothing says why."""
-    return [symbol.name for symbol in changed_machine.symbols() if symbol.left_out == machine.NO_SUCH_PART]
+    return [
+        symbol.name
+        for symbol in changed_machine.symbols()
+        if symbol.left_out == machine.NO_SUCH_PART
+    ]
 
 
 @pytest.mark.parametrize("source", MACHINES)
@@ -38,10 +44,18 @@ def test_every_dimension_is_drawn_or_has_a_reason(source: str) -> None:
     names = {symbol.name for symbol in machine.list_geometry(changed_machine.package)}
     named = set().union(*(sheet.names for sheet in changed_machine.labelled.sheets))
     assert named <= names
-    reasons = [pattern for patterns in changed_machine.labels.UNDRAWN.values() for pattern in patterns]
-    missing = [symbol for symbol in machine.list_geometry(changed_machine.package) if symbol.name not in named]
+    reasons = [
+        pattern for patterns in changed_machine.labels.UNDRAWN.values() for pattern in patterns
+    ]
+    missing = [
+        symbol
+        for symbol in machine.list_geometry(changed_machine.package)
+        if symbol.name not in named
+    ]
     assert not [
-        pattern for pattern in reasons if not any(machine.matches_pattern(symbol, pattern) for symbol in missing)
+        pattern
+        for pattern in reasons
+        if not any(machine.matches_pattern(symbol, pattern) for symbol in missing)
     ]
 
 
@@ -73,7 +87,13 @@ def measured(sheets: list[Sheet]) -> dict[str, float]:
     measures = {}
     for sheet in sheets:
         for mark in sheet.marks:
-            size = mark.size if isinstance(mark, Length) else abs(mark.turn) if isinstance(mark, Angle) else None
+            size = (
+                mark.size
+                if isinstance(mark, Length)
+                else abs(mark.turn)
+                if isinstance(mark, Angle)
+                else None
+            )
             measures |= {} if size is None else dict.fromkeys(mark.names, size)
     return measures
 
@@ -81,7 +101,11 @@ def measured(sheets: list[Sheet]) -> dict[str, float]:
 def geometry_values(machine: LabelledMachine) -> dict[str, float]:
     """What the machine's file gives for symbols [mm, deg], by name."""
     numbers = machine.labelled.numbers
-    return {symbol.name: abs(float(numbers[symbol.key])) for symbol in machine.symbols() if symbol.key in numbers}
+    return {
+        symbol.name: abs(float(numbers[symbol.key]))
+        for symbol in machine.symbols()
+        if symbol.key in numbers
+    }
 
 
 @pytest.mark.parametrize("source", MACHINES)
@@ -90,7 +114,9 @@ def test_drawn_dimensions_equal_file_values(source: str) -> None:
     sizes, values = measured(list(machine.labelled.sheets)), geometry_values(machine)
     both = sorted(sizes.keys() & values.keys())
     assert len(both) >= (1 if machine.package == "mapping" else 9)
-    assert {name: sizes[name] for name in both} == pytest.approx({name: values[name] for name in both}, rel=1e-9)
+    assert {name: sizes[name] for name in both} == pytest.approx(
+        {name: values[name] for name in both}, rel=1e-9
+    )
 
 
 def test_drawn_device_dimensions_equal_simulation() -> None:
@@ -109,8 +135,14 @@ def test_drawn_device_dimensions_equal_simulation() -> None:
 
 
 def test_angles_at_a_joint_end_on_the_bars() -> None:
-    """The nozzle lies along alpha; what the planet turned by ends there, and began where it is mounted."""
-    marks = {mark.names[0]: mark for sheet in open_machine("wang2017").labelled.sheets[:2] for mark in sheet.marks}
+    """The nozzle lies along alpha; what the planet turned by ends there, and began where it is
+    mounted.
+    """
+    marks = {
+        mark.names[0]: mark
+        for sheet in open_machine("wang2017").labelled.sheets[:2]
+        for mark in sheet.marks
+    }
     nozzle, alpha, mounted, turned = (marks[name] for name in ("L_tip", "alpha", "theta", "phi72"))
     assert isinstance(nozzle, Length)
     angle = np.degrees(np.arctan2(*(np.asarray(nozzle.end) - nozzle.start)[::-1]))
@@ -135,22 +167,26 @@ def test_marks_of_the_polygon_lie_on_it() -> None:
     assert a[1] == pytest.approx(width / 2)
     axis = np.radians(measured([open_machine("shi2021").labelled.sheets[0]])["axis"])
     axes = np.array([[np.cos(axis), -np.sin(axis)], [np.sin(axis), np.cos(axis)]]) @ (c - centre)
-    major, minor = (measured([open_machine("shi2021").labelled.sheets[0]])[name] for name in ("s_1", "s_2"))
+    major, minor = (
+        measured([open_machine("shi2021").labelled.sheets[0]])[name] for name in ("s_1", "s_2")
+    )
     assert (axes[0] / major) ** 2 + (axes[1] / minor) ** 2 == pytest.approx(1)
 
 
 def test_machine_is_drawn_with_table(tmp_path: Path) -> None:
     result = answer("explain", "shi2021", "--set", "crank_mm=14.5", "--out", str(tmp_path))
-    assert {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.name[0] != "."} >= set(
-        result["files"]
-    )
+    assert {
+        path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.name[0] != "."
+    } >= set(result["files"])
     crank = next(symbol for symbol in result["symbols"] if symbol["name"] == "l_AB")
     assert (crank["key"], crank["sheet"], crank["unit"]) == ("linkage.crank_mm", "linkage", "m")
     assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == result
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "length of the crank" in page
     assert page.count("<svg") == len(result["sheets"])
-    assert "no such machine with a labelled drawing" in refusal("explain", "F_B1x", "--out", str(tmp_path))
+    assert "no such machine with a labelled drawing" in refusal(
+        "explain", "F_B1x", "--out", str(tmp_path)
+    )
 
 
 def test_units_of_lengths_and_angles_are_known() -> None:
@@ -161,7 +197,10 @@ def test_poses_without_linkage_are_reported(tmp_path: Path) -> None:
     pose = "[[pose]]\nx_mm = {}\ny_mm = {}\nphi_deg = {}\n"
     file = tmp_path / "three.toml"
     text = "".join(pose.format(*row) for row in ((0, 0, 0), (50, 10, 30), (80, 60, 70)))
-    file.write_text(f'name = "three"\ndescription = "own"\n{text}[origin]\ndefault = "measured"\n', encoding="utf-8")
+    file.write_text(
+        f'name = "three"\ndescription = "own"\n{text}[origin]\ndefault = "measured"\n',
+        encoding="utf-8",
+    )
     result = answer("explain", str(file))
     lost = {row["name"]: row.get("left_out") for row in result["symbols"] if "sheet" not in row}
     assert lost["L_f"] == machine.NO_SUCH_PART

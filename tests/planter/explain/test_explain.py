@@ -1,4 +1,6 @@
-"""Every symbol, key and column can be explained, by what said so already; figures read the columns that they claim."""
+"""Every symbol, key and column can be explained, by what said so already; figures read the columns
+that they claim.
+"""
 
 import csv
 from collections import Counter
@@ -23,7 +25,12 @@ from tests.support.schemas import load_schema
 
 @cache
 def named() -> set[str]:
-    return {name for meaning in dictionary.collect_meanings() for name in (meaning.name, meaning.key) if name}
+    return {
+        name
+        for meaning in dictionary.collect_meanings()
+        for name in (meaning.name, meaning.key)
+        if name
+    }
 
 
 def numeric_keys(node: Any) -> Iterator[str]:
@@ -37,7 +44,9 @@ def numeric_keys(node: Any) -> Iterator[str]:
 
 
 def test_every_numeric_schema_key_is_explained() -> None:
-    keys = {key for command in schema.load_result_types() for key in numeric_keys(load_schema(command))}
+    keys = {
+        key for command in schema.load_result_types() for key in numeric_keys(load_schema(command))
+    }
     assert len(keys) > 200
     assert keys <= named()
     assert "made_up_N" not in named()
@@ -62,7 +71,11 @@ def test_every_key_of_a_file_has_a_meaning_of_its_own() -> None:
     keys = [meaning for meaning in dictionary.collect_meanings() if meaning.kind == "file key"]
     shared = Counter((meaning.machine, meaning.source, meaning.meaning) for meaning in keys)
     assert len(keys) > 200
-    assert [meaning.key for meaning in keys if shared[meaning.machine, meaning.source, meaning.meaning] > 1] == []
+    assert [
+        meaning.key
+        for meaning in keys
+        if shared[meaning.machine, meaning.source, meaning.meaning] > 1
+    ] == []
 
 
 def test_keys_of_a_mechanism_file_are_explained() -> None:
@@ -83,18 +96,25 @@ def test_keys_of_a_mechanism_file_are_explained() -> None:
 def test_every_column_of_the_planting_device_is_explained() -> None:
     for model in ("exact", "printed"):
         device = machines.device("wang2017", model)
-        columns = cycle.evaluate_cycle(device, device.prologue(device.design), np.zeros(1)).columns()
+        columns = cycle.evaluate_cycle(
+            device, device.prologue(device.design), np.zeros(1)
+        ).columns()
         assert columns.keys() <= named()
 
 
 CALLS = (
-    ("train", "sun2019-curve"), ("synthesise", "sun2019-corrected"), ("pickup", "yu2023"), ("clutch", "field"),
-    ("clutch", "geometry", "shi2021"), ("clutch", "engage", "shi2021", "--mode", "contact"),
-)  # fmt: skip
+    ("train", "sun2019-curve"),
+    ("synthesise", "sun2019-corrected"),
+    ("pickup", "yu2023"),
+    ("clutch", "field"),
+    ("clutch", "geometry", "shi2021"),
+    ("clutch", "engage", "shi2021", "--mode", "contact"),
+)
 
 
 @pytest.mark.parametrize(
-    "call", [pytest.param(call, marks=[] if i == 0 else pytest.mark.long) for i, call in enumerate(CALLS)]
+    "call",
+    [pytest.param(call, marks=[] if i == 0 else pytest.mark.long) for i, call in enumerate(CALLS)],
 )
 def test_every_written_column_is_explained(call: tuple[str, ...], tmp_path: Path) -> None:
     code, _, err = run(*call, "--out", str(tmp_path))
@@ -102,7 +122,9 @@ def test_every_written_column_is_explained(call: tuple[str, ...], tmp_path: Path
     written = list(tmp_path.rglob("*.csv"))
     assert written
     for path in written:
-        head, *rows = (row for row in csv.reader(path.open(encoding="utf-8")) if not row[0].startswith("#"))
+        head, *rows = (
+            row for row in csv.reader(path.open(encoding="utf-8")) if not row[0].startswith("#")
+        )
         numeric = [name for name, cell in zip(head, rows[0], strict=True) if _is_number(cell)]
         assert set(numeric) <= named(), path.name
 
@@ -134,7 +156,12 @@ def test_figures_read_their_declared_columns(monkeypatch: pytest.MonkeyPatch) ->
     for name, draw in (
         ("joint_forces", lambda turn: figures.draw_joint_forces({"exact": turn})),
         ("tip_path", figures.draw_tip_path),
-        ("rotation", lambda turn: figures.draw_rotation(turn, toothed.compute_ratios(device, x, taken["phi_deg"]))),
+        (
+            "rotation",
+            lambda turn: figures.draw_rotation(
+                turn, toothed.compute_ratios(device, x, taken["phi_deg"])
+            ),
+        ),
     ):
         turn = Recorder(taken)
         draw(turn)
@@ -148,9 +175,17 @@ def test_figures_read_their_declared_columns(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_name_has_unit_source_place_figures_and_verdict() -> None:
-    (force,) = (meaning for meaning in dictionary.explain_name("F_B1x").meanings if meaning.machine == "planting")
+    (force,) = (
+        meaning
+        for meaning in dictionary.explain_name("F_B1x").meanings
+        if meaning.machine == "planting"
+    )
     assert (force.unit, force.key, force.figures) == ("N", "F_B1x_N", ["joint_forces"])
-    (angle,) = (meaning for meaning in dictionary.explain_name("mu").meanings if meaning.machine == "planting")
+    (angle,) = (
+        meaning
+        for meaning in dictionary.explain_name("mu").meanings
+        if meaning.machine == "planting"
+    )
     assert angle.equations is not None
     assert (angle.equations[0].equation, angle.equations[0].verdict) == ("1", "confirmed")
     (ratio,) = (meaning for meaning in dictionary.explain_name("gears.poisson_ratio").meanings)

@@ -1,4 +1,6 @@
-"""`planter explain FILE` of a mechanism: everything that its statement says, and nothing that it does not."""
+"""`planter explain FILE` of a mechanism: everything that its statement says, and nothing that it
+does not.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ def path() -> str:
 def test_explanations_equal_sidecar(path: str, tmp_path: Path) -> None:
     result = answer("explain", path, "--set", "h_mm=15", "--out", str(tmp_path))
     sidecar = own.file("cam_follower").model.sidecar
-    assert [value["name"] for value in result["values"]] == [entry["name"] for entry in sidecar["vectors"]["data"]]
+    assert [value["name"] for value in result["values"]] == [
+        entry["name"] for entry in sidecar["vectors"]["data"]
+    ]
     single = [value["name"] for value in result["quantities"] if "components" not in value]
     assert single == [entry["name"] for entry in sidecar["vectors"]["outputs"]]
     vectors = {value["name"]: value["components"] for value in result["quantities"][len(single) :]}
@@ -41,7 +45,9 @@ def test_explanations_equal_sidecar(path: str, tmp_path: Path) -> None:
     assert all((tmp_path / file).is_file() for file in result["files"])
 
 
-@pytest.mark.parametrize(("key", "kind"), [("h_mm", "value"), ("values.h_mm", "value"), ("N_cam_N", "quantity")])
+@pytest.mark.parametrize(
+    ("key", "kind"), [("h_mm", "value"), ("values.h_mm", "value"), ("N_cam_N", "quantity")]
+)
 def test_key_has_a_meaning(path: str, key: str, kind: str) -> None:
     (meaning,) = answer("explain", path, key)["meanings"]
     assert meaning["kind"] == kind
@@ -54,7 +60,9 @@ def test_unknown_keys_are_refused_with_close_ones(path: str) -> None:
 
 
 def test_drawing_names_lengths_with_values() -> None:
-    """Of the slider-crank's lengths h is as long as a distance by chance, l_0 and wall are seen nowhere."""
+    """Of the slider-crank's lengths h is as long as a distance by chance, l_0 and wall are seen
+    nowhere.
+    """
     place = own.generated("slider_crank") / "slider_crank.toml"
     sheet = sheets.draw(str(place), {})
     assert sheet is not None
@@ -66,9 +74,12 @@ def test_drawing_names_lengths_with_values() -> None:
 def test_page_has_values_in_the_unit_beside_them(path: str) -> None:
     mechanism = explain_mechanism(path, {})
     (table,) = (
-        block for section in present_mechanism(mechanism, None, is_written=False).sections if section.title == "Values"
-        for block in section.blocks if isinstance(block, Table)
-    )  # fmt: skip
+        block
+        for section in present_mechanism(mechanism, None, is_written=False).sections
+        if section.title == "Values"
+        for block in section.blocks
+        if isinstance(block, Table)
+    )
     numbers = tomllib.loads(Path(path).read_text(encoding="utf-8"))["values"]
     for row in table.rows:
         cells = dict(zip(table.head, row, strict=True))

@@ -1,4 +1,6 @@
-"""Mechanisms of one's own in tests of exports: files with other values and a sum to minimise, their C as a library."""
+"""Mechanisms of one's own in tests of exports: files with other values and a sum to minimise, their
+C as a library.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +26,13 @@ SUMS = {
     "cam_follower": "variance N_cam + mean s - 0.5 min N_cam",
     "planetary_train": "range y_tip + 2 rms F_NP",
 }
-"""A sum of measures for each mechanism: all kinds, forces with friction, closed loops, a place at an angle."""
-VALUES = {"slider_crank": ("m_r_kg = 0.8", "m_r_kg = 0.93"), "transplanting_arm": ("m_b_kg = 0.82", "m_b_kg = 0.7")}
+"""A sum of measures for each mechanism: all kinds, forces with friction, closed loops, a place at
+an angle.
+"""
+VALUES = {
+    "slider_crank": ("m_r_kg = 0.8", "m_r_kg = 0.93"),
+    "transplanting_arm": ("m_b_kg = 0.82", "m_b_kg = 0.7"),
+}
 """Numbers that differ from the example's."""
 SAMPLES = 45
 
@@ -54,7 +61,9 @@ def machine(name: str) -> Machine:
 @cache
 def c_files(name: str) -> tuple[Path, ...]:
     """What `planter export c` writes."""
-    return tuple(map(Path, answer("export", "c", str(machine_file(name)), "--out", mkdtemp())["files"]))
+    return tuple(
+        map(Path, answer("export", "c", str(machine_file(name)), "--out", mkdtemp())["files"])
+    )
 
 
 class Library:
@@ -71,10 +80,21 @@ class Library:
             (folder / file).write_text(text, encoding="utf-8")
         library = folder / "library.so"
         flags = [flag for flag in STRICT if flag != "-O2"]
-        command = [path_of("gcc"), *flags, "-O0", "-shared", "-fPIC", str(folder / f"{self.name}.c"), "-lm"]
+        command = [
+            path_of("gcc"),
+            *flags,
+            "-O0",
+            "-shared",
+            "-fPIC",
+            str(folder / f"{self.name}.c"),
+            "-lm",
+        ]
         subprocess.run([*command, "-o", str(library)], check=True, capture_output=True, text=True)
         self.raw = ctypes.CDLL(str(library))
-        self.sizes = {key: int(value) for key, value in re.findall(rf"{self.name.upper()}_(\w+) = (\d+)", header)}
+        self.sizes = {
+            key: int(value)
+            for key, value in re.findall(rf"{self.name.upper()}_(\w+) = (\d+)", header)
+        }
         fields = re.search(r"double (objective.*);\n\} \w+_found", header)
         self.fields = fields[1].split(", ") if fields else []
         self.memory = ctypes.create_string_buffer(1 << 23)
@@ -84,7 +104,9 @@ class Library:
 
     def vector(self, name: str, size: str) -> Array:
         """A vector of the file's own numbers."""
-        return np.array((ctypes.c_double * self.sizes[size]).in_dll(self.raw, f"{self.name}_{name}"))
+        return np.array(
+            (ctypes.c_double * self.sizes[size]).in_dll(self.raw, f"{self.name}_{name}")
+        )
 
     @property
     def count(self) -> int:
@@ -105,7 +127,9 @@ class Library:
         vectors = [np.ascontiguousarray(v) for v in (self.x if x is None else x, self.data, phi)]
         x_, data, angles = (ctypes.c_void_p(v.ctypes.data) for v in vectors)
         run = self.raw[f"{self.name}_quantities"]
-        status = run(self.memory, x_, data, ctypes.c_long(len(phi)), angles, ctypes.c_void_p(q.ctypes.data))
+        status = run(
+            self.memory, x_, data, ctypes.c_long(len(phi)), angles, ctypes.c_void_p(q.ctypes.data)
+        )
         return status, q
 
     def gradient(self, x: Array) -> tuple[int, dict[str, float], Array]:

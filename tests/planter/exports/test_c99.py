@@ -1,4 +1,6 @@
-"""C of mechanisms of one's own: it compiles without a warning, and has the model's numbers, loops closed within it."""
+"""C of mechanisms of one's own: it compiles without a warning, and has the model's numbers, loops
+closed within it.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,15 @@ from planter.engine.machine import Machine
 from planter.engine.response import MachineResponse
 from planter.kernels import Array
 from planter.mechanism import file
-from tests.planter.exports.exported import SAMPLES, SUMS, Library, c_files, library, machine, machine_file
+from tests.planter.exports.exported import (
+    SAMPLES,
+    SUMS,
+    Library,
+    c_files,
+    library,
+    machine,
+    machine_file,
+)
 from tests.support import own
 from tests.support.cli import answer, refusal, run
 from tests.support.lanes import needs_compiler
@@ -52,11 +62,14 @@ class Sum:
             return abs(v[peak]), np.sign(v[peak]) * g[peak]
         rms, std = np.sqrt((v**2).mean()), v.std()
         return {
-            "range": (v[high] - v[low], g[high] - g[low]), "min": (v[low], g[low]), "mean": (v.mean(), g.mean(axis=0)),
-            "rms": (rms, (v @ g) / SAMPLES / rms), "std": (std, (deviation @ g) / SAMPLES / std),
+            "range": (v[high] - v[low], g[high] - g[low]),
+            "min": (v[low], g[low]),
+            "mean": (v.mean(), g.mean(axis=0)),
+            "rms": (rms, (v @ g) / SAMPLES / rms),
+            "std": (std, (deviation @ g) / SAMPLES / std),
             "variance": (v.var(), 2 * (deviation @ g) / SAMPLES),
             "work": (2 * np.pi * v.mean(), 2 * np.pi * g.mean(axis=0)),
-        }[kind]  # fmt: skip
+        }[kind]
 
     def total(self, text: str) -> tuple[float, Array]:
         value, gradient = 0.0, np.zeros(len(self.x))
@@ -152,9 +165,16 @@ def test_options_of_other_machines_are_refused(tmp_path: Path) -> None:
 
 def test_speed_and_values_can_be_changed(tmp_path: Path) -> None:
     path = str(machine_file("cam_follower"))
-    code, _, err = run("export", "c", path, "--speed-rpm", "30", "--set", "m_s_kg=0.5", "--out", str(tmp_path))
+    code, _, err = run(
+        "export", "c", path, "--speed-rpm", "30", "--set", "m_s_kg=0.5", "--out", str(tmp_path)
+    )
     assert code == 0, err
-    numbers = (tmp_path / "my_cam_follower_2.c").read_text().partition("_MACHINE] = {")[2].partition("}")[0]
+    numbers = (
+        (tmp_path / "my_cam_follower_2.c")
+        .read_text()
+        .partition("_MACHINE] = {")[2]
+        .partition("}")[0]
+    )
     values = [float(number) for number in numbers.split(", ")]
     assert values[0] == pytest.approx(np.pi, rel=1e-15)
     assert 0.5 in values

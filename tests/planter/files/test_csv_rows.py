@@ -1,4 +1,6 @@
-"""The reader of CSV files: header, comments, lines in complaints, and what a person would do next."""
+"""The reader of CSV files: header, comments, lines in complaints, and what a person would do
+next.
+"""
 
 from __future__ import annotations
 
@@ -40,10 +42,22 @@ BAD = {
     "no header": ("1,2\n3,4\n", ("x_mm", "y_mm"), "the names of the columns must stand above"),
     "no header, any": ("1,2\n3,4\n", (), "the header holds numbers"),
     "semicolons": ("x;y\n1,5;2\n", (), "separated by commas, and decimals written with a point"),
-    "decimal commas": ("x,y\n1,2\n1,5,2,5\n", (), "line 3 has 4 cells, but it must have 2 .* write 1.5, not 1,5"),
-    "a decimal comma": ('x,y\n"1,5",2\n', (), r"line 2, column x: '1,5'.* \(with a decimal point: 1.5\)"),
+    "decimal commas": (
+        "x,y\n1,2\n1,5,2,5\n",
+        (),
+        "line 3 has 4 cells, but it must have 2 .* write 1.5, not 1,5",
+    ),
+    "a decimal comma": (
+        'x,y\n"1,5",2\n',
+        (),
+        r"line 2, column x: '1,5'.* \(with a decimal point: 1.5\)",
+    ),
     "long": (f"x,y\n{'7' * 1001},2\n", (), "line 2 has a cell of more than 1000 characters"),
-    "longer than the library reads": (f"x,y\n{'7' * 131073},2\n", (), "line 2 has a cell of more than 1000"),
+    "longer than the library reads": (
+        f"x,y\n{'7' * 131073},2\n",
+        (),
+        "line 2 has a cell of more than 1000",
+    ),
     "TOML": ('[path]\ncsv = "a"\n', (), "as in a file of another kind, but it must be a CSV file"),
     "TOML, a key": ("a = 1\n", ("x",), "it must be a CSV file: the header x, then rows"),
 }
@@ -64,7 +78,11 @@ def test_long_texts_are_cut_in_complaints() -> None:
 def test_huge_cell_is_refused_by_every_command(header: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = tmp_path / "huge.csv"
     path.write_text(f"{header}\n1,{'1' * 200_000}\n2,3\n")
-    command = {"x_mm,y_mm": ["pickup"], "carrier_deg,relative_deg": ["train"], "A,Y": ["clutch", "field"]}[header]
+    command = {
+        "x_mm,y_mm": ["pickup"],
+        "carrier_deg,relative_deg": ["train"],
+        "A,Y": ["clutch", "field"],
+    }[header]
     assert "line 2 has a cell of more than 1000 characters" in refusal(*command, str(path))
 
 

@@ -1,4 +1,6 @@
-"""Every spelling of a quantity that results print is accepted wherever a name is asked for, and no other."""
+"""Every spelling of a quantity that results print is accepted wherever a name is asked for, and no
+other.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +27,14 @@ from planter.report.labels import format_name
 from tests.support import own
 from tests.support.cli import answer, run
 
-FORCE = ("bearing A1", "F_A1", "bearing_A1", "Bearing A1", "bearing_A1_N", "force of the carrier on the middle shaft "
-         "(bearing_A1)")  # fmt: skip
+FORCE = (
+    "bearing A1",
+    "F_A1",
+    "bearing_A1",
+    "Bearing A1",
+    "bearing_A1_N",
+    "force of the carrier on the middle shaft (bearing_A1)",
+)
 
 
 @pytest.fixture(scope="module")
@@ -38,10 +46,15 @@ def device() -> Machine:
 def test_one_force_is_accepted_under_all_its_names(device: Machine, name: str) -> None:
     assert device.find_quantity(name).name == "bearing_A1"
     assert str(resolve_limit(device, parse_limit(f"{name} <= 0.3 kN"))) == "bearing_A1 <= 300 N"
-    assert str(resolve_measure(device, parse_sum(f"0.5 rms {name} + max M_L")[0])) == "0.5 rms bearing_A1"
+    assert (
+        str(resolve_measure(device, parse_sum(f"0.5 rms {name} + max M_L")[0]))
+        == "0.5 rms bearing_A1"
+    )
     assert find_output(device, f"max {name} [N]").terms[0].name == "bearing_A1"
     assert [meaning.name for meaning in dictionary.explain_name(name).meanings] == ["bearing_A1"]
-    assert [meaning.name for meaning in dictionary.explain_in_package("planting", name).meanings] == ["bearing_A1"]
+    assert [
+        meaning.name for meaning in dictionary.explain_in_package("planting", name).meanings
+    ] == ["bearing_A1"]
 
 
 def test_component_and_its_key_remain_the_component(device: Machine) -> None:
@@ -59,7 +72,10 @@ def test_every_name_of_a_result_is_accepted(device: Machine) -> None:
             for name in (quantity.name, quantity.key, format_name(quantity.key), page):
                 assert machine.find_quantity(name).name == quantity.name
                 assert parse_limit(f"max {name} <= 1").measure.kind == "max"
-                assert machine.find_quantity(parse_limit(f"max {name} <= 1").measure.name).name == quantity.name
+                assert (
+                    machine.find_quantity(parse_limit(f"max {name} <= 1").measure.name).name
+                    == quantity.name
+                )
         for vector in machine.vectors:
             assert machine.find_quantity(format_name(vector.name)).name == vector.name
         for peak in summarise(PiecewiseCycle(machine, build_rows(machine))).peaks:
@@ -72,13 +88,19 @@ def test_every_force_of_the_designers_table_is_accepted(device: Machine) -> None
     for force in forces:
         label = describe_force(force)
         assert device.find_quantity(label).name == force.name
-        assert device.find_quantity(parse_limit(f"max {label} <= 1 kN").measure.name).name == force.name
+        assert (
+            device.find_quantity(parse_limit(f"max {label} <= 1 kN").measure.name).name
+            == force.name
+        )
 
 
 def test_file_holds_limits_under_printed_names(tmp_path: Path) -> None:
     code, text, _ = run("example", "wang2017")
     assert code == 0
-    limits = '[requirements]\nhold = ["bearing A1 <= 300 N", "F_A1 <= 300 N", "teeth at P, normal (F_NP) <= 300 N"]\n'
+    limits = (
+        '[requirements]\nhold = ["bearing A1 <= 300 N", "F_A1 <= 300 N", "teeth at P, normal '
+        '(F_NP) <= 300 N"]\n'
+    )
     (tmp_path / "own.toml").write_text(f"{text}\n{limits}", encoding="utf-8")
     holds = answer("validate", str(tmp_path / "own.toml"))["holds"]
     assert [limit["limit_on"] for limit in holds] == ["bearing_A1 <= 300 N"] * 2 + ["F_NP <= 300 N"]
@@ -101,7 +123,9 @@ def test_spelling_that_fits_two_names_is_refused() -> None:
     assert find_spelled("F_c", spellings) == []
 
 
-@pytest.mark.parametrize("text", ["max rmsF F_A <= 3", "maxx F_A <= 3", "max F_A while y z", "abbs F_A <= 1"])
+@pytest.mark.parametrize(
+    "text", ["max rmsF F_A <= 3", "maxx F_A <= 3", "max F_A while y z", "abbs F_A <= 1"]
+)
 def test_misspelt_words_of_the_language_are_no_names(text: str) -> None:
     with pytest.raises(InputError):
         resolve_limit(own.machine("slider_crank"), parse_limit(text))
@@ -110,14 +134,22 @@ def test_misspelt_words_of_the_language_are_no_names(text: str) -> None:
 @pytest.mark.parametrize("name", ["F_B", "F B", "F_B_N", "x_rod__A", "beta dot"])
 def test_comparison_takes_any_quantity_under_any_name(name: str) -> None:
     source = str(own.generated("slider_crank") / "slider_crank.toml")
-    (curve,) = (c for c in answer("diff", source, source, "--quantity", name)["curves"] if c["name"] != "M_in")
+    (curve,) = (
+        c
+        for c in answer("diff", source, source, "--quantity", name)["curves"]
+        if c["name"] != "M_in"
+    )
     machine = own.machine("slider_crank")
     quantity = machine.find_quantity(name)
     assert curve["name"] == quantity.name
     parts = own.evaluate_lane(own.file("slider_crank"), np.radians(curve["phi_deg"]))
     if name.startswith("F"):
-        assert curve["values"][0] == pytest.approx(np.hypot(parts["F_Bx"], parts["F_By"]).tolist(), rel=1e-9)
+        assert curve["values"][0] == pytest.approx(
+            np.hypot(parts["F_Bx"], parts["F_By"]).tolist(), rel=1e-9
+        )
     elif name.startswith("x"):
-        assert curve["values"][0] == pytest.approx((50 * np.cos(np.radians(curve["phi_deg"]))).tolist(), abs=1e-9)
+        assert curve["values"][0] == pytest.approx(
+            (50 * np.cos(np.radians(curve["phi_deg"]))).tolist(), abs=1e-9
+        )
     else:
         assert curve["values"][0] == pytest.approx(parts["beta_dot"].tolist(), rel=1e-9)

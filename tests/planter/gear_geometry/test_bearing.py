@@ -1,4 +1,6 @@
-"""Which pairs of teeth bear, where, and how they share a load: beside solved contacts, and textbooks' round gears."""
+"""Which pairs of teeth bear, where, and how they share a load: beside solved contacts, and
+textbooks' round gears.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ def mean(pair: ToothedPair, side: int, values: Array) -> Array:
 
 
 def nodes(pair: ToothedPair, side: int) -> tuple[Array, Array]:
-    """Rolling lengths between which no pair of a side comes, goes or passes the pitch point, with weights of means."""
+    """Rolling lengths between which no pair of a side comes, goes or passes the pitch point, with
+    weights of means.
+    """
     mesh = pair.mesh
     at, sides = find_changes(mesh)
     period = mesh.period * mesh.pitch
@@ -44,7 +48,9 @@ def test_pairs_bear_where_their_flanks_touch(family: str, seed: int, z: int, sen
     for k, place in enumerate(at):
         radius = float(np.hypot(*mesh.gear.curve.at(mesh.pair.sense * at[k : k + 1])[:2])[0])
         for side, margin in zip(SIDES, beyond, strict=True):
-            arms = points[:, (faced.at == place) & (faced.side == side)] - np.array([[radius], [0.0]])
+            arms = points[:, (faced.at == place) & (faced.side == side)] - np.array(
+                [[radius], [0.0]]
+            )
             solved = np.sort(-side * np.sign(arms[1]) * np.hypot(*arms))
             assert margin[: len(solved), k] == pytest.approx(solved, abs=1e-13)
             assert np.isnan(margin[len(solved) :, k]).all()
@@ -53,18 +59,24 @@ def test_pairs_bear_where_their_flanks_touch(family: str, seed: int, z: int, sen
 
 @pytest.mark.parametrize(("family", "seed", "z", "sense"), PAIRS)
 @pytest.mark.parametrize("side", [0, 1])
-def test_as_many_pairs_bear_as_the_contact_ratio_says(family: str, seed: int, z: int, sense: int, side: int) -> None:
+def test_as_many_pairs_bear_as_the_contact_ratio_says(
+    family: str, seed: int, z: int, sense: int, side: int
+) -> None:
     pair = stage(family, seed, z, FREE, sense)
     bearing = BearingPairs.from_mesh(pair.mesh, nodes(pair, side)[0])
     count = mean(pair, side, np.isfinite(bearing.beyond[side]).sum(axis=0))
-    assert count == pytest.approx(pair.mesh.contact_ratios[pair.mesh.pairs.side == SIDES[side]].mean(), abs=1e-9)
+    assert count == pytest.approx(
+        pair.mesh.contact_ratios[pair.mesh.pairs.side == SIDES[side]].mean(), abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(("z", "mate", "shift"), [(31, 31, 0.0), (24, 57, 0.3), (40, 19, -0.2)])
 def test_circular_gear_losses_agree_with_textbooks(z: int, mate: int, shift: float) -> None:
-    """H_v = pi (u + 1)/(z u) (1 - e + e1^2 + e2^2): Niemann, Winter: Maschinenelemente II, pairs sharing alike.
+    """H_v = pi (u + 1)/(z u) (1 - e + e1^2 + e2^2): Niemann, Winter: Maschinenelemente II, pairs
+    sharing alike.
 
-    It is the power lost per power and coefficient of friction, the normal force being the same at all times.
+    It is the power lost per power and coefficient of friction, the normal force being the same at
+    all times.
     """
     pair = circles(z, mate, ToothOrder(shift=shift, allow_undercut=True))
     first, second = (arcs[0] / pair.mesh.pitch for arcs in pair.mesh.arcs)
@@ -73,7 +85,9 @@ def test_circular_gear_losses_agree_with_textbooks(z: int, mate: int, shift: flo
     for side in (0, 1):
         bearing = BearingPairs.from_mesh(pair.mesh, nodes(pair, side)[0])
         per_distance = sum(1 / r for r in radii) / math.cos(pair.order.pressure_angle)
-        assert mean(pair, side, bearing.equal.away[side]) * per_distance == pytest.approx(textbook, rel=1e-11)
+        assert mean(pair, side, bearing.equal.away[side]) * per_distance == pytest.approx(
+            textbook, rel=1e-11
+        )
         assert mean(pair, side, bearing.nearest.away[side]) * per_distance < 0.9 * textbook
         assert mean(pair, side, bearing.farthest.away[side]) * per_distance > 1.1 * textbook
 

@@ -1,4 +1,6 @@
-"""Teeth on circles against the textbook: involutes, thickness, undercut, contact ratio (ISO 53, ISO 21771)."""
+"""Teeth on circles against the textbook: involutes, thickness, undercut, contact ratio (ISO 53, ISO
+21771).
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ def test_flanks_are_involutes_with_shift_and_backlash(seed: int) -> None:
     flanks = gear.sampled(np.linspace(0, 1, 9), np.flatnonzero(gear.pieces.kind == 1))
     radius = np.hypot(*flanks.points)
     middle = 2 * np.pi * gear.pieces.tooth[gear.pieces.kind == 1] / z
-    aside = np.abs(np.mod(np.arctan2(*flanks.points[::-1]) - middle[:, None] + np.pi, 2 * np.pi) - np.pi)
+    aside = np.abs(
+        np.mod(np.arctan2(*flanks.points[::-1]) - middle[:, None] + np.pi, 2 * np.pi) - np.pi
+    )
     at = np.arccos(np.minimum(base / radius, 1.0))
     expected = thick / (2 * r) + involute(alpha) - (np.tan(at) - at)
     np.testing.assert_allclose(aside * radius, expected * radius, atol=ROUNDING * rack.module)
@@ -56,15 +60,25 @@ def test_undercut_margin_agrees_with_minimum_tooth_count(seed: int) -> None:
 
 
 def test_undercut_is_refused_by_default_and_names_teeth() -> None:
-    with pytest.raises(GeometryError, match=r"gear: the flanks of tooth 0, 1, 2, 3, 4, 5 and 8 more are undercut"):
+    with pytest.raises(
+        GeometryError, match=r"gear: the flanks of tooth 0, 1, 2, 3, 4, 5 and 8 more are undercut"
+    ):
         circles(14, 40, ToothOrder())
-    assert circles(14, 40, FREE).mesh.contact_ratios.min() < circles(18, 40, ToothOrder()).mesh.contact_ratios.min()
+    assert (
+        circles(14, 40, FREE).mesh.contact_ratios.min()
+        < circles(18, 40, ToothOrder()).mesh.contact_ratios.min()
+    )
 
 
-@pytest.mark.parametrize(("z", "mate", "shift"), [(19, 19, 0.0), (24, 61, 0.0), (22, 35, 0.2), (30, 30, -0.3)])
+@pytest.mark.parametrize(
+    ("z", "mate", "shift"), [(19, 19, 0.0), (24, 61, 0.0), (22, 35, 0.2), (30, 30, -0.3)]
+)
 def test_contact_ratio_of_spur_gears_ignores_backlash(z: int, mate: int, shift: float) -> None:
     alpha, m = math.radians(20), 2e-3
-    tips = [(m * z / 2 + (1 + shift) * m, m * z / 2), (m * mate / 2 + (1 - shift) * m, m * mate / 2)]
+    tips = [
+        (m * z / 2 + (1 + shift) * m, m * z / 2),
+        (m * mate / 2 + (1 - shift) * m, m * mate / 2),
+    ]
     path = sum(math.sqrt(t**2 - (r * math.cos(alpha)) ** 2) - r * math.sin(alpha) for t, r in tips)
     expected = path / (math.pi * m * math.cos(alpha))
     for play in (0.0, 1e-4):
@@ -79,5 +93,7 @@ def test_pressure_angle_and_lost_motion_are_those_of_circles() -> None:
 
 
 def test_pointed_tips_are_refused() -> None:
-    with pytest.raises(GeometryError, match=r"mate: tooth \d has a top land of 0.038\d modules, where 0.2"):
+    with pytest.raises(
+        GeometryError, match=r"mate: tooth \d has a top land of 0.038\d modules, where 0.2"
+    ):
         circles(40, 9, replace(FREE, shift=-0.6))

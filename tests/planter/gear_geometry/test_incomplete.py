@@ -1,4 +1,6 @@
-"""Incomplete gears: exact joins, no interference all round the turn, drive and dwell as the outlines allow."""
+"""Incomplete gears: exact joins, no interference all round the turn, drive and dwell as the
+outlines allow.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,9 @@ def rolling(distance: float = A) -> Rolling:
 
 @pytest.fixture(scope="module")
 def pair() -> IntermittentPair:
-    return build_intermittent_pair(rolling(), MODULE, ToothOrder(play=PLAY, process="wire"), "wavy", ("one", "two"))
+    return build_intermittent_pair(
+        rolling(), MODULE, ToothOrder(play=PLAY, process="wire"), "wavy", ("one", "two")
+    )
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +58,17 @@ def turn(pair: IntermittentPair) -> IncompleteGearCycle:
 
 
 def test_the_curves_roll(pair: IntermittentPair) -> None:
-    """Both pitch points lie in one place of the line of centres, and the mate turns by the integral of the ratio."""
+    """Both pitch points lie in one place of the line of centres, and the mate turns by the integral
+    of the ratio.
+    """
     curves = pair.rolling
     at = np.linspace(0, curves.length, 50)
     angles = []
     for curve, s, place in zip(
-        curves.pair.curves, (curves.lead + at, curves.behind + curves.length - at), curves.places(at), strict=True
+        curves.pair.curves,
+        (curves.lead + at, curves.behind + curves.length - at),
+        curves.places(at),
+        strict=True,
     ):
         x, y = curve.at(s)[:2]
         angles.append((x + 1j * y) * np.exp(1j * place[0]) + place[1])
@@ -70,7 +79,9 @@ def test_the_curves_roll(pair: IntermittentPair) -> None:
 
 def test_mate_without_a_full_turn_is_refused() -> None:
     with pytest.raises(GeometryError, match="must turn by 360 deg"):
-        build_intermittent_pair(rolling(1.05 * A), MODULE, ToothOrder(process="wire"), "wavy", ("one", "two"))
+        build_intermittent_pair(
+            rolling(1.05 * A), MODULE, ToothOrder(process="wire"), "wavy", ("one", "two")
+        )
 
 
 def test_pieces_join_exactly_and_outlines_are_simple(pair: IntermittentPair) -> None:
@@ -100,8 +111,12 @@ def test_intermittent_pair_is_free_of_interference(turn: IncompleteGearCycle) ->
     assert turn.dwell_overlaps.max() < SEEN
 
 
-def test_teeth_drive_where_the_mate_cannot_be_turned_back(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
-    """Contacts by formulas against outlines that know none: turned back by more than the play, teeth run into teeth."""
+def test_teeth_drive_where_the_mate_cannot_be_turned_back(
+    pair: IntermittentPair, turn: IncompleteGearCycle
+) -> None:
+    """Contacts by formulas against outlines that know none: turned back by more than the play,
+    teeth run into teeth.
+    """
     indices = np.arange(5, 720, 25)
     gear, mate = pair.rolling.places(turn.rolled[indices])
     back = mate + np.array([[-3 * PLAY / A], [0.0], [0.0]])
@@ -113,38 +128,54 @@ def test_teeth_drive_where_the_mate_cannot_be_turned_back(pair: IntermittentPair
     assert turn.undriven == pytest.approx(predicted, abs=np.radians(1.5))
 
 
-def test_teeth_transmit_the_law_unless_moved(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_teeth_transmit_the_law_unless_moved(
+    pair: IntermittentPair, turn: IncompleteGearCycle
+) -> None:
     assert np.abs(turn.contacts.errors).max() < 1e-11
     flanks = pair.mate.row.flanks
-    moved = replace(pair.mate, row=replace(pair.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6)))
+    moved = replace(
+        pair.mate, row=replace(pair.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6))
+    )
     mesh = RowMesh(replace(pair, mate=moved))
     few = turn.rolled[200:500:50]
     assert np.abs(Contacts(mesh, mesh.facing(few)).errors).min() > 1e-5
 
 
-def test_contact_ratios_agree_with_counts(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_contact_ratios_agree_with_counts(
+    pair: IntermittentPair, turn: IncompleteGearCycle
+) -> None:
     """Of a tooth in the middle, which no arc has cut."""
     fine = np.linspace(0, pair.rolling.length, 8001)
     middle = pair.gear.z // 2
     ratios = turn.mesh.contact_ratios
     assert pair.gear.z < len(ratios) < 2 * pair.gear.z
     for side in SIDES:
-        counted = turn.mesh.touching(fine, side)[:, middle].mean() * pair.rolling.length / turn.mesh.pitch
+        counted = (
+            turn.mesh.touching(fine, side)[:, middle].mean() * pair.rolling.length / turn.mesh.pitch
+        )
         assert np.abs(ratios - counted).min() < 2e-3
         assert ratios.min() - 2e-3 < counted < ratios.max() + 2e-3
 
 
-def test_the_arcs_hold_in_the_dwell_and_not_without(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_the_arcs_hold_in_the_dwell_and_not_without(
+    pair: IntermittentPair, turn: IncompleteGearCycle
+) -> None:
     loose = turn.loose
-    inside = (loose.part == 3) & (np.abs(loose.at - pair.rolling.over[1] - pair.rolling.dwell / 2) < 0.2)
+    inside = (loose.part == 3) & (
+        np.abs(loose.at - pair.rolling.over[1] - pair.rolling.dwell / 2) < 0.2
+    )
     assert max(loose.behind[inside].max(), loose.ahead[inside].max()) < np.radians(2)
     gear, mate = pair.rolling.dwell_positions(np.array([0.5]))
     for sense in (-1, 1):
-        assert turn.overlaps(gear, mate + np.array([[sense * np.radians(3)], [0.0], [0.0]]))[0] > 1e-8
+        assert (
+            turn.overlaps(gear, mate + np.array([[sense * np.radians(3)], [0.0], [0.0]]))[0] > 1e-8
+        )
 
 
 def untrimmed(pair: IntermittentPair, k: int) -> IntermittentPair:
-    """With the whole teeth of one gear, the first at the dwell, in place of what arcs and topping leave."""
+    """With the whole teeth of one gear, the first at the dwell, in place of what arcs and topping
+    leave.
+    """
     gear = pair.gears[k]
     row = gear.row
     if k == 0:

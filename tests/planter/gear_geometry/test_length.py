@@ -43,7 +43,9 @@ def test_circle_length_is_independent_of_axis() -> None:
 def test_length_agrees_with_toothed_curve(case: pairs.Drawn) -> None:
     """Which is found along the polar angle, by Chebyshev series."""
     stage, parameters, length = draw_curve(*case)
-    assert build_stage_pair(stage, parameters).gear.length == pytest.approx(length.at(parameters).value, rel=1e-13)
+    assert build_stage_pair(stage, parameters).gear.length == pytest.approx(
+        length.at(parameters).value, rel=1e-13
+    )
 
 
 @pytest.mark.parametrize("case", pairs.EVERY_CURVE, ids=str)
@@ -51,19 +53,30 @@ def test_stage_length_derivatives_agree_with_differences(case: pairs.Drawn) -> N
     _, parameters, length = draw_curve(*case)
     at = length.at(parameters)
     for j, h in enumerate(1e-6 * np.abs(parameters)):
-        after, before = (length.at(parameters + sign * h * np.eye(len(parameters))[j]) for sign in (1, -1))
-        slope, bent = (after.value - before.value) / 2 / h, (after.gradient - before.gradient) / 2 / h
+        after, before = (
+            length.at(parameters + sign * h * np.eye(len(parameters))[j]) for sign in (1, -1)
+        )
+        slope, bent = (
+            (after.value - before.value) / 2 / h,
+            (after.gradient - before.gradient) / 2 / h,
+        )
         assert at.gradient[j] == pytest.approx(slope, rel=1e-6, abs=1e-9 * at.value / h)
         assert at.hessian[j] == pytest.approx(bent, rel=1e-5, abs=1e-5 * np.abs(at.hessian).max())
 
 
 @pytest.mark.parametrize("case", pairs.EVERY_CURVE[::3], ids=str)
 def test_it_grows_with_the_curve(case: pairs.Drawn) -> None:
-    """All lengths times s: the length too; so it is what its slopes along the lengths make (Euler)."""
+    """All lengths times s: the length too; so it is what its slopes along the lengths make
+    (Euler).
+    """
     _, parameters, length = draw_curve(*case)
-    lengths = np.array([entry["unit"] == "m" for entry in families.load_sidecar(case[0])["parameters"]])
+    lengths = np.array(
+        [entry["unit"] == "m" for entry in families.load_sidecar(case[0])["parameters"]]
+    )
     at = length.at(parameters)
-    assert length.at(np.where(lengths, 1.7 * parameters, parameters)).value == pytest.approx(1.7 * at.value, rel=1e-14)
+    assert length.at(np.where(lengths, 1.7 * parameters, parameters)).value == pytest.approx(
+        1.7 * at.value, rel=1e-14
+    )
     assert (at.gradient * parameters)[lengths].sum() == pytest.approx(at.value, rel=1e-13)
 
 
@@ -74,5 +87,7 @@ def test_curve_needing_too_many_nodes_is_refused(monkeypatch: pytest.MonkeyPatch
     length.nodes = 8
     assert abs(length.at(parameters).value / (4 * 0.031 * ellipe(0.64)) - 1) > 1e-9
     monkeypatch.setattr(stage_functions, "MAX_NODES", 16)
-    with pytest.raises(GeometryError, match=r"A_mm: the length of the .* has not converged .* must be rounder"):
+    with pytest.raises(
+        GeometryError, match=r"A_mm: the length of the .* has not converged .* must be rounder"
+    ):
         measure(stage, parameters)

@@ -23,13 +23,25 @@ from tests.support.toothed import FREE, REFUSED, circles, involute, stage
 
 PLAY = 5e-5
 COS = math.cos(math.radians(20))
-MESHES = [("eccentric_circle", 1, 32), ("ellipse", 8, 25), ("fourier", 0, 25), ("limacon", 0, 25), ("sine", 0, 25)]
-EVERY = [(family, seed, (25, 32, 41, 60)[seed % 4]) for family in sorted(pairs.FAMILIES) for seed in range(10)
-         if (family, seed) not in REFUSED]  # fmt: skip
+MESHES = [
+    ("eccentric_circle", 1, 32),
+    ("ellipse", 8, 25),
+    ("fourier", 0, 25),
+    ("limacon", 0, 25),
+    ("sine", 0, 25),
+]
+EVERY = [
+    (family, seed, (25, 32, 41, 60)[seed % 4])
+    for family in sorted(pairs.FAMILIES)
+    for seed in range(10)
+    if (family, seed) not in REFUSED
+]
 
 
 def exact(family: str, seed: int, z: int) -> None:
-    """Conjugate without play; with it the gap is that of the rack everywhere, and so is the lost motion."""
+    """Conjugate without play; with it the gap is that of the rack everywhere, and so is the lost
+    motion.
+    """
     still = stage(family, seed, z)
     assert np.abs(still.contacts.errors).max() < 1e-11
     loose = stage(family, seed, z, replace(FREE, play=PLAY))
@@ -39,7 +51,9 @@ def exact(family: str, seed: int, z: int) -> None:
     side = loose.contacts.faced.side
     if loose.mesh.laps.min() > PLAY:
         for sign in (-1.0, 1.0):
-            assert len(np.unique(loose.contacts.faced.at[side == sign])) == len(loose.mesh.positions)
+            assert len(np.unique(loose.contacts.faced.at[side == sign])) == len(
+                loose.mesh.positions
+            )
 
 
 @pytest.mark.parametrize(("family", "seed", "z"), MESHES[:3])
@@ -96,19 +110,29 @@ def test_circles_lose_contact_at_contact_ratio_unity() -> None:
 
 
 def test_sides_of_lost_motion_stop_the_mate_as_polygons() -> None:
-    """Turned by the lost motion to either side, polygons of the mate touch those of the gear and do not overlap."""
+    """Turned by the lost motion to either side, polygons of the mate touch those of the gear and do
+    not overlap.
+    """
     pair = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
     farther = pair.farther(2e-4)
     assert farther is not None
-    overlay, where, some = Overlay.from_mesh(farther.mesh), pair.mesh.positions, np.arange(0, 720, 90)
+    overlay, where, some = (
+        Overlay.from_mesh(farther.mesh),
+        pair.mesh.positions,
+        np.arange(0, 720, 90),
+    )
     first, second = overlay.placed(where[some])
     axis = [(farther.mesh.pair.distance, 0.0)] * len(some)
     for column, sense in ((0, -1), (1, 1)):
         lost = sense * farther.lost_motion[some, column]
         for share, touches in ((0.98, False), (1.02, True)):
-            turned = [shapely.affinity.rotate(part, share * turn, centre, use_radians=True)
-                      for part, turn, centre in zip(second, lost, axis, strict=True)]  # fmt: skip
-            assert (shapely.area(shapely.intersection(first, turned)) > 1e-12).tolist() == [touches] * len(some)
+            turned = [
+                shapely.affinity.rotate(part, share * turn, centre, use_radians=True)
+                for part, turn, centre in zip(second, lost, axis, strict=True)
+            ]
+            assert (shapely.area(shapely.intersection(first, turned)) > 1e-12).tolist() == [
+                touches
+            ] * len(some)
 
 
 def test_zero_centre_error_has_no_effect() -> None:
@@ -120,7 +144,10 @@ def test_zero_centre_error_has_no_effect() -> None:
 
 
 def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
-    for pair in (stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)), circles(23, 41, ToothOrder(play=PLAY))):
+    for pair in (
+        stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)),
+        circles(23, 41, ToothOrder(play=PLAY)),
+    ):
         gap = pair.polygon_gaps
         assert gap.min() >= PLAY / 2 * COS - 1e-13
         assert gap.max() < PLAY / 2 * COS + 2e-6
@@ -131,10 +158,15 @@ def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
 
 
 def test_contact_ratio_below_unity_is_refused() -> None:
-    """On circles the rolling length that two pairs share is the contact ratio's excess over one, in pitches."""
+    """On circles the rolling length that two pairs share is the contact ratio's excess over one, in
+    pitches.
+    """
     mesh = circles(20, 30, ToothOrder()).mesh
     np.testing.assert_allclose(mesh.laps, (mesh.contact_ratios[0] - 1) * mesh.pitch, rtol=1e-9)
-    with pytest.raises(GeometryError, match=r"the contact ratio of tooth \d+ of gear with tooth \d+ of mate is 0.74"):
+    with pytest.raises(
+        GeometryError,
+        match=r"the contact ratio of tooth \d+ of gear with tooth \d+ of mate is 0.74",
+    ):
         circles(40, 40, ToothOrder(addendum=0.4))
 
 
@@ -195,7 +227,9 @@ def test_half_a_tooth_offset_is_detected(sound: ToothedPair) -> None:
 
 
 def test_depth_agrees_with_nearer_axes() -> None:
-    """Flanks of circles, brought nearer by little, reach into each other by that times the sine of the angle."""
+    """Flanks of circles, brought nearer by little, reach into each other by that times the sine of
+    the angle.
+    """
     mesh, nearer = circles(25, 50, FREE).mesh, 1e-5
     close = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance - nearer))
     depths = Overlay.from_mesh(close, FINE_CHORDS).depths(mesh.positions[:20])
@@ -206,8 +240,10 @@ def test_depth_agrees_with_nearer_axes() -> None:
 
 
 def test_small_rotation_of_a_gear_is_detected(sound: ToothedPair) -> None:
-    turned = [shapely.affinity.rotate(outline, k * 1e-4, (0, 0), use_radians=True)
-              for k, outline in enumerate(Overlay.from_mesh(sound.mesh).outlines)]  # fmt: skip
+    turned = [
+        shapely.affinity.rotate(outline, k * 1e-4, (0, 0), use_radians=True)
+        for k, outline in enumerate(Overlay.from_mesh(sound.mesh).outlines)
+    ]
     assert refused(Overlay(sound.mesh, (turned[0], turned[1])))
 
 
@@ -219,16 +255,22 @@ def test_axes_too_near_are_detected(sound: ToothedPair) -> None:
     assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-6
 
 
-@pytest.mark.parametrize(("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"])
+@pytest.mark.parametrize(
+    ("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"]
+)
 def test_moved_outline_is_detected(sound: ToothedPair, first: int, last: int) -> None:
     first_outline, second = Overlay.from_mesh(sound.mesh).outlines
     points = shapely.get_coordinates(first_outline)
-    points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]
+    points[first:last] += (
+        5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]
+    )
     points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None]
     assert refused(Overlay(sound.mesh, (shapely.Polygon(points), second)))
 
 
 def test_a_flank_of_another_rack_is_not_conjugate(sound: ToothedPair) -> None:
     other = replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01))
-    mesh = Mesh(sound.mesh.pair, sound.mesh.gear, Gear("mate", replace(sound.mesh.mate.flanks, rack=other)))
+    mesh = Mesh(
+        sound.mesh.pair, sound.mesh.gear, Gear("mate", replace(sound.mesh.mate.flanks, rack=other))
+    )
     assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-7

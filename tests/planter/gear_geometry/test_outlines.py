@@ -1,4 +1,6 @@
-"""Outlines on pitch curves of every family: whole teeth, exact joins, what a swept rack leaves, laws of similarity."""
+"""Outlines on pitch curves of every family: whole teeth, exact joins, what a swept rack leaves,
+laws of similarity.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,16 @@ from planter.gear_geometry.gear import KINDS, Gear
 from tests.support import pairs
 from tests.support.toothed import FREE, REFUSED, Rack, circle, stage, swept
 
-GEARS = [("eccentric_circle", 1, 32), ("ellipse", 8, 25), ("fourier", 0, 25), ("limacon", 8, 25), ("sine", 4, 25)]
-"""Of each family one: with hardly any undercut, with much, hollow and with loops of flanks and fillets."""
+GEARS = [
+    ("eccentric_circle", 1, 32),
+    ("ellipse", 8, 25),
+    ("fourier", 0, 25),
+    ("limacon", 8, 25),
+    ("sine", 4, 25),
+]
+"""Of each family one: with hardly any undercut, with much, hollow and with loops of flanks and
+fillets.
+"""
 ALIKE = [(family, seed) for family in sorted(pairs.FAMILIES) for seed in range(12)]
 
 
@@ -104,7 +114,9 @@ def test_a_swept_rack_leaves_every_space(family: str, seed: int, z: int) -> None
 
 def test_scaled_gears_are_similar() -> None:
     scaled = stage("limacon", 8, 25)
-    curves = pitch_curves.build_stage_pair(pairs.stage("limacon", 8), pairs.parameters("limacon", 8))
+    curves = pitch_curves.build_stage_pair(
+        pairs.stage("limacon", 8), pairs.parameters("limacon", 8)
+    )
     other = stage_scaled(curves.scaled(1.7))
     for a, b in zip(scaled.gears, other, strict=True):
         assert b.area == pytest.approx(1.7**2 * a.area, rel=1e-12)
@@ -118,14 +130,19 @@ def stage_scaled(curves: pitch_curves.CurvePair) -> tuple[Gear, Gear]:
 
 
 def test_reversed_curve_exchanges_flanks() -> None:
-    first, other = (stage("sine", 0, 25, FREE, sense).gears[0].flanks.margins.reshape(2, -1) for sense in (1, -1))
+    first, other = (
+        stage("sine", 0, 25, FREE, sense).gears[0].flanks.margins.reshape(2, -1)
+        for sense in (1, -1)
+    )
     back = -np.arange(25) % 25
     np.testing.assert_allclose(first[0], other[1][back], atol=1e-12)
     assert np.abs(first[0] - other[0][back]).max() > 1e-3
 
 
 def test_ellipses_with_odd_teeth_make_congruent_gears() -> None:
-    """Undeformed: the mate is the same ellipse, its space where the gear has its tooth half a turn on."""
+    """Undeformed: the mate is the same ellipse, its space where the gear has its tooth half a turn
+    on.
+    """
     family = "ellipse"
     parameters = pairs.parameters(family, 0).copy()
     parameters[-1] = 1.0
@@ -151,7 +168,9 @@ def test_whole_teeth_go_round(family: str) -> None:
     original = size_pair(curves, replace(FREE, module=1.5e-3, keep="size"), family)
     scaled = size_pair(curves, replace(FREE, module=1.5e-3), family)
     for gear in (original, scaled):
-        assert gear.pair.gear.length == pytest.approx(np.pi * gear.module * gear.teeth[0], rel=1e-12)
+        assert gear.pair.gear.length == pytest.approx(
+            np.pi * gear.module * gear.teeth[0], rel=1e-12
+        )
         assert gear.pair.mate.length == pytest.approx(gear.pair.gear.length, rel=1e-12)
     assert (original.scale, scaled.module) == (1.0, 1.5e-3)
     assert original.teeth == scaled.teeth == (round(curves.gear.length / np.pi / 1.5e-3),) * 2

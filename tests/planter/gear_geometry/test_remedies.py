@@ -1,4 +1,6 @@
-"""Teeth on hollow curves that run into fillets: racks that are offered for them pass, those beside them do not."""
+"""Teeth on hollow curves that run into fillets: racks that are offered for them pass, those beside
+them do not.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +26,12 @@ def hollow(eccentricity: float, teeth: int, tip_radius: float = 1.0) -> ToothedP
     """A deformed eccentric circle that is hollow on either side."""
     parameters = np.array([0.031, eccentricity, 1.9])
     stage: Stage = pairs.stage_of("eccentric_circle", parameters)
-    return cut_teeth(build_stage_pair(stage, parameters), replace(FREE, teeth=teeth, tip_radius=tip_radius), "pair",
-                   ("gear", "mate"))  # fmt: skip
+    return cut_teeth(
+        build_stage_pair(stage, parameters),
+        replace(FREE, teeth=teeth, tip_radius=tip_radius),
+        "pair",
+        ("gear", "mate"),
+    )
 
 
 def test_suggested_racks_are_just_sufficient() -> None:
@@ -34,15 +40,30 @@ def test_suggested_racks_are_just_sufficient() -> None:
         GeometryError, match=r"overlap by .* modules, .* mm, at the polar angle .* would do$"
     ) as message:
         cutting.check_pair_penetration(curves)
-    first, clearance, second = map(float, re.findall(r"(?:radius|clearance) of ([\d.]+)", str(message.value)))
-    offered = [replace(FREE, tip_radius=first), replace(FREE, clearance=clearance, tip_radius=second)]
-    short = [replace(FREE, tip_radius=first + 0.01), replace(offered[1], clearance=clearance - 0.01)]
+    first, clearance, second = map(
+        float, re.findall(r"(?:radius|clearance) of ([\d.]+)", str(message.value))
+    )
+    offered = [
+        replace(FREE, tip_radius=first),
+        replace(FREE, clearance=clearance, tip_radius=second),
+    ]
+    short = [
+        replace(FREE, tip_radius=first + 0.01),
+        replace(offered[1], clearance=clearance - 0.01),
+    ]
     assert second == 0.37
-    assert [cutting.passes_limits(curves, order) for order in (*offered, *short)] == [True, True, False, False]
+    assert [cutting.passes_limits(curves, order) for order in (*offered, *short)] == [
+        True,
+        True,
+        False,
+        False,
+    ]
 
 
 def test_advised_rack_does_not_interfere_when_cut_again() -> None:
-    """Four times as many chords and positions see no more than the limit: the advice does not rest on coarse ones."""
+    """Four times as many chords and positions see no more than the limit: the advice does not rest
+    on coarse ones.
+    """
     curves = hollow(0.012, 31, tip_radius=0.17)
     fine = {kind: 4 * count for kind, count in polygons.FINE_CHORDS.items()}
     at = np.linspace(-2, 2, 801) * curves.mesh.pitch + curves.deepest.place
@@ -65,7 +86,9 @@ def test_penetration_is_the_same_at_any_size(module_mm: float) -> None:
 
 def test_missing_remedy_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cutting, "MAX_CLEARANCE", 0.3)
-    assert cutting.suggest_racks(hollow(0.015, 41)).startswith("no smaller tip radius of the rack and no clearance")
+    assert cutting.suggest_racks(hollow(0.015, 41)).startswith(
+        "no smaller tip radius of the rack and no clearance"
+    )
 
 
 def test_valid_teeth_need_no_remedy() -> None:

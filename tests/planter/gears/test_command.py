@@ -1,4 +1,6 @@
-"""`planter gears`: keys of the contract, files, own curves, results fed back, one sentence for bad input."""
+"""`planter gears`: keys of the contract, files, own curves, results fed back, one sentence for bad
+input.
+"""
 
 from __future__ import annotations
 
@@ -25,11 +27,32 @@ from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
 
 STAGE = {
-    "stage", "z", "module_mm", "scale", "centre_distance_mm", "perimeter_mm", "gears", "contact_ratio",
-    "pressure_angle_deg", "transmission_error_rad", "gap_mm", "overlap_mm2", "lost_motion_deg",
-    "lost_motion_total_deg", "farther_total_deg", "farther_contact_ratio",
-}  # fmt: skip
-GEAR = {"name", "area_mm2", "margin", "undercut", "top_land_mm", "root_radius_min_mm", "keyway_phase_deg"}
+    "stage",
+    "z",
+    "module_mm",
+    "scale",
+    "centre_distance_mm",
+    "perimeter_mm",
+    "gears",
+    "contact_ratio",
+    "pressure_angle_deg",
+    "transmission_error_rad",
+    "gap_mm",
+    "overlap_mm2",
+    "lost_motion_deg",
+    "lost_motion_total_deg",
+    "farther_total_deg",
+    "farther_contact_ratio",
+}
+GEAR = {
+    "name",
+    "area_mm2",
+    "margin",
+    "undercut",
+    "top_land_mm",
+    "root_radius_min_mm",
+    "keyway_phase_deg",
+}
 NAMES = [["sun", "gear 5"], ["gear 6", "planet gear"]]
 
 
@@ -42,7 +65,8 @@ def curve_file(path: Path, radius_mm: np.ndarray, sense: int = 1, prefix: str = 
     """A curve with as many points as radii, the first once more at the end."""
     polar = sense * np.linspace(0, 360, len(radius_mm) + 1)
     rows = "".join(
-        f"{a!r},{b!r}\n" for a, b in zip(polar.tolist(), np.append(radius_mm, radius_mm[0]).tolist(), strict=True)
+        f"{a!r},{b!r}\n"
+        for a, b in zip(polar.tolist(), np.append(radius_mm, radius_mm[0]).tolist(), strict=True)
     )
     path.write_text(f"# measured\n{prefix}polar_deg,{prefix}radius_mm\n{rows}")
     return str(path)
@@ -60,8 +84,12 @@ def test_the_answer_has_the_keys_of_the_contract() -> None:
         assert stage.keys() >= STAGE
         assert all(gear.keys() >= GEAR for gear in stage["gears"])
         assert (stage["z"], stage["scale"]) == ([z, z], 1.0)
-        assert stage["perimeter_mm"] == pytest.approx([np.pi * z * stage["module_mm"]] * 2, rel=1e-10)
-        assert stage["gap_mm"] == pytest.approx({k: 0.025 * np.cos(np.pi / 9) for k in ("min", "max")}, abs=1e-10)
+        assert stage["perimeter_mm"] == pytest.approx(
+            [np.pi * z * stage["module_mm"]] * 2, rel=1e-10
+        )
+        assert stage["gap_mm"] == pytest.approx(
+            {k: 0.025 * np.cos(np.pi / 9) for k in ("min", "max")}, abs=1e-10
+        )
         assert stage["overlap_mm2"] == 0
         assert stage["transmission_error_rad"] < 1e-11
     assert result["scaled"] is None
@@ -72,7 +100,9 @@ def test_the_answer_has_the_keys_of_the_contract() -> None:
 
 
 @pytest.mark.parametrize(("error_mm", "touches"), [(0.3, True), (3.9, False)])
-def test_lost_motion_of_both_sides_at_a_larger_distance(tmp_path: Path, error_mm: float, touches: bool) -> None:
+def test_lost_motion_of_both_sides_at_a_larger_distance(
+    tmp_path: Path, error_mm: float, touches: bool
+) -> None:
     file = curve_file(tmp_path / "own.csv", wavy())
     options = ("--backlash-mm", "0.1", "--centre-error-mm", str(error_mm))
     (stage,) = answer("gears", "--curve", file, "--teeth", "40", *options)["stages"]
@@ -92,8 +122,12 @@ def test_rim_is_reported_in_tooth_depths(tmp_path: Path) -> None:
     (stage,) = answer(*call, "56")["stages"]
     depth = 2.25 * stage["module_mm"]
     for gear in stage["gears"]:
-        assert gear["rim"]["thickness_mm"] == pytest.approx(gear["root_radius_min_mm"] - 28, abs=5e-3)
-        assert gear["rim"]["tooth_depths"] == pytest.approx(gear["rim"]["thickness_mm"] / depth, rel=1e-12)
+        assert gear["rim"]["thickness_mm"] == pytest.approx(
+            gear["root_radius_min_mm"] - 28, abs=5e-3
+        )
+        assert gear["rim"]["tooth_depths"] == pytest.approx(
+            gear["rim"]["thickness_mm"] / depth, rel=1e-12
+        )
     assert "weakens the roots" in run(*call, "64")[1]
     assert "weakens" not in run(*call, "40")[1]
 
@@ -103,9 +137,13 @@ def test_standard_module_scales_pair_and_reports_effects() -> None:
     design_distance = answer("simulate", "wang2017")["centre_distance_mm"]
     for stage, module, name in zip(result["stages"], (2, 1.5), ("a1", "a2"), strict=True):
         assert stage["module_mm"] == pytest.approx(module, rel=1e-14)
-        assert stage["centre_distance_mm"] == pytest.approx(stage["scale"] * design_distance[name], rel=1e-12)
+        assert stage["centre_distance_mm"] == pytest.approx(
+            stage["scale"] * design_distance[name], rel=1e-12
+        )
     scaled = result["scaled"]
-    again = answer("simulate", "wang2017", *(f"--set={k}={v!r}" for k, v in scaled["design"].items()))
+    again = answer(
+        "simulate", "wang2017", *(f"--set={k}={v!r}" for k, v in scaled["design"].items())
+    )
     distances = [stage["centre_distance_mm"] for stage in result["stages"]]
     assert list(again["centre_distance_mm"].values()) == pytest.approx(distances, rel=1e-12)
     assert 0.01 < scaled["tip_moved_max_mm"] < 5
@@ -124,7 +162,9 @@ def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
 
 def test_flank_cut_at_turning_point_is_reported(device: Device) -> None:
     """There the flank stands still, and its arc length is known to half the digits."""
-    slender = ToothOrder(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
+    slender = ToothOrder(
+        pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True
+    )
     train = toothed.cut_gear_train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
     assert all(shape(placed).is_valid for placed in train.place_gears())
 
@@ -135,11 +175,15 @@ def shape(placed: PlacedGear) -> shapely.Polygon:
 
 
 def test_marks_of_gears_on_a_shaft_agree(device: Device) -> None:
-    """The angle between the teeth of gears 5 and 6 follows from gamma, beta6 and the sun's phase."""
+    """The angle between the teeth of gears 5 and 6 follows from gamma, beta6 and the sun's
+    phase.
+    """
     _, five, six, _ = toothed.cut_gear_train(device, [ToothOrder(module=2e-3)] * 2).place_gears()
     assert five.key is not None
     assert six.key is not None
-    assert np.exp(1j * (five.angle + five.key)) == pytest.approx(np.exp(1j * (six.angle + six.key)), abs=1e-12)
+    assert np.exp(1j * (five.angle + five.key)) == pytest.approx(
+        np.exp(1j * (six.angle + six.key)), abs=1e-12
+    )
     design = dict(zip(device.names, device.design, strict=True))
     between = six.angle - five.angle
     expected = design["gamma_deg"] + design["beta6_deg"] - np.pi - _turned(device)
@@ -151,15 +195,29 @@ def _turned(device: Device) -> float:
     stage, parameters = device.stages[0], device.of_stage(0, device.design)
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
     alpha3 = device.design[device.names.index("alpha3_deg")]
-    return float(stage.contact(t=np.array([alpha3]), parameters=parameters, hoisted=hoisted)["turned"][0, 0])
+    return float(
+        stage.contact(t=np.array([alpha3]), parameters=parameters, hoisted=hoisted)["turned"][0, 0]
+    )
 
 
 @pytest.mark.long
 def test_files_agree_with_json(tmp_path: Path) -> None:
-    result = answer("gears", "wang2017", "--module", "2", "--bore-mm", "14", "--stl", "--out", str(tmp_path / "out"))
+    result = answer(
+        "gears",
+        "wang2017",
+        "--module",
+        "2",
+        "--bore-mm",
+        "14",
+        "--stl",
+        "--out",
+        str(tmp_path / "out"),
+    )
     names = {Path(file).name for file in result["files"]}
     assert names >= {
-        f"{stem}.{kind}" for stem in ("sun", "gear_5", "gear_6", "planet_gear") for kind in ("dxf", "svg", "stl")
+        f"{stem}.{kind}"
+        for stem in ("sun", "gear_5", "gear_6", "planet_gear")
+        for kind in ("dxf", "svg", "stl")
     }
     assert names >= {"assembly.dxf", "assembly.svg", "sun_flanks.csv", "friction.csv"}
     assert all(Path(file).is_file() for file in result["files"])
@@ -192,32 +250,54 @@ def test_a_mate_may_turn_once_in_several_turns(tmp_path: Path) -> None:
 
 
 def test_curves_of_a_train_are_taken(tmp_path: Path) -> None:
-    """Both gears of a stage in one file, points crowded where the slope is least; the mate is held to the gear."""
+    """Both gears of a stage in one file, points crowded where the slope is least; the mate is held
+    to the gear.
+    """
     carrier = np.radians(np.arange(0, 361, 15))
     result = Train(AngleCurve(carrier, -carrier + np.radians(8) * np.sin(carrier)), 0.07)
     polar, radii = polar_curves(result)
-    head = [f"{name}_{quantity}" for name in ("driver", "follower") for quantity in ("polar_deg", "radius_mm")]
-    columns = dict(zip(head, (np.degrees(polar[0]), 1e3 * radii[0], np.degrees(polar[1]), 1e3 * radii[1]), strict=True))
+    head = [
+        f"{name}_{quantity}"
+        for name in ("driver", "follower")
+        for quantity in ("polar_deg", "radius_mm")
+    ]
+    columns = dict(
+        zip(
+            head,
+            (np.degrees(polar[0]), 1e3 * radii[0], np.degrees(polar[1]), 1e3 * radii[1]),
+            strict=True,
+        )
+    )
     file = tmp_path / "pitch_curves.csv"
     write_cycle_csv(file, ["a train"], columns)
-    answered = answer("gears", "--curve", f"{file}:driver", "--mate", f"{file}:follower", "--teeth", "45")
+    answered = answer(
+        "gears", "--curve", f"{file}:driver", "--mate", f"{file}:follower", "--teeth", "45"
+    )
     assert answered["stages"][0]["centre_distance_mm"] == pytest.approx(70, abs=1e-4)
-    text = refusal("gears", "--curve", f"{file}:driver", "--mate", f"{file}:driver", "--teeth", "45")
+    text = refusal(
+        "gears", "--curve", f"{file}:driver", "--mate", f"{file}:driver", "--teeth", "45"
+    )
     assert "the conjugate of the gear has" in text
 
 
 BAD = {
-    "--module 2 --teeth 40,40": "stage 1: teeth = 40 and module = 2 mm disagree: the pitch curve is 194.467 mm long",
+    "--module 2 --teeth 40,40": (
+        "stage 1: teeth = 40 and module = 2 mm disagree: the pitch curve is 194.467 mm long"
+    ),
     "--teeth 5,31": "5 teeth: there must be 6 to 1000",
     "--teeth 12,31": "sun: the flanks of tooth 0, 1, 2, 3, 4, 5 and 6 more are undercut",
-    "--module 2 --backlash-mm 0.5": "play = 0.5 mm: the backlash must be at most 0.2 modules, 0.4 mm",
+    "--module 2 --backlash-mm 0.5": (
+        "play = 0.5 mm: the backlash must be at most 0.2 modules, 0.4 mm"
+    ),
     "--module 2 --bore-mm 45.75 --keyway-mm none": "mm leaves a wall of 0.00",
     "--module 2 --bore-mm 46 --keyway-mm none": "at least 2.25 mm",
     "--module 2 --addendum 0.5": "the contact ratio of tooth",
     "--teeth 31": "it must be Z1,Z2",
     "--teeth a,b": "--teeth a,b: give Z",
     "--module 2 --module1 2": "--module sets both stages",
-    "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": "sun: the pitch curve is concave with a radius of 21.16 mm at",
+    "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": (
+        "sun: the pitch curve is concave with a radius of 21.16 mm at"
+    ),
     "--keyway-mm 4,2": "needs --bore-mm",
     "--curve own.csv": "either MACHINE or --curve",
     "--turns 2": "--turns goes with --curve, not with MACHINE",
@@ -265,4 +345,6 @@ def test_impossible_curves_are_refused(tmp_path: Path) -> None:
     for option in ("--module2", "--speed-rpm"):
         message = refusal("gears", "--curve", file, "--teeth", "40", option, "2")
         assert f"{option} goes with MACHINE, not with --curve" in message
-    assert "has no column other_polar_deg" in refusal("gears", "--curve", f"{file}:other", "--teeth", "40")
+    assert "has no column other_polar_deg" in refusal(
+        "gears", "--curve", f"{file}:other", "--teeth", "40"
+    )

@@ -78,8 +78,14 @@ IMPOSSIBLE = {
     "one radius of 120": (replaced(30, 120.0), "must be at most 80°"),
     "nearly nothing": (RADIUS * 1e-12, "must be at least 0.01 mm"),
     "too many": (np.full(4001, 40.0), "4001 points"),
-    "no mate": (np.maximum(100 * np.exp(-4.0 * np.abs(np.linspace(-np.pi, np.pi, 361)[:-1])), 1), "no mate rolls"),
-    "through its axis": (np.where(np.isin(np.arange(60), [30, 31]), 0.05, RADIUS), "it must be above 0"),
+    "no mate": (
+        np.maximum(100 * np.exp(-4.0 * np.abs(np.linspace(-np.pi, np.pi, 361)[:-1])), 1),
+        "no mate rolls",
+    ),
+    "through its axis": (
+        np.where(np.isin(np.arange(60), [30, 31]), 0.05, RADIUS),
+        "it must be above 0",
+    ),
 }
 
 
@@ -98,7 +104,9 @@ def test_rough_function_ends_with_an_error() -> None:
 
 
 def perturb(random: np.random.Generator) -> tuple[Array, Array]:
-    """Return polar angles [deg] and radii [mm] of a curve after one kind of damage, drawn at random."""
+    """Return polar angles [deg] and radii [mm] of a curve after one kind of damage, drawn at
+    random.
+    """
     polar, radius, row = POLAR.copy(), RADIUS.copy(), int(random.integers(60))
     kind = random.integers(11)
     if kind == 0:
@@ -173,7 +181,9 @@ CORNERS = {
 @pytest.mark.parametrize("kind", CORNERS)
 def test_corner_is_refused_with_its_place(tmp_path: Path, kind: str) -> None:
     radius, place = CORNERS[kind]
-    message = refusal("gears", "--curve", write_curve(tmp_path / "own.csv", DEGREES, radius), "--module", "2")
+    message = refusal(
+        "gears", "--curve", write_curve(tmp_path / "own.csv", DEGREES, radius), "--module", "2"
+    )
     assert "corner" in message
     polar = float(message.partition("polar angle ")[2].partition("°")[0])
     assert min(abs(polar - place - k * 180) for k in (-1, 0, 1)) <= 1
@@ -183,7 +193,8 @@ SMOOTH = {
     "lobes": 30 / (1 - 0.25 * np.cos(2 * np.radians(DEGREES))),
     "seven waves": 40 + np.cos(7 * np.radians(DEGREES)),
     "a narrow bump": 40 + 0.3 * np.exp(-(((DEGREES - 90) / 3) ** 2)),
-    "a jump of the curvature": 40 + np.where(DEGREES < 180, 3e-4 * (DEGREES * (180 - DEGREES)), 0.0) ** 2 / 20,
+    "a jump of the curvature": 40
+    + np.where(DEGREES < 180, 3e-4 * (DEGREES * (180 - DEGREES)), 0.0) ** 2 / 20,
     "three decimals": np.round(40 + 3 * np.cos(np.radians(DEGREES)), 3),
 }
 
@@ -194,14 +205,23 @@ def test_smooth_table_has_no_corner(tmp_path: Path, kind: str) -> None:
 
 
 def test_crowded_rows_are_no_corner(tmp_path: Path) -> None:
-    """Steps that vary by a factor of 30 from row to row: a smooth curve bends in proportion to them."""
+    """Steps that vary by a factor of 30 from row to row: a smooth curve bends in proportion to
+    them.
+    """
     polar = np.sort(np.concatenate([np.arange(0, 360, 3.0), np.arange(100, 110, 0.1)]))
     polar = polar[np.append(np.diff(polar) > 1e-6, True)]
-    assert load_pair(write_curve(tmp_path / "own.csv", polar, 40 + 3 * np.cos(np.radians(polar))), None).sense == 1
+    assert (
+        load_pair(
+            write_curve(tmp_path / "own.csv", polar, 40 + 3 * np.cos(np.radians(polar))), None
+        ).sense
+        == 1
+    )
 
 
 AXES, MEAN, SWING = 60.0, 2, 0.25
-"""Distance of the axes [mm] of a gear whose mate turns MEAN times as fast, with a swing of that ratio."""
+"""Distance of the axes [mm] of a gear whose mate turns MEAN times as fast, with a swing of that
+ratio.
+"""
 
 
 def faster_mate(lobes: int = MEAN) -> Array:
@@ -243,7 +263,9 @@ def test_mate_in_a_file_tells_the_turns(tmp_path: Path) -> None:
     file = write_curve(tmp_path / "own.csv", DEGREES, faster_mate())
     pair = load_pair(file, None, GearTurns(1, 2))
     rows = pair.gear.at(np.linspace(0, pair.gear.length, 720, endpoint=False))
-    mate = write_curve(tmp_path / "mate.csv", np.degrees(rows[POLAR_ROW])[::-1], 1e3 * np.hypot(*rows[:2])[::-1])
+    mate = write_curve(
+        tmp_path / "mate.csv", np.degrees(rows[POLAR_ROW])[::-1], 1e3 * np.hypot(*rows[:2])[::-1]
+    )
     assert load_pair(file, mate, GearTurns(1, 2)).distance == pytest.approx(pair.distance)
     with pytest.raises(PlanterError, match="the conjugate of the gear has"):
         load_pair(file, mate, GearTurns(2, 1))
@@ -258,4 +280,6 @@ def test_mate_needs_a_curve_that_repeats(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["0", "2:3", "x", "1:2:3", "21", "-1", ":2"])
 def test_invalid_turns_are_refused(tmp_path: Path, text: str) -> None:
     file = write_curve(tmp_path / "own.csv", POLAR, RADIUS)
-    assert f"--turns {text}" in refusal("gears", "--curve", file, "--teeth", "40", f"--turns={text}")
+    assert f"--turns {text}" in refusal(
+        "gears", "--curve", file, "--teeth", "40", f"--turns={text}"
+    )

@@ -1,4 +1,6 @@
-"""Files of toothed gears, read back: closed and clean, where the exact outline is, of its area; solids and meshes."""
+"""Files of toothed gears, read back: closed and clean, where the exact outline is, of its area;
+solids and meshes.
+"""
 
 import io
 import json
@@ -52,15 +54,21 @@ def read_part(part: GearPart, contents: dict[str, bytes]) -> Arcs:
     audit = document.audit()
     assert not audit.errors + audit.fixes
     assert {layer: len(lines) for layer, lines in drawing.items()} == {
-        "TEETH": 1, "PITCH": 1, "BORE": 1, "KEYWAY": 1, "CENTRE": 2,
-    }  # fmt: skip
+        "TEETH": 1,
+        "PITCH": 1,
+        "BORE": 1,
+        "KEYWAY": 1,
+        "CENTRE": 2,
+    }
     (outline,) = drawing["TEETH"]
     assert outline.closed
     return outline
 
 
 def off(part: GearPart, places: Array) -> float:
-    """How far places (n, 2) are from the exact outline at most [m], across it where many places on it are nearest."""
+    """How far places (n, 2) are from the exact outline at most [m], across it where many places on
+    it are nearest.
+    """
     pieces = part.placed.gear.outline().pieces
     exact = np.vstack([piece.at(FINE) for piece in pieces])
     tangents = np.vstack([piece.tangent(FINE) for piece in pieces])
@@ -72,7 +80,9 @@ def off(part: GearPart, places: Array) -> float:
 
 def strays(part: GearPart, outline: Arcs) -> float:
     """How far an outline of arcs and the exact one are apart, as seen from either [m]."""
-    exact = np.vstack([piece.at(np.linspace(0, 1, 6)) for piece in part.placed.gear.outline().pieces])
+    exact = np.vstack(
+        [piece.at(np.linspace(0, 1, 6)) for piece in part.placed.gear.outline().pieces]
+    )
     return max(off(part, sampled(outline, 9)), float(between(exact, outline).max()))
 
 
@@ -86,7 +96,9 @@ def test_drawing_is_closed_clean_and_within_tolerance(
     assert len(outline.vertices) < 26 * part.placed.gear.z
 
 
-def test_wrong_side_and_moved_vertex_are_detected(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
+def test_wrong_side_and_moved_vertex_are_detected(
+    parts: list[GearPart], files: list[dict[str, bytes]]
+) -> None:
     outline = read_part(parts[0], files[0])
     bulges, vertices = outline.bulges.copy(), outline.vertices.copy()
     bulges[int(np.argmin(bulges * np.hypot(*outline.chords.T)))] *= -1
@@ -95,7 +107,9 @@ def test_wrong_side_and_moved_vertex_are_detected(parts: list[GearPart], files: 
         assert strays(parts[0], tampered) > 2 * TOLERANCE
 
 
-def test_a_mesh_is_watertight_and_has_the_volume(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
+def test_a_mesh_is_watertight_and_has_the_volume(
+    parts: list[GearPart], files: list[dict[str, bytes]]
+) -> None:
     for part, contents in zip(parts, files, strict=True):
         body = trimesh.load(io.BytesIO(contents[f"{part.stem}.stl"]), file_type="stl")
         assert body.is_watertight
@@ -104,7 +118,9 @@ def test_a_mesh_is_watertight_and_has_the_volume(parts: list[GearPart], files: l
         assert body.volume == pytest.approx(area * WIDTH * MM**3, rel=1e-4)
 
 
-def test_a_table_holds_places_of_the_outline(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
+def test_a_table_holds_places_of_the_outline(
+    parts: list[GearPart], files: list[dict[str, bytes]]
+) -> None:
     text = files[1][f"{parts[1].stem}_flanks.csv"].decode()
     head, *rows = (line.split(",") for line in text.splitlines() if not line.startswith("#"))
     x, y = head.index("x_mm"), head.index("y_mm")
@@ -114,7 +130,9 @@ def test_a_table_holds_places_of_the_outline(parts: list[GearPart], files: list[
     assert {int(row[head.index("tooth")]) for row in rows} == set(range(31))
 
 
-def test_a_solid_reads_back_valid_and_where_the_outline_is(parts: list[GearPart], tmp_path: Path) -> None:
+def test_a_solid_reads_back_valid_and_where_the_outline_is(
+    parts: list[GearPart], tmp_path: Path
+) -> None:
     pytest.importorskip("OCP", reason="planter[step] is not installed: Open CASCADE, 477 MB")
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepGProp import BRepGProp
@@ -155,9 +173,18 @@ def _edges(shape) -> Iterator[tuple[float, float]]:  # type: ignore[no-untyped-d
 
 @pytest.mark.long
 def test_gears_command_lists_files(tmp_path: Path) -> None:
-    result = answer("gears", "wang2017", "--teeth", "31,31", "--bore-mm", "12", "--out", str(tmp_path))
+    result = answer(
+        "gears", "wang2017", "--teeth", "31,31", "--bore-mm", "12", "--out", str(tmp_path)
+    )
     names = {Path(name).name for name in result["files"]}
-    assert names >= {"assembly.dxf", "assembly.svg", "sun.dxf", "gear_5.svg", "gear_6_flanks.csv", "planet_gear.dxf"}
+    assert names >= {
+        "assembly.dxf",
+        "assembly.svg",
+        "sun.dxf",
+        "gear_5.svg",
+        "gear_6_flanks.csv",
+        "planet_gear.dxf",
+    }
     assert all((tmp_path / name).is_file() for name in names)
     assert json.loads((tmp_path / "summary.json").read_text())["stages"] == result["stages"]
     document, lines = read_dxf((tmp_path / "assembly.dxf").read_bytes())
@@ -165,7 +192,9 @@ def test_gears_command_lists_files(tmp_path: Path) -> None:
     assert len(lines["TEETH"]) == 4
 
 
-def test_bore_into_roots_and_missing_extra_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bore_into_roots_and_missing_extra_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     call = ("gears", "wang2017", "--teeth", "31,31")
     assert "a bore of 46 mm" in refusal(*call, "--bore-mm", "46")
     monkeypatch.setitem(sys.modules, "OCP.Message", None)

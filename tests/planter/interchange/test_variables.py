@@ -8,9 +8,16 @@ from planter.interchange.co_simulation import decompose_unit
 
 @pytest.mark.parametrize(
     ("unit", "expected"),
-    [("1", {}), ("rad", {"rad": 1}), ("m/s2", {"m": 1, "s": -2}), ("kg m2", {"kg": 1, "m": 2}),
-     ("N/m", {"kg": 1, "s": -2}), ("N m/rad", {"kg": 1, "m": 2, "s": -2, "rad": -1}), ("s/m", {"s": 1, "m": -1})],
-)  # fmt: skip
+    [
+        ("1", {}),
+        ("rad", {"rad": 1}),
+        ("m/s2", {"m": 1, "s": -2}),
+        ("kg m2", {"kg": 1, "m": 2}),
+        ("N/m", {"kg": 1, "s": -2}),
+        ("N m/rad", {"kg": 1, "m": 2, "s": -2, "rad": -1}),
+        ("s/m", {"s": 1, "m": -1}),
+    ],
+)
 def test_decompose_unit(unit: str, expected: dict[str, int]) -> None:
     assert decompose_unit(unit) == expected
 

@@ -1,4 +1,6 @@
-"""Kernels on arrays that stay: the same numbers and the same strictness as a call, in some microseconds less."""
+"""Kernels on arrays that stay: the same numbers and the same strictness as a call, in some
+microseconds less.
+"""
 
 import time
 from collections.abc import Callable
@@ -23,9 +25,15 @@ phi, x, r, m = ca.SX.sym("phi"), ca.SX.sym("x", 2), ca.SX.sym("r"), ca.SX.sym("m
 PHI = np.linspace(0, 1, 7)
 
 
-def build_kernel(outputs: dict[str, ca.SX], inputs: list[ca.SX], lanes: str = "phi", summed: bool = False) -> Kernel:
+def build_kernel(
+    outputs: dict[str, ca.SX], inputs: list[ca.SX], lanes: str = "phi", summed: bool = False
+) -> Kernel:
     names = [argument.name().partition("_")[0] for argument in (ca.vec(i)[0] for i in inputs)]
-    return Kernel(ca.Function("f", inputs, list(outputs.values()), names, list(outputs)), lanes.split(), summed)
+    return Kernel(
+        ca.Function("f", inputs, list(outputs.values()), names, list(outputs)),
+        lanes.split(),
+        summed,
+    )
 
 
 def wave() -> Kernel:
@@ -61,11 +69,18 @@ class TestNumbers:
 
     @pytest.mark.parametrize("summed", [False, True])
     def test_matrices_sums_and_inputs_of_any_kind(self, way: str, summed: bool) -> None:
-        outputs = {"matrix": ca.densify(ca.mtimes(m.T, x) @ ca.horzcat(ca.sin(phi), r)), "column": x * phi}
+        outputs = {
+            "matrix": ca.densify(ca.mtimes(m.T, x) @ ca.horzcat(ca.sin(phi), r)),
+            "column": x * phi,
+        }
         kernel = compiled(build_kernel(outputs, [phi, x, r, m], "phi x", summed), way)
         rng = np.random.default_rng(2)
-        values = {"phi": rng.normal(size=7), "x": rng.normal(size=(2, 7)), "r": np.array(0.7),
-                 "m": np.asfortranarray(rng.normal(size=(2, 3)))}  # fmt: skip
+        values = {
+            "phi": rng.normal(size=7),
+            "x": rng.normal(size=(2, 7)),
+            "r": np.array(0.7),
+            "m": np.asfortranarray(rng.normal(size=(2, 3))),
+        }
         actual, expected = kernel.bind(**values)(), kernel(**values)
         for name, value in expected.items():
             assert actual[name].shape == value.shape
@@ -95,7 +110,9 @@ class TestNumbers:
         bound()
         assert values[0] == pytest.approx(2 * np.sin(PHI + 1) + 3, rel=1e-15)
 
-    def test_device_with_and_without_compiler_agree(self, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_device_with_and_without_compiler_agree(
+        self, way: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         device = Device(load("wang2017"))
         at, phi = device.prologue(device.design), np.linspace(0, 3, 30)[None]
         kernel = compiled(device.force.response.slopes_kernel, way)
@@ -113,14 +130,35 @@ WRONG: dict[str, tuple[dict[str, object], str]] = {
     "missing": ({"phi": PHI}, r"f takes \['phi', 'x'\], and was given \['phi'\]"),
     "unknown": ({"phi": PHI, "x": np.zeros(2), "z": PHI}, "was given"),
     "a list": ({"phi": PHI, "x": [1.0, 2.0]}, "input x must be an array of float64"),
-    "whole numbers": ({"phi": np.arange(7), "x": np.zeros(2)}, "input phi must be an array of float64"),
-    "single precision": ({"phi": PHI.astype(np.float32), "x": np.zeros(2)}, "input phi must be an array of float64"),
-    "the other byte order": ({"phi": PHI.astype(PHI.dtype.newbyteorder()), "x": np.zeros(2)}, "array of float64"),
-    "not aligned": ({"phi": np.zeros(57, np.uint8)[1:].view(float), "x": np.zeros(2)}, "array of float64"),
-    "a scalar for a vector": ({"phi": PHI, "x": np.array(1.0)}, r"input x has the shape .* expected \(2, 1\)"),
+    "whole numbers": (
+        {"phi": np.arange(7), "x": np.zeros(2)},
+        "input phi must be an array of float64",
+    ),
+    "single precision": (
+        {"phi": PHI.astype(np.float32), "x": np.zeros(2)},
+        "input phi must be an array of float64",
+    ),
+    "the other byte order": (
+        {"phi": PHI.astype(PHI.dtype.newbyteorder()), "x": np.zeros(2)},
+        "array of float64",
+    ),
+    "not aligned": (
+        {"phi": np.zeros(57, np.uint8)[1:].view(float), "x": np.zeros(2)},
+        "array of float64",
+    ),
+    "a scalar for a vector": (
+        {"phi": PHI, "x": np.array(1.0)},
+        r"input x has the shape .* expected \(2, 1\)",
+    ),
     "too long": ({"phi": PHI, "x": np.zeros(3)}, r"input x has the shape .* expected \(2, 1\)"),
-    "every second": ({"phi": np.linspace(0, 2, 14)[::2], "x": np.zeros(2)}, "input phi must be contiguous, row by row"),
-    "a column": ({"phi": PHI, "x": np.zeros((2, 4))[:, 1]}, "input x must be contiguous, column by column"),
+    "every second": (
+        {"phi": np.linspace(0, 2, 14)[::2], "x": np.zeros(2)},
+        "input phi must be contiguous, row by row",
+    ),
+    "a column": (
+        {"phi": PHI, "x": np.zeros((2, 4))[:, 1]},
+        "input x must be contiguous, column by column",
+    ),
 }
 
 
@@ -170,7 +208,10 @@ class TestRefused:
 
     def test_another_thread(self, way: str) -> None:
         bound = compiled(wave(), way).bind(phi=PHI, x=np.array([2.0, 3.0]))
-        with ThreadPoolExecutor(1) as pool, pytest.raises(CallError, match="was bound in another thread"):
+        with (
+            ThreadPoolExecutor(1) as pool,
+            pytest.raises(CallError, match="was bound in another thread"),
+        ):
             pool.submit(bound).result()
         bound()
 
@@ -189,7 +230,14 @@ class TestRefused:
 class TestFinite:
     """Numbers of all kinds, by the compiled look and by NumPy's."""
 
-    EDGES = (0.0, -0.0, 5e-324, 2.2250738585072014e-308, 1.7976931348623157e308, -1.7976931348623157e308)
+    EDGES = (
+        0.0,
+        -0.0,
+        5e-324,
+        2.2250738585072014e-308,
+        1.7976931348623157e308,
+        -1.7976931348623157e308,
+    )
 
     @pytest.fixture(params=[pytest.param("cc", marks=needs_compiler), "/nonexistent"], autouse=True)
     def _compiler(self, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -198,7 +246,12 @@ class TestFinite:
     @pytest.mark.parametrize("size", [1, 7, 64, 1001])
     @pytest.mark.parametrize("bad", [np.nan, -np.nan, np.inf, -np.inf])
     def test_where_the_first_stands(self, size: int, bad: float) -> None:
-        arrays = [np.resize(self.EDGES, size), np.full(size, 1.0), np.zeros(0), np.resize(self.EDGES, size)]
+        arrays = [
+            np.resize(self.EDGES, size),
+            np.full(size, 1.0),
+            np.zeros(0),
+            np.resize(self.EDGES, size),
+        ]
         check = kernel_module.build_finite_check(arrays)
         assert check() == 0
         for number in (3, 1, 0):

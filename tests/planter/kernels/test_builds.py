@@ -43,7 +43,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def left(folder: Path) -> list[str]:
-    return sorted(path.name for path in (*folder.iterdir(), *(folder.parent / "temporary").iterdir()))
+    return sorted(
+        path.name for path in (*folder.iterdir(), *(folder.parent / "temporary").iterdir())
+    )
 
 
 def compiler_that(does: str, folder: Path) -> Path:
@@ -60,13 +62,21 @@ def started(tmp_path: Path, then: str) -> subprocess.Popen[str]:
     cc = compiler_that(f"echo half > \"${{TMPDIR}}/half.s\"; touch '{begun}'; sleep 100", tmp_path)
     program = BUILDING.format(begun=str(begun), then=then)
     return subprocess.Popen(
-        [sys.executable, "-c", program], cwd=ROOT, env=os.environ | {"CC": str(cc)}, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    )  # fmt: skip
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        env=os.environ | {"CC": str(cc)},
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
 
 
-@pytest.mark.parametrize(("then", "code"), [("", 0), ("raise SystemExit(3)", 3), ("raise KeyboardInterrupt", -2)])
-def test_finished_process_leaves_no_files_or_output(then: str, code: int, folder: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("then", "code"), [("", 0), ("raise SystemExit(3)", 3), ("raise KeyboardInterrupt", -2)]
+)
+def test_finished_process_leaves_no_files_or_output(
+    then: str, code: int, folder: Path, tmp_path: Path
+) -> None:
     began = time.monotonic()
     process = started(tmp_path, then)
     output, wrong = process.communicate(timeout=60)
@@ -76,10 +86,17 @@ def test_finished_process_leaves_no_files_or_output(then: str, code: int, folder
     assert "slower" not in wrong
     assert wrong == "" or code == -2
     assert left(folder) == []
-    assert subprocess.run(["pgrep", "-f", str(tmp_path / "slow-cc")], capture_output=True, check=False).stdout == b""
+    assert (
+        subprocess.run(
+            ["pgrep", "-f", str(tmp_path / "slow-cc")], capture_output=True, check=False
+        ).stdout
+        == b""
+    )
 
 
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="elsewhere what is left goes by its age")
+@pytest.mark.skipif(
+    not Path("/proc/self/stat").exists(), reason="elsewhere what is left goes by its age"
+)
 def test_next_build_removes_files_of_killed_process(folder: Path, tmp_path: Path) -> None:
     process = started(tmp_path, "time.sleep(100)")
     assert process.stdout is not None
@@ -139,7 +156,9 @@ class TestFullDisk:
         assert len(calls.read_text().splitlines()) == 1
         assert left(folder) == []
 
-    def test_full_disk_leaves_no_library(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_full_disk_leaves_no_library(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         def full(path: Path, content: bytes) -> int:
             path.touch()
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -159,7 +178,9 @@ class TestFullDisk:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         monkeypatch.setattr(toolchain, "_warnings", [])
-        monkeypatch.setenv("CC", str(compiler_that("echo 'No space left on device' >&2; exit 1", tmp_path)))
+        monkeypatch.setenv(
+            "CC", str(compiler_that("echo 'No space left on device' >&2; exit 1", tmp_path))
+        )
         for power in (2, 3):
             x = ca.SX.sym("x")
             kernel = Kernel(ca.Function("power", [x], [x**power], ["x"], ["y"]), lanes=["x"])
@@ -170,7 +191,9 @@ class TestFullDisk:
         ]
 
 
-def test_slow_compilation_is_given_up(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_compilation_is_given_up(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(toolchain, "TIMEOUT_S", 0.5)
     monkeypatch.setenv("CC", str(compiler_that("sleep 100; exit", tmp_path)))
     with pytest.raises(CompilerError, match=r"slow-cc did not compile twice within 0\.5 s"):
@@ -179,12 +202,16 @@ def test_slow_compilation_is_given_up(folder: Path, tmp_path: Path, monkeypatch:
 
 
 def test_a_first_simulation_waits_for_no_compiler(folder: Path, tmp_path: Path) -> None:
-    """With a compiler that never ends, and with none, it says the same; it leaves nothing in the cache."""
+    """With a compiler that never ends, and with none, it says the same; it leaves nothing in the
+    cache.
+    """
 
     def simulated(cc: object, *more: str) -> dict:  # type: ignore[type-arg]
         command = [sys.executable, "-m", "planter", "simulate", "wang2017", *more, "--json"]
         environment = os.environ | {"CC": str(cc)}
-        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True, timeout=180)
+        done = subprocess.run(
+            command, cwd=ROOT, env=environment, capture_output=True, check=True, timeout=180
+        )
         assert all(line.startswith(b"drawing: ") for line in done.stderr.splitlines())
         return json.loads(done.stdout)  # type: ignore[no-any-return]
 

@@ -1,4 +1,6 @@
-"""What is loaded is the user's own: strangers' files, folders and links are refused with one warning."""
+"""What is loaded is the user's own: strangers' files, folders and links are refused with one
+warning.
+"""
 
 import os
 import shutil
@@ -49,7 +51,9 @@ def owned_by_another(monkeypatch: pytest.MonkeyPatch, path: Path) -> None:
     def seen(ask: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
         def read_status(*words: object, **how: object) -> os.stat_result:
             state = ask(*words, **how)
-            return os.stat_result([*state[:4], 54321, *state[5:]]) if state.st_ino == number else state
+            return (
+                os.stat_result([*state[:4], 54321, *state[5:]]) if state.st_ino == number else state
+            )
 
         return read_status
 
@@ -94,7 +98,9 @@ STRANGE = {
 
 class TestLibrary:
     @pytest.mark.parametrize("case", STRANGE)
-    def test_unsafe_folder_is_refused_with_a_single_warning(self, case: str, caplog: pytest.LogCaptureFixture) -> None:
+    def test_unsafe_folder_is_refused_with_a_single_warning(
+        self, case: str, caplog: pytest.LogCaptureFixture
+    ) -> None:
         path = compiled()
         assert way(square()) == "lanes"
         change, reason = STRANGE[case]
@@ -112,12 +118,16 @@ class TestLibrary:
         owned_by_another(monkeypatch, path)
         assert way(square()) == "casadi-vm"
         assert [r.getMessage() for r in caplog.records] == [
-            f"planter: slower without compiled functions: {path} is not loaded: it belongs to another user"
+            f"planter: slower without compiled functions: {path} is not loaded: it belongs to "
+            f"another user"
         ]
 
     def test_each_folder_has_a_warning(self, caplog: pytest.LogCaptureFixture) -> None:
         x = ca.SX.sym("x")
-        kernels = [Kernel(ca.Function(name, [x], [x**3], ["x"], ["y"]), lanes=["x"]) for name in ("one", "two")]
+        kernels = [
+            Kernel(ca.Function(name, [x], [x**3], ["x"], ["y"]), lanes=["x"])
+            for name in ("one", "two")
+        ]
         for kernel in kernels:
             backends.build_lane_library(kernel.work).chmod(0o777)
         for kernel in kernels:
@@ -126,10 +136,15 @@ class TestLibrary:
         assert "/one-" in first
         assert "/two-" in second
 
-    def test_library_without_function_is_ignored(self, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    def test_library_without_function_is_ignored(
+        self, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    ) -> None:
         """A whole library with its true digest, under another's name: nothing in it has run."""
         path, trace = compiled(), tmp_path / "trace"
-        other = f'#include <stdio.h>\n__attribute__((constructor)) void f(void) {{ fclose(fopen("{trace}", "w")); }}\n'
+        other = (
+            f"#include <stdio.h>\n__attribute__((constructor)) void f(void) {{ "
+            f'fclose(fopen("{trace}", "w")); }}\n'
+        )
         wrong = toolchain.build_library("other", other, toolchain.OPTIMISED)
         shutil.copy(wrong, path)
         assert toolchain.is_intact(path)
@@ -141,18 +156,29 @@ class TestLibrary:
         toolchain.load_library(wrong)
         assert trace.exists()
 
-    def test_library_naming_only_the_function_is_ignored(self, caplog: pytest.LogCaptureFixture) -> None:
+    def test_library_naming_only_the_function_is_ignored(
+        self, caplog: pytest.LogCaptureFixture
+    ) -> None:
         path = compiled()
-        wrong = toolchain.build_library("other", 'const char *f(void) { return "square"; }\n', toolchain.OPTIMISED)
+        wrong = toolchain.build_library(
+            "other", 'const char *f(void) { return "square"; }\n', toolchain.OPTIMISED
+        )
         shutil.copy(wrong, path)
         assert way(square()) == "casadi-vm"
         assert "lacks one of the functions square" in caplog.text
 
 
 class TestFolder:
-    @pytest.mark.parametrize(("mode", "above"), [(0o777, 0o755), (0o770, 0o755), (0o700, 0o777), (0o700, 0o775)])
+    @pytest.mark.parametrize(
+        ("mode", "above"), [(0o777, 0o755), (0o770, 0o755), (0o700, 0o777), (0o700, 0o775)]
+    )
     def test_library_writable_by_others_is_refused(
-        self, mode: int, above: int, folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+        self,
+        mode: int,
+        above: int,
+        folder: Path,
+        monkeypatch: pytest.MonkeyPatch,
+        caplog: pytest.LogCaptureFixture,
     ) -> None:
         monkeypatch.setattr(toolchain, "_is_private_group", lambda group: False)
         compiled()
@@ -162,28 +188,39 @@ class TestFolder:
             assert way(square()) == "casadi-vm"
         open_one = folder if above == 0o755 else folder.parent
         assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
-            f"the folder for compiled functions, {folder}, is open to other users: {open_one} may be written by others"
+            f"the folder for compiled functions, {folder}, is open to other users: {open_one} may "
+            f"be written by others"
         ]
         folder.chmod(0o700)
         folder.parent.chmod(0o1777)
         assert way(square()) == "lanes"
 
-    def test_a_group_of_the_user_alone_is_nobody_else(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_a_group_of_the_user_alone_is_nobody_else(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         compiled()
         folder.parent.chmod(0o775)
-        monkeypatch.setattr(toolchain, "_is_private_group", lambda group: group == folder.parent.stat().st_gid)
+        monkeypatch.setattr(
+            toolchain, "_is_private_group", lambda group: group == folder.parent.stat().st_gid
+        )
         assert way(square()) == "lanes"
 
-    def test_library_of_another_user_is_refused(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_library_of_another_user_is_refused(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         compiled()
         for place in (folder, folder.parent):
             with monkeypatch.context() as patch:
                 owned_by_another(patch, place)
-                with pytest.raises(RefusedFileError, match=f"open to other users: {place} belongs to another user"):
+                with pytest.raises(
+                    RefusedFileError, match=f"open to other users: {place} belongs to another user"
+                ):
                     toolchain.cache_folder()
 
     def test_link_target_is_judged(self, folder: Path, tmp_path: Path) -> None:
-        """Whoever moves his cache to another disk keeps it; what is loaded is where the link led."""
+        """Whoever moves his cache to another disk keeps it; what is loaded is where the link
+        led.
+        """
         (tmp_path / "disk").mkdir()
         folder.parent.symlink_to("disk")
         assert compiled().parent == tmp_path / "disk" / "cache"
@@ -193,7 +230,9 @@ class TestFolder:
 
 
 @pytest.mark.parametrize("value", ["relative", "./here", ""])
-def test_a_relative_folder_of_the_desktop_s_does_not_count(value: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_relative_folder_of_the_desktop_s_does_not_count(
+    value: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.delenv("PLANTER_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", value)
     monkeypatch.setenv("HOME", "/d")

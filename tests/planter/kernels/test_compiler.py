@@ -1,4 +1,6 @@
-"""Compilers as people name them: several words, silent, talking in another tongue, warning of everything."""
+"""Compilers as people name them: several words, silent, talking in another tongue, warning of
+everything.
+"""
 
 import os
 import shlex
@@ -50,17 +52,26 @@ class TestSeveralWords:
 
     @pytest.mark.parametrize(
         "words",
-        [["env", "cc"], [sys.executable, "-c", PASSED_ON, "cc"], ["env", "WORD=two words; exit 1", "cc"]],
+        [
+            ["env", "cc"],
+            [sys.executable, "-c", PASSED_ON, "cc"],
+            ["env", "WORD=two words; exit 1", "cc"],
+        ],
         ids=["a wrapper", "a module of Python", "words with spaces"],
     )
-    def test_a_kernel_is_compiled_by_them(self, words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_a_kernel_is_compiled_by_them(
+        self, words: list[str], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setenv("CC", shlex.join(words))
         kernel = square()
         kernel.compile()
         assert kernel.way == "lanes"
         assert kernel(x=[3.0])["y"][0, 0] == 9
         assert toolchain.find_compiler().words == tuple(words[1:])
-        assert toolchain.find_compiler().flags == compiler._probe_compiler("cc", os.environ["PATH"]).flags  # type: ignore[union-attr]
+        assert (
+            toolchain.find_compiler().flags
+            == compiler._probe_compiler("cc", os.environ["PATH"]).flags
+        )  # type: ignore[union-attr]
 
     def test_other_words_are_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
         places = set()
@@ -77,13 +88,19 @@ class TestSeveralWords:
         square().compile()
         assert not (tmp_path / "touched").exists()
 
-    def test_path_with_space_is_a_single_word(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_path_with_space_is_a_single_word(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setenv("CC", str(script(tmp_path, 'exec cc "$@"')))
         square().compile()
         assert toolchain.find_compiler().words == ()
 
-    @pytest.mark.parametrize(("name", "message"), [(" ", "CC is empty"), ("cc 'x", "cannot be read: No closing")])
-    def test_invalid_words_are_refused(self, name: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    @pytest.mark.parametrize(
+        ("name", "message"), [(" ", "CC is empty"), ("cc 'x", "cannot be read: No closing")]
+    )
+    def test_invalid_words_are_refused(
+        self, name: str, message: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setenv("CC", name)
         with pytest.raises(CompilerError, match=message):
             toolchain.find_compiler()
@@ -101,12 +118,17 @@ class TestFlags:
     ) -> None:
         """Which `-Werror` makes an error."""
         plain = self.flags('exec cc "$@"', tmp_path, monkeypatch)
-        warned = 'for word; do [ "$word" = -Werror ] && { echo "-Wl,x: unused" >&2; exit 1; }; done; exec cc "$@"'
+        warned = (
+            'for word; do [ "$word" = -Werror ] && { echo "-Wl,x: unused" >&2; exit 1; }; '
+            'done; exec cc "$@"'
+        )
         (tmp_path / "warns").mkdir()
         assert self.flags(warned, tmp_path / "warns", monkeypatch) == plain != ()
 
     @pytest.mark.parametrize("fails", ["exit 1", ":"])
-    def test_flag_with_warning_is_not_used(self, fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_flag_with_warning_is_not_used(
+        self, fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         warned = 'for word; do [ "$word" = -Werror ] && { echo "unused: $2" >&2; exit 1; }; done'
         text = f'[ "$1" = --version ] && exit; {warned}; {fails}'
         assert self.flags(text, tmp_path, monkeypatch) == ()
@@ -118,7 +140,9 @@ def test_query_leaves_no_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    compiler_script = script(tmp_path, 'case "$*" in *"-o /dev/null"*) touch null.s;; esac; exec cc "$@"')
+    compiler_script = script(
+        tmp_path, 'case "$*" in *"-o /dev/null"*) touch null.s;; esac; exec cc "$@"'
+    )
     monkeypatch.setenv("CC", str(compiler_script))
     assert toolchain.find_compiler().flags
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["some cc", "temporary"]
@@ -155,7 +179,8 @@ class TestNoAnswer:
         kernel.compile()
         assert kernel(x=[3.0])["y"][0, 0] == 9
         assert [r.getMessage() for r in caplog.records] == [
-            f"planter: slower without compiled functions: the C compiler {tmp_path / 'some cc'} does not answer "
+            f"planter: slower without compiled functions: the C compiler {tmp_path / 'some cc'} "
+            f"does not answer "
             "within 0.5 s"
         ]
 

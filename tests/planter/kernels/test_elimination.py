@@ -1,4 +1,6 @@
-"""Linear systems of graphs against NumPy and closed forms: values, derivatives, senses, and what is singular."""
+"""Linear systems of graphs against NumPy and closed forms: values, derivatives, senses, and what is
+singular.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ def build_system(pattern: Pattern) -> tuple[ca.SX, ca.SX, ca.SX]:
 def draw_pattern(size: int, density: float, seed: int) -> Pattern:
     """A random pattern that has a matching, in no order."""
     rng = np.random.default_rng(seed)
-    pattern: Pattern = (rng.random((size, size)) < density) | np.eye(size, dtype=bool)[rng.permutation(size)]
+    pattern: Pattern = (rng.random((size, size)) < density) | np.eye(size, dtype=bool)[
+        rng.permutation(size)
+    ]
     return pattern
 
 
@@ -42,7 +46,9 @@ def test_solution_and_senses_agree_with_numpy(size: int, density: float, seed: i
         full = np.zeros((size, size))
         full[np.nonzero(pattern)] = values
         solution, senses, pivot = (np.asarray(part)[:, 0] for part in function(values, b))
-        assert np.abs(full @ solution - b).max() <= 1e-12 * max(1.0, np.abs(full).max() * np.abs(solution).max())
+        assert np.abs(full @ solution - b).max() <= 1e-12 * max(
+            1.0, np.abs(full).max() * np.abs(solution).max()
+        )
         assert 0 < pivot[0] <= 1
         signs.add(float(np.prod(senses) * np.sign(np.linalg.det(full))))
     assert len(signs) == 1, "the sign of the determinant, up to a fixed factor"
@@ -55,18 +61,24 @@ def test_rows_are_exchanged_where_the_diagonal_vanishes() -> None:
     for small in (0.0, 1e-17, -1e-9):
         solution, pivot = function([small, 1.0, 1.0, 1.0], [1.0, 2.0])
         exact = 1 / (1 - small)
-        assert np.asarray(solution)[:, 0] == pytest.approx([exact, (1 - 2 * small) * exact], rel=1e-15)
+        assert np.asarray(solution)[:, 0] == pytest.approx(
+            [exact, (1 - 2 * small) * exact], rel=1e-15
+        )
         assert float(pivot) > 0.5
 
 
 def test_derivatives_are_those_of_the_inverse() -> None:
-    """d(A^-1 b) = -A^-1 dA x + A^-1 db, and second derivatives along a line by the same law twice."""
+    """d(A^-1 b) = -A^-1 dA x + A^-1 db, and second derivatives along a line by the same law
+    twice.
+    """
     pattern = draw_pattern(9, 0.35, 4)
     matrix, entries, right = build_system(pattern)
     rng, count = np.random.default_rng(2), int(pattern.sum())
     start, change, b = rng.normal(size=count), rng.normal(size=count), rng.normal(size=9)
     s = ca.SX.sym("s")
-    moved = ca.substitute([matrix, right], [entries, right], [ca.DM(start) + s * ca.DM(change), ca.SX(ca.DM(b))])
+    moved = ca.substitute(
+        [matrix, right], [entries, right], [ca.DM(start) + s * ca.DM(change), ca.SX(ca.DM(b))]
+    )
     solution = solve_system(*moved).solution
     first = ca.jacobian(solution, s)
     function = ca.Function("f", [s], [solution, first, ca.jacobian(first, s)])
@@ -79,8 +91,12 @@ def test_derivatives_are_those_of_the_inverse() -> None:
 
 
 def test_systems_that_can_be_solved_alone_are() -> None:
-    """Five pairs, each of which needs the one before: a sense each, and operations that grow with their number."""
-    pattern = np.kron(np.eye(5, dtype=bool) | np.eye(5, k=-1, dtype=bool), np.ones((2, 2), dtype=bool))
+    """Five pairs, each of which needs the one before: a sense each, and operations that grow with
+    their number.
+    """
+    pattern = np.kron(
+        np.eye(5, dtype=bool) | np.eye(5, k=-1, dtype=bool), np.ones((2, 2), dtype=bool)
+    )
     rng = np.random.default_rng(3)
     matrix, _, right = build_system(pattern[rng.permutation(10)][:, rng.permutation(10)])
     solved = solve_system(matrix, right)
@@ -88,7 +104,9 @@ def test_systems_that_can_be_solved_alone_are() -> None:
     alone = solve_system(*build_system(np.ones((2, 2), dtype=bool))[::2])
     assert _count(solved.solution) < 8 * _count(alone.solution)
     dense = solve_system(*build_system(np.ones((10, 10), dtype=bool))[::2])
-    assert _count(dense.solution) > 3 * _count(solved.solution), "a tampered case: nothing can be solved alone"
+    assert _count(dense.solution) > 3 * _count(solved.solution), (
+        "a tampered case: nothing can be solved alone"
+    )
 
 
 def _count(graph: ca.SX) -> int:
@@ -114,7 +132,9 @@ def test_pattern_without_matching_has_pivot_zero() -> None:
 
 @pytest.mark.parametrize("is_symmetric", [True, False])
 def test_inertia_of_two_branches(is_symmetric: bool) -> None:
-    """Two chains on one body: entries between the chains stay zero; an unsymmetric inertia is solved too."""
+    """Two chains on one body: entries between the chains stay zero; an unsymmetric inertia is
+    solved too.
+    """
     pattern = np.eye(7, dtype=bool)
     pattern[0, :] = pattern[:, 0] = True
     pattern[1:4, 1:4] = pattern[4:, 4:] = True

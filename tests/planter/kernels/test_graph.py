@@ -8,7 +8,15 @@ from planter.kernels import Kernel, backends
 from planter.kernels.backends import LaneTask
 from planter.kernels.lane_graph import OPERATIONS, LaneGraph, NotPrintableError, ScalarOperation
 from planter.kernels.lane_source import print_function
-from tests.support.lanes import both, difference, evaluated, for_processor, needs_compiler, unsummed, work
+from tests.support.lanes import (
+    both,
+    difference,
+    evaluated,
+    for_processor,
+    needs_compiler,
+    unsummed,
+    work,
+)
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 
@@ -34,7 +42,9 @@ class TestSelects:
         [phi, y],
         "phi y",
     )
-    at = np.array([[-3.0, -1.0, -0.0, 0.0, 1e-300, 0.5, 1.0, 1.5, 1.999999], [1, 1, 0, 0, 1, 0, 0, 1, 1]])
+    at = np.array(
+        [[-3.0, -1.0, -0.0, 0.0, 1e-300, 0.5, 1.0, 1.5, 1.999999], [1, 1, 0, 0, 1, 0, 0, 1, 1]]
+    )
 
     def test_the_other_side_does_not_show(self) -> None:
         with np.errstate(all="ignore"):
@@ -43,7 +53,9 @@ class TestSelects:
             assert np.isfinite(actual[name]).all()
             assert actual[name] == pytest.approx(value, rel=1e-14)
 
-    def test_a_product_in_place_of_a_select_would_show(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_a_product_in_place_of_a_select_would_show(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setitem(OPERATIONS, ca.OP_IF_ELSE_ZERO, ScalarOperation("{0} * {1}", 2))
         task = LaneTask(self.root.function, ("phi", "y"), summed=False)
         with np.errstate(all="ignore"):
@@ -60,9 +72,16 @@ class TestSelects:
 def test_truth_of_other_numbers() -> None:
     """For CasADi as for C, what is not zero is true: logic of 0.5 and -3 is that of ones."""
     p, q = ca.SX.sym("p"), ca.SX.sym("q")
-    outputs = {"both": ca.logic_and(p, q), "either": ca.logic_or(p, q), "neither": ca.logic_not(ca.logic_or(p, q)),
-               "chosen": ca.if_else(p, 2.0, 3.0), "mixed": ca.logic_and(p > q, q)}  # fmt: skip
-    table = np.array([(p, q) for p in (0.0, -0.0, 0.5, -3.0, 1.0, 1e-300) for q in (0.0, 0.25, -2.0, 1.0)]).T
+    outputs = {
+        "both": ca.logic_and(p, q),
+        "either": ca.logic_or(p, q),
+        "neither": ca.logic_not(ca.logic_or(p, q)),
+        "chosen": ca.if_else(p, 2.0, 3.0),
+        "mixed": ca.logic_and(p > q, q),
+    }
+    table = np.array(
+        [(p, q) for p in (0.0, -0.0, 0.5, -3.0, 1.0, 1e-300) for q in (0.0, 0.25, -2.0, 1.0)]
+    ).T
     task = work("p q", outputs, [p, q], "p q")
     actual, expected = both(task, *table)
     first, second = table != 0
@@ -81,7 +100,10 @@ class TestWhatVaries:
     def test_angles_designs_or_both(self, varying: str, summed: bool) -> None:
         task = work("phi x y", FORCE, [phi, x, y], varying, summed)
         sizes = {"phi": 1, "x": 2, "y": 1}
-        arrays = [RNG.normal(size=(rows, 37 if name in varying.split() else 1)) for name, rows in sizes.items()]
+        arrays = [
+            RNG.normal(size=(rows, 37 if name in varying.split() else 1))
+            for name, rows in sizes.items()
+        ]
         actual, expected = both(task, *arrays)
         for name, value in expected.items():
             assert value.shape == (1, 1 if summed else 37)
@@ -94,7 +116,9 @@ class TestWhatVaries:
         assert total["one"][0, 0] == pytest.approx(rows["one"].sum(), rel=1e-13)
 
     def test_invariants_precede_the_loop(self) -> None:
-        graph = LaneGraph.from_function(work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"])
+        graph = LaneGraph.from_function(
+            work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"]
+        )
         outside, inside = print_function(graph, summed=False).split("for (long i")
         assert "turned_cos(" in outside
         assert "turned_sin(" in inside
@@ -104,7 +128,9 @@ class TestWhatVaries:
     def test_any_number_of_lanes(self, count: int) -> None:
         task = work("phi x y", FORCE, [phi, x, y], "phi")
         at = RNG.normal(size=(1, count))
-        actual = backends.build_lane_backend(task)([at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count)
+        actual = backends.build_lane_backend(task)(
+            [at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count
+        )
         assert actual[0] == pytest.approx(0.3 * np.sin(at) + 1.4, rel=1e-14)
 
 
@@ -162,14 +188,29 @@ NO_FORM = {
     "a solver": (_solver(), "p", r"solved: instruction \d+ \(operation \d+\) has no form in C"),
     "no such input": (_unlike(phi), "psi", "f has no input psi, which is to vary over the lanes"),
     "a sparse output": (_unlike(SPARSE), "phi", "f: y must be dense"),
-    "a sparse input": (ca.Function("f", [phi, SPARSE], [phi], ["phi", "s"], ["y"]), "phi", "f: s must be dense"),
-    "a name of the loop": (_unlike(phi, names=("t12", "y")), "t12", "f: the name t12 is used by the loop itself"),
-    "the counter's name": (_unlike(phi, names=("phi", "i")), "phi", "f: the name i is used by the loop itself"),
+    "a sparse input": (
+        ca.Function("f", [phi, SPARSE], [phi], ["phi", "s"], ["y"]),
+        "phi",
+        "f: s must be dense",
+    ),
+    "a name of the loop": (
+        _unlike(phi, names=("t12", "y")),
+        "t12",
+        "f: the name t12 is used by the loop itself",
+    ),
+    "the counter's name": (
+        _unlike(phi, names=("phi", "i")),
+        "phi",
+        "f: the name i is used by the loop itself",
+    ),
     "an infinite constant": (_unlike(phi + ca.inf), "phi", "the constant inf is not finite"),
-    "a matrix that varies": (ca.Function("f", [MATRIX], [MATRIX[0, 1]], ["m"], ["y"]), "m",
-                             "f: m varies over the lanes and must be a column"),
+    "a matrix that varies": (
+        ca.Function("f", [MATRIX], [MATRIX[0, 1]], ["m"], ["y"]),
+        "m",
+        "f: m varies over the lanes and must be a column",
+    ),
     "an operation without a form": (_unlike(ca.erfinv(phi)), "phi", "has no form in C"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", NO_FORM)
@@ -198,8 +239,12 @@ def test_a_function_of_matrices_is_expanded() -> None:
 
 @needs_compiler
 def test_angles_in_lanes_for_a_plain_processor(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    """Sine and cosine of one angle, which a compiler would merge into a call that has no vector form."""
+    """Sine and cosine of one angle, which a compiler would merge into a call that has no vector
+    form.
+    """
     task = work("phi", {"s": ca.sin(phi), "c": ca.cos(phi)}, [phi], "phi")
     for march in ("x86-64", "native"):
         actual = evaluated(task, for_processor(task, march, tmp_path / march), PHI)
-        assert actual["s"] ** 2 + actual["c"] ** 2 == pytest.approx(np.ones((1, len(PHI))), rel=1e-15)
+        assert actual["s"] ** 2 + actual["c"] ** 2 == pytest.approx(
+            np.ones((1, len(PHI))), rel=1e-15
+        )

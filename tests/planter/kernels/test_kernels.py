@@ -19,7 +19,9 @@ from tests.support.lanes import needs_compiler
 @pytest.fixture
 def kernel() -> Kernel:
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
-    return Kernel(ca.Function("f", [phi, x], [x[0] * ca.sin(phi) + x[1]], ["phi", "x"], ["y"]), lanes=["phi"])
+    return Kernel(
+        ca.Function("f", [phi, x], [x[0] * ca.sin(phi) + x[1]], ["phi", "x"], ["y"]), lanes=["phi"]
+    )
 
 
 def test_lanes(kernel: Kernel) -> None:
@@ -58,16 +60,22 @@ def test_no_nan_leaves() -> None:
 
 def test_a_failed_root_is_an_error() -> None:
     x, p = ca.SX.sym("x"), ca.SX.sym("p")
-    solver = ca.rootfinder("solver", "fast_newton", ca.Function("g", [x, p], [x**2 + p]), {"error_on_fail": True})
+    solver = ca.rootfinder(
+        "solver", "fast_newton", ca.Function("g", [x, p], [x**2 + p]), {"error_on_fail": True}
+    )
     start, parameter = ca.MX.sym("start"), ca.MX.sym("p")
-    kernel = Kernel(ca.Function("solve", [start, parameter], [solver(start, parameter)], ["start", "p"], ["x"]))
+    kernel = Kernel(
+        ca.Function("solve", [start, parameter], [solver(start, parameter)], ["start", "p"], ["x"])
+    )
     assert kernel(start=1.0, p=-4.0)["x"][0, 0] == pytest.approx(2)
     with pytest.raises(ComputationError, match="solve"):
         kernel(start=1.0, p=4.0)
 
 
 @pytest.mark.parametrize("converts", [False, True])
-def test_interrupt_during_call_ends_it(kernel: Kernel, monkeypatch: pytest.MonkeyPatch, converts: bool) -> None:
+def test_interrupt_during_call_ends_it(
+    kernel: Kernel, monkeypatch: pytest.MonkeyPatch, converts: bool
+) -> None:
     """Also where CasADi has made another error of it on the way."""
     kernel(phi=0.5, x=[1.0, 2.0])
     call = kernel._way._calls[1]  # type: ignore[attr-defined]
@@ -114,7 +122,9 @@ class TestCompiled:
         assert kernel.compiled is None
         kernel.compile()
         assert kernel.way == "lanes"
-        assert kernel(phi=[0.5, 1.5], x=[2.0, 3.0])["y"] == pytest.approx(2 * np.sin([[0.5, 1.5]]) + 3, rel=1e-15)
+        assert kernel(phi=[0.5, 1.5], x=[2.0, 3.0])["y"] == pytest.approx(
+            2 * np.sin([[0.5, 1.5]]) + 3, rel=1e-15
+        )
 
     def test_kernel_without_lanes_uses_casadi_code(self) -> None:
         x = ca.SX.sym("x")
@@ -131,7 +141,9 @@ class TestCompiled:
         monkeypatch.setenv("PLANTER_KERNELS", way)
         kernel.compile()
         assert kernel.way == way
-        assert kernel(phi=0.5, x=[2.0, 3.0])["y"][0, 0] == pytest.approx(2 * np.sin(0.5) + 3, rel=1e-15)
+        assert kernel(phi=0.5, x=[2.0, 3.0])["y"][0, 0] == pytest.approx(
+            2 * np.sin(0.5) + 3, rel=1e-15
+        )
 
     def test_strictness_stays(self, kernel: Kernel) -> None:
         kernel.compile()
@@ -147,10 +159,14 @@ class TestCompiled:
         root.compile()
         assert root.way == "lanes"
         for bad in (-1.0, 0.0):
-            with pytest.raises(ComputationError, match=r"root: output [yz]\[0\] is not finite in lane 1"):
+            with pytest.raises(
+                ComputationError, match=r"root: output [yz]\[0\] is not finite in lane 1"
+            ):
                 root(x=np.array([4.0, bad]))
 
-    def test_in_the_background_until_it_is_there(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_in_the_background_until_it_is_there(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
         x = ca.SX.sym("x")
         kernel = Kernel(ca.Function("later", [x], [x**2], ["x"], ["y"]), lanes=["x"])
@@ -164,7 +180,9 @@ class TestCompiled:
         assert kernel(x=[3.0])["y"][0, 0] == 9
         assert backends.is_compiled(kernel.work)
 
-    def test_settled_kernel_has_a_single_backend(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_settled_kernel_has_a_single_backend(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
         x = ca.SX.sym("x")
         kernel = Kernel(ca.Function("settled", [x], [x**2], ["x"], ["y"]), lanes=["x"])
@@ -180,9 +198,15 @@ class TestCompiled:
         assert other.way == "lanes"
 
 
-@pytest.mark.parametrize(("variable", "value"), [("CC", "no-such-compiler"), ("PLANTER_CACHE", "/dev/null/cache")])
+@pytest.mark.parametrize(
+    ("variable", "value"), [("CC", "no-such-compiler"), ("PLANTER_CACHE", "/dev/null/cache")]
+)
 def test_without_compiler_or_cache_it_works_all_the_same(
-    kernel: Kernel, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, variable: str, value: str
+    kernel: Kernel,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    variable: str,
+    value: str,
 ) -> None:
     monkeypatch.setenv(variable, value)
     monkeypatch.setattr(toolchain, "_warnings", [])
@@ -212,7 +236,9 @@ def test_bound_kernel_suggests_pickling_kernel(kernel: Kernel) -> None:
 def test_no_lanes_give_empty_outputs(build: Callable[[LaneTask], Backend], summed: bool) -> None:
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
     matrix = ca.horzcat(phi * x, ca.sin(phi) * x, x)
-    function = ca.Function("f", [phi, x], [ca.densify(matrix), x * phi], ["phi", "x"], ["wide", "y"])
+    function = ca.Function(
+        "f", [phi, x], [ca.densify(matrix), x * phi], ["phi", "x"], ["wide", "y"]
+    )
     way = build(LaneTask(function, ("phi",), summed))
     shapes = [result.shape for result in way([np.empty((1, 0)), np.ones((2, 1))], 0)]
     assert shapes == ([(2, 3), (2, 1)] if summed else [(2, 0), (2, 0)])

@@ -1,4 +1,6 @@
-"""Names and commands of other systems: libraries for them are built wherever the bundled compiler is installed."""
+"""Names and commands of other systems: libraries for them are built wherever the bundled compiler
+is installed.
+"""
 
 import os
 import shutil
@@ -18,8 +20,15 @@ from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
 from tests.support.lanes import needs_compiler
 
-needs_bundled = pytest.mark.skipif(find_spec("ziglang") is None, reason="the extra `compiler` is not installed")
-TARGETS = {"x86_64-windows-gnu": WINDOWS, "aarch64-macos": MACOS, "x86_64-macos": MACOS, "aarch64-linux-gnu": LINUX}
+needs_bundled = pytest.mark.skipif(
+    find_spec("ziglang") is None, reason="the extra `compiler` is not installed"
+)
+TARGETS = {
+    "x86_64-windows-gnu": WINDOWS,
+    "aarch64-macos": MACOS,
+    "x86_64-macos": MACOS,
+    "aarch64-linux-gnu": LINUX,
+}
 MAGIC = {LINUX: b"\x7fELF", MACOS: b"\xcf\xfa\xed\xfe", WINDOWS: b"MZ"}
 INNER = "double twice(double x) { return 2.0 * x; }\n"
 OUTER = "double twice(double x);\ndouble outer(double x) { return 1.0 + twice(x); }\n"
@@ -29,7 +38,9 @@ OUTER = "double twice(double x);\ndouble outer(double x) { return 1.0 + twice(x)
     ("system", "expected"),
     [("linux", LINUX), ("darwin", MACOS), ("win32", WINDOWS), ("freebsd14", LINUX)],
 )
-def test_the_system_decides(system: str, expected: Platform, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_system_decides(
+    system: str, expected: Platform, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(sys, "platform", system)
     assert compiler.current_platform() is expected
 
@@ -37,26 +48,37 @@ def test_the_system_decides(system: str, expected: Platform, monkeypatch: pytest
 def test_background_process_ignores_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
     """On Windows a group of its own, elsewhere a session."""
     monkeypatch.setattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 512, raising=False)
-    for system, expected in (("win32", {"creationflags": 512}), ("linux", {"start_new_session": True})):
+    for system, expected in (
+        ("win32", {"creationflags": 512}),
+        ("linux", {"start_new_session": True}),
+    ):
         monkeypatch.setattr(sys, "platform", system)
         assert workers.detached_process_options() == expected
 
 
 @needs_compiler
-def test_library_locked_by_another_process_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Windows lets nobody replace what is loaded: who comes second takes what the first has built."""
+def test_library_locked_by_another_process_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windows lets nobody replace what is loaded: who comes second takes what the first has
+    built.
+    """
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
 
     def build_and_read(self: Path, target: Path) -> None:
         shutil.copy2(self, target)
-        raise PermissionError(13, "The process cannot access the file because it is being used by another process")
+        raise PermissionError(
+            13, "The process cannot access the file because it is being used by another process"
+        )
 
     monkeypatch.setattr(Path, "replace", build_and_read)
     assert toolchain.is_intact(toolchain.build_library("twice", INNER, ()))
 
 
 @needs_compiler
-@pytest.mark.parametrize(("system", "suffix"), [(LINUX, ".so"), (MACOS, ".dylib"), (WINDOWS, ".dll")])
+@pytest.mark.parametrize(
+    ("system", "suffix"), [(LINUX, ".so"), (MACOS, ".dylib"), (WINDOWS, ".dll")]
+)
 def test_library_name_follows_system(
     system: Platform, suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -65,7 +87,9 @@ def test_library_name_follows_system(
     assert toolchain.library_path("f", "", ()).suffix == suffix
 
 
-def commands(system: Platform, command: tuple[str, ...] = ("cc",), folder: Path = Path("/f")) -> list[list[str]]:
+def commands(
+    system: Platform, command: tuple[str, ...] = ("cc",), folder: Path = Path("/f")
+) -> list[list[str]]:
     place = Path("/kept") / f"f{system.suffix}"
     return [
         system.compile(command, ("-O3",), folder / "f.c", folder / "f.o"),
@@ -74,11 +98,17 @@ def commands(system: Platform, command: tuple[str, ...] = ("cc",), folder: Path 
 
 
 def test_code_is_position_independent_except_on_windows() -> None:
-    assert ["-fPIC" in commands(system)[0] for system in (LINUX, MACOS, WINDOWS)] == [True, True, False]
+    assert ["-fPIC" in commands(system)[0] for system in (LINUX, MACOS, WINDOWS)] == [
+        True,
+        True,
+        False,
+    ]
 
 
 def test_a_library_says_where_others_find_it() -> None:
-    """By its place on macOS, else by the name that it is linked under; all are linked to what they need."""
+    """By its place on macOS, else by the name that it is linked under; all are linked to what they
+    need.
+    """
     assert "-Wl,-install_name,/kept/f.dylib" in commands(MACOS)[1]
     for system in (LINUX, MACOS, WINDOWS):
         link = commands(system)[1]
@@ -90,11 +120,15 @@ def test_a_library_says_where_others_find_it() -> None:
 def test_windows_path_stays_a_single_word(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "current_platform", lambda: WINDOWS)
     assert compiler._split_words(r'"C:\Program Files\llvm\clang.exe" -target x') == [
-        r"C:\Program Files\llvm\clang.exe", "-target", "x",
-    ]  # fmt: skip
+        r"C:\Program Files\llvm\clang.exe",
+        "-target",
+        "x",
+    ]
 
 
-@pytest.mark.parametrize(("library", "taken"), [(("glibc", "2.36"), True), (("", ""), False), (("musl", "1.2"), False)])
+@pytest.mark.parametrize(
+    ("library", "taken"), [(("glibc", "2.36"), True), (("", ""), False), (("musl", "1.2"), False)]
+)
 def test_mathematics_in_vectors_are_gnus(
     library: tuple[str, str], taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -102,7 +136,14 @@ def test_mathematics_in_vectors_are_gnus(
     assert bool(compiler.vector_library_flags()) == taken
 
 
-def built(system: Platform, target: str, folder: Path, name: str, source: str, needed: tuple[Path, ...] = ()) -> Path:
+def built(
+    system: Platform,
+    target: str,
+    folder: Path,
+    name: str,
+    source: str,
+    needed: tuple[Path, ...] = (),
+) -> Path:
     """A library for another system, by the flags of the toolchain."""
     command = (*compiler.bundled_command(), "-target", target)
     text, compiled, linked = (folder / f"{name}{suffix}" for suffix in (".c", ".o", system.suffix))
@@ -119,10 +160,16 @@ def built(system: Platform, target: str, folder: Path, name: str, source: str, n
 @pytest.mark.long
 @needs_bundled
 @pytest.mark.parametrize("target", TARGETS)
-def test_libraries_for_other_systems_are_built(target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The force of the built-in machine and a library that needs another, with their names in the bytes."""
+def test_libraries_for_other_systems_are_built(
+    target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The force of the built-in machine and a library that needs another, with their names in the
+    bytes.
+    """
     monkeypatch.setattr(compiler, "ORDER_FLAGS", ())
-    monkeypatch.setattr(toolchain, "find_compiler", lambda: compiler.Compiler(*compiler.bundled_command(), ()))
+    monkeypatch.setattr(
+        toolchain, "find_compiler", lambda: compiler.Compiler(*compiler.bundled_command(), ())
+    )
     system = TARGETS[target]
     work = Device(load("wang2017")).force.response.values_kernel.work
     loop = built(system, target, tmp_path, "support", work.loop)
@@ -160,7 +207,9 @@ class TestWithoutACompiler:
         toolchain.build_library("twice", INNER, ())
         toolchain.build_library("thrice", INNER.replace("2.0", "3.0"), ())
         (message,) = [record.getMessage() for record in caplog.records]
-        assert f"prepares itself, once: this takes about {compiler.preparation_time_s()} s" in message
+        assert (
+            f"prepares itself, once: this takes about {compiler.preparation_time_s()} s" in message
+        )
 
     def test_prepared_compiler_is_silent(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
@@ -191,7 +240,9 @@ def quickest(turns: CycleObjective) -> float:
 @pytest.mark.long
 @needs_bundled
 @needs_compiler
-def test_the_bundled_compiler_finds_the_same_not_much_slower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bundled_compiler_finds_the_same_not_much_slower(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The gradient of a turn to 1e-12 of its largest entry, in at most three times the time."""
     monkeypatch.delenv("CC", raising=False)
     usual = CycleObjective(Device(load("wang2017")))

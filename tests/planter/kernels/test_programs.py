@@ -11,21 +11,49 @@ from planter.kernels.compiler import CompilerError
 from planter.kernels.programs import LOOPS_FILE, MAIN_FILE, Program, ProgramStep, print_programs
 from tests.support.wasm import Running, difference, needs_wasm
 
-ANGLES = np.concatenate([np.linspace(-50, 50, 301), np.linspace(-4e4, 4e4, 200), np.pi * np.arange(-20, 20) / 2])
+ANGLES = np.concatenate(
+    [np.linspace(-50, 50, 301), np.linspace(-4e4, 4e4, 200), np.pi * np.arange(-20, 20) / 2]
+)
 
 
 def program() -> Program:
     """A matrix made of a vector, what that does to a row of angles, and their largest and mean."""
     x, a, t = ca.SX.sym("x", 2), ca.SX.sym("a", 3, 2), ca.SX.sym("t")
     rows = ca.MX.sym("rows", len(ANGLES), 3)
-    return Program("demo", {"x": np.array([0.7, -1.3]), "t": ANGLES}, [
-        ProgramStep(ca.Function("demo_matrix", [x], [ca.horzcat(x[0] * ca.SX([1, 2, 3]), x[1] ** ca.SX([1, 2, 3]))],
-                         ["x"], ["a"])),
-        ProgramStep(ca.Function("demo_rows", [t, a], [ca.vertcat(ca.sin(t), ca.cos(t), a[2, 0] * t + a[0, 1])],
-                         ["t", "a"], ["rows"]), ("t",)),
-        ProgramStep(ca.Function("demo_singles", [rows], [ca.vertcat(ca.mmax(rows[:, 2]), ca.sum1(rows[:, 0]))],
-                         ["rows"], ["singles"])),
-    ])  # fmt: skip
+    return Program(
+        "demo",
+        {"x": np.array([0.7, -1.3]), "t": ANGLES},
+        [
+            ProgramStep(
+                ca.Function(
+                    "demo_matrix",
+                    [x],
+                    [ca.horzcat(x[0] * ca.SX([1, 2, 3]), x[1] ** ca.SX([1, 2, 3]))],
+                    ["x"],
+                    ["a"],
+                )
+            ),
+            ProgramStep(
+                ca.Function(
+                    "demo_rows",
+                    [t, a],
+                    [ca.vertcat(ca.sin(t), ca.cos(t), a[2, 0] * t + a[0, 1])],
+                    ["t", "a"],
+                    ["rows"],
+                ),
+                ("t",),
+            ),
+            ProgramStep(
+                ca.Function(
+                    "demo_singles",
+                    [rows],
+                    [ca.vertcat(ca.mmax(rows[:, 2]), ca.sum1(rows[:, 0]))],
+                    ["rows"],
+                    ["singles"],
+                )
+            ),
+        ],
+    )
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +65,9 @@ def test_program_equals_formulas() -> None:
     values = program()(x=np.array([2.0, 0.5]))
     assert values["a"] == pytest.approx([2, 4, 6, 0.5, 0.25, 0.125], rel=1e-15)
     line = 6 * ANGLES + 0.5
-    assert values["rows"] == pytest.approx(np.concatenate([np.sin(ANGLES), np.cos(ANGLES), line]), abs=1e-9)
+    assert values["rows"] == pytest.approx(
+        np.concatenate([np.sin(ANGLES), np.cos(ANGLES), line]), abs=1e-9
+    )
     assert values["singles"] == pytest.approx([line.max(), np.sin(ANGLES).sum()], rel=1e-12)
 
 
@@ -54,7 +84,10 @@ def test_webassembly_equals_formulas_without_imports(running: Running) -> None:
     printed_program = program()
     assert list(running.module.imports) == []
     for x in ([0.7, -1.3], [2.0, 0.5], [-1e3, 1e-3]):
-        values, expected = running.vectors(printed_program, x=np.array(x)), printed_program(x=np.array(x))
+        values, expected = (
+            running.vectors(printed_program, x=np.array(x)),
+            printed_program(x=np.array(x)),
+        )
         assert values is not None
         assert difference(values, expected) < 1e-14
 

@@ -1,6 +1,7 @@
 """The C text itself: one kernel kept as text, no warnings, vector instructions on every x86-64.
 
-`python -m tests.planter.kernels.test_source` writes the kept text again, for a change that is wanted.
+`python -m tests.planter.kernels.test_source` writes the kept text again, for a change that is
+wanted.
 """
 
 import platform
@@ -29,15 +30,24 @@ GOLDEN = Path(__file__).with_name("golden") / "kernels.c"
 phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
 VECTORS = {"x86-64": ("b", "xmm"), "x86-64-v2": ("b", "xmm"), "x86-64-v3": ("d", "ymm")}
 """The letter of the vector library's calls, and the widest registers, by processor."""
-on_x86_64 = pytest.mark.skipif(platform.machine() != "x86_64", reason="vector instructions of x86-64")
+on_x86_64 = pytest.mark.skipif(
+    platform.machine() != "x86_64", reason="vector instructions of x86-64"
+)
 needs_disassembler = pytest.mark.skipif(shutil.which("objdump") is None, reason="no objdump")
 
 
 def small() -> LaneTask:
-    """What a kernel can hold: a shared value, an angle's functions, a branch, logic, a vector and a scalar output."""
+    """What a kernel can hold: a shared value, an angle's functions, a branch, logic, a vector and a
+    scalar output.
+    """
     inside = ca.logic_and(phi > x[0], ca.logic_not(phi > 3.5))
     curve = ca.if_else(inside, ca.sin(phi) * ca.sqrt(x[1]), ca.cos(phi) - 0.5)
-    return work("phi x", {"curve": curve, "both": ca.vertcat(curve**2, x[0] * ca.floor(phi))}, [phi, x], "phi")
+    return work(
+        "phi x",
+        {"curve": curve, "both": ca.vertcat(curve**2, x[0] * ca.floor(phi))},
+        [phi, x],
+        "phi",
+    )
 
 
 def text() -> str:
@@ -49,7 +59,9 @@ def text() -> str:
 
 
 def test_a_kernel_as_text() -> None:
-    assert text() == GOLDEN.read_text(encoding="utf-8"), "wanted? python -m tests.planter.kernels.test_source"
+    assert text() == GOLDEN.read_text(encoding="utf-8"), (
+        "wanted? python -m tests.planter.kernels.test_source"
+    )
 
 
 def _device_works(model: Model) -> list[LaneTask]:
@@ -60,7 +72,9 @@ def _device_works(model: Model) -> list[LaneTask]:
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("march", ["", "x86-64", "x86-64-v3"])
 def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
-    """Clang among them, which vectorises no loop with an arc tangent: its list of vector functions has none."""
+    """Clang among them, which vectorises no loop with an arc tangent: its list of vector functions
+    has none.
+    """
     if march and platform.machine() != "x86_64":
         pytest.skip("processors of x86-64")
     flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
@@ -86,15 +100,21 @@ def _object(task: LaneTask, march: str, folder: Path) -> Path:
 
 def count_selections(path: Path) -> set[str]:
     """Symbols that an object file takes from others."""
-    lines = subprocess.run(["nm", "-u", str(path)], check=True, capture_output=True, text=True).stdout.splitlines()
+    lines = subprocess.run(
+        ["nm", "-u", str(path)], check=True, capture_output=True, text=True
+    ).stdout.splitlines()
     return {line.split()[-1] for line in lines}
 
 
 def _arithmetic(path: Path) -> Counter[str]:
-    """How often each kind of register is added, multiplied, divided whole (packed), and `scalar`."""
+    """How often each kind of register is added, multiplied, divided whole (packed), and
+    `scalar`.
+    """
     command = ["objdump", "-d", "--no-show-raw-insn", str(path)]
     instructions: Counter[str] = Counter()
-    for line in subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines():
+    for line in subprocess.run(
+        command, check=True, capture_output=True, text=True
+    ).stdout.splitlines():
         match = re.search(r"\tv?(?:add|sub|mul|div|fn?m(?:add|sub)\d+)(pd|sd)\s.*%(.mm)\d+", line)
         if match:
             instructions[match[2] if match[1] == "pd" else "scalar"] += 1
@@ -105,7 +125,11 @@ def _width(march: str) -> tuple[str, str]:
     if march != "native":
         return VECTORS[march]
     flags = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-    return ("e", "zmm") if "avx512dq" in flags else VECTORS["x86-64-v3" if " fma " in flags else "x86-64"]
+    return (
+        ("e", "zmm")
+        if "avx512dq" in flags
+        else VECTORS["x86-64-v3" if " fma " in flags else "x86-64"]
+    )
 
 
 @on_x86_64
@@ -117,14 +141,21 @@ def _width(march: str) -> tuple[str, str]:
         product(["x86-64", "x86-64-v2", "x86-64-v3", "native"], MODELS),
     ),
 )
-def test_a_device_s_kernels_are_vector_instructions(march: str, model: Model, tmp_path: Path) -> None:
-    """Each operation stands there packed, once more one by one for lanes left over; what lanes share is scalar."""
+def test_a_device_s_kernels_are_vector_instructions(
+    march: str, model: Model, tmp_path: Path
+) -> None:
+    """Each operation stands there packed, once more one by one for lanes left over; what lanes
+    share is scalar.
+    """
     letter, register = _width(march)
     calls = {f"_ZGV{letter}N{ {'b': 2, 'd': 4, 'e': 8}[letter] }v_{f}" for f in ("sin", "cos")}
     for task in _device_works(model)[: 2 if march == "native" else 1]:
         path = _object(task, march, tmp_path)
         instructions, expected = _arithmetic(path), count_selections(path)
-        assert instructions[register] >= 0.9 * len(LaneGraph.from_function(task.function, task.varying).varying) / 2
+        assert (
+            instructions[register]
+            >= 0.9 * len(LaneGraph.from_function(task.function, task.varying).varying) / 2
+        )
         assert instructions[register] >= 0.8 * instructions["scalar"]
         fused = letter != "b"
         assert not expected & {"sin", "cos"} if fused else calls <= expected

@@ -20,18 +20,26 @@ def build_function() -> ca.Function:
 
 @pytest.mark.parametrize("summed", [False, True])
 @pytest.mark.parametrize("compiled", [False, True])
-def test_stack_equals_single_calls(summed: bool, compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stack_equals_single_calls(
+    summed: bool, compiled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if not compiled:
         monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
     rng, calls, lanes = np.random.default_rng(2), 3, 7
-    phi, d, q = rng.normal(size=(1, lanes)), rng.normal(size=(calls, 2)), rng.normal(size=(calls, 2, lanes))
+    phi, d, q = (
+        rng.normal(size=(1, lanes)),
+        rng.normal(size=(calls, 2)),
+        rng.normal(size=(calls, 2, lanes)),
+    )
     stacked = StackedKernel(build_function(), ["phi", "q"], ["d", "q"], summed)
     stacked.compile()
     rows = stacked(phi=phi, d=d, q=q)["rows"]
     kernel = Kernel(build_function(), ["phi", "q"])
     for call in range(calls):
         expected = kernel(phi=phi, d=d[call], q=q[call])["rows"]
-        np.testing.assert_allclose(rows[call], expected.sum(axis=1) if summed else expected, rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(
+            rows[call], expected.sum(axis=1) if summed else expected, rtol=1e-13, atol=1e-15
+        )
 
 
 def test_a_stack_of_another_shape_is_refused() -> None:

@@ -18,7 +18,9 @@ from tests.support.lanes import needs_compiler, path_of
 
 ROOT = Path(__file__).parents[3]
 SOURCE = "double twice(double x) { return 2.0 * x; }\n"
-as_a_user = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="for root no folder is closed")
+as_a_user = pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="for root no folder is closed"
+)
 
 
 @pytest.fixture
@@ -37,7 +39,9 @@ def twice(path: Path) -> float:
         "import ctypes, sys; f = ctypes.CDLL(sys.argv[1]).twice; f.restype = ctypes.c_double;"
         "print(f(ctypes.c_double(4)))"
     )
-    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True
+    )
     return float(done.stdout)
 
 
@@ -66,7 +70,9 @@ class TestCache:
         other_paths.append(toolchain.library_path("twice", SOURCE, ("-O3",)))
         assert len({path, *other_paths}) == 6
 
-    def test_another_version_of_the_compiler_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_another_version_of_the_compiler_is_another_library(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         path, older = toolchain.library_path("twice", SOURCE, ()), toolchain.find_compiler()
         newer = compiler.Compiler(older.path, "cc 99.1", older.flags)
         monkeypatch.setattr(toolchain, "find_compiler", lambda: newer)
@@ -75,13 +81,19 @@ class TestCache:
     def test_linked_library_belongs_to_user(self, tmp_path: Path) -> None:
         inner = library()
         outer = toolchain.build_library(
-            "outer", "double twice(double); double outer(double x) { return twice(x); }", (), (inner,)
+            "outer",
+            "double twice(double); double outer(double x) { return twice(x); }",
+            (),
+            (inner,),
         )
         moved = tmp_path / "twice.so"
         shutil.copy(inner, moved)
         assert (
             toolchain.build_library(
-                "outer", "double twice(double); double outer(double x) { return twice(x); }", (), (moved,)
+                "outer",
+                "double twice(double); double outer(double x) { return twice(x); }",
+                (),
+                (moved,),
             )
             != outer
         )
@@ -94,10 +106,16 @@ class TestCache:
 
     @pytest.mark.parametrize(
         "damage",
-        [lambda b: b[:1000] + b"\x00" + b[1001:], lambda b: b[: len(b) // 2], lambda b: b[:-1], lambda b: b"",
-         lambda b: b + b"\x00", lambda b: b"\x00" * len(b)],
+        [
+            lambda b: b[:1000] + b"\x00" + b[1001:],
+            lambda b: b[: len(b) // 2],
+            lambda b: b[:-1],
+            lambda b: b"",
+            lambda b: b + b"\x00",
+            lambda b: b"\x00" * len(b),
+        ],
         ids=["one byte", "half", "last byte", "empty", "one more", "zeros"],
-    )  # fmt: skip
+    )
     def test_a_damaged_file_is_seen_and_built_again(self, damage) -> None:  # type: ignore[no-untyped-def]
         path = library()
         good = path.read_bytes()
@@ -122,7 +140,9 @@ class TestCache:
         source = self.folder.parent / "twice.c"
         source.write_text(SOURCE)
         command = [sys.executable, "-c", program, str(source)]
-        started = [subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) for _ in range(4)]
+        started = [
+            subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) for _ in range(4)
+        ]
         outputs = {process.communicate(timeout=60)[0].strip() for process in started}
         assert [process.returncode for process in started] == [0] * 4
         assert len(outputs) == 1
@@ -171,7 +191,9 @@ class TestCache:
         ({"PLANTER_CACHE": "", "HOME": "/d"}, "/d/.cache/planter"),
     ],
 )
-def test_where_the_folder_is(variables: dict[str, str], expected: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_the_folder_is(
+    variables: dict[str, str], expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for name in ("PLANTER_CACHE", "XDG_CACHE_HOME", "HOME"):
         monkeypatch.delenv(name, raising=False)
     for name, value in variables.items():
@@ -215,7 +237,9 @@ print((tiny * 1.0).tobytes() == tiny.tobytes(), (small / 2).tobytes() == bytes([
 
 def subnormals_after_loading(path: Path) -> list[str]:
     command = [sys.executable, "-c", SUBNORMALS, str(path)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+    return subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.split()
 
 
 @needs_compiler
@@ -230,17 +254,38 @@ class TestSubnormals:
     def test_linking_with_fast_math_loses_them(self, tmp_path: Path) -> None:
         """What the compiler did up to version 12; from 13 on it leaves shared libraries alone."""
         gcc = path_of("gcc")
-        version = subprocess.run([gcc, "-dumpversion"], capture_output=True, text=True, check=True).stdout
+        version = subprocess.run(
+            [gcc, "-dumpversion"], capture_output=True, text=True, check=True
+        ).stdout
         if int(version.partition(".")[0]) > 12:
             pytest.skip(f"gcc {version.strip()} does not set the processor")
         (tmp_path / "twice.c").write_text(SOURCE)
         path = tmp_path / "twice.so"
-        command = [gcc, "-shared", "-fPIC", "-ffast-math", str(tmp_path / "twice.c"), "-o", str(path)]
+        command = [
+            gcc,
+            "-shared",
+            "-fPIC",
+            "-ffast-math",
+            str(tmp_path / "twice.c"),
+            "-o",
+            str(path),
+        ]
         subprocess.run(command, check=True)
         assert subnormals_after_loading(path) == ["False", "False"]
 
 
-SEARCH = ("optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--starts", "1", "--samples", "36")
+SEARCH = (
+    "optimise",
+    "wang2017",
+    "--model",
+    "printed",
+    "--method",
+    "ipopt",
+    "--starts",
+    "1",
+    "--samples",
+    "36",
+)
 UNLOADABLE = """
 import sys
 from planter.kernels import toolchain
@@ -282,7 +327,12 @@ def objective() -> float:
 def run_and_warn(command: list[str], variables: dict[str, str]) -> tuple[dict, list[str]]:  # type: ignore[type-arg]
     environment = os.environ | {"PYTHONPATH": str(ROOT)} | variables
     done = subprocess.run(
-        [*command, *SEARCH, "--json"], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+        [*command, *SEARCH, "--json"],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), [line for line in done.stderr.splitlines() if "slower" in line]
@@ -292,15 +342,23 @@ def run_and_warn(command: list[str], variables: dict[str, str]) -> tuple[dict, l
 class TestWithout:
     """It works, slower, and says so once."""
 
-    @pytest.mark.parametrize("case", ["CC is empty", pytest.param("no folder", marks=pytest.mark.long),
-                                      pytest.param("a folder open to all", marks=pytest.mark.long)])  # fmt: skip
+    @pytest.mark.parametrize(
+        "case",
+        [
+            "CC is empty",
+            pytest.param("no folder", marks=pytest.mark.long),
+            pytest.param("a folder open to all", marks=pytest.mark.long),
+        ],
+    )
     def test_single_warning(self, case: str, objective: float, tmp_path: Path) -> None:
         output, messages = run_and_warn([sys.executable, "-m", "planter"], WITHOUT[case](tmp_path))
         assert len(messages) == 1
         assert messages[0].startswith("planter: slower without compiled functions: ")
         assert output["objective"] == pytest.approx(objective, rel=1e-9)
 
-    def test_single_warning_for_unloadable_library(self, objective: float, kernel_cache: None) -> None:
+    def test_single_warning_for_unloadable_library(
+        self, objective: float, kernel_cache: None
+    ) -> None:
         output, messages = run_and_warn([sys.executable, "-c", UNLOADABLE], {})
         assert len(messages) == 1
         assert "cannot be loaded" in messages[0]

@@ -1,4 +1,6 @@
-"""The virtual machine's memory: bounded, of each thread its own, and no lock that a fork would inherit closed."""
+"""The virtual machine's memory: bounded, of each thread its own, and no lock that a fork would
+inherit closed.
+"""
 
 import os
 import subprocess
@@ -44,14 +46,18 @@ class TestWhatIsKept:
         assert list(list_calls(kernel)) == list(COUNTS)[-len(list_calls(kernel)) :]
         assert len(list_calls(kernel)) > 1
 
-    def test_cache_without_bound_would_grow(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_cache_without_bound_would_grow(
+        self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setattr(backends, "CACHE_BYTES", 10**12)
         for count in COUNTS:
             called(kernel, count)
         assert len(list_calls(kernel)) == 87
         assert sum(call.bytes for call in list_calls(kernel).values()) > 3 * 3_000_000
 
-    def test_last_entry_stays_at_any_size(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_last_entry_stays_at_any_size(
+        self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         monkeypatch.setattr(backends, "CACHE_BYTES", 1)
         for count in (5, 7):
             called(kernel, count)
@@ -60,7 +66,9 @@ class TestWhatIsKept:
     def test_reused_entry_stays(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         for count in (5, 6):
             called(kernel, count)
-        monkeypatch.setattr(backends, "CACHE_BYTES", sum(call.bytes for call in list_calls(kernel).values()) + 10)
+        monkeypatch.setattr(
+            backends, "CACHE_BYTES", sum(call.bytes for call in list_calls(kernel).values()) + 10
+        )
         called(kernel, 5)
         called(kernel, 4)
         assert list(list_calls(kernel)) == [5, 4]
@@ -74,7 +82,9 @@ class TestWhatIsKept:
 
 
 def test_threads_compute_concurrently_in_separate_memory(kernel: Kernel) -> None:
-    """All meet inside a call: with memory, or a lock, that they share they would not, or find another's numbers."""
+    """All meet inside a call: with memory, or a lock, that they share they would not, or find
+    another's numbers.
+    """
     meeting = threading.Barrier(4, timeout=30)
     angles = np.random.default_rng(1).uniform(size=(4, 300))
 
@@ -142,7 +152,11 @@ PUTTING_TOGETHER = """
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 @pytest.mark.parametrize(
     ("occupied", "before"),
-    [(IN_A_KERNEL, ""), (COMPUTING_A_PROPERTY, ""), (PUTTING_TOGETHER, "threading.Timer(0.2, out.set).start()")],
+    [
+        (IN_A_KERNEL, ""),
+        (COMPUTING_A_PROPERTY, ""),
+        (PUTTING_TOGETHER, "threading.Timer(0.2, out.set).start()"),
+    ],
     ids=["in a kernel", "computing a cached property", "putting a function together"],
 )
 def test_a_fork_while_another_thread_works(occupied: str, before: str) -> None:

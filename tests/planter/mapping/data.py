@@ -6,7 +6,9 @@ from planter.mapping.dyads import Dyad
 from planter.mapping.linkage import FourBar
 
 CORRECTED = [(235, 120, -10), (252, 112, 0), (237, 121, 12), (80, -270, -85), (58, -258, -75)]
-"""Poses [mm, deg] of CN107654585B, the first angle as its mapping parameters have it: the print omits the sign."""
+"""Poses [mm, deg] of CN107654585B, the first angle as its mapping parameters have it: the print
+omits the sign.
+"""
 
 
 def si(rows: list[tuple[float, float, float]]) -> np.ndarray:

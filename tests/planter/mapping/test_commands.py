@@ -1,4 +1,6 @@
-"""`planter synthesise` and `planter train`: keys of the contract, files, exit codes, one sentence for bad input."""
+"""`planter synthesise` and `planter train`: keys of the contract, files, exit codes, one sentence
+for bad input.
+"""
 
 import json
 import tomllib
@@ -17,33 +19,65 @@ from tests.support.sampled import sampled
 
 SYNTHESIS = {"dyads", "complex_pairs", "singular_values", "linkages", "monotone"}
 LINKAGE = {
-    "dyads", "frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "type", "grashof", "poses", "defects", "arm_length_mm",
-}  # fmt: skip
+    "dyads",
+    "frame_mm",
+    "crank_mm",
+    "coupler_mm",
+    "rocker_mm",
+    "type",
+    "grashof",
+    "poses",
+    "defects",
+    "arm_length_mm",
+}
 POSE = {"pose", "crank_angle_deg", "assembly", "hinges_mm", "position_error_mm"}
 TRAIN = {
-    "x_s", "slope_min", "slope_max", "monotone", "ratio_min", "ratio_max", "closure_error_rad", "carrier_bend_deg",
-    "convex", "radius_min_mm", "radius_max_mm",
-}  # fmt: skip
+    "x_s",
+    "slope_min",
+    "slope_max",
+    "monotone",
+    "ratio_min",
+    "ratio_max",
+    "closure_error_rad",
+    "carrier_bend_deg",
+    "convex",
+    "radius_min_mm",
+    "radius_max_mm",
+}
 
 
 def poses_file(path: Path, rows: list, more: str = "") -> str:
-    text = "".join(f"[[pose]]\nx_mm = {x!r}\ny_mm = {y!r}\nphi_deg = {phi!r}\n" for x, y, phi in rows)
+    text = "".join(
+        f"[[pose]]\nx_mm = {x!r}\ny_mm = {y!r}\nphi_deg = {phi!r}\n" for x, y, phi in rows
+    )
     path.write_text(more + text, encoding="utf-8")
     return str(path)
 
 
 def curve_file(path: Path, rows: list, header: str = "carrier_deg,relative_deg") -> str:
-    path.write_text("# a comment\n" + header + "\n" + "".join(f"{a},{b}\n" for a, b in rows), encoding="utf-8")
+    path.write_text(
+        "# a comment\n" + header + "\n" + "".join(f"{a},{b}\n" for a, b in rows), encoding="utf-8"
+    )
     return str(path)
 
 
 def singular_values(poses: list[dict]) -> np.ndarray:
     """Of the rows of (4), written out by hand, lengths in mm."""
-    x, y, phi = (np.array([pose[key] for pose in poses], dtype=float) for key in ("x_mm", "y_mm", "phi_deg"))
+    x, y, phi = (
+        np.array([pose[key] for pose in poses], dtype=float) for key in ("x_mm", "y_mm", "phi_deg")
+    )
     z3, z4 = np.sin(np.radians(phi) / 2), np.cos(np.radians(phi) / 2)
     z1, z2 = (x * z3 - y * z4) / 2, (x * z4 + y * z3) / 2
-    columns = [z1**2 + z2**2, z1 * z3 - z2 * z4, z2 * z3 + z1 * z4, z1 * z3 + z2 * z4, z2 * z3 - z1 * z4]
-    return np.linalg.svd(np.column_stack([*columns, z3 * z4, z3**2 - z4**2, z3**2 + z4**2]), compute_uv=False)
+    columns = [
+        z1**2 + z2**2,
+        z1 * z3 - z2 * z4,
+        z2 * z3 + z1 * z4,
+        z1 * z3 + z2 * z4,
+        z2 * z3 - z1 * z4,
+    ]
+    return np.linalg.svd(
+        np.column_stack([*columns, z3 * z4, z3**2 - z4**2, z3**2 + z4**2]), compute_uv=False
+    )
 
 
 @cache
@@ -87,7 +121,14 @@ def test_built_in_poses_are_printed_and_corrected() -> None:
 def test_the_print_has_four_dyads_and_six_linkages() -> None:
     result = answer("synthesise", "sun2019")
     assert (len(result["dyads"]), result["complex_pairs"], len(result["linkages"])) == (4, 0, 6)
-    assert [link["dyads"] for link in result["linkages"]] == [[1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
+    assert [link["dyads"] for link in result["linkages"]] == [
+        [1, 2],
+        [1, 3],
+        [1, 4],
+        [2, 3],
+        [2, 4],
+        [3, 4],
+    ]
 
 
 def test_set_value_equals_edited_file() -> None:
@@ -133,17 +174,27 @@ def test_any_unit_will_do(tmp_path: Path, scale: float) -> None:
         assert dyad["radius_mm"] == pytest.approx(scale * other["radius_mm"], rel=1e-10)
     assert result["linkages"][0]["type"] == "crank-rocker"
     assert result["monotone"]["reversals"][0]["deg"] == pytest.approx(31.2514291, abs=1e-6)
-    assert result["nearest"]["rms_mm"] == pytest.approx(scale * expected["nearest"]["rms_mm"], rel=1e-3)
+    assert result["nearest"]["rms_mm"] == pytest.approx(
+        scale * expected["nearest"]["rms_mm"], rel=1e-3
+    )
 
 
 def test_no_real_dyads_is_an_answer(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     for _ in range(40):
-        rows = [(*map(float, rng.uniform(-300, 300, 2)), float(rng.uniform(-115, 115))) for _ in range(5)]
+        rows = [
+            (*map(float, rng.uniform(-300, 300, 2)), float(rng.uniform(-115, 115)))
+            for _ in range(5)
+        ]
         result = answer("synthesise", poses_file(tmp_path / "p.toml", rows))
         if not result["dyads"]:
             break
-    assert (result["complex_pairs"], result["linkages"], result["monotone"], result["nearest"]) == (2, [], None, None)
+    assert (result["complex_pairs"], result["linkages"], result["monotone"], result["nearest"]) == (
+        2,
+        [],
+        None,
+        None,
+    )
 
 
 def test_train_has_the_keys_of_the_contract() -> None:
@@ -159,7 +210,9 @@ def test_train_has_the_keys_of_the_contract() -> None:
 
 
 def test_radii_grow_with_the_centre_distance() -> None:
-    small, large = (answer("train", "sun2019-curve", "--centre-distance-mm", a) for a in ("70", "140"))
+    small, large = (
+        answer("train", "sun2019-curve", "--centre-distance-mm", a) for a in ("70", "140")
+    )
     assert large["radius_min_mm"] == pytest.approx([2 * r for r in small["radius_min_mm"]])
 
 
@@ -193,9 +246,15 @@ def test_closest_curve_suits_the_train(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("blank_figures")
 def test_train_files(tmp_path: Path) -> None:
-    code, _, err = run("train", "sun2019-curve", "--poses", "sun2019-corrected", "--out", str(tmp_path))
+    code, _, err = run(
+        "train", "sun2019-curve", "--poses", "sun2019-corrected", "--out", str(tmp_path)
+    )
     assert code == 0, err
-    assert {p.stem for p in (tmp_path / "figures").glob("*.png")} == {"ratios", "pitch_curves", "tip_path"}
+    assert {p.stem for p in (tmp_path / "figures").glob("*.png")} == {
+        "ratios",
+        "pitch_curves",
+        "tip_path",
+    }
     _, pitch = read_cycle_csv(tmp_path / "pitch_curves.csv")
     assert pitch["driver_1_radius_mm"] + pitch["follower_1_radius_mm"] == pytest.approx(70)
     _, cycle = read_cycle_csv(tmp_path / "cycle.csv")
@@ -219,7 +278,8 @@ BAD_POSES = {
     "nan": (GOOD + GOOD.replace("x_mm = 1", "x_mm = nan"), "pose[1].x_mm"),
     "large": (GOOD + GOOD.replace("x_mm = 1", "x_mm = 1e300"), "pose[1].x_mm"),
     "far": (
-        GOOD.replace("x_mm = 1", "x_mm = 1e14") + GOOD.replace("x_mm = 1", "x_mm = 1.0000000000000002e14"),
+        GOOD.replace("x_mm = 1", "x_mm = 1e14")
+        + GOOD.replace("x_mm = 1", "x_mm = 1.0000000000000002e14"),
         "nearer to the origin",
     ),
     "key": (GOOD + GOOD.replace("phi_deg", "phi"), "did you mean phi_deg"),
@@ -236,9 +296,14 @@ def test_bad_poses_are_refused(tmp_path: Path, kind: str) -> None:
     assert message in refusal("synthesise", str(path))
 
 
-@pytest.mark.parametrize("points", ["second_pose = 9", "second_pose = 4\nlinkage = 7", "second_pose = 0"])
+@pytest.mark.parametrize(
+    "points", ["second_pose = 9", "second_pose = 4\nlinkage = 7", "second_pose = 0"]
+)
 def test_bad_choices_of_points_are_refused(tmp_path: Path, points: str) -> None:
-    more = f"[points]\nfirst_pose = 1\nfirst_carrier_deg = [0, 20, 40]\nsecond_carrier_deg = [240]\n{points}\n"
+    more = (
+        f"[points]\nfirst_pose = 1\nfirst_carrier_deg = [0, 20, 40]\nsecond_carrier_deg = "
+        f"[240]\n{points}\n"
+    )
     assert "points." in refusal("synthesise", poses_file(tmp_path / "p.toml", CORRECTED, more))
 
 
@@ -247,9 +312,17 @@ BAD_CURVES = {
     "header": (TURN, "carrier,relative", "header"),
     "open carrier": ([*TURN[:-1], (350, -360)], None, "carrier_deg = 350"),
     "open arm": ([*TURN[:-1], (360, -350)], None, "relative_deg = -350"),
-    "backwards": ([(0, 0), (220, -90), (100, -200), (360, -360)], None, "line 5: carrier_deg = 100"),
+    "backwards": (
+        [(0, 0), (220, -90), (100, -200), (360, -360)],
+        None,
+        "line 5: carrier_deg = 100",
+    ),
     "few": ([TURN[0], TURN[-1]], None, "at least 4"),
-    "gap": ([(t, -t) for t in range(0, 361, 15) if not 98 < t < 260], None, "line 10: carrier_deg = 270"),
+    "gap": (
+        [(t, -t) for t in range(0, 361, 15) if not 98 < t < 260],
+        None,
+        "line 10: carrier_deg = 270",
+    ),
     "words": ([(0, 0), ("a", 1), *TURN[2:]], None, "line 4"),
     "nan": ([(0, 0), (100, "nan"), *TURN[2:]], None, "line 4"),
 }
@@ -264,7 +337,12 @@ def test_bad_curves_are_refused(tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize(
     "options",
-    [("--centre-distance-mm", "0"), ("--centre-distance-mm", "nan"), ("--crank-mm", "-3"), ("--crank-mm", "141")],
+    [
+        ("--centre-distance-mm", "0"),
+        ("--centre-distance-mm", "nan"),
+        ("--crank-mm", "-3"),
+        ("--crank-mm", "141"),
+    ],
 )
 def test_bad_lengths_are_refused(options: tuple[str, str]) -> None:
     assert options[0] in refusal("train", "sun2019-curve", *options)
@@ -293,11 +371,15 @@ def test_wrong_kind_of_file_is_explained(tmp_path: Path) -> None:
     assert "poses are read from a TOML file" in refusal("synthesise", path)
     assert "poses are read from a TOML file" in refusal("train", "sun2019-curve", "--poses", path)
     (tmp_path / "poses.toml").write_text(examples.example("sun2019"))
-    assert "this is a .toml file, but it must be a .csv file" in refusal("train", str(tmp_path / "poses.toml"))
+    assert "this is a .toml file, but it must be a .csv file" in refusal(
+        "train", str(tmp_path / "poses.toml")
+    )
 
 
 def test_reversing_curve_is_not_a_success(tmp_path: Path) -> None:
-    path = curve_file(tmp_path / "back.csv", [(0, 0), (100, -90), (200, -60), (300, -250), (360, -360)])
+    path = curve_file(
+        tmp_path / "back.csv", [(0, 0), (100, -90), (200, -60), (300, -250), (360, -360)]
+    )
     code, out, err = run("train", path, "--json")
     assert code == 1
     assert "carrier angle" in err

@@ -7,12 +7,16 @@ from planter.mapping.dyads import common_points, eliminant
 
 
 def pencil(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two conics (3, 3) through four points (4, 3): the null space of their conditions on a conic."""
+    """Two conics (3, 3) through four points (4, 3): the null space of their conditions on a
+    conic.
+    """
     a, b, c = points.T
     rows = np.column_stack([a**2, b**2, c**2, 2 * a * b, 2 * a * c, 2 * b * c])
     stacked = np.vstack([rows.real, rows.imag])
     null = np.linalg.svd(stacked)[2][-2:]
-    return tuple(np.array([[k[0], k[3], k[4]], [k[3], k[1], k[5]], [k[4], k[5], k[2]]]) for k in null)
+    return tuple(
+        np.array([[k[0], k[3], k[4]], [k[3], k[1], k[5]], [k[4], k[5], k[2]]]) for k in null
+    )
 
 
 def matched(common: list, points: np.ndarray) -> float:
@@ -53,7 +57,9 @@ def test_vertical_points_are_distinguished() -> None:
 
 
 def test_tangent_circles_touch_in_a_double_point() -> None:
-    """x^2 + y^2 = 1 and (x - 3)^2 + y^2 = 4 touch at (1, 0); the circular points at infinity are the others."""
+    """x^2 + y^2 = 1 and (x - 3)^2 + y^2 = 4 touch at (1, 0); the circular points at infinity are
+    the others.
+    """
     first = np.diag([1.0, 1, -1])
     second = np.array([[1, 0, -3], [0, 1, 0], [-3, 0, 5.0]])
     points = {f.multiplicity: f for f in common_points(first, second) if f.is_real}
@@ -75,5 +81,8 @@ def test_eliminant_vanishes_at_the_common_points_alone() -> None:
     points = np.random.default_rng(5).normal(size=(4, 3))
     quartic = eliminant(*pencil(points))
     values = np.polyval(quartic, points[:, 0] / points[:, 2])
-    assert np.abs(values).max() < 1e-12 * np.abs(quartic).max() * np.abs(points[:, 0] / points[:, 2]).max() ** 4
+    assert (
+        np.abs(values).max()
+        < 1e-12 * np.abs(quartic).max() * np.abs(points[:, 0] / points[:, 2]).max() ** 4
+    )
     assert abs(np.polyval(quartic, 0.123)) > 1e-6 * np.abs(quartic).max()

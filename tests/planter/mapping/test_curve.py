@@ -1,4 +1,6 @@
-"""The angle curve: periodic C2 cubic, exact extremes; points of both paths; the closest monotone curve."""
+"""The angle curve: periodic C2 cubic, exact extremes; points of both paths; the closest monotone
+curve.
+"""
 
 import numpy as np
 import pytest
@@ -11,16 +13,26 @@ from planter.mapping.curve import AngleCurve, closed_turn, load_curve, unwrap_ro
 from planter.mapping.dyads import Dyad, solve_dyads
 from planter.mapping.file import Choice, build_path_curve
 from planter.mapping.linkage import FourBar
-from planter.mapping.nearest import Nearest, find_misses, find_nearest, interpolate_poses, list_misses
+from planter.mapping.nearest import (
+    Nearest,
+    find_misses,
+    find_nearest,
+    interpolate_poses,
+    list_misses,
+)
 from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, si
 
 DYADS = solve_dyads(si(CORRECTED)).dyads
 LINKAGE = FourBar(*DYADS)
 CHOICE = Choice(
-    1, np.radians(np.arange(0, 61, 10)), -1, np.radians([230, 240, 250]), np.radians(30),
+    1,
+    np.radians(np.arange(0, 61, 10)),
+    -1,
+    np.radians([230, 240, 250]),
+    np.radians(30),
     np.radians([90, 120, 150, 180, 205, 305]),
-)  # fmt: skip
+)
 
 
 def test_curve_is_periodic_and_c2() -> None:
@@ -34,12 +46,16 @@ def test_curve_is_periodic_and_c2() -> None:
 
 
 def test_first_of_equal_slopes_is_the_extreme() -> None:
-    """A curve that repeats four times a turn has each extreme four times, and rounding does not choose among them."""
+    """A curve that repeats four times a turn has each extreme four times, and rounding does not
+    choose among them.
+    """
     carrier = np.linspace(0, TURN, 33)
     relative = -carrier + 0.1 * np.sin(4 * carrier)
     for noise in (0, 1e-13):
         uneven = relative + noise * np.cos(np.arange(len(carrier)))
-        assert [extreme.angle for extreme in AngleCurve(carrier, uneven).extremes] == pytest.approx([0, TURN / 8])
+        assert [extreme.angle for extreme in AngleCurve(carrier, uneven).extremes] == pytest.approx(
+            [0, TURN / 8]
+        )
 
 
 def test_slopes_are_the_derivatives_of_the_curve() -> None:
@@ -74,10 +90,16 @@ def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
 def test_points_of_a_path_are_on_the_linkage() -> None:
     curve = build_path_curve(LINKAGE, CHOICE)
     phi = curve.relative[:7] + curve.carrier[:7]
-    closure = model.evaluate_closure(curve.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
+    closure = model.evaluate_closure(
+        curve.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector
+    )[0]
     assert np.abs(closure).max() < 1e-15
-    wrong = model.evaluate_closure(curve.carrier[7:9], curve.relative[7:9] + curve.carrier[7:9], LINKAGE.crank.vector,
-                            LINKAGE.follower.vector)[0]  # fmt: skip
+    wrong = model.evaluate_closure(
+        curve.carrier[7:9],
+        curve.relative[7:9] + curve.carrier[7:9],
+        LINKAGE.crank.vector,
+        LINKAGE.follower.vector,
+    )[0]
     assert np.abs(wrong).min() > 1e-4
 
 
@@ -89,8 +111,12 @@ def test_the_arm_must_not_turn_more_than_once() -> None:
 
 
 def test_turns_are_added_for_falling_curve() -> None:
-    assert unwrap_rotations(np.radians([10, -100, 120, -350])) == pytest.approx(np.radians([10, -100, -240, -350]))
-    assert unwrap_rotations(np.radians([10, 100, -120]), 1) == pytest.approx(np.radians([10, 100, 240]))
+    assert unwrap_rotations(np.radians([10, -100, 120, -350])) == pytest.approx(
+        np.radians([10, -100, -240, -350])
+    )
+    assert unwrap_rotations(np.radians([10, 100, -120]), 1) == pytest.approx(
+        np.radians([10, 100, 240])
+    )
 
 
 def test_curve_through_the_poses_passes_them_and_turns_back() -> None:
@@ -130,7 +156,9 @@ def test_misses_are_those_of_the_curve(closest: Nearest) -> None:
 
 
 def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
-    """Random steps and a second optimiser from many starts, on the two poses in conflict, find nothing better."""
+    """Random steps and a second optimiser from many starts, on the two poses in conflict, find
+    nothing better.
+    """
     poses, dyad = si(CORRECTED), DYADS[0]
     target = np.vstack([poses[:, :2].T, model.place_point(poses, dyad.point).T])
     smallest = 0.125
@@ -154,13 +182,22 @@ def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
     start = np.array([met[3], met[2], phi[3], phi[2]])
     assert with_penalty(start) == pytest.approx(best, abs=1e-6)
     rng = np.random.default_rng(1)
-    solutions = [scipy.optimize.minimize(with_penalty, start + rng.normal(scale=0.2, size=4), method="Nelder-Mead",
-                                     options={"maxiter": 1500}).fun for _ in range(4)]  # fmt: skip
+    solutions = [
+        scipy.optimize.minimize(
+            with_penalty,
+            start + rng.normal(scale=0.2, size=4),
+            method="Nelder-Mead",
+            options={"maxiter": 1500},
+        ).fun
+        for _ in range(4)
+    ]
     assert min(solutions) > best * (1 - 1e-3)
 
 
 def test_achievable_poses_are_passed_exactly() -> None:
-    """A carrier that makes whole turns under an arm that swings: the miss is rounding, in every pose."""
+    """A carrier that makes whole turns under an arm that swings: the miss is rounding, in every
+    pose.
+    """
     dyad = Dyad(np.array([-0.2, -0.05]), np.array([0.1, 0.0]), 0.1)
     theta, phi = np.radians([0, 70, 150, 230, 300]), np.radians([0, 10, 5, -10, -5])
     tips = model.arm(theta, phi, dyad.vector)[:2]

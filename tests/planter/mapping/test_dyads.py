@@ -1,4 +1,6 @@
-"""Dyads of five poses: they pass all poses, none is missing, and nothing hangs on units, frames or basis."""
+"""Dyads of five poses: they pass all poses, none is missing, and nothing hangs on units, frames or
+basis.
+"""
 
 import numpy as np
 import pytest
@@ -30,7 +32,9 @@ def worst(poses: np.ndarray, dyads: list[Dyad]) -> float:
 
 
 def by_number(solution: Solution) -> int:
-    return sum(d.multiplicity for d in solution.dyads) + sum(s.multiplicity for s in solution.straights)
+    return sum(d.multiplicity for d in solution.dyads) + sum(
+        s.multiplicity for s in solution.straights
+    )
 
 
 def seeds_with(count: int) -> list[int]:
@@ -58,7 +62,9 @@ def test_a_moved_hinge_misses() -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_no_dyad_is_missing(seed: int) -> None:
-    """Against roots of a general solver from many starts, which knows nothing of mapping or conics."""
+    """Against roots of a general solver from many starts, which knows nothing of mapping or
+    conics.
+    """
     poses = random_poses(seed)
     place, turn = poses[:, 0] + 1j * poses[:, 1], np.exp(1j * poses[:, 2])
 
@@ -70,8 +76,16 @@ def test_no_dyad_is_missing(seed: int) -> None:
     reached = set()
     for start in np.random.default_rng(seed).normal(scale=0.5, size=(60, 4)):
         root = scipy.optimize.root(differences, start, tol=1e-14)
-        if root.success and np.abs(differences(root.x)).max() < 1e-13 and np.abs(root.x).max() < 1e2:
-            matches = [k for k, z in enumerate(vectors) if np.abs(z - root.x).max() < 1e-4 * (1 + np.abs(z).max())]
+        if (
+            root.success
+            and np.abs(differences(root.x)).max() < 1e-13
+            and np.abs(root.x).max() < 1e2
+        ):
+            matches = [
+                k
+                for k, z in enumerate(vectors)
+                if np.abs(z - root.x).max() < 1e-4 * (1 + np.abs(z).max())
+            ]
             assert matches, "a dyad that the conics do not have"
             reached.add(matches[0])
     assert len(reached) >= min(len(dyads), 1)
@@ -86,39 +100,53 @@ def test_units_do_not_matter(scale: float) -> None:
 
 
 def test_frames_do_not_matter() -> None:
-    """Another fixed frame moves the centres, another place of the body's origin the moving points."""
+    """Another fixed frame moves the centres, another place of the body's origin the moving
+    points.
+    """
     poses = si(CORRECTED)
     z = poses[:, 0] + 1j * poses[:, 1]
     moved = np.exp(0.7j) * z + (0.4 - 0.2j) + np.exp(1j * (poses[:, 2] + 0.7)) * (0.03 + 0.05j)
     pose_file = np.column_stack([moved.real, moved.imag, poses[:, 2] + 0.7])
     for dyad, other in zip(solve_dyads(poses).dyads, solve_dyads(pose_file).dyads, strict=True):
         assert other.radius == pytest.approx(dyad.radius, rel=1e-10)
-        assert complex(*other.centre) == pytest.approx(np.exp(0.7j) * complex(*dyad.centre) + 0.4 - 0.2j, rel=1e-10)
-        assert complex(*other.point) == pytest.approx(complex(*dyad.point) - 0.03 - 0.05j, rel=1e-10)
+        assert complex(*other.centre) == pytest.approx(
+            np.exp(0.7j) * complex(*dyad.centre) + 0.4 - 0.2j, rel=1e-10
+        )
+        assert complex(*other.point) == pytest.approx(
+            complex(*dyad.point) - 0.03 - 0.05j, rel=1e-10
+        )
 
 
 def test_the_order_of_the_poses_does_not_matter() -> None:
     poses = random_poses(seeds_with(4)[0])
-    for dyad, other in zip(solve_dyads(poses).dyads, solve_dyads(poses[[3, 0, 4, 2, 1]]).dyads, strict=True):
+    for dyad, other in zip(
+        solve_dyads(poses).dyads, solve_dyads(poses[[3, 0, 4, 2, 1]]).dyads, strict=True
+    ):
         assert other.vector == pytest.approx(dyad.vector, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_kinematic_inversion_swaps_the_hinges(seed: int) -> None:
     poses = random_poses(seed)
-    for dyad, other in zip(solve_dyads(poses).dyads, solve_dyads(inverse(poses)).dyads, strict=True):
+    for dyad, other in zip(
+        solve_dyads(poses).dyads, solve_dyads(inverse(poses)).dyads, strict=True
+    ):
         assert other.vector == pytest.approx([*dyad.centre, *dyad.point, dyad.radius], rel=1e-8)
 
 
 def test_roots_with_zero_gamma_are_included() -> None:
-    """A basis of the null space whose third vector is not needed for a dyad: there the patent would divide by zero."""
+    """A basis of the null space whose third vector is not needed for a dyad: there the patent would
+    divide by zero.
+    """
     poses = random_poses(seeds_with(4)[1])
     scale = Scale.from_poses(poses)
     basis = null_space(scale.normalise(poses))[0]
     dyad = scale.normalise_dyad(solve_dyads(poses).dyads[0])
     p = basis @ (basis.T @ of_dyad(dyad))
     assert p == pytest.approx(of_dyad(dyad), rel=1e-9)
-    turned = np.column_stack([p / np.linalg.norm(p), np.linalg.qr(np.column_stack([p, basis]))[0][:, 1:3]])
+    turned = np.column_stack(
+        [p / np.linalg.norm(p), np.linalg.qr(np.column_stack([p, basis]))[0][:, 1:3]]
+    )
     solution = solve_dyads(poses, turned)
     assert worst(poses, solution.dyads) < 1e-10
     for plain, other in zip(solve_dyads(poses).dyads, solution.dyads, strict=True):
@@ -129,7 +157,9 @@ def of_dyad(dyad: np.ndarray) -> np.ndarray:
     """Coefficients p1..p8 as the patent prints them, for a0 = 1."""
     x, y, a1, a2, radius = dyad
     a3 = radius**2 - a1**2 - a2**2
-    return np.array([-1, x, y, a1, a2, a2 * x - a1 * y, -(a1 * x + a2 * y) / 2, (a3 - x**2 - y**2) / 4])
+    return np.array(
+        [-1, x, y, a1, a2, a2 * x - a1 * y, -(a1 * x + a2 * y) / 2, (a3 - x**2 - y**2) / 4]
+    )
 
 
 def test_squaring_the_matrix_would_cost_half_the_digits() -> None:
@@ -140,9 +170,16 @@ def test_squaring_the_matrix_would_cost_half_the_digits() -> None:
 
 
 PRINTED = {
-    # moving point, centre, radius, moving hinges of the poses 1 and 4, as the patent prints them [mm]
+    # moving point, centre, radius, moving hinges of the poses 1 and 4, as the patent prints them
+    # [mm]
     0: ((-199.9259, -69.1470), (-43.835, 15.533), 99.724, (26.1041, 86.6203), (-6.3085, -76.8614)),
-    1: ((-10.0829, -9.4963), (137.487, -70.4616), 202.0462, (223.421, 112.399), (69.6611, -260.7831)),
+    1: (
+        (-10.0829, -9.4963),
+        (137.487, -70.4616),
+        202.0462,
+        (223.421, 112.399),
+        (69.6611, -260.7831),
+    ),
 }
 
 
@@ -167,7 +204,9 @@ def test_printed_first_pose_has_no_dyads() -> None:
 
 
 def on_line(poses: np.ndarray, solution: Solution) -> float:
-    """How far the points of sliders are off their lines, and the lines of swinging ones off their points."""
+    """How far the points of sliders are off their lines, and the lines of swinging ones off their
+    points.
+    """
     gaps = []
     for s in solution.straights:
         where = poses if s.kind == "slider" else inverse(poses)
@@ -264,7 +303,9 @@ def on_a_dyad(seed: int, count: int, noise: float = 0.0) -> tuple[np.ndarray, np
     rng = np.random.default_rng(seed)
     dyad = np.array([0.1, -0.05, 0.2, 0.1, 0.15])
     theta, phi = rng.uniform(-2, 2, (2, count))
-    hinge = complex(*dyad[2:4]) + dyad[4] * np.exp(1j * theta) * (1 + noise * rng.normal(size=count))
+    hinge = complex(*dyad[2:4]) + dyad[4] * np.exp(1j * theta) * (
+        1 + noise * rng.normal(size=count)
+    )
     tip = hinge - np.exp(1j * phi) * complex(*dyad[:2])
     return dyad, np.column_stack([tip.real, tip.imag, phi])
 
@@ -291,7 +332,9 @@ def test_more_poses_are_fitted_by_least_squares() -> None:
 
 
 def test_cardan_motion_has_a_circle_of_line_points() -> None:
-    """Cardan circles: five poses in general, and yet a family, the conics having a curve in common."""
+    """Cardan circles: five poses in general, and yet a family, the conics having a curve in
+    common.
+    """
     turn = np.array([0.2, 0.9, 1.7, 2.6, 4.0])
     poses = np.column_stack([0.1 * np.cos(turn), 0 * turn, turn])
     solution = solve_dyads(poses)
@@ -301,4 +344,6 @@ def test_cardan_motion_has_a_circle_of_line_points() -> None:
     assert {s.kind for s in straights} == {"slider"}
     assert len(straights) > 50
     assert on_line(poses, Solution([], straights, 0, 0, solution.singular_values)) < 1e-10
-    assert [np.hypot(*(s.point - (-0.05, 0))) for s in straights] == pytest.approx([0.05] * len(straights), abs=1e-12)
+    assert [np.hypot(*(s.point - (-0.05, 0))) for s in straights] == pytest.approx(
+        [0.05] * len(straights), abs=1e-12
+    )

@@ -1,4 +1,6 @@
-"""What is told of the gears of a train: small radii, near cusps, hollow pitch curves, each with its carrier angle."""
+"""What is told of the gears of a train: small radii, near cusps, hollow pitch curves, each with its
+carrier angle.
+"""
 
 from __future__ import annotations
 
@@ -40,9 +42,12 @@ def test_readme_example_warns_of_cusp() -> None:
     (ratio,) = by_name["ratio"]
     assert "the total ratio is 9.416" in ratio["message"]
     assert "driver 2 is only 16.8 mm of 70 mm" in ratio["message"]
-    assert {gear for gear in GEARS for warning in by_name["hollow pitch curve"] if gear in warning["message"]} == set(
-        GEARS
-    )
+    assert {
+        gear
+        for gear in GEARS
+        for warning in by_name["hollow pitch curve"]
+        if gear in warning["message"]
+    } == set(GEARS)
     assert result["module_max_mm"] == pytest.approx(min(result["curvature_radius_min_mm"]) / 1.25)
 
 
@@ -61,7 +66,9 @@ def test_each_warning_has_a_cause() -> None:
 
 
 def test_largest_module_is_where_offset_curve_folds() -> None:
-    """A curve beside another one, d away, has a cusp where the radius of curvature is d: it stops there."""
+    """A curve beside another one, d away, has a cusp where the radius of curvature is d: it stops
+    there.
+    """
     train = harmonic(0.9)
     dense = np.linspace(0, TURN, 100_001)
     gears = model.gears(train.curve.slopes(dense)[0], train.x_s, A)

@@ -1,4 +1,6 @@
-"""Four-bar linkages: closed loops, Grashof's rule, circuits and branches, order of poses, reversals."""
+"""Four-bar linkages: closed loops, Grashof's rule, circuits and branches, order of poses,
+reversals.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from planter.mapping.linkage import FourBar, defects, in_order, one_turn, revers
 from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, bar, si
 
-# frame, crank, coupler, follower; the types are those of any textbook (Norton, Design of machinery, section 2.13)
+# frame, crank, coupler, follower; the types are those of any textbook (Norton, Design of machinery,
+# section 2.13)
 LINKAGES = {
     "crank-rocker": (0.20, 0.08, 0.19, 0.17),
     "double-crank": (0.08, 0.17, 0.19, 0.20),
@@ -37,7 +40,9 @@ def test_links_keep_their_lengths_along_every_circuit(kind: str) -> None:
         assert np.exp(1j * np.angle(arm)) == pytest.approx(np.exp(1j * path.theta), abs=1e-12)
         assert np.abs(arm) == pytest.approx(linkage.crank.radius, rel=1e-12)
         assert np.abs(second - first) == pytest.approx(linkage.lengths[2], rel=1e-12)
-        assert np.abs(second - complex(*linkage.follower.centre)) == pytest.approx(linkage.follower.radius, abs=1e-10)
+        assert np.abs(second - complex(*linkage.follower.centre)) == pytest.approx(
+            linkage.follower.radius, abs=1e-10
+        )
         assembly = linkage.assembly(
             np.column_stack([first.real, first.imag]), np.column_stack([second.real, second.imag])
         )
@@ -79,7 +84,10 @@ def test_circuits_are_closed_and_apart(kind: str) -> None:
         path = linkage.path(circuit, 2880)
         places = np.column_stack([path.tip, path.tip[:, 0]])
         assert np.hypot(*np.diff(places)).max() < 0.01
-        seen = {linkage.circuit(float(t), int(a)) for t, a in zip(path.theta[1:-1], path.assembly[1:-1], strict=True)}
+        seen = {
+            linkage.circuit(float(t), int(a))
+            for t, a in zip(path.theta[1:-1], path.assembly[1:-1], strict=True)
+        }
         assert seen == {circuit}
 
 
@@ -106,19 +114,27 @@ def test_arm_rate_equals_closed_loop() -> None:
     theta, step = np.linspace(0, TURN, 20), 1e-5
     ones = np.ones(20)
     phi = PATENT.arm_angle(theta, ones)
-    _, by_theta, by_phi = model.evaluate_closure(theta, phi, PATENT.crank.vector, PATENT.follower.vector)
+    _, by_theta, by_phi = model.evaluate_closure(
+        theta, phi, PATENT.crank.vector, PATENT.follower.vector
+    )
     ahead, behind = (PATENT.arm_angle(theta + s, ones) for s in (step, -step))
     assert -by_theta / by_phi == pytest.approx((ahead - behind) / (2 * step), rel=1e-7)
 
 
 def test_poses_of_the_patent_stand_on_two_circuits() -> None:
-    """Three on the first, two on the second, as the patent says of its two linkages; lengths by its printed hinges."""
+    """Three on the first, two on the second, as the patent says of its two linkages; lengths by its
+    printed hinges.
+    """
     poses = si(CORRECTED)
     located = standings(PATENT, poses)
     assert [s.circuit for s in located] == [1, 1, 1, 2, 2]
     assert max(s.position_error for s in located) < 1e-14
-    assert np.hypot(137.487 + 43.835, -70.4616 - 15.533) == pytest.approx(PATENT.lengths[0] * 1e3, abs=1e-3)
-    assert np.hypot(223.421 - 26.1041, 112.399 - 86.6203) == pytest.approx(PATENT.lengths[2] * 1e3, abs=1e-3)
+    assert np.hypot(137.487 + 43.835, -70.4616 - 15.533) == pytest.approx(
+        PATENT.lengths[0] * 1e3, abs=1e-3
+    )
+    assert np.hypot(223.421 - 26.1041, 112.399 - 86.6203) == pytest.approx(
+        PATENT.lengths[2] * 1e3, abs=1e-3
+    )
     assert (PATENT.type, PATENT.grashof) == ("crank-rocker", True)
     wrong = defects(PATENT, located)
     assert (wrong.order, wrong.branch, wrong.circuit, wrong.sense) == (False, False, True, -1)
@@ -179,8 +195,12 @@ def test_arm_faster_than_carrier_reverses() -> None:
 
 def test_whole_turns_of_the_given_angles_do_not_matter() -> None:
     theta, phi = np.radians([10, 80, 110, 300]), np.radians([0, 0, 50, 0])
-    shifted = reversals(theta + TURN * np.array([1, 0, -2, 0]), phi + TURN * np.array([0, 3, 0, -1]))
-    assert [(r.start, r.end, round(r.angle, 9)) for r in shifted] == [(1, 2, round(np.radians(20), 9))]
+    shifted = reversals(
+        theta + TURN * np.array([1, 0, -2, 0]), phi + TURN * np.array([0, 3, 0, -1])
+    )
+    assert [(r.start, r.end, round(r.angle, 9)) for r in shifted] == [
+        (1, 2, round(np.radians(20), 9))
+    ]
 
 
 def test_two_arm_angles_at_a_carrier_angle_conflict() -> None:
@@ -189,9 +209,13 @@ def test_two_arm_angles_at_a_carrier_angle_conflict() -> None:
 
 
 def test_poses_of_the_patent_make_the_arm_turn_back() -> None:
-    """By hand: arm less carrier is 14.15 deg in pose 3 and -17.10 deg in pose 4, which comes 65.7 deg before it."""
+    """By hand: arm less carrier is 14.15 deg in pose 3 and -17.10 deg in pose 4, which comes 65.7
+    deg before it.
+    """
     poses = si(CORRECTED)
     theta = np.array([s.crank_angle for s in standings(PATENT, poses)])
     (reversal,) = reversals(theta, poses[:, 2])
     assert (reversal.start, reversal.end) == (3, 2)
-    assert np.degrees(reversal.angle) == pytest.approx(97 - np.degrees(theta[2] - theta[3]), abs=1e-9)
+    assert np.degrees(reversal.angle) == pytest.approx(
+        97 - np.degrees(theta[2] - theta[3]), abs=1e-9
+    )

@@ -1,4 +1,6 @@
-"""Linkages and gear trains of poses as machines of the engine: the room's own numbers, derivatives by differences."""
+"""Linkages and gear trains of poses as machines of the engine: the room's own numbers, derivatives
+by differences.
+"""
 
 from __future__ import annotations
 
@@ -27,10 +29,14 @@ ANGLES = np.linspace(-3.0, 9.0, 61)
 
 def file_of(poses: Sequence[tuple[float, float, float]], linkage: int | None = None) -> PoseFile:
     rows = [f"[[pose]]\nx_mm = {x}\ny_mm = {y}\nphi_deg = {phi}\n" for x, y, phi in poses]
-    points = "" if linkage is None else (
-        f"[points]\nlinkage = {linkage}\nfirst_pose = 1\nfirst_carrier_deg = [0, 90, 180]\n"
-        "second_pose = 4\nsecond_carrier_deg = []\n"
-    )  # fmt: skip
+    points = (
+        ""
+        if linkage is None
+        else (
+            f"[points]\nlinkage = {linkage}\nfirst_pose = 1\nfirst_carrier_deg = [0, 90, 180]\n"
+            "second_pose = 4\nsecond_carrier_deg = []\n"
+        )
+    )
     return PoseFile.read(parse_toml("\n".join(rows) + points, "poses"), "poses")
 
 
@@ -42,7 +48,9 @@ def linkage_machine(number: int) -> Machine:
     return build_linkage(file_of(PRINTED, number))
 
 
-def values_of(machine: Machine, angles: np.ndarray = ANGLES, x: np.ndarray | None = None) -> dict[str, np.ndarray]:
+def values_of(
+    machine: Machine, angles: np.ndarray = ANGLES, x: np.ndarray | None = None
+) -> dict[str, np.ndarray]:
     response = MachineResponse(machine)
     rows = response.values(response.at_data(machine.data if x is None else x), angles)
     return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
@@ -59,16 +67,30 @@ def test_linkage_equals_package_linkage(number: int) -> None:
     assert np.abs(np.diff(values["phi"])).max() < 3
     np.testing.assert_allclose([values["d1"], values["d2"]], tip, rtol=0, atol=1e-12)
     np.testing.assert_allclose([values["X_f"], values["Y_f"]], hinge.T, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(values["transmission"], bar.transmission(ANGLES, phi), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(
+        values["transmission"], bar.transmission(ANGLES, phi), rtol=0, atol=1e-11
+    )
 
 
 def test_linkage_passes_poses_with_constant_lengths() -> None:
     file = load_poses("sun2019-corrected")
     linkage = find_linkages(file.poses)[1][0]
-    visited = [k for k, standing in enumerate(linkage.standings) if standing.assembly == linkage.standings[0].assembly]
-    values = values_of(load_machine("sun2019-corrected"), np.array([linkage.standings[k].crank_angle for k in visited]))
-    np.testing.assert_allclose(np.column_stack([values["d1"], values["d2"]]), file.poses[visited, :2], atol=1e-12)
-    rod = np.hypot(values["X_f"] - linkage.bar.follower.centre[0], values["Y_f"] - linkage.bar.follower.centre[1])
+    visited = [
+        k
+        for k, standing in enumerate(linkage.standings)
+        if standing.assembly == linkage.standings[0].assembly
+    ]
+    values = values_of(
+        load_machine("sun2019-corrected"),
+        np.array([linkage.standings[k].crank_angle for k in visited]),
+    )
+    np.testing.assert_allclose(
+        np.column_stack([values["d1"], values["d2"]]), file.poses[visited, :2], atol=1e-12
+    )
+    rod = np.hypot(
+        values["X_f"] - linkage.bar.follower.centre[0],
+        values["Y_f"] - linkage.bar.follower.centre[1],
+    )
     np.testing.assert_allclose(rod, linkage.bar.follower.radius, rtol=1e-12)
 
 
@@ -76,7 +98,10 @@ def test_other_poses_give_their_synthesis() -> None:
     machine = load_machine("sun2019-corrected")
     data = machine.data.copy()
     data[3:6] += [0.003, -0.002, np.radians(1)]
-    other = [(x + 3, y - 2, phi + 1) if k == 1 else (x, y, phi) for k, (x, y, phi) in enumerate(CORRECTED)]
+    other = [
+        (x + 3, y - 2, phi + 1) if k == 1 else (x, y, phi)
+        for k, (x, y, phi) in enumerate(CORRECTED)
+    ]
     bar = find_linkages(file_of(other).poses)[1][0].bar
     values = values_of(machine, x=data)
     tip = bar.tip(ANGLES, bar.arm_angle(ANGLES, np.ones(len(ANGLES))))
@@ -93,7 +118,10 @@ def test_derivatives_are_those_of_differences(machine: Callable[[], Machine]) ->
     values, slopes = response.slopes(response.at(x), angles)
     for column, step in enumerate(np.vstack([np.zeros(len(x)), 1e-6 * np.eye(len(x))])):
         turned = 1e-6 if column == 0 else 0.0
-        high, low = (response.values(response.at(x + sign * step), angles + sign * turned) for sign in (1, -1))
+        high, low = (
+            response.values(response.at(x + sign * step), angles + sign * turned)
+            for sign in (1, -1)
+        )
         difference = (high - low) / 2e-6
         rounding = 1e-12 * np.abs(values).max(axis=1) / 1e-6
         allowed = 1e-5 * np.abs(difference).max(axis=1) + rounding
@@ -110,18 +138,26 @@ def test_train_turns_arm_by_curve() -> None:
     slope, first, second = train.curve.slopes(ANGLES)
     kappa = model.curvature(slope, first, second, train.x_s, 0.07)
     np.testing.assert_allclose(
-        [values[f"kappa{k}"] for k in (1, 2, 3, 4)], kappa, rtol=1e-11, atol=1e-11 * np.abs(kappa).max()
+        [values[f"kappa{k}"] for k in (1, 2, 3, 4)],
+        kappa,
+        rtol=1e-11,
+        atol=1e-11 * np.abs(kappa).max(),
     )
     assert file.carrier_dyad is not None
     motion = train.motion(file.carrier_dyad)
     moved = values_of(machine, motion["theta"])
-    np.testing.assert_allclose([moved[name] for name in ("d1", "d2", "X", "Y")], motion["places"], atol=1e-12)
+    np.testing.assert_allclose(
+        [moved[name] for name in ("d1", "d2", "X", "Y")], motion["places"], atol=1e-12
+    )
     np.testing.assert_allclose(values["r1"] + values["r2"], 0.07, rtol=1e-14)
 
 
 def test_tip_velocity_is_rate_of_position() -> None:
     for machine in (linkage_machine(2), load_machine("sun2019", {"carrier_speed_rpm": 30.0})):
-        response, angles = MachineResponse(machine, ["d1", "d2", "v1", "v2"]), np.array([0.3, 2.1, 4.4])
+        response, angles = (
+            MachineResponse(machine, ["d1", "d2", "v1", "v2"]),
+            np.array([0.3, 2.1, 4.4]),
+        )
         point = response.at(machine.design)
         values, rates = response.derivatives(point, angles)
         np.testing.assert_allclose(values[2:], machine.data[machine.speed] * rates[:2], rtol=1e-13)
@@ -136,7 +172,9 @@ def test_more_than_five_poses_are_passed_as_closely_as_can_be() -> None:
     file = file_of([(float(x), float(y), float(angle)) for x, y, angle in poses])
     linkages = find_linkages(file.poses)[1]
     chosen = next(linkage for linkage in linkages if linkage.bar.turns_round)
-    expected = chosen.bar.tip(ANGLES, chosen.bar.arm_angle(ANGLES, np.full(61, chosen.standings[0].assembly)))
+    expected = chosen.bar.tip(
+        ANGLES, chosen.bar.arm_angle(ANGLES, np.full(61, chosen.standings[0].assembly))
+    )
     values = values_of(build_linkage(file))
     np.testing.assert_allclose([values["d1"], values["d2"]], expected, atol=1e-6)
 

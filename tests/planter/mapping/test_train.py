@@ -52,12 +52,17 @@ def test_circles_come_from_a_uniform_turn() -> None:
 
 @pytest.mark.parametrize("train", [DEFAULT, harmonic(0.6)])
 def test_pitch_curves_are_conjugate(train: Train) -> None:
-    """In mesh the radii fill the centre distance, equal arcs roll off, and both tangents are one line."""
+    """In mesh the radii fill the centre distance, equal arcs roll off, and both tangents are one
+    line.
+    """
     theta = np.linspace(0.01, 6.2, 200)
     gears = train.gears(theta)
     assert gears["r1"] + gears["r2"] == pytest.approx(A)
     assert gears["r3"] + gears["r4"] == pytest.approx(A)
-    for driver, follower, rates in (("r1", "r2", ("dpsi1", "dpsi2")), ("r3", "r4", ("dpsi3", "dpsi4"))):
+    for driver, follower, rates in (
+        ("r1", "r2", ("dpsi1", "dpsi2")),
+        ("r3", "r4", ("dpsi3", "dpsi4")),
+    ):
         assert gears[driver] * gears[rates[0]] == pytest.approx(gears[follower] * gears[rates[1]])
     assert gears["i1"] * gears["i2"] == pytest.approx(gears["i"])
     assert gears["i1"] / gears["i2"] == pytest.approx(train.x_s**2)
@@ -103,12 +108,16 @@ def test_radii_reach_their_extremes_with_the_slope() -> None:
     smallest, largest = DEFAULT.radius_range
     gears = DEFAULT.gears(np.linspace(0, TURN, 20001))
     for k, name in enumerate(RADII):
-        assert (smallest[k], largest[k]) == pytest.approx((gears[name].min(), gears[name].max()), abs=1e-8)
+        assert (smallest[k], largest[k]) == pytest.approx(
+            (gears[name].min(), gears[name].max()), abs=1e-8
+        )
         assert 0 < smallest[k] < largest[k] < A
 
 
 def test_swapping_driver_and_driven_gives_the_inverse_train() -> None:
-    """The curve of the carrier against the arm: its train has the radii of the stages the other way round."""
+    """The curve of the carrier against the arm: its train has the radii of the stages the other way
+    round.
+    """
     train = harmonic(0.5)
     theta = np.linspace(0, TURN, 721)
     turned = -train.curve.at(theta)
@@ -129,7 +138,9 @@ def test_the_train_drives_the_arm_along_the_curve() -> None:
 
 
 def test_carrier_bends_by_the_cosine_rule() -> None:
-    assert np.degrees(DEFAULT.bend(0.099724)) == pytest.approx(2 * np.degrees(np.arcsin(99.724 / 140)), rel=1e-12)
+    assert np.degrees(DEFAULT.bend(0.099724)) == pytest.approx(
+        2 * np.degrees(np.arcsin(99.724 / 140)), rel=1e-12
+    )
     assert DEFAULT.bend(2 * A) == pytest.approx(np.pi)
     with pytest.raises(GeometryError, match="at most twice the centre distance, 140 mm"):
         DEFAULT.bend(0.1401)

@@ -1,4 +1,6 @@
-"""A fit that rests on a bound is not settled: the bound is named unless a fit inside of it is as good."""
+"""A fit that rests on a bound is not settled: the bound is named unless a fit inside of it is as
+good.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ def crank() -> Machine:
 def measured(crank: Machine) -> Measurement:
     values = Model(crank).results(np.radians(DEGREES))["F_Ox_N"]
     values = values + 2.0 + np.random.default_rng(5).normal(0, NOISE, len(values))
-    return Measurement(np.radians(DEGREES), (Channel("F", "N", values, np.ones(len(values), bool), NOISE),))
+    return Measurement(
+        np.radians(DEGREES), (Channel("F", "N", values, np.ones(len(values), bool), NOISE),)
+    )
 
 
 def fit_within(crank: Machine, measured: Measurement, **bounds: tuple[float, float]) -> Fit:
@@ -49,7 +53,9 @@ def test_fit_inside_bounds_explains(crank: Machine, measured: Measurement) -> No
 def test_fit_on_a_bound_is_not_settled(
     crank: Machine, measured: Measurement, low: float, high: float, side: str
 ) -> None:
-    """The tampered case: a bound less than a deviation from the truth, so that noise alone is left."""
+    """The tampered case: a bound less than a deviation from the truth, so that noise alone is
+    left.
+    """
     fit = fit_within(crank, measured, m_s_kg=(low, high))
     assert (judge(fit), name_bounds(fit)) == ("not settled", [("values.m_s_kg", side)])
 

@@ -1,4 +1,6 @@
-"""Effects between a machine and its sensor obey their equations, are told apart in noise, and are not seen in noise."""
+"""Effects between a machine and its sensor obey their equations, are told apart in noise, and are
+not seen in noise.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +54,9 @@ def filter_signal(effect: SensorEffect, **values: float) -> Array:
 
 
 def test_mount_equals_integrated_motion() -> None:
-    """A mass on spring and damper, with the machine's force on it, integrated in time until it repeats."""
+    """A mass on spring and damper, with the machine's force on it, integrated in time until it
+    repeats.
+    """
     frequency, damping = 2.3, 0.2
     wn = TURN * frequency
 
@@ -64,8 +68,13 @@ def test_mount_equals_integrated_motion() -> None:
     times = turns * period + PHI / SPEED
     motion = solve_ivp(follow, (0, times[-1]), [0.0, 0.0], t_eval=times, rtol=1e-10, atol=1e-12)
     reaction = 2 * damping * wn * motion.y[1] + wn**2 * motion.y[0]
-    assert filter_signal(ElasticMount(SPEED), frequency=frequency, damping=damping) == pytest.approx(reaction, abs=1e-6)
-    assert abs(filter_signal(ElasticMount(SPEED), frequency=frequency, damping=0.02) - reaction).max() > 0.1
+    assert filter_signal(
+        ElasticMount(SPEED), frequency=frequency, damping=damping
+    ) == pytest.approx(reaction, abs=1e-6)
+    assert (
+        abs(filter_signal(ElasticMount(SPEED), frequency=frequency, damping=0.02) - reaction).max()
+        > 0.1
+    )
 
 
 def test_coupling_equals_first_order_response() -> None:
@@ -98,7 +107,9 @@ def test_speed_law_equals_machine_with_acceleration() -> None:
 
 
 def test_acceleration_part_is_integral_of_square_part() -> None:
-    """The momentum of a machine of constant weight: the part of the acceleration follows from that of the speed."""
+    """The momentum of a machine of constant weight: the part of the acceleration follows from that
+    of the speed.
+    """
     machine = build_machine(machines.device("wang2017", "exact"))
     curve = build_curve(machine, "support_N", [SpeedHarmonics()], np.arange(0, 360, 10.0))
     curves = curve._compute_curves(np.zeros(0))
@@ -119,7 +130,9 @@ def test_interpolation_equals_periodic_spline() -> None:
     assert slopes == pytest.approx(spline(at % (1.5 * TURN), 1), abs=1e-10)
 
 
-def build_curve(machine: Machine, key: str, effects: Sequence[SensorEffect], degrees: Array) -> SensorCurve:
+def build_curve(
+    machine: Machine, key: str, effects: Sequence[SensorEffect], degrees: Array
+) -> SensorCurve:
     return SensorCurve.at_angles(machine, key, np.radians(degrees), effects)
 
 
@@ -137,8 +150,12 @@ def test_slopes_equal_differences() -> None:
     effects = [LeakedTorque("M_in_Nm"), SpeedHarmonics(), mount, Gain(), drift]
     degrees = np.arange(0, 360, 9.0)
     empty = Channel("F", "N", np.zeros(40), np.ones(40, dtype=bool), 1.0)
-    chosen = Chosen.from_bounds(machine, {"m_s_kg": (1.0, 3.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)})
-    curve = SensorCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N", effects)
+    chosen = Chosen.from_bounds(
+        machine, {"m_s_kg": (1.0, 3.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)}
+    )
+    curve = SensorCurve(
+        machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N", effects
+    )
     low, high = curve.chosen.lower, curve.chosen.upper
     z = low + 0.4 * (high - low)
     slopes = curve(z)[1]
@@ -146,12 +163,23 @@ def test_slopes_equal_differences() -> None:
         step = np.zeros_like(z)
         step[i] = 1e-5 * width
         difference = (curve(z + step)[0] - curve(z - step)[0]) / 2e-5
-        assert slopes[:, i] * width == pytest.approx(difference, abs=1e-5 * (1 + abs(difference).max())), i
+        assert slopes[:, i] * width == pytest.approx(
+            difference, abs=1e-5 * (1 + abs(difference).max())
+        ), i
 
 
-def measure(machine: Machine, key: str, effects: Sequence[SensorEffect], values: Mapping[str, float], std: float,
-            rho: float = 0.0, seed: int = 0) -> Measurement:  # fmt: skip
-    """Return a measurement of a machine behind effects, with a phase of 40 deg, an offset of 3 N, and noise."""
+def measure(
+    machine: Machine,
+    key: str,
+    effects: Sequence[SensorEffect],
+    values: Mapping[str, float],
+    std: float,
+    rho: float = 0.0,
+    seed: int = 0,
+) -> Measurement:
+    """Return a measurement of a machine behind effects, with a phase of 40 deg, an offset of 3 N,
+    and noise.
+    """
     degrees = np.arange(0, 360, 3.0)
     curve = build_curve(machine, key, effects, degrees)
     signal = curve.evaluate(set_values(curve, values), np.radians(degrees + 40))[0][0] + 3.0
@@ -168,7 +196,11 @@ def explain(machine: Machine, key: str, measured: Measurement) -> ExplanationFou
 def test_lever_of_drive_is_found() -> None:
     machine = build_machine(machines.device("wang2017", "exact"))
     effect = LeakedTorque("M_L_Nm")
-    result = explain(machine, "support_N", measure(machine, "support_N", [effect], {"lever M_L_Nm.lever": 27.0}, 1.0))
+    result = explain(
+        machine,
+        "support_N",
+        measure(machine, "support_N", [effect], {"lever M_L_Nm.lever": 27.0}, 1.0),
+    )
     assert (result.outcome, result.preferred) == ("explained", "lever M_L_Nm")
     assert not any(row.active_bounds for row in result.explanations if row.name == result.preferred)
     rows = {row.name: row for row in result.explanations}
@@ -185,15 +217,24 @@ def test_lever_of_drive_is_found() -> None:
 
 
 def test_swing_beyond_its_bounds_is_not_settled() -> None:
-    """The tampered case: harmonics larger than any that are searched, so that two parameters end on bounds."""
+    """The tampered case: harmonics larger than any that are searched, so that two parameters end on
+    bounds.
+    """
     machine = own.machine("slider_crank", "", mu=0)
-    swing = {"speed harmonics.cos1": 1.2 * LARGEST_SWING, "speed harmonics.sin2": 1.1 * LARGEST_SWING}
+    swing = {
+        "speed harmonics.cos1": 1.2 * LARGEST_SWING,
+        "speed harmonics.sin2": 1.1 * LARGEST_SWING,
+    }
     measured = measure(machine, "F_Ox_N", [SpeedHarmonics()], swing, 3.0, 0.9)
-    result = explain_curve(machine, "derived", measured, {"phase_deg": (20.0, 60.0)}, "F_Ox_N").result
+    result = explain_curve(
+        machine, "derived", measured, {"phase_deg": (20.0, 60.0)}, "F_Ox_N"
+    ).result
     assert (result.outcome, result.preferred) == ("not settled", "speed harmonics")
     row = next(row for row in result.explanations if row.name == result.preferred)
     assert row.lack_of_fit.probability > REFUTING, "what is left passes as noise"
-    assert {(bound.name, bound.side) for bound in row.active_bounds} == {(name, "upper") for name in swing}
+    assert {(bound.name, bound.side) for bound in row.active_bounds} == {
+        (name, "upper") for name in swing
+    }
     assert all(name in result.statement for name in swing)
 
 
@@ -201,8 +242,11 @@ def test_swing_beyond_its_bounds_is_not_settled() -> None:
 def test_mount_below_a_lever_is_found() -> None:
     machine = build_machine(machines.device("wang2017", "exact"))
     mount = ElasticMount(float(machine.data[machine.speed]))
-    values = {"lever M_L_Nm.lever": 20.0, "elastic mount.frequency": np.log(12 / mount.parameters[0].reference),
-              "elastic mount.damping": np.log(0.06)}  # fmt: skip
+    values = {
+        "lever M_L_Nm.lever": 20.0,
+        "elastic mount.frequency": np.log(12 / mount.parameters[0].reference),
+        "elastic mount.damping": np.log(0.06),
+    }
     measured = measure(machine, "support_N", [LeakedTorque("M_L_Nm"), mount], values, 2.0, 0.5)
     result = explain(machine, "support_N", measured)
     assert result.outcome == "explained"
@@ -240,24 +284,39 @@ def test_record_has_no_empty_panel() -> None:
     assert [len(draw_reading(each).axes) for each in (short, long)] == [2, 3]
 
 
-def record(drift: float = 0.0, gain: float = 1.0, records: int = 1, rho: float = 0.5, seed: int = 0) -> Measurement:
-    """Return records of three revolutions of the knife drive, each with another zero, and a drift per revolution."""
+def record(
+    drift: float = 0.0, gain: float = 1.0, records: int = 1, rho: float = 0.5, seed: int = 0
+) -> Measurement:
+    """Return records of three revolutions of the knife drive, each with another zero, and a drift
+    per revolution.
+    """
     machine, rng = build_knife(), np.random.default_rng(seed)
     turn = np.radians(np.arange(0, 3 * 360, 4.0))
     curve = build_curve(machine, "F_Oy_N", [], np.degrees(turn) + 40)
     rigid = curve.evaluate(np.zeros(0), curve.phi)[0][0]
     parts = [
-        gain * rigid + 3.0 + 0.7 * k + drift * (1 - 1.5 * k) * turn / TURN + correlate(rng, len(turn), rho, 0.3)
+        gain * rigid
+        + 3.0
+        + 0.7 * k
+        + drift * (1 - 1.5 * k) * turn / TURN
+        + correlate(rng, len(turn), rho, 0.3)
         for k in range(records)
     ]
-    phi, values = np.concatenate([turn + 8 * TURN * k for k in range(records)]), np.concatenate(parts)
+    phi, values = (
+        np.concatenate([turn + 8 * TURN * k for k in range(records)]),
+        np.concatenate(parts),
+    )
     channel = Channel("F", "N", values, np.ones(len(values), dtype=bool), 0.3)
-    reading = DataReading("made up", "", "", "", len(values), len(values), 3.0 * records, 4.0, None, [], [])
+    reading = DataReading(
+        "made up", "", "", "", len(values), len(values), 3.0 * records, 4.0, None, [], []
+    )
     return Measurement(phi, (channel,), (), None, reading)
 
 
 def explain_record(measured: Measurement) -> ExplanationFound:
-    return explain_curve(build_knife(), "derived", measured, {"phase_deg": (20.0, 60.0)}, "F_Oy_N").result
+    return explain_curve(
+        build_knife(), "derived", measured, {"phase_deg": (20.0, 60.0)}, "F_Oy_N"
+    ).result
 
 
 def test_drift_of_zero_is_no_noise() -> None:
@@ -294,16 +353,37 @@ def test_noise_of_records_is_no_drift() -> None:
 def test_command_explains_and_refuses(tmp_path: Path) -> None:
     """Bounds of the phase spare the scan of a whole turn, which other tests have."""
     machine = build_knife()
-    measured = measure(machine, "F_Oy_N", [LeakedForce("F_Ox_N")], {"enclosed F_Ox_N.share": 0.4}, 0.3)
+    measured = measure(
+        machine, "F_Oy_N", [LeakedForce("F_Ox_N")], {"enclosed F_Ox_N.share": 0.4}, 0.3
+    )
     rows = zip(np.degrees(measured.phi), measured.values, strict=True)
     path = tmp_path / "data.csv"
-    path.write_text("a [deg];F [N]\n" + "".join(f"{a:.1f};{f:.5f}\n" for a, f in rows), encoding="utf-8")
-    call = ("calibrate", write_file(tmp_path, machine.document), "--data", str(path), "--column", "F")
+    path.write_text(
+        "a [deg];F [N]\n" + "".join(f"{a:.1f};{f:.5f}\n" for a, f in rows), encoding="utf-8"
+    )
+    call = (
+        "calibrate",
+        write_file(tmp_path, machine.document),
+        "--data",
+        str(path),
+        "--column",
+        "F",
+    )
     out = tmp_path / "out"
     result = answer(
-        *call, "--angle", "a", "--quantity", "F_Oy_N", "--fit", "m_k_kg=0.8:1.8", "--fit", "phase_deg=20:60",
-        "--explain", "--out", str(out),
-    )  # fmt: skip
+        *call,
+        "--angle",
+        "a",
+        "--quantity",
+        "F_Oy_N",
+        "--fit",
+        "m_k_kg=0.8:1.8",
+        "--fit",
+        "phase_deg=20:60",
+        "--explain",
+        "--out",
+        str(out),
+    )
     assert (result["outcome"], result["preferred"]) == ("explained", "enclosed F_Ox_N")
     row = next(row for row in result["explanations"] if row["name"] == "enclosed F_Ox_N")
     assert row["parameters"][0]["value"] == pytest.approx(0.4, abs=0.05)
@@ -318,9 +398,27 @@ def test_command_explains_and_refuses(tmp_path: Path) -> None:
     assert "--explain" in sentence
     assert "--data" in sentence
     assert "--check" in refusal(
-        *call, "--angle", "a", "--quantity", "F_Oy_N", "--explain", "--check", str(path), "--check-rpm", "300"
+        *call,
+        "--angle",
+        "a",
+        "--quantity",
+        "F_Oy_N",
+        "--explain",
+        "--check",
+        str(path),
+        "--check-rpm",
+        "300",
     )
     assert "--explain takes one quantity" in refusal(
-        *call, "--column", "F", "--angle", "a", "--quantity", "F_Oy_N", "--quantity", "F_Ox_N", "--explain"
+        *call,
+        "--column",
+        "F",
+        "--angle",
+        "a",
+        "--quantity",
+        "F_Oy_N",
+        "--quantity",
+        "F_Ox_N",
+        "--explain",
     )
     assert name_parameter(LeakedForce("F_Ox_N"), "share") == "effect: enclosed F_Ox_N.share"

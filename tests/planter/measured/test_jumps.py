@@ -1,4 +1,6 @@
-"""Records of curves that jump: points beside a jump tell of a step of the angle, and are left out."""
+"""Records of curves that jump: points beside a jump tell of a step of the angle, and are left
+out.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ NOISE = 560.0
 
 @pytest.fixture(scope="module")
 def record(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
-    """Return the force of a baler whose load ends in a jump, by a logger that takes the mean over each step."""
+    """Return the force of a baler whose load ends in a jump, by a logger that takes the mean over
+    each step.
+    """
     rng, times = np.random.default_rng(5), np.arange(0, 5, 1e-3)
     file = own.file(BALER, m_p_kg=TRUTH["m_p_kg"], F_h_N=TRUTH["F_h_N"], omega_rpm=SPEED)
     angles = 1.234 + SPEED / 60 * TURN * times
@@ -30,7 +34,11 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     for i in range(1, len(noise)):
         noise[i] = 0.9 * noise[i - 1] + np.sqrt(1 - 0.9**2) * noise[i]
     step_angles = angles[:, None] + SPEED / 60 * TURN * 1e-3 * np.linspace(-0.5, 0.5, 11)
-    means = own.evaluate_lane(file, np.mod(step_angles.ravel(), TURN))["F_Ox"].reshape(step_angles.shape).mean(axis=1)
+    means = (
+        own.evaluate_lane(file, np.mod(step_angles.ravel(), TURN))["F_Ox"]
+        .reshape(step_angles.shape)
+        .mean(axis=1)
+    )
     force = means + TRUTH["offset_N"] + noise
     pulse = np.where(np.mod(angles, TURN) < 0.15, 5.0, 0.0)
     path = tmp_path_factory.mktemp("baler") / "force.csv"
@@ -41,8 +49,16 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 def fit_baler(measured: Measurement, starts: int = 8) -> Fit:
     machine = Model(own.machine(BALER)).machine
-    bounds = {"m_p_kg": (80, 200), "F_h_N": (40e3, 90e3), "offset_N": (-1000, 1000), "phase_deg": (0, 360)}
-    return fit_curve(MeasuredCurve(machine, Chosen.from_bounds(machine, bounds), measured, "F_Ox_N"), starts=starts)
+    bounds = {
+        "m_p_kg": (80, 200),
+        "F_h_N": (40e3, 90e3),
+        "offset_N": (-1000, 1000),
+        "phase_deg": (0, 360),
+    }
+    return fit_curve(
+        MeasuredCurve(machine, Chosen.from_bounds(machine, bounds), measured, "F_Ox_N"),
+        starts=starts,
+    )
 
 
 def find_errors(fit: Fit) -> Array:
@@ -61,16 +77,22 @@ def test_inputs_of_a_curve_that_jumps_are_found(record):
 
 def test_points_beside_jumps_mislead_a_fit(record, monkeypatch):
     monkeypatch.setattr(reading, "JUMP", np.inf)
-    with_jumps = reading.read(record.reading.file, Columns("force", time="time", trigger="pulse"), SPEED / 60 * TURN)
+    with_jumps = reading.read(
+        record.reading.file, Columns("force", time="time", trigger="pulse"), SPEED / 60 * TURN
+    )
     assert with_jumps.used.sum() > record.used.sum()
     fit = fit_baler(with_jumps, starts=2)
-    assert abs(fit.values[1] - TRUTH["F_h_N"]) > 10 * np.sqrt(fit_baler(record, starts=2).covariance[1, 1])
+    assert abs(fit.values[1] - TRUTH["F_h_N"]) > 10 * np.sqrt(
+        fit_baler(record, starts=2).covariance[1, 1]
+    )
 
 
 @pytest.mark.parametrize("shape", ["noise", "spikes", "steep"])
 def test_what_is_no_jump_stays(shape):
     rng, phi = np.random.default_rng(2), np.linspace(0, 3 * TURN, 1081)
-    values = rng.normal(0, 1, len(phi)) + {"noise": 0, "spikes": 20, "steep": 200}[shape] * np.tanh(3 * np.sin(phi))
+    values = rng.normal(0, 1, len(phi)) + {"noise": 0, "spikes": 20, "steep": 200}[shape] * np.tanh(
+        3 * np.sin(phi)
+    )
     if shape == "spikes":
         values[rng.integers(20, 1060, 9)] += 500
     channel, beside_jumps = reading._build_channel("F", "N", values, phi)

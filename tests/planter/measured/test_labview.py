@@ -1,4 +1,6 @@
-"""LabVIEW measurement files in all layouts give their columns and times, and damage is one sentence."""
+"""LabVIEW measurement files in all layouts give their columns and times, and damage is one
+sentence.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ from tests.support.labview import END, Layout, write_lvm
 def list_times(table: LoggerTable, channel: int) -> Array:
     """Return the times of a channel: those before it, or those of all channels."""
     column = table.names.index(f"Channel {channel}") - 1
-    return table.read_numbers(column if table.names[column] == "X_Value" else table.names.index("X_Value"))[0]
+    return table.read_numbers(
+        column if table.names[column] == "X_Value" else table.names.index("X_Value")
+    )[0]
 
 
 def assert_reads(path: Path, layout: Layout) -> LoggerTable:
@@ -62,14 +66,24 @@ def test_layout_gives_columns_and_times(case: str, tmp_path: Path) -> None:
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     layout=st.builds(
-        Layout, x_columns=st.sampled_from(["No", "One", "Multi"]), separator=st.sampled_from(["Tab", "Semicolon"]),
-        decimal=st.sampled_from([".", ","]), states_decimal=st.booleans(), segments=st.integers(1, 40),
-        channels=st.integers(1, 3), rows=st.integers(1, 9), comments=st.booleans(), special=st.booleans(),
-        restarts=st.booleans(), padded=st.booleans(),
+        Layout,
+        x_columns=st.sampled_from(["No", "One", "Multi"]),
+        separator=st.sampled_from(["Tab", "Semicolon"]),
+        decimal=st.sampled_from([".", ","]),
+        states_decimal=st.booleans(),
+        segments=st.integers(1, 40),
+        channels=st.integers(1, 3),
+        rows=st.integers(1, 9),
+        comments=st.booleans(),
+        special=st.booleans(),
+        restarts=st.booleans(),
+        padded=st.booleans(),
         steps=st.sampled_from([(0.002, 0.002), (0.001, 0.001)]),
     )
-)  # fmt: skip
-def test_any_layout_gives_columns_and_times(layout: Layout, tmp_path_factory: pytest.TempPathFactory) -> None:
+)
+def test_any_layout_gives_columns_and_times(
+    layout: Layout, tmp_path_factory: pytest.TempPathFactory
+) -> None:
     assert_reads(tmp_path_factory.mktemp("lvm") / "own.lvm", layout)
 
 
@@ -98,7 +112,7 @@ REFUSED = {
     "header that does not end": (END, "***End***", END),
     "no names": ("X_Value", "", "X_Value"),
     "text among numbers": ("0.002\t", "0.0o2\t", "0.0o2"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -121,7 +135,9 @@ def test_damage_is_refused_by_key_or_line(case: str, tmp_path: Path) -> None:
         (("23:59:59.063", "23:59:59.001"), "begins before"),
     ],
 )
-def test_segments_that_do_not_fit_are_refused(change: tuple[str, str], hint: str, tmp_path: Path) -> None:
+def test_segments_that_do_not_fit_are_refused(
+    change: tuple[str, str], hint: str, tmp_path: Path
+) -> None:
     path = tmp_path / "own.lvm"
     write_lvm(path, Layout(segments=2, restarts=True))
     first, mark, second = path.read_bytes().decode("cp1252").rpartition("Channels")
@@ -148,19 +164,28 @@ def test_preview_lists_columns_and_takes_an_interval(tmp_path: Path) -> None:
     write_lvm(path, Layout(x_columns="Multi"))
     call = ("calibrate", "wang2017", "--data", str(path), "--preview")
     seen = answer(*call)
-    assert [column["name"] for column in seen["columns"]] == ["X_Value", "Channel 0", "X_Value", "Channel 1"]
+    assert [column["name"] for column in seen["columns"]] == [
+        "X_Value",
+        "Channel 0",
+        "X_Value",
+        "Channel 1",
+    ]
     assert [column["unit"] for column in seen["columns"]] == ["s", "N", "s", "Volts"]
     assert seen["reading"] is None
     by_time = answer(*call, "--column", "Channel 0", "--time", "X_Value")["reading"]
     by_interval = answer(*call, "--column", "Channel 0", "--interval-s", "0.002")["reading"]
     assert by_interval["revolutions"] == pytest.approx(by_time["revolutions"], rel=1e-9)
-    assert answer(*call, "--column", "Channel 0", "--interval-s", "0.004")["reading"]["revolutions"] == pytest.approx(
-        2 * by_time["revolutions"], rel=1e-9
+    assert answer(*call, "--column", "Channel 0", "--interval-s", "0.004")["reading"][
+        "revolutions"
+    ] == pytest.approx(2 * by_time["revolutions"], rel=1e-9)
+    assert "--interval-s" in refusal(
+        *call, "--column", "Channel 0", "--interval-s", "0.002", "--time", "1"
     )
-    assert "--interval-s" in refusal(*call, "--column", "Channel 0", "--interval-s", "0.002", "--time", "1")
     assert "--interval-s" in refusal(*call, "--column", "Channel 0")
     assert "--unit" in refusal(*call, "--unit", "N")
-    assert "--place-unit" in refusal(*call, "--column", "Channel 0", "--interval-s", "0.002", "--place-unit", "s")
+    assert "--place-unit" in refusal(
+        *call, "--column", "Channel 0", "--interval-s", "0.002", "--place-unit", "s"
+    )
 
 
 def test_layout_that_is_read_wrongly_fails(tmp_path: Path) -> None:

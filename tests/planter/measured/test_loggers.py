@@ -1,4 +1,6 @@
-"""Files as data loggers write them are read, what is dropped is said, and refusals name line and remedy."""
+"""Files as data loggers write them are read, what is dropped is said, and refusals name line and
+remedy.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,8 @@ def force(phi: Array) -> Array:
 
 
 def write_german(path: Path, jitter: float = 0.2) -> tuple[Array, Array]:
-    """Write a record with preamble, decimal commas, a line of units, a trigger and damage; return time and angle.
+    """Write a record with preamble, decimal commas, a line of units, a trigger and damage; return
+    time and angle.
 
     The pulse rises at angle 0, 1 rad after the record begins, and the speed swings by 2 %.
     """
@@ -55,18 +58,26 @@ def test_trigger_record_gives_angles_and_losses(tmp_path: Path) -> None:
     measured = read(path, Columns("Kraft", time="Zeit", trigger="Trigger"), 1.0)
     result = measured.reading
     assert result is not None
-    assert (result.encoding, result.channels[0].gaps, result.channels[0].outliers) == ("Windows-1252", 4, 1)
+    assert (result.encoding, result.channels[0].gaps, result.channels[0].outliers) == (
+        "Windows-1252",
+        4,
+        1,
+    )
     assert result.channels[0].outlier_lines == [5 + 501]
     reasons = {entry.reason: entry for entry in result.dropped}
     assert reasons["lines of text among the rows"].lines == [5 + 601]
     assert reasons["overflow of the logger in Kraft"].lines == [5 + 401]
     before = next(entry for reason, entry in reasons.items() if "before the first" in reason)
     assert result.rows - before.count == len(measured.phi)
-    truth = np.interp(np.arange(len(measured.phi)) + np.flatnonzero(phi >= 0)[0], np.arange(len(t)), phi)
+    truth = np.interp(
+        np.arange(len(measured.phi)) + np.flatnonzero(phi >= 0)[0], np.arange(len(t)), phi
+    )
     # a pulse is known to half a sample: 0.03 rad
     assert measured.phi == pytest.approx(truth, abs=0.08)
     assert measured.speed is not None
-    assert measured.speed == pytest.approx(SPEED * (1 + 0.02 * np.sin(4.4 * (truth + 1) / SPEED)), rel=0.015)
+    assert measured.speed == pytest.approx(
+        SPEED * (1 + 0.02 * np.sin(4.4 * (truth + 1) / SPEED)), rel=0.015
+    )
     assert result.speed_rpm is not None
     assert result.speed_rpm[0] < 0.99 * result.speed_rpm[1] < result.speed_rpm[2]
     used = measured.used
@@ -117,7 +128,9 @@ def test_clock_times_run_past_midnight(tmp_path: Path) -> None:
     rows = []
     for i in range(40):
         seconds = (86_390 + i / 2) % 86_400
-        clock = f"{int(seconds // 3600):02d}:{int(seconds % 3600 // 60):02d}:{seconds % 60:04.1f}".replace(".", ",")
+        clock = f"{int(seconds // 3600):02d}:{int(seconds % 3600 // 60):02d}:{seconds % 60:04.1f}".replace(
+            ".", ","
+        )
         rows.append(f"{clock};{i / 7:.3f}".replace(".", ","))
     measured = read_rows(tmp_path, "Uhrzeit;F [N]", rows, Columns("F", time="Uhrzeit"))
     assert np.diff(measured.phi) == pytest.approx(SPEED / 2)
@@ -145,7 +158,9 @@ def test_noise_of_revolutions_needs_no_model(tmp_path: Path) -> None:
     channel = read_rows(tmp_path, "a [deg];F [N]", rows, Columns("F", angle="a")).channels[0]
     assert channel.noise == pytest.approx(1.0, rel=0.3)
     assert channel.rho == pytest.approx(0.9, abs=0.12)
-    single_revolution = read_rows(tmp_path, "a [deg];F [N]", rows[:120], Columns("F", angle="a")).channels[0]
+    single_revolution = read_rows(
+        tmp_path, "a [deg];F [N]", rows[:120], Columns("F", angle="a")
+    ).channels[0]
     assert single_revolution.rho is None
 
 
@@ -154,13 +169,14 @@ REFUSED = {
     "text": (["hello", "world"], "line 1 is 'hello'"),
     "two decimal marks": (["a [deg];F [N]", *ROWS, "41;1.2.3", "42;1"], "line 42, column F"),
     "commas for both": (
-        ["a [deg],F [N]", *(f"{a},{a / 7:.2f}".replace(".", ",") for a in range(40))], "decimal commas",
+        ["a [deg],F [N]", *(f"{a},{a / 7:.2f}".replace(".", ",") for a in range(40))],
+        "decimal commas",
     ),
     "unknown unit": (["a [deg];F [lbf]", *ROWS], "the unit lbf does not fit"),
     "extra cell": (["a [deg];F [N]", *ROWS[:20], "20;3;4", *ROWS[20:]], "line 22 has 3 cells"),
     "few rows": (["a [deg];F [N]", *ROWS[:8]], "8 points are too few"),
     "open quote": (["a [deg];F [N]", *ROWS[:20], '20;"3', *ROWS[20:]], "line 22"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -183,7 +199,11 @@ def test_time_that_runs_back_is_refused(tmp_path: Path) -> None:
 
 def test_empty_and_binary_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
-    for content, hint in ((b"", "empty"), (b"\x00\x01\x02" * 400, "line"), (b"\xff\xfea", "cut off")):
+    for content, hint in (
+        (b"", "empty"),
+        (b"\x00\x01\x02" * 400, "line"),
+        (b"\xff\xfea", "cut off"),
+    ):
         path.write_bytes(content)
         with pytest.raises(InputError, match=hint):
             read_logger_table(path)
@@ -191,10 +211,16 @@ def test_empty_and_binary_files_are_refused(tmp_path: Path) -> None:
 
 def test_column_is_found_by_an_unambiguous_part(tmp_path: Path) -> None:
     path = tmp_path / "force.csv"
-    path.write_text("Angle [deg],Support force left [N],Support force right [N],Mount [N]\n0,1,2,3\n1,2,3,4\n")
+    path.write_text(
+        "Angle [deg],Support force left [N],Support force right [N],Mount [N]\n0,1,2,3\n1,2,3,4\n"
+    )
     table = read_logger_table(path)
-    assert [table.find_column(name, "--column") for name in ("force left", "MOUN", "Mount", "4")] == [1, 3, 3, 3]
-    with pytest.raises(InputError, match=r"'Support force left \[N\]' or 'Support force right \[N\]'"):
+    assert [
+        table.find_column(name, "--column") for name in ("force left", "MOUN", "Mount", "4")
+    ] == [1, 3, 3, 3]
+    with pytest.raises(
+        InputError, match=r"'Support force left \[N\]' or 'Support force right \[N\]'"
+    ):
         table.find_column("Support force", "--column")
     for name in ("", "deg", "[N]", "speed"):
         with pytest.raises(InputError, match="is not a column"):
@@ -206,7 +232,16 @@ def test_preview_shows_reading_and_fits_nothing(tmp_path: Path) -> None:
     write_german(path)
     machine = str(own.generated("slider_crank") / "slider_crank.toml")
     call = ("calibrate", machine, "--data", str(path), "--time", "Zeit", "--trigger", "Trigger")
-    answered = answer(*call, "--column", "Kraft", "--quantity", "F_Ox_N", "--preview", "--out", str(tmp_path / "out"))
+    answered = answer(
+        *call,
+        "--column",
+        "Kraft",
+        "--quantity",
+        "F_Ox_N",
+        "--preview",
+        "--out",
+        str(tmp_path / "out"),
+    )
     assert answered.keys() == {"machine", "quantity", "columns", "reading", "treatment"}
     assert answered["reading"]["channels"][0]["outliers"] == 1
     assert (tmp_path / "out" / "figures" / "data.png").stat().st_size > 10_000

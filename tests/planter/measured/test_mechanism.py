@@ -1,4 +1,6 @@
-"""`planter calibrate FILE --data`: values of a mechanism come back from a noisy curve, within their intervals."""
+"""`planter calibrate FILE --data`: values of a mechanism come back from a noisy curve, within their
+intervals.
+"""
 
 from __future__ import annotations
 
@@ -40,10 +42,21 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_fitted_intervals_contain_true_values(data: Path) -> None:
-    bounds = {"m_s_kg": (1.0, 3.0), "k_N_m": (300.0, 1500.0), "r_mm": (40.0, 80.0), "offset_N": (-9.0, 9.0)}
-    calibrated = calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N")
+    bounds = {
+        "m_s_kg": (1.0, 3.0),
+        "k_N_m": (300.0, 1500.0),
+        "r_mm": (40.0, 80.0),
+        "offset_N": (-9.0, 9.0),
+    }
+    calibrated = calibrate_machine(
+        own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N"
+    )
     truth = {"values.m_s_kg": 1.8, "values.k_N_m": 720.0, "values.r_mm": 60.0, "offset_N": 2.0}
-    assert (calibrated.result.outcome, calibrated.result.rank, calibrated.result.other_model) == ("explained", 4, None)
+    assert (calibrated.result.outcome, calibrated.result.rank, calibrated.result.other_model) == (
+        "explained",
+        4,
+        None,
+    )
     assert calibrated.result.reached.rms == pytest.approx(NOISE, rel=0.15)
     for entry in calibrated.result.fitted:
         assert entry.low95 < truth[entry.name] < entry.high95, entry.name
@@ -54,7 +67,18 @@ def test_fitted_intervals_contain_true_values(data: Path) -> None:
 
 def test_lengths_are_fitted_in_their_unit(data: Path, tmp_path: Path) -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
-    call = ("--data", str(data), "--column", "place", "--time", "t", "--quantity", "s_mm", "--fit", "r_mm=40:80")
+    call = (
+        "--data",
+        str(data),
+        "--column",
+        "place",
+        "--time",
+        "t",
+        "--quantity",
+        "s_mm",
+        "--fit",
+        "r_mm=40:80",
+    )
     result = answer("calibrate", path, *call, "--out", str(tmp_path))
     assert (result["unit"], result["models"].keys()) == ("mm", {"derived"})
     assert result["reached"]["rms"] == pytest.approx(0.1, rel=0.2)
@@ -63,10 +87,14 @@ def test_lengths_are_fitted_in_their_unit(data: Path, tmp_path: Path) -> None:
 
 
 def test_bounds_beyond_closure_only_cost_starts(data: Path) -> None:
-    """A crank longer than the rod has a dead point: starts there end nowhere, the others find the truth."""
+    """A crank longer than the rod has a dead point: starts there end nowhere, the others find the
+    truth.
+    """
     columns, machine = Columns("place", time="t"), own.machine("slider_crank")
     result, by_workers = (
-        calibrate_machine(machine, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means).result
+        calibrate_machine(
+            machine, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means
+        ).result
         for means in (AUTO, Means(2))
     )
     assert by_workers.table() == result.table(), "every digit"
@@ -77,9 +105,13 @@ def test_bounds_beyond_closure_only_cost_starts(data: Path) -> None:
 
 
 def test_restart_ignores_earlier_values(data: Path) -> None:
-    """Loops are closed near where they were before, which must not reach from one search into the next."""
+    """Loops are closed near where they were before, which must not reach from one search into the
+    next.
+    """
     machine = own.machine("slider_crank")
-    measured = reading.read(data, Columns("place", time="t"), float(machine.data[machine.speed]), "mm")
+    measured = reading.read(
+        data, Columns("place", time="t"), float(machine.data[machine.speed]), "mm"
+    )
     chosen = Chosen.from_bounds(machine, {"r_mm": (40.0, 80.0)})
     curve = MeasuredCurve(machine, chosen, measured, "s_mm")
     first, second = (np.array([r]) for r in (0.043, 0.071))
@@ -96,13 +128,21 @@ def test_invalid_fit_is_rejected(data: Path) -> None:
     assert "did you mean 'force [kN]'" in refusal(
         *call, "--column", "forcd", "--quantity", "F_Ox_N", "--fit", "r_mm=1:2"
     )
-    assert "--quantity must name what was measured" in refusal(*call, "--column", "force", "--fit", "r_mm=40:80")
-    assert "did you mean F_Ox_N" in refusal(*call, "--column", "force", "--quantity", "F_Oxx", "--fit", "r_mm=40:80")
-    assert "--unit must be one of mm" in refusal(*call, "--column", "force", "--quantity", "s_mm", "--fit", "r_mm=1:2")
+    assert "--quantity must name what was measured" in refusal(
+        *call, "--column", "force", "--fit", "r_mm=40:80"
+    )
+    assert "did you mean F_Ox_N" in refusal(
+        *call, "--column", "force", "--quantity", "F_Oxx", "--fit", "r_mm=40:80"
+    )
+    assert "--unit must be one of mm" in refusal(
+        *call, "--column", "force", "--quantity", "s_mm", "--fit", "r_mm=1:2"
+    )
     assert "--data must name a CSV file" in refusal("calibrate", path)
     assert "--flank does not apply" in refusal("calibrate", path, "--flank", "harmonic")
     with pytest.raises(InputError, match="--quantity must name"):
-        calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None)
+        calibrate_machine(
+            own.machine("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None
+        )
 
 
 def test_column_units_match_quantity() -> None:

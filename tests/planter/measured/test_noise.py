@@ -1,4 +1,6 @@
-"""Noise of residuals: its likelihood equals that of dense matrices, intervals hold what they claim, tests refute."""
+"""Noise of residuals: its likelihood equals that of dense matrices, intervals hold what they claim,
+tests refute.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,9 @@ def test_whitening_inverts_covariance_across_gaps() -> None:
 
 
 def test_likelihood_equals_dense_formula() -> None:
-    """Harville (1977): log |V| + log |X' V^-1 X| + (m - p) log of the generalised sum of squares, over minus two."""
+    """Harville (1977): log |V| + log |X' V^-1 X| + (m - p) log of the generalised sum of squares,
+    over minus two.
+    """
     rng, count = np.random.default_rng(1), 40
     columns = np.linalg.qr(fourier_basis(np.linspace(0, 5, count), 2)).Q
     residuals, gaps = correlate(rng, count, 0.6, 1.0), np.ones(count - 1)
@@ -62,7 +66,9 @@ def test_likelihood_equals_dense_formula() -> None:
         left = residuals - columns @ np.linalg.solve(normal, columns.T @ inverse @ residuals)
         total = left @ inverse @ left
         free = count - columns.shape[1]
-        logs = np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1] + free * np.log(total)
+        logs = (
+            np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1] + free * np.log(total)
+        )
         expected.append((-logs / 2, total))
     assert likelihood.logs[[0, 10, 30]] == pytest.approx([value for value, _ in expected], rel=1e-9)
     assert likelihood.sums[[0, 10, 30]] == pytest.approx([total for _, total in expected], rel=1e-9)
@@ -86,16 +92,24 @@ def test_nested_comparison_equals_classical_f() -> None:
 def fit_truth(
     rng: np.random.Generator, rho: float, revolutions: int, warp: float = 0.0, mu: float = 0.1
 ) -> tuple[Fit, dict[str, float]]:
-    """Return the fit to a curve of random inputs and phase, and these; `warp` adds a fifth harmonic [N].
+    """Return the fit to a curve of random inputs and phase, and these; `warp` adds a fifth harmonic
+    [N].
 
     Friction `mu` of the guide makes the curve jump.
     """
     degrees = np.arange(0, 360 * revolutions, 3.0)
-    truth = {key: rng.uniform(low + (high - low) / 4, high - (high - low) / 4) for key, (low, high) in BOUNDS.items()}
+    truth = {
+        key: rng.uniform(low + (high - low) / 4, high - (high - low) / 4)
+        for key, (low, high) in BOUNDS.items()
+    }
     truth["phase_deg"] = rng.uniform(0, 360)
     phi = np.radians(degrees + truth["phase_deg"])
     machine = own.machine("slider_crank", "", m_s_kg=truth["m_s_kg"], k_N_m=truth["k_N_m"], mu=mu)
-    values = Model(machine).results(np.mod(phi, TURN))["F_Ox_N"] + truth["offset_N"] + warp * np.cos(5 * phi)
+    values = (
+        Model(machine).results(np.mod(phi, TURN))["F_Ox_N"]
+        + truth["offset_N"]
+        + warp * np.cos(5 * phi)
+    )
     values += correlate(rng, len(phi), rho, 0.03 * float(np.ptp(values)))
     channel = Channel("F", "N", values, np.ones(len(phi), dtype=bool), 0.03 * float(np.ptp(values)))
     measured = Measurement(np.radians(degrees), (channel,))
@@ -119,7 +133,10 @@ def count_covered_angles(fit: Fit, truth: dict[str, float], mu: float = 0.1) -> 
     """Return whether the band holds the true curve at four angles."""
     phi = np.array([0.4, 2.0, 3.6, 5.2])
     machine = own.machine("slider_crank", "", m_s_kg=truth["m_s_kg"], k_N_m=truth["k_N_m"], mu=mu)
-    curve = Model(machine).results(np.mod(phi + np.radians(truth["phase_deg"]), TURN))["F_Ox_N"] + truth["offset_N"]
+    curve = (
+        Model(machine).results(np.mod(phi + np.radians(truth["phase_deg"]), TURN))["F_Ox_N"]
+        + truth["offset_N"]
+    )
     values, half_widths = fit.curve_band(phi)
     return (np.abs(values[0] - curve) <= half_widths[0]).tolist()
 
@@ -129,7 +146,9 @@ def judge(fit: Fit) -> str:
 
 
 def test_intervals_allow_for_correlation() -> None:
-    """At 95 % less than 26 of 32 have a probability of 9e-4; intervals for white noise hold about half of them."""
+    """At 95 % less than 26 of 32 have a probability of 9e-4; intervals for white noise hold about
+    half of them.
+    """
     rng = np.random.default_rng(6)
     fits = [fit_truth(rng, 0.9, 1) for _ in range(8)]
     covered = [flag for fit, truth in fits for flag in count_covered(fit, truth)]
@@ -142,7 +161,9 @@ def test_intervals_allow_for_correlation() -> None:
 
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_revolutions_refute_a_wrong_curve(rho: float) -> None:
-    """The tampered case: a harmonic of 1.5 deviations that no input gives, over three revolutions."""
+    """The tampered case: a harmonic of 1.5 deviations that no input gives, over three
+    revolutions.
+    """
     rng = np.random.default_rng(9)
     good, _ = fit_truth(rng, rho, 3, mu=0.0)
     assert judge(good) == "explained"
@@ -153,10 +174,14 @@ def test_revolutions_refute_a_wrong_curve(rho: float) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_intervals_cover_truths(rho: float) -> None:
-    """Over 120 truths of one and two revolutions: 90 to 98 % of all, and of each input and angle within chance."""
+    """Over 120 truths of one and two revolutions: 90 to 98 % of all, and of each input and angle
+    within chance.
+    """
     rng = np.random.default_rng(17)
     fits = [fit_truth(rng, rho, revolutions) for revolutions in (1, 2) for _ in range(60)]
-    covered = np.array([[*count_covered(fit, truth), *count_covered_angles(fit, truth)] for fit, truth in fits])
+    covered = np.array(
+        [[*count_covered(fit, truth), *count_covered_angles(fit, truth)] for fit, truth in fits]
+    )
     assert 0.9 <= covered.mean() <= 0.98
     lowest, highest = binom.ppf([5e-4, 1 - 5e-4], len(fits), [0.9, 0.98])
     counts = covered.sum(axis=0)
@@ -166,18 +191,26 @@ def test_intervals_cover_truths(rho: float) -> None:
     assert outcomes.count("not explained") <= 1
 
 
-def count_trends(rho: float, rise: Callable[[Array], Array], records: int = 1, seeds: int = 120) -> int:
+def count_trends(
+    rho: float, rise: Callable[[Array], Array], records: int = 1, seeds: int = 120
+) -> int:
     """Return how often a rise over revolutions is seen in noise of size 1, over records of four."""
-    phi = np.concatenate([np.linspace(0, 4 * TURN, 240, endpoint=False) + 9 * TURN * k for k in range(records)])
+    phi = np.concatenate(
+        [np.linspace(0, 4 * TURN, 240, endpoint=False) + 9 * TURN * k for k in range(records)]
+    )
     numbers, gaps, offset = find_records(phi), np.ones(len(phi) - 1), np.ones((len(phi), 1))
     gaps[np.diff(numbers) > 0] = 500.0
-    large = [np.column_stack([offset, build_trends(phi, numbers, degree)]) for degree in TREND_DEGREES]
+    large = [
+        np.column_stack([offset, build_trends(phi, numbers, degree)]) for degree in TREND_DEGREES
+    ]
     seen = 0
     for seed in range(seeds):
         rng = np.random.default_rng(seed)
         noise = np.concatenate([correlate(rng, 240, rho, 1.0) for _ in range(records)])
         values = noise + rise(np.mod(phi, 9 * TURN) / TURN)
-        probabilities = [compare_nested(values, offset, columns, gaps).probability for columns in large]
+        probabilities = [
+            compare_nested(values, offset, columns, gaps).probability for columns in large
+        ]
         seen += min(probabilities) * len(large) < REFUTING
     return seen
 

@@ -1,4 +1,6 @@
-"""The density of inputs given data: against dense covariances and quadrature, differences, and fits."""
+"""The density of inputs given data: against dense covariances and quadrature, differences, and
+fits.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ def crank() -> Machine:
 def write(tmp_path: Path, crank: Machine) -> Write:
     """Write forces and torques of the crank, with autoregressive noise, and return the file."""
 
-    def write_record(points: int, noise: float = 0.5, rho: float = 0.0, seed: int = 0, offset: float = 2.0) -> Path:
+    def write_record(
+        points: int, noise: float = 0.5, rho: float = 0.0, seed: int = 0, offset: float = 2.0
+    ) -> Path:
         phi = 2 * np.pi * np.arange(points) / points
         response = MachineResponse(crank, ["F_Ox", "M_in"])
         values = response.values(response.at_data(crank.data), phi)
@@ -43,23 +47,34 @@ def write(tmp_path: Path, crank: Machine) -> Write:
         for i in range(1, points):
             errors[:, i] = rho * errors[:, i - 1] + np.sqrt(1 - rho**2) * rng.normal(size=2)
         force, torque = values[0] + offset + noise * errors[0], values[1] + noise / 50 * errors[1]
-        rows = [f"{np.degrees(a):.9f},{f:.12f},{m:.12f}" for a, f, m in zip(phi, force, torque, strict=True)]
+        rows = [
+            f"{np.degrees(a):.9f},{f:.12f},{m:.12f}"
+            for a, f, m in zip(phi, force, torque, strict=True)
+        ]
         path = tmp_path / "force.csv"
-        path.write_text("\n".join(["angle [deg],force [N],torque [Nm]", *rows]) + "\n", encoding="utf-8")
+        path.write_text(
+            "\n".join(["angle [deg],force [N],torque [Nm]", *rows]) + "\n", encoding="utf-8"
+        )
         return path
 
     return write_record
 
 
-def load(crank: Machine, path: Path, both: bool = False, **bounds: tuple[float, float]) -> Posterior:
+def load(
+    crank: Machine, path: Path, both: bool = False, **bounds: tuple[float, float]
+) -> Posterior:
     names = ["force", "torque"] if both else ["force"]
     columns = planter.Columns(names, angle="angle")
     quantities = ["F_Ox", "M_in"] if both else ["F_Ox"]
-    return planter.load_posterior(crank, path, columns, quantities, bounds or {MASS: (0.1, 2.0), "offset": (-20, 20)})
+    return planter.load_posterior(
+        crank, path, columns, quantities, bounds or {MASS: (0.1, 2.0), "offset": (-20, 20)}
+    )
 
 
 def integrate_noise(residuals: Array) -> float:
-    """The log density of residuals, their size integrated by quadrature, correlations by dense covariances."""
+    """The log density of residuals, their size integrated by quadrature, correlations by dense
+    covariances.
+    """
     sizes = np.exp(np.linspace(np.log(1e-3), np.log(1e4), 4000))
     logs = []
     for rho, step in zip(RHOS, np.gradient(RHOS), strict=True):
@@ -86,9 +101,16 @@ def test_density_is_that_of_dense_covariances(crank: Machine, write: Write) -> N
 
 
 def test_gradient_is_that_of_differences(crank: Machine, write: Write) -> None:
-    bounds = {MASS: (0.1, 2.0), "offset_N": (-20.0, 20.0), "phase_deg": (-10.0, 10.0), "r_mm": (30.0, 80.0)}
+    bounds = {
+        MASS: (0.1, 2.0),
+        "offset_N": (-20.0, 20.0),
+        "phase_deg": (-10.0, 10.0),
+        "r_mm": (30.0, 80.0),
+    }
     columns = planter.Columns(["force", "torque"], angle="angle")
-    posterior = planter.load_posterior(crank, write(90), columns, ["F_Ox", "M_in"], bounds, {"r_mm": (50.0, 0.5)})
+    posterior = planter.load_posterior(
+        crank, write(90), columns, ["F_Ox", "M_in"], bounds, {"r_mm": (50.0, 0.5)}
+    )
     x = np.array([0.7, 1.5, 1.0, crank.document.numbers()["values.r_mm"] * 1.01])
     gradient = posterior.gradient(x)
     for i, step in enumerate(1e-5 * (posterior.upper - posterior.lower)):
@@ -106,11 +128,15 @@ def test_normal_approximation_is_the_fit_and_its_covariance(crank: Machine, writ
 
 
 def test_normal_approximation_has_moments_of_density(crank: Machine, write: Write) -> None:
-    """The noise's correlation is uncertain, so the tails are wider than those of the curvature at the mode."""
+    """The noise's correlation is uncertain, so the tails are wider than those of the curvature at
+    the mode.
+    """
     posterior = load(crank, write(60, rho=0.9, seed=3), offset=(-8.0, 12.0))
     normal = posterior.approximate()
     offsets = np.linspace(-8, 12, 801)
-    weights = np.exp([posterior.log_density(np.array([x])) - posterior.log_density(normal.mean) for x in offsets])
+    weights = np.exp(
+        [posterior.log_density(np.array([x])) - posterior.log_density(normal.mean) for x in offsets]
+    )
     mean = weights @ offsets / weights.sum()
     std = np.sqrt(weights @ (offsets - mean) ** 2 / weights.sum())
     assert normal.mean[0] == pytest.approx(mean, abs=0.05 * std)
@@ -120,13 +146,19 @@ def test_normal_approximation_has_moments_of_density(crank: Machine, write: Writ
     assert std > 1.1 * np.sqrt(2 * step / (sides[1] - sides[0]))
 
 
-def count_inside(crank: Machine, write: Write, rho: float, records: int, is_white: bool = False) -> int:
-    """Return how many 95 % intervals hold the offset, by a density for white noise alone if `is_white`."""
+def count_inside(
+    crank: Machine, write: Write, rho: float, records: int, is_white: bool = False
+) -> int:
+    """Return how many 95 % intervals hold the offset, by a density for white noise alone if
+    `is_white`.
+    """
     inside, offsets = 0, np.linspace(-0.5, 4.5, 121)
     for seed in range(records):
         posterior = load(crank, write(60, rho=rho, seed=seed), offset=(-8.0, 12.0))
         if is_white:
-            posterior._log_weights = [np.where(RHOS == 0, logs, -np.inf) for logs in posterior._log_weights]
+            posterior._log_weights = [
+                np.where(RHOS == 0, logs, -np.inf) for logs in posterior._log_weights
+            ]
         density = np.exp([posterior.log_density(np.array([offset])) for offset in offsets])
         probability = np.interp(2.0, offsets, np.cumsum(density) / density.sum())
         inside += 0.025 <= probability <= 0.975
@@ -153,10 +185,14 @@ def test_phase_over_a_period_has_no_bounds(crank: Machine, write: Write) -> None
         load(crank, path, offset=(-20.0, 20.0), phase_deg=(-20.0, 20.0)).approximate(),
     )
     assert 0 <= normal.mean[1] < 360
-    assert (normal.mean[1] - narrow.mean[1] + 180) % 360 - 180 == pytest.approx(0, abs=0.02 * narrow.std[1])
+    assert (normal.mean[1] - narrow.mean[1] + 180) % 360 - 180 == pytest.approx(
+        0, abs=0.02 * narrow.std[1]
+    )
     assert normal.std == pytest.approx(narrow.std, rel=0.02)
     for x in (normal.mean, narrow.mean):
-        assert cyclic.log_density(np.add(x, [0, 360])) == pytest.approx(cyclic.log_density(x), rel=1e-9)
+        assert cyclic.log_density(np.add(x, [0, 360])) == pytest.approx(
+            cyclic.log_density(x), rel=1e-9
+        )
 
 
 def test_outside_of_bounds_is_impossible(crank: Machine, write: Write) -> None:

@@ -1,4 +1,6 @@
-"""NUTS on the public density, by the code of the documentation, against the normal approximation."""
+"""NUTS on the public density, by the code of the documentation, against the normal
+approximation.
+"""
 
 from __future__ import annotations
 
@@ -64,18 +66,32 @@ def test_page_has_the_figures_of_its_code(package: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("package", SAMPLERS)
 def test_nuts_agrees_with_normal_approximation(tmp_path: Path, package: str) -> None:
-    """Mass, lever and offset of a crank: means within 0.3 of a deviation, deviations within 20 %."""
+    """Mass, lever and offset of a crank: means within 0.3 of a deviation, deviations within 20
+    %.
+    """
     file = own.file("slider_crank")
     stated = {"quantity": "F_Oy_N", "drive": "M_in", "lever_mm": 80.0}
-    machine = build_machine(build_from_table(file.table() | {"measurement": stated}, "crank.toml", file.place))
+    machine = build_machine(
+        build_from_table(file.table() | {"measurement": stated}, "crank.toml", file.place)
+    )
     degrees = np.arange(0, 360, 4.0)
-    signal = SensorCurve.at_angles(machine, "F_Oy_N", np.radians(degrees)).evaluate(np.zeros(0), np.radians(degrees))[0]
-    values = signal[0] + 2.0 + correlate(np.random.default_rng(1), len(degrees), 0.7, 0.02 * np.ptp(signal))
+    signal = SensorCurve.at_angles(machine, "F_Oy_N", np.radians(degrees)).evaluate(
+        np.zeros(0), np.radians(degrees)
+    )[0]
+    values = (
+        signal[0]
+        + 2.0
+        + correlate(np.random.default_rng(1), len(degrees), 0.7, 0.02 * np.ptp(signal))
+    )
     path = tmp_path / "force.csv"
     rows = (f"{a:.1f},{f:.9f}" for a, f in zip(degrees, values, strict=True))
     path.write_text("\n".join(["angle [deg],force [N]", *rows]) + "\n", encoding="utf-8")
     mass = machine.document.numbers()["values.m_s_kg"]
-    bounds = {"m_s_kg": (mass / 2, mass * 2), "measurement.lever_mm": (40.0, 160.0), "offset": (-60.0, 60.0)}
+    bounds = {
+        "m_s_kg": (mass / 2, mass * 2),
+        "measurement.lever_mm": (40.0, 160.0),
+        "offset": (-60.0, 60.0),
+    }
     columns = planter.Columns("force", angle="angle")
     posterior = planter.load_posterior(machine, path, columns, "F_Oy_N", bounds)
     normal = posterior.approximate()

@@ -1,4 +1,6 @@
-"""[measurement] of machine files: laws of what a sensor sees, in simulations, fits and explanations; refusals."""
+"""[measurement] of machine files: laws of what a sensor sees, in simulations, fits and
+explanations; refusals.
+"""
 
 from __future__ import annotations
 
@@ -108,11 +110,16 @@ def write_data(folder: Path, degrees: Array, values: Array) -> str:
 
 
 def test_lever_of_the_drive_gives_the_published_force() -> None:
-    """The measured figures of wang2017 are 171.96 N, 24.93 N and 1033 N2; a lever of 37.2 mm comes near."""
+    """The measured figures of wang2017 are 171.96 N, 24.93 N and 1033 N2; a lever of 37.2 mm comes
+    near.
+    """
     result = simulate_wang(**LEVER).result.measurement
     assert result is not None
     assert (result.quantity, result.unit, len(result.seen)) == ("support_N", "N", 1)
-    assert (result.max, result.min) == (pytest.approx(176.98, abs=0.01), pytest.approx(30.13, abs=0.01))
+    assert (result.max, result.min) == (
+        pytest.approx(176.98, abs=0.01),
+        pytest.approx(30.13, abs=0.01),
+    )
     assert result.variance == pytest.approx(924.6, abs=0.1)
     assert result.range == pytest.approx(result.max - result.min)
 
@@ -128,11 +135,15 @@ def test_enclosed_force_counts_once_unless_a_share_is_stated() -> None:
     _, full = measure_knife(quantity="F_Ox", enclosed=["F_By"])
     _, half = measure_knife(quantity="F_Ox", enclosed=["F_By_N", "F_Oy_N"], shares=[0.5, -2.0])
     assert full == pytest.approx(columns["F_Ox_N"] + columns["F_By_N"], abs=1e-9)
-    assert half == pytest.approx(columns["F_Ox_N"] + 0.5 * columns["F_By_N"] - 2 * columns["F_Oy_N"], abs=1e-9)
+    assert half == pytest.approx(
+        columns["F_Ox_N"] + 0.5 * columns["F_By_N"] - 2 * columns["F_Oy_N"], abs=1e-9
+    )
 
 
 def test_carried_force_obeys_dalembert() -> None:
-    """Guide and spring hold the bar: its rate of momentum less its weight and the force of the rod."""
+    """Guide and spring hold the bar: its rate of momentum less its weight and the force of the
+    rod.
+    """
     machine = build_knife()
     columns, mass, fall = (
         simulate_machine(machine).columns,
@@ -153,7 +164,9 @@ def test_carried_force_obeys_dalembert() -> None:
 
 def test_carried_force_of_a_device_is_the_support_force() -> None:
     support = simulate_wang(speed_harmonics=[0.1, 0.0, 0.0, 0.0]).measured
-    carried = simulate_wang(bodies=["sun", "carrier"], axis="y", speed_harmonics=[0.1, 0.0, 0.0, 0.0]).measured
+    carried = simulate_wang(
+        bodies=["sun", "carrier"], axis="y", speed_harmonics=[0.1, 0.0, 0.0, 0.0]
+    ).measured
     sun = simulate_wang(bodies=["sun"], axis="y").measured
     assert support is not None
     assert carried is not None
@@ -212,11 +225,19 @@ def test_mount_of_clockwise_drive_equals_integrated_motion() -> None:
     times = np.linspace(end, end + TURN / 5.0, 721)
     motion = solve_ivp(
         lambda t, y: [y[1], float(force(speed * t)) - 2 * damping * wn * y[1] - wn**2 * y[0]],
-        (0, times[-1]), [0.0, 0.0], t_eval=times, rtol=1e-10, atol=1e-12,
-    )  # fmt: skip
+        (0, times[-1]),
+        [0.0, 0.0],
+        t_eval=times,
+        rtol=1e-10,
+        atol=1e-12,
+    )
     reaction = 2 * damping * wn * motion.y[1] + wn**2 * motion.y[0]
-    values = [p.from_display(v) for p, v in zip(effect.parameters, (frequency, damping), strict=True)]
-    signal = effect.apply(force(phi)[:, None], Curves({"": force(phi)[:, None]}, TURN, speed), values)[:, 0]
+    values = [
+        p.from_display(v) for p, v in zip(effect.parameters, (frequency, damping), strict=True)
+    ]
+    signal = effect.apply(
+        force(phi)[:, None], Curves({"": force(phi)[:, None]}, TURN, speed), values
+    )[:, 0]
     assert reaction[::-1][:-1] == pytest.approx(signal, abs=1e-6)
 
 
@@ -224,37 +245,66 @@ def test_imbalance_turns_with_the_clockwise_drive() -> None:
     rigid, signal = measure_knife(quantity="F_Ox_N", imbalance_kg_m=[0.003, -0.001])
     machine = build_knife()
     phi, square = machine.list_angles(), float(machine.data[machine.speed]) ** 2
-    assert signal - rigid == pytest.approx(square * (0.003 * np.cos(phi) - 0.001 * np.sin(phi)), abs=1e-9)
+    assert signal - rigid == pytest.approx(
+        square * (0.003 * np.cos(phi) - 0.001 * np.sin(phi)), abs=1e-9
+    )
 
 
 STATED_EFFECTS: dict[str, tuple[dict[str, Any], dict[str, tuple[float, float]]]] = {
     "quantity": (
-        {"quantity": "F_Ox_N", "drive": "M_in", "lever_mm": 80.0, "imbalance_kg_m": [0.01, 0.02],
-         "speed_harmonics": [0.05, 0.0, 0.0, -0.02], "mount_Hz": 40.0, "mount_damping": 0.1, "corner_Hz": 0.5},
-        {"lever_mm": (60.0, 100.0), "imbalance_kg_m[1]": (0.0, 0.03), "speed_harmonics[3]": (-0.05, 0.05),
-         "mount_Hz": (35.0, 60.0), "mount_damping": (0.05, 0.3), "corner_Hz": (0.2, 0.9)},
+        {
+            "quantity": "F_Ox_N",
+            "drive": "M_in",
+            "lever_mm": 80.0,
+            "imbalance_kg_m": [0.01, 0.02],
+            "speed_harmonics": [0.05, 0.0, 0.0, -0.02],
+            "mount_Hz": 40.0,
+            "mount_damping": 0.1,
+            "corner_Hz": 0.5,
+        },
+        {
+            "lever_mm": (60.0, 100.0),
+            "imbalance_kg_m[1]": (0.0, 0.03),
+            "speed_harmonics[3]": (-0.05, 0.05),
+            "mount_Hz": (35.0, 60.0),
+            "mount_damping": (0.05, 0.3),
+            "corner_Hz": (0.2, 0.9),
+        },
     ),
     "bodies": (
         {"bodies": ["crank", "slider"], "axis_deg": 20.0, "enclosed": ["F_Ay_N"], "shares": [0.5]},
         {"axis_deg": (-40.0, 70.0), "shares[0]": (0.0, 1.0)},
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("stated", "fitted"), STATED_EFFECTS.values(), ids=STATED_EFFECTS.keys())
 def test_slopes_of_stated_effects_equal_differences(
     stated: dict[str, Any], fitted: dict[str, tuple[float, float]]
 ) -> None:
-    """Those in the speed, too, on which mounts, couplings and imbalances depend besides their curves."""
+    """Those in the speed, too, on which mounts, couplings and imbalances depend besides their
+    curves.
+    """
     file = own.file("slider_crank", "", mu=0)
-    machine = build_machine(build_from_table(file.table() | {"measurement": stated}, "crank.toml", file.place))
-    bounds = {"m_s_kg": (1.0, 3.0), "omega_rpm": (250.0, 400.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)}
-    chosen = Chosen.from_bounds(machine, bounds | {f"measurement.{key}": ends for key, ends in fitted.items()})
+    machine = build_machine(
+        build_from_table(file.table() | {"measurement": stated}, "crank.toml", file.place)
+    )
+    bounds = {
+        "m_s_kg": (1.0, 3.0),
+        "omega_rpm": (250.0, 400.0),
+        "phase_deg": (0.0, 360.0),
+        "offset_N": (-9.0, 9.0),
+    }
+    chosen = Chosen.from_bounds(
+        machine, bounds | {f"measurement.{key}": ends for key, ends in fitted.items()}
+    )
     degrees = np.arange(0, 360, 9.0)
     empty = Channel("F", "N", np.zeros(40), np.ones(40, dtype=bool), 1.0)
     view = find_sensor_view(machine)
     assert view is not None
-    curve = SensorCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), view.quantity.key)
+    curve = SensorCurve(
+        machine, chosen, Measurement(np.radians(degrees), (empty,)), view.quantity.key
+    )
     assert len(curve.stated) == len(view.effects) > 1
     low, high = curve.chosen.lower, curve.chosen.upper
     z = low + 0.4 * (high - low)
@@ -263,7 +313,9 @@ def test_slopes_of_stated_effects_equal_differences(
         step = np.zeros_like(z)
         step[i] = 1e-5 * width
         difference = (curve(z + step)[0] - curve(z - step)[0]) / 2e-5
-        assert slopes[:, i] * width == pytest.approx(difference, abs=1e-4 * (1 + abs(difference).max())), i
+        assert slopes[:, i] * width == pytest.approx(
+            difference, abs=1e-4 * (1 + abs(difference).max())
+        ), i
 
 
 def test_file_without_measurement_reports_none() -> None:
@@ -274,12 +326,21 @@ def test_file_without_measurement_reports_none() -> None:
     assert measure_cycle(build_knife(), cycle.machine.list_angles(), cycle.columns) is None
 
 
-STATED: dict[str, Any] = {"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": [0.3], "drive": "M_c_Nm",
-                          "lever_mm": 90.0, "mount_Hz": 35.0, "mount_damping": 0.08}  # fmt: skip
+STATED: dict[str, Any] = {
+    "quantity": "F_Ox_N",
+    "enclosed": ["F_By_N"],
+    "shares": [0.3],
+    "drive": "M_c_Nm",
+    "lever_mm": 90.0,
+    "mount_Hz": 35.0,
+    "mount_damping": 0.08,
+}
 
 
 def test_simulated_signal_gives_back_mass_and_lever(tmp_path: Path) -> None:
-    """Written by `simulate`, read by `calibrate`: the same file but for mass and lever, which are found again."""
+    """Written by `simulate`, read by `calibrate`: the same file but for mass and lever, which are
+    found again.
+    """
     heavy = write_file(tmp_path, build_knife(**STATED).document.with_numbers({"m_k_kg": 1.43}))
     out = tmp_path / "out"
     result = answer("simulate", heavy, "--out", str(out))
@@ -305,10 +366,14 @@ def test_simulated_signal_gives_back_mass_and_lever(tmp_path: Path) -> None:
     assert written.measurement.lever_mm == pytest.approx(90.0, rel=1e-6)
     crossing = refusal("calibrate", own_file, *call, "--fit", "measurement.lever_mm=-60:200")
     assert "measurement.lever_mm=-60:200: it must not be 0" in crossing
-    assert "measurement.mount_Hz" in refusal("calibrate", own_file, *call, "--fit", "measurement.mount_Hz=-1:20")
+    assert "measurement.mount_Hz" in refusal(
+        "calibrate", own_file, *call, "--fit", "measurement.mount_Hz=-1:20"
+    )
     other = refusal("calibrate", own_file, *call, *lever, "--quantity", "F_Oy_N")
     assert "measures F_Ox_N, not F_Oy_N" in other
-    assert "measurement.shares[0]" in refusal("calibrate", own_file, *call, "--fit", "measurement.share=0:1")
+    assert "measurement.shares[0]" in refusal(
+        "calibrate", own_file, *call, "--fit", "measurement.share=0:1"
+    )
     rigid = write_file(tmp_path, build_knife().document)
     missed = answer("calibrate", rigid, *call, "--quantity", "F_Ox_N")
     assert missed["reached"]["rms"] > 1
@@ -318,11 +383,24 @@ def test_simulated_signal_gives_back_a_mass_of_a_device(tmp_path: Path) -> None:
     machine = build_wang(corner_Hz=0.1, **LEVER)
     measured = simulate(Device(machine.with_numbers({"mass.planet_kg": 1.3}))).measured
     assert measured is not None
-    path, data = write_file(tmp_path, machine), write_data(tmp_path, measured.angles_deg, measured.signal)
+    path, data = (
+        write_file(tmp_path, machine),
+        write_data(tmp_path, measured.angles_deg, measured.signal),
+    )
     result = answer(
-        "calibrate", path, "--data", data, "--column", "F", "--angle", "angle", "--model", "exact",
-        "--fit", "mass.planet_kg=0.5:2",
-    )  # fmt: skip
+        "calibrate",
+        path,
+        "--data",
+        data,
+        "--column",
+        "F",
+        "--angle",
+        "angle",
+        "--model",
+        "exact",
+        "--fit",
+        "mass.planet_kg=0.5:2",
+    )
     assert result["outcome"] == "explained"
     assert result["fitted"][0]["value"] == pytest.approx(1.3, rel=1e-6)
 
@@ -333,12 +411,28 @@ def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
     assert cycle.measured is not None
     path = tmp_path / "data.csv"
     rows = zip(cycle.angles_deg, cycle.measured.signal, cycle.columns["M_c_Nm"], strict=True)
-    path.write_text("a [deg],F [N],M [Nm]\n" + "".join(f"{a},{f},{m}\n" for a, f, m in rows), encoding="utf-8")
+    path.write_text(
+        "a [deg],F [N],M [Nm]\n" + "".join(f"{a},{f},{m}\n" for a, f, m in rows), encoding="utf-8"
+    )
     file = write_file(tmp_path, build_knife(**STATED).document)
     result = answer(
-        "calibrate", file, "--data", str(path), "--angle", "a", "--column", "F", "--quantity", "F_Ox",
-        "--column", "M", "--quantity", "M_c", "--fit", "m_k_kg=0.8:1.8",
-    )  # fmt: skip
+        "calibrate",
+        file,
+        "--data",
+        str(path),
+        "--angle",
+        "a",
+        "--column",
+        "F",
+        "--quantity",
+        "F_Ox",
+        "--column",
+        "M",
+        "--quantity",
+        "M_c",
+        "--fit",
+        "m_k_kg=0.8:1.8",
+    )
     assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
     assert max(channel["rms"] for channel in result["models"]["derived"]["channels"]) < 1e-6
 
@@ -346,12 +440,18 @@ def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("blank_figures")
 def test_explained_lever_is_written_to_the_calibrated_file(tmp_path: Path) -> None:
     """Data behind a lever, explained without [measurement]: the written file simulates the data."""
-    measured = simulate_machine(build_knife(quantity="F_Ox_N", drive="M_c", lever_mm=90.0), 120).measured
+    measured = simulate_machine(
+        build_knife(quantity="F_Ox_N", drive="M_c", lever_mm=90.0), 120
+    ).measured
     assert measured is not None
-    data = write_data(tmp_path, measured.angles_deg, np.roll(measured.signal, -round(PHASE_DEG / 3)) + 3.0)
+    data = write_data(
+        tmp_path, measured.angles_deg, np.roll(measured.signal, -round(PHASE_DEG / 3)) + 3.0
+    )
     out = tmp_path / "out"
     call = ("--data", data, "--column", "F", "--angle", "angle", "--quantity", "F_Ox", "--explain")
-    result = answer("calibrate", write_file(tmp_path, build_knife().document), *call, "--out", str(out))
+    result = answer(
+        "calibrate", write_file(tmp_path, build_knife().document), *call, "--out", str(out)
+    )
     assert result["preferred"] == "lever M_c_Nm"
     calibrated = str(out / "calibrated.toml")
     assert "[measurement]" in Path(calibrated).read_text(encoding="utf-8")
@@ -368,12 +468,26 @@ def test_explained_lever_is_written_to_the_calibrated_file(tmp_path: Path) -> No
 @pytest.mark.long
 def test_second_effect_is_explained_upon_the_stated_one(tmp_path: Path) -> None:
     stated = {"quantity": "F_Ox_N", "drive": "M_c", "lever_mm": 90.0}
-    measured = simulate_machine(build_knife(**stated, enclosed=["F_By_N"], shares=[0.3]), 120).measured
+    measured = simulate_machine(
+        build_knife(**stated, enclosed=["F_By_N"], shares=[0.3]), 120
+    ).measured
     assert measured is not None
     noise = np.random.default_rng(3).normal(0, 0.3, 120)
     data = write_data(tmp_path, measured.angles_deg, measured.signal + noise)
     file, out = write_file(tmp_path, build_knife(**stated).document), tmp_path / "out"
-    answer("calibrate", file, "--data", data, "--column", "F", "--angle", "angle", "--explain", "--out", str(out))
+    answer(
+        "calibrate",
+        file,
+        "--data",
+        data,
+        "--column",
+        "F",
+        "--angle",
+        "angle",
+        "--explain",
+        "--out",
+        str(out),
+    )
     written = answer("simulate", str(out / "calibrated.toml"), "--samples", "120")["measurement"]
     assert len(written["seen"]) == 2
     assert written["variance"] == pytest.approx(measured.signal.var(), rel=0.01)
@@ -389,18 +503,27 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "enclosed twice": ({"quantity": "F_Ox_N", "enclosed": ["F_By", "F_By_N"]}, "once"),
     "enclosed empty": ({"quantity": "F_Ox_N", "enclosed": []}, "at least 1"),
     "shares without enclosed": ({"quantity": "F_Ox_N", "shares": [1.0]}, "enclosed"),
-    "shares of another length": ({"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": [1.0, 1.0]}, "1"),
+    "shares of another length": (
+        {"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": [1.0, 1.0]},
+        "1",
+    ),
     "share of text": ({"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": ["half"]}, "number"),
     "unknown body": ({"bodies": ["bat"], "axis": "x"}, "bar"),
     "body that the ground does not touch": ({"bodies": ["rod"], "axis": "x"}, "crank, bar"),
     "body twice": ({"bodies": ["bar", "bar"], "axis": "x"}, "once"),
-    "bodies beside a quantity": ({"quantity": "F_Ox_N", "bodies": ["bar"], "axis": "x"}, "left out"),
+    "bodies beside a quantity": (
+        {"quantity": "F_Ox_N", "bodies": ["bar"], "axis": "x"},
+        "left out",
+    ),
     "bodies without axis": ({"bodies": ["bar"]}, "axis_deg"),
     "axis without bodies": ({"quantity": "F_Ox_N", "axis": "x"}, "bodies"),
     "two axes": ({"bodies": ["bar"], "axis": "x", "axis_deg": 3.0}, "left out"),
     "axis out of the plane": ({"bodies": ["bar"], "axis": "z"}, "along x, y alone"),
     "unknown axis": ({"bodies": ["bar"], "axis": "w"}, "x"),
-    "swing along a turned axis": ({"bodies": ["bar"], "axis_deg": 3.0, "speed_harmonics": [0.1, 0, 0, 0]}, "use axis"),
+    "swing along a turned axis": (
+        {"bodies": ["bar"], "axis_deg": 3.0, "speed_harmonics": [0.1, 0, 0, 0]},
+        "use axis",
+    ),
     "nothing measured": ({"lever_mm": 9.0, "drive": "M_c"}, "bodies with axis"),
     "unknown drive": ({"quantity": "F_Ox_N", "drive": "M_cc", "lever_mm": 9.0}, "M_c"),
     "drive that is a force": ({"quantity": "F_Ox_N", "drive": "F_By_N", "lever_mm": 9.0}, "M_c_Nm"),
@@ -410,15 +533,30 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "lever of a length": ({"quantity": "s_mm", "drive": "M_c", "lever_mm": 9.0}, "force in N"),
     "imbalance of a length": ({"quantity": "s_mm", "imbalance_kg_m": [0.1, 0.0]}, "force in N"),
     "imbalance of one number": ({"quantity": "F_Ox_N", "imbalance_kg_m": [0.1]}, "2 numbers"),
-    "harmonics of three numbers": ({"quantity": "F_Ox_N", "speed_harmonics": [0.1, 0.0, 0.0]}, "4 numbers"),
-    "harmonics that reverse": ({"quantity": "F_Ox_N", "speed_harmonics": [0.8, 0.0, 0.0, 0.3]}, "less than 1"),
-    "harmonics without acceleration": ({"quantity": "F_Ox_N", "speed_harmonics": [0.1, 0.0, 0, 0]}, "acceleration="),
+    "harmonics of three numbers": (
+        {"quantity": "F_Ox_N", "speed_harmonics": [0.1, 0.0, 0.0]},
+        "4 numbers",
+    ),
+    "harmonics that reverse": (
+        {"quantity": "F_Ox_N", "speed_harmonics": [0.8, 0.0, 0.0, 0.3]},
+        "less than 1",
+    ),
+    "harmonics without acceleration": (
+        {"quantity": "F_Ox_N", "speed_harmonics": [0.1, 0.0, 0, 0]},
+        "acceleration=",
+    ),
     "mount without damping": ({"quantity": "F_Ox_N", "mount_Hz": 9.0}, "mount_damping"),
     "damping without mount": ({"quantity": "F_Ox_N", "mount_damping": 0.1}, "mount_Hz"),
-    "mount of negative frequency": ({"quantity": "F_Ox_N", "mount_Hz": -9.0, "mount_damping": 0.1}, "greater than 0"),
-    "mount without loss": ({"quantity": "F_Ox_N", "mount_Hz": 9.0, "mount_damping": 0.0}, "greater than 0"),
+    "mount of negative frequency": (
+        {"quantity": "F_Ox_N", "mount_Hz": -9.0, "mount_damping": 0.1},
+        "greater than 0",
+    ),
+    "mount without loss": (
+        {"quantity": "F_Ox_N", "mount_Hz": 9.0, "mount_damping": 0.0},
+        "greater than 0",
+    ),
     "corner of zero": ({"quantity": "F_Ox_N", "corner_Hz": 0.0}, "greater than 0"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("stated", "hint"), REFUSED.values(), ids=REFUSED.keys())
@@ -446,21 +584,34 @@ def test_commands_refuse_a_wrong_measurement(tmp_path: Path) -> None:
 def test_free_motion_has_no_measurement() -> None:
     file = own.file("spinning_top")
     with pytest.raises(InputError, match="no angle drives"):
-        build_from_table(file.table() | {"measurement": {"quantity": "F_Ox_N"}}, "top.toml", file.place)
+        build_from_table(
+            file.table() | {"measurement": {"quantity": "F_Ox_N"}}, "top.toml", file.place
+        )
 
 
 def test_record_is_that_of_the_json(tmp_path: Path) -> None:
     path = write_file(tmp_path, build_wang(**LEVER))
     assert json.loads(json.dumps(answer("simulate", path)["measurement"])).keys() == {
-        "quantity", "unit", "max", "min", "range", "mean", "variance", "seen",
-    }  # fmt: skip
+        "quantity",
+        "unit",
+        "max",
+        "min",
+        "range",
+        "mean",
+        "variance",
+        "seen",
+    }
     lever = answer("simulate", path, "--set", "measurement.lever_mm=1e9")
     assert lever["measurement"]["max"] == pytest.approx(lever["support_force"]["max_N"], abs=1e-3)
 
 
-@pytest.mark.parametrize("build", [build_wang, lambda **stated: build_knife(**stated).document], ids=["device", "own"])
+@pytest.mark.parametrize(
+    "build", [build_wang, lambda **stated: build_knife(**stated).document], ids=["device", "own"]
+)
 def test_studio_moves_the_sensor(tmp_path: Path, build: Callable[..., Document]) -> None:
-    """A lever of twice the length is half the torque's force; a page without a server has the rigid machine."""
+    """A lever of twice the length is half the torque's force; a page without a server has the rigid
+    machine.
+    """
     is_device = build is build_wang
     lever = {"drive": "M_L" if is_device else "M_c", "lever_mm": 60.0}
     stated = lever if is_device else {"bodies": ["crank"], "axis": "x"} | lever
@@ -480,7 +631,9 @@ def test_studio_moves_the_sensor(tmp_path: Path, build: Callable[..., Document])
         assert f"lever_mm = {length!r}" in view.text(moved)
     assert 4 * (signals[1] - signals[2]) == pytest.approx(3 * (signals[0] - signals[2]), abs=1e-4)
     assert np.ptp(signals[0] - signals[2]) > 1
-    assert {control.path for control in view.rigid.controls} == values.keys() - {"measurement.lever_mm"}
+    assert {control.path for control in view.rigid.controls} == values.keys() - {
+        "measurement.lever_mm"
+    }
     assert StaticPageModel(view.rigid, "exact").json()
     assert "lever_mm = 60.0" in file_template(view, view.rigid.controls)["lines"]
 

@@ -1,4 +1,6 @@
-"""By whose axes the actions of joints are told: those of the world, or those that the result names."""
+"""By whose axes the actions of joints are told: those of the world, or those that the result
+names.
+"""
 
 import numpy as np
 import pytest
@@ -56,7 +58,9 @@ SYSTEM = m.system()
 
 
 def test_gyroscopic_moment_by_axes_of_the_table_and_of_the_world() -> None:
-    """Newton and Euler by hand: H = 3 J omega x + Jt omega z turns with the table, so its rate is 3 J omega^2 y."""
+    """Newton and Euler by hand: H = 3 J omega x + Jt omega z turns with the table, so its rate is 3
+    J omega^2 y.
+    """
     model = Model(own.machine(GYRO, "gyro"))
     phi = np.radians([0.0, 30.0, 100.0, 250.0])
     values, size, pull = model(phi), 3 * 0.03 * 4**2, 2 * 0.2 * 4**2
@@ -64,7 +68,9 @@ def test_gyroscopic_moment_by_axes_of_the_table_and_of_the_world() -> None:
     assert values["M_Pz"] == pytest.approx(np.zeros(4), abs=1e-12)
     assert values["M_P_world_x"] == pytest.approx(-size * np.sin(phi), abs=1e-12)
     assert values["M_P_world_y"] == pytest.approx(size * np.cos(phi), abs=1e-12)
-    assert values["F_Px"] == pytest.approx(-pull * np.cos(phi))  # the world's, as the ground's moments are
+    assert values["F_Px"] == pytest.approx(
+        -pull * np.cos(phi)
+    )  # the world's, as the ground's moments are
     across = size - 0.15 * pull
     assert values["M_Ox"] == pytest.approx(-across * np.sin(phi), abs=1e-12)
     assert values["M_Oy"] == pytest.approx(across * np.cos(phi), abs=1e-12)
@@ -73,7 +79,11 @@ def test_gyroscopic_moment_by_axes_of_the_table_and_of_the_world() -> None:
 
 def test_results_name_the_axes() -> None:
     result = compute_cycle(Model(own.machine(GYRO, "gyro")), 8).result
-    named = {key: quantity.axes for key, quantity in result.quantities.items() if quantity.axes is not None}
+    named = {
+        key: quantity.axes
+        for key, quantity in result.quantities.items()
+        if quantity.axes is not None
+    }
     assert named == {"M_Py_Nm": "turned", "M_Pz_Nm": "turned"}
     assert "axes" not in result.table()["quantities"]["F_Px_N"]
     assert presentation.format_unit(result.quantities["M_Py_Nm"]) == "N m, axes of turned"
@@ -84,10 +94,15 @@ def test_free_motion_names_the_axes_too() -> None:
     """The moments of the hinge are what turns the bob about the vertical: nothing else does."""
     moved = compute_motion(own.dynamics(FALLING, "falling"), 0.3, 31, 1e-10)
     quantities = moved.result.quantities
-    assert {key for key, quantity in quantities.items() if quantity.axes == "arm"} == {"M_Ay_Nm", "M_Az_Nm"}
+    assert {key for key, quantity in quantities.items() if quantity.axes == "arm"} == {
+        "M_Ay_Nm",
+        "M_Az_Nm",
+    }
     angle = np.radians(moved.columns["a_deg"])
     across = moved.columns["M_Ay_Nm"]
     assert np.abs(moved.columns["M_A_world_x_Nm"] + across * np.sin(angle)).max() < 1e-9
     assert np.abs(moved.columns["M_A_world_y_Nm"] - across * np.cos(angle)).max() < 1e-9
     assert np.ptp(moved.columns["M_A_world_y_Nm"]) > 0.1
-    assert np.abs(moved.columns["M_A_world_z_Nm"]).max() < 1e-9  # the bar has no inertia and its shaft is free
+    assert (
+        np.abs(moved.columns["M_A_world_z_Nm"]).max() < 1e-9
+    )  # the bar has no inertia and its shaft is free

@@ -36,7 +36,10 @@ def test_slopes_pass_through_closed_loops() -> None:
     columns = cam.build_profile(Model(own.machine("slider_crank")), 0.008, "0", "s").course(phi)
     r, rod, e = 0.05, 0.2, 0.01
     root = np.sqrt(rod**2 - (e - r * np.sin(phi)) ** 2)
-    s, slope = r * np.cos(phi) + root, -r * np.sin(phi) + (e - r * np.sin(phi)) * r * np.cos(phi) / root
+    s, slope = (
+        r * np.cos(phi) + root,
+        -r * np.sin(phi) + (e - r * np.sin(phi)) * r * np.cos(phi) / root,
+    )
     np.testing.assert_allclose(np.hypot(columns["pitch_x"], columns["pitch_y"]), s, rtol=1e-12)
     np.testing.assert_allclose(np.tan(columns["pressure"]), np.abs(slope) / s, atol=1e-12)
 
@@ -45,18 +48,26 @@ def test_pressure_angle_of_table_is_that_of_its_spline() -> None:
     rows = np.loadtxt(own.EXAMPLES / "tabulated_cam.csv", delimiter=",", skiprows=2)
     lift = CubicSpline(np.radians(rows[:, 0]), rows[:, 1] * 1e-3, bc_type="periodic")
     phi = np.linspace(0.0, 6.2, 60)
-    profile = cam.build_profile(Model(own.machine("tabulated_cam")), 0.008, "N_cam_centre_x", "N_cam_centre_y")
+    profile = cam.build_profile(
+        Model(own.machine("tabulated_cam")), 0.008, "N_cam_centre_x", "N_cam_centre_y"
+    )
     slope = np.abs(lift(phi, 1)) / (0.038 + lift(phi))
     np.testing.assert_allclose(np.tan(profile.course(phi)["pressure"]), slope, atol=1e-9)
 
 
 def test_an_offset_line_is_another_cam(model: Model) -> None:
     straight, offset_cam, same = (
-        cam.build_profile(model, 0.008, x, y) for x, y in (("0", "y_0+s"), ("5", "38+s"), ("0", "38+s"))
+        cam.build_profile(model, 0.008, x, y)
+        for x, y in (("0", "y_0+s"), ("5", "38+s"), ("0", "38+s"))
     )
     angles = np.linspace(0, 6, 9)
-    np.testing.assert_allclose(straight.course(angles)["contact_x"], same.course(angles)["contact_x"], rtol=1e-12)
-    assert np.abs(straight.course(angles)["contact_x"] - offset_cam.course(angles)["contact_x"]).max() > 1e-3
+    np.testing.assert_allclose(
+        straight.course(angles)["contact_x"], same.course(angles)["contact_x"], rtol=1e-12
+    )
+    assert (
+        np.abs(straight.course(angles)["contact_x"] - offset_cam.course(angles)["contact_x"]).max()
+        > 1e-3
+    )
 
 
 def test_it_lifts_off_where_the_spring_and_gravity_give_in(model: Model) -> None:
@@ -70,19 +81,33 @@ def test_it_lifts_off_where_the_spring_and_gravity_give_in(model: Model) -> None
 def test_roller_centre_equals_stated_follower() -> None:
     place = str(own.generated(NAME) / f"{NAME}.toml")
     stated, message = (
-        answer("cam", place, "--roller-mm", "8", *more) for more in ((), ("--y", "y_0+s", "--force", "N_cam"))
+        answer("cam", place, "--roller-mm", "8", *more)
+        for more in ((), ("--y", "y_0+s", "--force", "N_cam"))
     )
     angles = [result.pop("pressure_angle_deg") for result in (stated, message)]
     assert stated == message
     assert angles[0]["max"] == pytest.approx(angles[1]["max"], rel=1e-12)
-    assert angles[0]["at_deg"] == pytest.approx(angles[1]["at_deg"], abs=1e-5)  # of a search without slopes
+    assert angles[0]["at_deg"] == pytest.approx(
+        angles[1]["at_deg"], abs=1e-5
+    )  # of a search without slopes
     crank = own.generated("slider_crank") / "slider_crank.toml"
     assert "no follower of a cam" in refusal("cam", str(crank), "--roller-mm", "8")
 
 
 def test_the_command_writes_a_disc(tmp_path: Path) -> None:
     place = str(own.generated(NAME) / f"{NAME}.toml")
-    options = ("--roller-mm", "8", "--y", "y_0+s", "--force", "N_cam", "--bore-mm", "12", "--out", str(tmp_path))
+    options = (
+        "--roller-mm",
+        "8",
+        "--y",
+        "y_0+s",
+        "--force",
+        "N_cam",
+        "--bore-mm",
+        "12",
+        "--out",
+        str(tmp_path),
+    )
     result = answer("cam", place, *options)
     assert result["kind"] == "disc"
     assert result["lift_off"]["speed_rpm"] == pytest.approx(1036.22, rel=1e-5)
@@ -103,4 +128,6 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
     ],
 )
 def test_bad_input_is_refused_in_a_sentence(options: tuple[str, ...], message: str) -> None:
-    assert message in refusal("cam", str(own.generated(NAME) / f"{NAME}.toml"), "--roller-mm", "8", *options)
+    assert message in refusal(
+        "cam", str(own.generated(NAME) / f"{NAME}.toml"), "--roller-mm", "8", *options
+    )

@@ -1,4 +1,6 @@
-"""Pressure angles of cams with dwells against closed forms: all flank laws, followers, senses of turning, a table."""
+"""Pressure angles of cams with dwells against closed forms: all flank laws, followers, senses of
+turning, a table.
+"""
 
 from collections.abc import Callable
 from functools import cache
@@ -77,7 +79,9 @@ END = "SYSTEM = m.system()\n"
 
 @cache
 def build_model(title: str, kind: str, sense: int) -> Model:
-    """A cam with two dwells: its law, "rocker", "slide" or "carried" (a fixed cam, rocker on a carrier), and sense."""
+    """A cam with two dwells: its law, "rocker", "slide" or "carried" (a fixed cam, rocker on a
+    carrier), and sense.
+    """
     frame, body = ("carrier.frame", "carrier") if kind == "carried" else ("m.world", "m.ground")
     stand = CARRIED if kind == "carried" else TURNING.replace("SENSE", str(sense))
     follower = SLIDE if kind == "slide" else ROCKER
@@ -87,7 +91,9 @@ def build_model(title: str, kind: str, sense: int) -> Model:
 
 @cache
 def build_law(title: str) -> Callable[[Array], tuple[Array, Array]]:
-    """Share of the lift and its slope at angles of a turn, from the law's own function of the position in a flank."""
+    """Share of the lift and its slope at angles of a turn, from the law's own function of the
+    position in a flank.
+    """
     shares = [sp.lambdify(flanks.x, expr, "numpy") for expr in flanks.derive_flank_law(title)[:2]]
     b1, b2, b3 = np.radians([RISE, UPPER, FALL])
 
@@ -96,14 +102,18 @@ def build_law(title: str) -> Callable[[Array], tuple[Array, Array]]:
         up, down = np.clip(t / b1, 0, 1), np.clip((t - b2) / (b3 - b2), 0, 1)
         share, slope = (np.vectorize(function, otypes=[float]) for function in shares)
         is_up, is_down = t < b1, (t >= b2) & (t < b3)
-        values = np.select([is_up, t < b2, is_down], [share(up), np.ones(len(t)), 1 - share(down)], 0.0)
+        values = np.select(
+            [is_up, t < b2, is_down], [share(up), np.ones(len(t)), 1 - share(down)], 0.0
+        )
         return values, np.select([is_up, is_down], [slope(up) / b1, -slope(down) / (b3 - b2)], 0.0)
 
     return evaluate
 
 
 def expected_pressure(title: str, kind: str, sense: int, phi: Array) -> Array:
-    """Angle between the normal of the path on the cam and the motion that the guide leaves the centre [rad]."""
+    """Angle between the normal of the path on the cam and the motion that the guide leaves the
+    centre [rad].
+    """
     share, slope = build_law(title)(phi)
     if kind == "slide":
         return np.arctan2(np.abs(LIFT * slope - sense * OFFSET), BASE + LIFT * share)
@@ -125,18 +135,24 @@ CASES = [
 
 @pytest.mark.parametrize(("title", "kind", "sense"), CASES)
 def test_pressure_angle_equals_closed_form(title: str, kind: str, sense: int) -> None:
-    profile = cam.build_profile(build_model(title, kind, sense), 0.008, "N_cam_centre_x", "N_cam_centre_y")
+    profile = cam.build_profile(
+        build_model(title, kind, sense), 0.008, "N_cam_centre_x", "N_cam_centre_y"
+    )
     inside = [1e-7, 30.0, 99.9999, 100.0, 111.62, 130.0, 159.999, 170.0, 220.0, 279.9, 300.0, 345.6]
     phi = np.radians(np.concatenate([inside, np.random.default_rng(3).uniform(0, 360, 60)]))
     pressure = profile.course(phi)["pressure"]
-    np.testing.assert_allclose(pressure, expected_pressure(title, kind, sense, phi), rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(
+        pressure, expected_pressure(title, kind, sense, phi), rtol=1e-8, atol=1e-10
+    )
     largest, fine = profile.find_largest("pressure"), expected_pressure(title, kind, sense, FINE)
     assert largest.value >= fine.max() - 1e-9
     assert largest.value == pytest.approx(fine.max(), rel=1e-6)
 
 
 def test_curvature_at_dwell_is_that_of_its_circle() -> None:
-    profile = cam.build_profile(build_model("cycloidal", "slide", 1), 0.008, "N_cam_centre_x", "N_cam_centre_y")
+    profile = cam.build_profile(
+        build_model("cycloidal", "slide", 1), 0.008, "N_cam_centre_x", "N_cam_centre_y"
+    )
     columns = profile.course(np.radians([120.0, 155.0, 300.0]))
     radii = np.hypot(OFFSET, BASE + LIFT * np.array([1.0, 1.0, 0.0]))
     np.testing.assert_allclose(columns["kappa"], -1 / radii, rtol=1e-12)
@@ -144,12 +160,18 @@ def test_curvature_at_dwell_is_that_of_its_circle() -> None:
 
 
 def test_command_gives_greatest_pressure_angle() -> None:
-    """A rocker with a 3-4-5 rise and a 4-5-6-7 return, of whom the dwells were found the steepest."""
+    """A rocker with a 3-4-5 rise and a 4-5-6-7 return, of whom the dwells were found the
+    steepest.
+    """
     mixed = HEAD.replace("TITLE", "3-4-5 polynomial").replace(
-        "share.subs(flanks.x, (t - B2)", 'flanks.derive_flank_law("4-5-6-7 polynomial")[0].subs(flanks.x, (t - B2)'
+        "share.subs(flanks.x, (t - B2)",
+        'flanks.derive_flank_law("4-5-6-7 polynomial")[0].subs(flanks.x, (t - B2)',
     )
     text = mixed + TURNING.replace("SENSE", "1") + ROCKER + END
-    place = own.generated(text.replace("BASE_FRAME", "m.world").replace("BASE_BODY", "m.ground")) / "own.toml"
+    place = (
+        own.generated(text.replace("BASE_FRAME", "m.world").replace("BASE_BODY", "m.ground"))
+        / "own.toml"
+    )
     result = answer("cam", str(place), "--roller-mm", "10")
     assert result["pressure_angle_deg"]["max"] == pytest.approx(35.838455, abs=1e-5)
     assert result["pressure_angle_deg"]["at_deg"] == pytest.approx(52.1507, abs=1e-3)
@@ -165,5 +187,7 @@ def test_direction_without_limit_is_seen(monkeypatch: pytest.MonkeyPatch) -> Non
     model, phi = build_model("cycloidal", "rocker", 1), np.radians([130.0, 320.0])
     monkeypatch.setattr(cam.RollerPath, "direction", cam.RollerPath._motion)
     profile = cam.build_profile(model, 0.008, "N_cam_centre_x", "N_cam_centre_y")
-    wrong = np.abs(profile.course(phi)["pressure"] - expected_pressure("cycloidal", "rocker", 1, phi))
+    wrong = np.abs(
+        profile.course(phi)["pressure"] - expected_pressure("cycloidal", "rocker", 1, phi)
+    )
     assert wrong.min() > 0.05

@@ -1,4 +1,6 @@
-"""Compliant teeth that separate, against rigid teeth, conservation laws and the closed law of an impact."""
+"""Compliant teeth that separate, against rigid teeth, conservation laws and the closed law of an
+impact.
+"""
 
 from __future__ import annotations
 
@@ -163,7 +165,9 @@ def run_pair(damping: float, until: float) -> MotionRun:
 def compute_energy(run: MotionRun, stiffness: float = 1e6) -> Array:
     """Return the kinetic energy (n,) of the gears and what their flanks store [J]."""
     gaps = np.array([run.results["gap_P_ahead"], run.results["gap_P_behind"]])
-    energy: Array = run.results["kinetic"] + 0.5 * stiffness * (np.minimum(gaps, 0) ** 2).sum(axis=0)
+    energy: Array = run.results["kinetic"] + 0.5 * stiffness * (np.minimum(gaps, 0) ** 2).sum(
+        axis=0
+    )
     return energy
 
 
@@ -175,7 +179,9 @@ def compute_energy(run: MotionRun, stiffness: float = 1e6) -> Array:
     ],
     ids=["geared crank", "limacon"],
 )
-def test_stiff_teeth_approach_rigid_ones_in_first_order(statement, forces, speed, stiffness, damping):
+def test_stiff_teeth_approach_rigid_ones_in_first_order(
+    statement, forces, speed, stiffness, damping
+):
     times = np.linspace(5, 12, 41) / speed
     rigid = own.evaluate_lane(own.file(statement, "own"), speed * times)
     largest = max(np.abs(rigid[name]).max() for name in forces)
@@ -184,7 +190,9 @@ def test_stiff_teeth_approach_rigid_ones_in_first_order(statement, forces, speed
         values = {"K_N_m": factor * stiffness, "C_N_s_m": np.sqrt(factor) * damping}
         motion = own.dynamics(statement.replace("RIGID = True", "RIGID = False"), "own", **values)
         run = motion.run(np.array([0, *times]), tolerance=1e-9)
-        errors.append(max(np.abs(run.results[name][1:] - rigid[name]).max() for name in forces) / largest)
+        errors.append(
+            max(np.abs(run.results[name][1:] - rigid[name]).max() for name in forces) / largest
+        )
     assert errors[1] < 1e-3
     assert np.log(errors[0] / errors[1]) / np.log(4) == pytest.approx(1, abs=0.02)
 
@@ -230,7 +238,9 @@ def test_impact_has_the_restitution_of_its_damping(damping):
         before, behind = damping * APPROACH, -damping * speed
         return float((before - np.log1p(before)) - (behind - np.log1p(behind)))
 
-    expected = scipy.optimize.brentq(impact_residual, 1e-6, min(APPROACH, (1 - 1e-9) / damping), xtol=1e-14)
+    expected = scipy.optimize.brentq(
+        impact_residual, 1e-6, min(APPROACH, (1 - 1e-9) / damping), xtol=1e-14
+    )
     assert separation == pytest.approx(expected, rel=1e-6)
     assert np.diff(compute_energy(run)).max() < 1e-9
 
@@ -245,7 +255,14 @@ def test_compliant_rack_is_refused():
     m = Mechanism("rack", q)
     body = m.body("gear", m.world)
     with pytest.raises(MechanismError, match="rack"):
-        m.compliant_mesh("P", body, m.ground, GearContact(m.world, m.O, sp.oo, sp.Rational(1, 3)), q.s, lambda d, _: d)
+        m.compliant_mesh(
+            "P",
+            body,
+            m.ground,
+            GearContact(m.world, m.O, sp.oo, sp.Rational(1, 3)),
+            q.s,
+            lambda d, _: d,
+        )
 
 
 def test_lag_against_another_frame_is_refused():

@@ -1,4 +1,6 @@
-"""Constraints of free motion bring the reaction that no joint carries; rigid teeth; what derivation refuses."""
+"""Constraints of free motion bring the reaction that no joint carries; rigid teeth; what derivation
+refuses.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +84,9 @@ def runs() -> dict[str, MotionRun]:
 
 
 def test_differential_moves_alike_however_its_teeth_are_stated(runs: dict[str, MotionRun]) -> None:
-    """Lagrange's equations of the two degrees of freedom, eliminated by hand: planet p = c - r_s (s - c)/r_p."""
+    """Lagrange's equations of the two degrees of freedom, eliminated by hand: planet p = c - r_s (s
+    - c)/r_p.
+    """
     for run in runs.values():
         assert run.states == pytest.approx(runs["couple"].states, rel=1e-8, abs=1e-8)
         assert run.undetermined == ()
@@ -92,15 +96,21 @@ def test_differential_moves_alike_however_its_teeth_are_stated(runs: dict[str, M
     p_by = c_by - r_s / r_p * (np.array([1, 0]) - c_by)
     ways = np.array([[1, 0], [0, 1], c_by, p_by])
     assert arm == pytest.approx(r_s + r_p)
-    for state, acceleration in zip(runs["none"].states.T, runs["none"].accelerations.T, strict=True):
+    for state, acceleration in zip(
+        runs["none"].states.T, runs["none"].accelerations.T, strict=True
+    ):
         rates = state[4:]
         slip = rates[3] - rates[2]
         friction = -0.02 * slip / np.hypot(slip, 0.5)
         loads = np.array([0.7, -0.4, -0.03 * rates[2] - friction, friction])
-        assert ways.T @ J @ ways @ acceleration[:2] == pytest.approx(ways.T @ loads, rel=1e-9, abs=1e-12)
+        assert ways.T @ J @ ways @ acceleration[:2] == pytest.approx(
+            ways.T @ loads, rel=1e-9, abs=1e-12
+        )
 
 
-def test_own_reaction_is_the_multiplier_and_the_moment_of_a_couple(runs: dict[str, MotionRun]) -> None:
+def test_own_reaction_is_the_multiplier_and_the_moment_of_a_couple(
+    runs: dict[str, MotionRun],
+) -> None:
     none, couple = runs["none"].results, runs["couple"].results
     assert none["R_mesh_s"] * 0.013 == pytest.approx(couple["M_S"], rel=1e-7)
     assert -none["R_mesh_r"] * 0.013 == pytest.approx(couple["M_R"], rel=1e-7)
@@ -113,11 +123,15 @@ def test_own_reaction_is_the_multiplier_and_the_moment_of_a_couple(runs: dict[st
 
 
 def test_teeth_load_bearings_by_pressure_angle_and_balance(runs: dict[str, MotionRun]) -> None:
-    """The tooth force is the pitch force over cos(alpha); the shaft of the sun takes its reverse alone."""
+    """The tooth force is the pitch force over cos(alpha); the shaft of the sun takes its reverse
+    alone.
+    """
     mesh, none = runs["mesh"].results, runs["none"].results
     pitch = np.abs(none["R_mesh_s"])
     assert mesh["F_NS"] == pytest.approx(pitch / np.cos(np.radians(22)), rel=1e-7)
-    assert [mesh["F_OSx"], mesh["F_OSy"]] == [pytest.approx(-mesh[f"F_S{a}"], rel=1e-7) for a in "xy"]
+    assert [mesh["F_OSx"], mesh["F_OSy"]] == [
+        pytest.approx(-mesh[f"F_S{a}"], rel=1e-7) for a in "xy"
+    ]
     assert np.hypot(mesh["F_OSx"], mesh["F_OSy"]).min() > 1
     for axis in "xy":
         outer = sum(mesh[f"F_{name}{axis}"] for name in ("OS", "OR", "OC"))
@@ -163,10 +177,16 @@ def test_rope_over_a_loose_roll_has_its_tension() -> None:
 
 
 def test_prescribed_motion_does_the_work_that_energy_gains() -> None:
-    """A constraint that depends on time: its force is m (g + h''), its power what the energy gains."""
-    text = ROPE.replace("CONSTRAINT", 'm.constrain("drive", x - q.h * sin(q.w * m.time), start={x: 0})')
+    """A constraint that depends on time: its force is m (g + h''), its power what the energy
+    gains.
+    """
+    text = ROPE.replace(
+        "CONSTRAINT", 'm.constrain("drive", x - q.h * sin(q.w * m.time), start={x: 0})'
+    )
     dynamics, run = run_own(text, "rope")
-    assert run.results["R_drive"] == pytest.approx(2 * (9.81 - 0.05 * 16 * np.sin(4 * TIMES)), rel=1e-8)
+    assert run.results["R_drive"] == pytest.approx(
+        2 * (9.81 - 0.05 * 16 * np.sin(4 * TIMES)), rel=1e-8
+    )
     assert run.states[0] == pytest.approx(0.05 * np.sin(4 * TIMES), abs=1e-10)
     assert dynamics.size == 2
 
@@ -175,7 +195,8 @@ def test_constraint_nonlinear_in_the_rates_starts_and_stays_on_it() -> None:
     """x' y' = 1 m2/s2: the ideal force is along the gradient (y', x') of the constraint."""
     text = ROPE.replace(
         "CONSTRAINT",
-        'm.roll("product", m.rate(x) * m.rate(y) - q.h**2 * q.w**2)\nm.begin({m.rate(x): 0.5, m.rate(y): 0.1})',
+        'm.roll("product", m.rate(x) * m.rate(y) - q.h**2 * q.w**2)\nm.begin({m.rate(x): 0.5, '
+        "m.rate(y): 0.1})",
     )
     with pytest.warns(RuntimeWarning, match="hold="):
         _, run = run_own(text, "rope")
@@ -205,21 +226,34 @@ SYSTEM = m.system()
 
 
 REFUSED = {
-    "teeth without their constraint": (differential(MESHES, GAPS.splitlines()[1]), "M_R.*constrain"),
+    "teeth without their constraint": (
+        differential(MESHES, GAPS.splitlines()[1]),
+        "M_R.*constrain",
+    ),
     "a support against what moves": (
-        ROPE.replace("CONSTRAINT", 'm.contact("floor", first, m.ground, A, m.vector(m.world, 0, 1))'),
+        ROPE.replace(
+            "CONSTRAINT", 'm.contact("floor", first, m.ground, A, m.vector(m.world, 0, 1))'
+        ),
         "N_floor.*resists a motion",
     ),
     "a drive without a motion": (
-        ROPE.replace("CONSTRAINT", 'm.actuator("F_in", first, m.ground, (A, m.point("top", m.O, m.world, 0, q.h)))'),
+        ROPE.replace(
+            "CONSTRAINT",
+            'm.actuator("F_in", first, m.ground, (A, m.point("top", m.O, m.world, 0, q.h)))',
+        ),
         "F_in.*constrain",
     ),
     "teeth with friction": (
-        differential(MESHES.replace("GearContact(line, P, q.r_p, q.alpha)", "SlidingContact(line, P, q.r_p, q.alpha, "
-        "q.alpha / 9, beyond=q.r_p / 9, turning=m.rate(s) - m.rate(p))").replace("inward =",
-        "from derive import SlidingContact\ninward =")), "compliant_mesh",
+        differential(
+            MESHES.replace(
+                "GearContact(line, P, q.r_p, q.alpha)",
+                "SlidingContact(line, P, q.r_p, q.alpha, "
+                "q.alpha / 9, beyond=q.r_p / 9, turning=m.rate(s) - m.rate(p))",
+            ).replace("inward =", "from derive import SlidingContact\ninward =")
+        ),
+        "compliant_mesh",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -273,11 +307,17 @@ PAIRS = """teeth = m.mesh(f"S{k}", sun, planet, GearContact(line, P, q.r_p, q.al
 
 
 def test_what_two_planets_share_is_undetermined_unless_stated() -> None:
-    """Balances do not say how rigid planets share a load: no result says so, though the motion is determined."""
+    """Balances do not say how rigid planets share a load: no result says so, though the motion is
+    determined.
+    """
     texts = {
-        "constrain": "pass", "mesh": PAIRS.replace("EQUAL", ""), "equal": PAIRS.replace("EQUAL", ", equal_to=first"),
-    }  # fmt: skip
-    runs = {key: run_own(PLANETS.replace("TEETH", text), "planets")[1] for key, text in texts.items()}
+        "constrain": "pass",
+        "mesh": PAIRS.replace("EQUAL", ""),
+        "equal": PAIRS.replace("EQUAL", ", equal_to=first"),
+    }
+    runs = {
+        key: run_own(PLANETS.replace("TEETH", text), "planets")[1] for key, text in texts.items()
+    }
     assert {"R_s1", "R_r2"} <= set(runs["constrain"].undetermined)
     assert {"M_S1", "F_NS1", "F_S2x", "F_NR2", "F_P1x"} <= set(runs["mesh"].undetermined)
     assert not runs["mesh"].results.keys() & {"M_S1", "F_NS1", "F_S2x", "F_NR2", "F_P1x"}

@@ -1,4 +1,6 @@
-"""Coupled drives, cycles of several turns, and unequal sides, held against closed forms and virtual work."""
+"""Coupled drives, cycles of several turns, and unequal sides, held against closed forms and virtual
+work.
+"""
 
 import numpy as np
 import pytest
@@ -27,14 +29,18 @@ def test_cycle_satisfies_laws(name: str) -> None:
 
 
 def compute_pump_torque(masses: Array, loads: Array) -> Array:
-    """The crank's torque (n,): that of three slider-cranks by the closed form, a third of a turn apart."""
+    """The crank's torque (n,): that of three slider-cranks by the closed form, a third of a turn
+    apart.
+    """
     speed, r, rod = 600 * np.pi / 30, 0.02, 0.09
     torque = np.zeros_like(TURN)
     for k, (mass, load) in enumerate(zip(masses, loads, strict=True)):
         a = TURN - 2 * np.pi * k / 3
         root = np.sqrt(rod**2 - (r * np.sin(a)) ** 2)
         slope = -r * np.sin(a) - r**2 * np.sin(a) * np.cos(a) / root
-        bend = -r * np.cos(a) - r**2 * np.cos(2 * a) / root - r**4 * np.sin(2 * a) ** 2 / (4 * root**3)
+        bend = (
+            -r * np.cos(a) - r**2 * np.cos(2 * a) / root - r**4 * np.sin(2 * a) ** 2 / (4 * root**3)
+        )
         torque += slope * (mass * speed**2 * bend + load * (slope > 0))
     return torque
 
@@ -46,11 +52,15 @@ def test_pump_adds_unequal_cylinders() -> None:
     assert np.abs(values["M_in"] - compute_pump_torque(masses[[0, 0, 0]], loads)).max() > 0.1
     equal = Model(own.machine("radial_pump", m_3_kg=0.6, F_3_N=400.0))(TURN)
     third = Model(own.machine("radial_pump", m_3_kg=0.6, F_3_N=400.0))(TURN + 2 * np.pi / 3)
-    assert equal["M_in"] == pytest.approx(third["M_in"], abs=1e-9), "equal cylinders repeat three times a turn"
+    assert equal["M_in"] == pytest.approx(third["M_in"], abs=1e-9), (
+        "equal cylinders repeat three times a turn"
+    )
 
 
 def find_tool(first: Array, second: Array) -> Array:
-    """Places (2, n) of the five-bar's tool at the angles of both cranks, where the circles of the rods meet above."""
+    """Places (2, n) of the five-bar's tool at the angles of both cranks, where the circles of the
+    rods meet above.
+    """
     a = 0.04 * np.array([np.cos(first), np.sin(first)])
     b = np.array([0.12 + 0.03 * np.cos(second), 0.03 * np.sin(second)])
     d = b - a
@@ -61,7 +71,9 @@ def find_tool(first: Array, second: Array) -> Array:
 
 
 def compute_torques(first: Array, ratio: float, speed: float) -> tuple[Array, Array]:
-    """Both motors' torques (n,) by virtual work: the force on the tool, times its path as one crank alone turns."""
+    """Both motors' torques (n,) by virtual work: the force on the tool, times its path as one crank
+    alone turns.
+    """
     now, after, before = (find_tool(first + h, ratio * (first + h)) for h in (0, STEP, -STEP))
     force = 2 * ((after - 2 * now + before) / STEP**2 * speed**2 + np.array([[0.0], [9.81]]))
     slopes = (
@@ -76,7 +88,9 @@ def test_both_motors_of_five_bar_do_the_virtual_work() -> None:
     values = Model(own.machine("geared_five_bar"))(TURN)
     expected = compute_torques(TURN, -2, 2 * np.pi)
     assert np.array([values["M_1"], values["M_2"]]) == pytest.approx(np.array(expected), abs=1e-5)
-    assert np.array([values["x_P"], values["y_P"]]) == pytest.approx(find_tool(TURN, -2 * TURN), abs=1e-12)
+    assert np.array([values["x_P"], values["y_P"]]) == pytest.approx(
+        find_tool(TURN, -2 * TURN), abs=1e-12
+    )
 
 
 def test_cycle_of_two_turns_repeats_where_one_does_not() -> None:

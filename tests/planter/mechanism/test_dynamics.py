@@ -1,4 +1,6 @@
-"""Free motion: the pendulum in closed form, the same stated by loops, what is redundant, rest and small motions."""
+"""Free motion: the pendulum in closed form, the same stated by loops, what is redundant, rest and
+small motions.
+"""
 
 from pathlib import Path
 
@@ -82,7 +84,12 @@ SYSTEM = m.system(reported=["kinetic", "potential", "F_spring"])
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("own")
     twice = "m.constrain('again', x - q.l * cos(a) / 2, start={})"
-    texts = {"swing": ANGLE, "held": LOOP.replace("MORE", ""), "twice": LOOP.replace("MORE", twice), "disc": DISC}
+    texts = {
+        "swing": ANGLE,
+        "held": LOOP.replace("MORE", ""),
+        "twice": LOOP.replace("MORE", twice),
+        "disc": DISC,
+    }
     texts["off"] = LOOP.replace("MORE", "m.begin({x: q.l / 8 + q.l * cos(Rational(1, 2)) / 2})")
     for name, text in texts.items():
         (place / f"{name}.py").write_text(text.replace("NAME", name), encoding="utf-8")
@@ -95,13 +102,17 @@ def dynamics(folder: Path, name: str, **values: float) -> Dynamics:
 
 
 def test_a_pendulum_swings_as_elliptic_functions_say(folder: Path) -> None:
-    """Release at rest: sin(theta/2) = k sn(K - w t, k^2), w^2 = 3 g / (2 l) (Whittaker, Analytical dynamics, 44)."""
+    """Release at rest: sin(theta/2) = k sn(K - w t, k^2), w^2 = 3 g / (2 l) (Whittaker, Analytical
+    dynamics, 44).
+    """
     times = np.linspace(0, 3, 31)
     angles = dynamics(folder, "swing").run(times, 1e-12).states[0] + np.pi / 2
     top, rate = np.pi / 2 - 0.5, mpmath.sqrt(mpmath.mpf(3) * 9.81 / 0.8)
     k = mpmath.sin(top / 2)
     quarter = mpmath.ellipk(k**2)
-    exact = [float(2 * mpmath.asin(k * mpmath.ellipfun("sn", quarter - rate * t, m=k**2))) for t in times]
+    exact = [
+        float(2 * mpmath.asin(k * mpmath.ellipfun("sn", quarter - rate * t, m=k**2))) for t in times
+    ]
     assert np.abs(angles - exact).max() < 1e-10
 
 
@@ -126,7 +137,9 @@ def test_constraint_drift_is_detected(folder: Path) -> None:
 
     free = scipy.integrate.solve_ivp(rates, (0, 40), free_motion.start(), rtol=1e-4, atol=1e-6)
     gap = free_motion.equations(0.0, free.y[:, -1]).gaps
-    residuals = free_motion.equations(0.0, free_motion.run(np.array([0.0, 40.0]), 1e-4).states[:, -1]).gaps
+    residuals = free_motion.equations(
+        0.0, free_motion.run(np.array([0.0, 40.0]), 1e-4).states[:, -1]
+    ).gaps
     assert np.abs(residuals).max() < 1e-11
     assert np.abs(gap).max() > 1e-6
 
@@ -135,13 +148,19 @@ def test_rest_and_small_motions_are_those_of_the_textbook(folder: Path) -> None:
     rate = np.sqrt(3 * 9.81 / 0.8)
     for name, count in (("swing", 1), ("held", 3)):
         free_motion = dynamics(folder, name)
-        rest = equilibrium(free_motion, free_motion.project(0.0, np.concatenate([[-1.4], np.zeros(2 * count - 1)])))
+        rest = equilibrium(
+            free_motion, free_motion.project(0.0, np.concatenate([[-1.4], np.zeros(2 * count - 1)]))
+        )
         assert np.sin(rest[0]) == pytest.approx(-1, abs=1e-12)
-        assert np.sort(eigenvalues(free_motion, rest).imag) == pytest.approx([-rate, rate], rel=1e-9)
+        assert np.sort(eigenvalues(free_motion, rest).imag) == pytest.approx(
+            [-rate, rate], rel=1e-9
+        )
 
 
 def test_rolling_disc_has_effective_mass_of_1_5(folder: Path) -> None:
-    """A spring on the hub of a disc that rolls: w^2 = k / (3 m / 2), and a damper takes the energy."""
+    """A spring on the hub of a disc that rolls: w^2 = k / (3 m / 2), and a damper takes the
+    energy.
+    """
     times = np.linspace(0, 2, 41)
     run = dynamics(folder, "disc").run(times, 1e-11)
     assert run.states[0] == pytest.approx(2 - np.cos(np.sqrt(50 / 3) * times), abs=1e-8)
@@ -152,7 +171,15 @@ def test_rolling_disc_has_effective_mass_of_1_5(folder: Path) -> None:
 
 
 def test_command_prints_and_writes(folder: Path, tmp_path: Path) -> None:
-    result = answer("move", str(folder / "held.toml"), "--until", "0.5", "--rest", "--out", str(tmp_path / "run"))
+    result = answer(
+        "move",
+        str(folder / "held.toml"),
+        "--until",
+        "0.5",
+        "--rest",
+        "--out",
+        str(tmp_path / "run"),
+    )
     jsonschema.validate(result, load_schema("move"))
     assert result["energy"]["most_J"] - result["energy"]["least_J"] < 1e-6
     assert result["redundant_constraints"] == 0
@@ -161,7 +188,9 @@ def test_command_prints_and_writes(folder: Path, tmp_path: Path) -> None:
 
 
 def test_changed_start_is_reported(folder: Path) -> None:
-    """Half as long again, the rod's centroid cannot start where the statement says; the angle moves with it."""
+    """Half as long again, the rod's centroid cannot start where the statement says; the angle moves
+    with it.
+    """
     stated = np.array([-0.5, 0.2 * np.cos(0.5), -0.2 * np.sin(0.5)])
     begun = dynamics(folder, "held")
     assert begun.find_changes(begun.start()) == []
@@ -173,13 +202,17 @@ def test_changed_start_is_reported(folder: Path) -> None:
     assert moved.stated[:3] == pytest.approx([-0.5, 0.05 + stated[1], stated[2]])
     changes = compute_motion(moved, 0.01, 3, 1e-9).result.changed_start
     assert [change.quantity for change in changes] == ["a_deg", "x_mm", "y_mm"]
-    assert [change.used for change in changes] == pytest.approx([np.degrees(used[0]), 1e3 * used[1], 1e3 * used[2]])
+    assert [change.used for change in changes] == pytest.approx(
+        [np.degrees(used[0]), 1e3 * used[1], 1e3 * used[2]]
+    )
     assert changes[1].stated == pytest.approx(1e3 * (0.05 + stated[1]))
     assert 1e3 * 0.2 * np.cos(np.radians(changes[0].used)) == pytest.approx(changes[1].used)
 
 
 @pytest.mark.parametrize("stiff", [False, True])
-def test_endless_motion_is_given_up(folder: Path, stiff: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_endless_motion_is_given_up(
+    folder: Path, stiff: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("planter.mechanism.dynamics.CHECK_INTERVAL", 500)
     rod = dynamics(folder, "swing", g_m_s2=1e15)
     with pytest.raises(ComputationError, match="evaluations"):
@@ -193,7 +226,9 @@ def test_each_command_sends_to_the_other(folder: Path) -> None:
 
 def test_short_motion_locates_an_event_late_in_time():
     rattle = own.dynamics("gear_rattle")
-    event = next(event for event in rattle.run(np.linspace(0, 0.03, 61)).events if event.time > 0.02)
+    event = next(
+        event for event in rattle.run(np.linspace(0, 0.03, 61)).events if event.time > 0.02
+    )
     times = event.time + np.array([-1e-7, 1e-7])
     state = rattle.run(np.array([0, times[0]])).states[:, -1]
     (located,) = rattle.run(times, state=state).events

@@ -1,4 +1,6 @@
-"""Ensembles of free motions: statistics of runs, and the rate at which runs part, against the variational equation."""
+"""Ensembles of free motions: statistics of runs, and the rate at which runs part, against the
+variational equation.
+"""
 
 from __future__ import annotations
 
@@ -46,18 +48,33 @@ def compute_pendulums(
     torque: float, spec: EnsembleSpec, means: Means = AUTO, until: float = UNTIL
 ) -> MechanismEnsemble:
     points = int(2 * until) + 1
-    return compute_ensemble(own.file(PENDULUM, "own", M_Nm=torque), until, points, spec, means=means)
+    return compute_ensemble(
+        own.file(PENDULUM, "own", M_Nm=torque), until, points, spec, means=means
+    )
 
 
 def integrate_variation(start: Array, slope: Callable[[float], float], scales: Array) -> float:
-    """Return the growth rate [1/s] of a variation of the driven pendulum, over scales (2,), from SINCE to UNTIL."""
+    """Return the growth rate [1/s] of a variation of the driven pendulum, over scales (2,), from
+    SINCE to UNTIL.
+    """
 
     def rates(time: float, y: Array) -> list[float]:
         a, speed, b, change = y
-        return [speed, 1.5 * np.cos(2 / 3 * time) - 0.5 * speed - np.sin(a), change, -0.5 * change - slope(a) * b]
+        return [
+            speed,
+            1.5 * np.cos(2 / 3 * time) - 0.5 * speed - np.sin(a),
+            change,
+            -0.5 * change - slope(a) * b,
+        ]
 
     solution = scipy.integrate.solve_ivp(
-        rates, (0, UNTIL), [*start, 0.6, 0.8], t_eval=[SINCE, UNTIL], rtol=1e-11, atol=1e-13, method="DOP853"
+        rates,
+        (0, UNTIL),
+        [*start, 0.6, 0.8],
+        t_eval=[SINCE, UNTIL],
+        rtol=1e-11,
+        atol=1e-13,
+        method="DOP853",
     )
     sizes = np.hypot(*(solution.y[2:] / scales[:, None]))
     return float(np.log(sizes[1] / sizes[0]) / (UNTIL - SINCE))
@@ -86,7 +103,9 @@ def test_chaotic_exponent_is_that_of_the_variational_equation(chaotic):
 
 def test_large_separation_of_companions_gives_no_exponent(monkeypatch):
     monkeypatch.setattr(ensemble, "COMPANION", 0.1)
-    assert compute_pendulums(1.5, EnsembleSpec(1), until=20).result.separation.lyapunov_per_s is None
+    assert (
+        compute_pendulums(1.5, EnsembleSpec(1), until=20).result.separation.lyapunov_per_s is None
+    )
 
 
 def test_periodic_runs_approach_at_half_the_damping():
@@ -135,20 +154,37 @@ def test_statistics_are_those_of_the_curves(chaotic):
 def test_variance_of_a_sine_is_half():
     times = np.linspace(0, 3, 301)
     spec = EnsembleSpec(1, period=1.0)
-    pieces = ensemble._measure_pieces(np.sin(2 * np.pi * times)[None], ensemble._list_windows(times, spec))
+    pieces = ensemble._measure_pieces(
+        np.sin(2 * np.pi * times)[None], ensemble._list_windows(times, spec)
+    )
     assert pieces["variance"] == pytest.approx(np.full((1, 3), 0.5))
     assert pieces["range"] == pytest.approx(np.full((1, 3), 2.0))
 
 
 def test_whole_turns_are_no_separation():
     metric = ensemble.StateMetric(np.array([0.5, 2.0, 0.0]), np.array([True, False, False]))
-    separation = metric.measure(np.array([[7.0], [1.0], [9.0]]), np.array([[7.0 - 4 * np.pi], [3.0], [0.0]]))
+    separation = metric.measure(
+        np.array([[7.0], [1.0], [9.0]]), np.array([[7.0 - 4 * np.pi], [3.0], [0.0]])
+    )
     assert separation == pytest.approx([np.sqrt(0.5)])
 
 
 def test_move_writes_an_ensemble(tmp_path):
     path = str(own.generated(PENDULUM) / "own.toml")
-    options = ("--until", "10", "--points", "41", "--ensemble", "3", "--since", "4", "--period", "2", "--workers", "1")
+    options = (
+        "--until",
+        "10",
+        "--points",
+        "41",
+        "--ensemble",
+        "3",
+        "--since",
+        "4",
+        "--period",
+        "2",
+        "--workers",
+        "1",
+    )
     result = answer("move", path, *options, "--out", str(tmp_path / "runs"))
     jsonschema.validate(result, load_schema("move"))
     assert result["runs"] == result["periods"] == 3
@@ -161,7 +197,14 @@ def test_move_writes_an_ensemble(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "options", [("--rest",), ("--least-squares",), ("--since", "9.9"), ("--period", "0.01"), ("--period", "11")]
+    "options",
+    [
+        ("--rest",),
+        ("--least-squares",),
+        ("--since", "9.9"),
+        ("--period", "0.01"),
+        ("--period", "11"),
+    ],
 )
 def test_options_without_statistics_are_refused(options):
     path = str(own.generated(PENDULUM) / "own.toml")

@@ -56,7 +56,9 @@ SYSTEM = m.system()
 """
 
 
-def run(statement: str, times: np.ndarray, start: dict[str, float] | None = None, **values: float) -> MotionRun:
+def run(
+    statement: str, times: np.ndarray, start: dict[str, float] | None = None, **values: float
+) -> MotionRun:
     motion = own.dynamics(HEAD + statement, "own", **values)
     state = motion.start()
     for name, value in (start or {}).items():
@@ -65,7 +67,9 @@ def run(statement: str, times: np.ndarray, start: dict[str, float] | None = None
 
 
 def test_cubic_strut_swings_at_closed_form_period() -> None:
-    """Of m s'' = -k s^3 with amplitude A: 4 K(1/2) sqrt(m/k) / A, with the complete elliptic integral K."""
+    """Of m s'' = -k s^3 with amplitude A: 4 K(1/2) sqrt(m/k) / A, with the complete elliptic
+    integral K.
+    """
     period = 4 * scipy.special.ellipk(0.5) * np.sqrt(2 / 5000) / 0.3
     motion = run(STRUT, np.array([0.0, period / 4, period / 2, period]))
     assert motion.states[0] == pytest.approx([0.3, 0.0, -0.3, 0.3], abs=1e-8)
@@ -83,13 +87,17 @@ def test_bushing_is_a_damped_oscillator() -> None:
 
 @pytest.mark.parametrize("losses", [0.0, 0.6])
 def test_rebound_follows_hunt_and_crossley(losses: float) -> None:
-    """Without weight, v dv / (1 + D v) integrates in closed form from the speed of impact to that of the rebound."""
+    """Without weight, v dv / (1 + D v) integrates in closed form from the speed of impact to that
+    of the rebound.
+    """
     motion = run(DROP, np.array([0.0, 0.5]), {"h": 1e-6, "h_dot": -2.0}, D_s_m=losses, g_m_s2=1e-9)
 
     def integral(speed: float) -> float:
         return speed / losses - np.log1p(losses * speed) / losses**2 if losses else speed**2 / 2
 
-    rebound = scipy.optimize.brentq(lambda v: integral(-v) - integral(2.0), 1e-3, 1.66 if losses else 3.0)
+    rebound = scipy.optimize.brentq(
+        lambda v: integral(-v) - integral(2.0), 1e-3, 1.66 if losses else 3.0
+    )
     assert motion.states[3][-1] == pytest.approx(rebound, rel=1e-6)
 
 
@@ -109,7 +117,9 @@ def test_contact_never_pulls() -> None:
 
 
 @pytest.mark.parametrize("wrong", ["friction=q.mu, creep=q.w", "friction=q.w, creep=q.v_c"])
-def test_force_in_other_units_is_refused_by_name(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_force_in_other_units_is_refused_by_name(
+    wrong: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Where no joint is asked for, no balance would tell."""
     with pytest.raises(AssertionError):
         own.generated(HEAD + DROP.replace("friction=q.mu, creep=q.v_c", wrong))

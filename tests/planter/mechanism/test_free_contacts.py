@@ -1,4 +1,6 @@
-"""Friction, clearance, play and collisions in free motion, against equations written by hand and conservation laws."""
+"""Friction, clearance, play and collisions in free motion, against equations written by hand and
+conservation laws.
+"""
 
 from __future__ import annotations
 
@@ -163,7 +165,9 @@ def test_block_on_slope_decelerates_by_coulomb() -> None:
 
 
 def make_free(driven: str) -> str:
-    """The statement with its drive as a coordinate, the motor as a torque T, and smooth friction."""
+    """The statement with its drive as a coordinate, the motor as a torque T, and smooth
+    friction.
+    """
     changes = {
         ", angle=q.phi, speed=q.omega": "",
         "    phi   |": "    phi_0 |",
@@ -178,8 +182,12 @@ def make_free(driven: str) -> str:
 
 
 @pytest.mark.parametrize("angle", [0.4, 1.9, 2.8, 4.0, 5.5])
-@pytest.mark.parametrize(("statement", "pressing"), [(CRANK, ["N_guide"]), (TRAMMEL, ["N_guide", "N_other"])])
-def test_friction_agrees_with_driven_motion(statement: str, pressing: list[str], angle: float) -> None:
+@pytest.mark.parametrize(
+    ("statement", "pressing"), [(CRANK, ["N_guide"]), (TRAMMEL, ["N_guide", "N_other"])]
+)
+def test_friction_agrees_with_driven_motion(
+    statement: str, pressing: list[str], angle: float
+) -> None:
     """With the torque that keeps the speed, the drive of the free mechanism does not accelerate."""
     driven = own.evaluate_lane(own.file(statement, "own"), np.array([angle]))
     now = {name: float(values[0]) for name, values in driven.items()}
@@ -187,7 +195,9 @@ def test_friction_agrees_with_driven_motion(statement: str, pressing: list[str],
     state = np.array([angle, now["psi"], now["s"], 11.0, now["psi_dot"], now["s_dot"]])
     accelerations, _ = free.accelerations(0.0, state)
     assert accelerations == pytest.approx([0.0, now["psi_ddot"], now["s_ddot"]], abs=1e-7)
-    assert free.find_sizes(0.0, state) == pytest.approx([abs(now[name]) for name in pressing], rel=1e-9)
+    assert free.find_sizes(0.0, state) == pytest.approx(
+        [abs(now[name]) for name in pressing], rel=1e-9
+    )
 
 
 def test_friction_takes_what_energy_loses() -> None:
@@ -212,7 +222,9 @@ def test_friction_that_jams_is_refused() -> None:
             answers.append(str(error))
     assert isinstance(answers[0], float) != isinstance(answers[1], float)
     assert any("jams: no forces N_floor" in str(answer) for answer in answers)
-    assert own.dynamics(FALLING_ROD, "own", mu=1.0).find_sizes(0.0, np.array([0.0, 1.0, 1.0, 0.0])) > 0
+    assert (
+        own.dynamics(FALLING_ROD, "own", mu=1.0).find_sizes(0.0, np.array([0.0, 1.0, 1.0, 0.0])) > 0
+    )
 
 
 def test_sharp_friction_is_refused() -> None:
@@ -231,13 +243,17 @@ def test_inertia_without_mass_is_refused() -> None:
 
 
 def test_discs_collide_as_momentum_and_energy_say() -> None:
-    """The velocities along the line of centres at impact change as in an elastic impact, those across it not at all."""
+    """The velocities along the line of centres at impact change as in an elastic impact, those
+    across it not at all.
+    """
     run = own.dynamics(DISCS, "own", K_N_m15=1e15).run(np.array([0.0, 0.2]))
     normal = np.array([0.08, -0.06]) / 0.1
     impulse = 2 * (2 * 0.5 / 2.5) * 3 * normal[0] * normal
     assert run.states[4:6, -1] == pytest.approx(np.array([3, 0]) - impulse / 2, abs=3e-4)
     assert run.states[6:, -1] == pytest.approx(impulse / 0.5, abs=3e-4)
-    assert 2 * run.states[4:6] + 0.5 * run.states[6:] == pytest.approx(np.tile([[6.0], [0.0]], 2), abs=1e-10)
+    assert 2 * run.states[4:6] + 0.5 * run.states[6:] == pytest.approx(
+        np.tile([[6.0], [0.0]], 2), abs=1e-10
+    )
     assert run.results["kinetic"][-1] == pytest.approx(9.0, rel=1e-8)
     assert [event.rising for event in run.events] == [False, True]
     assert run.events[0].time == pytest.approx((0.3 - 0.08) / 3, abs=1e-9)
@@ -248,16 +264,26 @@ def rattle(time: float, state: Array) -> list[float]:
     a_1, a_2, w_1, w_2 = state
     ahead = (0.03 * a_1 + 0.06 * a_2) * np.cos(0.35)
     push = 2e6 * (max(ahead - 5e-5, 0) - max(-ahead - 5e-5, 0)) * np.cos(0.35)
-    return [w_1, w_2, (2 + 8 * np.sin(120 * time) - push * 0.03) / 4e-4, (-push * 0.06 - 0.02 * w_2) / 3e-3]
+    return [
+        w_1,
+        w_2,
+        (2 + 8 * np.sin(120 * time) - push * 0.03) / 4e-4,
+        (-push * 0.06 - 0.02 * w_2) / 3e-3,
+    ]
 
 
 def slack(time: float, state: Array) -> list[float]:
-    """The crank, the rod and the slider of the example by hand: the pin pushes the bush, the bush the guide."""
+    """The crank, the rod and the slider of the example by hand: the pin pushes the bush, the bush
+    the guide.
+    """
     phi, psi, s, phi_dot, psi_dot, s_dot = state
     r, long, m_r, m_s, g, c = 0.05, 0.15, 0.4, 0.8, 9.81, 2e-4
     outward, rod = np.array([np.cos(phi), np.sin(phi)]), np.array([np.cos(psi), np.sin(psi)])
     across, over = np.array([-outward[1], outward[0]]), np.array([-rod[1], rod[0]])
-    place, speed = r * outward + long * rod - [s, 0], r * phi_dot * across + long * psi_dot * over - [s_dot, 0]
+    place, speed = (
+        r * outward + long * rod - [s, 0],
+        r * phi_dot * across + long * psi_dot * over - [s_dot, 0],
+    )
     far = np.linalg.norm(place)
     depth, rate = far - c, speed @ place / far
     push = max(4e9 * depth**1.5 * (1 + 0.8 * rate), 0) if depth > 0 else 0.0
@@ -265,7 +291,9 @@ def slack(time: float, state: Array) -> list[float]:
     arms = np.array([r * across, long / 2 * over])  # of the rod's centroid, by both angles
     inertia = m_r * arms @ arms.T + np.diag([0.02, 9e-4])
     bent = -r * phi_dot**2 * outward - long / 2 * psi_dot**2 * rod
-    loads = arms @ (m_r * np.array([0, -g]) - m_r * bent) + np.array([r * across, long * over]) @ on_rod
+    loads = (
+        arms @ (m_r * np.array([0, -g]) - m_r * bent) + np.array([r * across, long * over]) @ on_rod
+    )
     normal = m_s * g + on_rod[1]
     friction = -0.1 * abs(normal) * s_dot / np.hypot(s_dot, 0.002)
     return [phi_dot, psi_dot, s_dot, *np.linalg.solve(inertia, loads), (friction - on_rod[0]) / m_s]
@@ -275,10 +303,14 @@ def slack(time: float, state: Array) -> list[float]:
     ("example", "by_hand", "until", "tolerance"),
     [("gear_rattle", rattle, 0.06, 1e-6), ("pin_clearance", slack, 0.02, 1e-6)],
 )
-def test_impacts_agree_with_equations_by_hand(example: str, by_hand: Rates, until: float, tolerance: float) -> None:
+def test_impacts_agree_with_equations_by_hand(
+    example: str, by_hand: Rates, until: float, tolerance: float
+) -> None:
     motion = own.dynamics(example)
     run = motion.run(np.linspace(0.0, until, 7), tolerance=1e-11)
-    expected = scipy.integrate.solve_ivp(by_hand, (0.0, until), motion.start(), t_eval=run.times, **TIGHT)
+    expected = scipy.integrate.solve_ivp(
+        by_hand, (0.0, until), motion.start(), t_eval=run.times, **TIGHT
+    )
     assert run.states == pytest.approx(expected.y, abs=tolerance * (1 + np.abs(expected.y).max()))
     assert len(run.events) > 4
 

@@ -1,4 +1,6 @@
-"""Bodies that turn in any way in space, held against elliptic functions (Landau and Lifshitz, Mechanics, 35 and 37)."""
+"""Bodies that turn in any way in space, held against elliptic functions (Landau and Lifshitz,
+Mechanics, 35 and 37).
+"""
 
 from typing import Any
 
@@ -46,18 +48,24 @@ def get_spins(run: MotionRun, name: str) -> Array:
 
 
 def compute_spins(u: float, w: float, moments: Array = MOMENTS) -> Array:
-    """Angular velocities (3, n) of a free body whose spin about its middle axis is zero at the start."""
+    """Angular velocities (3, n) of a free body whose spin about its middle axis is zero at the
+    start.
+    """
     first, second, third = moments
     energy2, momentum2 = first * u**2 + third * w**2, (first * u) ** 2 + (third * w) ** 2
     assert momentum2 > energy2 * second
     low, high = energy2 * third - momentum2, momentum2 - energy2 * first
     pace = np.sqrt((third - second) * high / (first * second * third))
-    sn, cn, dn, _ = scipy.special.ellipj(pace * TIMES, (second - first) * low / ((third - second) * high))
-    return np.array([
-        np.sqrt(low / (first * (third - first))) * cn,
-        np.sqrt(low / (second * (third - second))) * sn,
-        np.sqrt(high / (third * (third - first))) * dn,
-    ])  # fmt: skip
+    sn, cn, dn, _ = scipy.special.ellipj(
+        pace * TIMES, (second - first) * low / ((third - second) * high)
+    )
+    return np.array(
+        [
+            np.sqrt(low / (first * (third - first))) * cn,
+            np.sqrt(low / (second * (third - second))) * sn,
+            np.sqrt(high / (third * (third - first))) * dn,
+        ]
+    )
 
 
 def test_thrown_body_tumbles_as_elliptic_functions_say() -> None:
@@ -67,7 +75,9 @@ def test_thrown_body_tumbles_as_elliptic_functions_say() -> None:
     assert np.abs(spins - compute_spins(6.0, 7.0, MOMENTS * [1, 1.001, 1])).max() > 1e-3
 
 
-@pytest.mark.parametrize(("first", "second"), [(0.0, np.pi / 2), (np.pi / 2, np.pi / 2), (2.0, -1.1), (np.pi, np.pi)])
+@pytest.mark.parametrize(
+    ("first", "second"), [(0.0, np.pi / 2), (np.pi / 2, np.pi / 2), (2.0, -1.1), (np.pi, np.pi)]
+)
 def test_no_attitude_at_the_start_is_singular(first: float, second: float) -> None:
     run = throw(a_rad=first, b_rad=second, u_rad_s=6.0, w_rad_s=7.0)
     assert np.abs(get_spins(run, "stone") - compute_spins(6.0, 7.0)).max() < 1e-7
@@ -87,7 +97,9 @@ def test_angular_momentum_keeps_its_direction_in_space() -> None:
 
 
 def test_heavy_top_nods_as_elliptic_functions_say() -> None:
-    """Released level, with spin about its axis: Lagrange's top, whose cosine of the lean is an elliptic function."""
+    """Released level, with spin about its axis: Lagrange's top, whose cosine of the lean is an
+    elliptic function.
+    """
     run = own.dynamics("spinning_top").run(TIMES / 6)
     transverse, axial, weight, arm, spin = 4e-4 + 0.5 * 0.06**2, 6e-4, 0.5 * 9.81, 0.06, 120.0
     beta, a = 2 * weight * arm / transverse, axial * spin / transverse
@@ -96,13 +108,18 @@ def test_heavy_top_nods_as_elliptic_functions_say() -> None:
     sn = scipy.special.ellipj(scipy.special.ellipk(modulus) + pace * run.times, modulus)[0]
     assert run.results["height"] / arm == pytest.approx(low * (1 - sn**2), abs=1e-8)
     assert run.results["spin_topz"] == pytest.approx(spin, rel=1e-9)
-    assert run.results["F_Jz"][0] == pytest.approx(weight * (1 - 0.5 * arm**2 / transverse), rel=1e-9)
+    assert run.results["F_Jz"][0] == pytest.approx(
+        weight * (1 - 0.5 * arm**2 / transverse), rel=1e-9
+    )
 
 
 def test_free_frame_is_refused_in_the_plane_and_along_an_angle() -> None:
     with pytest.raises(MechanismError, match=r"stone.*space"):
         Mechanism("plane").free_frame("stone")
-    phi, omega = Quantity("phi", "rad", "crank", "test"), Quantity("omega", "rad/s", "speed", "test")
+    phi, omega = (
+        Quantity("phi", "rad", "crank", "test"),
+        Quantity("omega", "rad/s", "speed", "test"),
+    )
     with pytest.raises(MechanismError, match=r"stone.*free motion"):
         Mechanism("driven", angle=phi, speed=omega, spatial=True).free_frame("stone")
 

@@ -1,4 +1,6 @@
-"""Gears of the examples, held against Willis' equation, gear statics and power: none from this project."""
+"""Gears of the examples, held against Willis' equation, gear statics and power: none from this
+project.
+"""
 
 import numpy as np
 import pytest
@@ -20,7 +22,10 @@ def test_cycle_satisfies_laws(name: str) -> None:
 
 @pytest.mark.parametrize(("sun", "planet"), [(18, 27), (12, 40)])
 def test_planetary_gear_follows_willis(sun: int, planet: int) -> None:
-    """G. Niemann, H. Winter, Maschinenelemente 2: speeds by Willis, torques 1 : z_r/z_s : -(1 + z_r/z_s)."""
+    """G.
+
+    Niemann, H. Winter, Maschinenelemente 2: speeds by Willis, torques 1 : z_r/z_s : -(1 + z_r/z_s).
+    """
     values = Model(own.machine("planetary_gear", z_s=sun, z_p=planet))(TURN)
     ring = sun + 2 * planet
     assert values["psi"] == pytest.approx(TURN * sun / (sun + ring), rel=1e-13)
@@ -29,25 +34,42 @@ def test_planetary_gear_follows_willis(sun: int, planet: int) -> None:
     share = 24 / 3 * sun / (sun + ring) / (sun / 1000)  # tangential force on a tooth, module 2 mm
     for number in range(3):
         assert values[f"F_NS{number}"] == pytest.approx(share / np.cos(ALPHA), rel=1e-12)
-        assert np.hypot(values[f"F_P{number}x"], values[f"F_P{number}y"]) == pytest.approx(2 * share, rel=1e-12)
-    assert np.hypot(values["F_Ox"], values["F_Oy"]) == pytest.approx(0.0, abs=1e-10), "three planets centre the sun"
+        assert np.hypot(values[f"F_P{number}x"], values[f"F_P{number}y"]) == pytest.approx(
+            2 * share, rel=1e-12
+        )
+    assert np.hypot(values["F_Ox"], values["F_Oy"]) == pytest.approx(0.0, abs=1e-10), (
+        "three planets centre the sun"
+    )
 
 
 def test_planetary_gear_agrees_with_print() -> None:
-    """R. L. Norton, Design of machinery, example 9-5: 40, 20 and 80 teeth; as the sun turns at -100 r/min and the arm
-    at -200 r/min, the ring turns at -250 r/min. Seen from the ring, the sun turns at 150 r/min and the arm at 50 r/min.
+    """R.
+
+    L. Norton, Design of machinery, example 9-5: 40, 20 and 80 teeth; as the sun turns at -100 r/min
+    and the arm at -200 r/min, the ring turns at -250 r/min. Seen from the ring, the sun turns at
+    150 r/min and the arm at 50 r/min.
     """
-    values = Model(own.machine("planetary_gear", z_s=40.0, z_p=20.0, omega_rpm=150.0))(np.array([1.0]))
+    values = Model(own.machine("planetary_gear", z_s=40.0, z_p=20.0, omega_rpm=150.0))(
+        np.array([1.0])
+    )
     assert values["psi_dot"] * 30 / np.pi - 250 == pytest.approx([-200.0], abs=1e-10)
 
 
 def test_reversed_load_bears_on_other_flanks() -> None:
-    forward, backward = (Model(own.machine("planetary_gear", M_d_Nm=load))(TURN) for load in (24.0, -24.0))
+    forward, backward = (
+        Model(own.machine("planetary_gear", M_d_Nm=load))(TURN) for load in (24.0, -24.0)
+    )
     assert backward["M_in"] == pytest.approx(-forward["M_in"], rel=1e-12)
-    assert backward["F_NS0"] == pytest.approx(forward["F_NS0"], rel=1e-12), "a normal force always pushes"
-    radial = [np.cos(v["psi"]) * v["F_S0x"] + np.sin(v["psi"]) * v["F_S0y"] for v in (forward, backward)]
+    assert backward["F_NS0"] == pytest.approx(forward["F_NS0"], rel=1e-12), (
+        "a normal force always pushes"
+    )
+    radial = [
+        np.cos(v["psi"]) * v["F_S0x"] + np.sin(v["psi"]) * v["F_S0y"] for v in (forward, backward)
+    ]
     assert radial[1] == pytest.approx(radial[0], rel=1e-12)
-    assert radial[0] == pytest.approx(-forward["F_NS0"] * np.sin(ALPHA), rel=1e-12), "external teeth push apart"
+    assert radial[0] == pytest.approx(-forward["F_NS0"] * np.sin(ALPHA), rel=1e-12), (
+        "external teeth push apart"
+    )
 
 
 @pytest.mark.parametrize("push", [500.0, -500.0])
@@ -56,7 +78,9 @@ def test_rack_bears_weight_and_press(push: float) -> None:
     force = push + 4 * 9.81
     assert values["M_in"] == pytest.approx(0.03 * force, rel=1e-12)
     assert values["T_P"] == pytest.approx(-force, rel=1e-12)
-    assert values["F_Px"] == pytest.approx(-abs(force) * np.tan(ALPHA), rel=1e-12), "teeth push the rack away"
+    assert values["F_Px"] == pytest.approx(-abs(force) * np.tan(ALPHA), rel=1e-12), (
+        "teeth push the rack away"
+    )
 
 
 def test_internal_gears_pass_power() -> None:
@@ -70,8 +94,15 @@ def test_internal_gears_pass_power() -> None:
 
 
 def test_wrong_ratio_breaks_rolling() -> None:
-    text = (own.EXAMPLES / "internal_gears.py").read_text().replace("q.a / (1 - ratio)", "q.a / (1 + ratio)")
-    laws = {law.law: law.violation for law in compute_cycle(Model(own.machine(text, "internal_gears")), 90).result.laws}
+    text = (
+        (own.EXAMPLES / "internal_gears.py")
+        .read_text()
+        .replace("q.a / (1 - ratio)", "q.a / (1 + ratio)")
+    )
+    laws = {
+        law.law: law.violation
+        for law in compute_cycle(Model(own.machine(text, "internal_gears")), 90).result.laws
+    }
     assert laws["sliding of the pitch curves at P, y, which vanishes"] > 0.01
 
 
@@ -79,7 +110,8 @@ def test_given_force_is_no_pole() -> None:
     """A load at the planet's tip: its work is the drive's, less what the drive needs without it."""
     text = (own.EXAMPLES / "planetary_train.py").read_text()
     loaded = text.replace("    J_m ", "    F_s   | N | soil | 8\n    J_m ").replace(
-        'm.motor("M_in"', 'm.force("soil", plants, tip, m.vector(m.world, 0, q.F_s))\nm.motor("M_in"'
+        'm.motor("M_in"',
+        'm.force("soil", plants, tip, m.vector(m.world, 0, q.F_s))\nm.motor("M_in"',
     )
     assert loaded.count("F_s") == 2
     phi = np.linspace(0, 2 * np.pi, 721)

@@ -1,4 +1,6 @@
-"""Pairs of gears by families and by tables, held against integrals of the law of gearing and closed forms."""
+"""Pairs of gears by families and by tables, held against integrals of the law of gearing and closed
+forms.
+"""
 
 from __future__ import annotations
 
@@ -72,21 +74,33 @@ def test_family_rolls_as_its_radius_says(family: str, deformation: float | None)
     angles = np.array([0.3, 1.7, 2.6, 4.4, 6.1])
     turned = [
         scipy.integrate.quad(
-            lambda t: deformed(t) / (distance - deformed(t)), 0, end, points=[np.pi / first], epsabs=1e-13
+            lambda t: deformed(t) / (distance - deformed(t)),
+            0,
+            end,
+            points=[np.pi / first],
+            epsabs=1e-13,
         )[0]
         for end in angles
     ]
-    assert evaluate(pair, "radius", angles) == pytest.approx([deformed(t) for t in angles], rel=1e-12)
+    assert evaluate(pair, "radius", angles) == pytest.approx(
+        [deformed(t) for t in angles], rel=1e-12
+    )
     assert evaluate(pair, "turned", angles) == pytest.approx(turned, abs=1e-11)
-    assert evaluate(pair, "turned", angles + 2 * np.pi) == pytest.approx(np.add(turned, 2 * np.pi), abs=1e-11)
+    assert evaluate(pair, "turned", angles + 2 * np.pi) == pytest.approx(
+        np.add(turned, 2 * np.pi), abs=1e-11
+    )
     step = 1e-6
-    slopes = (evaluate(pair, "radius", angles + step) - evaluate(pair, "radius", angles - step)) / (2 * step)
+    slopes = (evaluate(pair, "radius", angles + step) - evaluate(pair, "radius", angles - step)) / (
+        2 * step
+    )
     assert evaluate(pair, "slope", angles) == pytest.approx(slopes, abs=1e-9)
 
 
 def test_table_of_an_ellipse_is_the_ellipse(tmp_path: Path) -> None:
     radius = RADII["ellipse"][1]
-    rows = [f"{degrees},{1e3 * radius(np.radians(degrees)):.12f}" for degrees in range(-180, 181, 2)]
+    rows = [
+        f"{degrees},{1e3 * radius(np.radians(degrees)):.12f}" for degrees in range(-180, 181, 2)
+    ]
     (tmp_path / "r.csv").write_text("t_deg,r_mm\n" + "\n".join(rows) + "\n", encoding="utf-8")
     table = read_gear_pair(tmp_path / "r.csv", COLUMNS)
     exact, angles = gear_pair("ellipse", PHI, A=0.02, k=0.2), np.linspace(-7, 7, 23)
@@ -94,7 +108,9 @@ def test_table_of_an_ellipse_is_the_ellipse(tmp_path: Path) -> None:
     for name, tolerance in (("turned", 1e-7), ("radius", 1e-8), ("slope", 1e-6)):
         values = evaluate(table.pair(PHI, table.distance), name, angles)
         assert values == pytest.approx(evaluate(exact, name, angles), abs=tolerance)
-    assert evaluate(table.pair(PHI, 0.1), "radius", angles) == pytest.approx(2.5 * radius(angles), rel=1e-6)
+    assert evaluate(table.pair(PHI, 0.1), "radius", angles) == pytest.approx(
+        2.5 * radius(angles), rel=1e-6
+    )
 
 
 def test_mate_of_measured_gear_turns_half_as_far() -> None:
@@ -102,14 +118,18 @@ def test_mate_of_measured_gear_turns_half_as_far() -> None:
     spline = CubicSpline(np.radians(rows[:, 0]), rows[:, 1] / 1e3, bc_type="periodic")
 
     def turn(distance: float, end: float = 2 * np.pi) -> float:
-        return scipy.integrate.quad(lambda t: spline(t) / (distance - spline(t)), 0, end, limit=400, epsabs=1e-12)[0]
+        return scipy.integrate.quad(
+            lambda t: spline(t) / (distance - spline(t)), 0, end, limit=400, epsabs=1e-12
+        )[0]
 
     distance = scipy.optimize.brentq(lambda a: turn(a) - np.pi, 0.05, 0.2, xtol=1e-13)
     model = Model(own.machine("measured_gears"))
     values = model(np.array([0.0, 1.1, 2 * np.pi]))
     table = read_gear_pair(own.EXAMPLES / "measured_gears.csv", COLUMNS, Fraction(1, 2))
     assert table.distance == pytest.approx(distance, rel=1e-9)
-    assert values["psi"] == pytest.approx([0.0, -np.pi + turn(distance, 2 * np.pi - 1.1), -np.pi], abs=1e-8)
+    assert values["psi"] == pytest.approx(
+        [0.0, -np.pi + turn(distance, 2 * np.pi - 1.1), -np.pi], abs=1e-8
+    )
     assert max(law.violation for law in compute_cycle(model, 90).result.laws) < 1e-10
 
 
@@ -129,7 +149,9 @@ def test_deformed_pair_satisfies_laws() -> None:
         ("0,20\n90,21\n180,20\n270,19\n360,20\n", 2, "does not close"),
     ],
 )
-def test_table_that_cannot_roll_is_refused(rows: str, ratio: int, reason: str, tmp_path: Path) -> None:
+def test_table_that_cannot_roll_is_refused(
+    rows: str, ratio: int, reason: str, tmp_path: Path
+) -> None:
     (tmp_path / "r.csv").write_text("t_deg,r_mm\n" + rows, encoding="utf-8")
     with pytest.raises(TableError, match=rf"r\.csv: .*{reason}"):
         read_gear_pair(tmp_path / "r.csv", COLUMNS, ratio)
@@ -137,8 +159,14 @@ def test_table_that_cannot_roll_is_refused(rows: str, ratio: int, reason: str, t
 
 @pytest.mark.parametrize(
     ("family", "parameters", "reason"),
-    [("fourier", {}, "ellipse, limacon, sine"), ("ellipse", {"A": 0.02}, "A, k"), ("oval", {}, "ellipse")],
+    [
+        ("fourier", {}, "ellipse, limacon, sine"),
+        ("ellipse", {"A": 0.02}, "A, k"),
+        ("oval", {}, "ellipse"),
+    ],
 )
-def test_family_without_closed_form_is_refused(family: str, parameters: dict[str, float], reason: str) -> None:
+def test_family_without_closed_form_is_refused(
+    family: str, parameters: dict[str, float], reason: str
+) -> None:
     with pytest.raises(ValueError, match=reason):
         gear_pair(family, PHI, **parameters)

@@ -1,4 +1,6 @@
-"""Joints of space: what each carries, the balance of momentum of all bodies, energy, and what is refused."""
+"""Joints of space: what each carries, the balance of momentum of all bodies, energy, and what is
+refused.
+"""
 
 import numpy as np
 import pytest
@@ -55,7 +57,9 @@ BODIES = ("one", "two", "three", "four", "five")
 
 
 def test_spatial_joints_conserve_momentum_and_do_no_work() -> None:
-    run = own.dynamics(SPACE.replace("UNIVERSAL", UNIVERSAL), "space").run(np.linspace(0, 0.3, 7), 1e-10)
+    run = own.dynamics(SPACE.replace("UNIVERSAL", UNIVERSAL), "space").run(
+        np.linspace(0, 0.3, 7), 1e-10
+    )
     assert run.undetermined == ()
     joints = {"x": ("one", "three"), "y": ("one", "three"), "z": ("three", "five")}
     outer = {"x": 1.2 * 9.81 / 7, "y": 1.2 * 9.81 / 5, "z": -5 * 1.2 * 9.81}

@@ -1,4 +1,6 @@
-"""Machines of the library, held against closed forms, numbers in print, and positions by intersecting circles."""
+"""Machines of the library, held against closed forms, numbers in print, and positions by
+intersecting circles.
+"""
 
 import numpy as np
 import pytest
@@ -40,7 +42,9 @@ def evaluate(name: str, angles: Array = TURN, **values: float) -> dict[str, Arra
 def differentiate(values: Array) -> tuple[Array, Array]:
     """Return first and second derivatives (n,) from values (5, n) at angles -2 to 2 steps away."""
     a, b, c, d, e = values
-    return (a - 8 * b + 8 * d - e) / (12 * STEP), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * STEP**2)
+    return (a - 8 * b + 8 * d - e) / (12 * STEP), (-a + 16 * b - 30 * c + 16 * d - e) / (
+        12 * STEP**2
+    )
 
 
 def angles_around(angles: Array) -> Array:
@@ -48,7 +52,9 @@ def angles_around(angles: Array) -> Array:
 
 
 def intersect_circles(first: Array, second: Array, radii: tuple[float, float], side: int) -> Array:
-    """Return the point (n,), as a complex number, at distances from two points, left of their line or right of it."""
+    """Return the point (n,), as a complex number, at distances from two points, left of their line
+    or right of it.
+    """
     line = second - first
     distance = np.abs(line)
     projection = (distance**2 + radii[0] ** 2 - radii[1] ** 2) / (2 * distance)
@@ -72,7 +78,11 @@ def test_scotch_yoke_is_harmonic() -> None:
 
 
 def test_cam_follower_agrees_with_print() -> None:
-    """R. L. Norton, Cam design and manufacturing handbook: a harmonic rise has the factors 1.571 and 4.935."""
+    """R.
+
+    L. Norton, Cam design and manufacturing handbook: a harmonic rise has the factors 1.571 and
+    4.935.
+    """
     values, pace = evaluate("cam_follower", np.array([0.0, np.pi / 2])), 240 * np.pi / 30 / np.pi
     assert values["s_dot"][1] / (0.014 * pace) == pytest.approx(1.571, abs=5e-4)
     assert values["s_ddot"][0] / (0.014 * pace**2) == pytest.approx(4.935, abs=5e-4)
@@ -83,7 +93,10 @@ def test_hooke_joint_follows_closed_form(bend: float) -> None:
     """The ratio lies between the cosine of the angle between the shafts and its inverse."""
     values, beta, speed = evaluate("hooke_joint", beta_deg=bend), np.radians(bend), 540 * np.pi / 30
     shape = 1 - np.sin(beta) ** 2 * np.cos(TURN) ** 2
-    ratio, bending = np.cos(beta) / shape, -np.cos(beta) * np.sin(beta) ** 2 * np.sin(2 * TURN) / shape**2
+    ratio, bending = (
+        np.cos(beta) / shape,
+        -np.cos(beta) * np.sin(beta) ** 2 * np.sin(2 * TURN) / shape**2,
+    )
     assert values["psi_dot"] == pytest.approx(ratio * speed, rel=1e-10)
     assert values["M_in"] == pytest.approx(ratio * (100 + 0.05 * bending * speed**2), rel=1e-9)
     extremes = evaluate("hooke_joint", np.array([0.0, np.pi / 2]), beta_deg=bend)["psi_dot"] / speed
@@ -91,24 +104,35 @@ def test_hooke_joint_follows_closed_form(bend: float) -> None:
 
 
 def test_hooke_joint_agrees_with_print() -> None:
-    """A worked example of a double universal joint (its first joint, 500 r/min, 20 degrees): 532.1 and 469.85 r/min."""
+    """A worked example of a double universal joint (its first joint, 500 r/min, 20 degrees): 532.1
+    and 469.85 r/min.
+    """
     values = evaluate("hooke_joint", np.array([0.0, np.pi / 2]), beta_deg=20.0, omega_rpm=500.0)
     assert values["psi_dot"] * 30 / np.pi == pytest.approx([532.1, 469.85], abs=0.05)
 
 
 def test_geneva_wheel_agrees_with_print() -> None:
-    """I. I. Artobolevsky, Mechanisms in modern engineering design, three-slot inverse Geneva wheel: 0.464, 1.729.
+    """I.
+
+    I. Artobolevsky, Mechanisms in modern engineering design, three-slot inverse Geneva wheel:
+    0.464, 1.729.
 
     The second number, the acceleration where the pin enters, is tan 60 degrees: 1.732.
     """
     speed, entry = 60 * np.pi / 30, np.radians(30)
-    values = evaluate("geneva_wheel", np.array([np.pi, entry + 1e-9, entry / 2, 2 * np.pi - entry / 2]))
+    values = evaluate(
+        "geneva_wheel", np.array([np.pi, entry + 1e-9, entry / 2, 2 * np.pi - entry / 2])
+    )
     assert values["psi_dot"][0] / speed == pytest.approx(0.464, abs=5e-4)
     assert values["psi_ddot"][1] / speed**2 == pytest.approx(1.729, abs=4e-3)
     assert values["psi_ddot"][1] / speed**2 == pytest.approx(np.tan(np.radians(60)), abs=1e-7)
-    assert list(values["psi_dot"][2:]) == list(values["M_in"][2:]) == [0.0, 0.0], "the wheel rests for 60 degrees"
+    assert list(values["psi_dot"][2:]) == list(values["M_in"][2:]) == [0.0, 0.0], (
+        "the wheel rests for 60 degrees"
+    )
     moving = evaluate("geneva_wheel")
-    assert moving["M_in"] == pytest.approx(0.004 * moving["psi_ddot"] * moving["psi_dot"] / speed, abs=1e-12)
+    assert moving["M_in"] == pytest.approx(
+        0.004 * moving["psi_ddot"] * moving["psi_dot"] / speed, abs=1e-12
+    )
 
 
 def test_swash_plate_bears_oil_and_inertia() -> None:
@@ -137,12 +161,17 @@ def test_rssr_agrees_with_bracketed_root() -> None:
 
 
 def test_watt_six_bar_agrees_with_print() -> None:
-    """R. L. Norton, Design of machinery, example 4-1, the open circuit: 20.30 and 57.33 degrees at a crank at 40.
+    """R.
+
+    L. Norton, Design of machinery, example 4-1, the open circuit: 20.30 and 57.33 degrees at a
+    crank at 40.
 
     The print computes with rounded numbers; unrounded, the second angle is 57.325 degrees.
     """
     values = evaluate("watt_six_bar", np.array([np.radians(40)]))
-    assert np.degrees([values["beta"][0], values["gamma"][0]]) == pytest.approx([20.30, 57.33], abs=0.006)
+    assert np.degrees([values["beta"][0], values["gamma"][0]]) == pytest.approx(
+        [20.30, 57.33], abs=0.006
+    )
 
 
 def test_watt_six_bar_balances_virtual_work() -> None:
@@ -150,7 +179,9 @@ def test_watt_six_bar_balances_virtual_work() -> None:
     crank = 0.04 * np.exp(1j * angles)
     pin = intersect_circles(crank, np.full_like(crank, 0.1), (0.12, 0.08), 1)
     arm = 0.1 - 0.06j * (pin - 0.1) / 0.08
-    out = np.unwrap(np.angle(intersect_circles(arm, np.full_like(arm, 0.23), (0.14, 0.09), 1) - 0.23), axis=0)
+    out = np.unwrap(
+        np.angle(intersect_circles(arm, np.full_like(arm, 0.23), (0.14, 0.09), 1) - 0.23), axis=0
+    )
     values = evaluate("watt_six_bar", omega_rpm=1e-4)
     assert np.cos(values["chi"] - out[2]) == pytest.approx(1.0, abs=1e-12)
     lift = differentiate((crank + pin).imag / 2)[0]
@@ -173,7 +204,10 @@ def test_stephenson_six_bar_balances_virtual_work() -> None:
 
 
 def test_hay_baler_agrees_with_print() -> None:
-    """R. L. Norton, Design of machinery, example 4-2, the open circuit: 152.91 degrees and 126.84 mm at a crank at 60.
+    """R.
+
+    L. Norton, Design of machinery, example 4-2, the open circuit: 152.91 degrees and 126.84 mm at a
+    crank at 60.
 
     The print measures the rod's angle at the slider: the rod here points the other way.
     """
@@ -183,7 +217,9 @@ def test_hay_baler_agrees_with_print() -> None:
 
 
 def test_hay_baler_balances_virtual_work() -> None:
-    """The motor bears the hay, the rod's weight and, over a stroke, the work up to the dead centre."""
+    """The motor bears the hay, the rod's weight and, over a stroke, the work up to the dead
+    centre.
+    """
     angles = angles_around(TURN)
     crank = 0.36 * np.exp(1j * angles)
     tilt = np.arcsin((-0.06 - crank.imag) / 1.0)
@@ -198,25 +234,37 @@ def test_hay_baler_balances_virtual_work() -> None:
 
 
 def test_mean_torque_of_hay_baler_is_exact() -> None:
-    """The work of a stroke is that of the hay up to the dead centre, where its force drops to zero."""
+    """The work of a stroke is that of the hay up to the dead centre, where its force drops to
+    zero.
+    """
     machine, farthest = own.machine("hay_baler"), np.sqrt(1.36**2 - 0.06**2)
     cycle = PiecewiseCycle(machine, build_rows(machine))
     stroke = cycle.motor("M_in").mean_Nm
-    assert stroke == pytest.approx(6e4 * 0.35 / 4 * ((farthest - 1) / 0.35) ** 4 / (2 * np.pi), rel=1e-12)
+    assert stroke == pytest.approx(
+        6e4 * 0.35 / 4 * ((farthest - 1) / 0.35) ** 4 / (2 * np.pi), rel=1e-12
+    )
     named = 'hay = m.report("F_hay", "N", "force of the hay", Piecewise('
-    text = (own.EXAMPLES / "hay_baler.py").read_text(encoding="utf-8").replace(named, "hay = (Piecewise(")
+    text = (
+        (own.EXAMPLES / "hay_baler.py")
+        .read_text(encoding="utf-8")
+        .replace(named, "hay = (Piecewise(")
+    )
     other = own.machine(text, "hay_baler")
-    assert PiecewiseCycle(other, build_rows(other)).motor("M_in").mean_Nm == pytest.approx(stroke, rel=1e-12)
+    assert PiecewiseCycle(other, build_rows(other)).motor("M_in").mean_Nm == pytest.approx(
+        stroke, rel=1e-12
+    )
     drop = next(shock for shock in cycle.shocks() if shock.quantity == "F_hay")
     assert np.radians(drop.phi_deg) == pytest.approx(2 * np.pi - np.arcsin(0.06 / 1.36), abs=1e-12)
-    assert [drop.before, drop.after] == pytest.approx([6e4 * ((farthest - 1) / 0.35) ** 3, 0.0], rel=1e-9)
+    assert [drop.before, drop.after] == pytest.approx(
+        [6e4 * ((farthest - 1) / 0.35) ** 3, 0.0], rel=1e-9
+    )
 
 
 def gear_ratio(driver: float, mate: float) -> float:
     """The ratio of two eccentric involute gears by the law of gearing.
 
-    The line of action touches both base circles from different sides; where it crosses the line of the shafts lies the
-    pitch point.
+    The line of action touches both base circles from different sides; where it crosses the line of
+    the shafts lies the pitch point.
     """
     distance, eccentricity = 42.0, 3.0
     base = distance / 2 * np.cos(np.radians(20))
@@ -229,13 +277,20 @@ def gear_ratio(driver: float, mate: float) -> float:
 
 
 def test_eccentric_train_follows_law_of_gearing() -> None:
-    """The angles agree with the integral of the ratio from where the long side of one gear meets the short side."""
+    """The angles agree with the integral of the ratio from where the long side of one gear meets
+    the short side.
+    """
 
     def integrate(angles: Array) -> Array:
         """Return the mate's angle (n,) at angles of the driver (n,)."""
         solution = [
             scipy.integrate.solve_ivp(
-                lambda t, u: [gear_ratio(t, u[0])], (0, angle), [0.0], "DOP853", rtol=1e-12, atol=1e-13
+                lambda t, u: [gear_ratio(t, u[0])],
+                (0, angle),
+                [0.0],
+                "DOP853",
+                rtol=1e-12,
+                atol=1e-13,
             ).y[0, -1]
             for angle in angles
         ]
@@ -250,19 +305,25 @@ def test_eccentric_train_follows_law_of_gearing() -> None:
     angles = evaluate("eccentric_train", neighbours.ravel())["chi"].reshape(neighbours.shape)
     outwards = neighbours + bend
     shaft = 0.042 * (np.sin(neighbours) + np.sin(outwards))
-    lift = 0.64 * (shaft + 0.042 * np.sin(outwards + angles - np.radians(30))) + 0.21 * 0.042 * np.sin(neighbours)
+    lift = 0.64 * (
+        shaft + 0.042 * np.sin(outwards + angles - np.radians(30))
+    ) + 0.21 * 0.042 * np.sin(neighbours)
     assert slow["M_in"] == pytest.approx(9.81 * differentiate(lift)[0], abs=1e-7)
 
 
 def test_eccentric_train_without_eccentricity_is_round() -> None:
-    """Round equal gears: the middle gear turns twice as fast as the carrier, and the planet translates."""
+    """Round equal gears: the middle gear turns twice as fast as the carrier, and the planet
+    translates.
+    """
     values = evaluate("eccentric_train", e_mm=0.0)
     assert values["psi"] == pytest.approx(TURN - np.radians(20), abs=1e-12)
     assert values["chi"] == pytest.approx(np.radians(-50 + 20) - TURN, abs=1e-12)
 
 
 def test_lift_arm_balances_virtual_work() -> None:
-    """The cylinder's pull is the weight's by the ratio of their speeds, with the inertia of the arm."""
+    """The cylinder's pull is the weight's by the ratio of their speeds, with the inertia of the
+    arm.
+    """
     phase, speed = np.linspace(0.3, 2.8, 41), 6 * np.pi / 30
     angles = angles_around(phase)
     length = 0.52 + 0.08 * (1 - np.cos(angles))
@@ -272,7 +333,9 @@ def test_lift_arm_balances_virtual_work() -> None:
     values = evaluate("lift_arm", phase)
     assert values["theta"] == pytest.approx(arm[2], abs=1e-12)
     moment = 180 * (9.81 * 0.8 * np.cos(arm[2]) + 0.8**2 * bend * speed**2) + 12 * bend * speed**2
-    assert -values["F_cylinder"] * differentiate(length)[0] == pytest.approx(moment * slope, rel=1e-7)
+    assert -values["F_cylinder"] * differentiate(length)[0] == pytest.approx(
+        moment * slope, rel=1e-7
+    )
     assert values["P_F_cylinder"] == pytest.approx(moment * slope * speed, rel=1e-7)
 
 
@@ -289,7 +352,10 @@ def test_toggle_press_balances_virtual_work() -> None:
 def test_rod_between_balls_spins_freely() -> None:
     m = Mechanism("strut", angle=PHI, speed=OMEGA, spatial=True)
     crank = m.frame("crank", PHI, Z)
-    rod, end = m.body("rod", crank, MASS, m.point("S", m.O, crank, LENGTH / 2)), m.point("E", m.O, crank, LENGTH)
+    rod, end = (
+        m.body("rod", crank, MASS, m.point("S", m.O, crank, LENGTH / 2)),
+        m.point("E", m.O, crank, LENGTH),
+    )
     m.ball("A", rod, m.ground, m.O)
     m.ball("B", rod, m.ground, end)
     with pytest.raises(MechanismError, match=r"rod spins freely about the line from O to E"):

@@ -1,4 +1,6 @@
-"""Measures of a mechanism made least: derivatives against differences, optima against closed forms and dense grids."""
+"""Measures of a mechanism made least: derivatives against differences, optima against closed forms
+and dense grids.
+"""
 
 import math
 from pathlib import Path
@@ -66,7 +68,9 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_restart_forgets_earlier_designs(file: Path) -> None:
-    """Loops are closed near where they were before, which must not reach from one descent of a worker into the next."""
+    """Loops are closed near where they were before, which must not reach from one descent of a
+    worker into the next.
+    """
     machine = build_machine(load(file))
     measures = [resolve_measure(machine, term) for term in parse_sum("mean s")]
     problem, angles = build_problem(machine, measures, (), 36), machine.list_angles(36)
@@ -114,21 +118,32 @@ def test_spread_of_constant_is_not_minimised(objective: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("objective", "optimum"), [("max y", math.sin(0.3) * 1e3), ("range y + range z", 600.0), ("range z", 600.0)]
+    ("objective", "optimum"),
+    [("max y", math.sin(0.3) * 1e3), ("range y + range z", 600.0), ("range z", 600.0)],
 )
 def test_constants_count_in_sums(objective: str, optimum: float) -> None:
-    machine = own.machine(FLAT, "flat").with_ranges({"values.a_m": (1.0, 1.0001), "values.b_m": (0.3, 1.2)})
+    machine = own.machine(FLAT, "flat").with_ranges(
+        {"values.a_m": (1.0, 1.0001), "values.b_m": (0.3, 1.2)}
+    )
     result = optimise_machine(machine, objective, spec=SearchSpec(starts=2)).result
     assert result.objective == pytest.approx(optimum, rel=1e-6)
 
 
 def test_optimum_equals_closed_form(file: Path) -> None:
-    """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
+    """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the
+    least at r = 30.
+    """
     optimum = optimise_machine(
-        build_machine(load(file)), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=4), means=Means(1)
+        build_machine(load(file)),
+        "range s",
+        ["s at 0 >= 170"],
+        spec=SearchSpec(starts=4),
+        means=Means(1),
     ).result
     assert optimum.design["r_mm"] == pytest.approx(30, abs=1e-9)
-    assert optimum.design["e_mm"] == pytest.approx(0, abs=0.01), "flat there: 0.0014 mm for each mm2"
+    assert optimum.design["e_mm"] == pytest.approx(0, abs=0.01), (
+        "flat there: 0.0014 mm for each mm2"
+    )
     assert optimum.objective == pytest.approx(60, rel=1e-10)
     # a step to e = 0 would gain 4e-11 of the objective, less than what closed loops leave open
     assert optimum.certificate.kkt_residual < 2e-6
@@ -143,10 +158,18 @@ def compute_stroke(design: dict[str, float]) -> float:
 @pytest.mark.parametrize("limit", ["range s >= {}", "max s >= {}", "min s <= {}"])
 def test_lower_limit_is_active_with_correct_price(file: Path, limit: str) -> None:
     """Limits that one angle satisfies; the price is how much the optimum rises with the limit."""
-    number, step = {"range s >= {}": (90.0, 0.2), "max s >= {}": (245.0, 0.2), "min s <= {}": (75.0, -0.2)}[limit]
+    number, step = {
+        "range s >= {}": (90.0, 0.2),
+        "max s >= {}": (245.0, 0.2),
+        "min s <= {}": (75.0, -0.2),
+    }[limit]
     first, second = (
         optimise_machine(
-            build_machine(load(file)), "rms M_in", [limit.format(level)], spec=SearchSpec(starts=2), means=Means(1)
+            build_machine(load(file)),
+            "rms M_in",
+            [limit.format(level)],
+            spec=SearchSpec(starts=2),
+            means=Means(1),
         ).result
         for level in (number, number + step)
     )
@@ -163,16 +186,24 @@ def test_lower_limit_is_active_with_correct_price(file: Path, limit: str) -> Non
 
 def test_limited_optimum_equals_dense_grid(file: Path) -> None:
     machine = load(file)
-    optimum = optimise_machine(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
+    optimum = optimise_machine(
+        build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2)
+    )
     best = np.inf
     phi = np.radians(np.arange(0.0, 360.0, 2.0))
     for r in (30.0, 31.0):
         for length in np.linspace(120, 200, 5):
             for e in (-15.0, 0.0, 15.0):
-                turned = Model(build_machine(machine.with_values({"r_mm": r, "l_mm": float(length), "e_mm": e})))
+                turned = Model(
+                    build_machine(
+                        machine.with_values({"r_mm": r, "l_mm": float(length), "e_mm": e})
+                    )
+                )
                 if turned(np.array([np.pi]))["s"][0] >= 0.1:
                     best = min(best, np.abs(turned(phi)["M_in"]).max())
-    assert optimum.result.objective <= best * (1 + 2e-3), "the grid of angles misses a peak by as much"
+    assert optimum.result.objective <= best * (1 + 2e-3), (
+        "the grid of angles misses a peak by as much"
+    )
     assert optimum.result.certificate.agreeing_starts == 2
     peak = np.abs(Model(optimum.machine)(np.radians(np.arange(0.0, 360.0, 0.05)))["M_in"]).max()
     assert peak == pytest.approx(optimum.result.objective, rel=1e-5)
@@ -181,9 +212,12 @@ def test_limited_optimum_equals_dense_grid(file: Path) -> None:
 def test_infeasible_limit_is_named_with_reached_value(file: Path) -> None:
     with pytest.raises(
         ComputationError,
-        match=r"no design that satisfies s at 180 >= 500 was found .* from \d+ starts? .*the closest .* reaches 1",
+        match=r"no design that satisfies s at 180 >= 500 was found .* from \d+ starts? .*the "
+        r"closest .* reaches 1",
     ):
-        optimise_machine(build_machine(load(file)), "range s", ["s at 180 >= 500"], spec=SearchSpec(starts=1))
+        optimise_machine(
+            build_machine(load(file)), "range s", ["s at 180 >= 500"], spec=SearchSpec(starts=1)
+        )
 
 
 @pytest.mark.parametrize(
@@ -199,15 +233,21 @@ def test_infeasible_limit_is_named_with_reached_value(file: Path) -> None:
         ("range s", "rms abs s >= 3", "rms takes no abs|only abs NAME <="),
     ],
 )
-def test_invalid_goal_is_refused(file: Path, objective: str, hold: str | None, message: str) -> None:
+def test_invalid_goal_is_refused(
+    file: Path, objective: str, hold: str | None, message: str
+) -> None:
     with pytest.raises(InputError, match=message):
-        optimise_machine(build_machine(load(file)), objective, [hold] if hold else [], spec=SearchSpec(starts=1))
+        optimise_machine(
+            build_machine(load(file)), objective, [hold] if hold else [], spec=SearchSpec(starts=1)
+        )
 
 
 @pytest.mark.usefixtures("blank_figures")
 def test_command_writes_reusable_optimum(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "best"
-    result = answer("optimise", str(file), "--least", "range F_Ox", "--starts", "2", "--out", str(out))
+    result = answer(
+        "optimise", str(file), "--least", "range F_Ox", "--starts", "2", "--out", str(out)
+    )
     jsonschema.validate(result, load_schema("optimise least"))
     assert result["objective"] < result["start_objective"]
     turned = answer("turn", str(out / "optimum.toml"))["quantities"]["F_Ox_N"]
@@ -238,7 +278,9 @@ LIMITS = ["s at 0 >= 0.233 m", "F_Ox where s is greatest >= -1 kN"]
 
 
 def test_file_objective_is_used(file: Path, tmp_path: Path) -> None:
-    """A turn reports the file's limits; the optimum satisfies them, and prices agree with a limit that is moved."""
+    """A turn reports the file's limits; the optimum satisfies them, and prices agree with a limit
+    that is moved.
+    """
     goal = f"{SUM}[requirements]\nhold = {LIMITS}\n"
     source = with_goal(file, tmp_path, goal)
     result = answer("optimise", str(source), "--starts", "2")
@@ -248,7 +290,9 @@ def test_file_objective_is_used(file: Path, tmp_path: Path) -> None:
     assert (price["limit_on"], price["unit"]) == ("s at 0 >= 233 mm", "mm")
     moved = with_goal(file, tmp_path, goal.replace("0.233 m", "0.23301 m"), "moved.toml")
     dearer = answer("optimise", str(moved), "--starts", "1")
-    assert (dearer["objective"] - result["objective"]) / 0.01 == pytest.approx(price["multiplier"], rel=1e-2)
+    assert (dearer["objective"] - result["objective"]) / 0.01 == pytest.approx(
+        price["multiplier"], rel=1e-2
+    )
 
 
 def test_a_turn_reports_the_limits_of_the_file(file: Path, tmp_path: Path) -> None:
@@ -256,7 +300,9 @@ def test_a_turn_reports_the_limits_of_the_file(file: Path, tmp_path: Path) -> No
     turned = answer("turn", str(source))
     assert [hold["met"] for hold in turned["holds"]] == [False, True, True]
     assert turned["met"] is False
-    assert turned["holds"][2]["value"] == pytest.approx(turned["quantities"]["M_in_Nm"]["max"], rel=1e-3)
+    assert turned["holds"][2]["value"] == pytest.approx(
+        turned["quantities"]["M_in_Nm"]["max"], rel=1e-3
+    )
 
 
 def test_methods_agree(file: Path, tmp_path: Path) -> None:
@@ -265,7 +311,9 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
     goal = f'[genetic_algorithm]\n{settings}[objective]\nleast = "rms F_Ox"\nsamples = 60\n'
     source = build_machine(load(with_goal(file, tmp_path, goal)))
     optima = {
-        method: optimise_machine(source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic))
+        method: optimise_machine(
+            source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic)
+        )
         for method in METHODS
     }
     best = optima["ipopt"].result.objective
@@ -275,10 +323,13 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
 
 
 def test_number_of_workers_changes_no_bit(file: Path) -> None:
-    """The loops of an optimum are closed from where the search was before, wherever its descents ran."""
+    """The loops of an optimum are closed from where the search was before, wherever its descents
+    ran.
+    """
     machine, spec = build_machine(load(file)), SearchSpec(starts=3, method="hybrid", genetic=SHORT)
     alone, shared = (
-        optimise_machine(machine, "max abs M_in", ["s at 180 >= 100"], spec, means=Means(n)) for n in (1, 2)
+        optimise_machine(machine, "max abs M_in", ["s at 180 >= 100"], spec, means=Means(n))
+        for n in (1, 2)
     )
     assert alone.x.tobytes() == shared.x.tobytes()
     assert (alone.result.certificate, alone.result.evaluations) == (
@@ -289,11 +340,15 @@ def test_number_of_workers_changes_no_bit(file: Path) -> None:
 
 @pytest.mark.parametrize(
     ("goal", "part"),
-    [('[objective]\nleast = "rang s"\n', "objective.least = 'rang s': 'rang' at character 1"),
-     ('[requirements]\nhold = ["s <= 3", "s < 3"]\n', "requirements.hold[1] = 's < 3'"),
-     ('[requirements]\nhold = []\n', "requirements.hold")],
-)  # fmt: skip
-def test_goals_of_files_are_refused_by_their_place(file: Path, tmp_path: Path, goal: str, part: str) -> None:
+    [
+        ('[objective]\nleast = "rang s"\n', "objective.least = 'rang s': 'rang' at character 1"),
+        ('[requirements]\nhold = ["s <= 3", "s < 3"]\n', "requirements.hold[1] = 's < 3'"),
+        ("[requirements]\nhold = []\n", "requirements.hold"),
+    ],
+)
+def test_goals_of_files_are_refused_by_their_place(
+    file: Path, tmp_path: Path, goal: str, part: str
+) -> None:
     with pytest.raises(InputError) as caught:
         load(with_goal(file, tmp_path, goal))
     assert part in caught.value.message
@@ -308,8 +363,12 @@ def test_value_without_effect_stays_as_it_was() -> None:
 
 
 def test_device_has_an_optimum_of_any_sum() -> None:
-    machine = load_machine("wang2017").with_moved({"design.alpha3_deg": (25.0, 26.0), "design.m31": (1.5, 1.6)})
-    optimum = optimise_machine(machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1))
+    machine = load_machine("wang2017").with_moved(
+        {"design.alpha3_deg": (25.0, 26.0), "design.m31": (1.5, 1.6)}
+    )
+    optimum = optimise_machine(
+        machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1)
+    )
     document = optimum.machine.document
     assert isinstance(document, PlantingMachine)
     turned = simulate(Device(document), 12).result

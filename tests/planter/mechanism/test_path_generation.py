@@ -1,4 +1,6 @@
-"""A four-bar whose coupler point follows given points, held against the theorem of Roberts and Chebyshev."""
+"""A four-bar whose coupler point follows given points, held against the theorem of Roberts and
+Chebyshev.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ from tests.support import own
 from tests.support.cli import answer
 
 FOUR_BAR = {"a": 40.0, "b": 115.0, "c": 105.0, "D": 128 + 0j, "P": 65 + 50j}
-"""The four-bar that the points are of, in mm: crank, coupler, rocker, shaft of the rocker, point in the coupler."""
+"""The four-bar that the points are of, in mm: crank, coupler, rocker, shaft of the rocker, point in
+the coupler.
+"""
 
 
 def trace(phi: Array, a: float, b: float, c: float, D: complex, P: complex) -> Array:
@@ -39,30 +43,50 @@ def test_example_finds_the_four_bar_of_its_points() -> None:
     folder = own.generated("coupler_path")
     objective = "rms distance x_P y_P to coupler_path.csv"
     (folder / "coupler_path.csv").write_text((own.EXAMPLES / "coupler_path.csv").read_text())
-    result = answer("optimise", str(folder / "coupler_path.toml"), "--least", objective, "--starts", "2")
+    result = answer(
+        "optimise", str(folder / "coupler_path.toml"), "--least", objective, "--starts", "2"
+    )
     assert result["objective"] < 0.04 < 3 < result["start_objective"]
     assert result["design"]["a_mm"] == pytest.approx(40, abs=0.2)
 
 
 @pytest.mark.parametrize("points", [225, pytest.param(900, marks=pytest.mark.long)])
 def test_optimum_recovers_the_four_bar_of_dense_points(points: int, tmp_path: Path) -> None:
-    """Chords differ from the curve by the square of their length, and so do the lengths that are found."""
+    """Chords differ from the curve by the square of their length, and so do the lengths that are
+    found.
+    """
     write_points(tmp_path / "path.csv", points + 1)
     machine = build_machine(own.file("coupler_path"))
     objective = f"rms distance x_P y_P to {tmp_path / 'path.csv'}"
     optimum = optimise_machine(machine, objective, spec=SearchSpec(360, starts=2))
     lengths = {path.rpartition(".")[2]: value for path, value in optimum.result.design.items()}
-    expected = {"a_mm": 40, "b_mm": 115, "c_mm": 105, "x_D_mm": 128, "y_D_mm": 0, "u_mm": 65, "v_mm": 50}
+    expected = {
+        "a_mm": 40,
+        "b_mm": 115,
+        "c_mm": 105,
+        "x_D_mm": 128,
+        "y_D_mm": 0,
+        "u_mm": 65,
+        "v_mm": 50,
+    }
     assert lengths == pytest.approx(expected, abs=2e-3 * (900 / points) ** 2)
     assert optimum.result.objective < 1e-4 * (900 / points) ** 2
 
 
 def test_cognate_traces_the_same_path() -> None:
-    """Roberts and Chebyshev: with P = ratio b, another four-bar on the shafts O + ratio (D - O) and D does so too."""
+    """Roberts and Chebyshev: with P = ratio b, another four-bar on the shafts O + ratio (D - O) and
+    D does so too.
+    """
     a, b, c, D, P = FOUR_BAR.values()
     ratio = P / b
     rest, sense = 1 - ratio, (ratio - 1) / abs(ratio - 1)
-    cognate = {"a": abs(rest) * a, "b": abs(rest) * c, "c": abs(rest) * b, "D": rest * D, "P": ratio * c / sense}
+    cognate = {
+        "a": abs(rest) * a,
+        "b": abs(rest) * c,
+        "c": abs(rest) * b,
+        "D": rest * D,
+        "P": ratio * c / sense,
+    }
     phi = np.linspace(0, 2 * np.pi, 13)
     crank = a * np.exp(1j * phi)
     beta = np.angle((trace(phi, **FOUR_BAR) - crank) / P)
@@ -96,12 +120,18 @@ PUBLISHED = """
     p_y   | mm  | first precision point, y   | 20
     h     | mm  | next precision point       | 5
 """
-"""J. A. Cabrera, A. Simon, M. Prado, "Optimal synthesis of mechanisms with genetic algorithms", Mech. Mach. Theory 37
-(2002) 1165-1177, case 1: the best design for six points on a line; printed error, the sum of squares, 0.026 mm2."""
+"""J.
+
+A. Cabrera, A. Simon, M. Prado, "Optimal synthesis of mechanisms with genetic algorithms", Mech.
+Mach. Theory 37 (2002) 1165-1177, case 1: the best design for six points on a line; printed error,
+the sum of squares, 0.026 mm2.
+"""
 
 
 def precision_points(a: float) -> str:
-    """The example with the published sizes, another crank, and the distances from the points of the line."""
+    """The example with the published sizes, another crank, and the distances from the points of the
+    line.
+    """
     text = (own.EXAMPLES / "coupler_path.py").read_text(encoding="utf-8")
     rows = [row for row in text.splitlines() if not re.match(r" {4}(a|b|c|x_D|y_D|u|v) +\|", row)]
     text = "\n".join(rows).replace("    m_b ", PUBLISHED.format(a=a)[1:] + "    m_b ")
@@ -118,7 +148,9 @@ SYSTEM"""
 
 def test_published_design_passes_its_precision_points() -> None:
     def error(a: float) -> float:
-        results = own.evaluate_lane(own.file(precision_points(a), "coupler_path"), np.linspace(0, 2 * np.pi, 20001))
+        results = own.evaluate_lane(
+            own.file(precision_points(a), "coupler_path"), np.linspace(0, 2 * np.pi, 20001)
+        )
         return sum((1e3 * results[f"d_{i}"].min()) ** 2 for i in range(6))
 
     assert error(8.562912) == pytest.approx(0.026, abs=5e-4)

@@ -1,4 +1,6 @@
-"""Turns that do not end in the state in which they began: what they tell, and what they must not."""
+"""Turns that do not end in the state in which they began: what they tell, and what they must
+not.
+"""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -63,11 +65,15 @@ def test_nonperiodic_quantities_are_reported(ratio: Fraction) -> None:
     assert result.work == {"M_in_J": None}
     assert (result.quantities["M_in_Nm"].mean, result.quantities["M_in_Nm"].rms) == (None, None)
     assert result.quantities["chi_dot_rad_s"].mean == pytest.approx(2 * np.pi * ratio)
-    assert [(warning.name, "chi" in warning.message) for warning in result.warnings] == [("does_not_repeat", True)]
+    assert [(warning.name, "chi" in warning.message) for warning in result.warnings] == [
+        ("does_not_repeat", True)
+    ]
 
 
 def test_turn_with_whole_ratio_repeats() -> None:
-    """An angle that gains whole turns is no change; its mean is that of the turn, not that of 360 samples of it."""
+    """An angle that gains whole turns is no change; its mean is that of the turn, not that of 360
+    samples of it.
+    """
     result = compute_cycle(Model(belt_machine(Fraction(-2)))).result
     assert (result.not_repeating, result.repeats_after_turns, result.warnings) == ({}, 1, [])
     assert result.quantities["chi_deg"].mean == pytest.approx(-360.0, rel=1e-12)
@@ -84,7 +90,9 @@ def test_growing_length_is_reported() -> None:
 
 def test_turn_whose_next_turn_fails_gives_no_means() -> None:
     """The square root ends at 400 deg."""
-    more = 'from sympy import sqrt\nm.report("left", "1", "what is left", sqrt(Rational(7) - q.phi))\n'
+    more = (
+        'from sympy import sqrt\nm.report("left", "1", "what is left", sqrt(Rational(7) - q.phi))\n'
+    )
     result = compute_cycle(Model(belt_machine(Fraction(1), more))).result
     assert set(result.not_repeating.values()) == {None}
     assert result.work == {"M_in_J": None}
@@ -99,7 +107,9 @@ def test_averages_of_nonperiodic_quantities_are_refused() -> None:
         optimisation.optimise_machine(half, "rms M_in", spec=SearchSpec(starts=1))
     with pytest.raises(ComputationError, match="cord"):
         cam.build_profile(Model(half), 0.001, "cord", "e")
-    assert printed.evaluate_measure(source, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)
+    assert printed.evaluate_measure(
+        source, parse_measure("max chi", "a"), None, None
+    ) == pytest.approx(np.pi)
     assert printed.evaluate_measure(source, parse_measure("min chi", "a"), None, None) == 0
     names = ("M_in_mean_Nm", "M_in_max_Nm", "chi_dot_mean_rad_s")
     ends = {"values.e_mm": (50.0, 50.0)}
@@ -108,10 +118,17 @@ def test_averages_of_nonperiodic_quantities_are_refused() -> None:
 
 
 def test_contact_of_nonperiodic_cycle() -> None:
-    """A force that is negative at both ends of the turn is so in two stretches, none of which passes its end."""
-    more = "from sympy import sin\nN = m.report('N_c', 'N', 'contact', q.m * q.g * (sin(chi) - Rational(1, 2)))\n"
+    """A force that is negative at both ends of the turn is so in two stretches, none of which
+    passes its end.
+    """
+    more = (
+        "from sympy import sin\nN = m.report('N_c', 'N', 'contact', q.m * q.g * (sin(chi) - "
+        "Rational(1, 2)))\n"
+    )
     machine = belt_machine(Fraction(1, 2), more)
-    pushing = tuple(replace(quantity, is_push=quantity.name == "N_c") for quantity in machine.quantities)
+    pushing = tuple(
+        replace(quantity, is_push=quantity.name == "N_c") for quantity in machine.quantities
+    )
     model, angles = Model(replace(machine, quantities=pushing)), 2 * np.pi * np.arange(90) / 90
     lift_offs = list_lift_offs(model, angles, model(angles), repeats=False)
     assert [lift_off.angle_deg for lift_off in lift_offs] == pytest.approx([0.0, 300.0], abs=1e-6)

@@ -1,4 +1,6 @@
-"""Proofs of optima of one's own mechanisms: enclosures against the engine's own results, bounds, tampered cases."""
+"""Proofs of optima of one's own mechanisms: enclosures against the engine's own results, bounds,
+tampered cases.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,9 @@ QUANTITIES = {
     "planetary_train": (("F_Ox", False), ("M_in", False), ("chi", False), ("x_tip", False)),
     "cam_follower": (("F_Oy", False), ("s_ddot", False), ("P_M_in", True)),
 }
-"""Closed loops, closed forms with angles of two arguments and flanks, friction with simultaneous equations."""
+"""Closed loops, closed forms with angles of two arguments and flanks, friction with simultaneous
+equations.
+"""
 
 
 def find_box(file: MechanismFile, share: float = SMALL) -> tuple[Array, Array]:
@@ -60,22 +64,34 @@ def draw_designs(box: tuple[Array, Array], count: int) -> list[Array]:
     return [box[0] + rng.random(len(box[0])) * (box[1] - box[0]) for _ in range(count)]
 
 
-def enclose(file: MechanismFile, quantities: tuple[tuple[str, bool], ...], box: tuple[Array, Array]) -> list[Jet]:
+def enclose(
+    file: MechanismFile, quantities: tuple[tuple[str, bool], ...], box: tuple[Array, Array]
+) -> list[Jet]:
     enclosed = EnclosedMechanism(build_machine(file), file.model)
-    return enclose_samples(enclosed.enclose([ProvedQuantity(*pair) for pair in quantities]), Space(*box), COUNT)
+    return enclose_samples(
+        enclosed.enclose([ProvedQuantity(*pair) for pair in quantities]), Space(*box), COUNT
+    )
 
 
-def count_misses(jets: list[Jet], file: MechanismFile, quantities: tuple[tuple[str, bool], ...]) -> int:
-    """Return how many values and slopes of the engine, at random designs, are outside their enclosures."""
+def count_misses(
+    jets: list[Jet], file: MechanismFile, quantities: tuple[tuple[str, bool], ...]
+) -> int:
+    """Return how many values and slopes of the engine, at random designs, are outside their
+    enclosures.
+    """
     machine = build_machine(file)
     response = MachineResponse(machine, [name for name, _ in quantities])
     angles, misses = 2 * np.pi * np.arange(COUNT) / COUNT, 0
     for x in draw_designs(find_box(file), 6):
         values, slopes = response.slopes(response.at(x), angles)
         for jet, row, slope, (name, is_size) in zip(jets, values, slopes, quantities, strict=True):
-            scale = (np.sign(row) if is_size else np.ones(COUNT)) / machine.find_quantity(name).factor
+            scale = (np.sign(row) if is_size else np.ones(COUNT)) / machine.find_quantity(
+                name
+            ).factor
             misses += count_outside(jet.value[ANYWHERE], row * scale)
-            misses += count_outside(jet.gradient[ANYWHERE], (slope[:, 1:].T * scale)[list(jet.felt)])
+            misses += count_outside(
+                jet.gradient[ANYWHERE], (slope[:, 1:].T * scale)[list(jet.felt)]
+            )
     return misses
 
 
@@ -91,7 +107,9 @@ def test_enclosures_hold_values_and_slopes_at_random_designs(name: str) -> None:
     assert count_misses(jets, file, QUANTITIES[name]) == 0
     for jet, (quantity, _) in zip(jets, QUANTITIES[name], strict=True):
         middle = np.abs(jet.value.mid[ANYWHERE]).max()
-        assert jet.value.rad[ANYWHERE].max() < 0.2 * middle, f"{quantity} is enclosed too widely to prove anything"
+        assert jet.value.rad[ANYWHERE].max() < 0.2 * middle, (
+            f"{quantity} is enclosed too widely to prove anything"
+        )
 
 
 def test_too_narrow_an_enclosure_of_loops_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,7 +129,9 @@ def goal_of(name: str, objective: str) -> tuple[Goal, ProvableObjective]:
     file = own.file(name)
     machine, terms = build_machine(file), parse_sum(objective)
     goal = Goal(machine, terms, (), COUNT)
-    return goal, build_provable_objective(machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose)
+    return goal, build_provable_objective(
+        machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose
+    )
 
 
 SUMS = (
@@ -152,11 +172,15 @@ def test_a_small_box_of_a_four_bar_is_proved() -> None:
 
 
 def test_possible_friction_reversal_disables_slope_proof() -> None:
-    """Where the sign of a sliding speed is open, the objective may jump: no direction only rises or falls."""
+    """Where the sign of a sliding speed is open, the objective may jump: no direction only rises or
+    falls.
+    """
     file = own.file("slider_crank", e_mm=0.0)
     machine = build_machine(file)
     objective = parse_sum("max abs F_Oy")
-    bounding = build_provable_objective(machine, objective, COUNT, EnclosedMechanism(machine, file.model).enclose)
+    bounding = build_provable_objective(
+        machine, objective, COUNT, EnclosedMechanism(machine, file.model).enclose
+    )
     assert bounding(*find_box(file, 1e-5)).may_jump
     assert not goal_of("transplanting_arm", "range F_Ox + rms M_in")[1](
         *find_box(own.file("transplanting_arm"))
@@ -166,8 +190,14 @@ def test_possible_friction_reversal_disables_slope_proof() -> None:
 def bound_arm(objective: str, *limits: str) -> ObjectiveBounds:
     """Return bounds of a sum over a small box of the four-bar, under limits."""
     file = own.file("transplanting_arm")
-    machine, terms, holds = build_machine(file), parse_sum(objective), [parse_limit(limit) for limit in limits]
-    bounding = build_provable_objective(machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose, holds)
+    machine, terms, holds = (
+        build_machine(file),
+        parse_sum(objective),
+        [parse_limit(limit) for limit in limits],
+    )
+    bounding = build_provable_objective(
+        machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose, holds
+    )
     return bounding(*find_box(file))
 
 
@@ -178,7 +208,11 @@ def test_boxes_violating_a_limit_are_empty() -> None:
     assert bound_arm(objective, f"max M_in <= {0.9 * greatest}").lower_bound == np.inf
     assert bound_arm(objective, f"M_in >= {1.1 * greatest}").lower_bound == np.inf
     limited = bound_arm(objective, f"M_in <= {1.1 * greatest}")
-    assert (limited.lower_bound, limited.reached, limited.may_jump) == (free.lower_bound, free.reached, False)
+    assert (limited.lower_bound, limited.reached, limited.may_jump) == (
+        free.lower_bound,
+        free.reached,
+        False,
+    )
     crossed = bound_arm(objective, f"max M_in <= {greatest}")
     assert crossed.lower_bound == free.lower_bound
     assert crossed.may_jump, "no side stands for a box that a limit crosses"
@@ -211,8 +245,12 @@ def bound_at_once(*boxes: tuple[Array, Array]) -> list[ObjectiveBounds | Unbound
 def move(changes: dict[str, float]) -> tuple[Array, Array]:
     """Return the small box about another design, given in the units of the file."""
     machine = build_machine(own.file("transplanting_arm"))
-    shift = np.array([changes.get(name, x / f) * f - x for name, x, f in
-                      zip(machine.design_names, machine.design, machine.scale, strict=True)])  # fmt: skip
+    shift = np.array(
+        [
+            changes.get(name, x / f) * f - x
+            for name, x, f in zip(machine.design_names, machine.design, machine.scale, strict=True)
+        ]
+    )
     lower, upper = find_box(own.file("transplanting_arm"))
     return lower + shift, upper + shift
 
@@ -222,7 +260,12 @@ OPEN = {"a_mm": 60.0, "b_mm": 110.0, "c_mm": 80.0, "d_mm": 180.0}
 
 
 def test_batched_boxes_equal_single_boxes() -> None:
-    boxes = [move({}), move(OPEN), move({"a_mm": 40.0, "k_N_m": 300.0}), find_box(own.file("transplanting_arm"), 0.2)]
+    boxes = [
+        move({}),
+        move(OPEN),
+        move({"a_mm": 40.0, "k_N_m": 300.0}),
+        find_box(own.file("transplanting_arm"), 0.2),
+    ]
     for box, result in zip(boxes, bound_at_once(*boxes), strict=True):
         (alone,) = bound_at_once(box)
         assert isinstance(result, ObjectiveBounds)
@@ -237,9 +280,11 @@ def test_batched_boxes_equal_single_boxes() -> None:
 def test_boxes_whose_loops_cannot_close_hold_no_design() -> None:
     machine = build_machine(own.file("transplanting_arm"))
     lower, upper = move(OPEN)
-    assert [result.lower_bound for result in bound_at_once((lower, upper)) if isinstance(result, ObjectiveBounds)] == [
-        np.inf
-    ]
+    assert [
+        result.lower_bound
+        for result in bound_at_once((lower, upper))
+        if isinstance(result, ObjectiveBounds)
+    ] == [np.inf]
     (wide,) = bound_at_once((np.minimum(lower, machine.design), np.maximum(upper, machine.design)))
     assert isinstance(wide, Unbounded) or wide.lower_bound < np.inf, "one of its designs closes"
 
@@ -277,30 +322,58 @@ def write_arm() -> str:
     text = (folder / "transplanting_arm.toml").read_text()
     begin, end = text.index("[bounds]"), text.index("[origin]")
     path = folder / "heavy_arm.toml"
-    path.write_text(text[:begin].replace("m_b_kg = 0.82", "m_b_kg = 1.3") + ARM.lstrip() + "\n" + text[end:])
+    path.write_text(
+        text[:begin].replace("m_b_kg = 0.82", "m_b_kg = 1.3") + ARM.lstrip() + "\n" + text[end:]
+    )
     return str(path)
 
 
 def test_optimise_proves_user_mechanism() -> None:
     result = answer("optimise", write_arm(), "--starts", "1", "--prove", "--prove-seconds", "30")
     proof = result["proof"]
-    keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
+    keys = {
+        "objective",
+        "lower_bound",
+        "gap",
+        "boxes",
+        "seconds",
+        "proved",
+        "statement",
+        "kind",
+        "samples",
+        "design",
+    }
     assert set(proof) == keys
     assert (proof["kind"], proof["samples"]) == ("true", None)
     assert proof["proved"], proof["statement"]
     assert proof["lower_bound"] <= proof["objective"] == result["objective"]
     assert 0 <= proof["gap"] <= 1e-6 * proof["objective"]
-    sampled = answer("optimise", write_arm(), "--starts", "1", "--samples", str(COUNT), "--prove")["proof"]
+    sampled = answer("optimise", write_arm(), "--starts", "1", "--samples", str(COUNT), "--prove")[
+        "proof"
+    ]
     assert (sampled["kind"], sampled["samples"]) == ("sampled", COUNT)
     assert sampled["proved"], sampled["statement"]
     assert sampled["objective"] < proof["lower_bound"], "twelve samples miss the extremes"
 
 
 def test_objective_of_a_proof_is_over_samples_alone() -> None:
-    """Friction reverses between samples, where the pin's force has an extreme that no bound over samples knows."""
+    """Friction reverses between samples, where the pin's force has an extreme that no bound over
+    samples knows.
+    """
     path = str(own.generated("slider_crank") / "slider_crank.toml")
-    result = answer("optimise", path, "--samples", "12", "--least", "range F_Bx", "--starts", "1", "--prove",
-                   "--prove-seconds", "0")  # fmt: skip
+    result = answer(
+        "optimise",
+        path,
+        "--samples",
+        "12",
+        "--least",
+        "range F_Bx",
+        "--starts",
+        "1",
+        "--prove",
+        "--prove-seconds",
+        "0",
+    )
     machine = own.machine("slider_crank", **result["proof"]["design"])
     forces = compute_cycle(Model(machine), 12).columns["F_Bx_N"]
     assert result["proof"]["samples"] == 12
@@ -310,9 +383,17 @@ def test_objective_of_a_proof_is_over_samples_alone() -> None:
 @pytest.mark.parametrize("bound", [3.5, None])
 def test_page_shows_proof_with_and_without_bound(bound: float | None) -> None:
     proof = GlobalBound(
-        kind="sampled", samples=COUNT, design={"k_N_m": 641.5}, objective=4.0, lower_bound=bound,
-        gap=None if bound is None else 0.5, boxes=7, seconds=1.0, proved=False, statement="not proved",
-    )  # fmt: skip
+        kind="sampled",
+        samples=COUNT,
+        design={"k_N_m": 641.5},
+        objective=4.0,
+        lower_bound=bound,
+        gap=None if bound is None else 0.5,
+        boxes=7,
+        seconds=1.0,
+        proved=False,
+        statement="not proved",
+    )
     html = "".join(block.html("proof") for block in describe_proof(proof.table()))
     assert "641.5" in html
     assert "k / N/m" in html
@@ -326,16 +407,31 @@ def test_objectives_without_a_proof_are_refused_first() -> None:
         ("F_Ox where y_tip is least", "`where`"),
         ("max law_power", "law"),
     ):
-        text = refusal("optimise", write_arm(), "--least", objective, "--prove", "--prove-seconds", "1")
+        text = refusal(
+            "optimise", write_arm(), "--least", objective, "--prove", "--prove-seconds", "1"
+        )
         assert "--least: " in text
         assert reason in text
 
 
 def test_design_without_enclosure_returns_search_result() -> None:
-    """The sliding speed of the follower is zero at the first sample, whose contact has no bound over a box."""
+    """The sliding speed of the follower is zero at the first sample, whose contact has no bound
+    over a box.
+    """
     folder = own.generated("cam_follower")
-    result = answer("optimise", str(folder / "cam_follower.toml"), "--least", "rms N_cam", "--samples", "8", "--starts",
-                   "1", "--prove", "--prove-seconds", "0")  # fmt: skip
+    result = answer(
+        "optimise",
+        str(folder / "cam_follower.toml"),
+        "--least",
+        "rms N_cam",
+        "--samples",
+        "8",
+        "--starts",
+        "1",
+        "--prove",
+        "--prove-seconds",
+        "0",
+    )
     assert not result["proof"]["proved"]
     assert result["proof"]["statement"].startswith("not proved")
     assert result["objective"] == pytest.approx(result["proof"]["objective"])
@@ -346,13 +442,28 @@ def prove_slider_crank() -> Path:
     """Return the folder of a proof with friction, whose reactions are solved for, over samples."""
     path = own.generated("slider_crank") / "slider_crank.toml"
     folder = path.parent / "proved"
-    answer("optimise", str(path), "--least", "range F_Oy", "--vary", "r_mm=49:51", "--samples", "12", "--starts", "1",
-           "--prove", "--out", str(folder))  # fmt: skip
+    answer(
+        "optimise",
+        str(path),
+        "--least",
+        "range F_Oy",
+        "--vary",
+        "r_mm=49:51",
+        "--samples",
+        "12",
+        "--starts",
+        "1",
+        "--prove",
+        "--out",
+        str(folder),
+    )
     return folder
 
 
 def run_checker(folder: Path, file: Path) -> tuple[int, str]:
-    """Return exit code and last line of the checker that lies beside a proof, in a place without planter."""
+    """Return exit code and last line of the checker that lies beside a proof, in a place without
+    planter.
+    """
     command = [sys.executable, "-I", str(folder / "check_proof.py"), str(file), "1"]
     process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     return process.returncode, process.stdout.splitlines()[-1]
@@ -361,7 +472,10 @@ def run_checker(folder: Path, file: Path) -> tuple[int, str]:
 def test_proof_is_checked_from_its_file() -> None:
     folder = prove_slider_crank()
     file = folder / "proof.json"
-    result, proof = answer("prove", "--check", str(file)), read_json(folder / "summary.json")["proof"]
+    result, proof = (
+        answer("prove", "--check", str(file)),
+        read_json(folder / "summary.json")["proof"],
+    )
     jsonschema.validate(result, load_schema("prove"))
     assert result["valid"]
     assert result["kind"] == "sampled"

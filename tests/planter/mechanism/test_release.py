@@ -1,4 +1,6 @@
-"""Driven mechanisms that are released: the ideal forces as a limit, the balance of energy, events, a motor line."""
+"""Driven mechanisms that are released: the ideal forces as a limit, the balance of energy, events,
+a motor line.
+"""
 
 from __future__ import annotations
 
@@ -31,16 +33,27 @@ SPEED = 2 * np.pi
 
 @cache
 def measure_errors(factor: float, frame_mass: float = 5.0) -> Array:
-    """Return the largest errors (2,) [N] of the force of the mount without backlash, along x and y."""
+    """Return the largest errors (2,) [N] of the force of the mount without backlash, along x and
+    y.
+    """
     stiff = {"b_mm": 0, "K_N_m": 1e6 * factor, "K_f_N_m": 1e6 * factor, "M_0_Nm": 600 * factor}
     damped = {"C_N_s_m": 400 * np.sqrt(factor), "C_f_N_s_m": 2000 * np.sqrt(factor)}
-    run = own.dynamics(TRAIN, **stiff, **damped).run(np.array([0, *np.linspace(0.6, 1.1, 41)]), 1e-8)
+    run = own.dynamics(TRAIN, **stiff, **damped).run(
+        np.array([0, *np.linspace(0.6, 1.1, 41)]), 1e-8
+    )
     ideal = own.evaluate_lane(own.file(TRAIN, "ideal_train"), SPEED * run.times)
     weight = {"x": 0.0, "y": frame_mass * 9.81}
-    return np.array([
-        np.abs(run.results[f"F_mount{axis}"] - ideal[f"F_sun{axis}"] - ideal[f"F_O{axis}"] - weight[axis])[1:].max()
-        for axis in "xy"
-    ])  # fmt: skip
+    return np.array(
+        [
+            np.abs(
+                run.results[f"F_mount{axis}"]
+                - ideal[f"F_sun{axis}"]
+                - ideal[f"F_O{axis}"]
+                - weight[axis]
+            )[1:].max()
+            for axis in "xy"
+        ]
+    )
 
 
 def test_stiff_released_train_has_ideal_support_force():
@@ -59,7 +72,9 @@ def run_loose_train(times: Array, tolerance: float = 1e-9) -> MotionRun:
 
 @cache
 def integrate_powers() -> tuple[float, dict[str, float]]:
-    """Return the change of energy [J], and the work [J] of each element, by Gauss's rule between the events."""
+    """Return the change of energy [J], and the work [J] of each element, by Gauss's rule between
+    the events.
+    """
     end = 0.06
     events = [event.time for event in run_loose_train(np.array([0, end])).events]
     edges = np.unique([*events, *np.linspace(0, end, 601)])
@@ -72,7 +87,9 @@ def integrate_powers() -> tuple[float, dict[str, float]]:
     powers = {"motor": run.results["P_M_in"], "P": run.results["P_P"], "Q": run.results["P_Q"]}
     powers |= {"mount": -2000 * (speeds**2).sum(axis=0)}
     energy = run.results["kinetic"] + run.results["potential"]
-    return energy[-1] - energy[0], {name: power[1:-1] @ (halves * weights).ravel() for name, power in powers.items()}
+    return energy[-1] - energy[0], {
+        name: power[1:-1] @ (halves * weights).ravel() for name, power in powers.items()
+    }
 
 
 def test_energy_of_loose_train_changes_by_the_work_of_its_elements():
@@ -91,7 +108,9 @@ def test_times_of_contact_do_not_depend_on_output_times():
     coarse, fine = (run_loose_train(np.linspace(0, 0.06, points)).events for points in (2, 173))
     assert len(coarse) >= 4
     assert [event.event for event in coarse] == [event.event for event in fine]
-    assert [event.time for event in coarse] == pytest.approx([event.time for event in fine], abs=1e-10)
+    assert [event.time for event in coarse] == pytest.approx(
+        [event.time for event in fine], abs=1e-10
+    )
 
 
 FLYWHEEL = """
@@ -133,16 +152,24 @@ GIVEN = quantities("""
 
 def state_pair(coordinate: str, swap: bool) -> Mechanism:
     q = GIVEN
-    release = Release(lambda speed: 0 * q.K * q.R, teeth={"P": ElasticTeeth(coordinate, lambda depth, _: q.K * depth)})
+    release = Release(
+        lambda speed: 0 * q.K * q.R,
+        teeth={"P": ElasticTeeth(coordinate, lambda depth, _: q.K * depth)},
+    )
     m = ReleasedMechanism("pair", q, release, angle=q.phi, speed=q.omega)
     theta = m.coordinate("theta", "rad", "wheel", equals=-q.phi * q.r / q.R)
     D = m.point("D", m.O, m.world, q.r + q.R)
-    gears = m.body("pinion", m.frame("pinion", q.phi)), m.body("wheel", m.frame("wheel", theta), q.m, D, q.J)
+    gears = (
+        m.body("pinion", m.frame("pinion", q.phi)),
+        m.body("wheel", m.frame("wheel", theta), q.m, D, q.J),
+    )
     m.mesh("P", *(reversed(gears) if swap else gears), GearContact(m.world, D, q.R, q.alpha))
     return m
 
 
-@pytest.mark.parametrize(("coordinate", "swap", "message"), [("theta", True, "theta must turn"), ("chi", False, "chi")])
+@pytest.mark.parametrize(
+    ("coordinate", "swap", "message"), [("theta", True, "theta must turn"), ("chi", False, "chi")]
+)
 def test_teeth_of_another_coordinate_are_refused(coordinate, swap, message):
     with pytest.raises(MechanismError, match=message):
         state_pair(coordinate, swap)
@@ -167,15 +194,21 @@ def test_press_starts_as_it_is_driven_with_the_pin_in_the_middle():
 
 
 def measure_press(factor: float, clearance: float) -> Array:
-    """Return the largest errors (3,) [N] of two forces of the ground and of the cam, after the start has settled."""
+    """Return the largest errors (3,) [N] of two forces of the ground and of the cam, after the
+    start has settled.
+    """
     stiff = {"K_N_m": 1e7, "K_e_N_m": 1e6, "J_f_kg_m2": 20, "M_0_Nm": 6e4}
     damped = {"C_N_s_m": 4e3, "C_e_N_s_m": 1e3}
     values = {name: factor * value for name, value in stiff.items()}
     values |= {name: factor**0.5 * value for name, value in damped.items()}
     spring = {"F_0_N": 60, "mu": 1, "b_mm": clearance}
-    run = own.dynamics(PRESS, **values, **spring).run(np.array([0, *np.linspace(0.03, 0.06, 31)]), 1e-7)
+    run = own.dynamics(PRESS, **values, **spring).run(
+        np.array([0, *np.linspace(0.03, 0.06, 31)]), 1e-7
+    )
     ideal = own.evaluate_lane(own.file(PRESS, "ideal_press", F_0_N=60), run.states[0])
-    return np.array([np.abs(run.results[name] - ideal[name])[1:].max() for name in ("F_Ox", "N_guide", "N_cam")])
+    return np.array(
+        [np.abs(run.results[name] - ideal[name])[1:].max() for name in ("F_Ox", "N_guide", "N_cam")]
+    )
 
 
 def test_stiff_released_press_has_ideal_forces():
@@ -226,7 +259,9 @@ def test_lifted_ejector_flies_on_its_spring():
     names, times = own.dynamics(PRESS).names, run.times[flying]
     lift, speed = (run.states[names.index(name)][flying] for name in ("u", "u_dot"))
     rest, frequency, since = -(2 + 0.65 * 9.81) / 300, np.sqrt(300 / 0.65), times - times[0]
-    swing = (lift[0] - rest) * np.cos(frequency * since) + speed[0] / frequency * np.sin(frequency * since)
+    swing = (lift[0] - rest) * np.cos(frequency * since) + speed[0] / frequency * np.sin(
+        frequency * since
+    )
     assert flying.sum() > 40
     assert lift == pytest.approx(rest + swing, abs=1e-10)
     assert np.all(run.results["N_cam"][flying] == 0)
@@ -234,8 +269,12 @@ def test_lifted_ejector_flies_on_its_spring():
 
 
 def measure_support(**values: float) -> Array:
-    """Return the support force (36,) [N] of the ideal statement of the planting device, without the sun's offset."""
-    ideal = own.evaluate_lane(own.file("released_device", "ideal_device", **values), np.radians(np.arange(0, 360, 10)))
+    """Return the support force (36,) [N] of the ideal statement of the planting device, without the
+    sun's offset.
+    """
+    ideal = own.evaluate_lane(
+        own.file("released_device", "ideal_device", **values), np.radians(np.arange(0, 360, 10))
+    )
     return ideal["F_suny"] + ideal["F_Oy"]
 
 
@@ -243,7 +282,9 @@ def measure_support(**values: float) -> Array:
 def measure_built_in_support() -> Array:
     """Return the support force (36,) [N] of the built-in device whose nozzles stay closed."""
     device = Device(load("wang2017", {"cam.opening_deg": 1e-6}))
-    return np.asarray(device.support(device.prologue(device.design), np.radians(np.arange(0, 360, 10))))
+    return np.asarray(
+        device.support(device.prologue(device.design), np.radians(np.arange(0, 360, 10)))
+    )
 
 
 def test_own_statement_of_the_planting_device_has_its_support_force():
@@ -259,8 +300,12 @@ def test_released_planting_device_starts_as_it_is_driven():
     dynamics = own.dynamics("released_device")
     start = dict(zip(dynamics.names, dynamics.start(), strict=True))
     assert start["omega"] == pytest.approx(40 * np.pi / 30, rel=1e-14)
-    assert {"kinetic", "potential"} < set(dynamics.formulas.outputs("lane"))  # not asked for by name
-    assert [start[name] for name in ("psi_1", "chi_1", "mount_x", "mount_y_dot")] == pytest.approx([0] * 4, abs=1e-12)
+    assert {"kinetic", "potential"} < set(
+        dynamics.formulas.outputs("lane")
+    )  # not asked for by name
+    assert [start[name] for name in ("psi_1", "chi_1", "mount_x", "mount_y_dot")] == pytest.approx(
+        [0] * 4, abs=1e-12
+    )
 
 
 ROCKER = """
@@ -306,14 +351,19 @@ def state_press(release: Release, early: bool = False, by_time: bool = False) ->
     q = GIVEN
     m = ReleasedMechanism("own", q, release, angle=q.phi, speed=q.omega)
     s, b = m.coordinate("s", "m", "place"), m.coordinate("b", "rad", "rod")
-    u = m.coordinate("u", "m", "lift", equals=q.r * (2 + q.phi) + (m.rate(s) * q.r / q.omega if by_time else 0))
+    u = m.coordinate(
+        "u", "m", "lift", equals=q.r * (2 + q.phi) + (m.rate(s) * q.r / q.omega if by_time else 0)
+    )
     A = m.point("A", m.O, m.frame("crank", q.phi), q.r)
     B, slot, P = (
         m.point("B", A, m.frame("rod", b), q.R),
         m.point("slot", m.O, m.world, s),
         m.point("P", m.O, m.world, u),
     )
-    crank, rod = m.body("crank", m.frame("crank", q.phi), q.m, m.O, q.J), m.body("rod", m.frame("rod", b), q.m, A, q.J)
+    crank, rod = (
+        m.body("crank", m.frame("crank", q.phi), q.m, m.O, q.J),
+        m.body("rod", m.frame("rod", b), q.m, A, q.J),
+    )
     slider, tappet = m.body("slider", m.world, q.m, slot), m.body("tappet", m.world, q.m, P)
     m.pin("O", crank, m.ground, m.O)
     if early:

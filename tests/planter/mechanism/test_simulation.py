@@ -1,4 +1,6 @@
-"""`planter simulate` of a mechanism of one's own: one command under two names, results at single angles, refusals."""
+"""`planter simulate` of a mechanism of one's own: one command under two names, results at single
+angles, refusals.
+"""
 
 from __future__ import annotations
 
@@ -47,5 +49,8 @@ def test_options_of_the_planting_device_are_refused(options: tuple[str, ...]) ->
 
 
 def test_built_in_machines_turn_under_both_names() -> None:
-    results = [CliRunner().invoke(build_application(), [name, "wang2017", "--json"]) for name in ("turn", "simulate")]
+    results = [
+        CliRunner().invoke(build_application(), [name, "wang2017", "--json"])
+        for name in ("turn", "simulate")
+    ]
     assert json.loads(results[0].stdout) == json.loads(results[1].stdout)

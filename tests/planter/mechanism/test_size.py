@@ -1,4 +1,6 @@
-"""Mechanisms of many coordinates: closed loops by circles, forces by virtual power, accelerations by Pinocchio."""
+"""Mechanisms of many coordinates: closed loops by circles, forces by virtual power, accelerations
+by Pinocchio.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,8 @@ def meet(first: Vector, r: float, second: Vector, s: float, guess: Vector) -> Ve
     across = np.sqrt(r**2 - offset**2)
     middle, normal = first + offset / distance * line, np.array([-line[1], line[0]]) / distance
     return min(
-        (middle + side * across * normal for side in (1, -1)), key=lambda point: float(np.hypot(*(point - guess)))
+        (middle + side * across * normal for side in (1, -1)),
+        key=lambda point: float(np.hypot(*(point - guess))),
     )
 
 
@@ -54,7 +57,8 @@ def test_leg_of_ten_loop_coordinates_moves_as_circles_meet(crank_mm: float) -> N
     angles = np.linspace(0, 2 * np.pi, 25)
     got = own.evaluate_lane(file, angles)
     a, b, c, d, e, f, g, h, i, j, k, level = (
-        file.si(f"{name}_mm") for name in ("a", "b", "c", "d", "e", "f", "gg", "h", "i", "j", "k", "l")
+        file.si(f"{name}_mm")
+        for name in ("a", "b", "c", "d", "e", "f", "gg", "h", "i", "j", "k", "l")
     )
     for n, phi in enumerate(angles):
 
@@ -77,7 +81,9 @@ def test_array_code_and_c_agree_in_any_order_of_elimination() -> None:
     file = own.file(statement("jansen"), "jansen")
     angles = np.linspace(0.1, 6.2, 7)
     expected = own.evaluate_lane(file, angles)
-    library = Library([Path(path) for path in answer("export", "c", file.source, "--out", mkdtemp())["files"]])
+    library = Library(
+        [Path(path) for path in answer("export", "c", file.source, "--out", mkdtemp())["files"]]
+    )
     status, rows = library.quantities(angles)
     assert status == 0
     places = build_machine(file).loops.course(file.name, file.data()).evaluate(angles)
@@ -85,7 +91,9 @@ def test_array_code_and_c_agree_in_any_order_of_elimination() -> None:
     lane = module.lane(np, angles, file.data(), places, module.prologue(np, file.data()))
     names = file.model.outputs("lane")
     for name in ("x_S", "y_S", "t_h_dot", "t_h_ddot"):
-        assert rows[library.names.index(name)] == pytest.approx(expected[name], rel=1e-11, abs=1e-13)
+        assert rows[library.names.index(name)] == pytest.approx(
+            expected[name], rel=1e-11, abs=1e-13
+        )
         assert lane[names.index(name)] == pytest.approx(expected[name], rel=1e-11, abs=1e-13)
 
 
@@ -97,7 +105,9 @@ def test_loops_that_close_alone_are_closed_alone() -> None:
 
 
 def test_gradient_through_loops_keeps_the_law_of_similarity() -> None:
-    """A length is a homogeneous function of all lengths: their slopes times themselves add up to it (Euler)."""
+    """A length is a homogeneous function of all lengths: their slopes times themselves add up to it
+    (Euler).
+    """
     path = own.generated(statement("jansen")) / "jansen.toml"
     result = answer("sensitivity", str(path), "--least", "max x_S", "--all")
     lengths = {key: slope for key, slope in result["gradient"].items() if key.endswith("_mm")}
@@ -113,7 +123,9 @@ FORCES = {
     30: (-44.58060968, -78.84456798, -39.83765145, -7.73163677, -17.53970391, -50.02547039),
     100: (-102.37965033, -81.1338602, -49.32026598, -30.27711632, 38.04576155, -73.62882755),
 }
-"""Forces of the legs of a platform [N] at angles [deg]: virtual power, positions differentiated numerically."""
+"""Forces of the legs of a platform [N] at angles [deg]: virtual power, positions differentiated
+numerically.
+"""
 
 
 def test_platform_of_eighteen_loop_coordinates_carries_its_legs() -> None:
@@ -127,7 +139,9 @@ def test_platform_of_eighteen_loop_coordinates_carries_its_legs() -> None:
 
 
 def test_order_of_elimination_keeps_the_platform_small() -> None:
-    """Sixty reactions, and eighteen coordinates four times: in the order of the statement it has 55,000 operations."""
+    """Sixty reactions, and eighteen coordinates four times: in the order of the statement it has
+    55,000 operations.
+    """
     lane = own.file(statement("stewart"), "stewart").model.function("lane")
     assert HOISTED in lane.name_in()
     assert lane.n_instructions() < 30_000
@@ -162,7 +176,9 @@ def test_accelerations_of_a_chain_agree_with_pinocchio() -> None:
         assert error <= 1e-11 * np.abs(expected).max()
 
 
-def test_motion_of_a_chain_needs_as_many_evaluations_as_pinocchio(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_motion_of_a_chain_needs_as_many_evaluations_as_pinocchio(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Noise of the accelerations would make the integrator's steps short."""
     pin = pytest.importorskip("pinocchio")
     tree, tolerance, counts = build_tree(LINKS), 1e-9, {"own": 0, "pinocchio": 0}
@@ -179,11 +195,15 @@ def test_motion_of_a_chain_needs_as_many_evaluations_as_pinocchio(monkeypatch: p
 
     def differentiate(_: float, state: Vector) -> Vector:
         counts["pinocchio"] += 1
-        return np.r_[state[LINKS:], pin.aba(tree, data, state[:LINKS], state[LINKS:], np.zeros(LINKS))]
+        return np.r_[
+            state[LINKS:], pin.aba(tree, data, state[:LINKS], state[LINKS:], np.zeros(LINKS))
+        ]
 
     monkeypatch.setattr(Dynamics, "_bind_accelerations", count)
     motion = chain().run(np.linspace(0, 1, 201), tolerance)
-    solver = scipy.integrate.DOP853(differentiate, 0.0, np.zeros(2 * LINKS), 1.0, rtol=tolerance, atol=1e-2 * tolerance)
+    solver = scipy.integrate.DOP853(
+        differentiate, 0.0, np.zeros(2 * LINKS), 1.0, rtol=tolerance, atol=1e-2 * tolerance
+    )
     while solver.status == "running":
         solver.step()
     assert counts["own"] <= 1.5 * counts["pinocchio"]

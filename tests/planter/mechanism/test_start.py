@@ -1,4 +1,6 @@
-"""Starts of free motion: what is set holds, the rest follows; what contradicts is told, or named to hold."""
+"""Starts of free motion: what is set holds, the rest follows; what contradicts is told, or named to
+hold.
+"""
 
 from __future__ import annotations
 
@@ -81,10 +83,14 @@ def test_named_rates_hold_against_contradicting_ones(entry: str, used: list[floa
 
 
 def test_contradicting_start_without_hold_is_told_everywhere() -> None:
-    """The nearest start keeps the momentum against the rim: (m v r - J w) / (J + m r2) = (v/r - w/2) / 1.5."""
+    """The nearest start keeps the momentum against the rim: (m v r - J w) / (J + m r2) = (v/r -
+    w/2) / 1.5.
+    """
     dynamics = own.dynamics(begin(BOTH), "disc")
     turning = -(1 / 0.08 - 5 / 2) / 1.5
-    with pytest.warns(RuntimeWarning, match=r"x_dot is 0.533.* instead of 1, a_dot is -6.666.*hold="):
+    with pytest.warns(
+        RuntimeWarning, match=r"x_dot is 0.533.* instead of 1, a_dot is -6.666.*hold="
+    ):
         start = dynamics.start()
     assert start[2:] == pytest.approx([-turning * 0.08, turning])
     with pytest.warns(RuntimeWarning, match="hold="):
@@ -106,8 +112,12 @@ def test_values_that_cannot_hold_together_are_refused() -> None:
 
 @pytest.mark.parametrize("entry", ["m.rate(roll)", "m.rate(x)"])
 def test_wheel_that_leans_and_turns_rolls_at_the_rate_that_holds(entry: str) -> None:
-    """The contact is at rest: along the heading, v + R roll' + R yaw' sin(lean) = 0 with these axes."""
-    rates = "{z: q.R * 0.9553364891256060, lean: 0.3, m.rate(yaw): 0.7, m.rate(x): 2, m.rate(roll): 4}"
+    """The contact is at rest: along the heading, v + R roll' + R yaw' sin(lean) = 0 with these
+    axes.
+    """
+    rates = (
+        "{z: q.R * 0.9553364891256060, lean: 0.3, m.rate(yaw): 0.7, m.rate(x): 2, m.rate(roll): 4}"
+    )
     dynamics = own.dynamics(begin(f"{rates}, hold=[lean, m.rate(yaw), {entry}]", WHEEL), "wheel")
     start = dict(zip(dynamics.names, dynamics.start(), strict=True))
     expected = {"m.rate(roll)": ("roll_dot", 4), "m.rate(x)": ("x_dot", 2)}[entry]

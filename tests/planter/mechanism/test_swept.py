@@ -14,8 +14,11 @@ from tests.support import own
 
 def plan(**more: object) -> Plan:
     folder = own.generated("slider_crank")
-    table = {"machine": str(folder / "slider_crank.toml"), "outputs": ["M_in_max_Nm", "F_Ox_range_N", "M_in_rms_Nm"],
-             "inputs": {"r_mm": [50, 60], "omega_rpm": [200, 400]}}  # fmt: skip
+    table = {
+        "machine": str(folder / "slider_crank.toml"),
+        "outputs": ["M_in_max_Nm", "F_Ox_range_N", "M_in_rms_Nm"],
+        "inputs": {"r_mm": [50, 60], "omega_rpm": [200, 400]},
+    }
     return Plan.read(table | more, "plan.toml")
 
 
@@ -23,7 +26,9 @@ def test_rows_are_the_turns_of_the_mechanism() -> None:
     sweep = Sweep(plan())
     rows = sweep.recipe.job().chunk(0, 4, 1)
     for row, (r, speed) in zip(rows, [(50, 200), (50, 400), (60, 200), (60, 400)], strict=True):
-        result = compute_cycle(Model(own.machine("slider_crank", r_mm=r, omega_rpm=speed))).result.quantities
+        result = compute_cycle(
+            Model(own.machine("slider_crank", r_mm=r, omega_rpm=speed))
+        ).result.quantities
         force = result["F_Ox_N"]
         expected = [result["M_in_Nm"].max, force.max - force.min, result["M_in_Nm"].rms]
         np.testing.assert_allclose(row, expected, rtol=1e-12)
@@ -56,7 +61,9 @@ def test_machine_without_a_motor_needs_outputs() -> None:
         Sweep(plan(machine="yu2023", inputs={"bars.L1_mm": [60, 70]}, outputs=[]))
 
 
-@pytest.mark.parametrize(("outputs", "hint"), [(["M_in_max_Nm", "M_im_rms_Nm"], "M_in_rms_Nm"), (["x"], "--list")])
+@pytest.mark.parametrize(
+    ("outputs", "hint"), [(["M_in_max_Nm", "M_im_rms_Nm"], "M_in_rms_Nm"), (["x"], "--list")]
+)
 def test_unknown_output_is_named(outputs: list[str], hint: str) -> None:
     with pytest.raises(InputError, match=f"outputs: {outputs[-1]}:") as caught:
         Sweep(plan(outputs=outputs))

@@ -1,4 +1,6 @@
-"""Tables of CSV files as functions of a statement, held against splines of SciPy and closed forms."""
+"""Tables of CSV files as functions of a statement, held against splines of SciPy and closed
+forms.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +32,10 @@ def model() -> Model:
 
 
 def closed_form_lift(angles: Array) -> Array:
-    """Return the 3-4-5 polynomials (R. L. Norton, Cam design and manufacturing handbook) that the table samples."""
+    """Return the 3-4-5 polynomials (R.
+
+    L. Norton, Cam design and manufacturing handbook) that the table samples.
+    """
     degrees = np.degrees(angles)
     share = np.clip(np.where(degrees < 180, degrees / 120, (300 - degrees) / 120), 0, 1)
     lift: Array = 0.018 * (10 * share**3 - 15 * share**4 + 6 * share**5)
@@ -47,7 +52,9 @@ def test_cam_follows_table(model: Model) -> None:
         assert values[name] == pytest.approx(expected, rel=1e-12, abs=1e-12)
     load = 0.65 * (9.81 + values["s_ddot"]) + 22 + 1800 * values["s"]
     assert values["M_in"] == pytest.approx(load * spline(ANGLES, 1), abs=1e-12)
-    assert values["s"] == pytest.approx(closed_form_lift(ANGLES), abs=2e-6), "between rows 5 degrees apart"
+    assert values["s"] == pytest.approx(closed_form_lift(ANGLES), abs=2e-6), (
+        "between rows 5 degrees apart"
+    )
 
 
 def test_cam_repeats_and_satisfies_laws(model: Model) -> None:
@@ -62,7 +69,9 @@ def test_array_code_agrees(model: Model) -> None:
     names = [quantity.name for quantity in model.machine.quantities]
     hoisted = module.prologue(np, data)
     row = module.lane(np, 2.0, data, hoisted)
-    assert row[names.index("s_ddot")] == pytest.approx(model(np.array([2.0]))["s_ddot"][0], rel=1e-12)
+    assert row[names.index("s_ddot")] == pytest.approx(
+        model(np.array([2.0]))["s_ddot"][0], rel=1e-12
+    )
 
 
 def write_table(folder: Path, rows: list[str], header: str = "phi_deg,lift_mm") -> Path:
@@ -74,9 +83,15 @@ def write_table(folder: Path, rows: list[str], header: str = "phi_deg,lift_mm") 
 def test_units_of_derivatives_are_per_argument(tmp_path: Path) -> None:
     path = write_table(tmp_path, ["0,0", "100,1", "200,4", "300,9"], "s_mm,load_N")
     load = read_table(path, "s | mm | depth\nload | N | soil")(PLACE)
-    assert [dimension(load.diff(PLACE, k)) for k in (0, 1, 2)] == [of_unit("N"), of_unit("N/m"), of_unit("N/m2")]
+    assert [dimension(load.diff(PLACE, k)) for k in (0, 1, 2)] == [
+        of_unit("N"),
+        of_unit("N/m"),
+        of_unit("N/m2"),
+    ]
     point = Point({PLACE: sp.Rational(1, 4)})
-    assert [float(point(load.diff(PLACE, k))) for k in (0, 1, 2)] == pytest.approx([6.25, 50, 200], rel=1e-12)
+    assert [float(point(load.diff(PLACE, k))) for k in (0, 1, 2)] == pytest.approx(
+        [6.25, 50, 200], rel=1e-12
+    )
     assert load.diff(PLACE, 4) == 0
     with pytest.raises(DimensionError, match="load"):
         read_table(path, "s | mm | depth\nload | N | soil")(PHI)
@@ -127,7 +142,9 @@ def edit_row(row: int, text: str) -> Callable[[Path], Path]:
         (lambda folder: folder / "missing.csv", "missing.csv"),
     ],
 )
-def test_bad_table_is_refused_with_location(tmp_path: Path, build: Callable[[Path], Path], place: str) -> None:
+def test_bad_table_is_refused_with_location(
+    tmp_path: Path, build: Callable[[Path], Path], place: str
+) -> None:
     path = build(tmp_path)
     with pytest.raises(TableError, match=place) as refusal:
         read_table(path, COLUMNS, periodic=True)

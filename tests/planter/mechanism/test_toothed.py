@@ -1,4 +1,6 @@
-"""Gears of mechanisms of one's own: the pitch curves of their motion, closed, at the distance of their axes."""
+"""Gears of mechanisms of one's own: the pitch curves of their motion, closed, at the distance of
+their axes.
+"""
 
 import numpy as np
 import pytest
@@ -31,7 +33,9 @@ def mesh(source: str, tag: str = "P", name: str = "") -> MechanismMesh:
     return MechanismMesh(Model(own.machine(source, name)), tag, tuple(names))
 
 
-@pytest.mark.parametrize(("name", "tag"), [("elliptic_gears", "P"), ("planetary_train", "P"), ("planetary_train", "Q")])
+@pytest.mark.parametrize(
+    ("name", "tag"), [("elliptic_gears", "P"), ("planetary_train", "P"), ("planetary_train", "Q")]
+)
 def test_pitch_curves_are_the_ellipses_of_the_statement(name: str, tag: str) -> None:
     pair = mesh(name, tag).pair()
     perimeter = 4 * 0.021 * ellipe(0.14**2)
@@ -44,7 +48,9 @@ def test_round_gears_have_the_ratio_of_their_turning() -> None:
     pair = wheels.pair()
     assert wheels.turns == 2
     assert wheels.names == ("driver", "large wheel")
-    np.testing.assert_allclose([c.length for c in pair.curves], 2 * np.pi * np.array([0.02, 0.04]), rtol=1e-9)
+    np.testing.assert_allclose(
+        [c.length for c in pair.curves], 2 * np.pi * np.array([0.02, 0.04]), rtol=1e-9
+    )
 
 
 def test_non_rolling_radii_are_refused() -> None:

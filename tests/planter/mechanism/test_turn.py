@@ -1,4 +1,6 @@
-"""A mechanism of one's own over a turn: loops that close and that do not, its command, its files."""
+"""A mechanism of one's own over a turn: loops that close and that do not, its command, its
+files.
+"""
 
 import json
 import re
@@ -62,7 +64,10 @@ def model(folder: Path, **values: float) -> Model:
 
 
 def rocker_angle(phi: np.ndarray, a: float, b: float, c: float, d: float) -> np.ndarray:
-    """Freudenstein's equation, solved by half-angles; the open assembly (Freudenstein, Trans. ASME 77 (1955) 853)."""
+    """Freudenstein's equation, solved by half-angles; the open assembly (Freudenstein, Trans.
+
+    ASME 77 (1955) 853).
+    """
     k1, k2, k3 = d / a, d / c, (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
     p = np.cos(phi) - k1 - k2 * np.cos(phi) + k3
     q, r = -2 * np.sin(phi), k1 - (k2 + 1) * np.cos(phi) + k3
@@ -72,12 +77,18 @@ def rocker_angle(phi: np.ndarray, a: float, b: float, c: float, d: float) -> np.
 def test_angles_are_those_of_freudensteins_equation(folder: Path) -> None:
     phi = np.radians(np.arange(-400.0, 800.0, 7.0))
     angles = model(folder)(phi)["gamma"]
-    assert np.cos(angles) == pytest.approx(np.cos(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12)
-    assert np.sin(angles) == pytest.approx(np.sin(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12)
+    assert np.cos(angles) == pytest.approx(
+        np.cos(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12
+    )
+    assert np.sin(angles) == pytest.approx(
+        np.sin(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12
+    )
 
 
 def test_motor_work_equals_energy(folder: Path) -> None:
-    """Nothing but the rocker has mass: M omega = d/dt of J gamma_dot^2/2, differentiated by central differences."""
+    """Nothing but the rocker has mass: M omega = d/dt of J gamma_dot^2/2, differentiated by central
+    differences.
+    """
     step, phi = 1e-4, np.radians(np.arange(0.0, 360.0, 10.0))
     mechanism = model(folder)
 
@@ -85,9 +96,12 @@ def test_motor_work_equals_energy(folder: Path) -> None:
         rate: np.ndarray = mechanism(angles)["gamma_dot"]
         return (0.0007 + 0.9 * 0.08**2) * rate**2 / 2
 
-    slope = (energy(phi - 2 * step) - 8 * energy(phi - step) + 8 * energy(phi + step) - energy(phi + 2 * step)) / (
-        12 * step
-    )
+    slope = (
+        energy(phi - 2 * step)
+        - 8 * energy(phi - step)
+        + 8 * energy(phi + step)
+        - energy(phi + 2 * step)
+    ) / (12 * step)
     assert mechanism(phi)["M_in"] == pytest.approx(slope, rel=1e-8, abs=1e-9)
 
 
@@ -98,7 +112,8 @@ def test_open_loop_names_last_closed_angle(folder: Path) -> None:
     with pytest.raises(ComputationError) as error:
         model(folder, b_mm=60.0)(np.radians(np.arange(0.0, 360.0)))
     message = re.search(
-        r"dead point near (\S+) deg: beyond it the loops do not close \(gap_B[xy] is", error.value.message
+        r"dead point near (\S+) deg: beyond it the loops do not close \(gap_B[xy] is",
+        error.value.message,
     )
     assert message is not None
     assert float(message[1]) == pytest.approx(limit, abs=2e-3)
@@ -118,16 +133,35 @@ def test_start_in_other_assembly_stays_there(folder: Path) -> None:
 
 def test_command_prints_and_writes(folder: Path, tmp_path: Path) -> None:
     file = folder / "generated" / "four_bar.toml"
-    result = answer("turn", str(file), "--samples", "45", "--out", str(tmp_path / "run"), "--set", "omega_rad_s=20")
+    result = answer(
+        "turn",
+        str(file),
+        "--samples",
+        "45",
+        "--out",
+        str(tmp_path / "run"),
+        "--set",
+        "omega_rad_s=20",
+    )
     jsonschema.validate(result, load_schema("turn"))
     assert (result["machine"], result["samples"]) == ("four_bar", 45)
     assert {law["unit"] for law in result["laws"]} == {"W", "N", "N m"}
     assert max(law["violation"] for law in result["laws"]) < 1e-9
     assert result["work"]["M_in_J"] == pytest.approx(0, abs=1e-4)
-    assert result["quantities"]["gamma_deg"].keys() == {"unit", "min", "max", "mean", "rms", "min_deg", "max_deg"}
+    assert result["quantities"]["gamma_deg"].keys() == {
+        "unit",
+        "min",
+        "max",
+        "mean",
+        "rms",
+        "min_deg",
+        "max_deg",
+    }
     written = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert written["quantities"] == result["quantities"]
-    assert {"values.csv", "report.html", "figures"} <= {path.name for path in (tmp_path / "run").iterdir()}
+    assert {"values.csv", "report.html", "figures"} <= {
+        path.name for path in (tmp_path / "run").iterdir()
+    }
 
 
 @pytest.mark.parametrize(
@@ -139,7 +173,9 @@ def test_command_prints_and_writes(folder: Path, tmp_path: Path) -> None:
 )
 def test_missing_value_is_named_with_meaning(folder: Path, text: str, message: str) -> None:
     file = folder / "generated" / "less.toml"
-    file.write_text((folder / "generated" / "four_bar.toml").read_text().replace(text, ""), encoding="utf-8")
+    file.write_text(
+        (folder / "generated" / "four_bar.toml").read_text().replace(text, ""), encoding="utf-8"
+    )
     with pytest.raises(InputError) as error:
         load(file)
     assert message in error.value.message
@@ -156,8 +192,12 @@ def test_misspelt_value_gets_suggestion(folder: Path) -> None:
 def test_missing_functions_are_reported(folder: Path) -> None:
     file = folder / "generated" / "lost.toml"
     text = (folder / "generated" / "four_bar.toml").read_text()
-    file.write_text(text.replace('functions = "four_bar"', 'functions = "five_bar"'), encoding="utf-8")
-    with pytest.raises(InputError, match=r"five_bar\.py and five_bar\.json must be in the folder of the file"):
+    file.write_text(
+        text.replace('functions = "four_bar"', 'functions = "five_bar"'), encoding="utf-8"
+    )
+    with pytest.raises(
+        InputError, match=r"five_bar\.py and five_bar\.json must be in the folder of the file"
+    ):
         load(file)
 
 

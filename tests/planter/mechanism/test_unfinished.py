@@ -1,4 +1,6 @@
-"""Searches without a result: what was computed is on disk, is read by every command, and is gone on from."""
+"""Searches without a result: what was computed is on disk, is read by every command, and is gone on
+from.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +75,9 @@ def test_closest_design_is_gone_on_from(source: str, tmp_path: Path) -> None:
     out, further = tmp_path / "out", tmp_path / "further"
     options = ("--least", "range F_Ox", "--starts", "1")
     assert run("optimise", source, *options, "--hold", IMPOSSIBLE, "--out", str(out))[0] == 1
-    result = answer("optimise", str(out / "closest.toml"), *options, "--hold", POSSIBLE, "--out", str(further))
+    result = answer(
+        "optimise", str(out / "closest.toml"), *options, "--hold", POSSIBLE, "--out", str(further)
+    )
     assert result["met"]
     assert result["start_design"] == pytest.approx(read(out)["design"])
     assert run("optimise", source, *options, "--hold", POSSIBLE, "--out", str(out))[0] == 0
@@ -81,25 +85,39 @@ def test_closest_design_is_gone_on_from(source: str, tmp_path: Path) -> None:
     assert "finished" not in read(out)
 
 
-@pytest.mark.parametrize(("hold", "name"), [(IMPOSSIBLE, "closest.toml"), (POSSIBLE, "optimum.toml")])
+@pytest.mark.parametrize(
+    ("hold", "name"), [(IMPOSSIBLE, "closest.toml"), (POSSIBLE, "optimum.toml")]
+)
 def test_interrupted_search_leaves_a_design(
     hold: str, name: str, source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
     monkeypatch.setattr(Console, "progress", stop_after(2))
-    options = ("--least", "range F_Ox", "--hold", hold, "--starts", "3", "--out", str(out), "--json")
+    options = (
+        "--least",
+        "range F_Ox",
+        "--hold",
+        hold,
+        "--starts",
+        "3",
+        "--out",
+        str(out),
+        "--json",
+    )
     code, standard, _ = run("optimise", source, *options)
     assert code == 130
     partial = json.loads(standard)["partial"]
     assert {file.name for file in out.glob("*.toml")} == {name}
     machine = load_machine(str(out / name))
-    assert dict(zip(machine.design_names, machine.design / machine.scale, strict=True)) == pytest.approx(
-        partial["design"], rel=1e-12
-    )
+    assert dict(
+        zip(machine.design_names, machine.design / machine.scale, strict=True)
+    ) == pytest.approx(partial["design"], rel=1e-12)
     assert answer("validate", str(out / name))["valid"]
 
 
-def test_interrupted_front_keeps_the_optimum(source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_front_keeps_the_optimum(
+    source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out = tmp_path / "out"
     monkeypatch.setattr(optimisation, "require_front", lambda problem: problem)
     monkeypatch.setattr(optimisation, "with_front", stop_after(1))
@@ -139,7 +157,9 @@ def test_failed_workers_leave_the_best_design(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("planter.optimise.local_search.find_minima", fail)
     candidate: list[Any] = []
     with pytest.raises(FailedSearchError, match="worker processes ended") as caught:
-        optimise_machine(own.machine("slider_crank"), "range s", (), SearchSpec(starts=3), keep=candidate.append)
+        optimise_machine(
+            own.machine("slider_crank"), "range s", (), SearchSpec(starts=3), keep=candidate.append
+        )
     assert caught.value.partial is not None
     assert caught.value.partial["met"]
     assert candidate[-1].design == caught.value.partial["design"]

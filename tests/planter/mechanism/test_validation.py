@@ -1,4 +1,6 @@
-"""`planter validate` of machines that are no planting device: cycles, limits, bounds, starts of free motions."""
+"""`planter validate` of machines that are no planting device: cycles, limits, bounds, starts of
+free motions.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,11 @@ from tests.support import own
 from tests.support.cli import answer
 
 SLIDER_CRANK = "slider_crank"
-OTHERS = [name for name in examples.list_examples(suffix=".toml") if name in ("yu2023", "shi2021", "sun2019-corrected")]
+OTHERS = [
+    name
+    for name in examples.list_examples(suffix=".toml")
+    if name in ("yu2023", "shi2021", "sun2019-corrected")
+]
 
 
 def _source(name: str) -> str:
@@ -31,7 +37,9 @@ def _with_limit(folder: Path, limit: str) -> str:
     functions = f'functions = "{SLIDER_CRANK}"\n'
     assert functions in text
     place = f'folder = "{own.generated(SLIDER_CRANK)}"\n'
-    path.write_text(text.replace(functions, functions + place) + f"\n[requirements]\nhold = ['{limit}']\n")
+    path.write_text(
+        text.replace(functions, functions + place) + f"\n[requirements]\nhold = ['{limit}']\n"
+    )
     return str(path)
 
 
@@ -57,7 +65,9 @@ def test_value_outside_bounds_is_named() -> None:
 
 @pytest.mark.parametrize(("limit", "met"), [(101.0, True), (99.0, False)])
 def test_limit_of_the_file_is_compared(limit: float, met: bool, tmp_path: Path) -> None:
-    """The slider of a crank of 50 mm and a rod of 200 mm, offset by 10 mm, travels the difference of two roots."""
+    """The slider of a crank of 50 mm and a rod of 200 mm, offset by 10 mm, travels the difference
+    of two roots.
+    """
     travel = np.sqrt(250**2 - 10**2) - np.sqrt(150**2 - 10**2)
     result = answer("validate", _with_limit(tmp_path, f"range s <= {travel * limit / 100:.9f} mm"))
     assert result["met"] is met
@@ -65,7 +75,9 @@ def test_limit_of_the_file_is_compared(limit: float, met: bool, tmp_path: Path) 
 
 
 def test_open_loop_fails() -> None:
-    outcome = CliRunner().invoke(build_application(), ["validate", _source(SLIDER_CRANK), "--set", "l_mm=45"])
+    outcome = CliRunner().invoke(
+        build_application(), ["validate", _source(SLIDER_CRANK), "--set", "l_mm=45"]
+    )
     assert outcome.exit_code == 1
     assert not outcome.stdout
 
@@ -76,7 +88,9 @@ def test_free_motion_is_valid() -> None:
 
 
 def test_start_off_constraints_is_reported() -> None:
-    """Andrews' mechanism closes for the stated start alone: with another link its joints begin elsewhere."""
+    """Andrews' mechanism closes for the stated start alone: with another link its joints begin
+    elsewhere.
+    """
     mechanism = file.load(_source("andrews"), {})
     assert validate_free_motion(mechanism).warnings == []
     key = next(key for key in mechanism.values if key.startswith("rr"))

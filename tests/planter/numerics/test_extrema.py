@@ -36,7 +36,9 @@ def test_end_is_extremum_of_interval_only() -> None:
 
 
 def test_deeper_minimum_wins_against_lower_sample() -> None:
-    """The wide one is sampled at its bottom, the narrow one beside its own, which is the deeper one."""
+    """The wide one is sampled at its bottom, the narrow one beside its own, which is the deeper
+    one.
+    """
 
     def function(x: Array) -> Array:
         return -np.exp(-(((x - 1.0) / 0.5) ** 2)) - 1.02 * np.exp(-(((x - 3.05) / 0.12) ** 2))
@@ -66,7 +68,9 @@ def test_vectorised_function_evaluates_each_element() -> None:
 
 
 def test_extremum_of_constant_is_first_sample() -> None:
-    assert extrema.find_minimum(np.zeros_like, PERIOD, closed=True) == extrema.ExtremePoint(0.0, 0.0)
+    assert extrema.find_minimum(np.zeros_like, PERIOD, closed=True) == extrema.ExtremePoint(
+        0.0, 0.0
+    )
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
@@ -91,7 +95,9 @@ def test_jump_is_no_stationary_point() -> None:
     """Slopes of |x - 1|, in two pieces that meet at 1."""
     places, slopes = np.array([0.0, 1 - 1e-9, 1 + 1e-9, 2.0]), np.array([-1.0, -1.0, 1.0, 1.0])
     joined = np.array([True, False, True])
-    result, _ = extrema.find_stationary_points(lambda x: (np.sign(x - 1), np.zeros_like(x)), places, slopes, joined)
+    result, _ = extrema.find_stationary_points(
+        lambda x: (np.sign(x - 1), np.zeros_like(x)), places, slopes, joined
+    )
     assert len(result) == 0
 
 

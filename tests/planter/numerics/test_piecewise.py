@@ -1,4 +1,6 @@
-"""Piecewise functions with a kink and a jump against closed forms, Chebyshev series and Gauss-Legendre panels."""
+"""Piecewise functions with a kink and a jump against closed forms, Chebyshev series and
+Gauss-Legendre panels.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +67,9 @@ def test_coincident_breaks_are_merged() -> None:
 
 @pytest.mark.parametrize("noise", [1e-14, -1e-14])
 def test_tied_peaks_select_first(noise: float) -> None:
-    """A device whose second side repeats the first half a cycle later, each evaluated with its own rounding."""
+    """A device whose second side repeats the first half a cycle later, each evaluated with its own
+    rounding.
+    """
 
     def repeated(phi: Array) -> tuple[Array, Array]:
         later = np.where(np.mod(phi, TURN) > np.pi, noise, 0.0)
@@ -95,7 +99,9 @@ def test_series_integral_slope_are_exact_to_rounding() -> None:
     np.testing.assert_allclose(result.integral(x)[1], np.exp(x) - 1, atol=1e-13)
     np.testing.assert_allclose(result.slope(x)[1], np.exp(x), atol=1e-11)
     step = 1 - np.cos(0.7) + 2 * (x - 0.7) + (np.sin(3 * x) - np.sin(2.1)) / 3
-    np.testing.assert_allclose(result.integral(x)[0], np.where(x < 0.7, 1 - np.cos(x), step), atol=1e-14)
+    np.testing.assert_allclose(
+        result.integral(x)[0], np.where(x < 0.7, 1 - np.cos(x), step), atol=1e-14
+    )
 
 
 def test_panel_index_selects_side_of_break() -> None:

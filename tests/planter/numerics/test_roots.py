@@ -29,9 +29,9 @@ def test_zero_function_has_root_at_bracket_start() -> None:
         return np.array([0.0, x[1] - 1]), np.array([0.0, 1.0])
 
     with np.errstate(all="raise"):
-        assert find_bracketed_roots(rates, low, high, (np.array([0.0, -1.0]), np.array([0.0, 2.0]))) == pytest.approx(
-            [1.0, 1.0]
-        )
+        assert find_bracketed_roots(
+            rates, low, high, (np.array([0.0, -1.0]), np.array([0.0, 2.0]))
+        ) == pytest.approx([1.0, 1.0])
 
 
 def circles(level: Array) -> roots.SystemOfEquations:

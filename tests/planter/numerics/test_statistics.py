@@ -12,13 +12,19 @@ COUNT, SIZE = 7, 3
 def quadratic(offset: float, share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return value (n,), slope (n, p) and Hessian (n, p, p) of n quadratic functions at zero."""
     bent = share * RNG.normal(size=(COUNT, SIZE, SIZE))
-    return offset + RNG.random(COUNT), share * RNG.normal(size=(COUNT, SIZE)), bent + bent.transpose(0, 2, 1)
+    return (
+        offset + RNG.random(COUNT),
+        share * RNG.normal(size=(COUNT, SIZE)),
+        bent + bent.transpose(0, 2, 1),
+    )
 
 
 VALUES, WEIGHTS = quadratic(5.0, 1.0), quadratic(1.0, 0.1)
 
 
-def at(function: tuple[np.ndarray, np.ndarray, np.ndarray], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def at(
+    function: tuple[np.ndarray, np.ndarray, np.ndarray], x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     value, slope, bent = function
     return value + slope @ x + 0.5 * np.einsum("kij,i,j->k", bent, x, x), slope + bent @ x
 
@@ -41,7 +47,9 @@ def test_derivatives_match_differences(kind: StatisticKind, moving: bool) -> Non
     first = [(build(h)[0].value - build(-h)[0].value) / 2e-5 for h in steps]
     np.testing.assert_allclose(gradient(np.zeros(SIZE)), first, rtol=1e-7, atol=1e-8)
     second = [(gradient(h) - gradient(-h)) / 2e-5 for h in steps]
-    hessian = statistic.curvature(slopes, weight_slopes) + np.einsum("k,kij->ij", statistic.slope, VALUES[2])
+    hessian = statistic.curvature(slopes, weight_slopes) + np.einsum(
+        "k,kij->ij", statistic.slope, VALUES[2]
+    )
     if moving:
         hessian += np.einsum("k,kij->ij", statistic.weight_slope, WEIGHTS[2])
     np.testing.assert_allclose(hessian, second, rtol=1e-6, atol=1e-7)
@@ -57,7 +65,8 @@ def test_equal_weights_match_reduction(kind: StatisticKind) -> None:
 def test_range_reduces_along_first_axis() -> None:
     samples = RNG.normal(size=(9, 4))
     np.testing.assert_array_equal(
-        reduce_samples("range", samples), reduce_samples("max", samples) - reduce_samples("min", samples)
+        reduce_samples("range", samples),
+        reduce_samples("max", samples) - reduce_samples("min", samples),
     )
     assert set(REDUCTIONS) == {*SMOOTH[:-1], "max", "min", "range"}
 

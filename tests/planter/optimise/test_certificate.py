@@ -24,7 +24,10 @@ def optimum(request):
 
 def test_a_true_optimum_passes(optimum):
     problem, u = optimum
-    assert check_conditions(problem, u, estimate_multipliers(problem, u)).worst < STATIONARITY_TOLERANCE
+    assert (
+        check_conditions(problem, u, estimate_multipliers(problem, u)).worst
+        < STATIONARITY_TOLERANCE
+    )
 
 
 @pytest.mark.parametrize("step", [1e-2, 1e-3])
@@ -52,8 +55,11 @@ def test_a_wrong_multiplier_fails(optimum, field, change):
     values = getattr(m, field)
     assert values.max() > 0
     wrong = {
-        "zeroed": 0 * values, "doubled": 2 * values, "negated": -values, "moved to the next": np.roll(values, 1)
-    }[change]  # fmt: skip
+        "zeroed": 0 * values,
+        "doubled": 2 * values,
+        "negated": -values,
+        "moved to the next": np.roll(values, 1),
+    }[change]
     if np.array_equal(wrong, values):
         pytest.skip("one row alone cannot move")
     assert check_conditions(problem, u, replace(m, **{field: wrong})).worst > STATIONARITY_TOLERANCE
@@ -61,7 +67,9 @@ def test_a_wrong_multiplier_fails(optimum, field, change):
 
 def test_a_solver_stopped_after_three_iterations_fails(optimum):
     problem, _ = optimum
-    programme = Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
+    programme = Epigraph(
+        problem, problem.objective.turn.local(problem.design(problem.start)), problem.start
+    )
     stopped = ipopt.solve_program(programme, programme.start, most_iterations=3)
     assert stopped.iterations == 3
     assert kkt_residual(problem, programme.point(stopped.z)) > STATIONARITY_TOLERANCE
@@ -80,7 +88,9 @@ def test_multipliers_are_prices_of_bounds():
 
 
 def test_third_harmonic_shares_of_tied_peaks():
-    """By symmetry the four tied peaks, two of each sign, need shares that add up to the weight of the range."""
+    """By symmetry the four tied peaks, two of each sign, need shares that add up to the weight of
+    the range.
+    """
     problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
     u = np.array([(0.5 - 1 / 6) / 0.9])
     m = estimate_multipliers(problem, u)
@@ -91,7 +101,9 @@ def test_third_harmonic_shares_of_tied_peaks():
 
 
 def test_clarke_conditions_at_an_optimal_kink():
-    """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their mixture is."""
+    """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their
+    mixture is.
+    """
     problem = over_turn(toys.corner(), toys.VARIANCE, 12)
     u = search_locally(problem, problem.start).u
     conditions = problem.conditions(u)
@@ -102,7 +114,10 @@ def test_clarke_conditions_at_an_optimal_kink():
     assert 0 < m.kinks[0] < 1
     assert check_conditions(problem, u, m).worst < STATIONARITY_TOLERANCE
     for wrong in (0.0, 1.0, -1e-3, 1 + 1e-3):
-        assert check_conditions(problem, u, replace(m, kinks=np.array([wrong]))).worst > STATIONARITY_TOLERANCE
+        assert (
+            check_conditions(problem, u, replace(m, kinks=np.array([wrong]))).worst
+            > STATIONARITY_TOLERANCE
+        )
     assert kkt_residual(problem, u + 1e-4) > STATIONARITY_TOLERANCE
 
 

@@ -37,13 +37,20 @@ def test_a_linear_force_agrees_with_linear_programming(seed, samples):
     rows, level = basis @ slopes, basis @ constant
     ones = np.ones((samples, 1))
     matrix = np.vstack([np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones])])
-    oracle = linprog([0, 0, 0, 1, -1], matrix, np.append(-level, level), bounds=[(-1, 1)] * 3 + [(None, None)] * 2)
+    oracle = linprog(
+        [0, 0, 0, 1, -1],
+        matrix,
+        np.append(-level, level),
+        bounds=[(-1, 1)] * 3 + [(None, None)] * 2,
+    )
     assert optimum.evaluation.look.range == pytest.approx(oracle.fun, abs=1e-7)
     assert optimum.stationary
 
 
 def test_refined_ties_are_sharper_than_samples():
-    """True extremes tie at the optimum of a linear force: as many as hold a vertex of three parameters."""
+    """True extremes tie at the optimum of a linear force: as many as hold a vertex of three
+    parameters.
+    """
     toy, _, _ = toys.linear(1)
     problem = over_turn(toy, toys.RANGE, "refined")
     optimum = search_locally(problem, problem.start)
@@ -52,7 +59,9 @@ def test_refined_ties_are_sharper_than_samples():
     tops = find_tops(conditions.rows, conditions.groups, 2)
     assert (conditions.rows > tops[conditions.groups] - 1e-6).sum() > 2
     fine = over_turn(toy, toys.RANGE, 2000)
-    assert fine.evaluate(optimum.u).objective == pytest.approx(optimum.evaluation.objective, abs=1e-4)
+    assert fine.evaluate(optimum.u).objective == pytest.approx(
+        optimum.evaluation.objective, abs=1e-4
+    )
     assert search_locally(fine, optimum.u).evaluation.objective <= optimum.evaluation.objective
 
 
@@ -64,13 +73,17 @@ def test_refined_ties_are_sharper_than_samples():
     ),
 )
 def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
-    """One parameter, kinks in x wherever the corner passes a sample: a fine scan finds nothing better."""
+    """One parameter, kinks in x wherever the corner passes a sample: a fine scan finds nothing
+    better.
+    """
     problem = over_turn(toys.corner(), Weights(*weights, kind), sampling)
     scan = min((problem.evaluate(np.array([u])).objective, u) for u in np.linspace(0, 1, 201))
     minimum = minimize_scalar(
         lambda u: problem.evaluate(np.array([u])).objective,
-        bounds=(max(scan[1] - 0.005, 0), min(scan[1] + 0.005, 1)), method="bounded", options={"xatol": 1e-12},
-    )  # fmt: skip
+        bounds=(max(scan[1] - 0.005, 0), min(scan[1] + 0.005, 1)),
+        method="bounded",
+        options={"xatol": 1e-12},
+    )
     optima = [search_locally(problem, np.array([start])) for start in (0.05, 0.35, 0.65, 0.95)]
     best = min(optima, key=lambda m: m.evaluation.objective)
     assert best.evaluation.objective <= min(minimum.fun, scan[0]) + 1e-9
@@ -86,10 +99,13 @@ def test_optimum_on_a_kink_is_located():
 
 
 @pytest.mark.parametrize(
-    ("sampling", "side"), [(16, 21), (17, 41), ("refined", 15), pytest.param("refined", 41, marks=pytest.mark.long)]
+    ("sampling", "side"),
+    [(16, 21), (17, 41), ("refined", 15), pytest.param("refined", 41, marks=pytest.mark.long)],
 )
 def test_two_parameter_corner_equals_plane_search(sampling, side):
-    """The corner's place depends on both, not linearly; many kinks, peaks that tie: no point of a grid is better."""
+    """The corner's place depends on both, not linearly; many kinks, peaks that tie: no point of a
+    grid is better.
+    """
     problem = over_turn(toys.bent(), toys.PAPER, sampling)
     starts = [np.array([a, b]) for a in (0.2, 0.8) for b in (0.2, 0.8)]
     optima = [search_locally(problem, start) for start in starts]
@@ -122,7 +138,9 @@ def test_a_refined_optimum_does_not_depend_on_a_grid():
     problem = toys.problem("refined")
     optimum = search_locally(problem, problem.start)
     fine = toys.problem(20000)
-    assert fine.evaluate(optimum.u).objective == pytest.approx(optimum.evaluation.objective, rel=1e-6)
+    assert fine.evaluate(optimum.u).objective == pytest.approx(
+        optimum.evaluation.objective, rel=1e-6
+    )
     for j in problem.free:
         neighbour = optimum.u.copy()
         neighbour[j] += 1e-3 if optimum.u[j] == 0 else -1e-3
@@ -135,4 +153,6 @@ def test_insensitive_parameters_do_not_move():
     names = problem.box.names
     fixed = [names.index("gamma_deg"), names.index("A6_mm")]
     assert sorted(set(range(10)) - set(problem.free)) == fixed
-    assert problem.design(optimum.u)[fixed] == pytest.approx(problem.objective.response.design[fixed], rel=1e-15)
+    assert problem.design(optimum.u)[fixed] == pytest.approx(
+        problem.objective.response.design[fixed], rel=1e-15
+    )

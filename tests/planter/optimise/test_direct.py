@@ -20,7 +20,8 @@ pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
 
 
 @pytest.fixture(
-    scope="module", params=[MODELS[0], *(pytest.param(model, marks=pytest.mark.long) for model in MODELS[1:])]
+    scope="module",
+    params=[MODELS[0], *(pytest.param(model, marks=pytest.mark.long) for model in MODELS[1:])],
 )
 def device(request: pytest.FixtureRequest) -> Device:
     model: Model = request.param
@@ -30,8 +31,12 @@ def device(request: pytest.FixtureRequest) -> Device:
     return device
 
 
-def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The Hessian is compiled in the background: a search that began before its end took other steps."""
+def test_counts_do_not_hang_on_when_the_compiler_ends(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The Hessian is compiled in the background: a search that began before its end took other
+    steps.
+    """
     counts = optimisation.search_optimum(device, "ipopt", SAMPLES, starts=1).evaluations
     late, fastest = Device(device.machine, device.model), backends.select_fastest
 

@@ -18,7 +18,9 @@ def test_the_machine():
     weights = {name: weight for entry in mixed for name, weight in entry.items()}
     radius, eccentricity = machine.design[4:6]
     width = (machine.upper - machine.lower)[4:6]
-    assert weights == pytest.approx({"R3_mm": radius / width[0] / (eccentricity / width[1]), "e3_mm": 1.0}, rel=1e-6)
+    assert weights == pytest.approx(
+        {"R3_mm": radius / width[0] / (eccentricity / width[1]), "e3_mm": 1.0}, rel=1e-6
+    )
 
 
 def test_directions_span_the_null_space():
@@ -33,12 +35,21 @@ def test_directions_span_the_null_space():
         vector = np.array([direction.get(name, 0.0) for name in response.names])
         assert np.abs(vector).max() == 1.0
         assert np.linalg.norm(columns @ vector) < 1e-8 * np.linalg.norm(columns)
-    assert np.linalg.matrix_rank(columns, tol=1e-9 * np.linalg.norm(columns)) == insensitivity.effective_parameters
+    assert (
+        np.linalg.matrix_rank(columns, tol=1e-9 * np.linalg.norm(columns))
+        == insensitivity.effective_parameters
+    )
 
 
 def test_product_of_two_parameters_is_a_single_direction():
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 4)
-    toy = Toy(phi, x, x[0] * x[1] * ca.cos(phi) + x[3] * ca.sin(phi), lower=[1, 1, 1, 1], upper=[2, 3, 2, 2])
+    toy = Toy(
+        phi,
+        x,
+        x[0] * x[1] * ca.cos(phi) + x[3] * ca.sin(phi),
+        lower=[1, 1, 1, 1],
+        upper=[2, 3, 2, 2],
+    )
     insensitivity = find_insensitivity(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)
     assert insensitivity.effective_parameters == 2
     assert insensitivity.named[0] == [{"x2": 1.0}]

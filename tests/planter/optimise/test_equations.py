@@ -1,4 +1,6 @@
-"""Equations: points are taken onto them to rounding within the box, by every way to search, and never give way."""
+"""Equations: points are taken onto them to rounding within the box, by every way to search, and
+never give way.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ X = ca.SX.sym("x", 3)
 
 def rows(g: ca.SX, lower: list[float], upper: list[float], *names: str) -> SymbolicConstraints:
     kinds = [NamedConstraint(name, ("min", "max")) for name in names]
-    return SymbolicConstraints(X, g, (np.array(lower), np.array(upper)), kinds, np.arange(len(names)))
+    return SymbolicConstraints(
+        X, g, (np.array(lower), np.array(upper)), kinds, np.arange(len(names))
+    )
 
 
 class Held(SymbolicConstraints):
@@ -55,7 +59,9 @@ def halfspace() -> SymbolicConstraints:
 def task(f: ca.SX = X[0] + 2 * X[1] + X[2] ** 2) -> Problem:
     """Least f on a sphere and in a half space."""
     box = DesignBox.shares(NAMES, LOWER, UPPER, np.array([0.3, 1.1, 0.2]))
-    return Problem(SmoothObjective(SymbolicFunction(X, f), 3), box, join_constraints([halfspace(), sphere()]))
+    return Problem(
+        SmoothObjective(SymbolicFunction(X, f), 3), box, join_constraints([halfspace(), sphere()])
+    )
 
 
 def test_points_are_taken_onto_equations_to_rounding() -> None:
@@ -108,11 +114,16 @@ def test_joined_constraints_are_stacked() -> None:
 def test_every_method_ends_on_them(method: Method) -> None:
     """Least a + 2 b there: by hand the half space holds it, with a + b = 0.4."""
     problem = task()
-    optimum = OptimiserRun(problem, SHORT, seed=2, starts=3).run(method, candidates=[problem.onto(problem.start)])
+    optimum = OptimiserRun(problem, SHORT, seed=2, starts=3).run(
+        method, candidates=[problem.onto(problem.start)]
+    )
     assert np.linalg.norm(optimum.design) == pytest.approx(1.5, rel=1e-14)
     if method != "ga":
         assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
-        assert {constraint.name for constraint in optimum.certificate.active_constraints} == {"half space", "sphere"}
+        assert {constraint.name for constraint in optimum.certificate.active_constraints} == {
+            "half space",
+            "sphere",
+        }
 
 
 def test_a_point_off_an_equation_fails_the_certificate() -> None:
@@ -135,7 +146,9 @@ def test_a_population_lives_on_them() -> None:
 def test_fixed_constraints_hold_while_others_relax() -> None:
     """No point of the sphere has a >= 1.7: it comes as near as 1.5, and the sphere stays."""
     far = rows(X[0], [1.7], [np.inf], "far")
-    constraint = Held(X, ca.sumsqr(X), (np.array([2.25]),) * 2, [NamedConstraint("sphere")], np.arange(1))
+    constraint = Held(
+        X, ca.sumsqr(X), (np.array([2.25]),) * 2, [NamedConstraint("sphere")], np.arange(1)
+    )
     both = JoinedConstraints((far, constraint))
     box = DesignBox.shares(NAMES, LOWER, UPPER, np.array([0.3, 0.4, 0.2]))
     problem = Problem(SmoothObjective(SymbolicFunction(X, X[2]), 3), box, both)
@@ -145,7 +158,9 @@ def test_fixed_constraints_hold_while_others_relax() -> None:
 
 
 def test_constrained_parameters_have_an_effect() -> None:
-    """The first toy's parameter does not move a force that has none of it: held, it is determined."""
+    """The first toy's parameter does not move a force that has none of it: held, it is
+    determined.
+    """
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
     toy = toys.Toy(phi, x, x[0] * ca.cos(phi), lower=-np.ones(3), upper=np.ones(3))
     free = find_insensitivity(toy, np.full(3, 0.5), 36)
@@ -153,7 +168,9 @@ def test_constrained_parameters_have_an_effect() -> None:
     insensitivity = find_insensitivity(toy, np.full(3, 0.5), 36, np.array([[0.3, 1.0, 1.0]]))
     assert insensitivity.effective_parameters == 1
     assert len(insensitivity.space) == 1
-    assert insensitivity.space[0] / insensitivity.space[0, 1] == pytest.approx([0, 1, -1], abs=1e-12)
+    assert insensitivity.space[0] / insensitivity.space[0, 1] == pytest.approx(
+        [0, 1, -1], abs=1e-12
+    )
     assert not insensitivity.zero.any()
 
 
@@ -161,9 +178,15 @@ def test_a_response_is_optimised_on_them() -> None:
     toy, _, _ = toys.linear(3)
     x = ca.SX.sym("x", 3)
     circle = SymbolicConstraints(
-        x, ca.sumsqr(x), (np.array([0.5]),) * 2, [NamedConstraint("sphere", ("min", "max"))], np.arange(1)
+        x,
+        ca.sumsqr(x),
+        (np.array([0.5]),) * 2,
+        [NamedConstraint("sphere", ("min", "max"))],
+        np.arange(1),
     )
     problem = over_turn(toy, toys.PAPER, 40, circle)
-    optimum = OptimiserRun(problem, SHORT, seed=2, starts=3).run("ipopt", candidates=[problem.onto(problem.start)])
+    optimum = OptimiserRun(problem, SHORT, seed=2, starts=3).run(
+        "ipopt", candidates=[problem.onto(problem.start)]
+    )
     assert optimum.design @ optimum.design == pytest.approx(0.5, rel=1e-14)
     assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE

@@ -18,14 +18,22 @@ STARTS = ([0.1, 0.2, 0.3], [0.9, 0.8, 0.1], [0.5, 0.1, 0.9], [0.2, 0.9, 0.6])
 def scaled() -> Toy:
     """Least range at x0 / x1 = 1/6, whatever their size; x2 is not felt at all."""
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
-    return Toy(phi, x, ca.cos(phi) - x[0] / x[1] * ca.cos(3 * phi), lower=[0.1, 1.0, 0.0], upper=[0.5, 3.0, 1.0])
+    return Toy(
+        phi,
+        x,
+        ca.cos(phi) - x[0] / x[1] * ca.cos(3 * phi),
+        lower=[0.1, 1.0, 0.0],
+        upper=[0.5, 3.0, 1.0],
+    )
 
 
 def limited(limit: float) -> SymbolicConstraints:
     """x1 <= most."""
     x = ca.SX.sym("x", 3)
     bounds = np.full(1, -np.inf), np.array([limit])
-    return SymbolicConstraints(x, x[1], bounds, [NamedConstraint("limit", ("max",))], np.zeros(1, dtype=np.int64))
+    return SymbolicConstraints(
+        x, x[1], bounds, [NamedConstraint("limit", ("max",))], np.zeros(1, dtype=np.int64)
+    )
 
 
 def nearest_on_the_ray(problem) -> np.ndarray:
@@ -42,13 +50,18 @@ def test_distant_searches_report_the_same_design():
     optima = [result.select_nearest_optimum(problem, end) for end in ends]
     for u in optima:
         assert u == pytest.approx(nearest_on_the_ray(problem), abs=1e-5)
-        assert problem.evaluate(u).objective == pytest.approx(problem.evaluate(ends[0]).objective, abs=1e-9)
+        assert problem.evaluate(u).objective == pytest.approx(
+            problem.evaluate(ends[0]).objective, abs=1e-9
+        )
 
 
 @pytest.mark.parametrize("limit", [2.5, 1.4])
 def test_the_rule_keeps_constraints(limit):
     problem = over_turn(scaled(), toys.RANGE, "refined", limited(limit))
-    optima = [result.select_nearest_optimum(problem, search_locally(problem, np.array(start)).u) for start in STARTS]
+    optima = [
+        result.select_nearest_optimum(problem, search_locally(problem, np.array(start)).u)
+        for start in STARTS
+    ]
     assert all(problem.is_feasible(u) for u in optima)
     assert max(np.abs(u - optima[0]).max() for u in optima) < 1e-5
 

@@ -12,7 +12,9 @@ from tests.planter.optimise import toys
 
 @pytest.fixture
 def settings():
-    return load("wang2017").genetic_algorithm.model_copy(update={"individuals": 20, "generations": 15})
+    return load("wang2017").genetic_algorithm.model_copy(
+        update={"individuals": 20, "generations": 15}
+    )
 
 
 def search(settings, seed=0, progress=None):
@@ -21,14 +23,20 @@ def search(settings, seed=0, progress=None):
 
 
 def test_the_same_seed_gives_the_same_bits(settings):
-    (first_best, first), (second_best, second), (_, other) = (search(settings, seed) for seed in (3, 3, 4))
-    assert [(p.u.tobytes(), p.objective) for p in first] == [(p.u.tobytes(), p.objective) for p in second]
+    (first_best, first), (second_best, second), (_, other) = (
+        search(settings, seed) for seed in (3, 3, 4)
+    )
+    assert [(p.u.tobytes(), p.objective) for p in first] == [
+        (p.u.tobytes(), p.objective) for p in second
+    ]
     assert first_best.history == second_best.history
     assert [p.u.tobytes() for p in first] != [p.u.tobytes() for p in other]
 
 
 def test_evaluations_follow_from_the_settings(settings):
-    """A population first, then 0.8 of it in each further generation: 40 + 199 * 32 for the paper's."""
+    """A population first, then 0.8 of it in each further generation: 40 + 199 * 32 for the
+    paper's.
+    """
     problem, population = search(settings)
     assert problem.counts.objective == 20 + 14 * 16
     assert len(population) == 20
@@ -46,14 +54,21 @@ def test_elite_survives_and_offspring_replace_the_rest(settings, monkeypatch):
     """A worse child still replaces a parent that is not among the elite."""
     bits = np.zeros((16, 200), bool)
     monkeypatch.setattr(
-        optimiser, "breed_offspring", lambda random, chromosomes, *rest: bits[:, : chromosomes.shape[1]]
+        optimiser,
+        "breed_offspring",
+        lambda random, chromosomes, *rest: bits[:, : chromosomes.shape[1]],
     )
     _, first = search(settings.model_copy(update={"generations": 1}))
     problem, second = search(settings.model_copy(update={"generations": 2}))
     length = settings.bits_per_variable
-    (child,) = (u.tobytes() for u in optimiser.decode_points(problem, bits[:1, : len(problem.free) * length], length))
+    (child,) = (
+        u.tobytes()
+        for u in optimiser.decode_points(problem, bits[:1, : len(problem.free) * length], length)
+    )
     assert sum(individual.u.tobytes() == child for individual in second) == 16
-    assert [p.u.tobytes() for p in first[:4]] == [p.u.tobytes() for p in second if p.u.tobytes() != child]
+    assert [p.u.tobytes() for p in first[:4]] == [
+        p.u.tobytes() for p in second if p.u.tobytes() != child
+    ]
 
 
 def breed(settings, seed=0, crossover=0.0, mutation=0.0, count=4000, merits=(0.0, 0.0)):
@@ -61,18 +76,24 @@ def breed(settings, seed=0, crossover=0.0, mutation=0.0, count=4000, merits=(0.0
     parents = np.array([[False] * 12, [True] * 12])
     probabilities = {"crossover_probability": crossover, "mutation_probability": mutation}
     changed = settings.model_copy(update=probabilities)
-    return optimiser.breed_offspring(np.random.default_rng(seed), parents, np.array(merits), count, changed)
+    return optimiser.breed_offspring(
+        np.random.default_rng(seed), parents, np.array(merits), count, changed
+    )
 
 
 def test_tournament_prefers_the_better_parent(settings):
-    """The better of two parents wins unless both draws are the other one: three times out of four."""
+    """The better of two parents wins unless both draws are the other one: three times out of
+    four.
+    """
     share = breed(settings, merits=(1.0, 0.5)).mean()
     assert share == pytest.approx(0.75, abs=4 * np.sqrt(0.75 * 0.25 / 4000))
     assert breed(settings).mean() == pytest.approx(0.5, abs=4 * np.sqrt(0.25 / 4000))
 
 
 def test_crossover_exchanges_tail_after_a_point(settings):
-    """A child of different parents changes its value once; every cut, 1 to 11, is equally frequent."""
+    """A child of different parents changes its value once; every cut, 1 to 11, is equally
+    frequent.
+    """
     children = breed(settings, crossover=1.0)
     steps = children[:, 1:] != children[:, :-1]
     assert set(steps.sum(axis=1)) == {0, 1}

@@ -1,4 +1,6 @@
-"""The three methods on the machine: never worse than either alone, reproducible, stoppable, and what they tell."""
+"""The three methods on the machine: never worse than either alone, reproducible, stoppable, and
+what they tell.
+"""
 
 import json
 import subprocess
@@ -23,8 +25,12 @@ N, STARTS = 36, 2
 def results():
     """By method; two workers run the starts of hybrid, beside the genetic algorithm."""
     means = {"hybrid": Means(2)}
-    return {m: optimisation.search_optimum(toys.device(), m, samples=N, seed=1, starts=STARTS, means=means.get(m, AUTO))
-            for m in optimiser.METHODS}  # fmt: skip
+    return {
+        m: optimisation.search_optimum(
+            toys.device(), m, samples=N, seed=1, starts=STARTS, means=means.get(m, AUTO)
+        )
+        for m in optimiser.METHODS
+    }
 
 
 def test_hybrid_is_never_worse_than_either_alone(results):
@@ -48,7 +54,10 @@ def test_number_of_workers_changes_no_bit(results):
     assert alone.design.tobytes() == results["ipopt"].design.tobytes()
     for optimum in (alone, results["hybrid"]):
         assert optimum.history["ipopt"] == results["ipopt"].history["ipopt"]
-    assert (alone.evaluations, alone.certificate) == (results["ipopt"].evaluations, results["ipopt"].certificate)
+    assert (alone.evaluations, alone.certificate) == (
+        results["ipopt"].evaluations,
+        results["ipopt"].certificate,
+    )
     assert [step.done for step in optima] == sorted({step.done for step in optima})
     assert optima[-1].best == alone.history["ipopt"][-1][1]
 
@@ -74,13 +83,32 @@ def test_insensitive_parameters_are_named(results):
 
 def test_the_table_is_json_with_the_keys_of_the_interface(results):
     optimum = results["hybrid"]
-    table = json.loads(json.dumps(optimum.build_record(toys.device().scale).table(), allow_nan=False))
-    keys = {"method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds"}
+    table = json.loads(
+        json.dumps(optimum.build_record(toys.device().scale).table(), allow_nan=False)
+    )
+    keys = {
+        "method",
+        "objective",
+        "design",
+        "range_N",
+        "variance_N2",
+        "start_objective",
+        "evaluations",
+        "seconds",
+    }
     assert keys < set(table)
-    assert set(table["certificate"]) == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
+    assert set(table["certificate"]) == {
+        "kkt_residual",
+        "active_bounds",
+        "starts",
+        "agreeing_starts",
+        "spread",
+    }
     assert set(table["evaluations"]) == {"objective", "gradient", "hessian"}
     assert list(table["design"]) == list(toys.device().names)
-    assert table["objective"] == pytest.approx(0.6 * table["range_N"] + 0.4 * table["variance_N2"], rel=1e-12)
+    assert table["objective"] == pytest.approx(
+        0.6 * table["range_N"] + 0.4 * table["variance_N2"], rel=1e-12
+    )
     for name, (lower, upper) in toys.device().machine.bounds.items():
         assert lower * (1 - 1e-15) <= table["design"][name] <= upper * (1 + 1e-15)
 
@@ -102,7 +130,9 @@ def test_an_interrupt_hands_over_the_best_so_far(method):
             raise KeyboardInterrupt
 
     with pytest.raises(OptimisationInterrupted) as caught:
-        optimisation.search_optimum(toys.device(), method, samples=N, seed=1, starts=STARTS, progress=stop)
+        optimisation.search_optimum(
+            toys.device(), method, samples=N, seed=1, starts=STARTS, progress=stop
+        )
     best = caught.value.best
     assert best is not None
     assert best.objective <= seen[-1].best * (1 + 1e-12)
@@ -151,9 +181,14 @@ def test_refined_needs_no_samples():
 
 
 def test_the_import_is_light():
-    code = "import sys, planter.optimise; print([m for m in ('casadi', 'scipy', 'numpy') if m in sys.modules])"
+    code = (
+        "import sys, planter.optimise; print([m for m in ('casadi', 'scipy', 'numpy') if m in "
+        "sys.modules])"
+    )
     root = str(Path(__file__).parents[3])
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=root
+    )
     assert done.stdout.strip() == "[]"
 
 
@@ -161,4 +196,7 @@ def test_designs_are_inside_their_bounds_to_the_last_bit(results):
     response = toys.planting()
     for optimum in results.values():
         assert ((response.lower <= optimum.design) & (optimum.design <= response.upper)).all()
-        assert np.isin(optimum.design, np.concatenate([response.lower, response.upper])).any() or optimum.method == "ga"
+        assert (
+            np.isin(optimum.design, np.concatenate([response.lower, response.upper])).any()
+            or optimum.method == "ga"
+        )

@@ -47,7 +47,9 @@ def test_velocity_and_acceleration_agree_with_differences(response):
     assert breakpoints.velocity * width == pytest.approx(slopes * width, abs=2e-7)
     bends = difference(lambda y: at(y).velocity, x, 1e-4 * width)
     indices = breakpoints.acceleration(np.arange(len(breakpoints.angles)))
-    assert indices * width * width[:, None] == pytest.approx(bends * width * width[:, None], abs=2e-7)
+    assert indices * width * width[:, None] == pytest.approx(
+        bends * width * width[:, None], abs=2e-7
+    )
 
 
 def test_a_response_without_events_has_no_joints():
@@ -61,7 +63,9 @@ def test_safeguarded_newton_locates_all_roots():
 
     low, high = np.array([-200.0, -1.0]), np.array([3.0, 400.0])
     ends = arctan(low)[0], arctan(high)[0]
-    assert roots.find_bracketed_roots(arctan, low, high, ends) == pytest.approx([0.3, 0.3], abs=1e-15)
+    assert roots.find_bracketed_roots(arctan, low, high, ends) == pytest.approx(
+        [0.3, 0.3], abs=1e-15
+    )
 
 
 def test_newton_says_where_it_failed():

@@ -26,11 +26,16 @@ def test_the_front_falls_and_no_design_beats_it(front):
     turn = over_turn(toys.linear(2)[0], toys.RANGE, 40).objective.turn
     for x in np.random.default_rng(0).uniform(-1, 1, (300, 3)):
         look = turn.look(x)
-        assert all(r < look.high - look.low or v < look.variance for r, v in zip(ranges, variances, strict=True))
+        assert all(
+            r < look.high - look.low or v < look.variance
+            for r, v in zip(ranges, variances, strict=True)
+        )
 
 
 def test_weighted_sums_lie_on_or_above_it(front):
-    """For a linear force the problem is convex, so that the front is too: an optimum of weights touches it."""
+    """For a linear force the problem is convex, so that the front is too: an optimum of weights
+    touches it.
+    """
     ranges = [point.evaluation.look.range for point in front]
     variances = [point.evaluation.look.variance for point in front]
     problem = over_turn(toys.linear(2)[0], Weights(0.3, 1.0, "paper"), 40)

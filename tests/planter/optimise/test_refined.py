@@ -37,11 +37,15 @@ def test_quadrature_has_converged(monkeypatch):
 
 
 def test_closed_forms():
-    """cos phi - cos(3 phi) / 6: peaks sqrt 3 / 2 at +-30 deg, a dip 5/6 between them; variance (1 + 1/36) / 2."""
+    """cos phi - cos(3 phi) / 6: peaks sqrt 3 / 2 at +-30 deg, a dip 5/6 between them; variance (1 +
+    1/36) / 2.
+    """
     panels = CyclePanels(toys.third_harmonic(), np.array([-1 / 6]))
     extremes = panels.extremes(CurveSide(0, 0, 1))
     assert np.degrees(extremes.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
-    assert extremes.values == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
+    assert extremes.values == pytest.approx(
+        np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1]
+    )
     assert extremes.peaks.tolist() == [False, True, False, True, False, True]
     assert panels.smooth(()).moments[1] == pytest.approx(37 / 72, rel=1e-13)
 
@@ -75,14 +79,18 @@ def test_peak_and_variance_derivatives_equal_differences(response, share):
 
     step = 2e-5 * width
     scale = np.abs(weighted(x) * width).max()
-    assert weighted(x) * width == pytest.approx(difference(value, x, step) * width, abs=1e-7 * scale)
+    assert weighted(x) * width == pytest.approx(
+        difference(value, x, step) * width, abs=1e-7 * scale
+    )
     bends = difference(weighted, x, step) * width * width[:, None]
     curvature = rows.curvature(x, weights) * width * width[:, None]
     assert curvature == pytest.approx(bends, abs=2e-6 * np.abs(bends).max())
 
 
 def test_the_motion_of_nodes_is_needed(monkeypatch):
-    """Without it the curvature of the variance of a moving corner would be wrong: the test above can fail."""
+    """Without it the curvature of the variance of a moving corner would be wrong: the test above
+    can fail.
+    """
     toy, x = toys.corner(-4.0), np.array([0.2])
     cycle = ContinuousCycle.from_response(toy, toys.SUM)
     panels, smooth = cycle.panels(x)
@@ -98,7 +106,9 @@ def test_windows_cover_the_turn_wherever_the_design_goes():
     rows = ContinuousCycle.from_response(response, toys.SUM).local(np.array([0.1, 0.1]))
     for x in np.random.default_rng(0).random((6, 2)):
         look = ContinuousCycle.from_response(response, toys.SUM).look(x)
-        assert find_tops(rows.values(x).rows, rows.groups, 2) == pytest.approx([look.high, -look.low], abs=1e-12)
+        assert find_tops(rows.values(x).rows, rows.groups, 2) == pytest.approx(
+            [look.high, -look.low], abs=1e-12
+        )
 
 
 def test_all_joints_are_panel_ends():

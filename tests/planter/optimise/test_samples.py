@@ -1,4 +1,6 @@
-"""The sampled turn: half of an even grid, exact first and second derivatives, also beside and on joints."""
+"""The sampled turn: half of an even grid, exact first and second derivatives, also beside and on
+joints.
+"""
 
 import numpy as np
 import pytest
@@ -18,18 +20,24 @@ def test_only_different_samples_are_used(samples, count):
 @pytest.mark.parametrize("samples", [90, 91])
 def test_half_turn_equals_all_samples(samples):
     response = toys.planting()
-    (force,) = response.value(response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples)
+    (force,) = response.value(
+        response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples
+    )
     look = SampledCycle(response, toys.SUM, samples).look(response.design)
     assert (look.high, look.low) == pytest.approx((force.max(), force.min()), abs=1e-10)
     assert (look.mean, look.variance) == pytest.approx((force.mean(), force.var()), rel=1e-11)
 
 
 def crossing(side: float) -> tuple[SampledRows, np.ndarray]:
-    """The machine with the joint at t = pi/m of gear 3 a little before or behind the sample at 92 deg."""
+    """The machine with the joint at t = pi/m of gear 3 a little before or behind the sample at 92
+    deg.
+    """
     response = toys.planting()
     x = response.design.copy()
     x[6] = np.pi / (np.radians(92) + side * 1e-4 + x[2])
-    return SampledRows(response, toys.SUM, sample_angles(360, np.pi), np.ones((2, 180), dtype=bool)), x
+    return SampledRows(
+        response, toys.SUM, sample_angles(360, np.pi), np.ones((2, 180), dtype=bool)
+    ), x
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -49,14 +57,18 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
 
     step = 1e-5 * width
     scale = np.abs(weighted(x) * width).max()
-    assert weighted(x) * width == pytest.approx(difference(value, x, step) * width, abs=1e-7 * scale)
+    assert weighted(x) * width == pytest.approx(
+        difference(value, x, step) * width, abs=1e-7 * scale
+    )
     bends = difference(weighted, x, step) * width * width[:, None]
     curvature = rows.curvature(x, weights) * width * width[:, None]
     assert curvature == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
 
 
 def test_second_derivatives_jump_there():
-    """What makes the test above one of two sides: the curvature of sample 92 is not the same on both."""
+    """What makes the test above one of two sides: the curvature of sample 92 is not the same on
+    both.
+    """
     weights = ModelValues(0.0, np.eye(360)[92], np.empty(0))
     before, after = (rows.curvature(x, weights)[6, 6] for rows, x in (crossing(-1), crossing(1)))
     assert abs(after - before) > 0.1 * max(abs(before), abs(after))
@@ -71,7 +83,9 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     first = int(np.flatnonzero(breakpoints.orders == 1)[0])
     sample = int(np.abs(turn.angles - breakpoints.folded[first]).argmin())
     rows = turn.local(x).with_holds((BreakpointHold(sample, int(breakpoints.events[first])),))
-    assert rows.values(x).holds == pytest.approx([breakpoints.folded[first] - turn.angles[sample]], abs=1e-12)
+    assert rows.values(x).holds == pytest.approx(
+        [breakpoints.folded[first] - turn.angles[sample]], abs=1e-12
+    )
     n = len(turn.angles)
     chosen = np.array([np.ones(n), np.zeros(n)], dtype=bool)
     rows = SampledRows(response, toys.SUM, turn.angles, chosen, rows.holds)
@@ -86,7 +100,9 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
         return 1.3 * slopes.smooth + weights.rows @ slopes.rows + weights.holds @ slopes.holds
 
     scale = np.abs(weighted(x) * width).max()
-    assert weighted(x) * width == pytest.approx(difference(value, x, 1e-5 * width) * width, abs=1e-7 * scale)
+    assert weighted(x) * width == pytest.approx(
+        difference(value, x, 1e-5 * width) * width, abs=1e-7 * scale
+    )
     bends = difference(weighted, x, 1e-5 * width) * width * width[:, None]
     found_bends = rows.curvature(x, weights) * width * width[:, None]
     assert found_bends == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
@@ -97,7 +113,10 @@ def test_sample_at_breakpoint_has_both_gradients():
     turn = SampledCycle(toy, toys.SUM, 12)
     on = turn.conditions(np.array([np.pi / 6]))
     off = turn.conditions(np.array([np.pi / 6 + 1e-4]))
-    assert (np.bincount(on.groups).tolist(), np.bincount(off.groups).tolist()) == ([13, 13], [12, 12])
+    assert (np.bincount(on.groups).tolist(), np.bincount(off.groups).tolist()) == (
+        [13, 13],
+        [12, 12],
+    )
     assert on.gradients[[1, 12], 0] == pytest.approx([0.5, -0.5], abs=1e-7)
     assert on.kinks.shape == (1, 1)
     before, after = (turn.conditions(np.array([np.pi / 6 + s * 1e-7])).smooth for s in (1, -1))

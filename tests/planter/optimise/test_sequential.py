@@ -1,4 +1,6 @@
-"""Sequential quadratic programmes: steps, optima beside linear programming, and what they must not trust."""
+"""Sequential quadratic programmes: steps, optima beside linear programming, and what they must not
+trust.
+"""
 
 import casadi as ca
 import numpy as np
@@ -20,17 +22,28 @@ def limited(toy, row, limit):
     x = ca.SX.sym("x", len(row))
     bounds = np.full(1, -np.inf), np.array([limit])
     return SymbolicConstraints(
-        x, ca.dot(ca.DM(row), x), bounds, [NamedConstraint("limit", ("max",))], np.zeros(1, dtype=np.int64)
+        x,
+        ca.dot(ca.DM(row), x),
+        bounds,
+        [NamedConstraint("limit", ("max",))],
+        np.zeros(1, dtype=np.int64),
     )
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_quadratic_programme_satisfies_conditions(seed):
-    """Stationarity, signs and complementarity, with a Hessian that leaves two variables to the rows."""
+    """Stationarity, signs and complementarity, with a Hessian that leaves two variables to the
+    rows.
+    """
     rng = np.random.default_rng(seed)
     n, m = 8, 30
     root = rng.normal(size=(n, n - 2))
-    hessian, gradient, rows, limits = root @ root.T, rng.normal(size=n), rng.normal(size=(m, n)), rng.random(m)
+    hessian, gradient, rows, limits = (
+        root @ root.T,
+        rng.normal(size=n),
+        rng.normal(size=(m, n)),
+        rng.random(m),
+    )
     low, high = np.full(n, -2.0), np.full(n, 2.0)
     step = sqp.solve_quadratic_program(hessian, gradient, rows, limits, (low, high))
     slope = hessian @ step.z + gradient + rows.T @ step.rows + step.bounds
@@ -43,7 +56,12 @@ def test_quadratic_programme_satisfies_conditions(seed):
 def test_a_quadratic_programme_without_a_point_has_no_minimum():
     identity = np.ones((1, 1))
     rows, limits = np.vstack([identity, -identity]), np.array([-1.0, -1.0])
-    assert sqp.solve_quadratic_program(identity, np.zeros(1), rows, limits, (np.full(1, -9.0), np.full(1, 9.0))) is None
+    assert (
+        sqp.solve_quadratic_program(
+            identity, np.zeros(1), rows, limits, (np.full(1, -9.0), np.full(1, 9.0))
+        )
+        is None
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -72,7 +90,9 @@ def test_constrained_linear_force_equals_linear_programme(seed, share):
     optimum = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
     basis = toys.waves(sample_angles(SAMPLES, toy.period))
     rows, level, ones = basis @ slopes, basis @ constant, np.ones((SAMPLES, 1))
-    matrix = np.vstack([np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones]), [[*row, 0, 0]]])
+    matrix = np.vstack(
+        [np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones]), [[*row, 0, 0]]]
+    )
     limits = np.concatenate([-level, level, [limit]])
     oracle = linprog([0, 0, 0, 1, -1], matrix, limits, bounds=[(-1, 1)] * 3 + [(None, None)] * 2)
     assert problem.evaluate(optimum.u).look.range == pytest.approx(oracle.fun, abs=1e-8)

@@ -1,4 +1,6 @@
-"""A smooth objective under inequalities and an equation: the same search, the same certificate, no rows to bound."""
+"""A smooth objective under inequalities and an equation: the same search, the same certificate, no
+rows to bound.
+"""
 
 from __future__ import annotations
 
@@ -41,22 +43,34 @@ KINDS = (
     NamedConstraint("disc", ("max",)),
 )
 SHORT = SimpleNamespace(
-    individuals=20, generations=5, bits_per_variable=12, selection_ratio=0.8, crossover_probability=0.7,
+    individuals=20,
+    generations=5,
+    bits_per_variable=12,
+    selection_ratio=0.8,
+    crossover_probability=0.7,
     mutation_probability=0.01,
-)  # fmt: skip
+)
 BEST = np.array([2.0, 1.0, 0.5])
-"""By hand: a + b = 3 and a b >= 2 leave a in [1, 2]; the objective falls in a; the disc is not met."""
+"""By hand: a + b = 3 and a b >= 2 leave a in [1, 2]; the objective falls in a; the disc is not
+met.
+"""
 
 
 def toy(plain: bool = False, limit: float = 2.0) -> Problem:
-    """Least (a - 5)^2 + b^2 + c with a + b = 3, a b >= least, counted in halves, and a^2 + b^2 <= 8."""
+    """Least (a - 5)^2 + b^2 + c with a + b = 3, a b >= least, counted in halves, and a^2 + b^2 <=
+    8.
+    """
     x = ca.SX.sym("x", 3)
     f = (x[0] - 5) ** 2 + x[1] ** 2 + x[2]
     g = ca.vertcat(x[0] + x[1], x[0] * x[1] / 0.5, x[0] ** 2 + x[1] ** 2)
     bounds = np.array([3.0, limit / 0.5, -np.inf]), np.array([3.0, np.inf, 8.0])
-    box = (DesignBox.plain if plain else DesignBox.shares)(NAMES, LOWER, UPPER, np.array([0.0, 0.0, 5.0]))
+    box = (DesignBox.plain if plain else DesignBox.shares)(
+        NAMES, LOWER, UPPER, np.array([0.0, 0.0, 5.0])
+    )
     return Problem(
-        SmoothObjective(SymbolicFunction(x, f), 3), box, SymbolicConstraints(x, g, bounds, KINDS, np.arange(3))
+        SmoothObjective(SymbolicFunction(x, f), 3),
+        box,
+        SymbolicConstraints(x, g, bounds, KINDS, np.arange(3)),
     )
 
 
@@ -82,11 +96,17 @@ def test_every_start_ends_at_the_optimum_and_it_is_certified(problem: Problem) -
 
 
 def test_multipliers_are_those_by_hand(problem: Problem, optimum: np.ndarray) -> None:
-    """At (2, 1): (-6, 2) + p (1, 1) - q (1, 2) = 0 gives q = 8, p = 14; c costs 1 at its lower bound."""
+    """At (2, 1): (-6, 2) + p (1, 1) - q (1, 2) = 0 gives q = 8, p = 14; c costs 1 at its lower
+    bound.
+    """
     m = estimate_multipliers(problem, optimum)
-    multipliers = {constraint.name: constraint for constraint in find_active_constraints(problem, optimum, m)}
+    multipliers = {
+        constraint.name: constraint for constraint in find_active_constraints(problem, optimum, m)
+    }
     assert set(multipliers) == {"sum", "product"}
-    assert (multipliers["sum"].multiplier, multipliers["product"].multiplier) == pytest.approx((14, 8), rel=1e-6)
+    assert (multipliers["sum"].multiplier, multipliers["product"].multiplier) == pytest.approx(
+        (14, 8), rel=1e-6
+    )
     assert m.required[:2] == pytest.approx([14, -8 * 0.5], rel=1e-6)
     (bound,) = find_active_bounds(problem, m)
     assert (bound.name, bound.side) == ("c", "lower")
@@ -109,18 +129,28 @@ def test_feasible_point_without_optimality_fails(problem: Problem) -> None:
 
 @pytest.mark.parametrize("change", ["zeroed", "doubled", "negated", "moved to the next"])
 @pytest.mark.parametrize("field", ["required", "at_lower"])
-def test_a_wrong_multiplier_fails(problem: Problem, optimum: np.ndarray, field: str, change: str) -> None:
+def test_a_wrong_multiplier_fails(
+    problem: Problem, optimum: np.ndarray, field: str, change: str
+) -> None:
     m = estimate_multipliers(problem, optimum)
     values = getattr(m, field)
     wrong = {
-        "zeroed": 0 * values, "doubled": 2 * values, "negated": -values, "moved to the next": np.roll(values, 1)
-    }[change]  # fmt: skip
+        "zeroed": 0 * values,
+        "doubled": 2 * values,
+        "negated": -values,
+        "moved to the next": np.roll(values, 1),
+    }[change]
     assert check_conditions(problem, optimum, m).worst < STATIONARITY_TOLERANCE
-    assert check_conditions(problem, optimum, replace(m, **{field: wrong})).worst > STATIONARITY_TOLERANCE
+    assert (
+        check_conditions(problem, optimum, replace(m, **{field: wrong})).worst
+        > STATIONARITY_TOLERANCE
+    )
 
 
 def test_inequality_multiplier_has_a_sign(problem: Problem) -> None:
-    """At the start of the product's valley its multiplier would have to be positive: the certificate gives it none."""
+    """At the start of the product's valley its multiplier would have to be positive: the
+    certificate gives it none.
+    """
     x = np.array([1.0, 2.0, 0.5])
     u = (x - problem.box.origin) / problem.box.unit
     m = estimate_multipliers(problem, u)
@@ -160,7 +190,10 @@ def test_the_methods_run_on_it_and_agree(problem: Problem) -> None:
     assert optimum.design == pytest.approx(BEST, abs=1e-7)
     assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
     assert optimum.evaluations.gradient > 0
-    assert optimum.objective <= min(objectives[-1][1] for objectives in optimum.history.values()) + 1e-7
+    assert (
+        optimum.objective
+        <= min(objectives[-1][1] for objectives in optimum.history.values()) + 1e-7
+    )
 
 
 def test_without_constraints_the_inside_needs_no_multipliers() -> None:
@@ -191,7 +224,8 @@ def test_failed_starts_are_left_out() -> None:
     x = ca.SX.sym("x", 2)
     function = Partial(x, (x[0] - 0.7) ** 2 + x[1] ** 2 + 1)
     problem = Problem(
-        SmoothObjective(function, 2), DesignBox.shares(("a", "b"), -np.ones(2), np.ones(2), np.full(2, 0.5))
+        SmoothObjective(function, 2),
+        DesignBox.shares(("a", "b"), -np.ones(2), np.ones(2), np.full(2, 0.5)),
     )
     assert len(list(search_from_starts(problem, 6, seed=3))) == 6
     function.limit = 0.0

@@ -1,4 +1,6 @@
-"""Weighted range and spread of samples: known values, derivatives against CasADi's, and tampered ones seen."""
+"""Weighted range and spread of samples: known values, derivatives against CasADi's, and tampered
+ones seen.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,11 @@ PAPER, NEWTON = Weights(0.75, 0.25, "paper"), Weights(2.0, 3.0, "newton")
 def bowl(x: ca.MX, count: int = 12) -> ca.MX:
     """Samples that bend in three parameters."""
     t = np.linspace(0.1, 5.0, count)
-    return ca.sin(x[0] * t) * x[1] + x[2] ** 2 * ca.DM(t) / 4 + ca.exp(x[0] * x[2] / 3) * ca.cos(ca.DM(t))
+    return (
+        ca.sin(x[0] * t) * x[1]
+        + x[2] ** 2 * ca.DM(t) / 4
+        + ca.exp(x[0] * x[2] / 3) * ca.cos(ca.DM(t))
+    )
 
 
 def derivatives(function: ca.MX, x: ca.MX, at: Array) -> list[Array]:
@@ -49,7 +55,9 @@ def test_value_gradient_and_hessian(weights: Weights) -> None:
     spread, slopes, bent = weighed(weights, x, at)
     assert spread.value == pytest.approx(value.item(), rel=1e-14)
     assert spread.gradient(slopes) == pytest.approx(gradient[:, 0], rel=1e-12)
-    assert spread.hessian(slopes, lambda each: np.tensordot(each, bent, 1)) == pytest.approx(hessian, rel=1e-11)
+    assert spread.hessian(slopes, lambda each: np.tensordot(each, bent, 1)) == pytest.approx(
+        hessian, rel=1e-11
+    )
 
 
 @pytest.mark.parametrize("weights", [PAPER, NEWTON])

@@ -12,7 +12,9 @@ from planter.optimise.response import BreakpointEvent
 
 
 class Toy:
-    """A `Response` made of CasADi expressions: `force` and, with its events, `joints` in terms of phi and x."""
+    """A `Response` made of CasADi expressions: `force` and, with its events, `joints` in terms of
+    phi and x.
+    """
 
     def __init__(
         self,
@@ -29,7 +31,9 @@ class Toy:
         self.names = tuple(f"x{j}" for j in range(p))
         self.lower = np.zeros(p) if lower is None else np.asarray(lower, dtype=float)
         self.upper = np.ones(p) if upper is None else np.asarray(upper, dtype=float)
-        self.design = (self.lower + self.upper) / 2 if design is None else np.asarray(design, dtype=float)
+        self.design = (
+            (self.lower + self.upper) / 2 if design is None else np.asarray(design, dtype=float)
+        )
         self.period, self.turn, self.shifts = period, 2 * np.pi, (0.0,)
         self.count, self.is_closed = 1, True
         self.events = tuple(joints or {})
@@ -37,11 +41,16 @@ class Toy:
         g = ca.vertcat(*(joints or {}).values()) if joints else ca.SX(0, 1)
         weights = ca.SX.sym("weights", g.numel())
         outputs = {
-            "force": force, "slope": ca.gradient(force, z), "second": ca.densify(ca.hessian(force, z)[0]),
-            "g": g, "g_slope": ca.densify(ca.jacobian(g, z)),
+            "force": force,
+            "slope": ca.gradient(force, z),
+            "second": ca.densify(ca.hessian(force, z)[0]),
+            "g": g,
+            "g_slope": ca.densify(ca.jacobian(g, z)),
             "g_second": ca.densify(ca.hessian(ca.dot(weights, g), z)[0]),
-        }  # fmt: skip
-        self._functions = {name: ca.Function(name, [phi, x, weights], [e]) for name, e in outputs.items()}
+        }
+        self._functions = {
+            name: ca.Function(name, [phi, x, weights], [e]) for name, e in outputs.items()
+        }
         self._mapped: dict[tuple[str, int], ca.Function] = {}
 
     def _call(self, name: str, x: Array, phi: Array, weights: Array | float = 0.0) -> Array:
@@ -94,7 +103,9 @@ class Toy:
         return weights[0][:, None, None] * self._stacked("second", at, phi)
 
     def hessian_along(self, at: Any, phi: Array, weights: Array, velocity: Array) -> Array:
-        path = np.concatenate([velocity[:, None, :], np.tile(np.eye(len(at)), (len(phi), 1, 1))], axis=1)
+        path = np.concatenate(
+            [velocity[:, None, :], np.tile(np.eye(len(at)), (len(phi), 1, 1))], axis=1
+        )
         return np.einsum("nap,nab,nbq->pq", path, self.hessians(at, phi, weights), path)
 
     def misses(self, at: Any, phi: Array) -> Array:

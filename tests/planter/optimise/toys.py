@@ -17,30 +17,42 @@ from planter.planting.functions import Model
 from planter.planting.model import Device
 from tests.planter.optimise.toy import Toy
 
-RANGE, VARIANCE, PAPER = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper"), Weights(0.6, 0.4, "paper")
+RANGE, VARIANCE, PAPER = (
+    Weights(1.0, 0.0, "paper"),
+    Weights(0.0, 1.0, "paper"),
+    Weights(0.6, 0.4, "paper"),
+)
 SUM = build_range_sum(PAPER)
 CORNER = BreakpointEvent("corner", 1, 2 * np.pi)
 
 
 def third_harmonic() -> Toy:
-    """cos phi + x cos 3 phi: least range sqrt 3 at x = -1/6, with peaks tied at +-30 deg and at 180 +- 30 deg."""
+    """cos phi + x cos 3 phi: least range sqrt 3 at x = -1/6, with peaks tied at +-30 deg and at 180
+    +- 30 deg.
+    """
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 1)
     return Toy(phi, x, ca.cos(phi) + x * ca.cos(3 * phi), lower=[-0.5], upper=[0.4])
 
 
 def linear(seed: int, size: int = 3) -> tuple[Toy, Array, Array]:
-    """A force that is linear in x, a0(phi) + a(phi) x, with random harmonics; and these, (7,) and (7, p)."""
+    """A force that is linear in x, a0(phi) + a(phi) x, with random harmonics; and these, (7,) and
+    (7, p).
+    """
     rng = np.random.default_rng(seed)
     constant, slopes = rng.normal(size=7), rng.normal(size=(7, size))
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", size)
     waves = ca.vertcat(*(f(k * phi) for k in (1, 2, 3) for f in (ca.cos, ca.sin)), ca.cos(4 * phi))
-    toy = Toy(phi, x, ca.dot(waves, constant + slopes @ x), lower=-np.ones(size), upper=np.ones(size))
+    toy = Toy(
+        phi, x, ca.dot(waves, constant + slopes @ x), lower=-np.ones(size), upper=np.ones(size)
+    )
     return toy, constant, slopes
 
 
 def waves(phi: Array) -> Array:
     """The harmonics of `linear` at angles, (n, 7)."""
-    return np.stack([f(k * phi) for k in (1, 2, 3) for f in (np.cos, np.sin)] + [np.cos(4 * phi)], axis=1)
+    return np.stack(
+        [f(k * phi) for k in (1, 2, 3) for f in (np.cos, np.sin)] + [np.cos(4 * phi)], axis=1
+    )
 
 
 def corner(height: float = 1.0, lower: float = -0.6, upper: float = 0.7) -> Toy:
@@ -53,7 +65,9 @@ def corner(height: float = 1.0, lower: float = -0.6, upper: float = 0.7) -> Toy:
 
 
 def bent() -> Toy:
-    """Two parameters, a corner whose place depends on both, not linearly, and a side peak that can tie with it."""
+    """Two parameters, a corner whose place depends on both, not linearly, and a side peak that can
+    tie with it.
+    """
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 2)
     place = 1.0 + 0.3 * x[0] + 0.2 * x[0] * x[1] + 0.1 * x[1] ** 2
     turned = (phi - place) / 2
@@ -86,4 +100,7 @@ def difference(function, x: Array, step: Array | float) -> Array:  # type: ignor
     """Central differences of a function of x (p,): the last axis is the coordinate."""
     steps = np.eye(len(x)) * step
     h = np.diag(steps)
-    return np.stack([(function(x + s) - function(x - s)) / (2 * k) for s, k in zip(steps, h, strict=True)], axis=-1)
+    return np.stack(
+        [(function(x + s) - function(x - s)) / (2 * k) for s, k in zip(steps, h, strict=True)],
+        axis=-1,
+    )

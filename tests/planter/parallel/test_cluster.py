@@ -1,4 +1,6 @@
-"""Jobs on a Dask cluster of two worker processes: the bytes are those of this process, though a worker is killed."""
+"""Jobs on a Dask cluster of two worker processes: the bytes are those of this process, though a
+worker is killed.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +22,9 @@ SAMPLES, STARTS, ROWS = 36, 2, 3 * CHUNK + 7
 
 @pytest.fixture(scope="module")
 def means() -> Iterator[Means]:
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as dask:
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+    ) as dask:
         yield Means(cluster=dask.scheduler_address)
 
 
@@ -38,14 +42,21 @@ def test_rows_survive_a_killed_worker(means: Means, tmp_path: Path) -> None:
 
 
 def test_errors_arrive_as_they_were_raised(means: Means) -> None:
-    with Jobs(SQUARES, ["geometry"], means) as under_way, pytest.raises(GeometryError, match="a cusp at 3 deg"):
+    with (
+        Jobs(SQUARES, ["geometry"], means) as under_way,
+        pytest.raises(GeometryError, match="a cusp at 3 deg"),
+    ):
         list(under_way.in_order())
 
 
 def test_descents_are_those_of_this_process(means: Means) -> None:
     local, remote = toys.problem(SAMPLES), toys.problem(SAMPLES)
     expected = list(search_from_starts(local, STARTS, 1))
-    minima = list(search_from_starts(remote, STARTS, 1, task=build_descent_task(toys.device(), SAMPLES), means=means))
+    minima = list(
+        search_from_starts(
+            remote, STARTS, 1, task=build_descent_task(toys.device(), SAMPLES), means=means
+        )
+    )
     assert [m.u.tobytes() for m in minima] == [m.u.tobytes() for m in expected]
     assert [m.evaluation.objective for m in minima] == [m.evaluation.objective for m in expected]
     assert (remote.history, remote.counts) == (local.history, local.counts)

@@ -1,4 +1,6 @@
-"""Jobs in worker processes: results in order, whatever becomes of the workers; errors as if raised here."""
+"""Jobs in worker processes: results in order, whatever becomes of the workers; errors as if raised
+here.
+"""
 
 import pickle
 from collections.abc import Iterator
@@ -20,7 +22,9 @@ EXPECTED = [number**2 / 3 for number in range(7)]
 
 @pytest.fixture(scope="module")
 def two_workers() -> Iterator[list[PlanterError]]:
-    """Errors that workers sent: of the toys, and of a result and of jobs that no pickle can be made of."""
+    """Errors that workers sent: of the toys, and of a result and of jobs that no pickle can be made
+    of.
+    """
     with Jobs(SQUARES, [*ERRORS, "function", lambda: 3], Means(2)) as under_way:
         yield [answer.content for answer in sorted(under_way)]
 
@@ -37,14 +41,21 @@ def test_killed_worker_is_replaced_and_job_repeated(tmp_path: Path) -> None:
 def test_job_killing_every_worker_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jobs, "MAX_LOST_PROCESSES", 2)
     killing = replace(SQUARES, arguments={"fatal": 1})
-    with Jobs(killing, [1], Means(1)) as under_way, pytest.raises(ComputationError, match="2 worker processes ended"):
+    with (
+        Jobs(killing, [1], Means(1)) as under_way,
+        pytest.raises(ComputationError, match="2 worker processes ended"),
+    ):
         next(under_way.in_order())
 
 
 def test_errors_arrive_as_they_were_raised(two_workers: list[PlanterError]) -> None:
     for error, sent in zip(ERRORS.values(), two_workers, strict=False):
         if isinstance(error, PlanterError):
-            assert (type(sent), sent.table(), vars(sent)) == (type(error), error.table(), vars(error))
+            assert (type(sent), sent.table(), vars(sent)) == (
+                type(error),
+                error.table(),
+                vars(error),
+            )
         else:
             assert isinstance(sent, ComputationError)
             assert sent.message == "ValueError: a bug"

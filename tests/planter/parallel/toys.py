@@ -16,10 +16,13 @@ ERRORS = {
 }
 
 
-def prepare_squares(fatal: int = -1, mark: str = "", wait_s: float = 0.0) -> Callable[[int | str], object]:
+def prepare_squares(
+    fatal: int = -1, mark: str = "", wait_s: float = 0.0
+) -> Callable[[int | str], object]:
     """Return the function that squares a number, or raises the error of a name.
 
-    At the number `fatal` the process is killed, only once if `mark` names a file; it waits a while before any number.
+    At the number `fatal` the process is killed, only once if `mark` names a file; it waits a while
+    before any number.
     """
 
     def run(job: int | str) -> object:

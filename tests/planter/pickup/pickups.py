@@ -1,4 +1,6 @@
-"""Pick-ups for tests: the built-in one, and tips of laws by complex numbers, apart from the package's own formulas."""
+"""Pick-ups for tests: the built-in one, and tips of laws by complex numbers, apart from the
+package's own formulas.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""`planter pickup` against its contract: keys, nulls in the dwell, files, exit codes, one sentence for bad input."""
+"""`planter pickup` against its contract: keys, nulls in the dwell, files, exit codes, one sentence
+for bad input.
+"""
 
 import csv
 import json
@@ -11,10 +13,25 @@ from planter.files import examples
 from tests.support.cli import below
 
 KEYS = {
-    "L1_mm", "L2_mm", "L3_max_mm", "L3_min_mm", "phi5_far_deg", "phi5_near_deg", "beta1_deg", "a1_mm", "a2_mm",
-    "helix_deg", "helical_contact_ratio", "dwell", "slope", "sun_radius_mm", "sun_toothed_arc_mm", "phi1_monotone",
-    "round_trip_error_rad", "at",
-}  # fmt: skip
+    "L1_mm",
+    "L2_mm",
+    "L3_max_mm",
+    "L3_min_mm",
+    "phi5_far_deg",
+    "phi5_near_deg",
+    "beta1_deg",
+    "a1_mm",
+    "a2_mm",
+    "helix_deg",
+    "helical_contact_ratio",
+    "dwell",
+    "slope",
+    "sun_radius_mm",
+    "sun_toothed_arc_mm",
+    "phi1_monotone",
+    "round_trip_error_rad",
+    "at",
+}
 AT = {"t_deg", "tip_mm", "L3_mm", "tip_speed_mm_s", "rho1_mm", "rho2_mm", "contact_ratio"}
 TOML = examples.example("yu2023", "pickup", ".toml")
 CSV = examples.example("yu2023-path", "pickup", ".csv")
@@ -40,8 +57,12 @@ def test_keys_and_values_of_the_built_in_law() -> None:
     assert result.keys() >= KEYS
     assert result["dwell"].keys() == {"start_deg", "end_deg", "tip_radius_mm"}
     assert result["slope"].keys() == {"min", "max", "mean"}
-    assert result["slope"] == pytest.approx({"min": 0, "max": 1.1606603790 * 1.3549389251, "mean": 1}, abs=1e-9)
-    assert [result[key] for key in ("L1_mm", "L2_mm", "a2_mm")] == pytest.approx([93.3377, 163, 44.6])
+    assert result["slope"] == pytest.approx(
+        {"min": 0, "max": 1.1606603790 * 1.3549389251, "mean": 1}, abs=1e-9
+    )
+    assert [result[key] for key in ("L1_mm", "L2_mm", "a2_mm")] == pytest.approx(
+        [93.3377, 163, 44.6]
+    )
     assert result["phi5_far_deg"] == pytest.approx(40)
     assert [result["dwell"]["start_deg"], result["dwell"]["end_deg"]] == pytest.approx([210, 270])
     assert result["round_trip_error_rad"] < 1e-9
@@ -69,7 +90,9 @@ def test_path_sources_agree(tmp_path: Path) -> None:
 
 
 def test_values_can_be_set() -> None:
-    result = answer("yu2023", "--set", "gamma_deg=140", "--set", "speed_deg_per_s=180", "--at", "240")
+    result = answer(
+        "yu2023", "--set", "gamma_deg=140", "--set", "speed_deg_per_s=180", "--at", "240"
+    )
     assert result["a1_mm"] != pytest.approx(answer("yu2023")["a1_mm"], abs=1)
     assert result["at"][0]["tip_speed_mm_s"] == pytest.approx(result["at"][0]["L3_mm"] * np.pi)
 
@@ -79,9 +102,15 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     assert result["optimised"]["holds"] is True
     assert all(requirement["holds"] for requirement in result["requirements"])
     assert {file.name for file in tmp_path.iterdir()} == {
-        "summary.json", "cycle.csv", "pitch.csv", "path.csv", "value_points.csv", "report.html", "figures",
+        "summary.json",
+        "cycle.csv",
+        "pitch.csv",
+        "path.csv",
+        "value_points.csv",
+        "report.html",
+        "figures",
         ".planter.json",
-    }  # fmt: skip
+    }
     pictures = {"path", "pitch_curves", "contact_ratio", "tip_motion", "law"}
     assert {file.stem for file in (tmp_path / "figures").iterdir()} == pictures
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -91,7 +120,11 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     assert page.count("<svg") == len(pictures) + 1  # and the drawing that moves
     assert "before the redesign" in page
     again = answer(str(tmp_path / "path.csv"))
-    missed = [requirement["name"] for requirement in again["requirements"] if requirement["margin"] < -1e-3]
+    missed = [
+        requirement["name"]
+        for requirement in again["requirements"]
+        if requirement["margin"] < -1e-3
+    ]
     assert missed == []
     assert again["dwell"]["start_deg"] == pytest.approx(result["dwell"]["start_deg"], abs=1e-4)
     coarse = answer(str(tmp_path / "value_points.csv"))
@@ -101,7 +134,11 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("blank_figures")
 def test_the_pitch_file_leaves_out_the_dwell(tmp_path: Path) -> None:
     answer("yu2023", "--out", str(tmp_path))
-    rows = [line for line in (tmp_path / "pitch.csv").read_text().splitlines() if not line.startswith("#")]
+    rows = [
+        line
+        for line in (tmp_path / "pitch.csv").read_text().splitlines()
+        if not line.startswith("#")
+    ]
     angles = [float(row["t_deg"]) for row in csv.DictReader(rows)]
     assert [angles[0], angles[-1]] == pytest.approx([-90, 210])
 
@@ -122,10 +159,22 @@ def test_tables() -> None:
         ("L2_mm = 163.0", "L2_mm = 90", ["bars.L2_mm = 90", "greater than L1_mm"]),
         ("[210, 270]", "[270, 210]", ["law.dwell_t_deg", "0 < start < end"]),
         ("p = 0.35", "p = 5.35", ["law", "must stay positive"]),
-        ("phi5_far_deg = 40", "phi5_far_deg = 1e15", ["law.phi5_far_deg = 1000000000000000.0", "at most 1e+06"]),
+        (
+            "phi5_far_deg = 40",
+            "phi5_far_deg = 1e15",
+            ["law.phi5_far_deg = 1000000000000000.0", "at most 1e+06"],
+        ),
         ("p = 0.35", 'ends = "soft"\np = 0.35', ["law.ends", "'smooth'"]),
-        ("p = 0.35", "transition_deg = 10\np = 0.35", ["law.transition_deg = 10", 'ends = "smooth"']),
-        ("p = 0.35", 'ends = "smooth"\ntransition_deg = 80\np = 0.35', ["law.transition_deg = 80", "at most 75"]),
+        (
+            "p = 0.35",
+            "transition_deg = 10\np = 0.35",
+            ["law.transition_deg = 10", 'ends = "smooth"'],
+        ),
+        (
+            "p = 0.35",
+            'ends = "smooth"\ntransition_deg = 80\np = 0.35',
+            ["law.transition_deg = 80", "at most 75"],
+        ),
         ("p = 0.35", 'ends = "smooth"\np = 1.35', ["law.p = 1.35", "must rise from zero"]),
         ("p = 0.35", "p = -99.35", ["law.p", "gain over the turn"]),
         ("z2 = 21", "z2 = 22", ["helical_stage.z2 = 22", "z1 = 21"]),
@@ -175,7 +224,9 @@ def test_missing_files_and_angles(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("decimals", "allowed"), [(4, 1e-3), (3, 1e-3), (2, 0.1), (1, 0.7)])
 def test_rounded_points_still_show_the_dwell(decimals: int, allowed: float, tmp_path: Path) -> None:
     """Distances are held to be equal as far as the decimals of the file go."""
-    rounded = np.round([[float(cell) for cell in line.split(",")] for line in CSV.splitlines()[3:]], decimals)
+    rounded = np.round(
+        [[float(cell) for cell in line.split(",")] for line in CSV.splitlines()[3:]], decimals
+    )
     lines = [f"{x:.{decimals}f},{y:.{decimals}f}" for x, y in rounded]
     (tmp_path / "points.csv").write_text("\n".join(["x_mm,y_mm", *lines]))
     result = answer(str(tmp_path / "points.csv"))

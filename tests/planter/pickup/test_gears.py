@@ -1,4 +1,6 @@
-"""Paths of one's own: what cannot be gears is refused with angle and place; what can be is told with its faults."""
+"""Paths of one's own: what cannot be gears is refused with angle and place; what can be is told
+with its faults.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,9 @@ def test_an_ellipse_either_way_round_gives_gears_and_no_noise(tmp_path: Path) ->
         assert result["machine"] == "mine"
         assert result["sun_radius_mm"]["min"] > 2.4
         straight = next(
-            requirement for requirement in result["requirements"] if requirement["name"] == "straight entry"
+            requirement
+            for requirement in result["requirements"]
+            if requirement["name"] == "straight entry"
         )
         assert 10 < straight["value"] < 25
         assert (tmp_path / "out" / "pitch.csv").exists()
@@ -80,7 +84,11 @@ def test_a_path_round_the_origin_is_no_traceback(tmp_path: Path) -> None:
 
 def test_velocity_jumps_at_dwell_are_reported_with_size() -> None:
     train = built_in()
-    warnings = {warning["name"]: warning for warning in answer("yu2023")["warnings"] if "velocity" in warning["name"]}
+    warnings = {
+        warning["name"]: warning
+        for warning in answer("yu2023")["warnings"]
+        if "velocity" in warning["name"]
+    }
     assert {name: warning["t_deg"] for name, warning in warnings.items()} == pytest.approx(
         {"velocity jumps at the dwell's start": 210, "velocity jumps at the dwell's end": 270}
     )
@@ -107,23 +115,36 @@ TEETH = np.array([0.002, 1.2, 1.3, np.radians(20)])
 def test_each_limit_is_violated_alone() -> None:
     good = {"R1": 0.02, "R2": 0.03, "kappa1": 50.0, "kappa2": 30.0}
     cases = {
-        ("sun", "radius"): {"R1": 0.0026}, ("intermediate gear", "radius"): {"R2": 0.0024},
-        ("sun", "sharp"): {"kappa1": 1 / 0.0026}, ("intermediate gear", "sharp"): {"kappa2": 1 / 0.0024},
-        ("sun", "hollow"): {"kappa1": -1 / 0.0024}, ("intermediate gear", "hollow"): {"kappa2": -1 / 0.0026},
-    }  # fmt: skip
+        ("sun", "radius"): {"R1": 0.0026},
+        ("intermediate gear", "radius"): {"R2": 0.0024},
+        ("sun", "sharp"): {"kappa1": 1 / 0.0026},
+        ("intermediate gear", "sharp"): {"kappa2": 1 / 0.0024},
+        ("sun", "hollow"): {"kappa1": -1 / 0.0024},
+        ("intermediate gear", "hollow"): {"kappa2": -1 / 0.0026},
+    }
     for kind, change in cases.items():
-        violations = model.limit_excesses({k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
+        violations = model.limit_excesses(
+            {k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH
+        )
         assert [name for name, excess in violations.items() if excess[0] >= -1e-9] == [kind]
     assert not model.violates_limits({k: np.array([v]) for k, v in good.items()}, TEETH)
 
 
 def test_nearly_resting_arm_is_refused() -> None:
-    assert "at t = 0° from the farthest tip the arm stands still" in refusal("yu2023", "--set", "p=-1")
+    assert "at t = 0° from the farthest tip the arm stands still" in refusal(
+        "yu2023", "--set", "p=-1"
+    )
 
 
 @pytest.mark.parametrize(
     "value",
-    ["L2_mm=1e300", "helical_stage.ha=1e300", "noncircular_stage.m_mm=1e-15", "width_mm=1e300", "phi5_far_deg=1e15"],
+    [
+        "L2_mm=1e300",
+        "helical_stage.ha=1e300",
+        "noncircular_stage.m_mm=1e-15",
+        "width_mm=1e300",
+        "phi5_far_deg=1e15",
+    ],
 )
 def test_values_beyond_all_measure_are_refused_by_name(value: str) -> None:
     assert value.partition("=")[0] in refusal("yu2023", "--set", value)
@@ -140,18 +161,28 @@ def test_gear_check_refuses_too_large_teeth() -> None:
     machine = load_pickup("yu2023")
     gears.check_gears(machine, build_train(machine))
     huge = load_pickup("yu2023", {"noncircular_stage.m_mm": 25})
-    with pytest.raises(GeometryError, match=r"the pitch radius of the sun is 22.27 mm .* reach 30 mm into it"):
+    with pytest.raises(
+        GeometryError, match=r"the pitch radius of the sun is 22.27 mm .* reach 30 mm into it"
+    ):
         gears.check_gears(huge, build_train(huge))
 
 
 @pytest.mark.usefixtures("blank_figures")
 def test_missing_contact_ratio_is_reported(tmp_path: Path) -> None:
     """Points rounded to whole mm make pitch curves hollow here and there."""
-    rounded = np.round([[float(c) for c in line.split(",")] for line in _path_csv().splitlines()[3:]])
-    (tmp_path / "coarse.csv").write_text("x_mm,y_mm\n" + "".join(f"{x:.0f},{y:.0f}\n" for x, y in rounded))
+    rounded = np.round(
+        [[float(c) for c in line.split(",")] for line in _path_csv().splitlines()[3:]]
+    )
+    (tmp_path / "coarse.csv").write_text(
+        "x_mm,y_mm\n" + "".join(f"{x:.0f},{y:.0f}\n" for x, y in rounded)
+    )
     result = answer(str(tmp_path / "coarse.csv"), "--out", str(tmp_path / "out"))
-    messages = [warning["message"] for warning in result["warnings"] if warning["name"] == "contact ratio"]
-    header = next(line for line in (tmp_path / "out" / "pitch.csv").read_text().splitlines() if line[0] != "#")
+    messages = [
+        warning["message"] for warning in result["warnings"] if warning["name"] == "contact ratio"
+    ]
+    header = next(
+        line for line in (tmp_path / "out" / "pitch.csv").read_text().splitlines() if line[0] != "#"
+    )
     assert len(messages) == 1
     assert "contact_ratio" not in header
 

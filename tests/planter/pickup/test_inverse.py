@@ -1,4 +1,6 @@
-"""The inverse chain: it sees points alone, finds the law, the bars and the dwell again, and knows what has none."""
+"""The inverse chain: it sees points alone, finds the law, the bars and the dwell again, and knows
+what has none.
+"""
 
 import ast
 from pathlib import Path
@@ -14,7 +16,13 @@ from planter.pickup.inverse import Inversion, invert_path
 from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
 
 T = np.linspace(0, TURN, 2001)
-AWAY = T[np.min([np.abs((T - e + np.pi) % TURN - np.pi) for e in (START, END, np.radians(142.78), 0)], axis=0) > 0.5]
+AWAY = T[
+    np.min(
+        [np.abs((T - e + np.pi) % TURN - np.pi) for e in (START, END, np.radians(142.78), 0)],
+        axis=0,
+    )
+    > 0.5
+]
 
 
 def invert_samples(count: int, offset: float = 0.0, **law: float) -> Inversion:
@@ -30,17 +38,30 @@ def error(inversion: Inversion, at: np.ndarray = T, **law: float) -> float:
 def test_the_chain_cannot_see_a_law() -> None:
     for module in (planter.pickup.inverse, planter.pickup.spline):
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
-        taken = {(n.module, alias.name) for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names}
+        taken = {
+            (n.module, alias.name)
+            for n in ast.walk(tree)
+            if isinstance(n, ast.ImportFrom)
+            for alias in n.names
+        }
         assert ("planter.pickup.law", "CosineLaw") not in taken
-        assert not {m for m, _ in taken} & {"planter.pickup.file", "planter.pickup.model", "planter.pickup.analysis"}
+        assert not {m for m, _ in taken} & {
+            "planter.pickup.file",
+            "planter.pickup.model",
+            "planter.pickup.analysis",
+        }
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.37, 0.5])
 def test_a_dense_path_gives_the_law_back(offset: float) -> None:
     inversion = invert_samples(3600, offset)
     assert error(inversion) < 1e-9
-    assert [inversion.L1 - L1, inversion.L2 - L2, inversion.phi5_far - FAR] == pytest.approx([0, 0, 0], abs=1e-12)
-    assert [inversion.law.dwell.start - START, inversion.law.dwell.end - END] == pytest.approx([0, 0], abs=1e-9)
+    assert [inversion.L1 - L1, inversion.L2 - L2, inversion.phi5_far - FAR] == pytest.approx(
+        [0, 0, 0], abs=1e-12
+    )
+    assert [inversion.law.dwell.start - START, inversion.law.dwell.end - END] == pytest.approx(
+        [0, 0], abs=1e-9
+    )
 
 
 def test_error_falls_at_spline_order() -> None:
@@ -51,12 +72,16 @@ def test_error_falls_at_spline_order() -> None:
     assert (np.log2(np.array(bars[:-1]) / bars[1:]) > 3.5).all()
 
 
-@pytest.mark.parametrize(("p", "start", "end"), [(0.2, 200, 290), (-0.3, 100, 140), (0.3, 20, 60), (0.0, 300, 350)])
+@pytest.mark.parametrize(
+    ("p", "start", "end"), [(0.2, 200, 290), (-0.3, 100, 140), (0.3, 20, 60), (0.0, 300, 350)]
+)
 def test_dwells_are_recovered_from_the_path(p: float, start: float, end: float) -> None:
     law = {"p": p, "start": np.radians(start), "end": np.radians(end)}
     inversion = invert_samples(1200, 0.2, **law)
     assert error(inversion, **law) < 1e-6
-    assert np.degrees([inversion.law.dwell.start, inversion.law.dwell.end]) == pytest.approx([start, end], abs=1e-4)
+    assert np.degrees([inversion.law.dwell.start, inversion.law.dwell.end]) == pytest.approx(
+        [start, end], abs=1e-4
+    )
 
 
 def test_a_dwell_at_the_farthest_tip() -> None:
@@ -72,7 +97,10 @@ def test_a_dwell_at_the_farthest_tip() -> None:
     inversion = invert_path(tips(t, hold_ends(t)), tolerance=1e-13)
     assert inversion.law.dwell.width == pytest.approx(width, abs=1e-4)
     inner = T[(T > 0.5) & (T < TURN - 0.5)]
-    assert np.abs(inversion.law.arm(inner - (inversion.phi5_far - FAR)) - hold_ends(inner)).max() < 1e-4
+    assert (
+        np.abs(inversion.law.arm(inner - (inversion.phi5_far - FAR)) - hold_ends(inner)).max()
+        < 1e-4
+    )
 
 
 def test_a_path_without_dwell() -> None:

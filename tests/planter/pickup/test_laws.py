@@ -1,4 +1,6 @@
-"""The train against laws of kinematics: closure, rolling, common tangent, Euler-Savary, rates, dwell, locking arcs."""
+"""The train against laws of kinematics: closure, rolling, common tangent, Euler-Savary, rates,
+dwell, locking arcs.
+"""
 
 from dataclasses import replace
 
@@ -23,16 +25,24 @@ def train(request: pytest.FixtureRequest) -> PickupTrain:
     return request.param
 
 
-def contacts(train: PickupTrain, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Both pitch curves at t in the carrier's frame, x along the centre line: places and tangents."""
+def contacts(
+    train: PickupTrain, t: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Both pitch curves at t in the carrier's frame, x along the centre line: places and
+    tangents.
+    """
     step, turned = 1e-6, train.law.arm(t) - np.pi
 
     def law_path(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         build_result = train.pitch(at)
-        return build_result["x1"] + 1j * build_result["y1"], build_result["x2"] + 1j * build_result["y2"]
+        return build_result["x1"] + 1j * build_result["y1"], build_result["x2"] + 1j * build_result[
+            "y2"
+        ]
 
-    sun, middle = (curve * np.exp(sign * 1j * angle) for curve, sign, angle in
-                   zip(law_path(t), (-1, 1), (t, np.pi + turned), strict=True))  # fmt: skip
+    sun, middle = (
+        curve * np.exp(sign * 1j * angle)
+        for curve, sign, angle in zip(law_path(t), (-1, 1), (t, np.pi + turned), strict=True)
+    )
     ahead, behind = law_path(t + step), law_path(t - step)
     d1, d2 = ((a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True))
     return sun, middle + train.geometry.a1, d1 * np.exp(-1j * t), d2 * np.exp(1j * (np.pi + turned))
@@ -51,7 +61,9 @@ def test_arm_gains_a_revolution_per_cycle(train: PickupTrain) -> None:
 
 def test_slopes_are_derivatives(train: PickupTrain) -> None:
     t, h = inside(train), 1e-5
-    assert (train.law.arm(t + h) - train.law.arm(t - h)) / (2 * h) == pytest.approx(train.law.slopes(t)[0], abs=1e-8)
+    assert (train.law.arm(t + h) - train.law.arm(t - h)) / (2 * h) == pytest.approx(
+        train.law.slopes(t)[0], abs=1e-8
+    )
     for order in (0, 1):
         slope = (train.law.slopes(t + h)[order] - train.law.slopes(t - h)[order]) / (2 * h)
         assert slope == pytest.approx(train.law.slopes(t)[order + 1], abs=1e-3)
@@ -62,7 +74,9 @@ def test_pitch_curves_roll_without_slip(train: PickupTrain) -> None:
     assert np.abs(sun.imag).max() < 1e-15
     assert np.abs(sun - middle).max() < 1e-15
     assert np.abs(d1 - d2).max() < 1e-9
-    assert train.arc == pytest.approx(train.integral(lambda t: np.abs(contacts(train, t)[3])), rel=1e-7)
+    assert train.arc == pytest.approx(
+        train.integral(lambda t: np.abs(contacts(train, t)[3])), rel=1e-7
+    )
 
 
 def test_another_centre_distance_parts_the_curves() -> None:
@@ -84,7 +98,9 @@ def test_curvature_equals_three_neighbouring_points() -> None:
     train, h = TRAINS["yu2023"], 1e-3
     t = inside(train, 50)
     for gear, sign in (("1", 1), ("2", -1)):
-        a, b, c = (f[f"x{gear}"] + 1j * f[f"y{gear}"] for f in (train.pitch(t + k * h) for k in (-1, 0, 1)))
+        a, b, c = (
+            f[f"x{gear}"] + 1j * f[f"y{gear}"] for f in (train.pitch(t + k * h) for k in (-1, 0, 1))
+        )
         area = sign * ((b - a).conjugate() * (c - a)).imag / 2
         bent = 4 * area / (abs(b - a) * abs(c - b) * abs(a - c))
         assert bent == pytest.approx(train.pitch(t)[f"kappa{gear}"], rel=1e-4)
@@ -97,7 +113,9 @@ def test_tip_and_velocity(train: PickupTrain) -> None:
     place += train.geometry.L2 * np.exp(1j * train.arm_heading(t))
     assert np.abs(build_result["x_S"] + 1j * build_result["y_S"] - place).max() < 1e-15
     speed = (train.tip(t + h) - train.tip(t - h)) / (2 * h) * train.omega
-    assert np.abs(np.column_stack([build_result["vx_S"], build_result["vy_S"]]) - speed).max() < 1e-7
+    assert (
+        np.abs(np.column_stack([build_result["vx_S"], build_result["vy_S"]]) - speed).max() < 1e-7
+    )
 
 
 def test_triangle_closes(train: PickupTrain) -> None:
@@ -140,7 +158,9 @@ def test_locking_arcs_are_a_circle_about_the_sun(train: PickupTrain) -> None:
     assert np.hypot(*convex) == pytest.approx(arcs.radius)
     assert np.ptp(np.unwrap(np.arctan2(convex[1], convex[0]))) == pytest.approx(dwell.width)
     for place, end in zip(concave.T[[0, -1]], ((1, -1), (0, 1)), strict=True):
-        assert _from_pitch_curve(train, place, *end) == pytest.approx(train.teeth[2] * train.teeth[0], rel=1e-6)
+        assert _from_pitch_curve(train, place, *end) == pytest.approx(
+            train.teeth[2] * train.teeth[0], rel=1e-6
+        )
     wrong = (concave[0] + 1j * concave[1]) * np.exp(1j * (radius + 0.1)) + train.geometry.a1
     assert np.ptp(np.abs(wrong)) > 1e-3
 
@@ -153,7 +173,9 @@ def _from_pitch_curve(train: PickupTrain, place: np.ndarray, end: int, sense: in
 
 
 def test_locking_arcs_hold_in_both_directions() -> None:
-    """A horn on either side of the line of centres, as the intermediate gear's tips are there in the dwell."""
+    """A horn on either side of the line of centres, as the intermediate gear's tips are there in
+    the dwell.
+    """
     train = TRAINS["yu2023"]
     arcs = compute_locking_arcs(train)
     addendum = train.teeth[2] * train.teeth[0]
@@ -167,7 +189,9 @@ def test_locking_arcs_hold_in_both_directions() -> None:
 def test_drawn_arcs_equal_gear_arcs(train: PickupTrain) -> None:
     """By carrier angles here, by arc lengths of the rolling curves there."""
     arcs, addendum = compute_locking_arcs(train), train.teeth[2] * train.teeth[0]
-    assert arcs.radius == pytest.approx(compute_arc_radius(build_rolling(train), addendum), rel=1e-8)
+    assert arcs.radius == pytest.approx(
+        compute_arc_radius(build_rolling(train), addendum), rel=1e-8
+    )
     assert arcs.reaches[::-1] == pytest.approx(
         compute_horn_reaches(build_rolling(train), arcs.radius, addendum), rel=1e-6
     )

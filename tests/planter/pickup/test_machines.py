@@ -1,4 +1,6 @@
-"""Pick-ups as machines of the engine: the numbers of their trains, with derivatives that differences confirm."""
+"""Pick-ups as machines of the engine: the numbers of their trains, with derivatives that
+differences confirm.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +55,11 @@ def test_motion_equals_train(source: str) -> None:
     pickup, train, machine = train_of(source)
     values, expected = values_of(machine), train.motion(ANGLES)
     entry = CellEntry(train, Cell.from_pickup(pickup)).place(ANGLES).T
-    expected |= {"phi1": train.law.arm(ANGLES), "g": train.slope(ANGLES), "arm": train.arm_heading(ANGLES)}
+    expected |= {
+        "phi1": train.law.arm(ANGLES),
+        "g": train.slope(ANGLES),
+        "arm": train.arm_heading(ANGLES),
+    }
     expected |= {"along": entry[0], "across": entry[1]}
     for name in set(expected) & set(values):
         np.testing.assert_allclose(values[name], expected[name], rtol=0, atol=1e-12, err_msg=name)
@@ -73,7 +79,9 @@ def test_gears_are_those_of_the_train(source: str) -> None:
 
 def test_tip_equals_complex_arithmetic() -> None:
     values = values_of(train_of("yu2023")[2])
-    np.testing.assert_allclose(np.column_stack([values["x_S"], values["y_S"]]), tips(ANGLES, arm(ANGLES)), atol=1e-13)
+    np.testing.assert_allclose(
+        np.column_stack([values["x_S"], values["y_S"]]), tips(ANGLES, arm(ANGLES)), atol=1e-13
+    )
 
 
 def test_derivatives_are_those_of_differences(source: str) -> None:
@@ -81,9 +89,14 @@ def test_derivatives_are_those_of_differences(source: str) -> None:
     machine = machine.with_moved({value.path: (0.0, 1.0) for value in machine.values})
     response, x, angles = MachineResponse(machine), machine.design, steps(24, 0.5)
     values, slopes = response.slopes(response.at(x), angles)
-    for column, step in enumerate(np.vstack([np.zeros(len(x)), np.diag(1e-5 * np.where(x == 0, 1, np.abs(x)))])):
+    for column, step in enumerate(
+        np.vstack([np.zeros(len(x)), np.diag(1e-5 * np.where(x == 0, 1, np.abs(x)))])
+    ):
         turned = 1e-5 if column == 0 else 0.0
-        high, low = (response.values(response.at(x + sign * step), angles + sign * turned) for sign in (1, -1))
+        high, low = (
+            response.values(response.at(x + sign * step), angles + sign * turned)
+            for sign in (1, -1)
+        )
         difference = (high - low) / (2 * (step.sum() + turned))
         rounding = 1e-13 * np.abs(values).max(axis=1) / (step.sum() + turned)
         allowed = 1e-6 * np.abs(difference).max(axis=1) + rounding
@@ -92,7 +105,11 @@ def test_derivatives_are_those_of_differences(source: str) -> None:
 
 def test_the_tip_s_velocity_jumps_at_the_ends_of_the_dwell() -> None:
     _, train, machine = train_of("yu2023")
-    shocks = [shock for shock in PiecewiseCycle(machine, build_rows(machine)).shocks() if shock.quantity == "vx_S"]
+    shocks = [
+        shock
+        for shock in PiecewiseCycle(machine, build_rows(machine)).shocks()
+        if shock.quantity == "vx_S"
+    ]
     assert [shock.event for shock in shocks] == ["start of the dwell", "end of the dwell"]
     assert [shock.phi_deg for shock in shocks] == pytest.approx([210, 270], abs=1e-9)
     before, after = (train.motion(np.radians([210 + side]))["vx_S"][0] for side in (-1e-7, 1e-7))

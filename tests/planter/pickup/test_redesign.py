@@ -47,7 +47,9 @@ def test_the_law_is_linear_in_the_value_points() -> None:
     assert law.arm(t + 2 * np.pi) - law.arm(t) == pytest.approx(2 * np.pi)
 
 
-def test_gradient_jacobian_and_hessian_are_those_of_differences(change: LeastChange, programme: Epigraph) -> None:
+def test_gradient_jacobian_and_hessian_are_those_of_differences(
+    change: LeastChange, programme: Epigraph
+) -> None:
     rng = np.random.default_rng(1)
     z = change.start(AT.values + rng.normal(0, 0.002, AT.size))
     ahead, multipliers, h = rng.normal(size=len(z)), rng.random(len(programme.g_lower)), 1e-6
@@ -66,7 +68,9 @@ def test_gradient_jacobian_and_hessian_are_those_of_differences(change: LeastCha
 def test_constraints_agree_with_the_requirements(programme: Epigraph) -> None:
     """Without slack the push angle falls short by what the requirement says."""
     z = np.concatenate([np.zeros(AT.size), [0.0], np.zeros(len(NAMES))])
-    margin = {requirement.name: requirement.margin for requirement in list_requirements(MACHINE, TRAIN)}
+    margin = {
+        requirement.name: requirement.margin for requirement in list_requirements(MACHINE, TRAIN)
+    }
     assert programme.g(z)[:4].min() == pytest.approx(margin["push angle"], abs=1e-4)
 
 
@@ -106,8 +110,13 @@ def test_conflicting_targets_are_not_satisfied() -> None:
     moved = redesign_path(load_pickup("yu2023", {"swing_deg": 60}), TRAIN)
     assert not moved.holds
     margin = {requirement.name: requirement.margin for requirement in moved.after}
-    assert margin["push angle"] + margin["push angle less pick angle"] == pytest.approx(-6, abs=0.05)
-    assert {name for name, value in margin.items() if value < -1e-6} <= {"push angle", "push angle less pick angle"}
+    assert margin["push angle"] + margin["push angle less pick angle"] == pytest.approx(
+        -6, abs=0.05
+    )
+    assert {name for name, value in margin.items() if value < -1e-6} <= {
+        "push angle",
+        "push angle less pick angle",
+    }
 
 
 def test_the_search_sees_the_programme_as_it_is(programme: Epigraph) -> None:
@@ -136,4 +145,7 @@ def test_a_moved_point_and_wrong_multipliers_have_no_certificate(change: LeastCh
         neighbour[j] += 1e-3
         assert kkt_residual(problem, neighbour) > STATIONARITY_TOLERANCE
     for wrong in (-m.required, 2 * m.required, 0 * m.required):
-        assert check_conditions(problem, optimum.u, replace(m, required=wrong)).worst > STATIONARITY_TOLERANCE
+        assert (
+            check_conditions(problem, optimum.u, replace(m, required=wrong)).worst
+            > STATIONARITY_TOLERANCE
+        )

@@ -16,7 +16,10 @@ TRAIN = build_train(MACHINE)
 
 
 def by_name(train: PickupTrain = TRAIN, **changes: float) -> dict[str, PickupRequirement]:
-    return {requirement.name: requirement for requirement in list_requirements(load_pickup("yu2023", changes), train)}
+    return {
+        requirement.name: requirement
+        for requirement in list_requirements(load_pickup("yu2023", changes), train)
+    }
 
 
 def entry(train: PickupTrain = TRAIN, **changes: float) -> CellEntry:
@@ -24,7 +27,9 @@ def entry(train: PickupTrain = TRAIN, **changes: float) -> CellEntry:
 
 
 def test_printed_numbers() -> None:
-    """L1, L2, a2, gamma as printed; the helix angle is within the printed range and the contact ratio near 1.9358."""
+    """L1, L2, a2, gamma as printed; the helix angle is within the printed range and the contact
+    ratio near 1.9358.
+    """
     g = TRAIN.geometry
     assert (g.L1, g.L2, g.a2) == pytest.approx((0.0933377, 0.163, 0.0446))
     assert 8 < np.degrees(g.helix) < 20
@@ -46,7 +51,9 @@ def test_contact_ratio_equals_osculating_circles() -> None:
     """External spur gears on those circles, from their tip and base circles (ISO 21771)."""
     t, angle, m = TRAIN.samples(50), np.radians(20), 0.002
     radii = [1 / TRAIN.pitch(t)[key] for key in ("kappa1", "kappa2")]
-    reach = sum(np.sqrt((r + 1.2 * m) ** 2 - (r * np.cos(angle)) ** 2) - r * np.sin(angle) for r in radii)
+    reach = sum(
+        np.sqrt((r + 1.2 * m) ** 2 - (r * np.cos(angle)) ** 2) - r * np.sin(angle) for r in radii
+    )
     assert TRAIN.contact_ratio(t) == pytest.approx(reach / (np.pi * m * np.cos(angle)))
 
 
@@ -89,7 +96,9 @@ def test_depth_and_straight_entry() -> None:
 
 def test_a_needle_pushed_deeper_than_the_path_turns_is_noticed() -> None:
     turned = replace(TRAIN, law=law(0.6, np.radians(210), np.radians(270)))
-    assert by_name(turned)["straight entry"].value != pytest.approx(by_name()["straight entry"].value)
+    assert by_name(turned)["straight entry"].value != pytest.approx(
+        by_name()["straight entry"].value
+    )
 
 
 def test_upright_needle_clearance_equals_trapezium() -> None:
@@ -122,7 +131,10 @@ def test_a_deeper_cut_is_a_larger_violation() -> None:
 def test_a_hollow_pitch_curve_is_noticed() -> None:
     hollow = replace(TRAIN, law=law(0.93, np.radians(210), np.radians(270)))
     requirements = by_name(hollow)
-    assert not (requirements["sun's pitch curve convex"].holds and requirements["intermediate gear's convex"].holds)
+    assert not (
+        requirements["sun's pitch curve convex"].holds
+        and requirements["intermediate gear's convex"].holds
+    )
 
 
 def test_path_has_requirements_of_law() -> None:

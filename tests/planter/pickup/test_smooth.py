@@ -1,4 +1,6 @@
-"""A dwell with smooth ends: slope and velocity are continuous, and the arm still gains one turn in a turn."""
+"""A dwell with smooth ends: slope and velocity are continuous, and the arm still gains one turn in
+a turn.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ LAW = SmoothLaw(P, Dwell(START, END), TRANSITION)
 
 def smooth_file(folder: Path, transition: float | None = None) -> str:
     """The built-in pick-up with the lines of its example that make the ends smooth."""
-    text = examples.example("yu2023", "pickup", ".toml").replace('# ends = "smooth"', 'ends = "smooth"  #')
+    text = examples.example("yu2023", "pickup", ".toml").replace(
+        '# ends = "smooth"', 'ends = "smooth"  #'
+    )
     if transition is not None:
         text = text.replace("# transition_deg = 15", f"transition_deg = {transition}  #")
     (folder / "smooth.toml").write_text(text)
@@ -30,7 +34,9 @@ def smooth_file(folder: Path, transition: float | None = None) -> str:
 
 def test_the_arm_gains_a_turn_in_a_turn_and_rests_in_the_dwell() -> None:
     t = np.linspace(-7, 9, 4001)
-    assert LAW.arm(t + 2 * np.pi) - LAW.arm(t) == pytest.approx(np.full(t.shape, 2 * np.pi), abs=1e-12)
+    assert LAW.arm(t + 2 * np.pi) - LAW.arm(t) == pytest.approx(
+        np.full(t.shape, 2 * np.pi), abs=1e-12
+    )
     dwell_arm = LAW.arm(np.linspace(START, END, 50))
     assert np.ptp(dwell_arm) < 1e-12
     assert LAW.arm(np.zeros(1))[0] == pytest.approx(np.pi, abs=1e-14)
@@ -40,7 +46,11 @@ def test_slopes_are_the_derivatives_of_the_angle() -> None:
     t = np.linspace(END - 2 * np.pi, START, 5001)[1:-1]
     t = t[np.min(np.abs(t[:, None] - LAW.joints()), axis=1) > 1e-3]
     h = 1e-5
-    for lower, upper in ((LAW.arm, 0), (lambda x: LAW.slopes(x)[0], 1), (lambda x: LAW.slopes(x)[1], 2)):
+    for lower, upper in (
+        (LAW.arm, 0),
+        (lambda x: LAW.slopes(x)[0], 1),
+        (lambda x: LAW.slopes(x)[1], 2),
+    ):
         numeric = (lower(t + h) - lower(t - h)) / (2 * h)
         assert LAW.slopes(t)[upper] == pytest.approx(numeric, abs=2e-5)
 
@@ -65,7 +75,9 @@ def test_command_reports_no_jump_and_undriven_angles(tmp_path: Path) -> None:
     names = [warning["name"] for warning in result["warnings"]]
     assert not any("velocity" in name for name in names)
     message = next(
-        warning["message"] for warning in result["warnings"] if warning["name"] == "no teeth at the dwell's start"
+        warning["message"]
+        for warning in result["warnings"]
+        if warning["name"] == "no teeth at the dwell's start"
     )
     assert "from t = 195 to 210 deg" in message
     assert result["slope"]["mean"] == pytest.approx(1, abs=1e-12)

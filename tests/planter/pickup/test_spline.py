@@ -1,4 +1,6 @@
-"""Closed cubic B-spline: passes its points, closes with two derivatives, obeys the cyclic system, can be dragged."""
+"""Closed cubic B-spline: passes its points, closes with two derivatives, obeys the cyclic system,
+can be dragged.
+"""
 
 import time
 
@@ -95,7 +97,10 @@ def test_prominent_extrema_equal_repeated_removal(seed: int, closed: bool) -> No
     values[::2] += 0.2
     left = list(range(len(values)))
     while len(left) > 1:
-        pairs = [(abs(values[i] - values[j]), i, j) for i, j in zip(left, left[1:] + left[:1] * closed, strict=False)]
+        pairs = [
+            (abs(values[i] - values[j]), i, j)
+            for i, j in zip(left, left[1:] + left[:1] * closed, strict=False)
+        ]
         step, i, j = min(pairs)
         if step >= 0.3:
             break

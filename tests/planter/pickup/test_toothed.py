@@ -19,7 +19,9 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     pair = result["intermittent"]
     assert result["stages"] == []
     assert (result["addendum"], result["pressure_angle_deg"], pair["module_mm"]) == (1.2, 20, 2)
-    assert np.pi * pair["module_mm"] * pair["pitches"] == pytest.approx(pair["toothed_arc_mm"], rel=1e-14)
+    assert np.pi * pair["module_mm"] * pair["pitches"] == pytest.approx(
+        pair["toothed_arc_mm"], rel=1e-14
+    )
     design = answer("pickup", "yu2023")
     assert pair["toothed_arc_mm"] == pytest.approx(design["sun_toothed_arc_mm"], rel=1e-12)
     assert pair["locking_radius_mm"] == pytest.approx(design["locking_arcs"]["radius_mm"], rel=1e-8)
@@ -38,11 +40,18 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert "ahead of it / °" in page
     assert "planter-view" in page
-    assert {path.stem for path in (tmp_path / "figures").glob("*.png")} == {"assembly", "dwell", "loose", "lands"}
+    assert {path.stem for path in (tmp_path / "figures").glob("*.png")} == {
+        "assembly",
+        "dwell",
+        "loose",
+        "lands",
+    }
 
 
 def test_tooth_count_determines_module_and_spacing() -> None:
-    result = answer("gears", "yu2023", "--teeth", "24", "--addendum", "1", "--centre-error-mm", "0.1")["intermittent"]
+    result = answer(
+        "gears", "yu2023", "--teeth", "24", "--addendum", "1", "--centre-error-mm", "0.1"
+    )["intermittent"]
     assert result["pitches"] == pytest.approx(24, rel=1e-14)
     assert max(result["slack_deg"]) < 0.05
     assert max(result["loose"]["driven"].values()) < 0.01
@@ -70,7 +79,8 @@ def test_impossible_gears_are_refused_in_a_sentence(options: tuple[str, ...], me
 def test_smoothly_resting_law_is_refused(tmp_path: Path) -> None:
     from planter.files import examples
 
-    text = examples.example("yu2023", "pickup").replace("# ends = ", "ends = ").replace("# transition_deg", "transition_deg")  # fmt: skip # noqa: E501
+    text = examples.example("yu2023", "pickup").replace("# ends = ", "ends = ").replace("# "
+                                                                                        "transition_deg", "transition_deg")  # fmt: skip # noqa: E501
     file = tmp_path / "own.toml"
     file.write_text(text)
     assert "other means than teeth" in refusal("gears", str(file))

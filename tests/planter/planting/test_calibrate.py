@@ -1,4 +1,6 @@
-"""Calibration: the fit finds what it is told to find, stays in its bounds and says what it does not settle."""
+"""Calibration: the fit finds what it is told to find, stays in its bounds and says what it does not
+settle.
+"""
 
 from dataclasses import replace
 
@@ -45,9 +47,13 @@ def force(machine: PlantingMachine) -> CalibrationForce:
     return CalibrationForce(device, CalibrationInputs.with_events(device))
 
 
-def fits(force: CalibrationForce, target: dict[str, float], pushing: bool = False) -> list[ForceFit]:
+def fits(
+    force: CalibrationForce, target: dict[str, float], pushing: bool = False
+) -> list[ForceFit]:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(6)]
-    return sorted(fit_from_starts(force, target, pushing, starts, np.ones(3)), key=lambda fit: fit.rank)
+    return sorted(
+        fit_from_starts(force, target, pushing, starts, np.ones(3)), key=lambda fit: fit.rank
+    )
 
 
 def test_reachable_target_is_reached_and_other_missed(force: CalibrationForce) -> None:
@@ -95,13 +101,20 @@ def test_the_result_has_the_keys_of_the_contract(calibrated: CalibrationFound) -
     assert table.keys() >= {"fitted", "target", "reached", "rank", "other_model", "met", "choices"}
     assert calibrated.target == {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
     assert tuple(calibrated.reached) == FIGURES == tuple(calibrated.target)
-    assert all(f.lower - 1e-12 <= f.value <= f.upper + 1e-12 and f.origin == "calibrated" for f in calibrated.fitted)
-    misses = {key: 100 * (calibrated.reached[key] / value - 1) for key, value in calibrated.target.items()}
+    assert all(
+        f.lower - 1e-12 <= f.value <= f.upper + 1e-12 and f.origin == "calibrated"
+        for f in calibrated.fitted
+    )
+    misses = {
+        key: 100 * (calibrated.reached[key] / value - 1) for key, value in calibrated.target.items()
+    }
     assert calibrated.miss_percent == pytest.approx(misses)
     assert calibrated.events == pytest.approx({"rise_begins_deg": 160, "fall_begins_deg": 280})
 
 
-def test_fitted_machine_reproduces_reached_values(calibrated: CalibrationFound, machine: PlantingMachine) -> None:
+def test_fitted_machine_reproduces_reached_values(
+    calibrated: CalibrationFound, machine: PlantingMachine
+) -> None:
     fitted = calibration.with_flank(machine, calibrated.choices[FLANK]).with_numbers(
         {f.name: f.value for f in calibrated.fitted}
     )
@@ -112,13 +125,17 @@ def test_fitted_machine_reproduces_reached_values(calibrated: CalibrationFound, 
         )
         statistics = cycle.compute_statistics(turn.support)
         if model == "printed":
-            assert {key: getattr(statistics, key) for key in FIGURES} == pytest.approx(calibrated.reached, rel=1e-9)
+            assert {key: getattr(statistics, key) for key in FIGURES} == pytest.approx(
+                calibrated.reached, rel=1e-9
+            )
             assert turn.sides[0]["F_E_N"].min() == pytest.approx(calibrated.least_push_N, rel=1e-6)
         else:
             assert statistics.range_N == pytest.approx(calibrated.other_model.range_N, rel=1e-9)
 
 
-def test_calibrated_machine_is_not_changed(calibrated: CalibrationFound, machine: PlantingMachine) -> None:
+def test_calibrated_machine_is_not_changed(
+    calibrated: CalibrationFound, machine: PlantingMachine
+) -> None:
     assert machine == file.load("wang2017")
     assert machine.cam.flank != calibrated.choices[FLANK]
 
@@ -130,9 +147,16 @@ def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
 
 @pytest.mark.parametrize("met", [True, False])
 def test_terminal_and_page_report_whether_target_is_met(
-    met: bool, calibrated: CalibrationFound, machine: PlantingMachine, capsys: pytest.CaptureFixture[str]
+    met: bool,
+    calibrated: CalibrationFound,
+    machine: PlantingMachine,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    presented = calibrated if met else replace(calibrated, **vars(calibrated.models["exact"]), model="exact")
+    presented = (
+        calibrated
+        if met
+        else replace(calibrated, **vars(calibrated.models["exact"]), model="exact")
+    )
     word = "is met by the printed model" if met else "is missed by the exact model: "
     presentation = present_calibration(presented, Device(machine, "printed"))
     presentation.show(Console(as_json=False))
@@ -140,14 +164,19 @@ def test_terminal_and_page_report_whether_target_is_met(
     page = presentation.page({})
     assert "Calibration of the planting device wang2017" in page
     body = page[page.index("<body") :]
-    assert body.index(word) < body.index("mass.sun_kg") < body.index("What the exact model can reach")
+    assert (
+        body.index(word) < body.index("mass.sun_kg") < body.index("What the exact model can reach")
+    )
     assert "miss / %" in body
 
 
-@pytest.mark.parametrize(("target", "law", "message"), [
-    ("table2", (), "--target = table2: did you mean table1"),
-    ("table1", ("cycloid",), "--flank = cycloid: did you mean cycloidal"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("target", "law", "message"),
+    [
+        ("table2", (), "--target = table2: did you mean table1"),
+        ("table1", ("cycloid",), "--flank = cycloid: did you mean cycloidal"),
+    ],
+)
 def test_an_unknown_target_or_law_is_refused(
     target: str, law: tuple[str, ...], message: str, machine: PlantingMachine
 ) -> None:

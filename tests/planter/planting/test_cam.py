@@ -1,4 +1,6 @@
-"""The end-face cam of a planting device: a roller led along touches it, unrolled and in space; the command."""
+"""The end-face cam of a planting device: a roller led along touches it, unrolled and in space; the
+command.
+"""
 
 import json
 from pathlib import Path
@@ -32,7 +34,8 @@ def face(device: Device) -> cam.EndFace:
 
 
 def gaps(face: cam.EndFace, station: float, by: float = 0.0) -> Array:
-    """Least distance of each of some places of the cam from the roller's axis while the cam turns, less its radius.
+    """Least distance of each of some places of the cam from the roller's axis while the cam turns,
+    less its radius.
 
     `by` raises the cam.
     """
@@ -43,7 +46,9 @@ def gaps(face: cam.EndFace, station: float, by: float = 0.0) -> Array:
     projected = x * np.cos(FINE) - y * np.sin(FINE)
     depth = x * np.sin(FINE) + y * np.cos(FINE)
     machine = face.device.machine
-    roller = machine.si("hinge_A_mm[0]") - machine.si("rocker_length_mm") * np.cos(machine.si("psi0_deg") + swing)
+    roller = machine.si("hinge_A_mm[0]") - machine.si("rocker_length_mm") * np.cos(
+        machine.si("psi0_deg") + swing
+    )
     is_near = np.abs(depth - station) < NEAR
     distance = np.where(is_near, np.hypot(projected - roller, z + by - height), np.inf)
     smallest: Array = distance.min(axis=1) - ROLLER
@@ -51,7 +56,9 @@ def gaps(face: cam.EndFace, station: float, by: float = 0.0) -> Array:
 
 
 @pytest.mark.parametrize("station", [0.025, 0.030, 0.036])
-def test_a_roller_in_space_touches_the_surface_and_never_cuts_it(face: cam.EndFace, station: float) -> None:
+def test_a_roller_in_space_touches_the_surface_and_never_cuts_it(
+    face: cam.EndFace, station: float
+) -> None:
     assert np.abs(gaps(face, station)).max() < 2e-6
 
 
@@ -64,23 +71,34 @@ def test_the_unrolled_cam_touches_the_roller_everywhere(face: cam.EndFace) -> No
     part = cam.build_cam(face.device, ROLLER, 1e-7, 0.01).part
     strip = Polygon(part.lines[0].arcs.points(1e-8))
     places = contact.course(np.linspace(0.05, 2 * np.pi - 0.05, 80))
-    off = [strip.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in contact.pitch), strict=True)]
+    off = [
+        strip.distance(Point(x, y)) - ROLLER
+        for x, y in zip(*(places[p] for p in contact.pitch), strict=True)
+    ]
     assert np.abs(off).max() < 3e-7
 
 
 def test_dwell_pressure_angle_equals_rocker(face: cam.EndFace) -> None:
     angles = np.degrees(face.at(face.radius).course(np.radians([10.0, 200.0]))["pressure"])
     machine = face.device.machine.cam
-    np.testing.assert_allclose(angles, [abs(machine.psi0_deg), machine.psi0_deg + machine.opening_deg], rtol=1e-12)
+    np.testing.assert_allclose(
+        angles, [abs(machine.psi0_deg), machine.psi0_deg + machine.opening_deg], rtol=1e-12
+    )
 
 
-@pytest.mark.parametrize("changes", [{}, {"cam.opening_deg": 14.0, "design.R3_mm": 30.6, "speed_rpm": 31.0}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"cam.opening_deg": 14.0, "design.R3_mm": 30.6, "speed_rpm": 31.0}]
+)
 def test_the_part_is_as_steep_as_the_running_device_finds_it(changes: dict[str, float]) -> None:
     """Two derivations, one of the cam by its own angle, one of the machine as it runs."""
     other = Device(file.load("wang2017", changes))
-    steepest = cam.EndFace(other, ROLLER).at(other.machine.si("base_radius_mm")).find_largest("pressure")
+    steepest = (
+        cam.EndFace(other, ROLLER).at(other.machine.si("base_radius_mm")).find_largest("pressure")
+    )
     designer = simulate(other, 16).result.designer
-    assert designer.cam_pressure_angle_max_deg == pytest.approx(np.degrees(steepest.value), rel=1e-9)
+    assert designer.cam_pressure_angle_max_deg == pytest.approx(
+        np.degrees(steepest.value), rel=1e-9
+    )
 
 
 def test_force_vanishes_at_lift_off_speed_squared(device: Device) -> None:
@@ -130,7 +148,10 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
         ),
         (("--roller-mm", "0"), "--roller-mm = 0: give a radius above 0 and up to 1000"),
         (("--roller-mm", "nan"), "--roller-mm = nan"),
-        (("--roller-mm", "5", "--width-mm", "60"), "less than the base cylinder's diameter of 60 mm"),
+        (
+            ("--roller-mm", "5", "--width-mm", "60"),
+            "less than the base cylinder's diameter of 60 mm",
+        ),
         (("--roller-mm", "5", "--step"), "--step needs --out DIR to write the solid to"),
         (("--roller-mm", "5", "--force", "F_E"), "--force is for a mechanism of your own"),
     ],

@@ -1,4 +1,6 @@
-"""The comparison of gear families: a pair beside the narrow box, resumed after a kill without loss; ranks of pairs."""
+"""The comparison of gear families: a pair beside the narrow box, resumed after a kill without loss;
+ranks of pairs.
+"""
 
 import json
 import os
@@ -50,10 +52,14 @@ def words(out: Path) -> list[str]:
 
 @pytest.fixture(scope="module")
 def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, int], Path, str]:
-    """A run killed after its first devices and then resumed: result, its files before, folder, what was said."""
+    """A run killed after its first devices and then resumed: result, its files before, folder, what
+    was said.
+    """
     out = tmp_path_factory.mktemp("compare")
     first = subprocess.Popen(
-        [sys.executable, "-m", "planter", *words(out)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [sys.executable, "-m", "planter", *words(out)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     limit = time.monotonic() + 120
     while not list((out / "devices").glob("*.json")) and time.monotonic() < limit:
@@ -69,7 +75,9 @@ def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, i
 
 
 @pytest.mark.fault
-def test_resumed_comparison_is_complete_without_repeats(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+def test_resumed_comparison_is_complete_without_repeats(
+    resumed: tuple[dict, dict[str, int], Path, str],
+) -> None:
     result, before, out, message = resumed
     after = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
     assert set(after) == {f"{PAIR}.json", "narrow.json"}
@@ -101,7 +109,9 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
 
 @pytest.mark.long
 def test_two_pairs_are_ranked_by_objective() -> None:
-    result = answer("compare", "wang2017", "--starts", "1", "--pair", "ellipse+ellipse", "--pair", PAIR)
+    result = answer(
+        "compare", "wang2017", "--starts", "1", "--pair", "ellipse+ellipse", "--pair", PAIR
+    )
     assert len(result["devices"]) == 2
     feasible = [entry["feasible"] for entry in result["devices"]]
     assert feasible == sorted(feasible, reverse=True)
@@ -110,28 +120,43 @@ def test_two_pairs_are_ranked_by_objective() -> None:
     assert objectives[0] < result["narrow"]["objective"]
 
 
-def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+def test_another_question_is_not_answered_from_the_folder(
+    resumed: tuple[dict, dict[str, int], Path, str],
+) -> None:
     _, _, out, _ = resumed
     paper_device, pair = file.load("wang2017"), ("eccentric_circle", "ellipse")
     assert ComparisonStore(out / "devices", paper_device, 1, 0).load(pair) is not None
     assert ComparisonStore(out / "devices", paper_device, 1, 1).load(pair) is None
-    assert ComparisonStore(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(pair) is None
+    assert (
+        ComparisonStore(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(pair)
+        is None
+    )
 
 
-def test_devices_changing_places_are_not_read(resumed: tuple[dict, dict[str, int], Path, str], tmp_path: Path) -> None:
+def test_devices_changing_places_are_not_read(
+    resumed: tuple[dict, dict[str, int], Path, str], tmp_path: Path
+) -> None:
     pair = ("eccentric_circle", "ellipse")
     shutil.copy(resumed[2] / "devices" / f"{'+'.join(pair)}.json", tmp_path / "narrow.json")
     assert ComparisonStore(tmp_path, file.load("wang2017"), 1, 0).load(None) is None
 
 
-def test_machine_design_equals_described_design(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
-    """The families' own parameters, put into a machine of these families, make the same objective."""
+def test_machine_design_equals_described_design(
+    resumed: tuple[dict, dict[str, int], Path, str],
+) -> None:
+    """The families' own parameters, put into a machine of these families, make the same
+    objective.
+    """
     (entry,) = resumed[0]["devices"]
     device_table = file.load("wang2017").table()
     device_table["design"] = {name: entry["design"][name] for name in device_table["design"]}
-    device_table["bounds"] = {name: [value - 1e-3, value + 1e-3] for name, value in device_table["design"].items()}
+    device_table["bounds"] = {
+        name: [value - 1e-3, value + 1e-3] for name, value in device_table["design"].items()
+    }
     device = Device(file.PlantingMachine.read(device_table, "own"))
-    assert evaluate_true_extremes(device, device.design).range_N == pytest.approx(entry["range_N"], rel=1e-7)
+    assert evaluate_true_extremes(device, device.design).range_N == pytest.approx(
+        entry["range_N"], rel=1e-7
+    )
 
 
 @pytest.mark.parametrize("family", families.list_families())
@@ -144,7 +169,9 @@ def test_described_curves_have_requested_size_and_swing(family: str) -> None:
         swings.append(swing)
         expected = device.design[[n.startswith("size") for n in device.names]][stage]
         assert size == pytest.approx(expected, rel=0.02)
-        assert swing == pytest.approx(device.design[[n.startswith("swing") for n in device.names]][stage], rel=0.02)
+        assert swing == pytest.approx(
+            device.design[[n.startswith("swing") for n in device.names]][stage], rel=0.02
+        )
         assert m == device.design[[n.startswith("m") for n in device.names]][stage]
     assert all(name in device.names for name in ("size3_mm", "swing3", "size6_mm", "swing6"))
     assert families.find_family(f"{family}-relative") == family
@@ -159,21 +186,45 @@ def test_conflict_is_reported_with_feasible_proposal() -> None:
     proposal = comparison.proposal
     assert proposal.conflicting == [violation.name for violation in entry.violations]
     assert proposal.violation < 1e-6
-    half = {violation.key: (violation.limit + violation.relaxed) / 2 for violation in entry.violations}
+    half = {
+        violation.key: (violation.limit + violation.relaxed) / 2 for violation in entry.violations
+    }
     assert compute_remaining_violation(strict, entry, half) > 1e-3
     assert build_proposal(strict, [replace(entry, feasible=True)]) is None
 
 
-VIOLATION = {"name": "depth", "amount": 1.0, "unit": "mm", "phi_deg": None, "value": 1.0, "key": "depth_min_mm",
-             "limit": 2.0, "relaxed": 1.0}  # fmt: skip
+VIOLATION = {
+    "name": "depth",
+    "amount": 1.0,
+    "unit": "mm",
+    "phi_deg": None,
+    "value": 1.0,
+    "key": "depth_min_mm",
+    "limit": 2.0,
+    "relaxed": 1.0,
+}
 
 
 def _entry(objective: float, **more: object) -> dict:
-    entry = {"stage1": "eccentric_circle", "stage2": "eccentric_circle", "feasible": True, "settled": True,
-             "objective": objective, "range_N": 1.23456789, "variance_N2": 1234567.8, "kkt_residual": 1e-9,
-             "binding": ["seedling_clearance", "curvature_radius", "nozzle_distance", "contact_ratio"],
-             "violations": [], "lacks": [], "design": {}, "requirements": [], "objectives": [objective],
-             "agreeing_starts": 2, "designer": _designer(), "seconds": 1.0}  # fmt: skip
+    entry = {
+        "stage1": "eccentric_circle",
+        "stage2": "eccentric_circle",
+        "feasible": True,
+        "settled": True,
+        "objective": objective,
+        "range_N": 1.23456789,
+        "variance_N2": 1234567.8,
+        "kkt_residual": 1e-9,
+        "binding": ["seedling_clearance", "curvature_radius", "nozzle_distance", "contact_ratio"],
+        "violations": [],
+        "lacks": [],
+        "design": {},
+        "requirements": [],
+        "objectives": [objective],
+        "agreeing_starts": 2,
+        "designer": _designer(),
+        "seconds": 1.0,
+    }
     return entry | more
 
 
@@ -184,12 +235,24 @@ def _designer() -> dict:
 
 
 def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
-    lacks = ["a KKT residual below 1e-06 (4e-01)", "a second start that agrees (the next ended at 1.23456)"]
+    lacks = [
+        "a KKT residual below 1e-06 (4e-01)",
+        "a second start that agrees (the next ended at 1.23456)",
+    ]
     ranked = _ranked(
-        [_entry(3.0), _entry(1.0, settled=False, lacks=lacks, kkt_residual=0.4), _entry(2.0),
-         _entry(1.5, feasible=False, settled=False, violations=[VIOLATION])]
-    )  # fmt: skip
-    assert [(pair.rank, pair.objective) for pair in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
+        [
+            _entry(3.0),
+            _entry(1.0, settled=False, lacks=lacks, kkt_residual=0.4),
+            _entry(2.0),
+            _entry(1.5, feasible=False, settled=False, violations=[VIOLATION]),
+        ]
+    )
+    assert [(pair.rank, pair.objective) for pair in ranked] == [
+        (1, 2.0),
+        (2, 3.0),
+        (None, 1.0),
+        (None, 1.5),
+    ]
     narrow = NarrowBox(2.5, 1.0, 1.0, [], {}, feasible=False, binding=[])
     result = ComparisonFound("m", "refined", 2, 0, 2, ranked, narrow, None, 1.0)
     present_comparison(result, file.load("wang2017")).show(Console(as_json=False))
@@ -206,9 +269,13 @@ def test_settled_requires_small_residual_and_agreement() -> None:
     problem = SimpleNamespace(scale=1.0)
 
     def minimum(objective: float, residual: float) -> LocalMinimum:
-        return LocalMinimum(np.zeros(1), ObjectiveEvaluation(objective, ObjectiveSummary(0, 0, 0, 0)), residual, 1)
+        return LocalMinimum(
+            np.zeros(1), ObjectiveEvaluation(objective, ObjectiveSummary(0, 0, 0, 0)), residual, 1
+        )
 
-    assert pair._list_missing_evidence(problem, [minimum(1.0, 1e-9), minimum(1.0 + 9e-7, 1e-3)]) == []
+    assert (
+        pair._list_missing_evidence(problem, [minimum(1.0, 1e-9), minimum(1.0 + 9e-7, 1e-3)]) == []
+    )
     rough = pair._list_missing_evidence(problem, [minimum(1.0, 1e-5), minimum(1.0, 1e-5)])
     assert rough == ["a KKT residual below 1e-06 (1e-05)"]
     alone = pair._list_missing_evidence(problem, [minimum(1.0, 1e-9), minimum(1.00001, 1e-9)])

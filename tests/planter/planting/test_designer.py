@@ -1,4 +1,6 @@
-"""The designer's summary: laws of work, dense turns, circular gears by hand, and what a jump of the cam does."""
+"""The designer's summary: laws of work, dense turns, circular gears by hand, and what a jump of the
+cam does.
+"""
 
 import dataclasses
 import math
@@ -38,12 +40,15 @@ def test_dense_cycle_stays_within_peaks_and_reaches_them(name: str) -> None:
     turn = cycle.evaluate_cycle(device, device.prologue(device.design), PHI)
     side, totals = turn.sides[0], turn.totals
     sizes = {
-        "F_NP": side["F_NP_N"], "F_NQ": side["F_NQ_N"], "F_E": side["F_E_N"],
-        "tooth_Q": np.hypot(side["F_Qx_N"], side["F_Qy_N"]), "bearing_A1": np.hypot(side["F_A1x_N"], side["F_A1y_N"]),
+        "F_NP": side["F_NP_N"],
+        "F_NQ": side["F_NQ_N"],
+        "F_E": side["F_E_N"],
+        "tooth_Q": np.hypot(side["F_Qx_N"], side["F_Qy_N"]),
+        "bearing_A1": np.hypot(side["F_A1x_N"], side["F_A1y_N"]),
         "hinge_inner": np.sqrt(side["F_Ax_N"] ** 2 + side["F_Ay_N"] ** 2 + side["F_Az_N"] ** 2),
         "mount_O": np.hypot(totals["F_Ox_N"], totals["F_Oy_N"]),
         "frame": np.hypot(totals["support_N"], totals["support_x_N"]),
-    }  # fmt: skip
+    }
     peaks = {force.name: force for force in designer.forces}
     for key, size in sizes.items():
         scale = float(np.ptp(size))
@@ -54,14 +59,18 @@ def test_dense_cycle_stays_within_peaks_and_reaches_them(name: str) -> None:
         at = math.radians(peaks[key].max_phi_deg)
         assert abs(np.interp(at, PHI, size) - peaks[key].max_N) < 1e-3 * scale
     torque = totals["M_L_Nm"]
-    assert designer.motor.rms_Nm == pytest.approx(np.sqrt(np.trapezoid(torque**2, PHI) / (2 * np.pi)), rel=1e-5)
+    assert designer.motor.rms_Nm == pytest.approx(
+        np.sqrt(np.trapezoid(torque**2, PHI) / (2 * np.pi)), rel=1e-5
+    )
     assert torque.max() == pytest.approx(designer.motor.max_Nm, abs=2e-5 * np.ptp(torque))
 
 
 @pytest.mark.parametrize("name", ["wang2017", "random 2"])
 def test_the_motor_s_mean_torque_does_the_work_of_friction(name: str) -> None:
     device, designer = summarise_machine(name)
-    assert 2 * math.pi * designer.motor.mean_Nm == pytest.approx(simulation.compute_work(device).friction_J, rel=1e-8)
+    assert 2 * math.pi * designer.motor.mean_Nm == pytest.approx(
+        simulation.compute_work(device).friction_J, rel=1e-8
+    )
 
 
 def test_printed_summary_omits_unreported_quantities() -> None:
@@ -71,7 +80,9 @@ def test_printed_summary_omits_unreported_quantities() -> None:
 
 
 def test_nearly_circular_gears_equal_textbook() -> None:
-    """Stage 2 of almost equal circles: sizes, and stress by the textbook's formulas at the largest normal force."""
+    """Stage 2 of almost equal circles: sizes, and stress by the textbook's formulas at the largest
+    normal force.
+    """
     base = with_teeth(machines.machine("wang2017"))
     wide = {**base.bounds, "k6": (1e-9, 0.1), "m61": (0.9, 1.5)}
     table = {**base.table(), "bounds": wide, "design": {**base.design, "k6": 1e-8, "m61": 1.0}}
@@ -99,26 +110,42 @@ def test_stress_equals_contact_formulas() -> None:
     side = device.side(device.design, PHI[:-1:4])
     stage, parameters = device.stages[0], device.of_stage(0, device.design)
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
-    contact = {k: v[0] for k, v in stage.contact(t=side["t1"], parameters=parameters, hoisted=hoisted).items()}
+    contact = {
+        k: v[0]
+        for k, v in stage.contact(t=side["t1"], parameters=parameters, hoisted=hoisted).items()
+    }
     bend = (contact["r"] ** 2 + 2 * contact["dr"] ** 2 - contact["r"] * contact["ddr"]) / np.hypot(
         contact["r"], contact["dr"]
     ) ** 3
-    load = np.vstack([side["F_NP"], np.full_like(bend, 12e-3), np.full_like(bend, math.radians(20))])
-    stress = formulas("gear_strength")("bending_stress", kappa1=bend, module=1.5e-3, load=load)["sigma"]
+    load = np.vstack(
+        [side["F_NP"], np.full_like(bend, 12e-3), np.full_like(bend, math.radians(20))]
+    )
+    stress = formulas("gear_strength")("bending_stress", kappa1=bend, module=1.5e-3, load=load)[
+        "sigma"
+    ]
     assert stage_summary.stress is not None
     assert stress.max() * 1e-6 == pytest.approx(stage_summary.stress.bending_MPa[0], rel=1e-4)
 
 
 def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
-    """The harmonic law starts with pi^2/2 of rise over span squared (Norton), seen at the planet's own rate."""
+    """The harmonic law starts with pi^2/2 of rise over span squared (Norton), seen at the planet's
+    own rate.
+    """
     base = machines.machine("wang2017")
     assert summary.summarise_design(Device(base), Device(base).design).shocks == []
     device = Device(machines.with_flank(base, "harmonic"))
     shocks = summary.summarise_design(device, device.design).shocks
     events = {(shock.event, shock.side) for shock in shocks}
-    assert events == {(f"cam, {w} of the {f}", s) for w in ("start", "end") for f in ("rise", "fall") for s in (1, 2)}
+    assert events == {
+        (f"cam, {w} of the {f}", s)
+        for w in ("start", "end")
+        for f in ("rise", "fall")
+        for s in (1, 2)
+    }
     start = next(
-        shock for shock in shocks if shock.event == "cam, start of the rise" and shock.quantity == "theta1_ddot"
+        shock
+        for shock in shocks
+        if shock.event == "cam, start of the rise" and shock.quantity == "theta1_ddot"
     )
     low, high = map(math.radians, base.cam.rise_delta_deg)
     phi = math.radians(start.phi_deg)
@@ -153,7 +180,11 @@ def test_missing_gear_values_are_reported() -> None:
 
 @pytest.mark.parametrize(
     ("gears", "message"),
-    [({"module_mm": 0.01}, "at least 0.1"), ({"poisson_ratio": 0.5}, "less than 0.5"), ({"modul_mm": 2}, "module_mm")],
+    [
+        ({"module_mm": 0.01}, "at least 0.1"),
+        ({"poisson_ratio": 0.5}, "less than 0.5"),
+        ({"modul_mm": 2}, "module_mm"),
+    ],
 )
 def test_gears_out_of_range_are_refused(gears: dict[str, float], message: str) -> None:
     with pytest.raises(InputError, match=rf"gears\..*{message}"):
@@ -171,7 +202,13 @@ def test_two_modules_are_refused() -> None:
 def test_every_sentence_of_an_optimisation_is_computed() -> None:
     device = machines.device("wang2017")
     start = simulation.simulate(device).result
-    proof = {"kkt_residual": 1e-9, "active_bounds": [], "starts": 4, "agreeing_starts": 3, "spread": 0.0}
+    proof = {
+        "kkt_residual": 1e-9,
+        "active_bounds": [],
+        "starts": 4,
+        "agreeing_starts": 3,
+        "spread": 0.0,
+    }
     result = _optimum({"range_N": 0.9 * start.support_force.range_N, "certificate": proof})
     sentence = optimisation.describe_optimum(start.support_force.range_N, result, 10)
     assert sentence == "range 3.120 to 2.808 N, -10.0 %, certified; 0 of 10 parameters at a bound"
@@ -184,9 +221,20 @@ def test_every_sentence_of_an_optimisation_is_computed() -> None:
 
 def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
     counts = {"objective": 1, "gradient": 1, "hessian": 1}
-    record = {"method": "ipopt", "samples": "refined", "objective": 1.0, "design": {}, "range_N": 1.0,
-           "variance_N2": 1.0, "start_objective": 2.0, "evaluations": counts, "seconds": 1.0, "certificate": {},
-           "effective_parameters": 8, "insensitive": []}  # fmt: skip
+    record = {
+        "method": "ipopt",
+        "samples": "refined",
+        "objective": 1.0,
+        "design": {},
+        "range_N": 1.0,
+        "variance_N2": 1.0,
+        "start_objective": 2.0,
+        "evaluations": counts,
+        "seconds": 1.0,
+        "certificate": {},
+        "effective_parameters": 8,
+        "insensitive": [],
+    }
     return optimisation.OptimumFound.read({**record, **changes})
 
 
@@ -194,7 +242,9 @@ def test_it_stands_in_the_result_and_on_the_page() -> None:
     device = machines.device("wang2017")
     simulated = simulation.simulate(device)
     designer = simulated.result.table()["designer"]
-    assert designer["motor"] == pytest.approx(dataclasses.asdict(summarise_machine("wang2017")[1])["motor"], rel=1e-12)
+    assert designer["motor"] == pytest.approx(
+        dataclasses.asdict(summarise_machine("wang2017")[1])["motor"], rel=1e-12
+    )
     page = present_simulation(simulated).page({})
     assert "Peaks of forces, true extremes over a cycle" in page
     assert f"{designer['motor']['max_Nm']:.6g}" in page

@@ -26,7 +26,18 @@ from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from tests.support.sizing import Size, Sizing
 
-TEN = ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg", "R3_mm", "e3_mm", "m31", "A6_mm", "k6", "m61")
+TEN = (
+    "theta_deg",
+    "gamma_deg",
+    "alpha3_deg",
+    "beta6_deg",
+    "R3_mm",
+    "e3_mm",
+    "m31",
+    "A6_mm",
+    "k6",
+    "m61",
+)
 
 
 def edited(tmp_path: Path, *changes: tuple[str, str]) -> Path:
@@ -44,8 +55,13 @@ def edited(tmp_path: Path, *changes: tuple[str, str]) -> Path:
 def test_names_and_numbers_of_built_in_machines(name: str, model: Model) -> None:
     device = Device(file.load(name), model)
     assert device.names == TEN
-    assert device.design * np.array([1e3 if n.endswith("_mm") else 1 for n in TEN]) == pytest.approx(
-        [np.radians(device.machine.design[n]) if n.endswith("_deg") else device.machine.design[n] for n in TEN]
+    assert device.design * np.array(
+        [1e3 if n.endswith("_mm") else 1 for n in TEN]
+    ) == pytest.approx(
+        [
+            np.radians(device.machine.design[n]) if n.endswith("_deg") else device.machine.design[n]
+            for n in TEN
+        ]
     )
     assert (device.lower < device.upper).all()
 
@@ -59,8 +75,14 @@ def test_no_list_of_the_ten_names_stands_in_planter() -> None:
 
 
 BAD_GEOMETRY = {
-    "m at one half": ([(r"^m31 = .*", "m31 = 0.5")], "design.m31 = 0.5: it must be greater than 1/2"),
-    "e at R": ([(r"^e3_mm = .*", "e3_mm = 30.916")], "design.e3_mm = 30.916: it must be less than R"),
+    "m at one half": (
+        [(r"^m31 = .*", "m31 = 0.5")],
+        "design.m31 = 0.5: it must be greater than 1/2",
+    ),
+    "e at R": (
+        [(r"^e3_mm = .*", "e3_mm = 30.916")],
+        "design.e3_mm = 30.916: it must be less than R",
+    ),
     "k at one": ([(r"^k6 = .*", "k6 = 1.0")], "design.k6 = 1: it must be less than 1"),
     "negative radius": (
         [(r"^A6_mm = .*", "A6_mm = -3")],
@@ -118,19 +140,29 @@ class Exponential(PitchCurve):
 
 @pytest.fixture
 def with_new_family(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
-    """One new file among the families, and what `python -m derive` then writes among what it wrote before."""
+    """One new file among the families, and what `python -m derive` then writes among what it wrote
+    before.
+    """
     (tmp_path / "exponential.py").write_text(NEW_FAMILY)
     with load_user_modules(tmp_path / "exponential.py"):
         pass
     _generated_beside(tmp_path / "with_new_family", FAMILIES["exponential"])
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(generated, "_package", lambda: "with_new_family")
-    cached = generated._places, generated.module, generated.sidecar, curves.load_functions, curves.load_sidecar
+    cached = (
+        generated._places,
+        generated.module,
+        generated.sidecar,
+        curves.load_functions,
+        curves.load_sidecar,
+    )
     for function in cached:
         function.cache_clear()
     yield
     del FAMILIES["exponential"]
-    for name in [n for n in sys.modules if n.startswith("with_new_family") or n == "derive_own_exponential"]:
+    for name in [
+        n for n in sys.modules if n.startswith("with_new_family") or n == "derive_own_exponential"
+    ]:
         del sys.modules[name]
     for function in cached:
         function.cache_clear()
@@ -146,15 +178,19 @@ def _generated_beside(folder: Path, family: PitchCurve) -> None:
 
 @pytest.mark.usefixtures("with_new_family")
 def test_new_family_changes_no_others(tmp_path: Path) -> None:
-    """One class in one file makes a device: names, closure, rotation, gradients, size and requirements come along."""
+    """One class in one file makes a device: names, closure, rotation, gradients, size and
+    requirements come along.
+    """
     size = Size(mean_radius=0.0307, swing=0.1, deformation=1.26)
     R, b, _ = Sizing("exponential").parameters(size)
     path = edited(
         tmp_path,
         (r'^family = "ellipse"', 'family = "exponential"'),
-        (r"^A6_mm = 30.*", f"R6_mm = {R * 1e3}"), (r"^k6 = 0.*", f"b6 = {b}"),
-        (r"^A6_mm = \[.*", "R6_mm = [30, 31]"), (r"^k6 = \[.*", "b6 = [0.01, 0.1]"),
-    )  # fmt: skip
+        (r"^A6_mm = 30.*", f"R6_mm = {R * 1e3}"),
+        (r"^k6 = 0.*", f"b6 = {b}"),
+        (r"^A6_mm = \[.*", "R6_mm = [30, 31]"),
+        (r"^k6 = \[.*", "b6 = [0.01, 0.1]"),
+    )
     device = Device(file.load(path))
     assert device.names[7:] == ("R6_mm", "b6", "m61")
     recovered = Sizing("exponential").size(device.design[7:])
@@ -195,4 +231,8 @@ def test_radius_beyond_centre_distance_is_named_with_angle() -> None:
 
     short = Short(stage.family, stage.names)
     with pytest.raises(GeometryError, match=r"deformed ellipse r = .* mm at t = 0 deg:"):
-        short.check_radius(StageCandidate(np.array([0.030694, 0.031, 1.26]), lambda name: f"my.toml: design.{name}"))
+        short.check_radius(
+            StageCandidate(
+                np.array([0.030694, 0.031, 1.26]), lambda name: f"my.toml: design.{name}"
+            )
+        )

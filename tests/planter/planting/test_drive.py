@@ -1,4 +1,6 @@
-"""The planting device on a motor and a flywheel: energy, limits, and the models that it must agree with."""
+"""The planting device on a motor and a flywheel: energy, limits, and the models that it must agree
+with.
+"""
 
 from __future__ import annotations
 
@@ -32,14 +34,20 @@ def driven(name: str = "wang2017", flywheel: float = 0.1) -> DrivenMachine:
 
 
 def drive(motor: Motor = MOTOR, turns: int = 1, samples: int | None = None) -> Drive:
-    return drive_machine(build_driven_machine(machines.device("wang2017")), motor, turns, samples=samples)
+    return drive_machine(
+        build_driven_machine(machines.device("wang2017")), motor, turns, samples=samples
+    )
 
 
 def imbalance(model: DrivenMachine, at: SpeedHistory, more: float = 0.0) -> float:
-    """Power of the motor less the rate of all energies and what friction takes, over its own largest value."""
+    """Power of the motor less the rate of all energies and what friction takes, over its own
+    largest value.
+    """
     residual = model.report(at)
     power = residual.torque * at.omega
-    return float(np.abs(power - residual.stored - (1 + more) * residual.lost).max() / np.abs(power).max())
+    return float(
+        np.abs(power - residual.stored - (1 + more) * residual.lost).max() / np.abs(power).max()
+    )
 
 
 @pytest.mark.parametrize("name", ["wang2017", "random 1", "random 3"])
@@ -56,7 +64,9 @@ def test_motor_work_is_stored_or_lost(name: str) -> None:
 def test_at_constant_speed_it_is_the_exact_model() -> None:
     device = machines.device("wang2017")
     report = driven().report_constant(PHI, device.machine.si("operation.speed_rpm"))
-    assert report.values["F_support"] == pytest.approx(device.support(device.prologue(device.design), PHI), abs=1e-11)
+    assert report.values["F_support"] == pytest.approx(
+        device.support(device.prologue(device.design), PHI), abs=1e-11
+    )
 
 
 def test_varying_speed_equals_relaxed_model() -> None:
@@ -81,10 +91,13 @@ def test_periodic_cycle_balances_motor_and_friction() -> None:
 
 
 def test_with_a_flywheel_without_end_the_speed_is_constant() -> None:
-    """The fluctuation falls as the inverse of the inertia, and the force goes to that at constant speed."""
+    """The fluctuation falls as the inverse of the inertia, and the force goes to that at constant
+    speed.
+    """
     drives = [drive(replace(MOTOR, flywheel=j)).result for j in (1e4, 1e6)]
     changes, fluctuations = zip(
-        *((each.quantities["support_N"].change, each.speed.fluctuation) for each in drives), strict=True
+        *((each.quantities["support_N"].change, each.speed.fluctuation) for each in drives),
+        strict=True,
     )
     assert fluctuations[0] / fluctuations[1] == pytest.approx(100, rel=1e-2)
     assert changes[1] < 1e-6
@@ -98,12 +111,16 @@ def test_another_integrator_finds_the_same_speed() -> None:
     def rates(phi: float, omega: np.ndarray) -> np.ndarray:
         return model.acceleration(np.array([phi]), omega) / omega
 
-    solution = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
+    solution = scipy.integrate.solve_ivp(
+        rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10
+    )
     assert solution.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
 
 
 def test_a_motor_too_weak_stalls_at_an_angle() -> None:
-    with pytest.raises(ComputationError, match=r"wang2017: the motor stalls \d+ deg after the start; it needs more"):
+    with pytest.raises(
+        ComputationError, match=r"wang2017: the motor stalls \d+ deg after the start; it needs more"
+    ):
         drive(replace(MOTOR, stall=0.05, flywheel=0.01))
 
 
@@ -116,7 +133,17 @@ def test_invalid_motor_is_refused() -> None:
 
 def test_command_and_files(tmp_path: Path) -> None:
     motor = ("--stall-Nm", "6", "--idle-rpm", "42", "--flywheel-kgm2", "0.1")
-    result = answer("drive", "compact", *motor, "--turns", "2", "--samples", "90", "--out", str(tmp_path / "run"))
+    result = answer(
+        "drive",
+        "compact",
+        *motor,
+        "--turns",
+        "2",
+        "--samples",
+        "90",
+        "--out",
+        str(tmp_path / "run"),
+    )
     jsonschema.validate(result, load_schema("drive"))
     assert len(result["turns_rpm"]) == 3
     written = json.loads((tmp_path / "run" / "summary.json").read_text())

@@ -1,4 +1,6 @@
-"""A machine as C that stands alone: it compiles without a warning and finds what `planter` finds."""
+"""A machine as C that stands alone: it compiles without a warning and finds what `planter`
+finds.
+"""
 
 import subprocess
 from pathlib import Path
@@ -34,7 +36,9 @@ def built(files: list[Path], compiler: str, *flags: str) -> Path:
 
 
 def run_program(command: Path, *arguments: str) -> list[str]:
-    return subprocess.run([command, *arguments], check=True, capture_output=True, text=True).stdout.splitlines()
+    return subprocess.run(
+        [command, *arguments], check=True, capture_output=True, text=True
+    ).stdout.splitlines()
 
 
 def numbers(program: Path) -> dict[str, float]:
@@ -51,7 +55,9 @@ def furthest(device: Device, lines: list[str]) -> float:
     columns = turn.columns()
     assert list(columns) == ["phi_deg", *(q.key for q in quantities)]
     expected = np.array([columns[q.key] * units.unit_factor(q.key) for q in quantities])
-    return float((np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max())
+    return float(
+        (np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max()
+    )
 
 
 NATIVE = ("-O3", "-march=native", "-ffast-math")
@@ -69,21 +75,28 @@ NATIVE = ("-O3", "-march=native", "-ffast-math")
 def test_program_equals_simulate(
     name: str, model: Model, compiler: str, flags: tuple[str, ...], tmp_path: Path
 ) -> None:
-    # off the file's own angle, at which the cam's flanks begin at samples: gradients have a side there
+    # off the file's own angle, at which the cam's flanks begin at samples: gradients have a side
+    # there
     alpha3_deg = load(name).numbers()["design.alpha3_deg"] + 0.013
     options = ("--model", model, "--set", f"alpha3_deg={alpha3_deg!r}")
-    files = [Path(p) for p in answer("export", "c", name, *options, "--out", str(tmp_path))["files"]]
+    files = [
+        Path(p) for p in answer("export", "c", name, *options, "--out", str(tmp_path))["files"]
+    ]
     program = built(files, compiler, *flags)
     values = numbers(program)
     expected = answer("simulate", name, *options)
     assert values["objective"] == pytest.approx(expected["objective"], rel=1e-12)
     device = Device(load(name, {"alpha3_deg": alpha3_deg}), model)
-    sampled = expected["support_force"] | {"mean_N": simulate(device).cycle.columns()["support_N"].mean()}
+    sampled = expected["support_force"] | {
+        "mean_N": simulate(device).cycle.columns()["support_N"].mean()
+    }
     for key in OBJECTIVE:
         assert values[key] == pytest.approx(sampled[key], rel=1e-11)
     samples = str(device.machine.objective.samples)
     gradient = answer("sensitivity", name, *options, "--samples", samples)["gradient"]
-    slopes = {n: values[f"gradient.{n}"] * s for n, s in zip(device.names, device.scale, strict=True)}
+    slopes = {
+        n: values[f"gradient.{n}"] * s for n, s in zip(device.names, device.scale, strict=True)
+    }
     width = dict(zip(device.names, (device.upper - device.lower) / device.scale, strict=True))
     largest = max(abs(gradient[n] * width[n]) for n in gradient)
     assert all(abs(slopes[n] - gradient[n]) * width[n] <= 1e-10 * largest for n in gradient)
@@ -104,7 +117,11 @@ def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
     table["objective"]["samples"], table["name"] = 37, "My 2nd */ machine"
     device = Device(swapped.PlantingMachine.read(table, "swapped.toml"))
     files = written(device, tmp_path)
-    assert [f.name for f in files] == ["my_2nd_machine.h", "my_2nd_machine.c", "my_2nd_machine_main.c"]
+    assert [f.name for f in files] == [
+        "my_2nd_machine.h",
+        "my_2nd_machine.c",
+        "my_2nd_machine_main.c",
+    ]
     value, gradient = compute_objective_gradient(device, 37)
     values = numbers(built(files, "gcc", "-O1"))
     assert values["objective"] == pytest.approx(value, rel=1e-12)
@@ -114,7 +131,9 @@ def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
 
 
 def test_another_design_is_another_number(tmp_path: Path) -> None:
-    """The program's number is computed: with a number of the machine changed in its text it is another one."""
+    """The program's number is computed: with a number of the machine changed in its text it is
+    another one.
+    """
     files = written(Device(load("wang2017")), tmp_path)
     before = numbers(built(files, "gcc", "-O0"))["objective"]
     text = files[1].read_text()
@@ -135,7 +154,11 @@ def test_exchanged_sides_are_detected(tmp_path: Path) -> None:
 @pytest.mark.parametrize("model", MODELS)
 def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
     device = Device(load("wang2017"), model)
-    header = " ".join(next(iter(c99.build_source_files(build_machine(device)).values())).replace("\n *", " ").split())
+    header = " ".join(
+        next(iter(c99.build_source_files(build_machine(device)).values()))
+        .replace("\n *", " ")
+        .split()
+    )
     assert "x[4] R3_mm: R [m] radius of the eccentric circle (wang2017 3.4)" in header
     assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
     for entry in device.sidecar["vectors"]["machine"]:
@@ -149,8 +172,12 @@ def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
 
 def test_names_are_identifiers() -> None:
     assert [to_identifier(n) for n in ("wang2017", "A-b c", "2nd", "Größe", "*/")] == [
-        "wang2017", "a_b_c", "m_2nd", "gr_e", "m_",
-    ]  # fmt: skip
+        "wang2017",
+        "a_b_c",
+        "m_2nd",
+        "gr_e",
+        "m_",
+    ]
 
 
 def test_unwritable_folder_is_refused() -> None:

@@ -1,4 +1,6 @@
-"""Figures: what is drawn is what was handed in, it fits on the sheet, and the same data give the same bytes."""
+"""Figures: what is drawn is what was handed in, it fits on the sheet, and the same data give the
+same bytes.
+"""
 
 from __future__ import annotations
 
@@ -31,14 +33,17 @@ LENGTH = 210.0
 
 
 def turn(travel: float = 0.0) -> dict[str, np.ndarray]:
-    """Columns of a turn, made up: a carrier with two links, a nozzle that swings and opens for a while."""
+    """Columns of a turn, made up: a carrier with two links, a nozzle that swings and opens for a
+    while.
+    """
     phi = np.radians(PHI)
     a1 = 62 * np.array([-np.sin(phi), np.cos(phi)])
     b1 = a1 + 61 * np.array([-np.sin(phi + 0.5), np.cos(phi + 0.5)])
     alpha = np.radians(100) + 0.3 * np.sin(phi)
     tip = b1 + LENGTH * np.array([np.cos(alpha), -np.sin(alpha)])
     forces = {
-        f"{name}{axis}_N": size * (np.sin(2 * phi + k) + 0.3 * np.cos(phi) * (name in ("F_A1", "F_B1")))
+        f"{name}{axis}_N": size
+        * (np.sin(2 * phi + k) + 0.3 * np.cos(phi) * (name in ("F_A1", "F_B1")))
         for name, size in (("F_A1", 50), ("F_B1", 80), ("F_O", 30), ("F_O1", 60))
         for k, axis in enumerate("xy")
     }
@@ -49,7 +54,11 @@ def turn(travel: float = 0.0) -> dict[str, np.ndarray]:
         "omega_rad_s": 1.5 * np.sin(phi),
         "alpha_deg": np.degrees(alpha),
         "theta1_deg": np.where((PHI > 150) & (PHI < 300), 18.0, 0.0),
-        **{f"{axis}_{name}_mm": point[i] for name, point in (("A1", a1), ("B1", b1)) for i, axis in enumerate("xy")},
+        **{
+            f"{axis}_{name}_mm": point[i]
+            for name, point in (("A1", a1), ("B1", b1))
+            for i, axis in enumerate("xy")
+        },
         "tip_machine_x_mm": tip[0],
         "tip_x_mm": tip[0] + travel * phi,
         "tip_y_mm": tip[1],
@@ -62,7 +71,11 @@ STEADY = 98 + np.sin(np.radians(2 * PHI))
 LIVELY = 77 + 45 * np.sin(np.radians(2 * PHI))
 CYCLES = {"exact": (PHI, STEADY), "printed": (PHI, LIVELY)}
 BEFORE = {"exact": (PHI, STEADY + 0.2), "printed": (PHI, LIVELY - 3)}
-JOINTS = {"sun, t = 0": [-25.5, 154.5], "cam, start of the rise": [131.0], "cam, end of the rise": [181.0]}
+JOINTS = {
+    "sun, t = 0": [-25.5, 154.5],
+    "cam, start of the rise": [131.0],
+    "cam, end of the rise": [181.0],
+}
 REFERENCE = {"theory": (158.94, 36.77), "experiment": (171.96, 24.93)}
 HISTORY = {
     "ga": [(40, 1.9), (80, 1.6), (8000, 1.31)],
@@ -82,7 +95,9 @@ def mesh() -> Gearing:
         for name, centre in zip(("sun", "gear 5", "gear 6", "planet gear"), centres, strict=True)
     ]
     contacts = {"P": np.array([0.0, 30.0]), "Q": np.array([0.0, 90.0])}
-    return Gearing(0.0, tuple(curves), {"O": centres[0], "A1": centres[1], "B1": centres[3]}, contacts)
+    return Gearing(
+        0.0, tuple(curves), {"O": centres[0], "A1": centres[1], "B1": centres[3]}, contacts
+    )
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
@@ -110,7 +125,8 @@ def data(axes: Axes, label: str) -> np.ndarray:
     return np.asarray(line(axes, label).get_xydata()).T
 
 
-# --- every figure ----------------------------------------------------------------------------------
+# --- every figure
+# ----------------------------------------------------------------------------------
 
 
 def outside(figure: Figure) -> list[str]:
@@ -118,7 +134,11 @@ def outside(figure: Figure) -> list[str]:
     style.fix_layout(figure)
     figure.draw_without_rendering()
     box = figure.bbox.padded(0.5)
-    return [text for text, e in texts(figure) if not (box.contains(e.x0, e.y0) and box.contains(e.x1, e.y1))]
+    return [
+        text
+        for text, e in texts(figure)
+        if not (box.contains(e.x0, e.y0) and box.contains(e.x1, e.y1))
+    ]
 
 
 def texts(figure: Figure) -> list[tuple[str, Bbox]]:
@@ -147,7 +167,12 @@ def test_cut_text_is_detected() -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_axis_has_a_unit(name: str) -> None:
-    labels = [label for axes in FIGURES[name]().axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
+    labels = [
+        label
+        for axes in FIGURES[name]().axes
+        for label in (axes.get_xlabel(), axes.get_ylabel())
+        if label
+    ]
     units = (" / N", " / N²", " / mm", " / deg", " / (rad/s)", " / 1")
     counts = ("evaluations of the objective", "best objective")
     assert labels
@@ -156,7 +181,16 @@ def test_every_axis_has_a_unit(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    sampled(["support force", "tip path, soil and before", "pitch curves, before", "joint forces", "pareto"], FIGURES),
+    sampled(
+        [
+            "support force",
+            "tip path, soil and before",
+            "pitch curves, before",
+            "joint forces",
+            "pareto",
+        ],
+        FIGURES,
+    ),
 )
 def test_the_same_data_give_the_same_bytes(name: str) -> None:
     first = figures.render_svg(FIGURES[name]())
@@ -192,7 +226,10 @@ def test_settings_of_the_user_play_no_part_and_stay(convergence: str) -> None:
 def test_threads_do_not_disturb_each_other(convergence: str) -> None:
     together: list[str] = []
     threads = [
-        threading.Thread(target=lambda: together.append(figures.render_svg(FIGURES["convergence"]()))) for _ in "12"
+        threading.Thread(
+            target=lambda: together.append(figures.render_svg(FIGURES["convergence"]()))
+        )
+        for _ in "12"
     ]
     for thread in threads:
         thread.start()
@@ -208,7 +245,9 @@ def test_matplotlib_is_imported_by_the_first_figure() -> None:
         "before = 'matplotlib' in sys.modules; figures.draw_convergence({'ga': [(1, 2.0)]});"
         "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
     assert done.stdout.split() == ["False", "True", "False"]
 
 
@@ -218,8 +257,11 @@ def test_both_files_are_saved(tmp_path: Path) -> None:
     assert (tmp_path / "convergence.svg").read_text(encoding="utf-8") == figures.render_svg(figure)
     assert (tmp_path / "convergence.png").read_bytes().startswith(b"\x89PNG")
     assert {path.name for path in tmp_path.iterdir()} == {
-        "convergence.svg", "convergence.pdf", "convergence.png", ".planter.json",
-    }  # fmt: skip
+        "convergence.svg",
+        "convergence.pdf",
+        "convergence.png",
+        ".planter.json",
+    }
     assert (tmp_path / "convergence.pdf").read_bytes() == figures.style.render_pdf(figure)
 
 
@@ -228,7 +270,8 @@ def test_missing_folder_is_named(tmp_path: Path) -> None:
         figures.save_figure(FIGURES["convergence"](), tmp_path / "nowhere", "convergence")
 
 
-# --- forces ----------------------------------------------------------------------------------------
+# --- forces
+# ----------------------------------------------------------------------------------------
 
 
 def test_support_force_shows_both_models_and_the_weight() -> None:
@@ -259,14 +302,20 @@ def test_the_design_before_is_dashed() -> None:
 def test_ranges_stand_above_their_curves() -> None:
     common, zoomed = figures.draw_support_force(CYCLES, 97.86, before=BEFORE).axes
     assert common.get_title(loc="left").startswith("range: exact 2 to 2 N, printed 90 to 90 N")
-    assert zoomed.get_title(loc="left").startswith("exact model on its own scale; range: exact 2 to 2 N")
+    assert zoomed.get_title(loc="left").startswith(
+        "exact model on its own scale; range: exact 2 to 2 N"
+    )
 
 
 def test_joints_are_marked_part_by_part() -> None:
     common, _, strip = figures.draw_support_force(CYCLES, 97.86, JOINTS).axes
     assert np.array_equal(data(strip, "sun")[0], [334.5, 154.5])
     assert np.array_equal(data(strip, "cam")[0], [131.0, 181.0])
-    marked = sorted(float(np.asarray(line.get_xdata())[0]) for line in common.get_lines() if line.get_gid() == "joint")
+    marked = sorted(
+        float(np.asarray(line.get_xdata())[0])
+        for line in common.get_lines()
+        if line.get_gid() == "joint"
+    )
     assert marked == [131.0, 154.5, 181.0, 334.5]
 
 
@@ -295,7 +344,8 @@ def test_joint_forces_are_closed_curves_about_zero() -> None:
         assert len(radii & {text.get_text() for text in axes.texts}) >= 2
 
 
-# --- motion ----------------------------------------------------------------------------------------
+# --- motion
+# ----------------------------------------------------------------------------------------
 
 
 def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
@@ -348,9 +398,13 @@ def test_names_stand_at_the_ends_of_their_curves() -> None:
     figure = figures.draw_rotation(turn(), RATIOS)
     style.fix_layout(figure)
     for axes in figure.axes:
-        ends = {line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()}
+        ends = {
+            line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()
+        }
         for text in axes.texts:
-            position = axes.transAxes.inverted().transform(axes.transData.transform((1, ends[text.get_text()])))[1]
+            position = axes.transAxes.inverted().transform(
+                axes.transData.transform((1, ends[text.get_text()]))
+            )[1]
             assert text.get_position()[1] == pytest.approx(position, abs=0.11)
             assert 0 <= text.get_position()[1] <= 1
 
@@ -374,20 +428,27 @@ def test_pitch_curves_are_drawn_where_they_are() -> None:
         assert axes.get_aspect() == 1
         for curve in gearing.curves:
             assert np.array_equal(data(axes, curve.name), curve.points)
-    other = [np.asarray(line.get_xydata()).T for line in whole_axes.get_lines() if line.get_gid() == "side 2"]
+    other = [
+        np.asarray(line.get_xydata()).T
+        for line in whole_axes.get_lines()
+        if line.get_gid() == "side 2"
+    ]
     assert all(np.array_equal(a, -b.points) for a, b in zip(other, gearing.curves[1:], strict=True))
     named = [text.get_text() for text in near_axes.texts]
     assert set(named) == {"O", "A1", "B1", "P", "Q", "sun", "gear 5", "gear 6", "planet gear"}
 
 
-# --- search ----------------------------------------------------------------------------------------
+# --- search
+# ----------------------------------------------------------------------------------------
 
 
 def test_convergence_draws_every_search_and_names_every_method() -> None:
     (axes,) = figures.draw_convergence(HISTORY, "N").axes
     for label, steps in HISTORY.items():
         assert np.array_equal(data(axes, label), np.array(steps).T)
-    assert to_hex(line(axes, "ipopt, start 1").get_color()) == to_hex(line(axes, "ipopt, start 2").get_color())
+    assert to_hex(line(axes, "ipopt, start 1").get_color()) == to_hex(
+        line(axes, "ipopt, start 2").get_color()
+    )
     assert {t.get_text() for t in axes.texts} == {"ga\n1.31", "ipopt\n2 starts\n1.302"}
     polished = figures.draw_convergence({**HISTORY, "polish": [(3, 1.4), (9, 1.301)]}).axes[0]
     assert "polish\nfrom the best of ga\n1.301" in {t.get_text() for t in polished.texts}
@@ -396,7 +457,9 @@ def test_convergence_draws_every_search_and_names_every_method() -> None:
 
 def test_a_search_without_history_is_left_out() -> None:
     (axes,) = figures.draw_convergence({"ga": [], "ipopt": [(1, 2.0), (2, 1.0)]}).axes
-    assert [line.get_label() for line in axes.get_lines() if "_" not in str(line.get_label())] == ["ipopt"]
+    assert [line.get_label() for line in axes.get_lines() if "_" not in str(line.get_label())] == [
+        "ipopt"
+    ]
     (axes,) = figures.draw_convergence({}).axes
     assert axes.get_lines() == []
 
@@ -427,7 +490,9 @@ def test_a_narrow_front_is_drawn_again_enlarged() -> None:
     for axes in (whole_axes, near_axes):
         assert np.array_equal(data(axes, "front").T, front)
     assert [line.get_label() for line in near_axes.get_lines()] == ["front", "near"]
-    assert to_hex(line(near_axes, "near").get_color()) == to_hex(line(whole_axes, "near").get_color())
+    assert to_hex(line(near_axes, "near").get_color()) == to_hex(
+        line(whole_axes, "near").get_color()
+    )
     assert np.ptp(near_axes.get_xlim()) < 0.1 * np.ptp(whole_axes.get_xlim())
 
 

@@ -1,4 +1,6 @@
-"""Limits on measures in files of machines: values, verdicts, prices, curves of other folders, refusals."""
+"""Limits on measures in files of machines: values, verdicts, prices, curves of other folders,
+refusals.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ def write_machine(path: Path, name: str, *limits: str) -> str:
     text = examples.example(name)
     head, table, rest = text.partition("[requirements]")
     first, _, rest = rest.partition("\n")
-    path.write_text(f"{head}{table or '[requirements]'}{first}\nhold = {list(limits)}\n{rest}", encoding="utf-8")
+    path.write_text(
+        f"{head}{table or '[requirements]'}{first}\nhold = {list(limits)}\n{rest}", encoding="utf-8"
+    )
     return str(path)
 
 
@@ -50,7 +54,9 @@ def test_limits_stand_beside_requirements(tmp_path: Path) -> None:
     assert len(checks) == 1 + len(validated["requirements"])
 
 
-@pytest.mark.parametrize(("name", "limit"), [("yu2023", "range x_S <= 100 mm"), ("shi2021", "max M_link <= 1e3 N m")])
+@pytest.mark.parametrize(
+    ("name", "limit"), [("yu2023", "range x_S <= 100 mm"), ("shi2021", "max M_link <= 1e3 N m")]
+)
 def test_other_machines_take_limits(name: str, limit: str, tmp_path: Path) -> None:
     result = answer("simulate", write_machine(tmp_path / "m.toml", name, limit))
     assert len(result["holds"]) == 1
@@ -100,7 +106,9 @@ def test_written_file_names_curves_in_full(tmp_path: Path) -> None:
 def _least_height(machine: planter.Machine, phi: np.ndarray) -> float:
     device = Device(planter.load_machine(machine.source))
     side = device.side(device.design, phi)
-    return float((1e3 * side["y_tip"] - np.interp(1e3 * side["x_tip"], (-500, 500), (-400, -380))).min())
+    return float(
+        (1e3 * side["y_tip"] - np.interp(1e3 * side["x_tip"], (-500, 500), (-400, -380))).min()
+    )
 
 
 def test_device_searches_refuse_limits_that_they_lack(tmp_path: Path) -> None:
@@ -112,7 +120,11 @@ def test_device_searches_refuse_limits_that_they_lack(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("limit", "part"),
-    [("max M_Q", "requirements.hold"), ("zz <= 3", "no quantity zz"), ("max M_L <= 3 mm", "unit of M_L")],
+    [
+        ("max M_Q", "requirements.hold"),
+        ("zz <= 3", "no quantity zz"),
+        ("max M_L <= 3 mm", "unit of M_L"),
+    ],
 )
 def test_invalid_limits_are_refused(limit: str, part: str, tmp_path: Path) -> None:
     assert part in refusal("simulate", write_machine(tmp_path / "m.toml", "wang2017", limit))

@@ -1,4 +1,6 @@
-"""Laws of the cam's flanks: a machine file chooses one, and where it is not smooth follows from the law itself."""
+"""Laws of the cam's flanks: a machine file chooses one, and where it is not smooth follows from the
+law itself.
+"""
 
 import numpy as np
 import pytest
@@ -12,10 +14,13 @@ from tests.support.jets import Jet
 
 EIGHTHS = (0.0, 0.125, 0.375, 0.625, 0.875, 1.0)
 ORDERS = {
-    "4-5-6-7 polynomial": {0.0: 2, 1.0: 2}, "3-4-5 polynomial": {0.0: 1, 1.0: 1}, "cycloidal": {0.0: 1, 1.0: 1},
-    "harmonic": {0.0: 0, 1.0: 0}, "modified sine": {0.0: 1, 0.125: 2, 0.875: 2, 1.0: 1},
+    "4-5-6-7 polynomial": {0.0: 2, 1.0: 2},
+    "3-4-5 polynomial": {0.0: 1, 1.0: 1},
+    "cycloidal": {0.0: 1, 1.0: 1},
+    "harmonic": {0.0: 0, 1.0: 0},
+    "modified sine": {0.0: 1, 0.125: 2, 0.875: 2, 1.0: 1},
     "modified trapezoid": {0.0: 1, 0.125: 2, 0.375: 2, 0.625: 2, 0.875: 2, 1.0: 1},
-}  # fmt: skip
+}
 
 
 def device(law: str) -> Device:
@@ -37,7 +42,9 @@ def test_flank_law_equals_textbook_with_slopes(law: str) -> None:
 
 @pytest.mark.parametrize("law", ORDERS)
 def test_joints_of_a_law_are_where_a_derivative_jumps(law: str) -> None:
-    breakpoints = {joint.position: joint.order for joint in functions.find_flank_breakpoints(law, EIGHTHS)}
+    breakpoints = {
+        joint.position: joint.order for joint in functions.find_flank_breakpoints(law, EIGHTHS)
+    }
     assert breakpoints == ORDERS[law]
 
 
@@ -46,7 +53,9 @@ def test_joints_of_a_law_are_where_a_derivative_jumps(law: str) -> None:
 def test_true_extremes_are_those_of_a_dense_cycle(law: str) -> None:
     subject = device(law)
     joints = subject.force
-    assert {event.name for event in joints.events if event.name.startswith("cam")} >= {"cam, start of the rise"}
+    assert {event.name for event in joints.events if event.name.startswith("cam")} >= {
+        "cam, start of the rise"
+    }
     phi = np.linspace(0, np.pi, 400_001)
     force = subject.support(subject.prologue(subject.design), phi)
     extremes = objective.evaluate_true_extremes(subject, subject.design)

@@ -36,8 +36,10 @@ pytestmark = needs_compiler
 
 
 UNITS: dict[str, tuple[Model, str]] = {
-    "exact": ("exact", "2.0"), "printed": ("printed", "2.0"), "exact 3.0": ("exact", "3.0"),
-}  # fmt: skip
+    "exact": ("exact", "2.0"),
+    "printed": ("printed", "2.0"),
+    "exact 3.0": ("exact", "3.0"),
+}
 both_versions = pytest.mark.parametrize("unit", ["exact", "exact 3.0"])
 
 
@@ -45,7 +47,11 @@ both_versions = pytest.mark.parametrize("unit", ["exact", "exact 3.0"])
 def quick() -> Iterator[None]:
     """Only the library of this system, compiled without passes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(co_simulation, "PLATFORMS", {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(
+            co_simulation,
+            "PLATFORMS",
+            {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"},
+        )
         patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
         yield
 
@@ -79,9 +85,11 @@ class Slave:
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self.first = self.description.fmiVersion == "2.0"
         self.raw = (fmpy.fmi2.FMU2Slave if self.first else fmpy.fmi3.FMU3Slave)(
-            guid=self.description.guid, unzipDirectory=str(folder), instanceName=name,
+            guid=self.description.guid,
+            unzipDirectory=str(folder),
+            instanceName=name,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
-        )  # fmt: skip
+        )
         self.raw.instantiate()
         if self.first:
             self.raw.setupExperiment(startTime=0.0)
@@ -118,7 +126,9 @@ def names(owner: Device) -> list[str]:
 def expected(owner: Device, phi: Array) -> Array:
     """The same numbers as `simulate` has them, in SI, (quantities, n)."""
     columns = evaluate_cycle(owner, owner.prologue(owner.design), phi).columns()
-    return np.array([columns[q.key] * units.unit_factor(q.key) for q in list_device_quantities(owner.sidecar)])
+    return np.array(
+        [columns[q.key] * units.unit_factor(q.key) for q in list_device_quantities(owner.sidecar)]
+    )
 
 
 def difference(first: Array, other: Array) -> float:
@@ -138,7 +148,9 @@ def test_fmpy_accepts_the_unit(unit: str, written: dict[str, Path]) -> None:
 
 @pytest.mark.parametrize("unit", UNITS)
 def test_cycle_equals_simulate(unit: str, written: dict[str, Path]) -> None:
-    """By FMPy's own simulation, to 1e-10 of the largest number of each quantity; another speed is seen."""
+    """By FMPy's own simulation, to 1e-10 of the largest number of each quantity; another speed is
+    seen.
+    """
     owner = device(UNITS[unit][0])
     output_names = ["phi", *names(owner)]
     description = fmpy.read_model_description(str(written[unit]))
@@ -154,14 +166,19 @@ def test_cycle_equals_simulate(unit: str, written: dict[str, Path]) -> None:
     assert values[0, -1] == pytest.approx(2 * np.pi, abs=1e-12)
     assert difference(values[1:], expected(owner, values[0])) <= 1e-10
     faster = fmpy.simulate_fmu(
-        str(written[unit]), output=output_names, stop_time=float(experiment.stopTime), start_values={"speed": 5.0}
+        str(written[unit]),
+        output=output_names,
+        stop_time=float(experiment.stopTime),
+        start_values={"speed": 5.0},
     )
     other = np.array([faster[name] for name in output_names])
     assert difference(other[1:], expected(owner, other[0])) > 1e-3
 
 
 @both_versions
-def test_design_and_machine_can_be_tuned_between_steps(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
+def test_design_and_machine_can_be_tuned_between_steps(
+    unit: str, written: dict[str, Path], tmp_path: Path
+) -> None:
     machine = load("wang2017", {"mass.sun_kg": 2.5, "operation.speed_rpm": 44.0})
     owner = Device(machine)
     x = owner.x(R3_mm=31.0, m61=0.97)
@@ -172,7 +189,10 @@ def test_design_and_machine_can_be_tuned_between_steps(unit: str, written: dict[
         phi, *values = slave.get("phi", *names(owner))
         assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
         columns = evaluate_cycle(owner, owner.prologue(x), np.array([phi])).columns()
-        expected = [columns[q.key][0] * units.unit_factor(q.key) for q in list_device_quantities(owner.sidecar)]
+        expected = [
+            columns[q.key][0] * units.unit_factor(q.key)
+            for q in list_device_quantities(owner.sidecar)
+        ]
         np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12)
         assert values[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
 
@@ -182,7 +202,9 @@ def own_speed() -> float:
 
 
 @both_versions
-def test_unit_starts_at_given_angle_and_speed(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
+def test_unit_starts_at_given_angle_and_speed(
+    unit: str, written: dict[str, Path], tmp_path: Path
+) -> None:
     with running(written[unit], tmp_path / "unit", phi_start=1.0, speed=3.0) as slave:
         assert slave.get("phi") == 1.0
         slave.raw.doStep(0.0, 0.25)
@@ -192,7 +214,9 @@ def test_unit_starts_at_given_angle_and_speed(unit: str, written: dict[str, Path
 
 
 @both_versions
-def test_two_instances_do_not_disturb_each_other(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
+def test_two_instances_do_not_disturb_each_other(
+    unit: str, written: dict[str, Path], tmp_path: Path
+) -> None:
     """Of one library."""
     folder, file = tmp_path / "unit", written[unit]
     with running(file, folder) as first, running(file, folder, speed=5.0) as second:
@@ -200,7 +224,10 @@ def test_two_instances_do_not_disturb_each_other(unit: str, written: dict[str, P
         for number in range(5):
             first.raw.doStep(0.1 * number, 0.1)
             second.raw.doStep(0.1 * number, 0.1)
-        values, speeds = first.get(*names(device("exact"))), (first.get("phi")[0], second.get("phi")[0])
+        values, speeds = (
+            first.get(*names(device("exact"))),
+            (first.get("phi")[0], second.get("phi")[0]),
+        )
         assert speeds == pytest.approx((0.5 * own_speed(), 2.5), rel=1e-14)
         expected_outputs = expected(device("exact"), np.array([speeds[0]]))[:, 0]
         np.testing.assert_allclose(values, expected_outputs, rtol=1e-10, atol=1e-12)
@@ -276,15 +303,21 @@ def test_description_equals_sidecar(written: dict[str, Path]) -> None:
 
 @pytest.mark.parametrize(
     ("path", "expected"),
-    [("mass.sun_kg", (0, None)), ("inertia.C1_centroidal_xx_yy_zz_kg_m2[2]", (0, None)),
-     ("contact.cam_friction_angle_deg", (0, 45)), ("operation.forward_speed_m_s", (None, None))],
-)  # fmt: skip
+    [
+        ("mass.sun_kg", (0, None)),
+        ("inertia.C1_centroidal_xx_yy_zz_kg_m2[2]", (0, None)),
+        ("contact.cam_friction_angle_deg", (0, 45)),
+        ("operation.forward_speed_m_s", (None, None)),
+    ],
+)
 def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> None:
     assert read_range(PlantingMachine, path) == expected
 
 
 @both_versions
-def test_sources_compile_without_warnings(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
+def test_sources_compile_without_warnings(
+    unit: str, written: dict[str, Path], tmp_path: Path
+) -> None:
     """Those that the unit holds, by another compiler's flags."""
     with zipfile.ZipFile(written[unit]) as zipped:
         zipped.extractall(tmp_path)
@@ -305,13 +338,17 @@ class TestCommand:
     def _quick(self, quick: None) -> None:
         """Only one library, and fast."""
 
-    def test_file_is_reproducible_and_recorded(self, written: dict[str, Path], tmp_path: Path) -> None:
+    def test_file_is_reproducible_and_recorded(
+        self, written: dict[str, Path], tmp_path: Path
+    ) -> None:
         result = answer("export", "fmu", "wang2017", "--out", str(tmp_path / "a.fmu"))
         jsonschema.validate(result, load_schema("export fmu"))
         assert (result["platforms"], result["inputs"]) == (["linux64"], 1)
         assert (tmp_path / "a.fmu").read_bytes() == written["exact"].read_bytes()
 
-    def test_without_a_compiler_the_sources_remain(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_without_a_compiler_the_sources_remain(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         def none(*_: object) -> None:
             raise CompilerError("there is no compiler")
 
@@ -321,7 +358,9 @@ class TestCommand:
         assert validation.validate_fmu(str(tmp_path / "a.fmu")) == []
 
     def test_another_ending_is_refused(self, tmp_path: Path) -> None:
-        assert "ends in .fmu" in refusal("export", "fmu", "compact", "--out", str(tmp_path / "a.zip"))
+        assert "ends in .fmu" in refusal(
+            "export", "fmu", "compact", "--out", str(tmp_path / "a.zip")
+        )
 
 
 @pytest.mark.long

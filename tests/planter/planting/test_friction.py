@@ -1,4 +1,6 @@
-"""True tooth friction of a planting device: work, forces rebuilt from solved contacts, bounds over all sharings."""
+"""True tooth friction of a planting device: work, forces rebuilt from solved contacts, bounds over
+all sharings.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,10 @@ from tests.support import machines
 
 ORDERS = {
     "wang2017": [ToothOrder(module=2e-3)] * 2,
-    "random 1": [ToothOrder(teeth=41, pressure_angle=np.radians(25), allow_undercut=True, process="wire")] * 2,
+    "random 1": [
+        ToothOrder(teeth=41, pressure_angle=np.radians(25), allow_undercut=True, process="wire")
+    ]
+    * 2,
 }
 
 
@@ -43,7 +48,9 @@ def lost(turn: LiftedCycle) -> Array:
 
 
 def unexplained(teeth: ToothedTurn, turn: LiftedCycle) -> float:
-    """Power of the motor [W] that is neither that without friction nor lost at the teeth, at most."""
+    """Power of the motor [W] that is neither that without friction nor lost at the teeth, at
+    most.
+    """
     more = (turn.totals["M_L"] - teeth.without.totals["M_L"]) * speed(teeth)
     return float(np.abs(more - lost(turn)).max())
 
@@ -62,10 +69,11 @@ def test_motor_work_equals_tooth_loss_at_every_angle(name: str) -> None:
 
 
 def off(teeth: ToothedTurn, turn: LiftedCycle, stage: int) -> float:
-    """How far a turn's forces [N], moments [N m] and losses [W] at a mesh are at most from those of solved contacts.
+    """How far a turn's forces [N], moments [N m] and losses [W] at a mesh are at most from those of
+    solved contacts.
 
-    They are put together from normal forces and friction of every pair, at the points where flanks touch, against how
-    the flanks move there, at angles all round the turn.
+    They are put together from normal forces and friction of every pair, at the points where flanks
+    touch, against how the flanks move there, at angles all round the turn.
     """
     tag = MESHES[stage]
     picked = np.flatnonzero(teeth.angles.weights)[7::61]
@@ -126,28 +134,41 @@ def test_wrong_friction_direction_breaks_the_laws() -> None:
     assert lost(reversed_turn).max() < 0
     assert off(teeth, reversed_turn, 0) > 1
     assert off(teeth, teeth.turn(reversed_(right, ("lead",))), 0) > 1
-    assert off(teeth, teeth.evaluate_sliding([bearing.nearest for bearing in teeth.bearings]), 0) > 0.1
+    assert (
+        off(teeth, teeth.evaluate_sliding([bearing.nearest for bearing in teeth.bearings]), 0) > 0.1
+    )
     assert off(teeth, teeth.turn(), 0) > 1
 
 
 def test_without_friction_it_is_the_exact_model() -> None:
     teeth = cut_gears("random 1")
     machine = teeth.device.machine
-    pressure = {"contact.pressure_angle_deg": float(np.degrees(teeth.stages[0].order.pressure_angle))}
+    pressure = {
+        "contact.pressure_angle_deg": float(np.degrees(teeth.stages[0].order.pressure_angle))
+    }
     device = Device(machine.with_numbers({FRICTION: 0.0, **pressure}))
     exact = device.cycle(device.prologue(teeth.x), teeth.angles.phi)
     sliding_turn = teeth.evaluate_sliding(teeth.equal, friction=0.0)
-    for vector, its, side in (("side", "side1", sliding_turn.one), ("totals", "totals", sliding_turn.totals)):
+    for vector, its, side in (
+        ("side", "side1", sliding_turn.one),
+        ("totals", "totals", sliding_turn.totals),
+    ):
         for entry, row in zip(device.sidecar["vectors"][vector], exact[its], strict=True):
-            assert side[entry["name"]] == pytest.approx(row, rel=1e-12, abs=1e-12 * max(1, np.abs(row).max()))
+            assert side[entry["name"]] == pytest.approx(
+                row, rel=1e-12, abs=1e-12 * max(1, np.abs(row).max())
+            )
     assert teeth.shared.joint("F_A1") != pytest.approx(sliding_turn.joint("F_A1"), rel=1e-3)
 
 
 def shared_at_random(bearing: BearingPairs, rng: np.random.Generator) -> SharedLoad:
-    weights = np.where(np.isfinite(bearing.beyond), rng.exponential(size=bearing.beyond.shape) ** 2, 0.0)
+    weights = np.where(
+        np.isfinite(bearing.beyond), rng.exponential(size=bearing.beyond.shape) ** 2, 0.0
+    )
     weights /= weights.sum(axis=1, keepdims=True)
     beyond = np.nan_to_num(bearing.beyond)
-    return SharedLoad((weights * np.sign(beyond)).sum(axis=1), (weights * np.abs(beyond)).sum(axis=1))
+    return SharedLoad(
+        (weights * np.sign(beyond)).sum(axis=1), (weights * np.abs(beyond)).sum(axis=1)
+    )
 
 
 @pytest.mark.parametrize("name", ORDERS)
@@ -155,18 +176,25 @@ def test_any_load_sharing_stays_within_reported_range(name: str) -> None:
     teeth, rng = cut_gears(name), np.random.default_rng(5)
     bounds = summary.compute_maximum_forces(teeth)
     near_range, far = (
-        summary.summarise_turn(teeth, teeth.evaluate_sliding([getattr(bearing, contact) for bearing in teeth.bearings]))
+        summary.summarise_turn(
+            teeth, teeth.evaluate_sliding([getattr(bearing, contact) for bearing in teeth.bearings])
+        )
         for contact in ("nearest", "farthest")
     )
     for _ in range(6):
         first, second = (
-            teeth.compute_lifting([shared_at_random(bearing, rng) for bearing in teeth.bearings]) for _ in range(2)
+            teeth.compute_lifting([shared_at_random(bearing, rng) for bearing in teeth.bearings])
+            for _ in range(2)
         )
         turn = teeth.turn(first, behind=second)
         cycle_summary = summary.summarise_turn(teeth, turn)
         assert near_range.motor_work_J < cycle_summary.motor_work_J < far.motor_work_J
         for stage in range(2):
-            assert near_range.efficiency[stage] > cycle_summary.efficiency[stage] > far.efficiency[stage]
+            assert (
+                near_range.efficiency[stage]
+                > cycle_summary.efficiency[stage]
+                > far.efficiency[stage]
+            )
         for force, bound in bounds.items():
             assert cycle_summary.largest_N[force] <= bound * (1 + 1e-12)
     assert near_range.lost_J["cams"] == pytest.approx(far.lost_J["cams"], rel=1e-12)
@@ -174,13 +202,19 @@ def test_any_load_sharing_stays_within_reported_range(name: str) -> None:
 
 
 def test_losses_grow_with_friction_beyond_first_order() -> None:
-    """To first order a loss is that of the frictionless normal force: halving the friction halves what is left."""
+    """To first order a loss is that of the frictionless normal force: halving the friction halves
+    what is left.
+    """
     teeth = cut_gears("wang2017")
     per_friction = []
     for angle in (1e-3, 5e-4, 2.5e-4):
-        cycle_summary = summary.summarise_turn(teeth, teeth.evaluate_sliding(teeth.equal, friction=angle))
+        cycle_summary = summary.summarise_turn(
+            teeth, teeth.evaluate_sliding(teeth.equal, friction=angle)
+        )
         per_friction.append(cycle_summary.lost_J["stage 1"] / np.tan(angle))
-    assert per_friction[0] - per_friction[1] == pytest.approx(2 * (per_friction[1] - per_friction[2]), rel=2e-2)
+    assert per_friction[0] - per_friction[1] == pytest.approx(
+        2 * (per_friction[1] - per_friction[2]), rel=2e-2
+    )
     assert abs(per_friction[0] / per_friction[2] - 1) < 1e-3
 
 
@@ -212,5 +246,7 @@ def test_result_reports_all_losses() -> None:
     assert 0.97 < result.sliding.efficiency[0] < 0.995
     columns = rubbing.columns()
     assert columns.keys() <= known.columns().keys()
-    assert columns["F_A1_sliding_N"].max() == pytest.approx(result.sliding.largest_N["F_A1"], rel=1e-14)
+    assert columns["F_A1_sliding_N"].max() == pytest.approx(
+        result.sliding.largest_N["F_A1"], rel=1e-14
+    )
     assert np.all(np.diff(columns["phi_deg"]) >= 0)

@@ -1,4 +1,6 @@
-"""Pitch curves in mesh: they touch, share a tangent, roll on each other, and turn as the mechanism does."""
+"""Pitch curves in mesh: they touch, share a tangent, roll on each other, and turn as the mechanism
+does.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,9 @@ def overlap(inner: PlottedPitchCurve, outer: PlottedPitchCurve) -> float:
     """How deep points of one curve lie inside the other [mm]."""
     angle, radius = polar(inner)
     x, y = outer.points - inner.centre[:, None]
-    return float((np.interp(np.arctan2(y, x), angle, radius, period=2 * np.pi) - np.hypot(x, y)).max())
+    return float(
+        (np.interp(np.arctan2(y, x), angle, radius, period=2 * np.pi) - np.hypot(x, y)).max()
+    )
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -72,7 +76,9 @@ def test_pairs_touch_on_the_centre_line(name: str, phi: float) -> None:
         for curve in (inner, outer):
             assert np.abs(curve.points[:, 0] - curves.contacts[contact]).max() < 1e-9
             assert np.abs(curve.points[:, -1] - curve.points[:, 0]).max() < 1e-9
-        tangential = (curves.contacts[contact] - inner.centre) / np.hypot(*(outer.centre - inner.centre))
+        tangential = (curves.contacts[contact] - inner.centre) / np.hypot(
+            *(outer.centre - inner.centre)
+        )
         line = (outer.centre - inner.centre) / np.hypot(*(outer.centre - inner.centre))
         assert abs(tangential[0] * line[1] - tangential[1] * line[0]) < 1e-12
         assert 0 < tangential @ line < 1
@@ -92,7 +98,9 @@ def test_pairs_have_a_common_tangent_and_do_not_cross(name: str, phi: float) -> 
 def test_slightly_turned_partner_is_detected(phi: float) -> None:
     inner, outer = at("wang2017", phi).curves[:2]
     c, s = np.cos(0.02), np.sin(0.02)
-    points = np.array([[c, -s], [s, c]]) @ (outer.points - outer.centre[:, None]) + outer.centre[:, None]
+    points = (
+        np.array([[c, -s], [s, c]]) @ (outer.points - outer.centre[:, None]) + outer.centre[:, None]
+    )
     turned = replace(outer, points=points)
     difference = abs(tangent(inner) - tangent(turned))
     assert min(difference, np.pi - difference) > 1e-3 or overlap(inner, turned) > 1e-3
@@ -101,7 +109,9 @@ def test_slightly_turned_partner_is_detected(phi: float) -> None:
 @pytest.mark.parametrize("name", MACHINES)
 def test_partners_roll_over_equal_arcs(name: str) -> None:
     for pair in PAIRS:
-        inner, outer = (np.cumsum(np.hypot(*np.diff(at(name, 37.0).curves[i].points, axis=1))) for i in pair)
+        inner, outer = (
+            np.cumsum(np.hypot(*np.diff(at(name, 37.0).curves[i].points, axis=1))) for i in pair
+        )
         assert np.abs(inner - outer).max() < 1e-4
         assert inner[-1] > 100
 
@@ -130,6 +140,8 @@ def test_ratios_are_the_slopes_of_the_rotations(name: str) -> None:
     step = 1e-3
     for phi in ANGLES:
         first, second = compute_ratios(device(name), device(name).design, np.array([phi]))
-        d52, d72 = (side(name, phi + step, q) - side(name, phi - step, q) for q in ("phi52", "phi72"))
+        d52, d72 = (
+            side(name, phi + step, q) - side(name, phi - step, q) for q in ("phi52", "phi72")
+        )
         assert first[0] == pytest.approx(d52 / np.radians(2 * step), abs=1e-6)
         assert second[0] == pytest.approx(-d72 / d52, abs=1e-6)

@@ -29,7 +29,9 @@ def device(name: str, model: Model) -> Device:
 def test_swapped_machine_has_different_functions() -> None:
     first, other = (device(name, "exact") for name in ("wang2017", "swapped"))
     assert [s.family for s in first.stages] == [s.family for s in reversed(other.stages)]
-    assert first.force.response.values_kernel.work.loop != other.force.response.values_kernel.work.loop
+    assert (
+        first.force.response.values_kernel.work.loop != other.force.response.values_kernel.work.loop
+    )
 
 
 def _arguments(kernel: Kernel, device: Device, x: Array) -> list[Array]:
@@ -37,7 +39,10 @@ def _arguments(kernel: Kernel, device: Device, x: Array) -> list[Array]:
     phi = np.add.outer(device.force.offsets, ANGLES).reshape(1, -1)
     weights = np.random.default_rng(3).normal(size=phi.shape)
     arguments = {"phi": phi, "d": at.d, "h": at.h, "dh": at.dh, "weights": weights}
-    return [np.atleast_2d(arguments[n]) if n in kernel.lanes else arguments[n].reshape(-1, 1) for n in kernel.names]
+    return [
+        np.atleast_2d(arguments[n]) if n in kernel.lanes else arguments[n].reshape(-1, 1)
+        for n in kernel.names
+    ]
 
 
 def _designs(device: Device) -> list[Array]:
@@ -46,10 +51,14 @@ def _designs(device: Device) -> list[Array]:
 
 
 def _check_rows(name: str, actual: Array, theirs: Array) -> None:
-    """Each row by its own largest value; rows that are nothing but rounding by the largest of all."""
+    """Each row by its own largest value; rows that are nothing but rounding by the largest of
+    all.
+    """
     size = np.abs(theirs).max(axis=1)
     assert actual.shape == theirs.shape
-    assert (np.abs(actual - theirs).max(axis=1) <= EQUAL * np.maximum(size, ROUNDING * size.max())).all(), name
+    assert (
+        np.abs(actual - theirs).max(axis=1) <= EQUAL * np.maximum(size, ROUNDING * size.max())
+    ).all(), name
 
 
 def _compare(kernel: Kernel, device: Device, names: tuple[str, ...]) -> None:
@@ -65,11 +74,17 @@ def _compare(kernel: Kernel, device: Device, names: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize(
     ("name", "model"),
-    sampled([("wang2017", "exact"), ("compact", "exact"), ("swapped", "printed")], product(MACHINES, MODELS)),
+    sampled(
+        [("wang2017", "exact"), ("compact", "exact"), ("swapped", "printed")],
+        product(MACHINES, MODELS),
+    ),
 )
 def test_force_and_slopes(name: str, model: Model) -> None:
     planting_device = device(name, model)
-    for kernel in (planting_device.force.response.values_kernel, planting_device.force.response.slopes_kernel):
+    for kernel in (
+        planting_device.force.response.values_kernel,
+        planting_device.force.response.slopes_kernel,
+    ):
         _compare(kernel, planting_device, ("lanes", "casadi-c"))
 
 
@@ -80,7 +95,9 @@ def test_summed_hessian(name: str) -> None:
 
 
 class TestWithoutPasses:
-    """What takes a compiler long is compiled as it stands: text and loop are the same, the vectors are left out."""
+    """What takes a compiler long is compiled as it stands: text and loop are the same, the vectors
+    are left out.
+    """
 
     @pytest.fixture(autouse=True)
     def _swift(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,7 +106,8 @@ class TestWithoutPasses:
     @pytest.mark.parametrize(
         ("name", "model"),
         sampled(
-            [("swapped", "exact"), ("compact", "printed")], [("swapped", "exact"), *product(MACHINES, ["printed"])]
+            [("swapped", "exact"), ("compact", "printed")],
+            [("swapped", "exact"), *product(MACHINES, ["printed"])],
         ),
     )
     def test_summed_hessian(self, name: str, model: Model) -> None:
@@ -107,10 +125,16 @@ def test_a_kernel_of_another_model_is_not_equal() -> None:
     exact, printed = (device("wang2017", model) for model in MODELS)
     arguments = _arguments(exact.force.response.values_kernel, exact, exact.design)
     at = printed.prologue(exact.design)
-    values = dict(zip(exact.force.response.values_kernel.names, arguments, strict=True)) | {"h": at.h.reshape(-1, 1)}
+    values = dict(zip(exact.force.response.values_kernel.names, arguments, strict=True)) | {
+        "h": at.h.reshape(-1, 1)
+    }
     theirs = [values[name] for name in printed.force.response.values_kernel.names]
-    first = backends.build_lane_backend(exact.force.response.values_kernel.work)(arguments, arguments[0].shape[1])
-    other = backends.build_lane_backend(printed.force.response.values_kernel.work)(theirs, arguments[0].shape[1])
+    first = backends.build_lane_backend(exact.force.response.values_kernel.work)(
+        arguments, arguments[0].shape[1]
+    )
+    other = backends.build_lane_backend(printed.force.response.values_kernel.work)(
+        theirs, arguments[0].shape[1]
+    )
     assert difference(first[0], other[0]) > 1e-3
 
 

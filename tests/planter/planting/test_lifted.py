@@ -1,4 +1,6 @@
-"""Assumptions lifted: with none the model is the exact one; with any the work of the motor is that of all friction."""
+"""Assumptions lifted: with none the model is the exact one; with any the work of the motor is that
+of all friction.
+"""
 
 import numpy as np
 import pytest
@@ -31,14 +33,19 @@ def test_friction_work_is_motor_work_without_support_effect(name: str, case: str
     device = machines.device(name)
     model, phi = LiftedModel(device), cycle.sample_angles(5760)
     modelled = model.turn(phi)
-    teeth = {"against": 1.0, **model.locate_contacts(modelled, phi, 2e-3)} if case != "hinge" else {}
+    teeth = (
+        {"against": 1.0, **model.locate_contacts(modelled, phi, 2e-3)} if case != "hinge" else {}
+    )
     turn = model.turn(phi, {**teeth, **({"along_hinge": 1.0} if case != "teeth" else {})})
     speed = device.machine.si("speed_rpm")
     assert turn.motor_work == pytest.approx(turn.friction_loss(speed), rel=2e-5)
     assert turn.friction_loss(speed) > modelled.friction_loss(speed)
     assert turn.totals["F_support"] == pytest.approx(modelled.totals["F_support"], abs=1e-9)
     if case != "hinge":
-        wrong = model.turn(phi, {name: -value if name.startswith("lead") else value for name, value in teeth.items()})
+        wrong = model.turn(
+            phi,
+            {name: -value if name.startswith("lead") else value for name, value in teeth.items()},
+        )
         assert wrong.joint("F_A1") != pytest.approx(turn.joint("F_A1"), rel=1e-4)
         assert all((turn.one[f"F_{tag}_loss"] >= -1e-12).all() for tag in "PQ")
 
@@ -49,7 +56,8 @@ def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
     half = np.pi * 2e-3 * np.cos(np.radians(20)) / 2
     for tag in "PQ":
         plus, minus = (
-            distances[f"lead_{tag}_{flank}"] * distances[f"away_{tag}_{flank}"] for flank in ("plus", "minus")
+            distances[f"lead_{tag}_{flank}"] * distances[f"away_{tag}_{flank}"]
+            for flank in ("plus", "minus")
         )
         assert plus == pytest.approx(-minus, abs=0)
         assert np.abs(plus).max() <= half
@@ -58,10 +66,20 @@ def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
 
 
 def test_effects_are_reported_for_exact_model_only() -> None:
-    effects = {case.assumption: case for case in lifted.find_assumption_effects(machines.device("wang2017"))}
-    assert effects["tooth friction inwards"].joints_N["F_O1"] > effects["no tooth friction"].joints_N["F_O1"] > 1
+    effects = {
+        case.assumption: case
+        for case in lifted.find_assumption_effects(machines.device("wang2017"))
+    }
+    assert (
+        effects["tooth friction inwards"].joints_N["F_O1"]
+        > effects["no tooth friction"].joints_N["F_O1"]
+        > 1
+    )
     assert all(case.support_N < 1e-9 for case in effects.values())
-    assert effects["teeth slide, module 2 mm"].friction_work_J > effects["no tooth friction"].friction_work_J + 0.1
+    assert (
+        effects["teeth slide, module 2 mm"].friction_work_J
+        > effects["no tooth friction"].friction_work_J + 0.1
+    )
     simulated = simulation.simulate(machines.device("wang2017"), 60, (), 3.0)
     assert "module 3 mm" in simulated.result.lifted[2].assumption
     with pytest.raises(InputError, match="--lift needs --model exact"):

@@ -21,7 +21,9 @@ INERTIA_C1 = "C1_centroidal_xx_yy_zz_kg_m2"
 
 
 def tampered(folder: Path, section: str, key: str, line: str | None) -> Path:
-    """A copy of the wang2017 file in which the line of a key in a section is replaced, or taken out."""
+    """A copy of the wang2017 file in which the line of a key in a section is replaced, or taken
+    out.
+    """
     before, header, rest = f"\n{examples.example('wang2017')}".partition(f"\n[{section}]")
     body, count = re.subn(rf"(?m)^{re.escape(key)} = .*$", lambda _: line or "", rest, count=1)
     assert header
@@ -40,7 +42,8 @@ def refusal(source: str | Path, changes: dict[str, float] | None = None) -> str:
     return caught.value.message
 
 
-# --- what is read ----------------------------------------------------------------------------------
+# --- what is read
+# ----------------------------------------------------------------------------------
 
 
 def test_built_in_machines_load_under_their_names() -> None:
@@ -111,7 +114,8 @@ def test_a_machine_cannot_be_changed() -> None:
         load("wang2017").mass.sun_kg = 1.0  # type: ignore[misc]
 
 
-# --- SI values -------------------------------------------------------------------------------------
+# --- SI values
+# -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -135,7 +139,9 @@ def test_si_values(path: str, si: float) -> None:
     assert load("wang2017").si(path) == pytest.approx(si, rel=1e-15)
 
 
-@pytest.mark.parametrize("path", ["mass", "cam.flank", "nozzle.hinge_A_mm", "nozzle.hinge_A_mm[3]", "no_such_kg"])
+@pytest.mark.parametrize(
+    "path", ["mass", "cam.flank", "nozzle.hinge_A_mm", "nozzle.hinge_A_mm[3]", "no_such_kg"]
+)
 def test_si_of_non_number_is_refused(path: str) -> None:
     with pytest.raises(InputError, match=re.escape(f"wang2017: {path}:")):
         load("wang2017").si(path)
@@ -143,14 +149,18 @@ def test_si_of_non_number_is_refused(path: str) -> None:
 
 def test_a_check_outside_can_refuse_a_value_in_the_same_words() -> None:
     machine = load("wang2017", {"e3_mm": 31.0})
-    error = machine.input_error("e3_mm", "it must be less than design.R3_mm = 30.916", GeometryError)
+    error = machine.input_error(
+        "e3_mm", "it must be less than design.R3_mm = 30.916", GeometryError
+    )
     assert isinstance(error, GeometryError)
     assert error.message == (
-        "wang2017: design.e3_mm = 31.0 (set on the command line): it must be less than design.R3_mm = 30.916"
+        "wang2017: design.e3_mm = 31.0 (set on the command line): it must be less than "
+        "design.R3_mm = 30.916"
     )
 
 
-# --- origins ---------------------------------------------------------------------------------------
+# --- origins
+# ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -197,7 +207,8 @@ def test_origin_entries_may_be_paths_with_and_without_quotes(tmp_path: Path) -> 
     assert PlantingMachine.model_validate(machine.table()).origins == machine.origins
 
 
-# --- changes -----------------------------------------------------------------------------------------
+# --- changes
+# -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -248,7 +259,11 @@ def test_changes_add_up() -> None:
         ("qqq", 0.5, ["qqq = 0.5", "no such value"]),
         ("flank", 1.0, ["flank = 1.0", "no such value"]),
         ("", 1.0, ["no such value"]),
-        ("sun_kg", -1.0, ["mass.sun_kg = -1.0 (set on the command line)", "it must be greater than 0"]),
+        (
+            "sun_kg",
+            -1.0,
+            ["mass.sun_kg = -1.0 (set on the command line)", "it must be greater than 0"],
+        ),
         ("sun_kg", math.nan, ["mass.sun_kg = nan (set on the command line)", "finite"]),
         ("sun_kg", math.inf, ["mass.sun_kg = inf (set on the command line)", "finite"]),
         ("samples", 8.5, ["objective.samples = 8.5 (set on the command line)", "a whole number"]),
@@ -269,14 +284,17 @@ def test_invalid_changes_are_refused(name: str, value: float, words: list[str]) 
 
 def test_ambiguous_name_lists_candidates(tmp_path: Path) -> None:
     path = tampered(tmp_path, "design", "m31", "m31 = 1.5\nsun_kg = 2.0")
-    path.write_text(path.read_text().replace("[bounds]", "[bounds]\nsun_kg = [1, 3]\n#"), encoding="utf-8")
+    path.write_text(
+        path.read_text().replace("[bounds]", "[bounds]\nsun_kg = [1, 3]\n#"), encoding="utf-8"
+    )
     message = refusal(path, {"sun_kg": 1.0})
     assert f"{path}: sun_kg = 1.0" in message
     assert "name one of mass.sun_kg, design.sun_kg" in message
     assert load(path, {"design.sun_kg": 1.0}).design["sun_kg"] == 1.0
 
 
-# --- values that are refused -----------------------------------------------------------------------
+# --- values that are refused
+# -----------------------------------------------------------------------
 
 REFUSED = [
     ("mass", "sun_kg", "-0.4", "it must be greater than 0"),
@@ -300,7 +318,12 @@ REFUSED = [
     ("inertia", "J56_about_A1_kg_m2", "0", "it must be greater than 0"),
     ("inertia", "J56_about_A1_kg_m2", "5.3e-06", "mass times squared centroid distance, 5.4e-06"),
     ("inertia", "J7_about_B1_kg_m2", "0.0005", "mass times squared centroid distance, 0.0005232"),
-    ("inertia", INERTIA_C1, "[2e-05, 4e-05, 7e-05]", "none of the three may exceed the sum of the other two"),
+    (
+        "inertia",
+        INERTIA_C1,
+        "[2e-05, 4e-05, 7e-05]",
+        "none of the three may exceed the sum of the other two",
+    ),
     ("inertia", INERTIA_C1, "[2e-05, 4e-05]", "it must be a list of 3 numbers"),
     ("centroid", "sun_radius_mm", "-4", "it must be at least 0"),
     ("centroid", "planet_xy_mm", "[20, -6, 0]", "it must be a list of 2 numbers"),
@@ -318,9 +341,24 @@ REFUSED = [
     ("cam", "rise_delta_deg", "[130.0, 130.0]", "0 <= start < end <= 360"),
     ("cam", "rise_delta_deg", "[-1.0, 130.0]", "0 <= start < end <= 360"),
     ("cam", "fall_delta_deg", "[246.0, 361.0]", "0 <= start < end <= 360"),
-    ("cam", "fall_delta_deg", "[170.0, 296.0]", "it must start where the rise has ended, at 180 or later"),
-    ("cam", "fall_delta_deg", "[10.0, 60.0]", "it must start where the rise has ended, at 180 or later"),
-    ("cam", "flank", '"cycloid"', "it must be one of '3-4-5 polynomial', '4-5-6-7 polynomial', 'cyc"),
+    (
+        "cam",
+        "fall_delta_deg",
+        "[170.0, 296.0]",
+        "it must start where the rise has ended, at 180 or later",
+    ),
+    (
+        "cam",
+        "fall_delta_deg",
+        "[10.0, 60.0]",
+        "it must start where the rise has ended, at 180 or later",
+    ),
+    (
+        "cam",
+        "flank",
+        '"cycloid"',
+        "it must be one of '3-4-5 polynomial', '4-5-6-7 polynomial', 'cyc",
+    ),
     ("spring", "rate_N_m", "-1", "it must be at least 0"),
     ("spring", "preload_N", "-1", "it must be at least 0"),
     ("stage1", "family", '""', "it must not be empty"),
@@ -343,8 +381,18 @@ REFUSED = [
     ("genetic_algorithm", "selection_ratio", "0", "it must be greater than 0"),
     ("genetic_algorithm", "crossover_probability", "1.5", "it must be at most 1"),
     ("genetic_algorithm", "mutation_probability", "-0.01", "it must be at least 0"),
-    ("origin", "speed_rpm", '"guessed"', "it must start with paper, assumed, calibrated, measured or optimised"),
-    ("origin", "speed_rpm", '"papers"', "it must start with paper, assumed, calibrated, measured or optimised"),
+    (
+        "origin",
+        "speed_rpm",
+        '"guessed"',
+        "it must start with paper, assumed, calibrated, measured or optimised",
+    ),
+    (
+        "origin",
+        "speed_rpm",
+        '"papers"',
+        "it must start with paper, assumed, calibrated, measured or optimised",
+    ),
     ("origin", "speed_rpm", "1", "it must be text in quotes"),
 ]
 
@@ -381,7 +429,9 @@ def test_refused_value_names_file_key_and_rule(
         ("origin", "speed_rpm", '"measured on the test bed"'),
     ],
 )
-def test_values_just_inside_are_accepted(tmp_path: Path, section: str, key: str, value: str) -> None:
+def test_values_just_inside_are_accepted(
+    tmp_path: Path, section: str, key: str, value: str
+) -> None:
     assert load(tampered(tmp_path, section, key, f"{key} = {value}")).name == "wang2017"
 
 
@@ -399,16 +449,36 @@ def test_values_just_inside_are_accepted(tmp_path: Path, section: str, key: str,
             "sun_g = 400",
             ["mass.sun_g = 400", "did you mean sun_kg?", "; mass.sun_kg is missing"],
         ),
-        ("mass", "sun_kg", "sun_kg = 0.4\nextra = 1", ["mass.extra = 1", "no such key", "carrier_kg"]),
-        ("origin", "speed_rpm", 'speed_rmp = "paper"', ['origin.speed_rmp = "paper"', "operation.speed_rpm"]),
+        (
+            "mass",
+            "sun_kg",
+            "sun_kg = 0.4\nextra = 1",
+            ["mass.extra = 1", "no such key", "carrier_kg"],
+        ),
+        (
+            "origin",
+            "speed_rpm",
+            'speed_rmp = "paper"',
+            ['origin.speed_rmp = "paper"', "operation.speed_rpm"],
+        ),
         (
             "origin",
             "speed_rpm",
             'family = "paper"',
             ['origin.family = "paper"', "stage1.family, stage2.family"],
         ),
-        ("design", "m31", 'm31 = 1.5\n"a.b" = 1', ['design = "a.b"', "letters, digits and underscores"]),
-        ("mass", "sun_kg", "sun_kg = -1\nmiddle_kgg = 1", ["mass.middle_kgg = 1", "; mass.sun_kg = -1:"]),
+        (
+            "design",
+            "m31",
+            'm31 = 1.5\n"a.b" = 1',
+            ['design = "a.b"', "letters, digits and underscores"],
+        ),
+        (
+            "mass",
+            "sun_kg",
+            "sun_kg = -1\nmiddle_kgg = 1",
+            ["mass.middle_kgg = 1", "; mass.sun_kg = -1:"],
+        ),
         ("mass", "sun_kg", f"sun_kg = 1{400 * '0'}", ["mass.sun_kg = 1000", "number"]),
     ],
 )
@@ -435,7 +505,9 @@ def test_missing_or_malformed_section_is_refused(tmp_path: Path) -> None:
     message = refusal(path)
     assert message.startswith(f"{path}: operation is missing")
     assert message.endswith("more problems)")
-    remaining = re.sub(r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", examples.example("wang2017"))
+    remaining = re.sub(
+        r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", examples.example("wang2017")
+    )
     path.write_text(f"mass = 3\n{remaining}", encoding="utf-8")
     assert refusal(path).startswith(f"{path}: mass = 3: it must be a table")
 
@@ -456,9 +528,14 @@ def test_every_inconsistent_number_is_reported(tmp_path: Path) -> None:
     """Twice in one section, in two sections, and in what several sections make together."""
     message = refusal(
         "wang2017",
-        {"rise_delta_deg[0]": 300.0, "psi0_deg": 80.0, "tooth_friction_angle_deg": 30.0, "weight_range": 0.0,
-         "weight_variance": 0.0},
-    )  # fmt: skip
+        {
+            "rise_delta_deg[0]": 300.0,
+            "psi0_deg": 80.0,
+            "tooth_friction_angle_deg": 30.0,
+            "weight_range": 0.0,
+            "weight_variance": 0.0,
+        },
+    )
     for fragment in (
         "cam.rise_delta_deg = ",
         "cam.psi0_deg = 80.0",
@@ -509,18 +586,32 @@ def test_unmarked_section_checks_are_not_run() -> None:
     ],
 )
 def test_extreme_numbers_are_named(name: str, value: float, allowed: str) -> None:
-    assert f"{name} = {value!r} (set on the command line): {allowed}" in refusal("wang2017-wide", {name: value})
+    assert f"{name} = {value!r} (set on the command line): {allowed}" in refusal(
+        "wang2017-wide", {name: value}
+    )
 
 
 @pytest.mark.parametrize(
     ("section", "key", "value", "words"),
     [
-        ("mass", "sun_kg", '"0,40"', "it must be a number without quotes, with a decimal point: 0.40"),
+        (
+            "mass",
+            "sun_kg",
+            '"0,40"',
+            "it must be a number without quotes, with a decimal point: 0.40",
+        ),
         ("mass", "sun_kg", '"0.40"', "it must be a number, without quotes"),
-        ("centroid", "planet_xy_mm", "[20,5, -6,0]", "a list of 2 numbers (decimals are written with a point)"),
+        (
+            "centroid",
+            "planet_xy_mm",
+            "[20,5, -6,0]",
+            "a list of 2 numbers (decimals are written with a point)",
+        ),
     ],
 )
-def test_probable_meaning_is_suggested(tmp_path: Path, section: str, key: str, value: str, words: str) -> None:
+def test_probable_meaning_is_suggested(
+    tmp_path: Path, section: str, key: str, value: str, words: str
+) -> None:
     assert words in refusal(tampered(tmp_path, section, key, f"{key} = {value}"))
 
 
@@ -533,7 +624,9 @@ def test_probable_meaning_is_suggested(tmp_path: Path, section: str, key: str, v
         ("samples", "samples = 90.5", 90.0),
     ],
 )
-def test_a_refused_value_can_be_set_right_on_the_command_line(tmp_path: Path, key: str, line: str, set_: float) -> None:
+def test_a_refused_value_can_be_set_right_on_the_command_line(
+    tmp_path: Path, key: str, line: str, set_: float
+) -> None:
     path = tampered(tmp_path, "objective" if key == "samples" else "mass", key, line)
     assert f".{key} = " in refusal(path)
     machine = load(path, {key: set_})
@@ -550,12 +643,18 @@ def test_names_with_dots_are_set_in_place() -> None:
 
 
 def test_large_file_is_refused_in_linear_time(tmp_path: Path) -> None:
-    path = tampered(tmp_path, "design", "m31", "m31 = 1.5\n" + "\n".join(f"n{i} = {i}" for i in range(4000)))
-    text = path.read_text().replace("\n[origin]\n", "\n[origin]\n" + "".join(f'n{i} = "paper"\n' for i in range(4000)))
+    path = tampered(
+        tmp_path, "design", "m31", "m31 = 1.5\n" + "\n".join(f"n{i} = {i}" for i in range(4000))
+    )
+    text = path.read_text().replace(
+        "\n[origin]\n", "\n[origin]\n" + "".join(f'n{i} = "paper"\n' for i in range(4000))
+    )
     path.write_text(text, encoding="utf-8")
     begun = time.process_time()
     assert "bounds.n0 is missing" in refusal(path)
-    many = path.read_text().replace("\n[bounds]\n", "\n[bounds]\n" + "".join(f"m{i} = [0, 1]\n" for i in range(300)))
+    many = path.read_text().replace(
+        "\n[bounds]\n", "\n[bounds]\n" + "".join(f"m{i} = [0, 1]\n" for i in range(300))
+    )
     path.write_text(many, encoding="utf-8")
     refusal(path)
     assert time.process_time() - begun < 5
@@ -563,7 +662,12 @@ def test_large_file_is_refused_in_linear_time(tmp_path: Path) -> None:
 
 def test_memory_does_not_grow_with_the_square_of_the_depth(tmp_path: Path) -> None:
     path = tmp_path / "my.toml"
-    for text in (".".join("a" * 100_000) + " = 1", "[" * 200_000, "a = " + "{a = " * 40_000, "a.b = [" + "[" * 100_000):
+    for text in (
+        ".".join("a" * 100_000) + " = 1",
+        "[" * 200_000,
+        "a = " + "{a = " * 40_000,
+        "a.b = [" + "[" * 100_000,
+    ):
         path.write_text(text, encoding="utf-8")
         tracemalloc.start()
         refusal(path)
@@ -571,7 +675,8 @@ def test_memory_does_not_grow_with_the_square_of_the_depth(tmp_path: Path) -> No
         tracemalloc.stop()
 
 
-# --- files that are refused ------------------------------------------------------------------------
+# --- files that are refused
+# ------------------------------------------------------------------------
 
 
 def test_misspelt_built_in_name_gets_suggestions() -> None:
@@ -592,7 +697,9 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     assert "cannot be read" in refusal(tmp_path / ("x" * 5000))
 
 
-def test_a_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_without_permission_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "my.toml"
     path.write_text(examples.example("compact"), encoding="utf-8")
 
@@ -636,7 +743,10 @@ def test_non_utf_8_text_is_refused_with_line(tmp_path: Path) -> None:
         ('a = "' + "k" * 201 + '"\n' + "k" * 201 + " = 1", ["the name kkk", "200 characters"]),
         ("a = [" + "1," * 10_000 + "]", ["too many values"]),
         ("x = 1,20", ["line 1", "with a decimal point: 1.20"]),
-        ('name = "' + "a.[{" * 100 + '" # ' + "[[[" * 100 + "\nx = 1,20", ["line 2", "with a decimal point: 1.20"]),
+        (
+            'name = "' + "a.[{" * 100 + '" # ' + "[[[" * 100 + "\nx = 1,20",
+            ["line 2", "with a decimal point: 1.20"],
+        ),
     ],
 )
 def test_broken_toml_is_refused_with_place(tmp_path: Path, text: str, words: list[str]) -> None:
@@ -664,7 +774,10 @@ def test_control_characters_of_a_file_do_not_reach_the_message(tmp_path: Path) -
 def test_name_is_a_single_printable_line(tmp_path: Path) -> None:
     for name in ("a\\nb", "a\\u001b[31m", "\\u202eabc"):
         path = tmp_path / "my.toml"
-        path.write_text(examples.example("compact").replace('name = "compact"', f'name = "{name}"'), encoding="utf-8")
+        path.write_text(
+            examples.example("compact").replace('name = "compact"', f'name = "{name}"'),
+            encoding="utf-8",
+        )
         message = refusal(path)
         assert "name = " in message
         assert message.isprintable()
@@ -684,11 +797,16 @@ def test_misspelt_family_gets_suggestion(tmp_path: Path) -> None:
 
 def test_files_of_other_kinds_are_recognised(tmp_path: Path) -> None:
     hint = "it must be one of compact, wang2017, wang2017-wide or the path of a .toml file"
-    assert refusal("shi2021") == f"shi2021: this is a built-in TOML file for planter clutch, but {hint}"
+    assert (
+        refusal("shi2021")
+        == f"shi2021: this is a built-in TOML file for planter clutch, but {hint}"
+    )
     assert "built-in CSV file for planter synthesise, train" in refusal("sun2019-curve")
     path = tmp_path / "my.toml"
     path.write_text(examples.example("yu2023", suffix=".toml") + "\n[extra]\n", encoding="utf-8")
-    assert refusal(path).startswith(f"{path}: this is a file for planter pickup, but it must be one like compact")
+    assert refusal(path).startswith(
+        f"{path}: this is a file for planter pickup, but it must be one like compact"
+    )
     path = tmp_path / "poses.csv"
     assert "this is a .csv file, but it must be a .toml file" in refusal(path)
     assert "no built-in machine of that name" in refusal("n" * 300)

@@ -1,4 +1,6 @@
-"""Planting devices as machines of the engine: the same numbers as their own functions, derivatives in every value."""
+"""Planting devices as machines of the engine: the same numbers as their own functions, derivatives
+in every value.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ def test_support_force_equals_device(name: str) -> None:
     values, slopes = response.slopes(response.at(machine.design), ANGLES)
     expected, expected_slopes = device.support_slopes(at, ANGLES)
     np.testing.assert_allclose(values[0], expected, rtol=1e-13)
-    np.testing.assert_allclose(slopes[0], expected_slopes, rtol=1e-11, atol=1e-11 * np.abs(expected_slopes).max())
+    np.testing.assert_allclose(
+        slopes[0], expected_slopes, rtol=1e-11, atol=1e-11 * np.abs(expected_slopes).max()
+    )
 
 
 def test_slopes_in_numbers_of_the_file_are_those_of_differences() -> None:
@@ -32,4 +36,6 @@ def test_slopes_in_numbers_of_the_file_are_those_of_differences() -> None:
     for column, step in enumerate(np.diag(1e-5 * np.abs(x))):
         high, low = (response.values(response.at(x + sign * step), ANGLES) for sign in (1, -1))
         difference = (high - low) / (2 * step.sum())
-        np.testing.assert_allclose(slopes[:, :, column], difference, rtol=1e-6, atol=1e-6 * np.abs(slopes).max())
+        np.testing.assert_allclose(
+            slopes[:, :, column], difference, rtol=1e-6, atol=1e-6 * np.abs(slopes).max()
+        )

@@ -1,4 +1,6 @@
-"""Inputs fitted to measured curves: synthetic data of both models come back, and what data cannot tell is said."""
+"""Inputs fitted to measured curves: synthetic data of both models come back, and what data cannot
+tell is said.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -13,7 +15,12 @@ from planter.measured import calibration, reading
 from planter.measured.calibration import Calibrated, ValidationMeasurement
 from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.fit import Fit, fit_curve
-from planter.measured.noise import LackOfFit, assess_lack_of_fit, estimate_noise, ljung_box_probability
+from planter.measured.noise import (
+    LackOfFit,
+    assess_lack_of_fit,
+    estimate_noise,
+    ljung_box_probability,
+)
 from planter.measured.presentation import MACHINE_FILE, present_fit
 from planter.measured.reading import Columns, read
 from planter.planting import cycle
@@ -30,7 +37,11 @@ from tests.support.schemas import load_schema
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 TRUE = {"mass.planet_kg": 1.29, "centroid.planet_xy_mm[0]": 22.0}
-BOUNDS = {"mass.planet_kg": (0.9, 1.6), "centroid.planet_xy_mm[0]": (10.0, 26.0), "phase_deg": (-10.0, 10.0)}
+BOUNDS = {
+    "mass.planet_kg": (0.9, 1.6),
+    "centroid.planet_xy_mm[0]": (10.0, 26.0),
+    "phase_deg": (-10.0, 10.0),
+}
 COLUMNS = Columns("force", angle="angle")
 NOISE = 0.05
 
@@ -45,12 +56,20 @@ def curve(machine: PlantingMachine, model: Model, degrees: np.ndarray) -> np.nda
     return device.support(device.prologue(device.design), np.radians(degrees))
 
 
-def written(path: Path, model: Model, machine: PlantingMachine | None = None, **more: float) -> Path:
-    """A measurement of the true machine: noise, an offset [N], a wrong zero of the angle [deg], a missing piece."""
-    changed_machine = machines.machine("wang2017").with_numbers(TRUE) if machine is None else machine
+def written(
+    path: Path, model: Model, machine: PlantingMachine | None = None, **more: float
+) -> Path:
+    """A measurement of the true machine: noise, an offset [N], a wrong zero of the angle [deg], a
+    missing piece.
+    """
+    changed_machine = (
+        machines.machine("wang2017").with_numbers(TRUE) if machine is None else machine
+    )
     degrees = np.arange(0, 360, 1.5)
     degrees = degrees[(degrees < 300) | (degrees > 300 + more.get("missing", 0))]
-    force = curve(changed_machine, model, degrees + more.get("phase", 0.0)) + more.get("offset", 0.0)
+    force = curve(changed_machine, model, degrees + more.get("phase", 0.0)) + more.get(
+        "offset", 0.0
+    )
     force = force + np.random.default_rng(int(more.get("seed", 4))).normal(0, NOISE, len(force))
     rows = "\n".join(f"{a},{f:.9f}" for a, f in zip(degrees, force, strict=True))
     path.write_text(f"# a made-up measurement\nangle [deg],force [N]\n{rows}\n", encoding="utf-8")
@@ -59,7 +78,9 @@ def written(path: Path, model: Model, machine: PlantingMachine | None = None, **
 
 @pytest.fixture(scope="module")
 def calibrations(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibrated]:
-    """Fits to data of each model, with a piece missing, a wrong zero, and a second measurement at another speed."""
+    """Fits to data of each model, with a piece missing, a wrong zero, and a second measurement at
+    another speed.
+    """
     folder, base = tmp_path_factory.mktemp("measured"), machines.machine("wang2017")
     results: dict[Model, Calibrated] = {}
     models: tuple[Model, ...] = ("exact", "printed")
@@ -67,12 +88,16 @@ def calibrations(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibr
         faster = base.with_numbers({**TRUE, "operation.speed_rpm": 50.0})
         data = written(folder / f"{model}.csv", model, phase=2.0, missing=40)
         check = written(folder / f"{model}-faster.csv", model, faster, phase=2.0, seed=8)
-        results[model] = calibrate_to_data(base, model, data, COLUMNS, BOUNDS, check=ValidationMeasurement(check, 50.0))
+        results[model] = calibrate_to_data(
+            base, model, data, COLUMNS, BOUNDS, check=ValidationMeasurement(check, 50.0)
+        )
     return results
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_fitted_intervals_contain_true_inputs(model: Model, calibrations: dict[Model, Calibrated]) -> None:
+def test_fitted_intervals_contain_true_inputs(
+    model: Model, calibrations: dict[Model, Calibrated]
+) -> None:
     result = calibrations[model].result
     truth = {**TRUE, "phase_deg": 2.0}
     assert result.rank == 3
@@ -84,11 +109,15 @@ def test_fitted_intervals_contain_true_inputs(model: Model, calibrations: dict[M
     assert result.reached.rms_N == result.reached.rms == pytest.approx(NOISE, rel=0.2)
     assert (result.outcome, result.noise.model, result.noise.unit) == ("explained", "white", "N")
     assert result.noise.std == result.noise_N
-    assert [entry.interval for entry in result.fitted] == [[entry.low95, entry.high95] for entry in result.fitted]
+    assert [entry.interval for entry in result.fitted] == [
+        [entry.low95, entry.high95] for entry in result.fitted
+    ]
     assert (result.starts, result.warnings) == (8, [])
 
 
-def test_wrong_model_explains_neither_data_nor_prediction(calibrations: dict[Model, Calibrated]) -> None:
+def test_wrong_model_explains_neither_data_nor_prediction(
+    calibrations: dict[Model, Calibrated],
+) -> None:
     for model, other in (("exact", "printed"), ("printed", "exact")):
         result = calibrations[model].result
         assert result.models[other].outcome == "not explained"
@@ -98,57 +127,88 @@ def test_wrong_model_explains_neither_data_nor_prediction(calibrations: dict[Mod
         assert result.prediction.rms_N[other] > 10 * NOISE
 
 
-def test_fitted_file_reproduces_fitted_force(calibrations: dict[Model, Calibrated], tmp_path: Path) -> None:
+def test_fitted_file_reproduces_fitted_force(
+    calibrations: dict[Model, Calibrated], tmp_path: Path
+) -> None:
     calibrated = calibrations["exact"]
     device = machines.device("wang2017")
     present_fit(
-        device.machine, calibrated, ModelAssumptions.from_sidecar(device.sidecar).meanings, "carrier angle"
+        device.machine,
+        calibrated,
+        ModelAssumptions.from_sidecar(device.sidecar).meanings,
+        "carrier angle",
     ).write(tmp_path)
     machine = load(tmp_path / MACHINE_FILE)
     assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")
     degrees = np.degrees(calibrated.fits["exact"].curve.phi) + calibrated.result.fitted[2].value
     again = curve(machine, "exact", degrees)
-    assert again == pytest.approx(calibrated.fits["exact"].curve(calibrated.fits["exact"].values)[0], abs=1e-9)
+    assert again == pytest.approx(
+        calibrated.fits["exact"].curve(calibrated.fits["exact"].values)[0], abs=1e-9
+    )
     head = (tmp_path / "residuals.csv").read_text(encoding="utf-8")
-    assert "phi_deg,measured_N,exact_N,printed_N,exact_low95_N,exact_high95_N\n" in head, "no band of a refuted model"
+    assert "phi_deg,measured_N,exact_N,printed_N,exact_low95_N,exact_high95_N\n" in head, (
+        "no band of a refuted model"
+    )
     page = (tmp_path / "report.html").read_text(encoding="utf-8").replace("\u2212", "-")
     assert calibrated.result.statement in page
     jsonschema.validate(calibrated.result.table(), load_schema("calibrate"))
 
 
 def test_curve_slopes_equal_differences(tmp_path: Path) -> None:
-    chosen = Chosen.from_bounds(wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
-    curve = MeasuredCurve(wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT)
+    chosen = Chosen.from_bounds(
+        wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)}
+    )
+    curve = MeasuredCurve(
+        wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT
+    )
     z = curve.machine_values()
     slopes = curve(z)[1]
     for i, width in enumerate(chosen.upper - chosen.lower):
         step = np.zeros_like(z)
         step[i] = 1e-6 * width
-        assert slopes[:, i] * width == pytest.approx((curve(z + step)[0] - curve(z - step)[0]) / 2e-6, abs=2e-6)
+        assert slopes[:, i] * width == pytest.approx(
+            (curve(z + step)[0] - curve(z - step)[0]) / 2e-6, abs=2e-6
+        )
 
 
 def test_offset_is_detected_and_fitted(tmp_path: Path) -> None:
-    measured = read(written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0), COLUMNS, 1.0)
+    measured = read(
+        written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0),
+        COLUMNS,
+        1.0,
+    )
     without = fit_curve(
-        MeasuredCurve(wang(), Chosen.from_bounds(wang(), {"mass.sun_kg": (0.35, 0.45)}), measured, SUPPORT), starts=2
+        MeasuredCurve(
+            wang(), Chosen.from_bounds(wang(), {"mass.sun_kg": (0.35, 0.45)}), measured, SUPPORT
+        ),
+        starts=2,
     )
     assert without.rms > 20 * measured.noise
     gauge = fit_curve(
-        MeasuredCurve(wang(), Chosen.from_bounds(wang(), {"offset_N": (-20.0, 20.0)}), measured, SUPPORT), starts=2
+        MeasuredCurve(
+            wang(), Chosen.from_bounds(wang(), {"offset_N": (-20.0, 20.0)}), measured, SUPPORT
+        ),
+        starts=2,
     )
     assert gauge.rms == pytest.approx(NOISE, rel=0.2)
     assert gauge.values[0] == pytest.approx(4.0, abs=4 * NOISE / np.sqrt(len(measured.phi)))
 
 
 def test_undetermined_input_lowers_rank(tmp_path: Path) -> None:
-    """The spring's preload is within the device: the support does not feel it in the exact model."""
-    chosen = Chosen.from_bounds(wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
+    """The spring's preload is within the device: the support does not feel it in the exact
+    model.
+    """
+    chosen = Chosen.from_bounds(
+        wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)}
+    )
     data = written(tmp_path / "data.csv", "exact", machines.machine("wang2017"))
     fit = fit_curve(MeasuredCurve(wang(), chosen, read(data, COLUMNS, 1.0), SUPPORT), starts=3)
     assert fit.rank == 1
     assert fit.correlation() is None
     assert fit.band(0) == pytest.approx((5.0, 60.0))
-    assert fit.values[0] == pytest.approx(machines.machine("wang2017").si("spring.preload_N"), abs=1e-6)
+    assert fit.values[0] == pytest.approx(
+        machines.machine("wang2017").si("spring.preload_N"), abs=1e-6
+    )
 
 
 WAYS = {
@@ -183,7 +243,9 @@ def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
     path = written(tmp_path / "data.csv", "printed")
     text = path.read_text(encoding="utf-8").splitlines()
     angle, force = text[40].split(",")
-    path.write_text("\n".join([*text[:40], f"{angle},{float(force) + 60}", *text[41:]]) + "\n", encoding="utf-8")
+    path.write_text(
+        "\n".join([*text[:40], f"{angle},{float(force) + 60}", *text[41:]]) + "\n", encoding="utf-8"
+    )
     measurement = read(path, COLUMNS, 1.0)
     assert not measurement.used[38]
     assert measurement.used.sum() == len(measurement.used) - 1
@@ -191,9 +253,15 @@ def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
 
 
 INVALID_COLUMNS = {
-    "no such column": (Columns("forse", angle="angle"), "it must be one of 'angle [deg]', 'force [N]'"),
+    "no such column": (
+        Columns("forse", angle="angle"),
+        "it must be one of 'angle [deg]', 'force [N]'",
+    ),
     "no place": (Columns("force"), "add --angle, --time or --trigger"),
-    "unit of a moment": (Columns("force", angle="angle", value_unit="N m"), "--unit = N m does not fit"),
+    "unit of a moment": (
+        Columns("force", angle="angle", value_unit="N m"),
+        "--unit = N m does not fit",
+    ),
     "odd unit": (Columns("force", angle="angle", value_unit="lb"), "--unit = lb does not fit"),
 }
 
@@ -213,21 +281,26 @@ def test_invalid_calibration_options_exit_with_a_line(tmp_path: Path) -> None:
     assert "the lower bound must be below the upper" in refusal(*call, "--fit", "sun_kg=0.5:0.3")
     assert "did you mean mass.sun_kg" in refusal(*call, "--fit", "sun_gk=0.3:0.5")
     assert "--check and --check-rpm belong together" in refusal(*call, "--check-rpm", "50")
-    assert "--quantity = weight is not a quantity" in refusal(*call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight")
+    assert "--quantity = weight is not a quantity" in refusal(
+        *call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight"
+    )
 
 
 def test_measured_tables_fit_80_columns(
     calibrations: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]
 ) -> None:
     device = machines.device("wang2017")
-    present_fit(device.machine, calibrations["exact"], {}, "carrier angle").show(Console(as_json=False))
+    present_fit(device.machine, calibrations["exact"], {}, "carrier angle").show(
+        Console(as_json=False)
+    )
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
 def test_too_few_points_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text(
-        "angle [deg],force [N]\n" + "\n".join(f"{i},9" for i in range(reading.FEWEST - 1)), encoding="utf-8"
+        "angle [deg],force [N]\n" + "\n".join(f"{i},9" for i in range(reading.FEWEST - 1)),
+        encoding="utf-8",
     )
     with pytest.raises(InputError, match="a fit needs 12"):
         read(path, COLUMNS, 1.0)
@@ -235,8 +308,13 @@ def test_too_few_points_are_rejected(tmp_path: Path) -> None:
 
 def test_motor_torque_is_fitted(tmp_path: Path) -> None:
     device = machines.device("wang2017")
-    turn = cycle.evaluate_cycle(device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0)))
-    rows = "\n".join(f"{a},{m!r}" for a, m in zip(np.arange(0, 360, 3.0), turn.totals["M_L_Nm"].tolist(), strict=True))
+    turn = cycle.evaluate_cycle(
+        device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0))
+    )
+    rows = "\n".join(
+        f"{a},{m!r}"
+        for a, m in zip(np.arange(0, 360, 3.0), turn.totals["M_L_Nm"].tolist(), strict=True)
+    )
     path = tmp_path / "torque.csv"
     path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")
     measured = read(path, Columns("torque", angle="angle"), 1.0, "N m")
@@ -244,7 +322,9 @@ def test_motor_torque_is_fitted(tmp_path: Path) -> None:
         wang(), {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)}
     )
     fit = fit_curve(MeasuredCurve(wang(), chosen, measured, "M_L_Nm"), starts=2)
-    assert chosen.to_display(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(6.0, abs=1e-4)
+    assert chosen.to_display(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(
+        6.0, abs=1e-4
+    )
 
 
 def measurement(phi_deg: np.ndarray, values: np.ndarray, noise: float) -> reading.Measurement:
@@ -252,13 +332,23 @@ def measurement(phi_deg: np.ndarray, values: np.ndarray, noise: float) -> readin
     return reading.Measurement(np.radians(phi_deg), (channel,))
 
 
-ANYWHERE = {"mass.planet_kg": (0.8, 1.6), "mass.half_C2_kg": (0.2, 0.8), "offset_N": (-20.0, 20.0),
-            "phase_deg": (0.0, 360.0)}  # fmt: skip
+ANYWHERE = {
+    "mass.planet_kg": (0.8, 1.6),
+    "mass.half_C2_kg": (0.2, 0.8),
+    "offset_N": (-20.0, 20.0),
+    "phase_deg": (0.0, 360.0),
+}
 
 
-def shifted(degrees: np.ndarray, phase: float, noise: float, seed: int, rho: float = 0.0) -> np.ndarray:
-    """Forces of an exact machine with an offset and a phase [deg]; neighbours of the noise are correlated by rho."""
-    machine = machines.machine("wang2017").with_numbers({"mass.planet_kg": 1.29, "mass.half_C2_kg": 0.45})
+def shifted(
+    degrees: np.ndarray, phase: float, noise: float, seed: int, rho: float = 0.0
+) -> np.ndarray:
+    """Forces of an exact machine with an offset and a phase [deg]; neighbours of the noise are
+    correlated by rho.
+    """
+    machine = machines.machine("wang2017").with_numbers(
+        {"mass.planet_kg": 1.29, "mass.half_C2_kg": 0.45}
+    )
     noises = np.random.default_rng(seed).normal(0, 1, len(degrees))
     for i in range(1, len(noises)):
         noises[i] = rho * noises[i - 1] + np.sqrt(1 - rho**2) * noises[i]
@@ -270,14 +360,18 @@ def test_phase_is_recovered_from_any_start(bounds: tuple[float, float]) -> None:
     """A curve with two minima: a search from one phase ends in the wrong one."""
     degrees = np.arange(0, 360, 4.0)
     chosen = Chosen.from_bounds(wang(), {**ANYWHERE, "phase_deg": bounds})
-    curve = MeasuredCurve(wang(), chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4), SUPPORT)
+    curve = MeasuredCurve(
+        wang(), chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4), SUPPORT
+    )
     noise = curve.values - shifted(degrees, 37.0, 0.0, 1)
     fit = fit_curve(curve, starts=2)
     assert np.degrees(curve.period) == pytest.approx(180)
     assert curve.is_cyclic == (bounds[1] - bounds[0] >= 180)
     assert (fit.agreeing, fit.is_settled) == (2, True)
     assert fit.rms <= np.sqrt(np.mean(noise**2))  # a global fit leaves no more than the truth does
-    low, value, high = (np.degrees(end) % 180 for end in (fit.band(3)[0], fit.values[3], fit.band(3)[1]))
+    low, value, high = (
+        np.degrees(end) % 180 for end in (fit.band(3)[0], fit.values[3], fit.band(3)[1])
+    )
     assert low < value < high < low + 3
     assert value == pytest.approx(37.0, abs=2 * (high - low))
 
@@ -288,7 +382,9 @@ def test_negative_phase_moves_into_period() -> None:
     chosen = Chosen.from_bounds(
         wang(), {"mass.half_C2_kg": (0.2, 0.8), "offset_N": (-9.0, 9.0), "phase_deg": (-10.0, 10.0)}
     )
-    entry = calibration.describe_inputs(fit_curve(MeasuredCurve(wang(), chosen, data, SUPPORT), starts=1))[2]
+    entry = calibration.describe_inputs(
+        fit_curve(MeasuredCurve(wang(), chosen, data, SUPPORT), starts=1)
+    )[2]
     assert 178 < entry.value < 180
     assert (entry.lower, entry.start, entry.upper) == pytest.approx((170, 180, 190))
     assert entry.interval[0] < entry.value < entry.interval[1]
@@ -297,10 +393,16 @@ def test_negative_phase_moves_into_period() -> None:
 def test_curve_period_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     angles = np.arange(0, 360, 30.0)
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
-    for parts, periodic in ((1, np.cos(angle)), (3, np.cos(6 * angle) + np.sin(9 * angle)), (1, 0 * angle + 4)):
+    for parts, periodic in (
+        (1, np.cos(angle)),
+        (3, np.cos(6 * angle) + np.sin(9 * angle)),
+        (1, 0 * angle + 4),
+    ):
         chosen = Chosen.from_bounds(wang(), {"phase_deg": (0.0, 200.0)})
         measured_curve = MeasuredCurve(wang(), chosen, measurement(angles, 0 * angles, 1), SUPPORT)
-        monkeypatch.setattr(measured_curve, "sample", lambda _, curve=periodic: (curve[None], np.zeros((1, 720, 1))))
+        monkeypatch.setattr(
+            measured_curve, "sample", lambda _, curve=periodic: (curve[None], np.zeros((1, 720, 1)))
+        )
         assert np.degrees(measured_curve.period) == pytest.approx(360 / parts)
         assert measured_curve.is_cyclic == (parts > 1)
 
@@ -309,7 +411,9 @@ def fit_and_judge(
     values: np.ndarray, degrees: np.ndarray, bounds: dict[str, tuple[float, float]], starts: int = 2
 ) -> tuple[str, Fit, LackOfFit]:
     data = read_inliers(degrees, values)
-    fit = fit_curve(MeasuredCurve(wang(), Chosen.from_bounds(wang(), bounds), data, SUPPORT), starts=starts)
+    fit = fit_curve(
+        MeasuredCurve(wang(), Chosen.from_bounds(wang(), bounds), data, SUPPORT), starts=starts
+    )
     lack = assess_lack_of_fit(fit.curve, fit.residuals, fit.curve(fit.values)[1])
     return calibration.judge_fit(fit, lack), fit, lack
 
@@ -327,7 +431,9 @@ def test_correlated_noise_does_not_refute_model() -> None:
 
 
 def test_bounds_without_true_phase_refute_model() -> None:
-    """The tampered case: where the truth is excluded and starts agree, the answer is a refutation within the bounds."""
+    """The tampered case: where the truth is excluded and starts agree, the answer is a refutation
+    within the bounds.
+    """
     degrees = np.arange(0, 360, 2.0)
     outcome, fit, lack = fit_and_judge(
         shifted(degrees, 37.0, 0.05, 3), degrees, {**ANYWHERE, "phase_deg": (80.0, 100.0)}
@@ -339,7 +445,10 @@ def test_bounds_without_true_phase_refute_model() -> None:
 def test_disagreeing_starts_are_not_settled() -> None:
     degrees = np.arange(0, 360, 2.0)
     curve = MeasuredCurve(
-        wang(), Chosen.from_bounds(wang(), ANYWHERE), measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1), SUPPORT
+        wang(),
+        Chosen.from_bounds(wang(), ANYWHERE),
+        measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1),
+        SUPPORT,
     )
     fit = Fit(curve, curve.machine_values(), (1.0, 1.1, 1.2, 1.0))
     assert (fit.agreeing, fit.is_settled) == (2, False)
@@ -349,7 +458,9 @@ def test_disagreeing_starts_are_not_settled() -> None:
 
 def test_ljung_box_agrees_with_statsmodels() -> None:
     random = np.random.default_rng(5)
-    probabilities = np.array([ljung_box_probability(noise, 10) for noise in random.normal(size=(2000, 400))])
+    probabilities = np.array(
+        [ljung_box_probability(noise, 10) for noise in random.normal(size=(2000, 400))]
+    )
     shares = np.quantile(probabilities, [0.1, 0.5, 0.9])
     assert shares == pytest.approx([0.1, 0.5, 0.9], abs=0.04)
     assert ljung_box_probability(np.ones(20), 4) == 0
@@ -366,7 +477,10 @@ def test_noise_correlation_is_estimated(rho: float) -> None:
     degrees = np.arange(0, 360, 1.0)
     noise = shifted(degrees, 0, 1.0, 7, rho) - shifted(degrees, 0, 0.0, 7)
     curve = MeasuredCurve(
-        wang(), Chosen.from_bounds(wang(), {"offset_N": (-9, 9)}), measurement(degrees, noise, 1.0), SUPPORT
+        wang(),
+        Chosen.from_bounds(wang(), {"offset_N": (-9, 9)}),
+        measurement(degrees, noise, 1.0),
+        SUPPORT,
     )
     estimate = estimate_noise(curve, noise, np.ones((360, 1))).noises[0]
     assert estimate.rho == pytest.approx(rho, abs=0.06)
@@ -387,7 +501,9 @@ def test_identifiable_inputs_are_never_refuted() -> None:
         machine = machines.machine("wang2017").with_numbers(
             {"mass.planet_kg": rng.uniform(0.85, 1.55), "mass.half_C2_kg": rng.uniform(0.25, 0.75)}
         )
-        force = curve(machine, "exact", (degrees + rng.uniform(0, 360)) % 360) + rng.uniform(-15, 15)
+        force = curve(machine, "exact", (degrees + rng.uniform(0, 360)) % 360) + rng.uniform(
+            -15, 15
+        )
         force += rng.normal(0, rng.choice([0.005, 0.02, 0.05, 0.1]) * np.ptp(force), len(force))
         outcomes.append(fit_and_judge(force, degrees, ANYWHERE, starts=8)[0])
     assert "not explained" not in outcomes

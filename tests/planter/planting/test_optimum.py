@@ -61,10 +61,14 @@ CASES = {
 @pytest.mark.parametrize("case", sampled(["a file with comments, numbers set"], CASES))
 def test_optimum_file_works_in_every_command(case: str, commented: str, tmp_path: Path) -> None:
     source, options = CASES[case]
-    result = called("optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out"))
+    result = called(
+        "optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out")
+    )
     written = str(tmp_path / "out" / "optimum.toml")
     model = ("--model", "printed") if "printed" in options else ()
-    assert called("simulate", written, *model)["objective"] == pytest.approx(result["objective"], rel=1e-12)
+    assert called("simulate", written, *model)["objective"] == pytest.approx(
+        result["objective"], rel=1e-12
+    )
     again = called("optimise", written, *model, *SHORT)
     assert again["start_objective"] == pytest.approx(result["objective"], rel=1e-12)
     assert again["objective"] <= result["objective"] * (1 + 1e-9)
@@ -87,15 +91,32 @@ def test_default_search_reaches_true_optimum() -> None:
     assert sampled["objective"] == pytest.approx(again["objective"], rel=1e-12)
     assert sampled["range_N"] == pytest.approx(again["support_force"]["range_N"], rel=1e-12)
     other = called("optimise", "wang2017", *SHORT[:4], "--samples", "360")
-    assert (other["samples"], other["sampled"]["objective"]) == (360, pytest.approx(other["objective"], rel=1e-12))
-    assert other["objective"] < sampled["objective"] < result["objective"] < other["refined"]["objective"]
+    assert (other["samples"], other["sampled"]["objective"]) == (
+        360,
+        pytest.approx(other["objective"], rel=1e-12),
+    )
+    assert (
+        other["objective"]
+        < sampled["objective"]
+        < result["objective"]
+        < other["refined"]["objective"]
+    )
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(5))
 def test_every_seed_finds_the_true_optimum_in_a_minute(seed: int) -> None:
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    command = [sys.executable, "-m", "planter", "optimise", "wang2017", "--seed", str(seed), "--json"]
+    command = [
+        sys.executable,
+        "-m",
+        "planter",
+        "optimise",
+        "wang2017",
+        "--seed",
+        str(seed),
+        "--json",
+    ]
     result = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
     assert result["objective"] == pytest.approx(1.9044107, abs=1e-6)
     assert result["certificate"]["agreeing_starts"] == result["certificate"]["starts"]
@@ -106,7 +127,9 @@ def test_optimum_file_has_all_inputs_and_marks_changes(tmp_path: Path) -> None:
     changes = {"sun_kg": 0.5, "nozzle.hinge_A_mm[0]": 31.0}
     machine = file.load("wang2017", changes)
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
-    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
+    result = SimpleNamespace(
+        design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None
+    )
     text = design_presentation.format_optimum_file(machine, "exact", result, 360)
     back = file.PlantingMachine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
@@ -116,7 +139,11 @@ def test_optimum_file_has_all_inputs_and_marks_changes(tmp_path: Path) -> None:
     assert text.count("# was") == 2
     assert all(back.origin(path).startswith("optimised") for path in moved)
     assert back.origin("design.m31").startswith("paper")
-    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == design_presentation.SET_ORIGIN
+    assert (
+        back.origin("mass.sun_kg")
+        == back.origin("nozzle.hinge_A_mm[0]")
+        == design_presentation.SET_ORIGIN
+    )
     assert back.origin("operation.speed_rpm") == "paper"
     assert back.origin("nozzle.hinge_A_mm[1]") == "assumed"
 
@@ -125,9 +152,13 @@ def test_value_at_bound_stays_within_bounds() -> None:
     machine = file.load("wang2017")
     upper = machine.bounds["R3_mm"][1]
     design = {**machine.design, "R3_mm": np.nextafter(upper, 99)}
-    result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
+    result = SimpleNamespace(
+        design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None
+    )
     assert (
-        tomllib.loads(design_presentation.format_optimum_file(machine, "exact", result, "refined"))["design"]["R3_mm"]
+        tomllib.loads(design_presentation.format_optimum_file(machine, "exact", result, "refined"))[
+            "design"
+        ]["R3_mm"]
         == upper
     )
 
@@ -136,7 +167,9 @@ def interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def test_interrupt_while_writing_returns_optimum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_while_writing_returns_optimum(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(ResultPresentation, "write_data", interrupt)
     result = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
     assert result["error"]["name"] == "Interrupted"
@@ -144,7 +177,9 @@ def test_interrupt_while_writing_returns_optimum(tmp_path: Path, monkeypatch: py
     assert result["partial"]["cross"]
 
 
-def test_interrupt_while_drawing_loses_no_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_while_drawing_loses_no_data(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(ResultPresentation, "write", interrupt)
     result = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -153,7 +188,9 @@ def test_interrupt_while_drawing_loses_no_data(tmp_path: Path, monkeypatch: pyte
     assert (tmp_path / "optimum.toml").exists()
 
 
-def test_an_interrupt_after_the_search_hands_the_optimum_over(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_after_the_search_hands_the_optimum_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     from planter.planting import optimisation
     from planter.planting.model import Device
 
@@ -164,17 +201,31 @@ def test_an_interrupt_after_the_search_hands_the_optimum_over(monkeypatch: pytes
     assert caught.value.partial["certificate"]["kkt_residual"] < 1e-6
 
 
-def test_best_so_far_is_saved_during_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_best_so_far_is_saved_during_search(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from planter.engine import search
 
     monkeypatch.setattr(search, "INTERVAL_S", 0.0)
     saved: list[dict] = []
     write = design_presentation.write_partial
     monkeypatch.setattr(
-        design_presentation, "write_partial", lambda out, device, best, stopped=False: saved.append(dict(best))
-        or write(out, device, best, stopped)
-    )  # fmt: skip
-    options = ("--set", "individuals=10", "--set", "generations=6", "--samples", "60", "--starts", "2")
+        design_presentation,
+        "write_partial",
+        lambda out, device, best, stopped=False: (
+            saved.append(dict(best)) or write(out, device, best, stopped)
+        ),
+    )
+    options = (
+        "--set",
+        "individuals=10",
+        "--set",
+        "generations=6",
+        "--samples",
+        "60",
+        "--starts",
+        "2",
+    )
     best = called("optimise", "wang2017", *options, "--out", str(tmp_path))
     objectives = [entry["objective"] for entry in saved]
     assert len(objectives) > 1
@@ -185,7 +236,9 @@ def test_best_so_far_is_saved_during_search(tmp_path: Path, monkeypatch: pytest.
     assert "finished" not in json.loads((tmp_path / "summary.json").read_text())
 
 
-def test_unwritable_folder_is_reported_before_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unwritable_folder_is_reported_before_search(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from planter.planting import optimisation
 
     monkeypatch.setattr(optimisation, "optimise", interrupt)

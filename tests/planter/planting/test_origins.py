@@ -1,4 +1,6 @@
-"""An origin belongs to the number it was written for: in a copied file, after options, and in files that we write."""
+"""An origin belongs to the number it was written for: in a copied file, after options, and in files
+that we write.
+"""
 
 from __future__ import annotations
 
@@ -65,8 +67,19 @@ def test_validate_lists_numbers_of_this_file(copy: Path) -> None:
 
 
 def test_closest_design_keeps_origins(copy: Path, tmp_path: Path) -> None:
-    """At this speed nothing satisfies the requirements, so that the search writes the closest design."""
-    options = ("--method", "ipopt", "--starts", "1", "--set", "sun_kg=0.5", "--out", str(tmp_path / "out"))
+    """At this speed nothing satisfies the requirements, so that the search writes the closest
+    design.
+    """
+    options = (
+        "--method",
+        "ipopt",
+        "--starts",
+        "1",
+        "--set",
+        "sun_kg=0.5",
+        "--out",
+        str(tmp_path / "out"),
+    )
     assert run("optimise", str(copy), *options)[0] == 1
     closest = load(str(tmp_path / "out" / "closest.toml"))
     origins = closest.number_origins()

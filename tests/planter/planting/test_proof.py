@@ -1,4 +1,6 @@
-"""Proof of the planting device's optimum: enclosures against two other ways to compute, effects, tampered cases."""
+"""Proof of the planting device's optimum: enclosures against two other ways to compute, effects,
+tampered cases.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ COUNT = 24
 BITS = 1500
 """Fifty Newton steps of the generated prologue lose some of them."""
 ASKED = range(1, COUNT // 2, 3)
-"""Samples that are compared: not the first, where the cam's angle is zero and a ball cannot tell its turn."""
+"""Samples that are compared: not the first, where the cam's angle is zero and a ball cannot tell
+its turn.
+"""
 SHARE = 0.02
 SHORT = ("--method", "ipopt", "--starts", "1", "--samples", "24")
 
@@ -43,7 +47,9 @@ def box(name: str, model: Model, seed: int = 3) -> tuple[Array, Array]:
     """A small box within a machine's."""
     subject, rng = device(name, model), np.random.default_rng(seed)
     half = SHARE * (subject.upper - subject.lower) / 2
-    middle = subject.lower + half + rng.random(subject.size) * (subject.upper - subject.lower - 2 * half)
+    middle = (
+        subject.lower + half + rng.random(subject.size) * (subject.upper - subject.lower - 2 * half)
+    )
     return middle - half, middle + half
 
 
@@ -77,13 +83,27 @@ def _by_arb(subject: Device, x: Array, turn: arb) -> arb:
         for curve, p, stage in zip(curves, parameters, subject.stages, strict=True)
     ]
     packed = [part for pair in zip(parameters, hoisted, strict=True) for part in pair]
-    constants, contacts = [arb(float(v)) for v in subject.constants], [curve.contact for curve in curves]
+    constants, contacts = (
+        [arb(float(v)) for v in subject.constants],
+        [curve.contact for curve in curves],
+    )
     module = generated.module(f"array.planting_support_{subject.model}")
     still = module.prologue(xp_arb, mounting, *packed, constants, *contacts)
     return sum(
-        (module.lane(xp_arb, 2 * xp_arb.pi * (turn + back), mounting, *packed, constants, still, *contacts)[0]
-         for back in (arb(0), arb(-1) / 2)), arb(0)
-    )  # fmt: skip
+        (
+            module.lane(
+                xp_arb,
+                2 * xp_arb.pi * (turn + back),
+                mounting,
+                *packed,
+                constants,
+                still,
+                *contacts,
+            )[0]
+            for back in (arb(0), arb(-1) / 2)
+        ),
+        arb(0),
+    )
 
 
 def holds(ball: Ball, value: arb) -> bool:
@@ -99,7 +119,9 @@ def test_the_force_of_an_interval_library_is_enclosed(model: Model) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_rounding_the_force_is_missed(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """At a single design, where only rounding has a width."""
     subject, x = device("wang2017", model), inside("wang2017", model, 1)
     exact = [by_arb(subject, x, i) for i in ASKED]
@@ -119,7 +141,9 @@ def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", ["wang2017", "compact"])
 def test_force_and_slopes_of_the_whole_model_are_enclosed(name: str, model: Model) -> None:
-    """The compiled kernels of the whole model, internal forces and all: the reduced one is the same."""
+    """The compiled kernels of the whole model, internal forces and all: the reduced one is the
+    same.
+    """
     subject, enclosure = device(name, model), enclosed(name, model)
     angles = 2 * np.pi * np.arange(COUNT // 2) / COUNT
     for seed in range(30):
@@ -150,17 +174,26 @@ def test_parameters_without_effect() -> None:
 
 @cache
 def problem(model: Model) -> tuple[ProvableObjective, Array, Array, Array]:
-    """Objective, a corner of the box that is an optimum of all that is near, and a small box there."""
+    """Objective, a corner of the box that is an optimum of all that is near, and a small box
+    there.
+    """
     subject = device("wang2017", model)
     bounding = proof.build_objective_enclosure(subject.machine, model, COUNT)
     lower, upper = proof.find_searched_box(subject, subject.design)
     half = 0.01 * (upper - lower)
     slopes = bounding(lower + half, upper - 97 * half).slopes.mid
     corner = np.where(slopes < 0, upper, lower)
-    return bounding, corner, np.where(slopes < 0, upper - half, lower), np.where(slopes < 0, upper, lower + half)
+    return (
+        bounding,
+        corner,
+        np.where(slopes < 0, upper - half, lower),
+        np.where(slopes < 0, upper, lower + half),
+    )
 
 
-@pytest.mark.parametrize(("model", "count"), sampled([(model, 3) for model in MODELS], product(MODELS, [3, 12])))
+@pytest.mark.parametrize(
+    ("model", "count"), sampled([(model, 3) for model in MODELS], product(MODELS, [3, 12]))
+)
 def test_bounds_hold_at_designs_of_a_box(model: Model, count: int) -> None:
     bounding, corner, lower, upper = problem(model)
     bounds = bounding(lower, upper)
@@ -172,22 +205,33 @@ def test_bounds_hold_at_designs_of_a_box(model: Model, count: int) -> None:
     assert ((bounds.slopes.low > 0) | (bounds.slopes.high < 0))[open_].sum() >= 5
 
 
-def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], design: Array) -> BranchAndBound:
+def shifted(
+    name: str, lower: Array, upper: Array, without: tuple[str, ...], design: Array
+) -> BranchAndBound:
     """A search that takes `without` as having no effect."""
     subject = device(name, "exact")
     gone = np.isin(subject.names, without)
     bounding = proof.build_objective_enclosure(subject.machine, "exact", COUNT)
-    return BranchAndBound(bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0)
+    return BranchAndBound(
+        bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0
+    )
 
 
 def test_small_box_is_proved_and_false_claim_is_not() -> None:
     """The claim that the sun's deformation has no effect takes the optimum out of the box."""
     bounding, corner, lower, upper = problem("exact")
-    best, without = bounding(corner, corner).reached, EnclosedForce(device("wang2017", "exact")).without
+    best, without = (
+        bounding(corner, corner).reached,
+        EnclosedForce(device("wang2017", "exact")).without,
+    )
     honest = shifted("wang2017", lower, upper, without, corner).run(best * (1 - 1e-6), 60.0)
     assert honest.lower_bound <= min(best, honest.met)
     assert honest.lower_bound >= honest.met * (1 - 1e-3)
-    elsewhere = np.where(np.isin(device("wang2017", "exact").names, ["m31"]), device("wang2017", "exact").upper, corner)
+    elsewhere = np.where(
+        np.isin(device("wang2017", "exact").names, ["m31"]),
+        device("wang2017", "exact").upper,
+        corner,
+    )
     false = shifted("wang2017", lower, upper, (*without, "m31"), elsewhere).run(best, 5.0)
     assert false.lower_bound > best
 
@@ -195,7 +239,18 @@ def test_small_box_is_proved_and_false_claim_is_not() -> None:
 def test_command_reports_reached_gap() -> None:
     result = answer("optimise", "wang2017", *SHORT, "--prove", "--prove-seconds", "0")
     proof = result["proof"]
-    keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
+    keys = {
+        "objective",
+        "lower_bound",
+        "gap",
+        "boxes",
+        "seconds",
+        "proved",
+        "statement",
+        "kind",
+        "samples",
+        "design",
+    }
     assert set(proof) == keys
     assert (proof["kind"], proof["samples"]) == ("sampled", result["samples"])
     assert (proof["objective"], proof["design"]) == (result["objective"], result["design"])
@@ -203,12 +258,24 @@ def test_command_reports_reached_gap() -> None:
     assert not proof["proved"]
     assert proof["lower_bound"] < proof["objective"]
     distance = proof["objective"] - proof["lower_bound"]
-    assert distance <= proof["gap"] <= distance + 1e-8 * proof["objective"], "the upper bound has a margin for rounding"
+    assert distance <= proof["gap"] <= distance + 1e-8 * proof["objective"], (
+        "the upper bound has a margin for rounding"
+    )
     assert proof["statement"].startswith("not proved to 1e-06 of the objective in ")
 
 
 def test_a_refined_search_has_a_proof_of_true_extremes() -> None:
-    result = answer("optimise", "wang2017", "--method", "ipopt", "--starts", "1", "--prove", "--prove-seconds", "0")
+    result = answer(
+        "optimise",
+        "wang2017",
+        "--method",
+        "ipopt",
+        "--starts",
+        "1",
+        "--prove",
+        "--prove-seconds",
+        "0",
+    )
     proof = result["proof"]
     assert (proof["kind"], proof["samples"]) == ("true", None)
     assert (proof["objective"], proof["design"]) == (result["objective"], result["design"])
@@ -218,7 +285,9 @@ def test_a_refined_search_has_a_proof_of_true_extremes() -> None:
 
 @cache
 def true_problem(model: Model) -> tuple[ProvableObjective, Device, Array]:
-    """Return the true objective, its device, and a design inside the bounds with kinks of the pitch curves."""
+    """Return the true objective, its device, and a design inside the bounds with kinks of the pitch
+    curves.
+    """
     subject = device("wang2017", model)
     return (
         proof.build_objective_enclosure(subject.machine, model, None),
@@ -254,7 +323,9 @@ def test_true_bounds_hold_at_designs_of_a_box(model: Model) -> None:
 def test_true_bounds_of_a_part_of_the_cycle_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     bounding, subject, x = true_problem("exact")
     value = evaluate(subject, x)
-    monkeypatch.setattr(bounding.response, "program", replace(bounding.response.program, period=Fraction(49, 100)))
+    monkeypatch.setattr(
+        bounding.response, "program", replace(bounding.response.program, period=Fraction(49, 100))
+    )
     bounds = bounding(x, x)
     assert not bounds.lower_bound <= value <= bounds.reached
 
@@ -266,11 +337,20 @@ def test_a_proof_is_made_where_it_is_asked_for() -> None:
 def test_a_narrow_box_is_proved() -> None:
     """A machine whose bounds leave one parameter some room."""
     base = machine("wang2017")
-    narrow = {f"bounds.{name}[{side}]": value for name, value in base.design.items() for side in (0, 1)}
-    narrow |= {"bounds.k6[0]": 0.0309, "bounds.k6[1]": 0.0311, "bounds.gamma_deg[0]": 20.0, "bounds.gamma_deg[1]": 40.0}
+    narrow = {
+        f"bounds.{name}[{side}]": value for name, value in base.design.items() for side in (0, 1)
+    }
+    narrow |= {
+        "bounds.k6[0]": 0.0309,
+        "bounds.k6[1]": 0.0311,
+        "bounds.gamma_deg[0]": 20.0,
+        "bounds.gamma_deg[1]": 40.0,
+    }
     table = base.table()
-    table["bounds"] = {name: [narrow[f"bounds.{name}[0]"] - 1e-6, narrow[f"bounds.{name}[1]"] + 1e-6]
-                       for name in base.design}  # fmt: skip
+    table["bounds"] = {
+        name: [narrow[f"bounds.{name}[0]"] - 1e-6, narrow[f"bounds.{name}[1]"] + 1e-6]
+        for name in base.design
+    }
     subject = Device(type(base).read(table, "narrow"))
     seen: list[Progress] = []
     optimum = optimisation.optimise(subject, "ipopt", str(COUNT), starts=1)

@@ -1,4 +1,6 @@
-"""Requirements: what they measure, that their derivatives are exact, and what happens where they cannot be kept."""
+"""Requirements: what they measure, that their derivatives are exact, and what happens where they
+cannot be kept.
+"""
 
 import json
 import pickle
@@ -55,10 +57,15 @@ def path(device: Device) -> dict[str, np.ndarray]:
     """A turn of side 1 around its lowest point, densely sampled."""
     phi = np.linspace(-np.pi / 2, 3 * np.pi / 2, 40_001)
     turn = cycle.evaluate_cycle(device, device.prologue(device.design), phi)
-    return {"phi": phi, **turn.sides[0], **{f"{key}_2": values for key, values in turn.sides[1].items()}}
+    return {
+        "phi": phi,
+        **turn.sides[0],
+        **{f"{key}_2": values for key, values in turn.sides[1].items()},
+    }
 
 
-# --- what they measure: against dense samples of the motion -------------------------------------------
+# --- what they measure: against dense samples of the motion
+# -------------------------------------------
 
 
 def test_every_requirement_has_a_margin(entries: dict[str, dict]) -> None:
@@ -76,7 +83,9 @@ def test_spacing_is_half_a_turn_of_travel(entries: dict[str, dict]) -> None:
     assert entries["spacing"].value == pytest.approx(0.667 * 60 / 40 / 2 * 1e3)
 
 
-def test_values_are_those_of_the_path(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
+def test_values_are_those_of_the_path(
+    entries: dict[str, dict], path: dict[str, np.ndarray]
+) -> None:
     x, y, tilt = path["tip_x_mm"], path["tip_y_mm"], path["alpha_deg"] - 90
     low, high = int(y.argmin()), int(y.argmax())
     soil = y[low] + 60
@@ -85,16 +94,25 @@ def test_values_are_those_of_the_path(entries: dict[str, dict], path: dict[str, 
     speed = np.gradient(x, path["phi"]) * 40 * np.pi / 30
     x_b, y_b = path["x_B1_mm"], path["y_B1_mm"]
     expected = {
-        "release_tilt": abs(tilt[low]), "soil_tilt": np.abs(tilt[inside]).max(), "depth": 60.0,
-        "ground_speed_ratio": abs(speed[low]) / 667, "hole_length": np.ptp(cut), "path_height": np.ptp(y),
-        "catching_tilt": abs(tilt[high]), "funnel_speed": np.hypot(x_b[0], y_b[0]) * 40 * np.pi / 30 / 1e3,
-    }  # fmt: skip
+        "release_tilt": abs(tilt[low]),
+        "soil_tilt": np.abs(tilt[inside]).max(),
+        "depth": 60.0,
+        "ground_speed_ratio": abs(speed[low]) / 667,
+        "hole_length": np.ptp(cut),
+        "path_height": np.ptp(y),
+        "catching_tilt": abs(tilt[high]),
+        "funnel_speed": np.hypot(x_b[0], y_b[0]) * 40 * np.pi / 30 / 1e3,
+    }
     for name, value in expected.items():
         assert entries[name].value == pytest.approx(value, rel=1e-3), name
-    assert entries["release_tilt"].phi_deg == pytest.approx(np.degrees(path["phi"][low]) % 360, abs=0.02)
+    assert entries["release_tilt"].phi_deg == pytest.approx(
+        np.degrees(path["phi"][low]) % 360, abs=0.02
+    )
 
 
-def test_nozzles_come_as_close_as_points_along_them(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
+def test_nozzles_come_as_close_as_points_along_them(
+    entries: dict[str, dict], path: dict[str, np.ndarray]
+) -> None:
     subset = slice(0, None, 50)
     travelled = 1e3 * -0.667 * path["phi"] / (40 * np.pi / 30)
     s = np.linspace(0, 1, 60)
@@ -108,8 +126,12 @@ def test_nozzles_come_as_close_as_points_along_them(entries: dict[str, dict], pa
     assert entries["nozzle_distance"].value <= distance
 
 
-def test_the_leaving_halves_pass_the_seedling(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
-    """Every point of a half, sampled: hinge 30 mm from B1, tip 210 mm, swung out of the plane by theta1."""
+def test_the_leaving_halves_pass_the_seedling(
+    entries: dict[str, dict], path: dict[str, np.ndarray]
+) -> None:
+    """Every point of a half, sampled: hinge 30 mm from B1, tip 210 mm, swung out of the plane by
+    theta1.
+    """
     x, y = path["tip_x_mm"], path["tip_y_mm"]
     low = int(y.argmin())
     soil, top, plant = y[low] + 60, y[low] + 180, x[low]
@@ -140,35 +162,60 @@ def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str,
 
 
 def test_circle_contact_ratio_equals_textbook() -> None:
-    """Two gears of 31 teeth, module 2 mm, 20 deg: the path of contact over the base pitch, with tip and base radii."""
+    """Two gears of 31 teeth, module 2 mm, 20 deg: the path of contact over the base pitch, with tip
+    and base radii.
+    """
     import casadi as ca
 
     from planter.kernels import Kernel
     from planter.planting.angle_functions import RackTeeth, contact_ratio
 
     bend = ca.SX.sym("bend")
-    f = Kernel(ca.Function("ratio", [bend], [contact_ratio(bend, bend, RackTeeth(2e-3, np.radians(20)))], ["b"], ["e"]))
+    f = Kernel(
+        ca.Function(
+            "ratio",
+            [bend],
+            [contact_ratio(bend, bend, RackTeeth(2e-3, np.radians(20)))],
+            ["b"],
+            ["e"],
+        )
+    )
     r, tip, base = 31.0, 33.0, 31 * np.cos(np.radians(20))
     path = 2 * (np.sqrt(tip**2 - base**2) - r * np.sin(np.radians(20)))
-    assert f(b=1 / 31e-3)["e"][0, 0] == pytest.approx(path / (2 * np.pi * np.cos(np.radians(20))), rel=1e-12)
-    assert f(b=1e-9)["e"][0, 0] == pytest.approx(2 * 2 / np.sin(np.radians(20)) / (2 * np.pi * np.cos(np.radians(20))))
+    assert f(b=1 / 31e-3)["e"][0, 0] == pytest.approx(
+        path / (2 * np.pi * np.cos(np.radians(20))), rel=1e-12
+    )
+    assert f(b=1e-9)["e"][0, 0] == pytest.approx(
+        2 * 2 / np.sin(np.radians(20)) / (2 * np.pi * np.cos(np.radians(20)))
+    )
 
 
-# --- derivatives --------------------------------------------------------------------------------------
+# --- derivatives
+# --------------------------------------------------------------------------------------
 
 
-def differences(measures: RequirementRows, x: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
+def differences(
+    measures: RequirementRows, x: np.ndarray, width: np.ndarray, step: float
+) -> np.ndarray:
     steps = np.eye(len(x)) * step * width
-    return np.array([(measures.at(x + e).values - measures.at(x - e).values) / (2 * step) for e in steps]).T
+    return np.array(
+        [(measures.at(x + e).values - measures.at(x - e).values) / (2 * step) for e in steps]
+    ).T
 
 
 def worst(measures: RequirementRows, x: np.ndarray, width: np.ndarray, slopes: np.ndarray) -> float:
     deviations = differences(measures, x, width, 1e-5)
-    return float((np.abs(deviations - slopes).max(axis=1) / np.abs(deviations).max(axis=1).clip(1e-5)).max())
+    return float(
+        (np.abs(deviations - slopes).max(axis=1) / np.abs(deviations).max(axis=1).clip(1e-5)).max()
+    )
 
 
-def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measures: RequirementRows) -> None:
-    """The lowest tip point on the joint of the sun's pitch curve, and a little to either side of it."""
+def test_gradients_are_exact_on_both_sides_of_the_joints(
+    device: Device, measures: RequirementRows
+) -> None:
+    """The lowest tip point on the joint of the sun's pitch curve, and a little to either side of
+    it.
+    """
     from scipy.optimize import root_scalar
 
     width, m31 = device.upper - device.lower, device.names.index("m31")
@@ -190,18 +237,26 @@ def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measure
     assert worst(measures, x, width, slopes * (1 + 1e-3)) > 5e-4
 
 
-def test_hessians_are_the_derivatives_of_the_gradients(device: Device, measures: RequirementRows) -> None:
+def test_hessians_are_the_derivatives_of_the_gradients(
+    device: Device, measures: RequirementRows
+) -> None:
     width, x = device.upper - device.lower, device.design
-    weights = np.random.default_rng(0).normal(size=len(measures.rows)) / np.abs(measures.slopes(x) * width).max(1).clip(
-        1
-    )
+    weights = np.random.default_rng(0).normal(size=len(measures.rows)) / np.abs(
+        measures.slopes(x) * width
+    ).max(1).clip(1)
     exact = measures.curvature(x, weights) * np.outer(width, width)
     steps = np.eye(len(x)) * 1e-5 * width
-    slopes = np.array([(measures.slopes(x + e).T - measures.slopes(x - e).T) @ weights * width / 2e-5 for e in steps])
+    slopes = np.array(
+        [
+            (measures.slopes(x + e).T - measures.slopes(x - e).T) @ weights * width / 2e-5
+            for e in steps
+        ]
+    )
     assert np.abs(slopes - exact).max() < 1e-5 * np.abs(exact).max()
 
 
-# --- as constraints -----------------------------------------------------------------------------------
+# --- as constraints
+# -----------------------------------------------------------------------------------
 
 
 def problem_of(device: Device) -> tuple[Problem, RequirementConstraints]:
@@ -240,18 +295,29 @@ def test_infeasibility_error_suggests_sufficient_limit() -> None:
 
 
 def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -> None:
-    """A linear objective would do: here a corner made of one requirement's gradient, judged without a solver."""
+    """A linear objective would do: here a corner made of one requirement's gradient, judged without
+    a solver.
+    """
     problem, constraints = problem_of(device)
     u = minimise_violation(problem, constraints, problem.start).u
     m = certificate.estimate_multipliers(problem, u)
     assert len(m.required) == constraints.count
     right = certificate.check_conditions(problem, u, m)
-    active = int(np.argmin(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u))))
+    active = int(
+        np.argmin(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u)))
+    )
     wrong = np.zeros(constraints.count)
-    inactive = int(np.argmax(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u))))
+    inactive = int(
+        np.argmax(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u)))
+    )
     assert inactive != active
     wrong[inactive] = problem.scale
-    assert certificate.check_conditions(problem, u, replace(m, required=m.required + wrong)).complementarity > 1e-3
+    assert (
+        certificate.check_conditions(
+            problem, u, replace(m, required=m.required + wrong)
+        ).complementarity
+        > 1e-3
+    )
     assert right.feasibility < 1e-6
     assert (
         certificate.check_conditions(
@@ -261,12 +327,16 @@ def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -
     )
 
 
-# --- any sum of measures ------------------------------------------------------------------------------
+# --- any sum of measures
+# ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     "goal",
-    [pytest.param("max M_L", id="programme", marks=pytest.mark.long), pytest.param("range F_support", id="curve")],
+    [
+        pytest.param("max M_L", id="programme", marks=pytest.mark.long),
+        pytest.param("range F_support", id="curve"),
+    ],
 )
 def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str) -> None:
     built = load_machine(WIDE)
@@ -276,17 +346,22 @@ def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str
     assert required.violation(optimum.x) <= FEASIBILITY_TOLERANCE
     free = optimise_machine(replace(built, requirements=None), goal, spec=spec)
     assert required.violation(free.x) > 0.01
-    prices = {limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits}
+    prices = {
+        limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits
+    }
     assert prices
     assert prices.keys() <= {kind.name for kind in required.kinds}
     assert all(price > 0 for price in prices.values())
 
 
 def test_vary_conflicts_with_requirements() -> None:
-    assert "[requirements]" in refusal("optimise", WIDE, "--least", "max M_L", "--vary", "mass.planet_kg=1:2")
+    assert "[requirements]" in refusal(
+        "optimise", WIDE, "--least", "max M_L", "--vary", "mass.planet_kg=1:2"
+    )
 
 
-# --- the file -----------------------------------------------------------------------------------------
+# --- the file
+# -----------------------------------------------------------------------------------------
 
 
 def test_a_machine_without_requirements_has_no_constraints() -> None:
@@ -314,11 +389,23 @@ def test_the_section_survives_table_and_pickle() -> None:
 REFUSED = {
     "upside down": ("spacing_max_mm = 525", "spacing_max_mm = 470", "spacing_max_mm = 470"),
     "no soil": ("soil_depth_mm = 60 ", "# soil ", "soil_depth_mm is missing"),
-    "negative margin": ("hole_length_margin_mm = 5", "hole_length_margin_mm = -5", "it must be at least 0"),
-    "margin eats the limit": ("release_tilt_margin_deg = 2", "release_tilt_margin_deg = 11", "greater than its margin"),
+    "negative margin": (
+        "hole_length_margin_mm = 5",
+        "hole_length_margin_mm = -5",
+        "it must be at least 0",
+    ),
+    "margin eats the limit": (
+        "release_tilt_margin_deg = 2",
+        "release_tilt_margin_deg = 11",
+        "greater than its margin",
+    ),
     "unknown": ("depth_min_mm = 40 ", "dept_min_mm = 40 ", "did you mean depth_min_mm"),
     "text": ("contact_ratio_min = 1.1 ", 'contact_ratio_min = "1.1" ', "it must be a number"),
-    "standing": ("forward_speed_m_s = -0.667", "forward_speed_m_s = 0.0", "operation.forward_speed_m_s = 0.0"),
+    "standing": (
+        "forward_speed_m_s = -0.667",
+        "forward_speed_m_s = 0.0",
+        "operation.forward_speed_m_s = 0.0",
+    ),
 }
 
 
@@ -336,7 +423,8 @@ def test_bad_requirements_are_refused_in_a_sentence(case: str, tmp_path: Path) -
     assert "\n" not in caught.value.message
 
 
-# --- the commands -------------------------------------------------------------------------------------
+# --- the commands
+# -------------------------------------------------------------------------------------
 
 
 def test_simulate_and_validate_report_them() -> None:
@@ -352,8 +440,19 @@ def test_simulate_and_validate_report_them() -> None:
 
 @pytest.mark.long
 def test_infeasible_requirements_exit_with_code_1() -> None:
-    call = ("optimise", WIDE, "--method", "ipopt", "--starts", "1", "--samples", "36", "--json",
-            "--set", "funnel_speed_margin_m_s=0.05")  # fmt: skip
+    call = (
+        "optimise",
+        WIDE,
+        "--method",
+        "ipopt",
+        "--starts",
+        "1",
+        "--samples",
+        "36",
+        "--json",
+        "--set",
+        "funnel_speed_margin_m_s=0.05",
+    )
     code, out, err = run(*call)
     assert code == 1
     answer = json.loads(out)

@@ -10,7 +10,11 @@ import pytest
 
 from planter.errors import InputError
 from planter.optimise import pareto
-from planter.planting.design_presentation import present_optimum, present_sensitivity, present_simulation
+from planter.planting.design_presentation import (
+    present_optimum,
+    present_sensitivity,
+    present_simulation,
+)
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.objective import find_curve_angles
@@ -26,12 +30,16 @@ pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
 def names(figure_names: set[str], *other_names: str) -> set[str]:
-    return {f"figures/{name}.{kind}" for name in figure_names for kind in ("svg", "png", "pdf")} | {*other_names}
+    return {f"figures/{name}.{kind}" for name in figure_names for kind in ("svg", "png", "pdf")} | {
+        *other_names
+    }
 
 
 def written(folder: Path) -> dict[str, bytes]:
     return {
-        p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file() and p.name[0] != "."
+        p.relative_to(folder).as_posix(): p.read_bytes()
+        for p in folder.rglob("*")
+        if p.is_file() and p.name[0] != "."
     }
 
 
@@ -54,7 +62,9 @@ def test_simulation_files_are_complete_and_reproducible(tmp_path: Path) -> None:
     }
 
 
-def test_optimisation_writes_optimum_and_optional_front(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_optimisation_writes_optimum_and_optional_front(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(pareto, "FRONT_POINTS", 2)
     monkeypatch.setattr(Device, "compile", lambda self, refined: None)  # not worth it for one start
     device = Device(load("wang2017"))
@@ -81,7 +91,9 @@ def test_optimisation_writes_optimum_and_optional_front(tmp_path: Path, monkeypa
 
 
 def test_report_has_a_single_range_per_design(tmp_path: Path) -> None:
-    """True extremes stand in table and figure; those of samples stand beside them, under their number."""
+    """True extremes stand in table and figure; those of samples stand beside them, under their
+    number.
+    """
     device = Device(load("wang2017"))
     simulation = simulate(device)
     present_simulation(simulation).write(tmp_path)
@@ -90,7 +102,9 @@ def test_report_has_a_single_range_per_design(tmp_path: Path) -> None:
     assert f"{true:.6g}" in page
     assert f"{simulation.result.samples} samples" in page
     phi = find_curve_angles(device, device.design)
-    assert np.ptp(device.support(device.prologue(device.design), phi)) == pytest.approx(true, rel=1e-12)
+    assert np.ptp(device.support(device.prologue(device.design), phi)) == pytest.approx(
+        true, rel=1e-12
+    )
 
 
 def test_optimised_device_is_not_changed() -> None:

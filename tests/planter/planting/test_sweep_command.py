@@ -1,4 +1,6 @@
-"""`planter sweep` as it is called: its files, its words, and what kills at any moment leave of it."""
+"""`planter sweep` as it is called: its files, its words, and what kills at any moment leave of
+it.
+"""
 
 import json
 import os
@@ -53,7 +55,9 @@ def test_csv_and_parquet_have_equal_rows(done: tuple[dict, Path]) -> None:
     parquet = pyarrow.parquet.read_table(out / "rows.parquet")
     lines = (out / "rows.csv").read_text().splitlines()
     head = sum(line.startswith("#") for line in lines)
-    csv = pyarrow.csv.read_csv(out / "rows.csv", read_options=pyarrow.csv.ReadOptions(skip_rows=head))
+    csv = pyarrow.csv.read_csv(
+        out / "rows.csv", read_options=pyarrow.csv.ReadOptions(skip_rows=head)
+    )
     assert parquet.column_names == csv.column_names == result["columns"]
     assert (parquet.num_rows, csv.num_rows) == (result["rows"],) * 2
     for name in parquet.column_names:
@@ -66,7 +70,9 @@ def test_csv_and_parquet_have_equal_rows(done: tuple[dict, Path]) -> None:
         assert extent["max_at"] == {key: row[key] for key in extent["max_at"]}
 
 
-def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "plan.toml").write_text(SMALL)
     out = tmp_path / "run"
     command = ("sweep", str(tmp_path / "plan.toml"), "--out", str(out))
@@ -78,12 +84,17 @@ def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(tmp_path: Path, mo
     assert code == 0
     assert "planter[parquet]" in messages
     assert (out / "rows.csv").read_bytes() == before
-    assert not (out / "rows.parquet").exists(), "a table of an earlier call must not stay beside another"
+    assert not (out / "rows.parquet").exists(), (
+        "a table of an earlier call must not stay beside another"
+    )
 
 
 def test_sweep_page_shows_figures(done: tuple[dict, Path]) -> None:
     names = {path.stem for path in (done[1] / "figures").glob("*.svg")}
-    assert {"envelope-support_range_N", "map-support_range_N-operation_speed_rpm-mass_planet_kg"} <= names
+    assert {
+        "envelope-support_range_N",
+        "map-support_range_N-operation_speed_rpm-mass_planet_kg",
+    } <= names
     page = (done[1] / "report.html").read_text()
     assert "Over two inputs" in page
     assert done[0]["hash"] in page
@@ -91,7 +102,10 @@ def test_sweep_page_shows_figures(done: tuple[dict, Path]) -> None:
 
 def test_repeated_sweep_writes_identical_files(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(SMALL)
-    command, out = ("sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "run")), tmp_path / "run"
+    command, out = (
+        ("sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "run")),
+        tmp_path / "run",
+    )
     result = answer(*command)
     before = {out / name: (out / name).read_bytes() for name in ("rows.csv", "rows.parquet")}
     again = answer(*command)
@@ -100,14 +114,19 @@ def test_repeated_sweep_writes_identical_files(tmp_path: Path) -> None:
 
 
 def test_concurrent_sweep_in_folder_is_rejected(tmp_path: Path) -> None:
-    """Another plan that starts while the first one runs is refused at once and changes no byte of what is there."""
+    """Another plan that starts while the first one runs is refused at once and changes no byte of
+    what is there.
+    """
     plans = [
-        Plan.read(tomllib.loads(SMALL) | {"inputs": {"speed_rpm": speed}}, "plan.toml") for speed in ([35, 40], [60])
+        Plan.read(tomllib.loads(SMALL) | {"inputs": {"speed_rpm": speed}}, "plan.toml")
+        for speed in ([35, 40], [60])
     ]
     refusals = []
 
     def files() -> dict[str, tuple[int, int]]:
-        return {path.name: (path.stat().st_size, path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+        return {
+            path.name: (path.stat().st_size, path.stat().st_mtime_ns) for path in tmp_path.iterdir()
+        }
 
     def start_another(step: Progress) -> None:
         if not refusals and (tmp_path / "sweep.sqlite").exists():

@@ -1,4 +1,6 @@
-"""Sweeps of planting devices: every row is the turn of the machine that it names, found by another way."""
+"""Sweeps of planting devices: every row is the turn of the machine that it names, found by another
+way.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -16,19 +18,37 @@ from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
 
 INPUTS = {
-    "operation.speed_rpm": (35.0, 45.0), "mass.planet_kg": (1.0, 1.4), "centroid.planet_xy_mm[1]": (-8.0, -4.0),
-    "design.e3_mm": (5.5, 5.7), "design.theta_deg": (65.0, 66.0), "contact.cam_friction_angle_deg": (4.0, 8.0),
-}  # fmt: skip
+    "operation.speed_rpm": (35.0, 45.0),
+    "mass.planet_kg": (1.0, 1.4),
+    "centroid.planet_xy_mm[1]": (-8.0, -4.0),
+    "design.e3_mm": (5.5, 5.7),
+    "design.theta_deg": (65.0, 66.0),
+    "contact.cam_friction_angle_deg": (4.0, 8.0),
+}
 OUTPUTS = (
-    "objective", "support_range_N", "support_max_N", "support_variance_N2", "support_mean_N", "M_L_rms_Nm",
-    "M_L_std_Nm", "M_L_min_Nm", "tip_y_min_mm", "F_E_max_N", "alpha_range_deg",
-)  # fmt: skip
+    "objective",
+    "support_range_N",
+    "support_max_N",
+    "support_variance_N2",
+    "support_mean_N",
+    "M_L_rms_Nm",
+    "M_L_std_Nm",
+    "M_L_min_Nm",
+    "tip_y_min_mm",
+    "F_E_max_N",
+    "alpha_range_deg",
+)
 MANY = 20_000
 """Samples whose extremes and means miss true ones by the square of a step."""
 MEASURED: dict[str, Callable[[np.ndarray], float]] = {
-    "max": np.max, "min": np.min, "range": np.ptp, "mean": np.mean, "std": np.std, "variance": np.var,
+    "max": np.max,
+    "min": np.min,
+    "range": np.ptp,
+    "mean": np.mean,
+    "std": np.std,
+    "variance": np.var,
     "rms": lambda values: np.sqrt(np.mean(values**2)),
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +56,12 @@ def machine(kernel_cache: None) -> PlantingMachine:
     return file.load("wang2017", {"objective.samples": 90})
 
 
-def by_simulation(machine: PlantingMachine, model: str, point: np.ndarray, outputs: tuple[str, ...]) -> list[float]:
-    """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities, in many samples."""
+def by_simulation(
+    machine: PlantingMachine, model: str, point: np.ndarray, outputs: tuple[str, ...]
+) -> list[float]:
+    """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities, in many
+    samples.
+    """
     numbers = dict(zip(INPUTS, map(float, point), strict=True)) | {"objective.samples": MANY}
     changed = machine.with_numbers(numbers)
     simulated = simulation.simulate(Device(changed, "printed" if model == "printed" else "exact"))
@@ -73,7 +97,9 @@ def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
         assert np.array_equal(subject.evaluated(points, threads)[::2], np.repeat(alone, 20, axis=0))
 
 
-def test_without_a_compiler_it_is_the_same(machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_compiler_it_is_the_same(
+    machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     points = np.array(list(INPUTS.values())).T
     compiled = ADAPTER.subject(ADAPTER.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
     monkeypatch.setenv("PLANTER_KERNELS", "casadi-vm")
@@ -82,7 +108,11 @@ def test_without_a_compiler_it_is_the_same(machine: PlantingMachine, monkeypatch
 
 
 def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachine) -> None:
-    inputs = {"mass.planet_kg": (1.0, 1.4), "mass.sun_kg": (0.3, 0.5), "operation.speed_rpm": (10.0, 80.0)}
+    inputs = {
+        "mass.planet_kg": (1.0, 1.4),
+        "mass.sun_kg": (0.3, 0.5),
+        "operation.speed_rpm": (10.0, 80.0),
+    }
     subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, inputs, ["support_mean_N"])
     points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
     weight = cycle.compute_weight(Device(machine))
@@ -119,20 +149,36 @@ def test_path_over_ground_equals_simulate() -> None:
     machine = file.load("compact", {"objective.samples": MANY})
     changed = machine.with_numbers({"operation.speed_rpm": 36.0})
     path = simulation.simulate(Device(changed)).cycle.columns()["tip_x_mm"]
-    subject = ADAPTER.subject(ADAPTER.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"])
-    np.testing.assert_allclose(subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=2e-4)
+    subject = ADAPTER.subject(
+        ADAPTER.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"]
+    )
+    np.testing.assert_allclose(
+        subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=2e-4
+    )
 
 
 PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}
 REFUSED = {
     "an unknown input": ({"inputs": {"speed_rmp": [1]}}, "inputs.speed_rmp: did you mean"),
     "an ambiguous input": ({"inputs": {"C1_mm": [1]}}, "inputs.C1_mm:"),
-    "an unknown output": ({"inputs": {"m31": [1.5]}, "outputs": ["support_rage_N"]}, "did you mean support_range_N"),
-    "a text for a number": ({"inputs": {"m31": ["large"]}}, "inputs.design.m31 = large: it must be num"),
+    "an unknown output": (
+        {"inputs": {"m31": [1.5]}, "outputs": ["support_rage_N"]},
+        "did you mean support_range_N",
+    ),
+    "a text for a number": (
+        {"inputs": {"m31": ["large"]}},
+        "inputs.design.m31 = large: it must be num",
+    ),
     "numbers for a text": ({"inputs": {"model": [1, 2]}}, "it must be of exact, printed"),
     "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct:"),
-    "one input twice": ({"inputs": {"m31": [1.5], "design.m31": [1.5]}}, "inputs names an input twice"),
-    "a machine that is not there": ({"machine": "nowhere", "inputs": {"m31": [1.5]}}, "nowhere: no such machine"),
+    "one input twice": (
+        {"inputs": {"m31": [1.5], "design.m31": [1.5]}},
+        "inputs names an input twice",
+    ),
+    "a machine that is not there": (
+        {"machine": "nowhere", "inputs": {"m31": [1.5]}},
+        "nowhere: no such machine",
+    ),
     "outputs of another machine": (
         {"machine": "yu2023", "inputs": {"m31": [1.5]}},
         "outputs: support_range_N:",
@@ -148,7 +194,10 @@ def test_plan_not_matching_machine_is_refused(change: dict, message: str) -> Non
 
 
 CANNOT = {
-    "an eccentricity beyond its radius": ({"e3_mm": {"from": 5, "to": 40, "steps": 3}}, "bounds.e3_mm = 40"),
+    "an eccentricity beyond its radius": (
+        {"e3_mm": {"from": 5, "to": 40, "steps": 3}},
+        "bounds.e3_mm = 40",
+    ),
     "a negative mass": ({"planet_kg": [-1, 1]}, "mass.planet_kg = -1"),
     "an ellipse that is none": ({"k6": [0.03, 1.2]}, "k6 = 1.2"),
 }
@@ -166,7 +215,14 @@ def test_machine_path_is_relative_to_plan(tmp_path: Path, machine: PlantingMachi
 
     text = examples.example("wang2017").replace("planet_kg = 1.20", "planet_kg = 1.30")
     (tmp_path / "mine.toml").write_text(text)
-    plan = Plan.read({"machine": ["wang2017", "mine.toml"], "inputs": {"speed_rpm": [40]},
-                      "outputs": ["support_mean_N"]}, "plan.toml", tmp_path)  # fmt: skip
+    plan = Plan.read(
+        {
+            "machine": ["wang2017", "mine.toml"],
+            "inputs": {"speed_rpm": [40]},
+            "outputs": ["support_mean_N"],
+        },
+        "plan.toml",
+        tmp_path,
+    )
     rows = Sweep(plan).recipe.job().chunk(0, 2, 1)[:, 0]
     assert np.isclose(rows[1] - rows[0], 2 * 0.1 * 9.81, rtol=1e-6)

@@ -23,7 +23,9 @@ POINTS = [[-150.0, -100.0, 30.0], [60.0, -300.0, 5.0], [0.0, 0.0, 2.0]]
 
 def machine(*lines: str, drop: str = "", source: str = "wide.toml") -> PlantingMachine:
     """The wide machine with more lines among its requirements."""
-    text = examples.example("wang2017-wide").replace("[requirements]", "[requirements]\n" + "\n".join(lines), 1)
+    text = examples.example("wang2017-wide").replace(
+        "[requirements]", "[requirements]\n" + "\n".join(lines), 1
+    )
     kept_lines = [line for line in text.splitlines() if not drop or not line.startswith(drop)]
     return PlantingMachine.read(parse_toml("\n".join(kept_lines), source), source)
 
@@ -72,20 +74,26 @@ def test_worst_point_is_named_by_number(measures: RequirementRows) -> None:
         if requirement.name == "tube_excess"
     ]
     assert (requirement.of, requirement.verdict) == ("point 3", "fail")
-    assert requirement.value == pytest.approx(1e3 * max(measures.at(measures.device.design).values[rows(measures)]))
+    assert requirement.value == pytest.approx(
+        1e3 * max(measures.at(measures.device.design).values[rows(measures)])
+    )
 
 
 def test_points_in_a_csv_are_the_same_points(tmp_path: Path) -> None:
     lines = "\n".join(",".join(map(str, point)) for point in POINTS)
     (tmp_path / "path.csv").write_text(f"# wanted\nx_mm,y_mm,tube_mm\n{lines}\n")
-    changed_machine = machine('points_csv = "path.csv"', "tube_excess_max_mm = 0", source=str(tmp_path / "wide.toml"))
+    changed_machine = machine(
+        'points_csv = "path.csv"', "tube_excess_max_mm = 0", source=str(tmp_path / "wide.toml")
+    )
     assert changed_machine.table()["requirements"]["points_mm"] == POINTS
     assert "points_csv" not in changed_machine.table()["requirements"]
 
 
 def test_the_documented_example_runs(tmp_path: Path) -> None:
     (tmp_path / "tip_path.csv").write_bytes(EXAMPLE.read_bytes())
-    more = '[requirements]\npoints_csv = "tip_path.csv"\ntube_excess_max_mm = 0\nsoil_line_mm = -270'
+    more = (
+        '[requirements]\npoints_csv = "tip_path.csv"\ntube_excess_max_mm = 0\nsoil_line_mm = -270'
+    )
     text = examples.example("wang2017-wide").replace("[requirements]", more, 1)
     text = "\n".join(line for line in text.splitlines() if not line.startswith("soil_depth_mm"))
     (tmp_path / "mine.toml").write_text(text)
@@ -99,16 +107,28 @@ def test_the_documented_example_runs(tmp_path: Path) -> None:
 
 REFUSED = {
     "another header": ("x_mm,y_mm\n1,2\n", "path.csv: line 1", "it must be x_mm,y_mm,tube_mm"),
-    "a word": ("x_mm,y_mm,tube_mm\n1,two,3\n", "path.csv: line 2, column y_mm", "it must be a finite number"),
-    "no room": ("x_mm,y_mm,tube_mm\n1,2,0\n", "requirements.points_mm[0][2]", "it must be greater than 0"),
+    "a word": (
+        "x_mm,y_mm,tube_mm\n1,two,3\n",
+        "path.csv: line 2, column y_mm",
+        "it must be a finite number",
+    ),
+    "no room": (
+        "x_mm,y_mm,tube_mm\n1,2,0\n",
+        "requirements.points_mm[0][2]",
+        "it must be greater than 0",
+    ),
 }
 
 
 @pytest.mark.parametrize(("text", "place", "allowed"), REFUSED.values(), ids=REFUSED.keys())
-def test_invalid_points_are_refused_with_place(tmp_path: Path, text: str, place: str, allowed: str) -> None:
+def test_invalid_points_are_refused_with_place(
+    tmp_path: Path, text: str, place: str, allowed: str
+) -> None:
     (tmp_path / "path.csv").write_text(text)
     with pytest.raises(InputError) as refused:
-        machine('points_csv = "path.csv"', "tube_excess_max_mm = 0", source=str(tmp_path / "wide.toml"))
+        machine(
+            'points_csv = "path.csv"', "tube_excess_max_mm = 0", source=str(tmp_path / "wide.toml")
+        )
     assert place in refused.value.message
     assert allowed in refused.value.message
 

@@ -1,4 +1,6 @@
-"""Tolerances of planting devices: slopes are slopes, bands agree where they must, the robust design is one."""
+"""Tolerances of planting devices: slopes are slopes, bands agree where they must, the robust design
+is one.
+"""
 
 import json
 from pathlib import Path
@@ -34,9 +36,16 @@ from tests.support.schemas import load_schema
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tolerances.toml"
 OUTPUTS = (
-    "objective", "support_range_N", "support_variance_N2", "support_mean_N", "M_L_max_Nm", "M_L_rms_Nm", "M_L_std_Nm",
-    "tip_y_min_mm", "F_E_max_N",
-)  # fmt: skip
+    "objective",
+    "support_range_N",
+    "support_variance_N2",
+    "support_mean_N",
+    "M_L_max_Nm",
+    "M_L_rms_Nm",
+    "M_L_std_Nm",
+    "tip_y_min_mm",
+    "F_E_max_N",
+)
 
 
 @pytest.fixture(scope="module")
@@ -49,33 +58,47 @@ def spreads(resolved: ResolvedMachine) -> dict[str, Spread]:
     return default_tolerances(resolved).spreads(resolved, "usual")
 
 
-def subject(machine: PlantingMachine, spreads: dict[str, Spread], model: str = "exact") -> SampledOutputs:
+def subject(
+    machine: PlantingMachine, spreads: dict[str, Spread], model: str = "exact"
+) -> SampledOutputs:
     ends = {name: (spread.low, spread.high) for name, spread in spreads.items()}
     return ADAPTER.subject(ADAPTER.frozen(machine), {"model": model}, ends, OUTPUTS)
 
 
 @pytest.mark.parametrize("model", sampled(["exact"], ["exact", "printed"]))
-def test_output_slopes_equal_differences(resolved: ResolvedMachine, spreads: dict[str, Spread], model: str) -> None:
+def test_output_slopes_equal_differences(
+    resolved: ResolvedMachine, spreads: dict[str, Spread], model: str
+) -> None:
     output_adapter = subject(resolved.machine, spreads, model)
-    centre, steps = (np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std"))
+    centre, steps = (
+        np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std")
+    )
     steps = 1e-3 * steps
     values, slopes = output_adapter.slopes(centre)
     np.testing.assert_allclose(values, output_adapter.evaluated(centre[None], 1)[0], rtol=1e-9)
-    forward, back = (output_adapter.evaluated(centre + sign * np.diag(steps), 1) for sign in (1, -1))
+    forward, back = (
+        output_adapter.evaluated(centre + sign * np.diag(steps), 1) for sign in (1, -1)
+    )
     expected = ((forward - back) / (2 * steps[:, None])).T
     size = np.abs(expected * steps).max(axis=1, keepdims=True) / steps
     np.testing.assert_array_less(np.abs(slopes - expected), 2e-5 * size)
 
 
-def test_first_order_bands_match_small_monte_carlo(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> None:
+def test_first_order_bands_match_small_monte_carlo(
+    resolved: ResolvedMachine, spreads: dict[str, Spread]
+) -> None:
     output_adapter = subject(resolved.machine, spreads)
     names, small = list(spreads), 0.01
-    centre, std = (np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std"))
+    centre, std = (
+        np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std")
+    )
     _, slopes = output_adapter.slopes(centre)
     rng = np.random.default_rng(1)
     half = centre + small * std * rng.choice([-1.0, 1.0], (2000, len(names)))
     deviations = output_adapter.evaluated(np.vstack([half, 2 * centre - half]), 2).std(axis=0)
-    np.testing.assert_allclose(deviations, small * first_order_std(slopes, list(spreads.values())), rtol=0.06)
+    np.testing.assert_allclose(
+        deviations, small * first_order_std(slopes, list(spreads.values())), rtol=0.06
+    )
 
 
 def test_default_tolerances_cover_workshop_and_speed(spreads: dict[str, Spread]) -> None:
@@ -105,7 +128,9 @@ def test_robust_gradient_equals_differences(robust: RobustGoal) -> None:
         step = np.zeros(len(x))
         step[j] = 1e-4 * width[j]
         forward, back = (robust.value(x + sign * step, 3.0)[0] for sign in (1, -1))
-        assert abs(slope[j] * width[j] - (forward - back) / 2e-4) < 2e-6 * max(1.0, np.abs(slope * width).max())
+        assert abs(slope[j] * width[j] - (forward - back) / 2e-4) < 2e-6 * max(
+            1.0, np.abs(slope * width).max()
+        )
 
 
 def test_robust_gradient_depends_on_deviation(robust: RobustGoal) -> None:
@@ -117,17 +142,27 @@ def test_robust_gradient_depends_on_deviation(robust: RobustGoal) -> None:
 def test_robust_machines_agree_with_simulation(
     robust: RobustGoal, resolved: ResolvedMachine, spreads: dict[str, Spread]
 ) -> None:
-    """The objective's mean is that of machines written down one by one, centre distances as they should be."""
-    few_spreads = {name: spread for name, spread in spreads.items() if not name.startswith("deviation.")}
+    """The objective's mean is that of machines written down one by one, centre distances as they
+    should be.
+    """
+    few_spreads = {
+        name: spread for name, spread in spreads.items() if not name.startswith("deviation.")
+    }
     few = ADAPTER.build_robust(resolved.machine, {}, few_spreads, Settings(machines=4))
     size, machine, differences = len(few.design), few.outputs.machine, []
     for deviations in few.deviations:
-        values = (deviations + np.concatenate([few.design, np.zeros(len(deviations) - size)])) / machine.scale
+        values = (
+            deviations + np.concatenate([few.design, np.zeros(len(deviations) - size)])
+        ) / machine.scale
         paths = [machine.values[index].path for index in machine.moved]
         changes = {path: float(value) for path, value in zip(paths, values, strict=True)}
-        differences.append(simulation.simulate(Device(resolved.machine.with_numbers(changes))).result.objective)
+        differences.append(
+            simulation.simulate(Device(resolved.machine.with_numbers(changes))).result.objective
+        )
     at = few.at(few.design)
-    np.testing.assert_allclose([at.mean, at.std], [np.mean(differences), np.std(differences)], rtol=1e-9)
+    np.testing.assert_allclose(
+        [at.mean, at.std], [np.mean(differences), np.std(differences)], rtol=1e-9
+    )
 
 
 def test_robust_goal_without_tolerances_is_objective(resolved: ResolvedMachine) -> None:
@@ -138,7 +173,9 @@ def test_robust_goal_without_tolerances_is_objective(resolved: ResolvedMachine) 
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
-def test_rounding_has_no_deviation_slope(resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rounding_has_no_deviation_slope(
+    resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     none = ADAPTER.build_robust(resolved.machine, {}, {}, Settings(machines=3))
     differentiate = none._differentiate
 
@@ -154,23 +191,36 @@ def test_rounding_has_no_deviation_slope(resolved: ResolvedMachine, monkeypatch:
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
-def test_robust_design_improves_only_robust_objective(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> None:
+def test_robust_design_improves_only_robust_objective(
+    resolved: ResolvedMachine, spreads: dict[str, Spread]
+) -> None:
     settings = Settings(machines=32, starts=1)
-    robust_result = find_robust(ADAPTER.build_robust(resolved.machine, {}, spreads, settings), settings, None)
+    robust_result = find_robust(
+        ADAPTER.build_robust(resolved.machine, {}, spreads, settings), settings, None
+    )
     assert robust_result.objective == robust_result.best_robust.robust
-    assert robust_result.best_robust.robust <= min(robust_result.best_nominal.robust, robust_result.own.robust)
+    assert robust_result.best_robust.robust <= min(
+        robust_result.best_nominal.robust, robust_result.own.robust
+    )
     assert (
-        robust_result.best_nominal.nominal <= min(robust_result.best_robust.nominal, robust_result.own.nominal) + 1e-9
+        robust_result.best_nominal.nominal
+        <= min(robust_result.best_robust.nominal, robust_result.own.nominal) + 1e-9
     )
     device = Device(resolved.machine)
     x = device.x(**robust_result.design)
     assert ((x >= device.lower - 1e-12) & (x <= device.upper + 1e-12)).all()
-    assert np.isclose(robust_result.best_robust.mean + 3 * robust_result.best_robust.std, robust_result.objective)
+    assert np.isclose(
+        robust_result.best_robust.mean + 3 * robust_result.best_robust.std, robust_result.objective
+    )
 
 
-def test_tolerance_rows_do_not_depend_on_workers(resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tolerance_rows_do_not_depend_on_workers(
+    resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     request = ToleranceRequest(["support_range_N"], 2 * CHUNK + 1, 0, robust=None)
-    again = analyse_tolerances(resolved, {}, default_tolerances(resolved), "usual", request, means=Means(2)).result
+    again = analyse_tolerances(
+        resolved, {}, default_tolerances(resolved), "usual", request, means=Means(2)
+    ).result
     monkeypatch.setattr("planter.sweeps.job.FEWEST", 3 * CHUNK)
     monkeypatch.setattr("planter.sweeps.job.count_cores", lambda: 3)
     alone = analyse_tolerances(resolved, {}, default_tolerances(resolved), "usual", request).result
@@ -179,10 +229,16 @@ def test_tolerance_rows_do_not_depend_on_workers(resolved: ResolvedMachine, monk
 
 
 INVALID_TOLERANCES = {
-    "both ways": ({"mass.sun_kg": {"percent": 2, "plus_minus": 0.1}}, "it must have either plus_minus, or percent, or"),
+    "both ways": (
+        {"mass.sun_kg": {"percent": 2, "plus_minus": 0.1}},
+        "it must have either plus_minus, or percent, or",
+    ),
     "no way": ({"mass.sun_kg": {}}, "it must have either plus_minus"),
     "upside down": ({"speed_rpm": {"from": 45, "to": 35}}, "it must have from less than to"),
-    "an unknown law": ({"m31": {"percent": 1, "distribution": "cauchy"}}, "'normal', 'uniform' or 'triangular'"),
+    "an unknown law": (
+        {"m31": {"percent": 1, "distribution": "cauchy"}},
+        "'normal', 'uniform' or 'triangular'",
+    ),
     "an unknown input": ({"planet_gk": {"percent": 1}}, "did you mean mass.planet_kg"),
     "a pattern that fits nothing": ({"masses.*": {"percent": 1}}, "tolerances.masses.*:"),
     "per cent of nothing": ({"deviation.a1_mm": {"percent": 1}}, "deviation.a1_mm is 0"),
@@ -190,7 +246,9 @@ INVALID_TOLERANCES = {
 }
 
 
-@pytest.mark.parametrize(("table", "hint"), INVALID_TOLERANCES.values(), ids=INVALID_TOLERANCES.keys())
+@pytest.mark.parametrize(
+    ("table", "hint"), INVALID_TOLERANCES.values(), ids=INVALID_TOLERANCES.keys()
+)
 def test_invalid_tolerances_are_rejected(resolved: ResolvedMachine, table: dict, hint: str) -> None:
     with pytest.raises(InputError) as refused:
         Tolerances.read({"tolerances": table}, "mine.toml").spreads(resolved, "mine.toml")
@@ -209,7 +267,10 @@ def test_last_matching_tolerance_counts(resolved: ResolvedMachine) -> None:
 def test_tolerance_command_writes_report(tmp_path: Path) -> None:
     few = ("--samples", "100", "--indices", "4", "--set", "objective.samples=24", "--no-robust")
     result = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
-    assert result.items() <= json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")).items()
+    assert (
+        result.items()
+        <= json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")).items()
+    )
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert all(format_label(name) in page for name in result["outputs"])
     kinds = {path.stem.partition("-")[0] for path in (tmp_path / "figures").glob("*.svg")}
@@ -217,12 +278,25 @@ def test_tolerance_command_writes_report(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_tolerance_command_runs_documented_example(resolved: ResolvedMachine, tmp_path: Path) -> None:
-    common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
+def test_tolerance_command_runs_documented_example(
+    resolved: ResolvedMachine, tmp_path: Path
+) -> None:
+    common = (
+        "tolerance",
+        "wang2017",
+        "--samples",
+        "500",
+        "--indices",
+        "16",
+        "--set",
+        "objective.samples=60",
+    )
     result = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
     jsonschema.validate(result, load_schema("tolerance"))
     assert (result["rows"], result["index_rows"]) == (500, 16 * (len(result["inputs"]) + 2))
-    assert {"support_N", "M_L_Nm"} <= {path.stem.removeprefix("turn-") for path in (tmp_path / "figures").glob("*.svg")}
+    assert {"support_N", "M_L_Nm"} <= {
+        path.stem.removeprefix("turn-") for path in (tmp_path / "figures").glob("*.svg")
+    }
     assert json.loads((tmp_path / "summary.json").read_text())["hash"] == result["hash"]
     again = answer(*common, "--tolerances", str(tmp_path / "tolerances.toml"), "--no-robust")
     for name, band in result["outputs"].items():
@@ -234,8 +308,12 @@ def test_tolerance_command_runs_documented_example(resolved: ResolvedMachine, tm
 
 def test_invalid_tolerance_options_exit_with_a_line() -> None:
     assert "--indices = 100" in refusal("tolerance", "wang2017", "--indices", "100")
-    assert "--choose model=correct:" in refusal("tolerance", "wang2017", "--choose", "model=correct")
+    assert "--choose model=correct:" in refusal(
+        "tolerance", "wang2017", "--choose", "model=correct"
+    )
     assert "--no-robust" in refusal("tolerance", "wang2017", "--least", "rms M_L", "--no-robust")
-    assert "did you mean support_range_N" in refusal("tolerance", "wang2017", "--output", "support_rnage_N")
+    assert "did you mean support_range_N" in refusal(
+        "tolerance", "wang2017", "--output", "support_rnage_N"
+    )
     assert "nowhere: no such machine" in refusal("tolerance", "nowhere")
     assert "yu2023: this machine has no default tolerances" in refusal("tolerance", "yu2023")

@@ -1,4 +1,6 @@
-"""Integer tooth numbers: length constraints of a device's optimisation, their price, cutting by `planter gears`."""
+"""Integer tooth numbers: length constraints of a device's optimisation, their price, cutting by
+`planter gears`.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,11 @@ from planter.planting.tooth_count_search import (
     generate_neighbours,
     optimise_with_tooth_counts,
 )
-from planter.planting.tooth_counts import PitchLengthConstraints, ToothCountSpec, compute_length_ranges
+from planter.planting.tooth_counts import (
+    PitchLengthConstraints,
+    ToothCountSpec,
+    compute_length_ranges,
+)
 from planter.report.presentation import ResultPresentation
 from tests.support import pairs
 
@@ -49,15 +55,23 @@ def optimisation() -> Optimisation:
     return optimise_with_tooth_counts(device(), SPEC, "ipopt", SAMPLES, starts=2)
 
 
-def find_optimum(module_mm: float = 2.0, method: str = "ipopt", starts: int = 2) -> device_search.DeviceOptimum:
+def find_optimum(
+    module_mm: float = 2.0, method: str = "ipopt", starts: int = 2
+) -> device_search.DeviceOptimum:
     """The optimum with a module of stage 1, without its price."""
     spec = ToothCountSpec((module_mm * 1e-3, 1.97e-3), (31, 31))
     return device_search.search_optimum(
-        device(), method, int(SAMPLES), starts=starts, lengths=PitchLengthConstraints(device(), spec)
+        device(),
+        method,
+        int(SAMPLES),
+        starts=starts,
+        lengths=PitchLengthConstraints(device(), spec),
     )
 
 
-def is_satisfied(machine: Device, spec: ToothCountSpec, optimum: device_search.DeviceOptimum) -> bool:
+def is_satisfied(
+    machine: Device, spec: ToothCountSpec, optimum: device_search.DeviceOptimum
+) -> bool:
     """Whether the lengths are those of a specification, to rounding."""
     constraints = PitchLengthConstraints(machine, spec)
     return bool(np.abs(constraints.values(optimum.design) / constraints.upper - 1).max() < 1e-14)
@@ -76,13 +90,17 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_pitch_curve_lengths_agree_with_quadrature() -> None:
     for k, module in enumerate((2e-3, 1.97e-3)):
-        curve = build_stage_pair(device().stages[k], device().of_stage(k, optimisation().optimum.design)).gear
+        curve = build_stage_pair(
+            device().stages[k], device().of_stage(k, optimisation().optimum.design)
+        ).gear
         assert curve.length == pytest.approx(np.pi * module * 31, rel=1e-13)
     assert all(abs(stage.length_error) < 1e-14 for stage in optimisation().result.teeth.stages)
 
 
 def test_certificate_holds_on_the_constraints_only() -> None:
-    task = device_search.build_constrained_problem(device(), 60, None, PitchLengthConstraints(device(), SPEC))
+    task = device_search.build_constrained_problem(
+        device(), 60, None, PitchLengthConstraints(device(), SPEC)
+    )
     design = optimisation().optimum.design
     assert optimisation().result.certificate.kkt_residual < 1e-9
     assert kkt_residual(task, (design - task.box.origin) / task.box.unit) < 1e-9
@@ -95,16 +113,30 @@ def test_length_derivatives_agree_with_differences() -> None:
     constraints, x = PitchLengthConstraints(device(), SPEC), device().design
     weights, h = np.array([0.7, -1.1]), 1e-6
     steps = h * np.diag(np.abs(x))
-    ends = [[(constraints.values(y), constraints.slopes(y)) for y in (x + step, x - step)] for step in steps]
-    slopes = np.array([(a[0] - b[0]) / 2 / h / abs(value) for (a, b), value in zip(ends, x, strict=True)]).T
-    hessian = np.array([weights @ (a[1] - b[1]) / 2 / h / abs(value) for (a, b), value in zip(ends, x, strict=True)])
+    ends = [
+        [(constraints.values(y), constraints.slopes(y)) for y in (x + step, x - step)]
+        for step in steps
+    ]
+    slopes = np.array(
+        [(a[0] - b[0]) / 2 / h / abs(value) for (a, b), value in zip(ends, x, strict=True)]
+    ).T
+    hessian = np.array(
+        [
+            weights @ (a[1] - b[1]) / 2 / h / abs(value)
+            for (a, b), value in zip(ends, x, strict=True)
+        ]
+    )
     assert constraints.slopes(x) == pytest.approx(slopes, rel=1e-5, abs=1e-4)
     scale = np.abs(np.outer(x, x))
-    assert constraints.curvature(x, weights) * scale == pytest.approx(hessian * scale, rel=1e-4, abs=1e-5)
+    assert constraints.curvature(x, weights) * scale == pytest.approx(
+        hessian * scale, rel=1e-4, abs=1e-5
+    )
 
 
 def test_price_is_the_derivative_of_the_optimum() -> None:
-    """The objective of the best designs with a little more and less module; stage 2 does not affect the force."""
+    """The objective of the best designs with a little more and less module; stage 2 does not affect
+    the force.
+    """
     step = 1e-3
     more, less = (find_optimum(2 + sign * step).objective for sign in (1, -1))
     first, second = optimisation().result.teeth.stages
@@ -125,14 +157,17 @@ def test_all_methods_satisfy_length_constraints() -> None:
     """The genetic algorithm alone satisfies the lengths and comes near."""
     optima = {method: find_optimum(2.0, method, starts=1) for method in METHODS}
     best = optimisation().result.objective
-    assert [optima[method].objective for method in ("ipopt", "hybrid")] == pytest.approx([best, best], rel=1e-9)
+    assert [optima[method].objective for method in ("ipopt", "hybrid")] == pytest.approx(
+        [best, best], rel=1e-9
+    )
     assert best - 1e-9 <= optima["ga"].objective < optima["ga"].start_objective
     assert all(is_satisfied(device(), SPEC, optimum) for optimum in optima.values())
     assert find_optimum(starts=1).design.tolist() == optima["ipopt"].design.tolist()
 
 
 @pytest.mark.parametrize(
-    ("model", "sampling"), [("printed", 60), pytest.param("exact", "refined", marks=pytest.mark.long)]
+    ("model", "sampling"),
+    [("printed", 60), pytest.param("exact", "refined", marks=pytest.mark.long)],
 )
 def test_lengths_hold_in_each_model_and_for_true_extremes(model: str, sampling: int | str) -> None:
     machine = Device(load("wang2017"), model)
@@ -144,18 +179,24 @@ def test_lengths_hold_in_each_model_and_for_true_extremes(model: str, sampling: 
 
 
 def test_insensitive_directions_respect_the_lengths() -> None:
-    """The force depends neither on gamma, nor A6, nor R3 and e3 together; with fixed lengths gamma alone is free."""
+    """The force depends neither on gamma, nor A6, nor R3 and e3 together; with fixed lengths gamma
+    alone is free.
+    """
     assert optimisation().result.insensitive == [[{"gamma_deg": 1.0}]]
     assert optimisation().result.effective_parameters == 7
 
 
 @pytest.mark.parametrize(
-    "pair", [("fourier", "sine"), pytest.param(("limacon", "ellipse"), marks=pytest.mark.long)], ids=str
+    "pair",
+    [("fourier", "sine"), pytest.param(("limacon", "ellipse"), marks=pytest.mark.long)],
+    ids=str,
 )
 def test_any_family_takes_integer_tooth_numbers(pair: tuple[str, str]) -> None:
     machine = Device(pairs.machine(*pair))
     constraints = PitchLengthConstraints(machine, ToothCountSpec((1.0, 1.0), (1, 1)))
-    modules = tuple(bounds.shortest / np.pi / 31 * 1.002 for bounds in compute_length_ranges(constraints))
+    modules = tuple(
+        bounds.shortest / np.pi / 31 * 1.002 for bounds in compute_length_ranges(constraints)
+    )
     spec = ToothCountSpec(modules, (31, 31))
     optimum = device_search.search_optimum(
         machine, "ipopt", 60, starts=1, lengths=PitchLengthConstraints(machine, spec)
@@ -197,7 +238,10 @@ def test_gears_cuts_the_optimum_without_scaling(tmp_path: Path) -> None:
     options = ("--teeth", "40,40", "--module", "1.31")
     best = run_command("optimise", "compact", *options, *OPTIONS, "--out", str(tmp_path))
     text = (tmp_path / "optimum.toml").read_text()
-    assert "# Integer tooth numbers: stage 1 has 40 teeth of 1.31 mm, stage 2 has 40 teeth of 1.31 mm.\n" in text
+    assert (
+        "# Integer tooth numbers: stage 1 has 40 teeth of 1.31 mm, stage 2 has 40 teeth of 1.31 "
+        "mm.\n" in text
+    )
     cut = run_command("gears", str(tmp_path / "optimum.toml"), *options)
     assert [stage["scale"] for stage in cut["stages"]] == [1.0, 1.0]
     assert cut["scaled"] is None
@@ -212,23 +256,31 @@ def test_gears_cuts_the_optimum_without_scaling(tmp_path: Path) -> None:
 def test_search_ends_at_numbers_without_a_better_neighbour() -> None:
     spec = ToothCountSpec((1e-3, 1.25e-3), (None, None))
     free = device_search.search_optimum(device("compact"), "ipopt", 60, starts=1)
-    count_search = ToothCountSearch(PitchLengthConstraints(device("compact"), spec), free.design, 60)
+    count_search = ToothCountSearch(
+        PitchLengthConstraints(device("compact"), spec), free.design, 60
+    )
     best, candidates = count_search.run().teeth, count_search.candidates
     lowest = min(candidate.objective for candidate in candidates.values())
     assert all(candidate.settled for candidate in candidates.values())
     assert candidates[best].objective == pytest.approx(lowest, rel=1e-5)
-    assert set(generate_neighbours(best, compute_length_ranges(count_search.constraints))) <= set(candidates)
+    assert set(generate_neighbours(best, compute_length_ranges(count_search.constraints))) <= set(
+        candidates
+    )
     assert len(candidates) > 2
 
 
-@pytest.mark.parametrize("part", ["ToothCountSearch.run", "optimisation.search_optimum", "evaluate_stages"])
+@pytest.mark.parametrize(
+    "part", ["ToothCountSearch.run", "optimisation.search_optimum", "evaluate_stages"]
+)
 def test_interrupt_returns_best_so_far(monkeypatch: pytest.MonkeyPatch, part: str) -> None:
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     finished = optimisation()
     monkeypatch.setattr(tooth_count_search.optimisation, "optimise", lambda *_, **__: finished)
-    monkeypatch.setattr(tooth_count_search.optimisation, "search_optimum", lambda *_, **__: finished.optimum)
+    monkeypatch.setattr(
+        tooth_count_search.optimisation, "search_optimum", lambda *_, **__: finished.optimum
+    )
     monkeypatch.setattr(f"planter.planting.tooth_count_search.{part}", interrupt)
     spec = ToothCountSpec(SPEC.modules, (None, None)) if part == "ToothCountSearch.run" else SPEC
     with pytest.raises(OptimisationInterrupted) as stopped:
@@ -241,7 +293,8 @@ def test_a_single_stage_takes_an_integer_number() -> None:
     spec = ToothCountSpec((None, 1.97e-3), (None, 31))
     constraints = PitchLengthConstraints(device(), spec)
     free, optimum = (
-        device_search.search_optimum(device(), "ipopt", 60, starts=1, lengths=part) for part in (None, constraints)
+        device_search.search_optimum(device(), "ipopt", 60, starts=1, lengths=part)
+        for part in (None, constraints)
     )
     assert is_satisfied(device(), spec, optimum)
     assert optimum.objective == pytest.approx(free.objective, rel=1e-9)
@@ -265,8 +318,15 @@ def test_uncuttable_teeth_report_reason() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ("--teeth 31,31 --module 2", r"31 teeth of 2 mm .* stage 2: .*, 30.198 to 30.733 of them; 31 .* 1.98281 mm"),
-        ("--module 2", r"teeth of 2 mm .* stage 2: .* 30 teeth take .* and 31 teeth take a module of 1.94825 to"),
+        (
+            "--teeth 31,31 --module 2",
+            r"31 teeth of 2 mm .* stage 2: .*, 30.198 to 30.733 of them; 31 .* 1.98281 mm",
+        ),
+        (
+            "--module 2",
+            r"teeth of 2 mm .* stage 2: .* 30 teeth take .* and 31 teeth take a module of 1.94825 "
+            r"to",
+        ),
         ("--teeth 31,31", "--teeth 31,31 needs a module.*--module1 and --module2"),
         ("--teeth 31 --module 2", "--teeth 31: .* Z1,Z2"),
         ("--teeth 31,31 --module1 2", "Z, the teeth of stage 1"),

@@ -1,4 +1,6 @@
-"""The objective over a turn and its derivatives: against other engines, differences, and across the ways."""
+"""The objective over a turn and its derivatives: against other engines, differences, and across the
+ways.
+"""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -42,7 +44,9 @@ def complex_objective(subject: CycleObjective, x: Array) -> complex:
     """The objective by array code on complex numbers; extremes by real parts."""
     device = subject.device
     array, phi = ArrayModel.like(device), 2 * np.pi * np.arange(subject.samples) / subject.samples
-    force = np.asarray(array(xp_complex, phi + 0j, list(x.astype(complex)), device.constants).totals["F_support"])
+    force = np.asarray(
+        array(xp_complex, phi + 0j, list(x.astype(complex)), device.constants).totals["F_support"]
+    )
     real, objective = force.real, read_weights(device.machine)
     variance = ((force - force.mean()) ** 2).mean()
     spread = variance if objective.kind == "paper" else np.sqrt(variance)
@@ -66,7 +70,10 @@ def draw_designs(device: Device, count: int, seed: int = 5) -> Array:
 def test_value_and_gradient_against_complex_step(name: str, model: Model, samples: int) -> None:
     """Machine `compact` takes the standard deviation, `wang2017` the variance."""
     subject = turns(name, model, "casadi-vm", samples)
-    assert read_weights(subject.device.machine).kind == {"wang2017": "paper", "compact": "newton"}[name]
+    assert (
+        read_weights(subject.device.machine).kind
+        == {"wang2017": "paper", "compact": "newton"}[name]
+    )
     width = subject.device.upper - subject.device.lower
     for x in draw_designs(subject.device, 2):
         value, gradient = subject.gradient(x)
@@ -83,8 +90,9 @@ def test_hessian_against_differences_of_the_gradient(name: str) -> None:
     x = draw_designs(subject.device, 1)[0]
     step = 1e-5 * width
     columns = [
-        (subject.gradient(x + h)[1] - subject.gradient(x - h)[1]) / (2 * h.sum()) for h in np.diag(step)
-    ]  # fmt: skip
+        (subject.gradient(x + h)[1] - subject.gradient(x - h)[1]) / (2 * h.sum())
+        for h in np.diag(step)
+    ]
     expected = np.array(columns) * np.outer(width, width)
     hessian = subject.hessian(x) * np.outer(width, width)
     assert np.abs(hessian - hessian.T).max() <= 1e-12 * np.abs(hessian).max()
@@ -93,7 +101,9 @@ def test_hessian_against_differences_of_the_gradient(name: str) -> None:
 
 @needs_compiler
 @pytest.mark.parametrize("samples", [EVEN, ODD])
-@pytest.mark.parametrize(("name", "model"), [(n, "exact") for n in MACHINES] + [("wang2017", "printed")])
+@pytest.mark.parametrize(
+    ("name", "model"), [(n, "exact") for n in MACHINES] + [("wang2017", "printed")]
+)
 def test_all_ways_give_the_same(name: str, model: Model, samples: int) -> None:
     subjects = [turns(name, model, way, samples) for way in WAYS]
     assert [s.way for s in subjects] == list(WAYS)
@@ -103,7 +113,9 @@ def test_all_ways_give_the_same(name: str, model: Model, samples: int) -> None:
         *other_results, (value, gradient) = [s.gradient(x) for s in subjects]
         for other, slopes in other_results:
             assert other == pytest.approx(value, rel=1e-12)
-            assert np.abs((slopes - gradient) * width).max() <= 1e-11 * np.abs(gradient * width).max()
+            assert (
+                np.abs((slopes - gradient) * width).max() <= 1e-11 * np.abs(gradient * width).max()
+            )
         for subject in subjects:
             assert subject.value(x) == pytest.approx(value, rel=1e-12)
 
@@ -128,7 +140,9 @@ def test_many_designs_are_each_by_itself() -> None:
     fast, slow = (turns("compact", "exact", way, EVEN) for way in ("lanes", "casadi-vm"))
     designs = draw_designs(fast.device, 7)
     rows = fast.many(designs)
-    for quick, plain in zip(fast.many_gradients(designs), slow.many_gradients(designs), strict=True):
+    for quick, plain in zip(
+        fast.many_gradients(designs), slow.many_gradients(designs), strict=True
+    ):
         assert np.abs(quick - plain).max() <= 1e-11 * np.abs(plain).max()
     assert rows.shape == (7, len(FIELDS))
     assert rows == pytest.approx(slow.many(designs), rel=1e-11)
@@ -159,13 +173,17 @@ def test_threads_do_not_disturb_each_other(way: str) -> None:
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(4) as pool:
         patch.setenv("PLANTER_KERNELS", way)
         copies = [subject.copy() for _ in designs]
-        gradients = pool.map(lambda objective, part: [objective.gradient(x)[0] for x in part], copies, designs)
+        gradients = pool.map(
+            lambda objective, part: [objective.gradient(x)[0] for x in part], copies, designs
+        )
         assert list(gradients) == alone
 
 
 @pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
 def test_threads_may_share_an_objective(way: str) -> None:
-    """Memory is lent to each thread: values, gradients and streams of designs of eight threads are their own."""
+    """Memory is lent to each thread: values, gradients and streams of designs of eight threads are
+    their own.
+    """
     subject = turns("wang2017", "exact", way, EVEN)
     rounds = 40 if way == "lanes" else 2
     designs = draw_designs(subject.device, 8)
@@ -181,18 +199,24 @@ def test_threads_may_share_an_objective(way: str) -> None:
 
 @needs_compiler
 def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Chunks of one object on threads of their own are the rows that one thread finds; a failure names its chunk."""
+    """Chunks of one object on threads of their own are the rows that one thread finds; a failure
+    names its chunk.
+    """
     subject = turns("wang2017", "exact", "lanes", EVEN)
     monkeypatch.setattr(objective, "CHUNK", 3)
     designs = draw_designs(subject.device, 40)
     values = objective.evaluate_many(subject.device, designs, EVEN, threads=4)
-    assert np.array([values.objective, values.range_N, values.variance_N2, values.mean_N]).T.tolist() == (
-        subject.many(designs).tolist()
+    assert np.array(
+        [values.objective, values.range_N, values.variance_N2, values.mean_N]
+    ).T.tolist() == (subject.many(designs).tolist())
+    with_gradients = objective.evaluate_many(
+        subject.device, designs, EVEN, threads=4, gradients=True
     )
-    with_gradients = objective.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=True)
     assert with_gradients.gradient is not None
     assert with_gradients.objective == pytest.approx(values.objective, rel=1e-12)
-    for x, value, gradient in zip(designs, with_gradients.objective, with_gradients.gradient, strict=True):
+    for x, value, gradient in zip(
+        designs, with_gradients.objective, with_gradients.gradient, strict=True
+    ):
         alone = subject.gradient(x)
         assert (value, gradient.tolist()) == (alone[0], alone[1].tolist())
     designs[22, 0] = np.nan
@@ -203,7 +227,9 @@ def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) 
 
 @needs_compiler
 def test_threads_sharing_memory_are_detected(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The tampered case, held in step so that nothing is written at the same time: the other's design is found."""
+    """The tampered case, held in step so that nothing is written at the same time: the other's
+    design is found.
+    """
     subject = turns("wang2017", "exact", "lanes", EVEN)
     first, second = draw_designs(subject.device, 2)
     cycles = subject._slopes
@@ -270,12 +296,18 @@ def test_missing_compiler_gives_a_single_warning(
 
 
 def test_pickled_turns_are_those_of_their_machine() -> None:
-    """Another machine, model and number of samples than the built-in ones, and data that were changed afterwards."""
+    """Another machine, model and number of samples than the built-in ones, and data that were
+    changed afterwards.
+    """
     device = build_device("compact", "printed")
     device.data[device.size :] *= 1.01
     turns = CycleObjective(device, EVEN)
     again = pickle.loads(pickle.dumps(turns))
-    assert (again.samples, again.device.model, again.device.machine) == (EVEN, "printed", device.machine)
+    assert (again.samples, again.device.model, again.device.machine) == (
+        EVEN,
+        "printed",
+        device.machine,
+    )
     assert (
         again.value(device.design)
         == turns.value(device.design)

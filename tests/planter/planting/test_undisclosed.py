@@ -1,4 +1,6 @@
-"""Inputs that a paper does not disclose: bounds, the force they give with its slopes, and what can be attained."""
+"""Inputs that a paper does not disclose: bounds, the force they give with its slopes, and what can
+be attained.
+"""
 
 import json
 from itertools import product
@@ -58,7 +60,9 @@ def test_flanks_begin_at_paper_events(force: CalibrationForce) -> None:
     low, high = (force.inputs.table(np.full(len(force.inputs), z)) for z in (0.0, 1.0))
     rows = {row["name"]: row for row in high}
     delta = np.degrees(compute_cam_angles(force.device, np.radians([155.0, 165.0])))
-    assert [rows["cam.rise_delta_deg[0]"][key] for key in ("lower", "upper")] == pytest.approx(list(delta))
+    assert [rows["cam.rise_delta_deg[0]"][key] for key in ("lower", "upper")] == pytest.approx(
+        list(delta)
+    )
     begun = {row["name"]: row["value"] for row in low}
     assert begun["cam.rise_delta_deg[1]"] - begun["cam.rise_delta_deg[0]"] == pytest.approx(15)
 
@@ -94,7 +98,8 @@ def test_force_equals_rebuilt_machine_with_slopes(law: str, model: str) -> None:
     curve = force(z)
     rows = force.inputs.table(z)
     moved = Device(
-        planting_device.machine.with_numbers({row["name"]: row["value"] for row in rows}), planting_device.model
+        planting_device.machine.with_numbers({row["name"]: row["value"] for row in rows}),
+        planting_device.model,
     )
     turn = cycle.evaluate_cycle(moved, moved.prologue(moved.design), cycle.sample_angles(SAMPLES))
     assert curve.force == pytest.approx(turn.support[: len(curve.force)], rel=1e-9)
@@ -107,14 +112,18 @@ def test_force_equals_rebuilt_machine_with_slopes(law: str, model: str) -> None:
             (curve.push_slopes, ahead.push, behind.push),
         ):
             scale = max(1.0, float(np.abs(computed).max()))
-            assert computed[:, k] == pytest.approx((expected - other) / (2 * step), abs=3e-6 * scale)
+            assert computed[:, k] == pytest.approx(
+                (expected - other) / (2 * step), abs=3e-6 * scale
+            )
 
 
 def test_machine_values_give_machine_force() -> None:
     planting_device = device("4-5-6-7 polynomial")
     force = CalibrationForce(planting_device, CalibrationInputs.wide(planting_device))
     assert force(force.file_point()).force == pytest.approx(
-        planting_device.support(planting_device.prologue(planting_device.design), cycle.sample_angles(SAMPLES))[:30]
+        planting_device.support(
+            planting_device.prologue(planting_device.design), cycle.sample_angles(SAMPLES)
+        )[:30]
     )
 
 
@@ -135,7 +144,10 @@ def test_slopes_of_minimised_sums_equal_differences(force: CalibrationForce) -> 
     search = VarianceSearch(force, 40.0, True)
     w = search.start(np.random.default_rng(1).random(len(force.inputs)))
     _, slopes = search.cost(w, 0.3)
-    steps = [(search.cost(w + 1e-6 * u, 0.3)[0] - search.cost(w - 1e-6 * u, 0.3)[0]) / 2e-6 for u in np.eye(len(w))]
+    steps = [
+        (search.cost(w + 1e-6 * u, 0.3)[0] - search.cost(w - 1e-6 * u, 0.3)[0]) / 2e-6
+        for u in np.eye(len(w))
+    ]
     assert slopes == pytest.approx(steps, rel=1e-4, abs=1e-5)
 
 
@@ -146,7 +158,9 @@ def test_saved_front_matches_current_code() -> None:
     assert saved_front["key"] == front.compute_key(machine, load_paper_points(PAPER)), (
         "python -m planter.planting.attainable_force"
     )
-    assert saved_front["key"] != front.compute_key(machine.with_numbers({"psi0_deg": -7.0}), load_paper_points(PAPER))
+    assert saved_front["key"] != front.compute_key(
+        machine.with_numbers({"psi0_deg": -7.0}), load_paper_points(PAPER)
+    )
     assert saved_front["key"] != front.compute_key(
         machine, {**load_paper_points(PAPER), "theory": {"range_N": 1.0, "variance_N2": 1.0}}
     )

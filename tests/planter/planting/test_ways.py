@@ -22,9 +22,12 @@ def optimum(job: str, way: str, cores: int) -> dict:
     allowed = sorted(os.sched_getaffinity(0))[:cores]
     done = subprocess.run(
         [sys.executable, "-m", "planter", "optimise", *JOBS[job], "--json"],
-        env={**os.environ, "PLANTER_KERNELS": way}, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True,
+        env={**os.environ, "PLANTER_KERNELS": way},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        check=True,
         preexec_fn=lambda: os.sched_setaffinity(0, allowed),
-    )  # fmt: skip
+    )
     result: dict = json.loads(done.stdout)
     return result
 
@@ -32,7 +35,9 @@ def optimum(job: str, way: str, cores: int) -> dict:
 @pytest.mark.long
 @pytest.mark.parametrize("job", JOBS)
 def test_ways_and_cores_agree(job: str) -> None:
-    first, *other_results = [optimum(job, way, cores) for way, cores in zip(BACKENDS, (2, 1, 2), strict=True)]
+    first, *other_results = [
+        optimum(job, way, cores) for way, cores in zip(BACKENDS, (2, 1, 2), strict=True)
+    ]
     for other in other_results:
         assert other["objective"] == pytest.approx(first["objective"], rel=1e-9)
         assert other["certificate"]["kkt_residual"] < 1e-6

@@ -1,4 +1,6 @@
-"""The schemas of results: they are those of the types, every command's output fits its own, tampered outputs do not."""
+"""The schemas of results: they are those of the types, every command's output fits its own,
+tampered outputs do not.
+"""
 
 import copy
 import json
@@ -38,7 +40,9 @@ CALLS = {
     "cam": ("wang2017", "--roller-mm", "5"),
     "validate": ("wang2017", "--set", "mass.sun_kg=100"),
 }
-"""A call of every command that is over soon; those of the others are held to their schemas in their own tests."""
+"""A call of every command that is over soon; those of the others are held to their schemas in their
+own tests.
+"""
 ELSEWHERE = {
     "animate",
     "audit benchmark",
@@ -86,13 +90,17 @@ def keys(content: dict[str, Any], kind: type) -> Iterator[str]:
 TAMPERINGS: dict[str, Callable[[dict[str, Any]], object]] = {
     "a key too many": lambda result: result.update(surplus=1),
     "a key missing": lambda result: result.pop(next(iter(result))),
-    "a text for a number": lambda result: result.update({next(keys(result, str | float | int | bool | list)): {}}),
+    "a text for a number": lambda result: result.update(
+        {next(keys(result, str | float | int | bool | list)): {}}
+    ),
 }
 
 
 @pytest.mark.parametrize("command", CALLS)
 @pytest.mark.parametrize("tampering", TAMPERINGS.values(), ids=TAMPERINGS.keys())
-def test_tampered_outputs_do_not(command: str, tampering: Callable[[dict[str, Any]], object]) -> None:
+def test_tampered_outputs_do_not(
+    command: str, tampering: Callable[[dict[str, Any]], object]
+) -> None:
     result = json.loads(output(command))
     tampering(result)
     assert not fits(command, result)

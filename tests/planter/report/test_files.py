@@ -16,13 +16,27 @@ from planter.files import examples
 from planter.planting import file
 from planter.report import files
 
-NASTY = [0.1, 1 / 3, -0.0, 5e-324, 1.7976931348623157e308, 123456789.123456789, math.pi, 1e22, 2.0**-1074 * 3]
+NASTY = [
+    0.1,
+    1 / 3,
+    -0.0,
+    5e-324,
+    1.7976931348623157e308,
+    123456789.123456789,
+    math.pi,
+    1e22,
+    2.0**-1074 * 3,
+]
 
 
 def test_csv_reads_back_to_the_last_bit(tmp_path: Path) -> None:
     path = tmp_path / "cycle.csv"
     rng = np.random.default_rng(0)
-    columns = {"phi_deg": np.array(NASTY), "a, b": rng.standard_normal(len(NASTY)), "n": np.arange(len(NASTY))}
+    columns = {
+        "phi_deg": np.array(NASTY),
+        "a, b": rng.standard_normal(len(NASTY)),
+        "n": np.arange(len(NASTY)),
+    }
     files.write_cycle_csv(path, ["machine: x", "two\nlines", ""], columns)
     comments, read_columns = files.read_cycle_csv(path)
     assert comments == ["machine: x", "two", "lines", ""]
@@ -40,7 +54,9 @@ def test_csv_has_comments_header_and_numbers(tmp_path: Path) -> None:
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_csv_refuses_non_finite_values(tmp_path: Path, bad: float) -> None:
     with pytest.raises(ComputationError, match="support_N is not finite in row 1"):
-        files.write_cycle_csv(tmp_path / "c.csv", [], {"phi_deg": [0.0, 1.0], "support_N": [1.0, bad]})
+        files.write_cycle_csv(
+            tmp_path / "c.csv", [], {"phi_deg": [0.0, 1.0], "support_N": [1.0, bad]}
+        )
     assert list(tmp_path.iterdir()) == []
 
 
@@ -52,10 +68,20 @@ def test_csv_refuses_unequal_columns(tmp_path: Path, columns: dict[str, list[flo
 
 def test_summary_is_json_with_all_digits(tmp_path: Path) -> None:
     path = tmp_path / "summary.json"
-    summary = {"a": np.float64(1 / 3), "b": np.arange(3), "c": {"d": [np.int64(2), None, True, "φ"]}, "e": (0.1,)}
+    summary = {
+        "a": np.float64(1 / 3),
+        "b": np.arange(3),
+        "c": {"d": [np.int64(2), None, True, "φ"]},
+        "e": (0.1,),
+    }
     files.write_summary(path, summary)
     read_summary = json.loads(path.read_text(encoding="utf-8"), parse_constant=pytest.fail)
-    assert read_summary == {"a": 1 / 3, "b": [0, 1, 2], "c": {"d": [2, None, True, "φ"]}, "e": [0.1]}
+    assert read_summary == {
+        "a": 1 / 3,
+        "b": [0, 1, 2],
+        "c": {"d": [2, None, True, "φ"]},
+        "e": [0.1],
+    }
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, np.float64("nan"), np.array([1.0, -np.inf])])
@@ -122,13 +148,23 @@ def test_provenance_depends_on_every_value() -> None:
 def test_comments_are_sufficient_to_repeat_a_run() -> None:
     machine = file.load("wang2017", {"sun_kg": 0.5})
     text = "\n".join(files.list_comments(machine, "machine", ["model: exact"], seed=3))
-    for part in ("machine: wang2017", "model: exact", "casadi", "command line: mass.sun_kg", "seed: 3"):
+    for part in (
+        "machine: wang2017",
+        "model: exact",
+        "casadi",
+        "command line: mass.sun_kg",
+        "seed: 3",
+    ):
         assert part in text
     assert files.list_provenance(machine)["machine_sha256"] in text
 
 
 def test_unencodable_text_is_escaped_in_single_lines(tmp_path: Path) -> None:
     files.write_summary(tmp_path / "summary.json", {"source": "w\udcff.csv"})
-    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == {"source": "w\udcff.csv"}
+    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == {
+        "source": "w\udcff.csv"
+    }
     files.write_cycle_csv(tmp_path / "cycle.csv", ["data: w\udcff\x1b[31m\u2028x"], {"a\nb": [1.0]})
-    assert (tmp_path / "cycle.csv").read_bytes() == b"# data: w\\udcff\\x1b[31m\\u2028x\na\\nb\n1.0\n"
+    assert (
+        tmp_path / "cycle.csv"
+    ).read_bytes() == b"# data: w\\udcff\\x1b[31m\\u2028x\na\\nb\n1.0\n"

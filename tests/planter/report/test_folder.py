@@ -1,4 +1,6 @@
-"""A folder that is used again holds what the last command wrote, and whatever else is the user's own."""
+"""A folder that is used again holds what the last command wrote, and whatever else is the user's
+own.
+"""
 
 import json
 from collections.abc import Callable
@@ -10,7 +12,14 @@ import pytest
 from planter.errors import InputError
 from planter.files.text import read_text
 from planter.report import bundle, files
-from planter.report.folder import LOCK_NAME, NAME, allow_overwriting, keep_file, renew_files, renews_files
+from planter.report.folder import (
+    LOCK_NAME,
+    NAME,
+    allow_overwriting,
+    keep_file,
+    renew_files,
+    renews_files,
+)
 
 
 @renews_files
@@ -65,7 +74,15 @@ def test_manifest_leading_outside_is_not_followed(tmp_path: Path, name: str) -> 
 
 @pytest.mark.parametrize(
     "content",
-    ["", "[]", '{"files": 3}', "{", "[" * 100_000, '{"files": {"own.txt": 1}}', '{"files": {"a\\u0000b": ""}}'],
+    [
+        "",
+        "[]",
+        '{"files": 3}',
+        "{",
+        "[" * 100_000,
+        '{"files": {"own.txt": 1}}',
+        '{"files": {"a\\u0000b": ""}}',
+    ],
 )
 def test_broken_manifest_removes_no_files(tmp_path: Path, content: str) -> None:
     (tmp_path / NAME).write_text(content)
@@ -148,7 +165,9 @@ def test_the_same_content_is_no_change(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("step", ["list", "file"])
-def test_kill_between_manifest_and_file_is_safe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str) -> None:
+def test_kill_between_manifest_and_file_is_safe(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
     write(tmp_path, {"summary.json": "1"})
 
     def killed(part: Path, path: Path) -> None:
@@ -165,12 +184,19 @@ def test_kill_between_manifest_and_file_is_safe(tmp_path: Path, monkeypatch: pyt
 
 
 def test_figures_whose_names_become_equal_have_files_each(tmp_path: Path) -> None:
-    figures = {name: bundle.RenderedFigure(f"<svg>{name}</svg>", b"", b"") for name in ("s < 3", "s > 3", "s * 3")}
+    figures = {
+        name: bundle.RenderedFigure(f"<svg>{name}</svg>", b"", b"")
+        for name in ("s < 3", "s > 3", "s * 3")
+    }
     bundle.write_bundle(tmp_path / "out", {}, figures)
-    written = {path.read_text(encoding="utf-8") for path in (tmp_path / "out" / "figures").glob("*.svg")}
+    written = {
+        path.read_text(encoding="utf-8") for path in (tmp_path / "out" / "figures").glob("*.svg")
+    }
     assert written == {figure.svg for figure in figures.values()}
 
 
 def test_names_of_figures_stay_in_the_folder(tmp_path: Path) -> None:
-    bundle.write_bundle(tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"", b"")})
+    bundle.write_bundle(
+        tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"", b"")}
+    )
     assert {path.name for path in tmp_path.iterdir()} == {"out"}

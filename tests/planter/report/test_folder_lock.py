@@ -25,7 +25,10 @@ with renew_files(sys.argv[1]):
 def owner(tmp_path: Path) -> subprocess.Popen[str]:
     """A process that owns a folder."""
     with subprocess.Popen(
-        [sys.executable, "-c", OWNER, str(tmp_path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", OWNER, str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "owned\n"
@@ -33,7 +36,9 @@ def owner(tmp_path: Path) -> subprocess.Popen[str]:
         process.kill()
 
 
-def test_a_second_process_is_refused_until_the_first_is_killed(tmp_path: Path, owner: subprocess.Popen[str]) -> None:
+def test_a_second_process_is_refused_until_the_first_is_killed(
+    tmp_path: Path, owner: subprocess.Popen[str]
+) -> None:
     with pytest.raises(InputError) as refused, renew_files(tmp_path):
         pytest.fail("two owners")
     assert str(tmp_path) in refused.value.message
@@ -94,7 +99,9 @@ def test_a_file_of_the_user_is_neither_locked_nor_removed(tmp_path: Path) -> Non
     assert path.read_text() == "my notes"
 
 
-def test_a_file_system_without_locks_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_system_without_locks_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def refuse(_file: int) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 

@@ -41,8 +41,12 @@ def page(optimisation: Optimisation, drawings: dict[str, str]) -> str:
     return render(optimisation, optimisation.devices["exact"], drawings)
 
 
-def render(optimisation: Optimisation, device: Device, drawings: dict[str, str], **changes: Any) -> str:
-    """The page of an optimum whose record has some `changes`, without the moving drawing, which has a script."""
+def render(
+    optimisation: Optimisation, device: Device, drawings: dict[str, str], **changes: Any
+) -> str:
+    """The page of an optimum whose record has some `changes`, without the moving drawing, which has
+    a script.
+    """
     changed = replace(optimisation, result=replace(optimisation.result, **changes))
     return replace(present_optimum(changed, device), motions=tuple).page(drawings)
 
@@ -63,15 +67,29 @@ def test_page_is_well_formed_with_all_sections(page: str) -> None:
     (title,) = root.iter("h1")
     assert title.text.startswith("Optimisation of the planting device wang2017")
     assert [e.text for e in root.iter("h2")] == [
-        "Design", "Vertical support force", "Designer's summary",
-        "Objective of both designs in both models", "Insensitive directions", "Certificate", "Figures", "Names",
-        "Model", "Inputs", "Provenance",
-    ]  # fmt: skip
-    assert [a.get("href") for a in root.iter("a")] == [f"#{s.get('id')}" for s in root.iter("section")]
+        "Design",
+        "Vertical support force",
+        "Designer's summary",
+        "Objective of both designs in both models",
+        "Insensitive directions",
+        "Certificate",
+        "Figures",
+        "Names",
+        "Model",
+        "Inputs",
+        "Provenance",
+    ]
+    assert [a.get("href") for a in root.iter("a")] == [
+        f"#{s.get('id')}" for s in root.iter("section")
+    ]
 
 
-def test_ids_are_unique_and_references_resolve(optimisation: Optimisation, drawings: dict[str, str]) -> None:
-    page = render(optimisation, optimisation.devices["exact"], {**drawings, "again": drawings["pareto"]})
+def test_ids_are_unique_and_references_resolve(
+    optimisation: Optimisation, drawings: dict[str, str]
+) -> None:
+    page = render(
+        optimisation, optimisation.devices["exact"], {**drawings, "again": drawings["pareto"]}
+    )
     ids = [e.get("id") for e in tree(page).iter() if e.get("id")]
     assert len(ids) == len(set(ids)) > 100
     references = re.findall(r'href="#([^"]+)"', page) + re.findall(r"url\(#([^)]+)\)", page)
@@ -88,7 +106,9 @@ def test_page_loads_and_runs_no_resources(page: str) -> None:
 
 def test_texts_are_escaped(optimisation: Optimisation, drawings: dict[str, str]) -> None:
     device = Device(load("wang2017").model_copy(update={"name": EVIL, "description": EVIL}))
-    page = render(optimisation, device, {EVIL: drawings["pareto"]}, machine=EVIL, model=EVIL, method=EVIL)
+    page = render(
+        optimisation, device, {EVIL: drawings["pareto"]}, machine=EVIL, model=EVIL, method=EVIL
+    )
     assert "<script" not in page
     assert words(page).count(EVIL) >= 5
 
@@ -128,7 +148,9 @@ def test_inputs_have_their_origins(optimisation: Optimisation, drawings: dict[st
     assert by_key["sun_kg"][:3] == ["mass of the sun", "0.45", "kg"]
 
 
-def test_design_has_bounds_and_both_designs(optimisation: Optimisation, drawings: dict[str, str]) -> None:
+def test_design_has_bounds_and_both_designs(
+    optimisation: Optimisation, drawings: dict[str, str]
+) -> None:
     design = optimisation.result.design | {"k6": 0.0375}
     page = render(optimisation, optimisation.devices["exact"], drawings, design=design)
     assert re.search(r"k6 0\.031 0\.0375 (at its \w+ bound )?0\.03 0\.04 paper", words(page))
@@ -136,7 +158,9 @@ def test_design_has_bounds_and_both_designs(optimisation: Optimisation, drawings
 
 def test_optimum_shows_certificate_and_provenance(optimisation: Optimisation, page: str) -> None:
     certificate = replace(
-        optimisation.result.certificate, kkt_residual=1.25e-11, active_bounds=[ActiveBound("m31", "upper", -0.3125)]
+        optimisation.result.certificate,
+        kkt_residual=1.25e-11,
+        active_bounds=[ActiveBound("m31", "upper", -0.3125)],
     )
     text = words(render(optimisation, optimisation.devices["exact"], {}, certificate=certificate))
     assert "KKT residual 1.25e\N{MINUS SIGN}11" in text
@@ -148,13 +172,18 @@ def test_optimum_shows_certificate_and_provenance(optimisation: Optimisation, pa
 
 def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     simulation = simulate(Device(load("wang2017")), 24, [100.0])
-    warning = PlantingWarning(name="tooth_contact_P", phi_deg=33.25, message="the teeth would <have> to pull")
+    warning = PlantingWarning(
+        name="tooth_contact_P", phi_deg=33.25, message="the teeth would <have> to pull"
+    )
     warned = replace(simulation, result=replace(simulation.result, warnings=[warning]))
     text = words(replace(present_simulation(warned), motions=tuple).page({}))
     parts = (
-        "At 33.25\N{DEGREE SIGN}: the teeth would <have> to pull (tooth_contact_P)", "weight 97.8547",
-        "F_E / N 56.6762", "omega dot / rad/s2 0.269574", *generated.sidecar("planting_exact")["assumptions"],
-    )  # fmt: skip
+        "At 33.25\N{DEGREE SIGN}: the teeth would <have> to pull (tooth_contact_P)",
+        "weight 97.8547",
+        "F_E / N 56.6762",
+        "omega dot / rad/s2 0.269574",
+        *generated.sidecar("planting_exact")["assumptions"],
+    )
     for part in parts:
         assert part in text
     clean = words(replace(present_simulation(simulation), motions=tuple).page({}))
@@ -165,31 +194,45 @@ def test_simulation_shows_warnings_forces_and_assumptions() -> None:
 def test_page_of_second_machine_has_inputs() -> None:
     simulation = simulate(Device(load("compact")), 24)
     page = replace(present_simulation(simulation), motions=tuple).page({})
-    assert re.search("forward speed of the machine \N{MINUS SIGN}0.5 m/s .* forward_speed_m_s", words(page))
+    assert re.search(
+        "forward speed of the machine \N{MINUS SIGN}0.5 m/s .* forward_speed_m_s", words(page)
+    )
 
 
 def test_units_of_tables_and_figures_are_typeset() -> None:
-    table = html.Table(("quantity", "unit", "area / mm2"), [("variance", "N2", 1.0), ("ratio", "1", 2.0)]).html("")
+    table = html.Table(
+        ("quantity", "unit", "area / mm2"), [("variance", "N2", 1.0), ("ratio", "1", 2.0)]
+    ).html("")
     assert "N\N{SUPERSCRIPT TWO}" in table
     assert "mm\N{SUPERSCRIPT TWO}" in table
     assert '<td class="short">1</td>' not in table
-    assert "rad/s\N{SUPERSCRIPT TWO}" in html.KeyFigures([html.KeyFigure("2", "rad/s2", "acceleration")]).html("")
+    assert "rad/s\N{SUPERSCRIPT TWO}" in html.KeyFigures(
+        [html.KeyFigure("2", "rad/s2", "acceleration")]
+    ).html("")
     assert "2 a2" in html.Table(("quantity",), [("2 a2",)]).html("")
 
 
 @pytest.mark.parametrize(
     ("cell", "kind"),
-    [("pass", "short"), ("x" * html.LONG, "long"), (html.MarkupCell("key", "a" * html.LONG), "long"),
-     (html.MarkupCell("key", f"<b title='{'a' * html.LONG}'>name</b>"), "short")],
-)  # fmt: skip
+    [
+        ("pass", "short"),
+        ("x" * html.LONG, "long"),
+        (html.MarkupCell("key", "a" * html.LONG), "long"),
+        (html.MarkupCell("key", f"<b title='{'a' * html.LONG}'>name</b>"), "short"),
+    ],
+)
 def test_cells_are_classed_by_what_a_page_shows(cell: str, kind: str) -> None:
     assert f'<td class="{kind}">' in html.Table(("", ""), [("row", cell)]).html("")
 
 
 def _luminance(colour: str) -> float:
     parts = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
-    linear = (part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
-    return sum(weight * value for weight, value in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+    linear = (
+        part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
+    )
+    return sum(
+        weight * value for weight, value in zip((0.2126, 0.7152, 0.0722), linear, strict=True)
+    )
 
 
 def _contrast(first: str, second: str) -> float:

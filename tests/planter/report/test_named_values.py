@@ -13,18 +13,29 @@ RAW = re.compile(r"\w*[A-Za-z]_\w+")
 
 
 def find_raw_keys(text: str) -> list[str]:
-    """Return the keys of a printed text that do not stand alone in the last column, to the right of a name."""
-    return [key for line in text.splitlines() for key in RAW.findall(re.sub(r"(?<=\s)\S+\s*$", "", line))]
+    """Return the keys of a printed text that do not stand alone in the last column, to the right of
+    a name.
+    """
+    return [
+        key
+        for line in text.splitlines()
+        for key in RAW.findall(re.sub(r"(?<=\s)\S+\s*$", "", line))
+    ]
 
 
 @pytest.mark.parametrize(
     "words",
     [
-        ("clutch", "geometry", "shi2021"), ("clutch", "engage", "shi2021"), ("clutch", "design", "shi2021"),
-        ("clutch", "optimise", "shi2021", "--starts", "1"), ("clutch", "rotor"), ("clutch", "field"),
-        ("train", "sun2019-curve", "--crank-mm", "30"), ("synthesise", "sun2019"),
+        ("clutch", "geometry", "shi2021"),
+        ("clutch", "engage", "shi2021"),
+        ("clutch", "design", "shi2021"),
+        ("clutch", "optimise", "shi2021", "--starts", "1"),
+        ("clutch", "rotor"),
+        ("clutch", "field"),
+        ("train", "sun2019-curve", "--crank-mm", "30"),
+        ("synthesise", "sun2019"),
     ],
-)  # fmt: skip
+)
 def test_results_are_named_in_words(words: tuple[str, ...]) -> None:
     code, text, _ = run(*words)
     assert code == 0

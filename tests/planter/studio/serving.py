@@ -20,8 +20,19 @@ from tests.support.browser import browser
 @contextmanager
 def studio(folder: Path, *arguments: str) -> Iterator[str]:
     """The address of a studio of a folder."""
-    command = [sys.executable, "-m", "planter", "studio", *arguments, "--no-browser", "--folder", str(folder)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    command = [
+        sys.executable,
+        "-m",
+        "planter",
+        "studio",
+        *arguments,
+        "--no-browser",
+        "--folder",
+        str(folder),
+    ]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         try:
             assert process.stdout is not None
             match = re.search(r"http://\S+", process.stdout.readline())
@@ -63,11 +74,18 @@ def message_with(talk: ClientConnection, *keys: str) -> dict[str, Any]:
 
 @contextmanager
 def page_of(
-    address: str, machine: str = "wang2017-wide", prepare: Callable[[Page], None] = lambda page: None
+    address: str,
+    machine: str = "wang2017-wide",
+    prepare: Callable[[Page], None] = lambda page: None,
 ) -> Iterator[Page]:
-    """The studio in a browser that was prepared, when all is there that follows once the hand rests."""
+    """The studio in a browser that was prepared, when all is there that follows once the hand
+    rests.
+    """
     path = browser()
-    with sync_playwright() as play, play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium:
+    with (
+        sync_playwright() as play,
+        play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium,
+    ):
         page = chromium.new_page()
         prepare(page)
         page.goto(f"{address}#{machine}")

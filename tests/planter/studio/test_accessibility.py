@@ -1,4 +1,6 @@
-"""The studio and reports for everyone: barriers in a browser, and all that a keyboard alone does."""
+"""The studio and reports for everyone: barriers in a browser, and all that a keyboard alone
+does.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +24,26 @@ SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 MISSING = "key: Stress needs [gears]"
 """A sentence that names what can be added to a file, by its keys."""
 REPORTS = (
-    ("simulate", "wang2017-wide"), ("diff", "wang2017", "wang2017-wide"), ("pickup", "yu2023"),
-    ("clutch", "geometry", "shi2021"), ("synthesise", "sun2019-corrected"),
-    ("audit", "wang2017"), ("explain", "wang2017"), ("optimise", "wang2017", "--method", "ipopt", "--starts", "2"),
-    ("tolerance", "wang2017", "--samples", "1000", "--indices", "64", "--halved", "0", "--no-robust"),
-)  # fmt: skip
+    ("simulate", "wang2017-wide"),
+    ("diff", "wang2017", "wang2017-wide"),
+    ("pickup", "yu2023"),
+    ("clutch", "geometry", "shi2021"),
+    ("synthesise", "sun2019-corrected"),
+    ("audit", "wang2017"),
+    ("explain", "wang2017"),
+    ("optimise", "wang2017", "--method", "ipopt", "--starts", "2"),
+    (
+        "tolerance",
+        "wang2017",
+        "--samples",
+        "1000",
+        "--indices",
+        "64",
+        "--halved",
+        "0",
+        "--no-robust",
+    ),
+)
 FAULTS = {
     "contrast": '<p style="color: #999">pale</p>',
     "name": "<button style='width: 30px; height: 30px'></button>",
@@ -40,12 +57,17 @@ FAULTS = {
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
     path = browser()
-    with sync_playwright() as play, play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium:
+    with (
+        sync_playwright() as play,
+        play.chromium.launch(executable_path=path, args=["--no-sandbox"]) as chromium,
+    ):
         yield chromium
 
 
 @contextmanager
-def open_page(chromium: Browser, address: str, width: int, scheme: Literal["light", "dark"]) -> Iterator[Page]:
+def open_page(
+    chromium: Browser, address: str, width: int, scheme: Literal["light", "dark"]
+) -> Iterator[Page]:
     """A page in a window of a width, without motion."""
     context = chromium.new_context(
         viewport={"width": width, "height": 800}, color_scheme=scheme, reduced_motion="reduce"
@@ -96,14 +118,21 @@ def test_studio_has_no_barriers(machine: str, chromium: Browser, tmp_path: Path)
                     for panel in page.locator("#tabs button").all() if width < 700 else [None]:
                         if panel is not None:
                             panel.click()
-                        page.evaluate("() => document.querySelectorAll('details').forEach((part) => part.open = true)")
-                        barriers += [f"{width} {scheme}: {barrier}" for barrier in list_barriers(page)]
+                        page.evaluate(
+                            "() => document.querySelectorAll('details').forEach((part) => "
+                            "part.open = true)"
+                        )
+                        barriers += [
+                            f"{width} {scheme}: {barrier}" for barrier in list_barriers(page)
+                        ]
     assert [barrier for barrier in barriers if MISSING not in barrier] == []
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("words", REPORTS)
-def test_reports_have_no_barriers(words: tuple[str, ...], chromium: Browser, tmp_path: Path) -> None:
+def test_reports_have_no_barriers(
+    words: tuple[str, ...], chromium: Browser, tmp_path: Path
+) -> None:
     """But for keys, which a report explains beside their names."""
     answer(*words, "--out", str(tmp_path))
     barriers = []
@@ -116,7 +145,9 @@ def test_reports_have_no_barriers(words: tuple[str, ...], chromium: Browser, tmp
 
 
 def test_theme_is_chosen_and_survives_a_reload(chromium: Browser, tmp_path: Path) -> None:
-    """The system's theme at first; another one from the keyboard, also after a reload; and back to the system's."""
+    """The system's theme at first; another one from the keyboard, also after a reload; and back to
+    the system's.
+    """
     colour = "() => getComputedStyle(document.body).backgroundColor"
     with (
         studio(tmp_path, "wang2017-wide") as address,
@@ -163,11 +194,14 @@ def test_design_kept_as_b_survives_another_width(chromium: Browser, tmp_path: Pa
 
 @pytest.mark.long
 def test_keyboard_alone_does_all(chromium: Browser, tmp_path: Path) -> None:
-    """Each control is reached by Tab; values are typed, stepped, refused and undone; nothing moves by itself."""
+    """Each control is reached by Tab; values are typed, stepped, refused and undone; nothing moves
+    by itself.
+    """
     with open_studio(chromium, tmp_path) as page:
         expected = page.evaluate(
             "() => Array.from(document.querySelectorAll('button, input, select, summary'))"
-            ".filter((part) => part.checkVisibility({ checkVisibilityCSS: true }) && !part.disabled).length"
+            ".filter((part) => part.checkVisibility({ checkVisibilityCSS: true }) && "
+            "!part.disabled).length"
         )
         reached = page.evaluate_handle("() => new Set()")
         for _ in range(expected + 20):

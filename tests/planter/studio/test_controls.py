@@ -1,4 +1,6 @@
-"""What sliders do: each changes something that is shown, and none reaches a value that is not allowed."""
+"""What sliders do: each changes something that is shown, and none reaches a value that is not
+allowed.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,8 @@ def _drawing(scene: Scene) -> tuple[str, Any]:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long) if name in SLOW else name for name in MACHINES]
+    "name",
+    [pytest.param(name, marks=pytest.mark.long) if name in SLOW else name for name in MACHINES],
 )
 def test_every_control_changes_something_shown(name: str) -> None:
     machine = open_machine(name)
@@ -68,7 +71,9 @@ def test_every_control_changes_something_shown(name: str) -> None:
             pytest.fail(f"{name}: {control.path} changes nothing")
 
 
-@pytest.mark.parametrize("name", [pytest.param("shi2021", marks=pytest.mark.long), "wang2017", "yu2023"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("shi2021", marks=pytest.mark.long), "wang2017", "yu2023"]
+)
 def test_ends_of_controls_make_a_machine(name: str, tmp_path: Path) -> None:
     session = Session(tmp_path, tmp_path / "scratch")
     session.open({"name": name})
@@ -89,7 +94,9 @@ def test_ends_follow_the_other_numbers(tmp_path: Path) -> None:
     session.open({"name": "yu2023"})
     far = []
     for pitch in (31, 40):
-        ends = session.ends({"values": {"tray.cell_pitch_mm": pitch, "tray.cell_top_mm": 28}})["ends"]
+        ends = session.ends({"values": {"tray.cell_pitch_mm": pitch, "tray.cell_top_mm": 28}})[
+            "ends"
+        ]
         far.append(ends["tray.cell_top_mm"][1])
     assert 30.9 < far[0] < 31 < far[1] < 32
 
@@ -97,7 +104,8 @@ def test_ends_follow_the_other_numbers(tmp_path: Path) -> None:
 def test_controls_end_where_the_file_does(tmp_path: Path) -> None:
     """Limits of a key, those that hang on other keys, and numbers that can have no other value."""
     clutch, pickup = (
-        {control.path: control for control in open_machine(name).controls} for name in ("shi2021", "yu2023")
+        {control.path: control for control in open_machine(name).controls}
+        for name in ("shi2021", "yu2023")
     )
     assert 89.9 < clutch["linkage.rack_phase_deg"].upper <= 90
     assert 163 > pickup["bars.L2_mm"].lower > 93.3377
@@ -116,7 +124,9 @@ def test_controls_have_names_of_a_page(name: str) -> None:
 
 
 def test_mechanism_shows_its_motor_and_joint_forces() -> None:
-    """The torque that keeps the motion comes first, and arrows of the joints are those of the curves."""
+    """The torque that keeps the motion comes first, and arrows of the joints are those of the
+    curves.
+    """
     view = MechanismView(own.file("slider_crank"))
     (scene,) = view.scenes({control.path: control.value for control in view.controls}, "exact")
     curves = {curve.name: curve for curve in scene.curves}
@@ -125,7 +135,9 @@ def test_mechanism_shows_its_motor_and_joint_forces() -> None:
     assert arrows.keys() == {"O", "A"}
     for name, force in arrows.items():
         for values, axis in ((force.x, "x"), (force.y, "y")):
-            (curve,) = (curve for text, curve in curves.items() if text.endswith(f"(F_{name}{axis})"))
+            (curve,) = (
+                curve for text, curve in curves.items() if text.endswith(f"(F_{name}{axis})")
+            )
             assert values == pytest.approx(curve.values)
             assert curve.unit == "N"
 

@@ -69,10 +69,14 @@ def test_export_equals_command(motion: list[dict[str, Any]], folder: Path, tmp_p
     )
     assert {Path(entry["path"]).name for entry in motion} == motion_folder.keys()
     table = next(name for name in motion_folder if name.endswith(".csv"))
-    assert (expected / table).read_text().splitlines()[-361:] == motion_folder[table].read_text().splitlines()[-361:]
+    assert (expected / table).read_text().splitlines()[-361:] == motion_folder[
+        table
+    ].read_text().splitlines()[-361:]
 
 
-def test_exports_leave_the_files_of_the_user(address: str, folder: Path, motion: list[dict[str, Any]]) -> None:
+def test_exports_leave_the_files_of_the_user(
+    address: str, folder: Path, motion: list[dict[str, Any]]
+) -> None:
     """Notes in the folder of an export stay, and are not offered as its files."""
     notes = folder / "exports" / "wang2017" / "motion-csv" / "notes.txt"
     notes.write_text("mine", encoding="utf-8")
@@ -85,7 +89,10 @@ def test_exports_leave_the_files_of_the_user(address: str, folder: Path, motion:
 
 def test_an_edited_file_of_a_machine_is_not_replaced(tmp_path: Path) -> None:
     """One that the studio wrote is; the refusal does not speak of options."""
-    session, edited = Session(tmp_path, tmp_path / "scratch"), tmp_path / "exports" / "shi2021" / "machine.toml"
+    session, edited = (
+        Session(tmp_path, tmp_path / "scratch"),
+        tmp_path / "exports" / "shi2021" / "machine.toml",
+    )
     session.open({"name": "shi2021"})
     for travel in (4.2, 4.5):
         session.works({"names": ["animation"], "values": {"sleeve.travel_mm": travel}})
@@ -97,7 +104,9 @@ def test_an_edited_file_of_a_machine_is_not_replaced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["shi2021", "shi2021/animation"])
-def test_a_file_in_the_place_of_a_folder_is_reported(address: str, folder: Path, place: str) -> None:
+def test_a_file_in_the_place_of_a_folder_is_reported(
+    address: str, folder: Path, place: str
+) -> None:
     standing = folder / "exports" / place
     standing.parent.mkdir(parents=True, exist_ok=True)
     standing.write_text("mine", encoding="utf-8")
@@ -111,7 +120,9 @@ def test_a_file_in_the_place_of_a_folder_is_reported(address: str, folder: Path,
     standing.unlink()
 
 
-def test_only_exported_files_can_be_fetched(address: str, folder: Path, motion: list[dict[str, Any]]) -> None:
+def test_only_exported_files_can_be_fetched(
+    address: str, folder: Path, motion: list[dict[str, Any]]
+) -> None:
     (folder / "secret.toml").write_text("name = 'own'", encoding="utf-8")
     for entry in motion:
         status, content, policy = fetched(f"{address}exports/{entry['path']}")
@@ -140,8 +151,14 @@ def test_an_export_can_be_given_up(address: str) -> None:
 @pytest.mark.parametrize(
     ("message", "sentence"),
     [
-        ({"names": ["../report"]}, r"^\.\./report: there is no such export; choose one of report, optimum, gears"),
-        ({"names": ["cam"], "numbers": {"--roller-mm": None}}, "radius of the roller.* = null: a positive number"),
+        (
+            {"names": ["../report"]},
+            r"^\.\./report: there is no such export; choose one of report, optimum, gears",
+        ),
+        (
+            {"names": ["cam"], "numbers": {"--roller-mm": None}},
+            "radius of the roller.* = null: a positive number",
+        ),
         (
             {"names": ["cam"], "numbers": {"--roller-mm": float("inf")}},
             "radius of the roller.* = inf: a positive number",
@@ -149,7 +166,9 @@ def test_an_export_can_be_given_up(address: str) -> None:
         ({"names": ["report"], "values": {"design.R3_mm": 0}}, "must be between"),
     ],
 )
-def test_unoffered_export_is_not_written(tmp_path: Path, message: dict[str, Any], sentence: str) -> None:
+def test_unoffered_export_is_not_written(
+    tmp_path: Path, message: dict[str, Any], sentence: str
+) -> None:
     session = Session(tmp_path, tmp_path / "scratch")
     session.open({"name": "wang2017"})
     with pytest.raises(InputError, match=sentence):

@@ -1,4 +1,6 @@
-"""What strangers hand to a studio: no code of theirs runs, no address breaks it, a poisonous file costs a message."""
+"""What strangers hand to a studio: no code of theirs runs, no address breaks it, a poisonous file
+costs a message.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,12 @@ from tests.planter.studio.serving import answer, line, message_with, studio
 pytestmark = pytest.mark.fault
 EVIL = "open({mark!r}, 'w').close()\n"
 """A module that leaves a mark when it is executed."""
-TO_CODE = ('"functions" = "evil"', "'functions' = \"evil\"", 'functions="evil"', '"\\u0066unctions" = "evil"')
+TO_CODE = (
+    '"functions" = "evil"',
+    "'functions' = \"evil\"",
+    'functions="evil"',
+    '"\\u0066unctions" = "evil"',
+)
 """Ways in which a file says that Python code belongs to it."""
 
 
@@ -82,7 +89,9 @@ def test_file_of_the_folder_leads_to_no_code_outside(link: bool, tmp_path: Path)
 
 def test_studio_imports_no_user_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("json", "numpy", "planter", "casadi"):
-        (tmp_path / f"{name}.py").write_text(EVIL.format(mark=str(tmp_path / "executed")), encoding="utf-8")
+        (tmp_path / f"{name}.py").write_text(
+            EVIL.format(mark=str(tmp_path / "executed")), encoding="utf-8"
+        )
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
 
@@ -97,9 +106,19 @@ def test_studio_imports_no_user_modules(tmp_path: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize(
     "path",
-    ["/%C3%A9/", "/\u00e9/", "/{token}\u00e9/", "/{token}/exports/%00", "/{token}/exports/" + "x" * 5000,
-     "/{token}/exports/" + "a/" * 3000, "/{token}/%00", "/%00/", "/%ff%fe/live", "/{token}/exports/%ed%a0%80"],
-)  # fmt: skip
+    [
+        "/%C3%A9/",
+        "/\u00e9/",
+        "/{token}\u00e9/",
+        "/{token}/exports/%00",
+        "/{token}/exports/" + "x" * 5000,
+        "/{token}/exports/" + "a/" * 3000,
+        "/{token}/%00",
+        "/%00/",
+        "/%ff%fe/live",
+        "/{token}/exports/%ed%a0%80",
+    ],
+)
 def test_strange_addresses_are_refused(path: str, address: str) -> None:
     host, token = address.removeprefix("http://").split("/")[:2]
     talk = http.client.HTTPConnection(host, timeout=10)
@@ -120,8 +139,9 @@ def test_surrogate_in_an_id_does_not_silence_a_page(address: str) -> None:
 
 def test_non_finite_numbers_are_null() -> None:
     assert json.loads(_format_answer({"a": [1.0, float("nan")], "b": {"c": float("inf")}})) == {
-        "a": [1.0, None], "b": {"c": None},
-    }  # fmt: skip
+        "a": [1.0, None],
+        "b": {"c": None},
+    }
 
 
 async def remote_session(folder: Path) -> RemoteSession:
@@ -174,8 +194,12 @@ def test_slow_request_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     asyncio.run(given_up())
 
 
-@pytest.mark.parametrize("error", [MemoryError(), RecursionError("too deep"), ValueError("embedded null byte")])
-def test_every_exception_is_an_answer(error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "error", [MemoryError(), RecursionError("too deep"), ValueError("embedded null byte")]
+)
+def test_every_exception_is_an_answer(
+    error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def failing(session: Session, message: object) -> None:
         raise error
 

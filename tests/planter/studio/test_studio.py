@@ -27,7 +27,9 @@ from tests.support import own
 from tests.support.cli import answer as command
 
 IDLE_MS, RATE, REQUIREMENTS_MS = 33.0, 50.0, 150.0
-"""From input to picture, pictures a second of a drag, from the last move to the requirements: twice is let pass."""
+"""From input to picture, pictures a second of a drag, from the last move to the requirements: twice
+is let pass.
+"""
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +46,9 @@ def simulated(source: str, *arguments: str) -> dict:
 
 def status(address: str, **headers: str) -> int:
     try:
-        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10) as response:
+        with urllib.request.urlopen(
+            urllib.request.Request(address, headers=headers), timeout=10
+        ) as response:
             return int(response.status)
     except urllib.error.HTTPError as error:
         return error.code
@@ -54,7 +58,11 @@ def test_only_who_knows_the_token_is_let_in(address: str) -> None:
     root = address.rsplit("/", 2)[0]
     assert status(address) == 200
     other = "y" if address[-2] == "x" else "x"
-    assert [status(f"{root}/"), status(f"{root}/guess/"), status(f"{address[:-2]}{other}/")] == [403, 403, 403]
+    assert [status(f"{root}/"), status(f"{root}/guess/"), status(f"{address[:-2]}{other}/")] == [
+        403,
+        403,
+        403,
+    ]
 
 
 def test_pages_of_other_hosts_are_refused(address: str) -> None:
@@ -88,7 +96,9 @@ def test_page_readings_equal_command(address: str) -> None:
     result = simulate(Device(load("wang2017", values), "printed")).result
     readings = {entry["name"]: entry["value"] for entry in received}
     assert readings["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
-    assert readings["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+    assert readings["range of the support force, 360 samples"] == pytest.approx(
+        result.support_force.range_N, rel=1e-12
+    )
 
 
 def test_only_the_last_of_many_moves_is_shown(address: str) -> None:
@@ -130,17 +140,25 @@ def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
         answer(talk, "opened", ask="open", name="wang2017")
         talk.send(json.dumps({"id": 1, "values": values}))
         details = message_with(talk, "details")
-    expected = {model: simulated("wang2017", "--set", "design.R3_mm=30.8", "--model", model)
-             for model in ("exact", "printed")}  # fmt: skip
+    expected = {
+        model: simulated("wang2017", "--set", "design.R3_mm=30.8", "--model", model)
+        for model in ("exact", "printed")
+    }
     tables = {table["title"]: table["rows"] for table in details["details"]}
     motor = expected["exact"]["designer"]["motor"]
-    assert tables["Torque of the motor on the carrier"][0][1:] == pytest.approx([motor["max_Nm"], motor["max_phi_deg"]])
+    assert tables["Torque of the motor on the carrier"][0][1:] == pytest.approx(
+        [motor["max_Nm"], motor["max_phi_deg"]]
+    )
     forces = [force["max_N"] for force in expected["exact"]["designer"]["forces"]]
-    assert [row[1] for row in tables["Peaks of forces, true extremes over a cycle"]] == pytest.approx(forces)
+    assert [
+        row[1] for row in tables["Peaks of forces, true extremes over a cycle"]
+    ] == pytest.approx(forces)
     (comparison,) = details["beside"]
     readings = {reading["name"]: reading["value"] for reading in comparison["readings"]}
     assert comparison["model"] == "printed"
-    assert readings["objective (31), 360 samples"] == pytest.approx(expected["printed"]["objective"], rel=1e-12)
+    assert readings["objective (31), 360 samples"] == pytest.approx(
+        expected["printed"]["objective"], rel=1e-12
+    )
     assert [reading["name"] for reading in comparison["course"]["curves"]][:2] == [
         "vertical support force",
         "torque of the motor",
@@ -154,7 +172,9 @@ def test_a_search_ends_where_the_command_line_ends(address: str) -> None:
         talk.send(json.dumps({"ask": "optimise", "values": {}, "model": "exact"}))
         optimum = until(talk, "optimum", "error")
     expected = command("optimise", "wang2017")["design"]
-    assert optimum == pytest.approx({f"design.{name}": value for name, value in expected.items()}, rel=1e-9)
+    assert optimum == pytest.approx(
+        {f"design.{name}": value for name, value in expected.items()}, rel=1e-9
+    )
 
 
 def test_a_search_can_be_given_up(address: str) -> None:
@@ -171,7 +191,9 @@ def test_page_of_a_search_names_goal_starts_and_progress(address: str) -> None:
         page.click("#optimise")
         for text in ("range [N]", "variance [N²]", "8 starts", "Shape factor of gear 6"):
             expect(page.locator("#goal")).to_contain_text(text, timeout=60_000)
-        expect(page.locator("#progress")).to_contain_text(re.compile(r"generation \d+ of 60"), timeout=60_000)
+        expect(page.locator("#progress")).to_contain_text(
+            re.compile(r"generation \d+ of 60"), timeout=60_000
+        )
         assert page.locator("#search progress").get_attribute("max") == "60"
         page.click("#optimise")
         expect(page.locator("#search")).to_be_hidden()
@@ -184,14 +206,19 @@ def test_page_of_a_search_names_goal_starts_and_progress(address: str) -> None:
         ({"name": "../own.toml"}, "there is no such machine here"),
         ({"name": "/etc/passwd"}, "there is no such machine here"),
         ({"text": "name = 1"}, "opened.toml: this file does not describe a machine"),
-        ({"text": "a = [1,", "file": "own.toml"}, "own.toml: end of document: this is not valid TOML"),
+        (
+            {"text": "a = [1,", "file": "own.toml"},
+            "own.toml: end of document: this is not valid TOML",
+        ),
         ({"text": "x = " + "[" * 2000}, "nested too deep"),
         ({"text": 5}, "text and file must be strings"),
         ({"text": 'functions = "x"\nfolder = "/tmp"'}, "open it by `planter studio FILE`"),
         ({"text": "x" * (LARGEST + 1)}, "at most 1000000 characters"),
     ],
 )
-def test_unopenable_file_is_refused_in_a_sentence(tmp_path: Path, message: dict[str, str], sentence: str) -> None:
+def test_unopenable_file_is_refused_in_a_sentence(
+    tmp_path: Path, message: dict[str, str], sentence: str
+) -> None:
     (tmp_path / "inside").mkdir()
     (tmp_path / "own.toml").write_text("name = 'own'", encoding="utf-8")
     session = Session(tmp_path / "inside", tmp_path / "scratch")
@@ -208,7 +235,9 @@ def test_unopenable_file_is_refused_in_a_sentence(tmp_path: Path, message: dict[
         ({"mass.nothing_kg": 1.0}, "wang2017 has no such number"),
     ],
 )
-def test_numbers_beyond_their_ends_are_refused(tmp_path: Path, values: dict[str, float], sentence: str) -> None:
+def test_numbers_beyond_their_ends_are_refused(
+    tmp_path: Path, values: dict[str, float], sentence: str
+) -> None:
     session = Session(tmp_path, tmp_path / "scratch")
     session.open({"name": "wang2017"})
     with pytest.raises(InputError, match=sentence):
@@ -228,7 +257,9 @@ def test_errors_are_in_the_words_of_a_page(tmp_path: Path) -> None:
 
 
 def test_locked_numbers_have_no_room_in_a_search(tmp_path: Path) -> None:
-    """Within a billionth of their bounds; what a search does not vary cannot be locked, nor all that it does."""
+    """Within a billionth of their bounds; what a search does not vary cannot be locked, nor all
+    that it does.
+    """
     session = Session(tmp_path, tmp_path / "scratch")
     opened = session.open({"name": "wang2017"})["opened"]
     values = {"design.R3_mm": 30.8}
@@ -247,10 +278,14 @@ def test_locked_numbers_have_no_room_in_a_search(tmp_path: Path) -> None:
 
 
 def test_own_mechanism_is_searched_for_its_objective(tmp_path: Path) -> None:
-    """What the page takes over is the optimum of the command, without what was locked; no objective, no search."""
+    """What the page takes over is the optimum of the command, without what was locked; no
+    objective, no search.
+    """
     folder = shutil.copytree(own.generated("slider_crank"), tmp_path / "own")
     text = (folder / "slider_crank.toml").read_text(encoding="utf-8")
-    (folder / "stated.toml").write_text(f'{text}\n[objective]\nleast = "range F_Ox"\n', encoding="utf-8")
+    (folder / "stated.toml").write_text(
+        f'{text}\n[objective]\nleast = "range F_Ox"\n', encoding="utf-8"
+    )
     session = Session(folder, tmp_path / "scratch")
     assert session.open({"name": "slider_crank.toml"})["opened"]["search"] is None
     opened = session.open({"name": "stated.toml"})["opened"]
@@ -262,7 +297,10 @@ def test_own_mechanism_is_searched_for_its_objective(tmp_path: Path) -> None:
     assert words[words.index("--starts") + 1] == str(plan["starts"])
     optimum = command(*words[:-1], "--starts", "2")
     sought = session.sought({"answer": optimum})
-    assert sought["optimum"] == {"values.l_mm": optimum["design"]["l_mm"], "values.e_mm": optimum["design"]["e_mm"]}
+    assert sought["optimum"] == {
+        "values.l_mm": optimum["design"]["l_mm"],
+        "values.e_mm": optimum["design"]["e_mm"],
+    }
     assert optimum["objective"] < optimum["start_objective"]
     assert f"{optimum['objective']:.6g}" in sought["sentence"]
 
@@ -294,11 +332,15 @@ MEASURED = """async () => {
 
 
 def test_a_page_follows_a_hand(address: str) -> None:
-    """In a browser: the numbers on the page are those of the command, before and after a move, and undone."""
+    """In a browser: the numbers on the page are those of the command, before and after a move, and
+    undone.
+    """
     hosts: set[str] = set()
     with page_of(address) as page:
         page.on("request", lambda request: hosts.add(request.url.split("/")[2]))
-        objective, other = (page.locator("#readings tbody tr").first.locator("td").nth(k) for k in (0, 1))
+        objective, other = (
+            page.locator("#readings tbody tr").first.locator("td").nth(k) for k in (0, 1)
+        )
         first, printed = objective.inner_text(), other.inner_text()
         page.get_by_label("also show printed").check()
         force = page.locator(".told").inner_text()
@@ -348,7 +390,10 @@ def test_a_page_follows_fast(address: str) -> None:
             runs.append(page.evaluate(MEASURED))
             time.sleep(0.2)
     late, rate, rested = min(r[0] for r in runs), max(r[1] for r in runs), min(r[2] for r in runs)
-    print(f"input to picture p95 {late:.0f} ms, {rate:.0f} pictures/s, requirements after {rested:.0f} ms")
+    print(
+        f"input to picture p95 {late:.0f} ms, {rate:.0f} pictures/s, requirements after "
+        f"{rested:.0f} ms"
+    )
     assert late <= 2 * IDLE_MS
     assert rate >= RATE / 2
     assert rested <= 2 * REQUIREMENTS_MS
@@ -356,7 +401,9 @@ def test_a_page_follows_fast(address: str) -> None:
 
 @pytest.mark.long
 def test_a_path_is_drawn_and_the_search_follows(address: str) -> None:
-    """A point of a pick-up's path is drawn about: its gears follow at once, and the search keeps what it must do."""
+    """A point of a pick-up's path is drawn about: its gears follow at once, and the search keeps
+    what it must do.
+    """
     with page_of(address, "yu2023") as page:
         page.get_by_role("button", name="Draw path").click()
         handle = page.locator('[data-handle="path.points_mm[14][0]"]')

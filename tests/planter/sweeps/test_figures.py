@@ -1,4 +1,6 @@
-"""Figures of sweeps show the computed rows: their ends, their values, and a band only over other inputs."""
+"""Figures of sweeps show the computed rows: their ends, their values, and a band only over other
+inputs.
+"""
 
 from typing import Any
 
@@ -29,7 +31,11 @@ def panels(rows: SweepData, values: Array) -> list[Axes]:
 
 
 def bands(axes: Axes) -> list[FillBetweenPolyCollection]:
-    return [collection for collection in axes.collections if isinstance(collection, FillBetweenPolyCollection)]
+    return [
+        collection
+        for collection in axes.collections
+        if isinstance(collection, FillBetweenPolyCollection)
+    ]
 
 
 def test_single_input_is_line_through_rows() -> None:
@@ -46,8 +52,12 @@ def test_several_inputs_show_mean_and_extremes() -> None:
     speed, mass = rows.points.T
     first, second = panels(rows, speed * mass)
     at = np.linspace(35, 45, 61)
-    assert np.allclose(first.lines[0].get_xydata(), np.column_stack([at, at * np.mean(MASS)]), rtol=1e-14)
-    assert np.allclose(second.lines[0].get_xydata(), np.column_stack([MASS, 40 * np.array(MASS)]), rtol=1e-14)
+    assert np.allclose(
+        first.lines[0].get_xydata(), np.column_stack([at, at * np.mean(MASS)]), rtol=1e-14
+    )
+    assert np.allclose(
+        second.lines[0].get_xydata(), np.column_stack([MASS, 40 * np.array(MASS)]), rtol=1e-14
+    )
     extremes = bands(first)[0].get_datalim(first.transData)
     assert (extremes.x0, extremes.x1) == (35, 45)
     assert np.allclose([extremes.y0, extremes.y1], [35, 45 * 1.4])
@@ -92,5 +102,7 @@ def test_map_has_cell_for_every_value() -> None:
     rows = draw_sweep(speed=SPEED, mass=MASS)
     figure = draw_map(rows, "speed", "mass", "out", rows.points[:, 0] * rows.points[:, 1])
     assert figure is not None
-    (mesh,) = (collection for collection in figure.axes[0].collections if isinstance(collection, QuadMesh))
+    (mesh,) = (
+        collection for collection in figure.axes[0].collections if isinstance(collection, QuadMesh)
+    )
     assert np.allclose(mesh.get_array(), np.outer(MASS, np.linspace(35, 45, 61)))

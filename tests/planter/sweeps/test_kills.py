@@ -1,4 +1,6 @@
-"""Drivers and workers killed by signal 9 at random moments: the answer is that of an undisturbed run."""
+"""Drivers and workers killed by signal 9 at random moments: the answer is that of an undisturbed
+run.
+"""
 
 import os
 import random
@@ -42,8 +44,14 @@ class Killed:
 
     def started(self, name: str) -> psutil.Popen:
         command = [sys.executable, "-c", FOUND, name, str(ROWS), str(self.width)]
-        process = psutil.Popen(command, cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                               env=os.environ | {"PYTHONPATH": str(ROOT)})  # fmt: skip
+        process = psutil.Popen(
+            command,
+            cwd=self.folder,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+        )
         process.stdin.write(self.recipe.text)
         process.stdin.close()
         return process
@@ -59,11 +67,17 @@ class Killed:
     def chunks(self, name: str) -> int:
         with suppress(sqlite3.Error):
             place = f"file:{self.folder / name}?mode=ro"
-            return int(sqlite3.connect(place, uri=True).execute("SELECT count(*) FROM chunks").fetchone()[0])
+            return int(
+                sqlite3.connect(place, uri=True)
+                .execute("SELECT count(*) FROM chunks")
+                .fetchone()[0]
+            )
         return 0
 
     def driver(self, name: str, rng: random.Random) -> None:
-        """The first process killed by signal 9 at a random moment: its workers end, what it had found is there."""
+        """The first process killed by signal 9 at a random moment: its workers end, what it had
+        found is there.
+        """
         process = self.started(name)
         workers = self.disturbed(process, name, rng)
         process.kill()
@@ -81,7 +95,9 @@ class Killed:
                 victim.kill()
         assert self.ended(process)[0] == self.complete
 
-    def disturbed(self, process: psutil.Popen, name: str, rng: random.Random) -> list[psutil.Process]:
+    def disturbed(
+        self, process: psutil.Popen, name: str, rng: random.Random
+    ) -> list[psutil.Process]:
         """The workers of a process at a random moment of its work."""
         chunks = rng.randrange(1, 10)
         while self.chunks(name) < chunks and process.poll() is None:
@@ -100,10 +116,17 @@ def counted(tmp_path_factory: pytest.TempPathFactory) -> Killed:
 @pytest.fixture(scope="module")
 def turned(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> Killed:
     """Of turns of a planting device."""
-    plan = Plan.read({
-        "machine": "wang2017", "scheme": "sobol", "points": ROWS, "seed": 7, "outputs": ["support_range_N"],
-        "inputs": {"model": ["exact", "printed"], "speed_rpm": {"from": 35, "to": 45}},
-    }, "plan.toml")  # fmt: skip
+    plan = Plan.read(
+        {
+            "machine": "wang2017",
+            "scheme": "sobol",
+            "points": ROWS,
+            "seed": 7,
+            "outputs": ["support_range_N"],
+            "inputs": {"model": ["exact", "printed"], "speed_rpm": {"from": 35, "to": 45}},
+        },
+        "plan.toml",
+    )
     sweep = Sweep(plan)
     sweep.machines[0].machine = file.load("wang2017", {"objective.samples": 72})
     return Killed(tmp_path_factory.mktemp("turned"), sweep.recipe, width=1)

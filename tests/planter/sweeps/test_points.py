@@ -49,17 +49,35 @@ def test_latin_hypercube_has_a_row_per_slice() -> None:
 
 BASE = {"machine": "wang2017", "inputs": {"speed_rpm": [35, 45]}}
 WRONG = {
-    "a range without steps": ({"inputs": {"m31": {"from": 1, "to": 2}}}, "inputs.m31.steps is missing"),
-    "a range upside down": ({"inputs": {"m31": {"from": 2, "to": 1, "steps": 3}}}, "it must have from less than to"),
-    "half a range": ({"inputs": {"m31": {"from": 2, "steps": 3}}}, "it must have from less than to"),
-    "a list and a range": ({"inputs": {"m31": {"from": 1, "to": 2, "values": [1]}}}, "it must be a list of values, or"),
+    "a range without steps": (
+        {"inputs": {"m31": {"from": 1, "to": 2}}},
+        "inputs.m31.steps is missing",
+    ),
+    "a range upside down": (
+        {"inputs": {"m31": {"from": 2, "to": 1, "steps": 3}}},
+        "it must have from less than to",
+    ),
+    "half a range": (
+        {"inputs": {"m31": {"from": 2, "steps": 3}}},
+        "it must have from less than to",
+    ),
+    "a list and a range": (
+        {"inputs": {"m31": {"from": 1, "to": 2, "values": [1]}}},
+        "it must be a list of values, or",
+    ),
     "a number": ({"inputs": {"m31": 1.5}}, "inputs.m31 = 1.5: it must be a list of values"),
-    "numbers and texts": ({"inputs": {"m31": [1.5, "exact"]}}, "a list of numbers, or a list of texts"),
+    "numbers and texts": (
+        {"inputs": {"m31": [1.5, "exact"]}},
+        "a list of numbers, or a list of texts",
+    ),
     "a value twice": ({"inputs": {"m31": [1.5, 1.5]}}, "= [1.5, 1.5]"),
     "nothing": ({"inputs": {}}, "inputs = {}"),
     "points of a grid": ({"points": 5}, "points = 5:"),
     "no points": ({"scheme": "sobol"}, "points is missing"),
-    "too many": ({"inputs": {n: {"from": 0, "to": 1, "steps": 999_999} for n in "ab"}}, "at most 100000000"),
+    "too many": (
+        {"inputs": {n: {"from": 0, "to": 1, "steps": 999_999} for n in "ab"}},
+        "at most 100000000",
+    ),
     "another scheme": ({"scheme": "halton"}, "'grid', 'sobol' or 'latin'"),
     "an unknown key": ({"sead": 1}, "did you mean seed?"),
     "not finite": ({"inputs": {"m31": [float("nan")]}}, "inputs.m31"),
@@ -81,7 +99,19 @@ def test_several_machines_become_first_input() -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [[[1], [2]], [{"a": 1}], [1, "exact"], [True, False], [[]], [1, [2]], {"from": [1], "to": 2}, 3, None, "x"]
+    "value",
+    [
+        [[1], [2]],
+        [{"a": 1}],
+        [1, "exact"],
+        [True, False],
+        [[]],
+        [1, [2]],
+        {"from": [1], "to": 2},
+        3,
+        None,
+        "x",
+    ],
 )
 def test_values_of_wrong_kind_are_rejected(value: object) -> None:
     with pytest.raises(InputError, match=r"plan\.toml: .*speed_rpm"):

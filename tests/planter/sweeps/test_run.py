@@ -20,12 +20,16 @@ def squares(**more: object) -> Recipe:
     return Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
 
 
-def answered(recipe: Recipe, path: Path | None = None, means: Means = AUTO) -> tuple[str, job.JobRun]:
+def answered(
+    recipe: Recipe, path: Path | None = None, means: Means = AUTO
+) -> tuple[str, job.JobRun]:
     """Hash of the answer, and how it came about; the numbers are those of the job."""
     with Store(path, recipe.question, ROWS, 2) as store:
         done = job.run_job(recipe, store, means)
         rows = np.vstack(list(store.blocks()))
-        assert np.array_equal(rows, np.column_stack([np.arange(ROWS), np.arange(ROWS, dtype=float) ** 2]))
+        assert np.array_equal(
+            rows, np.column_stack([np.arange(ROWS), np.arange(ROWS, dtype=float) ** 2])
+        )
         return store.digest(), done
 
 
@@ -81,8 +85,12 @@ def test_recipe_replaced_during_run_is_rejected(tmp_path: Path) -> None:
 
 TAMPERED = {
     "extra": "INSERT INTO chunks SELECT question, 4, sha256, content FROM chunks WHERE number = 3",
-    "negative": "INSERT INTO chunks SELECT question, -1, sha256, content FROM chunks WHERE number = 0",
-    "another question's": "INSERT INTO chunks SELECT 'other', number, sha256, content FROM chunks WHERE number = 1",
+    "negative": (
+        "INSERT INTO chunks SELECT question, -1, sha256, content FROM chunks WHERE number = 0"
+    ),
+    "another question's": (
+        "INSERT INTO chunks SELECT 'other', number, sha256, content FROM chunks WHERE number = 1"
+    ),
     "moved": "UPDATE chunks SET number = -1 WHERE number = 1",
     "short": "UPDATE chunks SET content = substr(content, 1, 16) WHERE number = 0",
     "no bytes": "UPDATE chunks SET content = 'text' WHERE number = 0",
@@ -97,7 +105,9 @@ SWAPPED = (
 
 
 @pytest.mark.parametrize(
-    "statements", [*((statement,) for statement in TAMPERED.values()), SWAPPED], ids=[*TAMPERED, "swapped"]
+    "statements",
+    [*((statement,) for statement in TAMPERED.values()), SWAPPED],
+    ids=[*TAMPERED, "swapped"],
 )
 def test_tampered_store_is_rejected(tmp_path: Path, statements: tuple[str, ...]) -> None:
     path, recipe = tmp_path / "kept.sqlite", squares()
@@ -153,7 +163,9 @@ def test_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
 
 
 def test_recipe_order_is_preserved() -> None:
-    """Inputs are columns: what a worker reads must have them in the order in which they were asked."""
+    """Inputs are columns: what a worker reads must have them in the order in which they were
+    asked.
+    """
     recipe = Recipe("a:b", {"speed": 1, "mass": 2})
     assert list(json.loads(recipe.text)["arguments"]) == ["speed", "mass"]
     assert recipe.question != Recipe("a:b", {"mass": 2, "speed": 1}).question

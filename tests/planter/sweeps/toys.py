@@ -12,11 +12,16 @@ from planter.kernels import Array
 
 
 class Squares:
-    """Row i holds i and i squared. Before a chunk that begins at `fatal`, the process is killed once."""
+    """Row i holds i and i squared.
+
+    Before a chunk that begins at `fatal`, the process is killed once.
+    """
 
     width = 2
 
-    def __init__(self, rows: int, fatal: int = -1, mark: str = "", wrong: int = -1, wait: float = 0) -> None:
+    def __init__(
+        self, rows: int, fatal: int = -1, mark: str = "", wrong: int = -1, wait: float = 0
+    ) -> None:
         self.rows, self.fatal, self.mark, self.wrong, self.wait = rows, fatal, mark, wrong, wait
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:

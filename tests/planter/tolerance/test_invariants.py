@@ -26,7 +26,9 @@ f.defines(q.y, sin(q.a) + 7 * sin(q.b) ** 2 + (q.c / q.one) ** 4 * sin(q.a) / 10
 SYSTEM = f.system()
 '''
 RIGHT = {"a_rad": (0.3139, 0.5576), "b_rad": (0.4424, 0.4424), "c_rad": (0.0, 0.2437)}
-"""First and total indices of Ishigami's function with 7 and 0.1 (Ishigami and Homma 1990, by their closed forms)."""
+"""First and total indices of Ishigami's function with 7 and 0.1 (Ishigami and Homma 1990, by their
+closed forms).
+"""
 UNIFORM = '{ from = -3.141592653589793, to = 3.141592653589793, distribution = "uniform" }'
 
 
@@ -34,7 +36,16 @@ def test_indices_equal_closed_forms(tmp_path: Path) -> None:
     tolerances = tmp_path / "t.toml"
     tolerances.write_text("[tolerances]\n" + "".join(f"{name} = {UNIFORM}\n" for name in RIGHT))
     machine = str(own.generated(ISHIGAMI) / "ishigami.toml")
-    options = ("--tolerances", str(tolerances), "--output", "max y", "--samples", "20000", "--indices", "16384")
+    options = (
+        "--tolerances",
+        str(tolerances),
+        "--output",
+        "max y",
+        "--samples",
+        "20000",
+        "--indices",
+        "16384",
+    )
     result = answer("tolerance", machine, *options)
     (indices,) = result["sobol"].values()
     for name, (first, total) in RIGHT.items():

@@ -1,4 +1,6 @@
-"""Sweeps of machines of other rooms: read again from what is kept of them, rows of the machine alone, slopes."""
+"""Sweeps of machines of other rooms: read again from what is kept of them, rows of the machine
+alone, slopes.
+"""
 
 from __future__ import annotations
 
@@ -37,14 +39,18 @@ def test_rows_equal_single_machine_outputs(name: str) -> None:
     frozen = json.loads(json.dumps(resolved.adapter.frozen(resolved.machine)))
     nominal = resolved.adapter.nominal(resolved.machine)
     x = np.array([nominal[path] for path in inputs])
-    subject = resolved.adapter.subject(frozen, {}, {path: (nominal[path],) * 2 for path in inputs}, [output])
+    subject = resolved.adapter.subject(
+        frozen, {}, {path: (nominal[path],) * 2 for path in inputs}, [output]
+    )
     (value,), slopes = subject.slopes(x)
     (term,) = subject.outputs[0].terms
     quantity = machine.find_quantity(term.name)
     peak = next(peak for peak in summarise_machine(machine).peaks if peak.name == quantity.name)
     assert value == pytest.approx(peak.max if term.kind == "max" else peak.max - peak.min, rel=1e-9)
     steps = np.diag(1e-6 * x)
-    difference = (subject.evaluated(x + steps, 1) - subject.evaluated(x - steps, 1))[:, 0] / (2e-6 * x)
+    difference = (subject.evaluated(x + steps, 1) - subject.evaluated(x - steps, 1))[:, 0] / (
+        2e-6 * x
+    )
     np.testing.assert_allclose(slopes[0], difference, atol=1e-6 * np.abs(slopes).max())
     assert np.abs(slopes).max() > 0
 
@@ -64,7 +70,9 @@ VARIED = {"bars.L1_mm": (90.0, 97.0)}
 
 
 def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
-    """Alone, the range is least at an end of the bar's length; as a limit it binds where the needle shall reach far."""
+    """Alone, the range is least at an end of the bar's length; as a limit it binds where the needle
+    shall reach far.
+    """
     resolved, machine = ResolvedMachine("yu2023"), load_machine("yu2023")
     spreads = {"bars.L1_mm": Spread("normal", 93.2, 93.5)}
 
@@ -72,7 +80,12 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
         moved = machine.with_moved(VARIED)
         response = MachineResponse(moved, ["x_S"])
         at = response.at(np.array([length * 1e-3]))
-        return float(np.ptp(1e3 * response.values(at, machine.turn * np.arange(machine.samples) / machine.samples)))
+        return float(
+            np.ptp(
+                1e3
+                * response.values(at, machine.turn * np.arange(machine.samples) / machine.samples)
+            )
+        )
 
     stated = Settings(1.0, 8, 1, sum_text="range x_S", ranges=VARIED)
     free = resolved.adapter.robust(resolved.machine, {}, spreads, stated, None)
@@ -91,7 +104,10 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
     [
         (Settings(sum_text="range x_S"), "no values to search in: give --vary"),
         (Settings(ranges=VARIED), "no sum to minimise: give --least"),
-        (Settings(sum_text="range x_S", ranges={"bars.L1_mm": (97.0, 90.0)}), "LOW must be below HIGH"),
+        (
+            Settings(sum_text="range x_S", ranges={"bars.L1_mm": (97.0, 90.0)}),
+            "LOW must be below HIGH",
+        ),
         (Settings(sum_text="range x_Q", ranges=VARIED), "no quantity x_Q"),
     ],
 )

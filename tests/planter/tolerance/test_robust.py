@@ -1,4 +1,6 @@
-"""Robust designs of any machine: gradients against differences, machines one by one, limits, rows without a cycle."""
+"""Robust designs of any machine: gradients against differences, machines one by one, limits, rows
+without a cycle.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def crank(**bounds: tuple[float, float]) -> Machine:
-    """Return the slider-crank with values to move; the offset is one of them and has a tolerance."""
+    """Return the slider-crank with values to move; the offset is one of them and has a
+    tolerance.
+    """
     ends = {f"values.{key}": pair for key, pair in bounds.items()} or {
         "values.r_mm": (30, 80),
         "values.e_mm": (-20, 20),
@@ -38,21 +42,29 @@ def crank(**bounds: tuple[float, float]) -> Machine:
 
 
 def robust_goal(machine: Machine, spreads: dict[str, Spread], hold: str = "") -> RobustGoal:
-    measures = [resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")]
+    measures = [
+        resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")
+    ]
     limits = [resolve_limit(machine, parse_limit(hold))] if hold else []
     bounds = MeasureLimits(Goal(machine, (), limits)) if limits else None
-    return RobustGoal(replace(machine, objective=tuple(measures)), spreads, SETTINGS, ANGLES, bounds)
+    return RobustGoal(
+        replace(machine, objective=tuple(measures)), spreads, SETTINGS, ANGLES, bounds
+    )
 
 
 def test_gradient_of_mean_and_deviation_agrees_with_differences() -> None:
     robust = robust_goal(crank(), SPREADS)
     x, (value, slope) = robust.design, robust.value(robust.design, 3.0)
     for j, step in enumerate(np.diag(1e-6 * (robust.upper - robust.lower))):
-        difference = (robust.value(x + step, 3.0)[0] - robust.value(x - step, 3.0)[0]) / (2 * step[j])
+        difference = (robust.value(x + step, 3.0)[0] - robust.value(x - step, 3.0)[0]) / (
+            2 * step[j]
+        )
         assert slope[j] == pytest.approx(difference, rel=1e-6)
     at = robust.at(x)
     assert value == pytest.approx(at.mean + 3 * at.std)
-    assert not np.allclose(slope, at.mean_slope, rtol=1e-4), "the deviation has a part in the gradient"
+    assert not np.allclose(slope, at.mean_slope, rtol=1e-4), (
+        "the deviation has a part in the gradient"
+    )
 
 
 def test_random_machines_agree_with_single_machines() -> None:
@@ -72,10 +84,18 @@ def test_random_machines_agree_with_single_machines() -> None:
 def test_robust_design_improves_within_limits() -> None:
     robust = robust_goal(crank(), SPREADS, "max s <= 245 mm")
     robust_result = find_robust(robust, SETTINGS, None)
-    assert robust_result.best_robust.robust <= min(robust_result.best_nominal.robust, robust_result.own.robust) + 1e-9
-    assert robust_result.objective == pytest.approx(robust_result.best_robust.mean + 3 * robust_result.best_robust.std)
+    assert (
+        robust_result.best_robust.robust
+        <= min(robust_result.best_nominal.robust, robust_result.own.robust) + 1e-9
+    )
+    assert robust_result.objective == pytest.approx(
+        robust_result.best_robust.mean + 3 * robust_result.best_robust.std
+    )
     assert isinstance(robust.limits, MeasureLimits)
-    x = np.array([robust_result.design["r_mm"], robust_result.design["e_mm"]]) * robust.machine.scale
+    x = (
+        np.array([robust_result.design["r_mm"], robust_result.design["e_mm"]])
+        * robust.machine.scale
+    )
     assert robust.limits.violation(x) <= 1e-6
     assert robust.limits.violation(robust.design) > 1e-3
 

@@ -1,11 +1,18 @@
-"""Distributions against SciPy's, Sobol' indices of functions whose indices are known, bands of known samples."""
+"""Distributions against SciPy's, Sobol' indices of functions whose indices are known, bands of
+known samples.
+"""
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from planter.errors import ComputationError
-from planter.tolerance.analysis import compute_bands, compute_indices, compute_tightening, first_order_std
+from planter.tolerance.analysis import (
+    compute_bands,
+    compute_indices,
+    compute_tightening,
+    first_order_std,
+)
 from planter.tolerance.job import HalvedTolerances, RandomPoints, Saltelli, Spread
 
 LAWS = {
@@ -33,12 +40,19 @@ def test_blocks_of_points_do_not_depend_on_start() -> None:
     assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
     assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
     points = RandomPoints(spreads, 20_000, 3)
-    assert np.array_equal(points.block(10_000, 10_050), RandomPoints(spreads, 30_000, 3).block(10_000, 10_050))
+    assert np.array_equal(
+        points.block(10_000, 10_050), RandomPoints(spreads, 30_000, 3).block(10_000, 10_050)
+    )
     assert not np.array_equal(points.block(10_000, 10_050), points.block(0, 50))
 
 
 def test_additive_function_has_exact_indices() -> None:
-    spreads = [Spread("normal", -3, 3), Spread("uniform", 0, 2), Spread("triangular", -1, 1), Spread("uniform", 5, 9)]
+    spreads = [
+        Spread("normal", -3, 3),
+        Spread("uniform", 0, 2),
+        Spread("triangular", -1, 1),
+        Spread("uniform", 5, 9),
+    ]
     weights = np.array([1.0, 2.0, -1.5, 0.0])
     mixed = Saltelli(spreads, 4096, 1)
     rows = mixed.block(0, mixed.rows) @ weights
@@ -53,8 +67,15 @@ def test_additive_function_has_exact_indices() -> None:
 
 
 def test_half_a_tolerance_takes_three_quarters_of_its_variance() -> None:
-    """Of an additive function; an input without effect buys nothing, nor does a function of other inputs."""
-    spreads = [Spread("normal", -3, 3), Spread("uniform", 0, 2), Spread("triangular", -1, 1), Spread("uniform", 5, 9)]
+    """Of an additive function; an input without effect buys nothing, nor does a function of other
+    inputs.
+    """
+    spreads = [
+        Spread("normal", -3, 3),
+        Spread("uniform", 0, 2),
+        Spread("triangular", -1, 1),
+        Spread("uniform", 5, 9),
+    ]
     weights = np.array([[1.0, 2.0, -1.5, 0.0], [0.0, 0.0, 0.0, 3.0]])
     points = HalvedTolerances(spreads, 4096, 1)
     block = points.block(0, points.rows)
@@ -64,7 +85,9 @@ def test_half_a_tolerance_takes_three_quarters_of_its_variance() -> None:
     tightened = compute_tightening(["y", "z"], list("abcd"), rows, bands)
     parts = weights[0] ** 2 * np.array([spread.std for spread in spreads]) ** 2
     for name, part in zip("abcd", parts, strict=True):
-        assert tightened["y"][name].std == pytest.approx(np.sqrt(parts.sum() - 0.75 * part), rel=5e-3)
+        assert tightened["y"][name].std == pytest.approx(
+            np.sqrt(parts.sum() - 0.75 * part), rel=5e-3
+        )
     assert tightened["y"]["d"].reduction_percent == tightened["z"]["a"].reduction_percent == 0
     assert tightened["z"]["d"].reduction_percent == pytest.approx(50, abs=1e-9)
 
@@ -75,7 +98,9 @@ def test_machines_without_cycle_are_left_out_of_tightening() -> None:
     rows = points.block(0, points.rows)[:, :1].copy()
     bands = compute_bands(["y"], rows[:256], rows[0], None, spreads)
     rows[::7] = np.nan
-    assert compute_tightening(["y"], ["a", "b"], rows, bands)["y"]["a"].reduction_percent == pytest.approx(50)
+    assert compute_tightening(["y"], ["a", "b"], rows, bands)["y"][
+        "a"
+    ].reduction_percent == pytest.approx(50)
     rows[:] = np.nan
     with pytest.raises(ComputationError, match="no machines"):
         compute_tightening(["y"], ["a", "b"], rows, bands)
@@ -115,7 +140,8 @@ def test_bands_use_rows_with_results() -> None:
     remaining = np.delete(np.arange(101.0), 7)
     assert (band.missing, band.nominal, band.first_order_std) == (1, 50, None)
     assert np.allclose(
-        [band.mean, band.std, band.p5], [remaining.mean(), remaining.std(ddof=1), np.percentile(remaining, 5)]
+        [band.mean, band.std, band.p5],
+        [remaining.mean(), remaining.std(ddof=1), np.percentile(remaining, 5)],
     )
     with pytest.raises(ComputationError, match="101 of 101 machines have no cycle"):
         compute_bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), None, [])

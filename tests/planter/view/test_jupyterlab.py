@@ -29,7 +29,9 @@ CELLS = (
 @pytest.fixture
 def lab(tmp_path: Path) -> Iterator[str]:
     """The address of a notebook with the cells, in a JupyterLab of its own."""
-    pytest.importorskip("jupyterlab", reason="JupyterLab is not installed: make test-long installs it")
+    pytest.importorskip(
+        "jupyterlab", reason="JupyterLab is not installed: make test-long installs it"
+    )
     cells = [
         {
             "cell_type": "code",
@@ -44,14 +46,30 @@ def lab(tmp_path: Path) -> Iterator[str]:
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}}
     book = {"nbformat": 4, "nbformat_minor": 5, "metadata": kernel, "cells": cells}
     (tmp_path / "book.ipynb").write_text(json.dumps(book), encoding="utf-8")
-    folders = {f"JUPYTER_{name}_DIR": str(tmp_path / name.lower()) for name in ("CONFIG", "DATA", "RUNTIME")}
-    command = [sys.executable, "-m", "jupyter", "lab", "--no-browser", "--port=0", "--allow-root",
-               "--IdentityProvider.token=known", f"--ServerApp.root_dir={tmp_path}"]  # fmt: skip
+    folders = {
+        f"JUPYTER_{name}_DIR": str(tmp_path / name.lower())
+        for name in ("CONFIG", "DATA", "RUNTIME")
+    }
+    command = [
+        sys.executable,
+        "-m",
+        "jupyter",
+        "lab",
+        "--no-browser",
+        "--port=0",
+        "--allow-root",
+        "--IdentityProvider.token=known",
+        f"--ServerApp.root_dir={tmp_path}",
+    ]
     surroundings = os.environ | folders | {"PYTHONPATH": str(ROOT)}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=surroundings) as process:
         try:
             assert process.stderr is not None
-            address = next(match for line in process.stderr if (match := re.search(r"http://127\S+?:(\d+)/lab", line)))
+            address = next(
+                match
+                for line in process.stderr
+                if (match := re.search(r"http://127\S+?:(\d+)/lab", line))
+            )
             yield f"http://127.0.0.1:{address[1]}/lab/tree/book.ipynb?token=known&reset"
         finally:
             process.terminate()
@@ -64,9 +82,16 @@ def test_a_notebook_shows_the_machine_as_it_moves(lab: str) -> None:
     messages = []
     for model in ("exact", "printed"):
         device = Device(load("wang2017"), model)
-        turn = cycle.evaluate_cycle(device, device.prologue(device.design), cycle.sample_angles(360)).columns()
-        messages.append(f"carrier angle 0\N{DEGREE SIGN}, vertical support force {turn['support_N'][0]:.5g} N")
-    with sync_playwright() as play, play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium:
+        turn = cycle.evaluate_cycle(
+            device, device.prologue(device.design), cycle.sample_angles(360)
+        ).columns()
+        messages.append(
+            f"carrier angle 0\N{DEGREE SIGN}, vertical support force {turn['support_N'][0]:.5g} N"
+        )
+    with (
+        sync_playwright() as play,
+        play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium,
+    ):
         page = chromium.new_page()
         page.goto(lab)
         page.wait_for_selector(".jp-CodeCell", timeout=120_000)

@@ -1,4 +1,6 @@
-"""Every machine as it is drawn obeys its geometry: gears touch, bars keep their ends, bodies stay inside."""
+"""Every machine as it is drawn obeys its geometry: gears touch, bars keep their ends, bodies stay
+inside.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +82,9 @@ def test_linkage_bars_meet_in_hinges() -> None:
 
 def test_train_gears_touch_and_arm_ends_at_tip() -> None:
     pose_file = poses.load_poses("sun2019-corrected")
-    scene = mapping.train(train.build_training(curve.load_curve("sun2019-curve"), 0.07, file=pose_file))
+    scene = mapping.train(
+        train.build_training(curve.load_curve("sun2019-curve"), 0.07, file=pose_file)
+    )
     assert scene is not None
     for moment in range(0, scene.moments, 13):
         at = placed(scene, moment)
@@ -101,7 +105,9 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 def test_user_mechanism_bodies_are_rigid(arm: Scene) -> None:
-    """Distances between the points of a body are the same at every moment; the path of its loop closes."""
+    """Distances between the points of a body are the same at every moment; the path of its loop
+    closes.
+    """
     for chain in arm.chains:
         at = np.array([[arm.points[k].x, arm.points[k].y] for k in chain.points])
         lengths = np.hypot(*np.swapaxes(at[1:] - at[:-1], 0, 1))
@@ -116,7 +122,9 @@ def test_point_leaving_body_is_detected(arm: Scene) -> None:
 
 
 def test_teeth_mesh_without_overlap_as_they_turn() -> None:
-    """Gears of other numbers of teeth than drawn by default: their outlines touch and do not share an area."""
+    """Gears of other numbers of teeth than drawn by default: their outlines touch and do not share
+    an area.
+    """
     order = ToothOrder(teeth=23)
     pair = cut_teeth(build_circle_pair(0.023, 0.023), order, "own", ("gear", "mate"))
     scene = gears.build_scene(pair)
@@ -126,6 +134,7 @@ def test_teeth_mesh_without_overlap_as_they_turn() -> None:
         assert first.intersection(second).area < 1e-3
     turned = replace(scene.bodies[1], turn=scene.bodies[1].turn + 360 / 46)
     first, second = (
-        Polygon(lines[0]) for lines in placed(replace(scene, bodies=(scene.bodies[0], turned)), 17).values()
+        Polygon(lines[0])
+        for lines in placed(replace(scene, bodies=(scene.bodies[0], turned)), 17).values()
     )
     assert first.intersection(second).area > 1

@@ -1,4 +1,6 @@
-"""Lines of drawings follow their curves: pieces are as short as it takes, corners and jumps included."""
+"""Lines of drawings follow their curves: pieces are as short as it takes, corners and jumps
+included.
+"""
 
 from collections.abc import Callable
 
@@ -12,7 +14,11 @@ from planter.view.subject import open_machine
 
 def scenes(machine: str) -> list[Scene]:
     subject = open_machine(machine, {})
-    return list(subject.scenes({control.path: control.value for control in subject.controls}, subject.models[0]))
+    return list(
+        subject.scenes(
+            {control.path: control.value for control in subject.controls}, subject.models[0]
+        )
+    )
 
 
 def strayed(places: Array, values: Array, dense: Array, exact: Array) -> float:
@@ -22,10 +28,16 @@ def strayed(places: Array, values: Array, dense: Array, exact: Array) -> float:
 
 @pytest.mark.parametrize(
     ("curve", "tolerance"),
-    [(np.sin, 2 * TOLERANCE), (lambda t: np.abs(np.sin(7 * t)), 1e-2), (lambda t: np.sqrt(np.abs(t - 2)), 1e-2)],
+    [
+        (np.sin, 2 * TOLERANCE),
+        (lambda t: np.abs(np.sin(7 * t)), 1e-2),
+        (lambda t: np.sqrt(np.abs(t - 2)), 1e-2),
+    ],
 )
 def test_pieces_follow_a_curve(curve: Callable[[Array], Array], tolerance: float) -> None:
-    """Halved at most ROUNDS times, the pieces beside a corner are short enough to follow it within a hundredth."""
+    """Halved at most ROUNDS times, the pieces beside a corner are short enough to follow it within
+    a hundredth.
+    """
     dense, even = np.linspace(0.0, 2 * np.pi, 7001), np.linspace(0.0, 2 * np.pi, 37)
     places = refine_places(lambda t: [curve(t)], even)
     assert strayed(places, curve(places), dense, curve(dense)) < tolerance
@@ -57,13 +69,17 @@ def test_clutch_curve_meets_zeros() -> None:
 
 
 def test_tip_paths_of_linkages_are_smooth() -> None:
-    """Corners between neighbouring pieces are flat but where the path is short against its pieces."""
+    """Corners between neighbouring pieces are flat but where the path is short against its
+    pieces.
+    """
     for scene in scenes("sun2019")[:2]:
         (tip,) = (point for point in scene.points if point.traced)
         path = np.append(tip.x, np.take(tip.x, 0)) + 1j * np.append(tip.y, np.take(tip.y, 0))
         steps = np.diff(path)
         bends = np.abs(np.angle(steps[1:] / steps[:-1]))
-        bulges = np.minimum(np.abs(steps[1:]), np.abs(steps[:-1])) * bends / 8  # of an arc from its chord
+        bulges = (
+            np.minimum(np.abs(steps[1:]), np.abs(steps[:-1])) * bends / 8
+        )  # of an arc from its chord
         assert bulges.max() < 2e-3 * max(np.ptp(path.real), np.ptp(path.imag))
         assert (np.diff(scene.times) > 0).all()
 

@@ -1,4 +1,6 @@
-"""The drawing: what it shows is where the mechanism is, packed and unpacked, and the page lets its script alone run."""
+"""The drawing: what it shows is where the mechanism is, packed and unpacked, and the page lets its
+script alone run.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +58,10 @@ def gaps(device_scene: Scene, moment: int) -> list[float]:
     gaps = []
     for side in (1, 2):
         five, six = at[f"middle body, side {side}"]
-        gaps += [at["sun"][0].distance(five), six.distance(at[f"planet and nozzle, side {side}"][0])]
+        gaps += [
+            at["sun"][0].distance(five),
+            six.distance(at[f"planet and nozzle, side {side}"][0]),
+        ]
     return gaps
 
 
@@ -75,7 +80,9 @@ def test_a_gear_drawn_at_a_wrong_place_does_not_touch(device_scene: Scene) -> No
 def shared(device_scene: Scene, moment: int) -> tuple[float, float]:
     """Largest area [mm2] and distance [mm] between teeth that mesh, of both sides."""
     cut = [
-        Polygon(points[0]) for line, points in device_scene.placed(slice(moment, moment + 1)) if line.look == "teeth"
+        Polygon(points[0])
+        for line, points in device_scene.placed(slice(moment, moment + 1))
+        if line.look == "teeth"
     ]
     sun, *other_parts = cut
     meshing = [
@@ -98,11 +105,15 @@ def test_teeth_mesh_wherever_the_carrier_is(device_scene: Scene, moment: int) ->
 def test_a_gear_turned_by_half_a_tooth_does_not_mesh(device_scene: Scene) -> None:
     sun, *other_bodies = device_scene.bodies
     turned = replace(sun.parts[0], turn=sun.parts[0].turn + 180 / 31)
-    area, _ = shared(replace(device_scene, bodies=(replace(sun, parts=[turned]), *other_bodies)), 47)
+    area, _ = shared(
+        replace(device_scene, bodies=(replace(sun, parts=[turned]), *other_bodies)), 47
+    )
     assert area > 1
 
 
-def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert build_scene(device, device.design).toothed
     monkeypatch.setattr(scene, "ORDER", ToothOrder(teeth=8, keep="size"))
     plain = build_scene(device, device.design)
@@ -119,10 +130,12 @@ def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -
     (_, _, phi), (x, y, rotation) = device_scene.pose(carrier), device_scene.pose(planet)
     heading, at = np.radians(phi), np.radians(phi + rotation)
     length = device.machine.nozzle.tip_distance_mm
-    tip = np.array([
-        np.cos(heading) * x - np.sin(heading) * y + length * np.cos(at),
-        np.sin(heading) * x + np.cos(heading) * y + length * np.sin(at),
-    ])  # fmt: skip
+    tip = np.array(
+        [
+            np.cos(heading) * x - np.sin(heading) * y + length * np.cos(at),
+            np.sin(heading) * x + np.cos(heading) * y + length * np.sin(at),
+        ]
+    )
     assert arm.turn == 0
     assert tip == pytest.approx(np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), abs=1e-9)
 
@@ -131,9 +144,13 @@ def test_packed_series_unpack_as_single_floats(device_scene: Scene) -> None:
     record = pack_scene(device_scene)
     for body, channels in zip(device_scene.all_bodies(), record["bodies"], strict=True):
         for channel, channel_record in zip(device_scene.pose(body), channels, strict=True):
-            assert unpacked(record, channel_record) == pytest.approx(channel.astype(np.float32), abs=1e-6)
+            assert unpacked(record, channel_record) == pytest.approx(
+                channel.astype(np.float32), abs=1e-6
+            )
     for curve, channel_values in zip(device_scene.curves, record["curves"], strict=True):
-        assert unpacked(record, channel_values["values"]) == pytest.approx(curve.values.astype(np.float32), abs=1e-6)
+        assert unpacked(record, channel_values["values"]) == pytest.approx(
+            curve.values.astype(np.float32), abs=1e-6
+        )
 
 
 def test_uniform_series_is_packed_as_step(device_scene: Scene) -> None:
@@ -145,9 +162,13 @@ def test_uniform_series_is_packed_as_step(device_scene: Scene) -> None:
 def test_half_cycle_repetition_is_packed_once(device_scene: Scene) -> None:
     values = np.sin(np.linspace(0, 2 * np.pi, device_scene.moments, endpoint=False)) + 0.3
     twins = [Curve("one", "", values), Curve("two", "", np.roll(values, device_scene.moments // 2))]
-    record = pack_scene(replace(device_scene, bodies=(), points=(), forces=(), curves=twins, travel=None))
+    record = pack_scene(
+        replace(device_scene, bodies=(), points=(), forces=(), curves=twins, travel=None)
+    )
     assert len(base64.b64decode(record["data"])) == 4 * device_scene.moments
-    assert unpacked(record, record["curves"][1]["values"]) == pytest.approx(twins[1].values, abs=1e-6)
+    assert unpacked(record, record["curves"][1]["values"]) == pytest.approx(
+        twins[1].values, abs=1e-6
+    )
 
 
 def test_units_of_curves_are_typeset(device_scene: Scene) -> None:
@@ -184,11 +205,15 @@ def test_page_policy_allows_only_local_script(device_scene: Scene, tmp_path: Pat
     """A reader's browser moves the drawing; of a page whose script was changed it runs nothing."""
     text = moving_page(device_scene)
     (tmp_path / "own.html").write_text(text, encoding="utf-8")
-    match = re.search(r'class="told">([^<]*)<', page_after_scripts(tmp_path / "own.html", tmp_path / "profile"))
+    match = re.search(
+        r'class="told">([^<]*)<', page_after_scripts(tmp_path / "own.html", tmp_path / "profile")
+    )
     force = f"{device_scene.curves[0].values[0]:.5g}"
     assert match
     assert match[1] == f"carrier angle 0\N{DEGREE SIGN}, vertical support force {force} N"
-    (tmp_path / "changed.html").write_text(text.replace("const SPEEDS", "const  SPEEDS"), encoding="utf-8")
+    (tmp_path / "changed.html").write_text(
+        text.replace("const SPEEDS", "const  SPEEDS"), encoding="utf-8"
+    )
     assert 'class="told"' not in page_after_scripts(tmp_path / "changed.html", tmp_path / "profile")
     still = render_page("A machine", [Section("Motion", [])])
     assert "script-src 'none'" in still

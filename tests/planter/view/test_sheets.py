@@ -14,7 +14,9 @@ from planter.view.sheet import Angle, Length, arrange_column, find_crossing, pla
 UNIT = st.floats(0, 1)
 
 
-@settings(max_examples=60, derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(
+    max_examples=60, derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 @given(st.lists(st.tuples(UNIT, UNIT), min_size=1, max_size=12, unique=True))
 def test_names_keep_apart_and_their_lines_do_not_cross(points: list[tuple[float, float]]) -> None:
     anchors = np.array(points)

@@ -1,4 +1,6 @@
-"""Where else the drawing is seen: a notebook's widget, a GIF; and machines of every room to be changed by hand."""
+"""Where else the drawing is seen: a notebook's widget, a GIF; and machines of every room to be
+changed by hand.
+"""
 
 from __future__ import annotations
 
@@ -108,20 +110,30 @@ def test_every_control_changes_the_written_file(source: str, tmp_path: Path) -> 
     values[moved.path] += 0.01 * (moved.upper - moved.value)
     (tmp_path / "own.toml").write_text(machine.text(values), encoding="utf-8")
     again = open_machine(str(tmp_path / "own.toml"))
-    assert {control.path: control.value for control in again.controls} == pytest.approx(values, rel=1e-15)
+    assert {control.path: control.value for control in again.controls} == pytest.approx(
+        values, rel=1e-15
+    )
     assert "set by hand" in (tmp_path / "own.toml").read_text(encoding="utf-8")
 
 
 def test_changed_device_equals_changed_file() -> None:
-    """What is kept from the machine before changes nothing: speeds, masses and designs against a new device."""
+    """What is kept from the machine before changes nothing: speeds, masses and designs against a
+    new device.
+    """
     machine = open_machine("wang2017")
     values = {control.path: control.value for control in machine.controls}
     machine.readings(values, "exact")
     values |= {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}
-    device = Device(load("wang2017", {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}))
+    device = Device(
+        load("wang2017", {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9})
+    )
     readings = {control.name: control.value for control in machine.readings(values, "exact")}
     result = simulate(device).result
-    assert readings["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+    assert readings["range of the support force, 360 samples"] == pytest.approx(
+        result.support_force.range_N, rel=1e-12
+    )
     assert readings["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
-    before = {control.name: control.value for control in open_machine("wang2017").readings({}, "exact")}
+    before = {
+        control.name: control.value for control in open_machine("wang2017").readings({}, "exact")
+    }
     assert readings["weight"] != pytest.approx(before["weight"])

@@ -1,4 +1,6 @@
-"""Paths that are wished: points on a machine's own path, which a hand draws about and a search follows."""
+"""Paths that are wished: points on a machine's own path, which a hand draws about and a search
+follows.
+"""
 
 from __future__ import annotations
 
@@ -25,10 +27,13 @@ def wished(source: str, folder: Path) -> tuple[Shown, Shown]:
 
 
 def test_pickup_on_same_path_is_unchanged_and_follows_points(tmp_path: Path) -> None:
-    """The law's gears come back from points on the path; a point that is drawn away takes the path along."""
+    """The law's gears come back from points on the path; a point that is drawn away takes the path
+    along.
+    """
     machine, changed = wished("yu2023", tmp_path)
     readings, changed_readings = (
-        [reading.value for reading in each.readings(values(each), "exact")] for each in (machine, changed)
+        [reading.value for reading in each.readings(values(each), "exact")]
+        for each in (machine, changed)
     )
     assert changed_readings == pytest.approx(readings, abs=1e-3)
     moved = values(changed)
@@ -41,7 +46,9 @@ def test_pickup_on_same_path_is_unchanged_and_follows_points(tmp_path: Path) -> 
 
 
 def test_planting_device_stays_within_path_tubes(tmp_path: Path) -> None:
-    """Within the whole radius of their tubes; drawn away, a point breaks the requirement that a search keeps."""
+    """Within the whole radius of their tubes; drawn away, a point breaks the requirement that a
+    search keeps.
+    """
     _, changed = wished("wang2017-wide", tmp_path)
     numbers = values(changed)
     check = next(check for check in changed.checks(numbers, "exact") if "tube" in check.name)
@@ -63,7 +70,10 @@ def test_only_machines_with_paths_accept_wishes() -> None:
 @pytest.mark.parametrize(
     ("path", "sentence"),
     [
-        ('csv = "yu2023-path"\npoints_mm = POINTS', "there must be either csv or points_mm, not both"),
+        (
+            'csv = "yu2023-path"\npoints_mm = POINTS',
+            "there must be either csv or points_mm, not both",
+        ),
         ("tolerance_mm = 1.0", "there must be either csv or points_mm"),
         ("points_mm = [[1.0, 2.0]]", "at least 12"),
         ("points_mm = TWICE", r"path.points_mm\[4\] = \[3.0, 9.0\]: neighbours must differ"),
@@ -78,6 +88,8 @@ def test_a_path_of_no_use_is_refused(path: str, sentence: str, tmp_path: Path) -
     start = text.index("[path]")
     rest = text[text.index("[", start + 6 + text[start + 6 :].index("]]")) :]
     user_path = path.replace("POINTS", str(points)).replace("TWICE", str(twice))
-    (tmp_path / "own.toml").write_text(f"{text[:start]}[path]\n{user_path}\n\n{rest}", encoding="utf-8")
+    (tmp_path / "own.toml").write_text(
+        f"{text[:start]}[path]\n{user_path}\n\n{rest}", encoding="utf-8"
+    )
     with pytest.raises(InputError, match=sentence):
         load_pickup(tmp_path / "own.toml")

@@ -1,4 +1,6 @@
-"""Curves of arcs: circles and segments by closed forms, fitted arcs, and points along an outline."""
+"""Curves of arcs: circles and segments by closed forms, fitted arcs, and points along an
+outline.
+"""
 
 from dataclasses import replace
 
@@ -102,7 +104,9 @@ def test_circle_has_exact_area_length_and_points() -> None:
 def test_side_bulges_outwards_right_and_inwards_left(turn: float, sign: int) -> None:
     bulges = np.array([sign * np.tan(turn / 4), 0, 0, 0])
     radius = 1 / (2 * np.sin(turn / 2))
-    segment = radius**2 * (turn - np.sin(turn)) / 2 if turn > 1e-3 else turn / 12 * (1 + turn**2 / 30)
+    segment = (
+        radius**2 * (turn - np.sin(turn)) / 2 if turn > 1e-3 else turn / 12 * (1 + turn**2 / 30)
+    )
     assert Arcs(SQUARE, bulges).area == pytest.approx(1 + sign * segment, rel=1e-14)
     assert np.sign(Arcs(SQUARE, bulges).points(1e-3 * turn)[1, 1]) == -sign
 
@@ -130,4 +134,11 @@ def test_sampled_outline_agrees_with_pieces() -> None:
     assert (pieces[0].off(outwards) > 5e-7).all()
     radius = np.hypot(*outwards.T)
     assert (radius > pieces[0].polar(np.arctan2(outwards[:, 1], outwards[:, 0]))[0]).all()
-    assert set(arcs.columns()) == {"arc_length_mm", "x_mm", "y_mm", "normal_x", "normal_y", "curvature_per_mm"}
+    assert set(arcs.columns()) == {
+        "arc_length_mm",
+        "x_mm",
+        "y_mm",
+        "normal_x",
+        "normal_y",
+        "curvature_per_mm",
+    }

@@ -1,4 +1,6 @@
-"""Solids and meshes read back: valid, closed, of the outline's area times the width, where the outline is."""
+"""Solids and meshes read back: valid, closed, of the outline's area times the width, where the
+outline is.
+"""
 
 import io
 import sys
@@ -22,7 +24,9 @@ VOLUME = (EXACT.area - BORE.edge.area) * WIDTH
 
 def test_a_mesh_is_watertight_and_has_the_volume() -> None:
     outline = arcs.fit_arcs(lobes(), 1e-6).arcs
-    body = trimesh.load(io.BytesIO(solids.format_stl(outline, [BORE.edge], WIDTH, 1e-6)), file_type="stl")
+    body = trimesh.load(
+        io.BytesIO(solids.format_stl(outline, [BORE.edge], WIDTH, 1e-6)), file_type="stl"
+    )
     assert body.is_watertight
     assert body.is_winding_consistent
     assert body.volume == pytest.approx(VOLUME * 1e9, rel=1e-4)
@@ -31,7 +35,8 @@ def test_a_mesh_is_watertight_and_has_the_volume() -> None:
 
 def test_a_mesh_with_a_triangle_less_is_not_watertight() -> None:
     body = trimesh.load(
-        io.BytesIO(solids.format_stl(arcs.fit_arcs(lobes(), 1e-4).arcs, [], WIDTH, 1e-4)), file_type="stl"
+        io.BytesIO(solids.format_stl(arcs.fit_arcs(lobes(), 1e-4).arcs, [], WIDTH, 1e-4)),
+        file_type="stl",
     )
     body.update_faces(np.arange(len(body.faces)) > 0)
     assert not body.is_watertight
@@ -41,10 +46,14 @@ def test_splines_keep_to_their_pieces() -> None:
     for piece in (Lobes(0.1, 0.9), Lobes(0.9, 2.2)):
         spline = fit_plane_spline(piece, 1e-8)
         assert sum(spline.multiplicities) == len(spline.poles) + spline.degree + 1
-        np.testing.assert_allclose(spline.poles[[0, -1]], piece.at(np.array([0.0, 1.0])), rtol=1e-13)
+        np.testing.assert_allclose(
+            spline.poles[[0, -1]], piece.at(np.array([0.0, 1.0])), rtol=1e-13
+        )
 
 
-def test_a_solid_reads_back_valid_where_the_outline_is(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_solid_reads_back_valid_where_the_outline_is(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     pytest.importorskip("OCP", reason="planter[step] is not installed: Open CASCADE, 477 MB")
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepGProp import BRepGProp

@@ -1,4 +1,6 @@
-"""Contours of cams: eccentric circles, rollers that are led along, lift-off of a mass on a spring."""
+"""Contours of cams: eccentric circles, rollers that are led along, lift-off of a mass on a
+spring.
+"""
 
 from collections.abc import Callable, Mapping
 
@@ -16,7 +18,9 @@ BREAKS = tuple(np.linspace(0, 2 * np.pi, 9).tolist())
 
 
 def eccentric(roller: float) -> Callable[[Array], Mapping[str, Array]]:
-    """A roller led along a line through the axis by a circle that turns about a point beside its centre."""
+    """A roller led along a line through the axis by a circle that turns about a point beside its
+    centre.
+    """
 
     def course(phi: Array) -> Mapping[str, Array]:
         c, s, e = np.cos(phi), np.sin(phi), OFFSET
@@ -26,7 +30,9 @@ def eccentric(roller: float) -> Callable[[Array], Mapping[str, Array]]:
         ddy = -e * c - e**2 * (c**2 - s**2) / root - e**4 * (s * c) ** 2 / root**3
         none = np.zeros(len(phi))
         centre = np.array([none, y, none, dy, none, ddy])
-        return formulas.load("disc_cam")("disc", phi=phi, centre=centre, way=centre[2:4], reach=-roller)
+        return formulas.load("disc_cam")(
+            "disc", phi=phi, centre=centre, way=centre[2:4], reach=-roller
+        )
 
     return course
 
@@ -39,12 +45,16 @@ def test_contour_of_eccentric_circle_is_a_circle() -> None:
     cam_profile = profile()
     outline = arcs.fit_arcs(cam_profile.pieces, 1e-6).arcs
     centre = np.array([0.0, OFFSET])
-    np.testing.assert_allclose(np.hypot(*(outline.points(1e-6) - centre).T), PITCH - ROLLER, rtol=1e-9)
+    np.testing.assert_allclose(
+        np.hypot(*(outline.points(1e-6) - centre).T), PITCH - ROLLER, rtol=1e-9
+    )
     assert len(outline.vertices) <= 2 * len(BREAKS)
     assert outline.area == pytest.approx(np.pi * (PITCH - ROLLER) ** 2, rel=1e-9)
     assert cam_profile.check_clearance().value == pytest.approx(1 - ROLLER / PITCH, rel=1e-9)
     for piece in cam_profile.pieces:
-        np.testing.assert_allclose(piece.curvature(np.array([0.3])), 1 / (PITCH - ROLLER), rtol=1e-9)
+        np.testing.assert_allclose(
+            piece.curvature(np.array([0.3])), 1 / (PITCH - ROLLER), rtol=1e-9
+        )
 
 
 def test_cam_pressure_angle_agrees_with_centres() -> None:
@@ -55,7 +65,9 @@ def test_cam_pressure_angle_agrees_with_centres() -> None:
 
 def test_undercutting_roller_is_refused_with_angle() -> None:
     profile(0.999 * PITCH).check_clearance()
-    with pytest.raises(GeometryError, match=r"a roller of a radius of 30.03 mm .* has a radius of 30 mm"):
+    with pytest.raises(
+        GeometryError, match=r"a roller of a radius of 30.03 mm .* has a radius of 30 mm"
+    ):
         profile(1.001 * PITCH).check_clearance()
     with pytest.raises(InputError, match=r"--roller-mm = -1"):
         check_roller(-1e-3)
@@ -65,7 +77,10 @@ def test_a_roller_touches_the_disc_wherever_it_is() -> None:
     cam_profile = profile()
     disc = Polygon(arcs.fit_arcs(cam_profile.pieces, 1e-7).arcs.points(1e-8))
     places = cam_profile.course(np.linspace(0, 2 * np.pi, 101))
-    gaps = [disc.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in cam_profile.pitch), strict=True)]
+    gaps = [
+        disc.distance(Point(x, y)) - ROLLER
+        for x, y in zip(*(places[p] for p in cam_profile.pitch), strict=True)
+    ]
     assert np.abs(gaps).max() < 2e-7
 
 

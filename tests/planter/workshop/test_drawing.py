@@ -1,4 +1,6 @@
-"""Drawings read back, bores and keyways: outlines in mm on their layers, areas, standard rows and walls."""
+"""Drawings read back, bores and keyways: outlines in mm on their layers, areas, standard rows and
+walls.
+"""
 
 import numpy as np
 import pytest
@@ -23,11 +25,20 @@ def test_written_drawing_reads_back() -> None:
     audit = document.audit()
     assert not audit.errors
     assert not audit.fixes
-    assert (document.dxfversion, document.units, document.header["$MEASUREMENT"]) == ("AC1024", 4, 1)
+    assert (document.dxfversion, document.units, document.header["$MEASUREMENT"]) == (
+        "AC1024",
+        4,
+        1,
+    )
     assert {layer: [arcs.closed for arcs in lines] for layer, lines in entities.items()} == {
-        "TEETH": [True], "BORE": [True], "KEYWAY": [True], "CENTRE": [False, False],
-    }  # fmt: skip
-    np.testing.assert_allclose(entities["TEETH"][0].vertices, TOOTHED.vertices, rtol=1e-15, atol=1e-18)
+        "TEETH": [True],
+        "BORE": [True],
+        "KEYWAY": [True],
+        "CENTRE": [False, False],
+    }
+    np.testing.assert_allclose(
+        entities["TEETH"][0].vertices, TOOTHED.vertices, rtol=1e-15, atol=1e-18
+    )
     assert entities["TEETH"][0].area == pytest.approx(TOOTHED.area, rel=1e-13)
     assert document.layers.get("CENTRE").dxf.linetype == "CENTER"
 
@@ -65,7 +76,9 @@ def test_edge_area_is_sum_of_bore_and_slot(phase: float) -> None:
     assert np.arctan2(far[1], far[0]) == pytest.approx(np.arctan2(np.sin(phase), np.cos(phase)))
 
 
-@pytest.mark.parametrize(("bore_mm", "keyway_mm"), [(8, (2, 1.0)), (17, (5, 2.3)), (17.5, (6, 2.8)), (40, (12, 3.3))])
+@pytest.mark.parametrize(
+    ("bore_mm", "keyway_mm"), [(8, (2, 1.0)), (17, (5, 2.3)), (17.5, (6, 2.8)), (40, (12, 3.3))]
+)
 def test_keyways_agree_with_the_standard(bore_mm: float, keyway_mm: tuple[float, float]) -> None:
     assert find_standard_keyway(bore_mm / 1e3) == pytest.approx([mm / 1e3 for mm in keyway_mm])
 
@@ -73,7 +86,8 @@ def test_keyways_agree_with_the_standard(bore_mm: float, keyway_mm: tuple[float,
 @pytest.mark.parametrize("bore_mm", [6, 131])
 def test_bores_without_a_standard_keyway_are_refused(bore_mm: float) -> None:
     with pytest.raises(
-        InputError, match=rf"a bore of {bore_mm} mm has no keyway in DIN 6885-1: choose a bore over 6 mm"
+        InputError,
+        match=rf"a bore of {bore_mm} mm has no keyway in DIN 6885-1: choose a bore over 6 mm",
     ):
         find_standard_keyway(bore_mm / 1e3)
 
@@ -81,11 +95,17 @@ def test_bores_without_a_standard_keyway_are_refused(bore_mm: float) -> None:
 def test_bore_leaves_a_wall() -> None:
     part = build_circle(0.012, (0.003, 0.0))
     assert check_wall(Bore(0.0178), part, "sun", 1e-5) == pytest.approx(1e-4, abs=2e-6)
-    assert check_wall(Bore(0.016, Keyway(0.004, 0.002, 0.0)), part, "sun", 5e-4) == pytest.approx(1e-3, abs=2e-6)
+    assert check_wall(Bore(0.016, Keyway(0.004, 0.002, 0.0)), part, "sun", 5e-4) == pytest.approx(
+        1e-3, abs=2e-6
+    )
     for bore, wall, message in (
         (Bore(0.0181), 1e-5, r"sun: a bore of 18.1 mm leaves .* smallest radius is 9 mm"),
         (Bore(0.0178), 2e-4, r"leaves a wall of 0.\d+ mm; at least 0.2 mm"),
-        (Bore(0.016, Keyway(0.004, 0.002, np.pi)), 1e-5, r"with its keyway 10.2 mm from the axis, leaves"),
+        (
+            Bore(0.016, Keyway(0.004, 0.002, np.pi)),
+            1e-5,
+            r"with its keyway 10.2 mm from the axis, leaves",
+        ),
     ):
         with pytest.raises(InputError, match=message):
             check_wall(bore, part, "sun", wall)

@@ -17,7 +17,9 @@ from derive.systems.clutch import quantities as q
 from tests.support.late import LateDict
 
 SHAPES = beam.bending_shapes()
-COEFFICIENTS = LateDict(lambda: {name: beam.shape_integrals(shape) for name, shape in SHAPES.items()})
+COEFFICIENTS = LateDict(
+    lambda: {name: beam.shape_integrals(shape) for name, shape in SHAPES.items()}
+)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -47,7 +49,9 @@ def test_textbook_coefficients() -> None:
 
 def test_no_clamped_shape_swings_slower_than_the_eigenshape() -> None:
     """Rayleigh: the quotient of any admissible shape bounds the first frequency from above."""
-    squares = {name: float(np.divide(*map(float, reversed(pair)))) for name, pair in COEFFICIENTS.items()}
+    squares = {
+        name: float(np.divide(*map(float, reversed(pair)))) for name, pair in COEFFICIENTS.items()
+    }
     lowest = squares.pop("clamped_mode")
     assert lowest == pytest.approx(_finite_elements(), rel=1e-6)
     assert all(square > lowest for name, square in squares.items() if name.startswith("clamped"))
@@ -55,12 +59,33 @@ def test_no_clamped_shape_swings_slower_than_the_eigenshape() -> None:
 
 
 def _finite_elements(count: int = 20) -> float:
-    """Square of the first frequency of a clamped beam with E I = rho S = l = 1, by Hermite elements."""
+    """Square of the first frequency of a clamped beam with E I = rho S = l = 1, by Hermite
+    elements.
+    """
     h = 1 / count
-    k = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                  [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]) / h**3  # fmt: skip
-    m = np.array([[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-                  [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]) * h / 420  # fmt: skip
+    k = (
+        np.array(
+            [
+                [12, 6 * h, -12, 6 * h],
+                [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+                [-12, -6 * h, 12, -6 * h],
+                [6 * h, 2 * h**2, -6 * h, 4 * h**2],
+            ]
+        )
+        / h**3
+    )
+    m = (
+        np.array(
+            [
+                [156, 22 * h, 54, -13 * h],
+                [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+                [54, 13 * h, 156, -22 * h],
+                [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
+            ]
+        )
+        * h
+        / 420
+    )
     assembled = np.zeros((2, 2 * count + 2, 2 * count + 2))
     for i in range(count):
         part = slice(2 * i, 2 * i + 4)
@@ -80,7 +105,9 @@ VALUES = {q.M_1: 0.08, q.K_1: 2.8e7, q.m1: 0.35, q.F_M: 114.0, q.Delta_omega: 4.
 
 
 def _extremes() -> dict[str, float]:
-    stage = beam._add_extremes(Formulas("test"), (q.M_1, q.K_1, beam.STRUCK), *beam.frequency_steps())
+    stage = beam._add_extremes(
+        Formulas("test"), (q.M_1, q.K_1, beam.STRUCK), *beam.frequency_steps()
+    )
     substitutions: dict[sp.Symbol, object] = dict(VALUES)
     for step in stage.steps:
         substitutions[step.symbol] = float(step.expr.subs(substitutions))
@@ -103,7 +130,15 @@ def test_extremes_are_those_of_the_integrated_motion() -> None:
 
     rising.direction = -1  # type: ignore[attr-defined]
     load.direction = -1  # type: ignore[attr-defined]
-    ran = solve_ivp(motion, (0, 1e-3), [0, speed], events=[rising, load], rtol=1e-12, atol=1e-15, method="DOP853")
+    ran = solve_ivp(
+        motion,
+        (0, 1e-3),
+        [0, speed],
+        events=[rising, load],
+        rtol=1e-12,
+        atol=1e-15,
+        method="DOP853",
+    )
     extremes = _extremes()
     assert extremes["N_0"] == pytest.approx(load(0, np.array([0, speed])), rel=1e-12)
     assert extremes["t_max"] == pytest.approx(ran.t_events[0][0], rel=1e-8)
@@ -123,5 +158,8 @@ def test_paper_uses_overhang_mass_not_modal_mass() -> None:
 @pytest.mark.parametrize("number", ["B1", "B2"])
 def test_paper_without_initial_conditions_is_refused(number: str) -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != number}
-    with pytest.raises(ClaimError, match=f"nothing here states ClutchClaim '{shi2021.PAPER.equations[number].claims}'"):
+    with pytest.raises(
+        ClaimError,
+        match=f"nothing here states ClutchClaim '{shi2021.PAPER.equations[number].claims}'",
+    ):
         beam.build_printed_beam(equations)

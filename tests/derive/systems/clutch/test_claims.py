@@ -21,7 +21,11 @@ from tests.support.late import LateList
 
 POINTS = LateList(lambda: [clutch.SUBJECT.admissible(random.Random(seed)) for seed in range(6)])
 TOGETHER = "speed of body and shaft at the start, when they move together"
-SPECIAL = {"angle between the faces at the least tip distance", "forces on the tooth without slip", TOGETHER}
+SPECIAL = {
+    "angle between the faces at the least tip distance",
+    "forces on the tooth without slip",
+    TOGETHER,
+}
 HOLDS = {
     "=": lambda v: abs(v) < mpmath.mpf(10) ** -40,
     "<": lambda v: v < 0,
@@ -32,18 +36,26 @@ HOLDS = {
 
 
 def broken(claims: dict[str, Equation], point: clutch.Values) -> set[str]:
-    return {c for c, e in claims.items() if not HOLDS[e.relation](value(e.residual, point) / size(e.residual, point))}
+    return {
+        c
+        for c, e in claims.items()
+        if not HOLDS[e.relation](value(e.residual, point) / size(e.residual, point))
+    }
 
 
 def differing(equations: dict[str, Equation]) -> list[str]:
-    """Numbers of the printed equations that are not the derived ones at 50 digits or in their relation."""
+    """Numbers of the printed equations that are not the derived ones at 50 digits or in their
+    relation.
+    """
     differences = []
     for number_, printed in equations.items():
         ours = CLAIMS.get(str(printed.claims))
         if ours is None or printed.legibility == "lost":
             continue
         gap = printed.residual - ours.residual
-        same = all(abs(value(gap, p)) < mpmath.mpf(10) ** -50 * size(printed.residual, p) for p in POINTS)
+        same = all(
+            abs(value(gap, p)) < mpmath.mpf(10) ** -50 * size(printed.residual, p) for p in POINTS
+        )
         if not (same and printed.relation == ours.relation):
             differences.append(number_)
     return differences
@@ -52,9 +64,13 @@ def differing(equations: dict[str, Equation]) -> list[str]:
 def test_every_symbol_is_described() -> None:
     equations = [*CLAIMS.values(), *PAPER.equations.values()]
     at_bearing = motion.bearing_conditions(q.x).values()
-    symbols = set().union(*(e.residual.free_symbols for e in equations), *(e.free_symbols for e in at_bearing))
+    symbols = set().union(
+        *(e.residual.free_symbols for e in equations), *(e.free_symbols for e in at_bearing)
+    )
     assert [s for s in symbols if not isinstance(s, Quantity)] == []
-    assert not {s.name for s in vars(q).values() if isinstance(s, Quantity)} - {s.name for s in symbols}
+    assert not {s.name for s in vars(q).values() if isinstance(s, Quantity)} - {
+        s.name for s in symbols
+    }
 
 
 def test_every_derived_equation_has_a_dimension() -> None:
@@ -73,7 +89,9 @@ def test_equations_with_mixed_dimensions_are_listed() -> None:
 
 
 def test_every_claim_of_the_paper_is_derived() -> None:
-    claims = {str(e.claims) for e in PAPER.equations.values() if not isinstance(e.claims, Definition)}
+    claims = {
+        str(e.claims) for e in PAPER.equations.values() if not isinstance(e.claims, Definition)
+    }
     assert claims <= CLAIMS.keys()
     assert all(claim == equation.number for claim, equation in CLAIMS.items())
 
@@ -85,9 +103,29 @@ def test_the_derivation_knows_no_paper() -> None:
 
 def test_differing_printed_equations_are_listed() -> None:
     assert differing(PAPER.equations) == [
-        "contact", "Y_C", "A1", "semi-major", "semi-minor", "fillet", "curvature", "4b", "5a", "5b", "5c", "6", "7a",
-        "8b", "start", "9", "B1", "B2", "12", "13b", "slip", "no slip",
-    ]  # fmt: skip
+        "contact",
+        "Y_C",
+        "A1",
+        "semi-major",
+        "semi-minor",
+        "fillet",
+        "curvature",
+        "4b",
+        "5a",
+        "5b",
+        "5c",
+        "6",
+        "7a",
+        "8b",
+        "start",
+        "9",
+        "B1",
+        "B2",
+        "12",
+        "13b",
+        "slip",
+        "no slip",
+    ]
 
 
 @pytest.mark.parametrize("number_", ["1b", "2a", "A2", "3b", "7b", "10", "11", "14"])
@@ -106,12 +144,16 @@ def test_a_reversed_relation_is_noticed() -> None:
 def test_admissible_points_obey_the_derivation(place: int) -> None:
     point = POINTS[place]
     assert broken(CLAIMS, point) == SPECIAL
-    needed = set().union(*(e.residual.free_symbols for e in (*CLAIMS.values(), *PAPER.equations.values())))
+    needed = set().union(
+        *(e.residual.free_symbols for e in (*CLAIMS.values(), *PAPER.equations.values()))
+    )
     assert {s.name for s in needed - point.keys()} == {"unread"}
 
 
 def test_special_states_obey_their_equations() -> None:
-    """Faces at the least tip distance; balance of the forces along the surface when F_y is what holds the tooth."""
+    """Faces at the least tip distance; balance of the forces along the surface when F_y is what
+    holds the tooth.
+    """
     point = dict(POINTS[0])
     with mpmath.workdps(60):
         point[q.b1] -= value(CLAIMS["tooth tips go round the shaft"].residual, point)
@@ -123,7 +165,9 @@ def test_special_states_obey_their_equations() -> None:
 
 
 def test_the_reference_cycle_obeys_the_derivation() -> None:
-    """What it breaks are conditions: the paper's tip distance, rounded down, and no slip at either end of contact."""
+    """What it breaks are conditions: the paper's tip distance, rounded down, and no slip at either
+    end of contact.
+    """
     for i, point in enumerate(clutch.SUBJECT.reference(5)):
         unmet = broken(CLAIMS, point) - SPECIAL
         assert unmet - {"load at which the tooth slips"} == {"tooth tips go round the shaft"}, i

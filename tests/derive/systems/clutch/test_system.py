@@ -1,4 +1,6 @@
-"""What is emitted of the clutch: the derivation's and the paper's own equations, each function in every target."""
+"""What is emitted of the clutch: the derivation's and the paper's own equations, each function in
+every target.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,9 @@ MODELS = LateDict(
         model.name: model
         for model in (
             clutch_model.build_clutch_system(),
-            clutch_model.build_printed_clutch(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING),
+            clutch_model.build_printed_clutch(
+                shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING
+            ),
             rotor.build_rotor_system(),
         )
     }
@@ -45,12 +49,44 @@ MODELS = LateDict(
 FORMS = [(name, form) for name in NAMES for form in generated.sidecar(name)["functions"]]
 XP = SimpleNamespace(**{**vars(xp_complex), "arccos": np.arccos, "arcsin": np.arcsin})
 START: dict[str, Any] = {
-    "a": 0.017, "theta": 1.3, "flats": 0.02, "r": 0.0048, "b1": 0.0107, "b2": 0.011, "phi": 0.3, "mu": 0.15, "F1": 60.0,
-    "F2": 40.0, "c": 0.0042, "R2": 0.013, "d": 0.01, "alpha": 0.3, "k": 0.35, "gamma": 1.45, "r_A": 0.014, "m": 0.002,
-    "wall": 0.001, "shift": 0.002, "span": 0.06, "theta_Amax": 0.29, "l_AB": 0.015, "l_BC": 0.0471, "l_AC": 0.04,
-    "rotation": 1.5, "spread": 1.05, "polar_A": 0.0, "polar_B": 1.26, "polar_C": 3.77, "circumradius": 0.0158,
-    "width": 0.03, "apothem": 0.015, "vertices": 5.0, "sides": 6.0, "psi": 0.41, "order": 3.0,
-}  # fmt: skip
+    "a": 0.017,
+    "theta": 1.3,
+    "flats": 0.02,
+    "r": 0.0048,
+    "b1": 0.0107,
+    "b2": 0.011,
+    "phi": 0.3,
+    "mu": 0.15,
+    "F1": 60.0,
+    "F2": 40.0,
+    "c": 0.0042,
+    "R2": 0.013,
+    "d": 0.01,
+    "alpha": 0.3,
+    "k": 0.35,
+    "gamma": 1.45,
+    "r_A": 0.014,
+    "m": 0.002,
+    "wall": 0.001,
+    "shift": 0.002,
+    "span": 0.06,
+    "theta_Amax": 0.29,
+    "l_AB": 0.015,
+    "l_BC": 0.0471,
+    "l_AC": 0.04,
+    "rotation": 1.5,
+    "spread": 1.05,
+    "polar_A": 0.0,
+    "polar_B": 1.26,
+    "polar_C": 3.77,
+    "circumradius": 0.0158,
+    "width": 0.03,
+    "apothem": 0.015,
+    "vertices": 5.0,
+    "sides": 6.0,
+    "psi": 0.41,
+    "order": 3.0,
+}
 """A value for every input."""
 
 
@@ -59,7 +95,10 @@ def form_of(name: str, form: str) -> ClosedForm:
 
 
 def inputs(form: ClosedForm, values: dict[str, Any]) -> dict[str, Any]:
-    return {g.name: [values[s.name] for s in g] if isinstance(g, Vector) else values[g.name] for g in form.inputs}
+    return {
+        g.name: [values[s.name] for s in g] if isinstance(g, Vector) else values[g.name]
+        for g in form.inputs
+    }
 
 
 def array(name: str, form: str, xp: Any, arguments: dict[str, Any]) -> tuple[Any, ...]:
@@ -67,7 +106,9 @@ def array(name: str, form: str, xp: Any, arguments: dict[str, Any]) -> tuple[Any
 
 
 def test_every_function_is_tried() -> None:
-    assert [(name, form.name) for name, model in MODELS.items() for form in model.closed_forms] == FORMS
+    assert [
+        (name, form.name) for name, model in MODELS.items() for form in model.closed_forms
+    ] == FORMS
 
 
 @pytest.mark.parametrize(("name", "form"), FORMS)
@@ -87,26 +128,42 @@ def test_casadi_differentiates_as_complex_steps_do(name: str, form: str) -> None
     from planter.kernels import Kernel
 
     arguments, function = inputs(form_of(name, form), START), load(name).function(form)
-    flat = [(key, i) for key, value in arguments.items() for i in range(len(value) if isinstance(value, list) else 1)]
-    symbols = [ca.SX.sym(key, len(value) if isinstance(value, list) else 1) for key, value in arguments.items()]
+    flat = [
+        (key, i)
+        for key, value in arguments.items()
+        for i in range(len(value) if isinstance(value, list) else 1)
+    ]
+    symbols = [
+        ca.SX.sym(key, len(value) if isinstance(value, list) else 1)
+        for key, value in arguments.items()
+    ]
     slopes = ca.densify(ca.jacobian(function(*symbols), ca.vertcat(*symbols)))
-    results = Kernel(ca.Function("slopes", symbols, [slopes], list(arguments), ["slopes"]))(**arguments)["slopes"]
+    results = Kernel(ca.Function("slopes", symbols, [slopes], list(arguments), ["slopes"]))(
+        **arguments
+    )["slopes"]
     for column, (key, i) in enumerate(flat):
         stepped = {
-            k: [np.complex128(x) for x in v] if isinstance(v, list) else np.complex128(v) for k, v in arguments.items()
+            k: [np.complex128(x) for x in v] if isinstance(v, list) else np.complex128(v)
+            for k, v in arguments.items()
         }
         if isinstance(stepped[key], list):
             stepped[key][i] += xp_complex.STEP * 1j
         else:
             stepped[key] += xp_complex.STEP * 1j
         step = [np.imag(v) / xp_complex.STEP for v in array(name, form, XP, stepped)]
-        assert results[:, column] == pytest.approx(np.array(step, dtype=float), rel=1e-9, abs=1e-12), key
+        assert results[:, column] == pytest.approx(
+            np.array(step, dtype=float), rel=1e-9, abs=1e-12
+        ), key
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("form", ["polygon", "path", "travel", "gears", "limit", "taper", "face", "angle"])
+@pytest.mark.parametrize(
+    "form", ["polygon", "path", "travel", "gears", "limit", "taper", "face", "angle"]
+)
 def test_exact_forms_are_the_derived_claims_to_forty_digits(form: str, seed: int) -> None:
-    """The claims speak of several pentagons; here the sleeve's alone: its width is that of its side."""
+    """The claims speak of several pentagons; here the sleeve's alone: its width is that of its
+    side.
+    """
     with mpmath.workdps(60):
         point = claims.SUBJECT.admissible(random.Random(seed))
         values = {s.name: v for s, v in point.items()} | {"flats": mpmath.sqrt(3) * point[q.a1]}
@@ -115,19 +172,29 @@ def test_exact_forms_are_the_derived_claims_to_forty_digits(form: str, seed: int
         arguments = inputs(form_of("clutch_exact", form), values)
         results = array("clutch_exact", form, SimpleNamespace(**vars(xp_mpmath)), arguments)
         for symbol, value in zip(form_of("clutch_exact", form).outputs, results, strict=True):
-            assert abs(value - point[symbol]) <= mpmath.mpf(10) ** -40 * max(abs(point[symbol]), 1), symbol
+            assert abs(value - point[symbol]) <= mpmath.mpf(10) ** -40 * max(
+                abs(point[symbol]), 1
+            ), symbol
 
 
 @pytest.mark.parametrize("form", ["polygon", "path", "travel", "taper", "gears", "limit"])
 def test_printed_forms_satisfy_only_printed_equations(form: str) -> None:
     arguments = START | {"alpha": 0.5}
-    results = arguments | load("clutch_printed").at(form, **inputs(form_of("clutch_printed", form), arguments))
+    results = arguments | load("clutch_printed").at(
+        form, **inputs(form_of("clutch_printed", form), arguments)
+    )
     sources = {step.source for step in form_of("clutch_printed", form).steps}
-    equations = [e for e in shi2021.PAPER.equations.values() if e.source in sources and e.legibility == "printed"]
+    equations = [
+        e
+        for e in shi2021.PAPER.equations.values()
+        if e.source in sources and e.legibility == "printed"
+    ]
     assert len(equations) == len(sources - {"shi2021 (a)"})
     for equation in equations:
         symbols = sorted(equation.residual.free_symbols, key=str)
-        residual = sp.lambdify(symbols, equation.residual, "numpy")(*(results[s.name] for s in symbols))
+        residual = sp.lambdify(symbols, equation.residual, "numpy")(
+            *(results[s.name] for s in symbols)
+        )
         assert abs(residual) < 1e-14, equation.number
 
 
@@ -147,7 +214,10 @@ def test_a_misprint_changes_the_printed_model_alone() -> None:
     once = q.c_min - (q.b - sp.sqrt(3) * q.a / 2) / sp.tan(q.phi)
     equations["4b"] = Equation("4b", once, printed.source, printed.claims, defines=q.c_min)
     mended = clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
-    before, after = (next(s for s in m.closed_forms if s.name == "travel") for m in (MODELS["clutch_printed"], mended))
+    before, after = (
+        next(s for s in m.closed_forms if s.name == "travel")
+        for m in (MODELS["clutch_printed"], mended)
+    )
     ratio = before.steps[1].expr / after.steps[1].expr
     assert sp.simplify(ratio) == 2
     assert form_of("clutch_exact", "travel") == next(
@@ -165,11 +235,18 @@ def test_missing_equation_gives_no_output() -> None:
 
 def test_undeclared_missing_equation_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
-    with pytest.raises(ClaimError, match=r"nothing here states ClutchClaim 'path of C, y'; near it: .*'path of C, x'"):
+    with pytest.raises(
+        ClaimError,
+        match=r"nothing here states ClutchClaim 'path of C, y'; near it: .*'path of C, x'",
+    ):
         clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
     for claim in shi2021.LACKING:
-        with pytest.raises(ClaimError, match=re.escape(f"nothing here states ClutchClaim '{claim}'")):
-            clutch_model.build_printed_clutch(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim})
+        with pytest.raises(
+            ClaimError, match=re.escape(f"nothing here states ClutchClaim '{claim}'")
+        ):
+            clutch_model.build_printed_clutch(
+                shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim}
+            )
 
 
 def test_present_equation_declared_missing_is_refused() -> None:
@@ -188,7 +265,10 @@ def test_present_equation_declared_missing_is_refused() -> None:
     ],
 )
 def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> None:
-    equations = {**shi2021.PAPER.equations, "2b": replace(shi2021.PAPER.equations["2b"], claims=claim)}
+    equations = {
+        **shi2021.PAPER.equations,
+        "2b": replace(shi2021.PAPER.equations["2b"], claims=claim),
+    }
     with pytest.raises(ClaimError, match=sentence):
         clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
 
@@ -201,7 +281,9 @@ def test_a_wrong_claim_in_an_order_is_refused() -> None:
 def test_undecidable_inequality_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "4b"}
     with pytest.raises(ValueError, match="margin_travel needs c_min, which nothing gives"):
-        clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL})
+        clutch_model.build_printed_clutch(
+            equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL}
+        )
 
 
 def test_function_without_inputs_is_refused() -> None:
@@ -224,13 +306,21 @@ def test_functions_contain_only_needed_steps() -> None:
 def test_the_largest_overlap_is_the_largest_of_the_claim() -> None:
     claim = claims.derive_formulas().equations[ClutchClaim.THIRD_OVERLAP]
     overlap = sp.lambdify(q.theta, (q.e_3 - claim.residual).subs(q.R, 1), "numpy")
-    sampled = np.abs([float(overlap(t)) for t in np.linspace(11 * np.pi / 30, np.pi / 2, 2001)]).max()
-    assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] == pytest.approx(sampled, rel=1e-6)
+    sampled = np.abs(
+        [float(overlap(t)) for t in np.linspace(11 * np.pi / 30, np.pi / 2, 2001)]
+    ).max()
+    assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] == pytest.approx(
+        sampled, rel=1e-6
+    )
     assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] >= sampled - 1e-15
 
 
 def test_the_fillet_of_the_general_rotor_is_the_claim() -> None:
-    """Two derivations: where the fillet begins, and the reach of path and fillet in every direction."""
+    """Two derivations: where the fillet begins, and the reach of path and fillet in every
+    direction.
+    """
     angles = geometry.substitute_angles(geometry.least_fillet())
     shape = [1.0, 0.5, 5.0, 6.0]
-    assert load("clutch_rotor").at("ellipse", shape=shape)["fillet"] == pytest.approx(float(angles), rel=1e-13)
+    assert load("clutch_rotor").at("ellipse", shape=shape)["fillet"] == pytest.approx(
+        float(angles), rel=1e-13
+    )

@@ -1,4 +1,6 @@
-"""Kinematic mapping: the derivation against independent geometry, and the patent's formulas against the derivation."""
+"""Kinematic mapping: the derivation against independent geometry, and the patent's formulas against
+the derivation.
+"""
 
 import ast
 import cmath
@@ -22,18 +24,24 @@ from derive.systems.mapping import subject as claims
 from derive.systems.mapping.quantities import MappingClaim
 from tests.support.late import LateDict, LateList
 
-CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()})
+CLAIMS = LateDict(
+    lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()}
+)
 PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
 JUDGED = {n: e for n, e in PRINTED.items() if not isinstance(e.claims, Definition)}
 POINTS = LateList(lambda: [claims.SUBJECT.admissible(random.Random(seed)) for seed in range(3)])
 Point = Mapping[Quantity, mp.mpf]
 
-# The poses of the patent with the first angle as its mapping parameters have it: its text omits the minus sign.
+# The poses of the patent with the first angle as its mapping parameters have it: its text omits the
+# minus sign.
 POSES = [(235, 120, -10), (252, 112, 0), (237, 121, 12), (80, -270, -85), (58, -258, -75)]
 PRINTED_Z = [
-    (-70.0125, 111.8235, -0.0872, 0.9962), (-56, 126, 0, 1), (-47.782, 124.1748, 0.1045, 0.9945),
-    (72.5088, 120.6958, -0.6756, 0.7373), (84.6885, 101.5375, -0.6088, 0.7934),
-]  # fmt: skip
+    (-70.0125, 111.8235, -0.0872, 0.9962),
+    (-56, 126, 0, 1),
+    (-47.782, 124.1748, 0.1045, 0.9945),
+    (72.5088, 120.6958, -0.6756, 0.7373),
+    (84.6885, 101.5375, -0.6088, 0.7934),
+]
 
 
 def value(expr: sp.Expr, point: Point) -> mp.mpf:
@@ -61,21 +69,42 @@ def consistent(equation: Equation) -> bool:
 
 
 def numbers_that_differ(equations: Mapping[str, Equation]) -> set[str]:
-    return {number for number, e in equations.items() if not holds(e.residual - CLAIMS[str(e.claims)].residual)}
+    return {
+        number
+        for number, e in equations.items()
+        if not holds(e.residual - CLAIMS[str(e.claims)].residual)
+    }
 
 
-def circle_poses(seed: int, count: int) -> tuple[dict[Quantity, float], list[dict[Quantity, float]]]:
+def circle_poses(
+    seed: int, count: int
+) -> tuple[dict[Quantity, float], list[dict[Quantity, float]]]:
     """A random dyad and poses that hold its moving hinge on the circle, by complex numbers."""
     rng = np.random.default_rng(seed)
     hinge, centre = complex(*rng.normal(size=2)), complex(*rng.normal(size=2))
     radius = rng.uniform(0.5, 2)
-    dyad = {q.x: hinge.real, q.y: hinge.imag, q.X_c: centre.real, q.Y_c: centre.imag, q.L1: radius, q.a0: 1.0}
+    dyad = {
+        q.x: hinge.real,
+        q.y: hinge.imag,
+        q.X_c: centre.real,
+        q.Y_c: centre.imag,
+        q.L1: radius,
+        q.a0: 1.0,
+    }
     poses = []
     for theta, phi in rng.uniform(-3, 3, (count, 2)):
         on_circle = centre + cmath.rect(radius, theta)
         tip = on_circle - hinge * cmath.exp(1j * phi)
-        poses.append({q.d1: tip.real, q.d2: tip.imag, q.phi: phi, q.theta: theta, q.X: on_circle.real,
-                      q.Y: on_circle.imag})  # fmt: skip
+        poses.append(
+            {
+                q.d1: tip.real,
+                q.d2: tip.imag,
+                q.phi: phi,
+                q.theta: theta,
+                q.X: on_circle.real,
+                q.Y: on_circle.imag,
+            }
+        )
     return dyad, poses
 
 
@@ -97,7 +126,9 @@ def test_dimensions(equations: Mapping[str, Equation]) -> None:
 
 
 def test_mixed_dimensions_are_noticed() -> None:
-    assert not consistent(Equation("tampered", PRINTED["6"].residual.subs(q.p7, q.p5), "here", Definition("here")))
+    assert not consistent(
+        Equation("tampered", PRINTED["6"].residual.subs(q.p7, q.p5), "here", Definition("here"))
+    )
 
 
 def test_definitions_have_consistent_dimensions() -> None:
@@ -151,7 +182,9 @@ def test_tampered_equation_is_noticed(number: str, old: Quantity, new: sp.Expr) 
 
 def test_a_rewritten_print_is_not() -> None:
     for rewrite in (sp.expand, sp.factor):
-        rewritten = {n: Equation(n, rewrite(e.residual), e.source, e.claims) for n, e in JUDGED.items()}
+        rewritten = {
+            n: Equation(n, rewrite(e.residual), e.source, e.claims) for n, e in JUDGED.items()
+        }
         assert numbers_that_differ(rewritten) == numbers_that_differ(JUDGED)
 
 
@@ -170,8 +203,12 @@ def test_mapping_parameters_are_homogeneous(scale: float) -> None:
     dyad, (pose, *_) = circle_poses(seed=2, count=1)
     point = claims.complete_values({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
     scaled = {**point, **{z: scale * point[z] for z in q.MAPPED}}
-    assert derived("coordinate d1 of a pose by the mapping parameters", q.d1, scaled) == pytest.approx(pose[q.d1])
-    assert derived("coordinate d2 of a pose by the mapping parameters", q.d2, scaled) == pytest.approx(pose[q.d2])
+    assert derived(
+        "coordinate d1 of a pose by the mapping parameters", q.d1, scaled
+    ) == pytest.approx(pose[q.d1])
+    assert derived(
+        "coordinate d2 of a pose by the mapping parameters", q.d2, scaled
+    ) == pytest.approx(pose[q.d2])
 
 
 def parameters(pose: tuple[float, float, float]) -> list[float]:
@@ -190,7 +227,9 @@ def test_the_first_pose_as_printed_does_not_give_them() -> None:
 
 
 def rows(poses: list[dict[Quantity, float]]) -> np.ndarray:
-    evaluated = [claims.evaluate_row({q.d1: p[q.d1], q.d2: p[q.d2], q.phi: p[q.phi]}) for p in poses]
+    evaluated = [
+        claims.evaluate_row({q.d1: p[q.d1], q.d2: p[q.d2], q.phi: p[q.phi]}) for p in poses
+    ]
     return np.array([[float(p[entry]) for entry in q.ENTRIES] for p in evaluated])
 
 
@@ -225,13 +264,19 @@ def test_conics_hold_for_null_space_vectors() -> None:
     for multiples in rng.normal(size=(4, 3)):
         p = multiples @ basis
         at = {**point, **dict(zip(q.PARAMETERS, multiples, strict=True))}
-        assert float(value(geometry.conic_form(q.K1), at)) == pytest.approx(p[0] * p[5] + p[1] * p[4] - p[2] * p[3])
-        assert float(value(geometry.conic_form(q.K2), at)) == pytest.approx(2 * p[0] * p[6] - p[1] * p[3] - p[2] * p[4])
+        assert float(value(geometry.conic_form(q.K1), at)) == pytest.approx(
+            p[0] * p[5] + p[1] * p[4] - p[2] * p[3]
+        )
+        assert float(value(geometry.conic_form(q.K2), at)) == pytest.approx(
+            2 * p[0] * p[6] - p[1] * p[3] - p[2] * p[4]
+        )
 
 
 @pytest.mark.parametrize(("first_angle", "pairs"), [(-10, 1), (10, 0)])
 def test_real_solutions_of_the_poses(first_angle: float, pairs: int) -> None:
-    """Two belong to the first angle with the minus sign; without it, as the pose is printed, there are four."""
+    """Two belong to the first angle with the minus sign; without it, as the pose is printed, there
+    are four.
+    """
     poses = [(235, 120, first_angle), *POSES[1:]]
     keys = ("x_mm", "y_mm", "phi_deg")
     machine = MachineFile({"pose": [dict(zip(keys, pose, strict=True)) for pose in poses]})
@@ -241,7 +286,9 @@ def test_real_solutions_of_the_poses(first_angle: float, pairs: int) -> None:
 
 
 def real_dyads(poses: list[tuple[float, float, float]], starts: int = 300) -> int:
-    """Dyads whose hinge keeps one distance in all poses: distinct roots of Newton's method from random starts."""
+    """Dyads whose hinge keeps one distance in all poses: distinct roots of Newton's method from
+    random starts.
+    """
     tips = np.array([complex(a, b) for a, b, _ in poses]) / 100
     turns = np.exp(1j * np.radians([c for *_, c in poses]))
 
@@ -253,7 +300,11 @@ def real_dyads(poses: list[tuple[float, float, float]], starts: int = 300) -> in
     for start in np.random.default_rng(6).normal(scale=4, size=(starts, 4)):
         root = scipy.optimize.root(differences, start, tol=1e-13)
         neighbours = [r for r in dyads if np.allclose(r, root.x, atol=1e-6)]
-        if np.abs(differences(root.x)).max() < 1e-9 and np.abs(root.x).max() < 1e3 and not neighbours:
+        if (
+            np.abs(differences(root.x)).max() < 1e-9
+            and np.abs(root.x).max() < 1e3
+            and not neighbours
+        ):
             dyads.append(root.x)
     return len(dyads)
 
@@ -266,7 +317,10 @@ def of_train(**values: float) -> Point:
 def test_pitch_curves_roll_and_fill_the_centre_distance() -> None:
     for speed in (-3.0, -0.2, 0.4):
         gears = of_train(w1=1.5, w2=speed, a=0.07, mean_root=0.9)
-        for driver, follower in (((q.r1, q.dpsi1), (q.r2, q.dpsi2)), ((q.r3, q.dpsi3), (q.r4, q.dpsi4))):
+        for driver, follower in (
+            ((q.r1, q.dpsi1), (q.r2, q.dpsi2)),
+            ((q.r3, q.dpsi3), (q.r4, q.dpsi4)),
+        ):
             arcs = [gears[radius] * gears[rate] for radius, rate in (driver, follower)]
             assert float(arcs[0]) == pytest.approx(float(arcs[1]))
             assert float(gears[driver[0]] + gears[follower[0]]) == pytest.approx(0.07)
@@ -305,19 +359,26 @@ def test_reference_is_a_turn_of_the_built_in_train() -> None:
     turn = claims.SUBJECT.reference(6)
     for point in turn:
         assert max(abs(value(e.residual, point)) for e in CLAIMS.values()) < mp.mpf(10) ** -45
-    assert [round(float(p[q.theta]), 6) for p in turn] == [round(k * np.pi / 3, 6) for k in range(6)]
+    assert [round(float(p[q.theta]), 6) for p in turn] == [
+        round(k * np.pi / 3, 6) for k in range(6)
+    ]
     assert float(turn[0][q.L2]) == pytest.approx(0.2115459, abs=1e-7)
     assert len({float(p[q.L1]) for p in turn}) == 1
     assert len({float(p[q.i]) for p in turn}) == 6
 
 
 def test_admissible_points_repeat_with_their_seed() -> None:
-    assert claims.SUBJECT.admissible(random.Random(8)) == claims.SUBJECT.admissible(random.Random(8))
-    assert claims.SUBJECT.admissible(random.Random(8)) != claims.SUBJECT.admissible(random.Random(9))
+    assert claims.SUBJECT.admissible(random.Random(8)) == claims.SUBJECT.admissible(
+        random.Random(8)
+    )
+    assert claims.SUBJECT.admissible(random.Random(8)) != claims.SUBJECT.admissible(
+        random.Random(9)
+    )
 
 
 def test_value_without_derivation_is_refused() -> None:
     with pytest.raises(
-        ClaimError, match=r"nothing here states ClaimOf 'entry A_j9 of the matrix'; near it: .*'entry A_j"
+        ClaimError,
+        match=r"nothing here states ClaimOf 'entry A_j9 of the matrix'; near it: .*'entry A_j",
     ):
         claims.derive_formulas().expr(MappingClaim.MATRIX_ENTRY.of("A_j9"))

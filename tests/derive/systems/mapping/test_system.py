@@ -1,4 +1,6 @@
-"""The emitted formulas of the mapping: derived linkage, limits and curvature against geometry by complex numbers."""
+"""The emitted formulas of the mapping: derived linkage, limits and curvature against geometry by
+complex numbers.
+"""
 
 import random
 from functools import cache
@@ -34,7 +36,9 @@ def run(form: ClosedForm, inputs: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
 def point(seed: int) -> dict[sp.Symbol, mp.mpf]:
     """Random values of all inputs."""
     rng = random.Random(seed)
-    symbols = {s for form in exact().closed_forms for argument in form.inputs for s in _entries(argument)}
+    symbols = {
+        s for form in exact().closed_forms for argument in form.inputs for s in _entries(argument)
+    }
     return {s: mp.mpf(rng.uniform(0.3, 1.5)) for s in sorted(symbols, key=str)}
 
 
@@ -56,16 +60,22 @@ def test_closure_is_the_gap_of_the_follower(seed: int) -> None:
     at = point(seed)
     _, other, _, pivot = placed(at)
     outputs = run(FORMS["closed"], at)
-    assert outputs["closure"] == pytest.approx(float(abs(other - pivot) ** 2 - at[linkage.L_f] ** 2), rel=1e-12)
+    assert outputs["closure"] == pytest.approx(
+        float(abs(other - pivot) ** 2 - at[linkage.L_f] ** 2), rel=1e-12
+    )
     loop = run(FORMS["loop"], at)
-    by_loop = loop["of_cos"] * mp.cos(at[q.phi]) + loop["of_sin"] * mp.sin(at[q.phi]) + loop["alone"]
+    by_loop = (
+        loop["of_cos"] * mp.cos(at[q.phi]) + loop["of_sin"] * mp.sin(at[q.phi]) + loop["alone"]
+    )
     assert float(by_loop) == pytest.approx(float(outputs["closure"]), rel=1e-12)
 
 
 @pytest.mark.parametrize("angle", [q.theta, q.phi])
 def test_derivatives_of_the_closure(angle: Quantity) -> None:
     at, step = point(4), mp.mpf("1e-5")
-    ahead, behind = (run(FORMS["closed"], {**at, angle: at[angle] + s})["closure"] for s in (step, -step))
+    ahead, behind = (
+        run(FORMS["closed"], {**at, angle: at[angle] + s})["closure"] for s in (step, -step)
+    )
     slope = run(FORMS["closed"], at)["by_theta" if angle == q.theta else "by_phi"]
     assert float(slope) == pytest.approx(float((ahead - behind) / (2 * step)), rel=1e-8)
 
@@ -112,10 +122,13 @@ ANGLES = [0.1, 0.9, -0.7, 1.6, 2.2]
 
 
 def test_slider_point_stays_on_the_line() -> None:
-    """A point of the body on a line through (0.2, 0.5), by complex numbers; its vector has p1 = p2 = p3 = 0."""
+    """A point of the body on a line through (0.2, 0.5), by complex numbers; its vector has p1 = p2
+    = p3 = 0.
+    """
     moving, direction = complex(0.3, -0.4), np.exp(0.6j)
     tips = [
-        0.2 + 0.5j + s * direction - np.exp(1j * a) * moving for s, a in zip((0, 1, -0.5, 0.3, 2), ANGLES, strict=True)
+        0.2 + 0.5j + s * direction - np.exp(1j * a) * moving
+        for s, a in zip((0, 1, -0.5, 0.3, 2), ANGLES, strict=True)
     ]
     p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 1, 2])
     outputs = {n: float(v) for n, v in run(FORMS["slider"], coefficients(p)).items()}
@@ -141,8 +154,16 @@ def test_swinging_line_passes_the_fixed_point() -> None:
 def test_dyad_is_recovered_from_the_vector() -> None:
     at = point(7)
     square = at[q.L1] ** 2 - at[q.X_c] ** 2 - at[q.Y_c] ** 2
-    p = [-1, at[q.x], at[q.y], at[q.X_c], at[q.Y_c], -at[q.X_c] * at[q.y] + at[q.Y_c] * at[q.x],
-         -(at[q.X_c] * at[q.x] + at[q.Y_c] * at[q.y]) / 2, (square - at[q.x] ** 2 - at[q.y] ** 2) / 4]  # fmt: skip
+    p = [
+        -1,
+        at[q.x],
+        at[q.y],
+        at[q.X_c],
+        at[q.Y_c],
+        -at[q.X_c] * at[q.y] + at[q.Y_c] * at[q.x],
+        -(at[q.X_c] * at[q.x] + at[q.Y_c] * at[q.y]) / 2,
+        (square - at[q.x] ** 2 - at[q.y] ** 2) / 4,
+    ]
     outputs = run(FORMS["dyad"], coefficients(3 * np.array([float(v) for v in p])))
     for name in (q.x, q.y, q.X_c, q.Y_c):
         assert float(outputs[name.name]) == pytest.approx(float(at[name]))
@@ -158,26 +179,36 @@ def test_curvature_of_circles() -> None:
 
 
 def test_mate_curvature_matches_euler_savary() -> None:
-    """Rolling curves: the difference of curvatures along the common normal is that of the pitch radii.
+    """Rolling curves: the difference of curvatures along the common normal is that of the pitch
+    radii.
 
-    With the angle psi between the tangent and the line of centres, (kappa1 + kappa2) = (1/r1 + 1/r2) sin(psi).
+    With the angle psi between the tangent and the line of centres, (kappa1 + kappa2) = (1/r1 +
+    1/r2) sin(psi).
     """
     at = {**train(0.7), formulas.dslope: mp.mpf("0.4"), formulas.ddslope: mp.mpf("-0.9")}
     kappa = run(FORMS["curvature"], at)
     step = mp.mpf("1e-8")
     for (r1, r2, rate), (k1, k2) in zip(
-        (("r1", "r2", "dpsi1"), ("r3", "r4", "dpsi3")), (("kappa1", "kappa2"), ("kappa3", "kappa4")), strict=True
+        (("r1", "r2", "dpsi1"), ("r3", "r4", "dpsi3")),
+        (("kappa1", "kappa2"), ("kappa3", "kappa4")),
+        strict=True,
     ):
         gears = run(FORMS["gears"], train(0.7))
-        ahead, behind = (run(FORMS["gears"], {**train(0.7), q.slope: mp.mpf("-0.7") + s}) for s in (step, -step))
+        ahead, behind = (
+            run(FORMS["gears"], {**train(0.7), q.slope: mp.mpf("-0.7") + s}) for s in (step, -step)
+        )
         drift = (ahead[r1] - behind[r1]) / (2 * step) * mp.mpf("0.4")
         sine = gears[r1] * gears[rate] / mp.sqrt((gears[r1] * gears[rate]) ** 2 + drift**2)
-        assert float(kappa[k1] + kappa[k2]) == pytest.approx(float((1 / gears[r1] + 1 / gears[r2]) * sine), rel=1e-7)
+        assert float(kappa[k1] + kappa[k2]) == pytest.approx(
+            float((1 / gears[r1] + 1 / gears[r2]) * sine), rel=1e-7
+        )
     assert float(kappa["kappa1"]) != pytest.approx(float(kappa["kappa2"]))
 
 
 def test_either_reading_of_the_split_gives_the_same_gears() -> None:
-    """i1 = x_s sqrt(i) and i1 = sqrt(x_s i) both close the first stage: the second with the square of the first."""
+    """i1 = x_s sqrt(i) and i1 = sqrt(x_s i) both close the first stage: the second with the square
+    of the first.
+    """
     i, mean = sp.symbols("i mean", positive=True)
     first, second = sp.symbols("first second", positive=True)
     (root,) = sp.solve(mean / first - 1, first)
@@ -202,8 +233,11 @@ def test_bend_angle_matches_the_triangle() -> None:
 
 def written(system: System) -> dict[str, str]:
     functions = list_functions(system)
-    return {"py": casadi.model(system, functions), "array": array.model(system, functions),
-            "json": build_sidecar(system, functions)}  # fmt: skip
+    return {
+        "py": casadi.model(system, functions),
+        "array": array.model(system, functions),
+        "json": build_sidecar(system, functions),
+    }
 
 
 def test_generated_module_matches_derivation() -> None:

@@ -1,4 +1,6 @@
-"""Seedling pick-up: the derivation against independent geometry, and the paper's formulas against the derivation."""
+"""Seedling pick-up: the derivation against independent geometry, and the paper's formulas against
+the derivation.
+"""
 
 import ast
 import random
@@ -22,18 +24,32 @@ from derive.systems.pickup import subject as claims
 from derive.systems.pickup import subject as pickup_points
 from tests.support.late import LateDict, LateList
 
-CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()})
+CLAIMS = LateDict(
+    lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()}
+)
 FORMULAS = LateDict(
-    lambda: {claim: (e.defines, e.defines - e.residual) for claim, e in CLAIMS.items() if e.defines is not None}
+    lambda: {
+        claim: (e.defines, e.defines - e.residual)
+        for claim, e in CLAIMS.items()
+        if e.defines is not None
+    }
 )
 PRINTED = {number: e for number, e in yu2023.PAPER.equations.items() if e.legibility != "lost"}
 LOST = [e for e in yu2023.PAPER.equations.values() if e.legibility == "lost"]
 
 
 def meant(number: str) -> dict[sp.Symbol, sp.Expr]:
-    """What the printed symbols of an equation stand for, in the reading that is kindest to the paper."""
-    kindest = (question.readings[0].printed for question in yu2023.PAPER.questions if number in question.numbers)
-    return {k: v for part in (yu2023.PAPER.readings.get(number, {}), *kindest) for k, v in part.items()}
+    """What the printed symbols of an equation stand for, in the reading that is kindest to the
+    paper.
+    """
+    kindest = (
+        question.readings[0].printed
+        for question in yu2023.PAPER.questions
+        if number in question.numbers
+    )
+    return {
+        k: v for part in (yu2023.PAPER.readings.get(number, {}), *kindest) for k, v in part.items()
+    }
 
 
 READ = {n: replace(e, residual=e.residual.xreplace(meant(n))) for n, e in PRINTED.items()}
@@ -69,7 +85,9 @@ def numbers_that_differ(equations: Mapping[str, Equation]) -> set[str]:
     def differs(equation: Equation) -> bool:
         claim = CLAIMS[str(equation.claims)]
         difference = equation.residual - claim.residual
-        return equation.relation != claim.relation or any(abs(value(difference, p)) > SMALL for p in POINTS)
+        return equation.relation != claim.relation or any(
+            abs(value(difference, p)) > SMALL for p in POINTS
+        )
 
     return {number for number, equation in equations.items() if differs(equation)}
 
@@ -98,7 +116,9 @@ def test_dimensions(equations: Mapping[str, Equation]) -> None:
 
 
 def test_mixed_dimensions_are_noticed() -> None:
-    assert not consistent(replace(PRINTED["14"], residual=PRINTED["14"].residual.subs(q.m_n, q.z_1)))
+    assert not consistent(
+        replace(PRINTED["14"], residual=PRINTED["14"].residual.subs(q.m_n, q.z_1))
+    )
 
 
 def test_every_equation_has_a_derived_counterpart() -> None:
@@ -148,7 +168,9 @@ def test_verdicts_depending_on_the_reading_of_phi5() -> None:
     ],
 )
 def test_tampered_equation_is_noticed(number: str, old: Quantity, new: sp.Expr) -> None:
-    tampered = replace(READ[number], residual=READ[number].residual.subs(old, new, simultaneous=True))
+    tampered = replace(
+        READ[number], residual=READ[number].residual.subs(old, new, simultaneous=True)
+    )
     assert tampered.residual != READ[number].residual
     assert numbers_that_differ({number: tampered}) == {number}
 
@@ -175,12 +197,16 @@ def test_every_claim_holds_at_every_point() -> None:
 
 
 def test_the_tip_comes_to_every_quadrant() -> None:
-    assert {(p[q.x_S] > 0, p[q.y_S] > 0) for p in POINTS} == {(x, y) for x in (True, False) for y in (True, False)}
+    assert {(p[q.x_S] > 0, p[q.y_S] > 0) for p in POINTS} == {
+        (x, y) for x in (True, False) for y in (True, False)
+    }
 
 
 def test_printed_direction_fails_only_in_second_quadrant() -> None:
-    printed = {third: -PRINTED[f"phi4, {name}"].residual + q.phi4 for third, name in
-               ((True, "third quadrant"), (False, "other quadrants"))}  # fmt: skip
+    printed = {
+        third: -PRINTED[f"phi4, {name}"].residual + q.phi4
+        for third, name in ((True, "third quadrant"), (False, "other quadrants"))
+    }
     wrong = set()
     for point in POINTS:
         x, y = point[q.x_S], point[q.y_S]
@@ -192,9 +218,13 @@ def test_printed_direction_fails_only_in_second_quadrant() -> None:
 
 @pytest.mark.parametrize("points", [POINTS, TURN], ids=["random", "cycle"])
 def test_triangles_close(points: list[Point]) -> None:
-    """By complex numbers, from distances and directions that the derivation does not use together."""
+    """By complex numbers, from distances and directions that the derivation does not use
+    together.
+    """
     for p in points:
-        o1, m1, s = (mp.mpc(p[x], p[y]) for x, y in ((q.x_O1, q.y_O1), (q.x_M1, q.y_M1), (q.x_S, q.y_S)))
+        o1, m1, s = (
+            mp.mpc(p[x], p[y]) for x, y in ((q.x_O1, q.y_O1), (q.x_M1, q.y_M1), (q.x_S, q.y_S))
+        )
         assert abs(o1 - vector(p[q.L1], p[q.phi5])) < SMALL
         assert abs(s - o1 - vector(p[q.L2], p[q.phi5] + mp.pi - p[q.phi1])) < SMALL
         assert abs(abs(m1) - p[q.a1]) < SMALL
@@ -229,9 +259,18 @@ def test_velocities_are_those_of_differences() -> None:
             return vector(p[q.L1], phi5) + vector(p[q.L2], phi5 + mp.pi - phi1)
 
         step = mp.mpf(10) ** -18
-        assert abs((at(step) - at(-step)) / (2 * step) - mp.mpc(p[q.vx_S], p[q.vy_S])) < mp.mpf(10) ** -30
-        assert abs(mp.mpc(p[q.vx_O1], p[q.vy_O1]) - 1j * p[q.omega] * mp.mpc(p[q.x_O1], p[q.y_O1])) < SMALL
-        assert abs(mp.mpc(p[q.vx_M1], p[q.vy_M1]) - 1j * p[q.omega] * mp.mpc(p[q.x_M1], p[q.y_M1])) < SMALL
+        assert (
+            abs((at(step) - at(-step)) / (2 * step) - mp.mpc(p[q.vx_S], p[q.vy_S]))
+            < mp.mpf(10) ** -30
+        )
+        assert (
+            abs(mp.mpc(p[q.vx_O1], p[q.vy_O1]) - 1j * p[q.omega] * mp.mpc(p[q.x_O1], p[q.y_O1]))
+            < SMALL
+        )
+        assert (
+            abs(mp.mpc(p[q.vx_M1], p[q.vy_M1]) - 1j * p[q.omega] * mp.mpc(p[q.x_M1], p[q.y_M1]))
+            < SMALL
+        )
 
 
 def test_extremes_of_the_distance() -> None:
@@ -241,7 +280,9 @@ def test_extremes_of_the_distance() -> None:
         far, closest = np.argmax(abs(arm)), np.argmin(abs(arm))
         assert angles[far] == pytest.approx(float(p[q.phi1_far]))
         assert angles[closest] == pytest.approx(float(p[q.phi1_near]))
-        assert [abs(arm[far]), abs(arm[closest])] == pytest.approx([float(p[q.L3_max]), float(p[q.L3_min])])
+        assert [abs(arm[far]), abs(arm[closest])] == pytest.approx(
+            [float(p[q.L3_max]), float(p[q.L3_min])]
+        )
         assert [abs(np.angle(arm[i])) for i in (far, closest)] == pytest.approx(
             [float(p[q.phi6_far]), float(p[q.phi6_near])]
         )
@@ -271,28 +312,40 @@ def test_cycle_curvature_matches_circle_of_three_points() -> None:
     ]
     a, b, c = (complex(p[q.x1], p[q.y1]) for p in fine)
     area = ((b - a).conjugate() * (c - a)).imag / 2
-    assert abs(b - a) * abs(c - b) * abs(a - c) / (4 * area) == pytest.approx(float(fine[1][q.rho1]), rel=1e-4)
+    assert abs(b - a) * abs(c - b) * abs(a - c) / (4 * area) == pytest.approx(
+        float(fine[1][q.rho1]), rel=1e-4
+    )
 
 
 def test_circular_contact_ratio_matches_textbook() -> None:
-    """External spur pair, ISO 21771: both tip circles on the base circles, less the centre distance."""
+    """External spur pair, ISO 21771: both tip circles on the base circles, less the centre
+    distance.
+    """
     for p in POINTS:
         r = [float(p[s]) for s in (q.rho1, q.rho2)]
-        tips = [radius + float(p[ha] * p[q.m]) for radius, ha in zip(r, (q.ha1, q.ha2), strict=True)]
+        tips = [
+            radius + float(p[ha] * p[q.m]) for radius, ha in zip(r, (q.ha1, q.ha2), strict=True)
+        ]
         angle, pitch = float(p[q.alpha0]), np.pi * float(p[q.m])
-        reach = sum(np.sqrt(t**2 - (radius * np.cos(angle)) ** 2) for t, radius in zip(tips, r, strict=True))
+        reach = sum(
+            np.sqrt(t**2 - (radius * np.cos(angle)) ** 2) for t, radius in zip(tips, r, strict=True)
+        )
         ratio = (reach - sum(r) * np.sin(angle)) / (pitch * np.cos(angle))
         assert float(p[q.epsilon]) == pytest.approx(ratio)
 
 
 def test_contact_ratio_of_the_helical_pair() -> None:
-    """Tangents of the tip's pressure angles plus overlap; at the built-in numbers near the printed 1.9358."""
+    """Tangents of the tip's pressure angles plus overlap; at the built-in numbers near the printed
+    1.9358.
+    """
     for p in (*POINTS, TURN[0]):
         z, mn, beta = [float(p[q.z_1]), float(p[q.z_2])], float(p[q.m_n]), float(p[q.beta])
         at = np.arctan(np.tan(float(p[q.alpha_n])) / np.cos(beta))
         radii = [mn * teeth / np.cos(beta) / 2 for teeth in z]
         tips = [np.arccos(r * np.cos(at) / (r + float(p[q.ha_n]) * mn)) for r in radii]
-        transverse = sum(t * (np.tan(tip) - np.tan(at)) for t, tip in zip(z, tips, strict=True)) / (2 * np.pi)
+        transverse = sum(t * (np.tan(tip) - np.tan(at)) for t, tip in zip(z, tips, strict=True)) / (
+            2 * np.pi
+        )
         overlap = float(p[q.B]) * np.sin(beta) / (np.pi * mn)
         assert float(p[q.epsilon_h]) == pytest.approx(transverse + overlap)
     assert float(TURN[0][q.epsilon_h]) == pytest.approx(1.9358, abs=2e-4)
@@ -305,7 +358,9 @@ def test_centre_distance_as_printed_is_twice_too_long() -> None:
     assert float(value(q.a2 - PRINTED["14"].residual, at)) == pytest.approx(89.2e-3)
 
 
-@pytest.mark.parametrize(("slope", "moved"), [(q.epsilon_ha, (q.ha1, q.ha2)), (q.epsilon_m, (q.m,))])
+@pytest.mark.parametrize(
+    ("slope", "moved"), [(q.epsilon_ha, (q.ha1, q.ha2)), (q.epsilon_m, (q.m,))]
+)
 def test_slopes_of_the_contact_ratio(slope: Quantity, moved: tuple[Quantity, ...]) -> None:
     for p in POINTS[:4]:
         step, ends = mp.mpf(10) ** -18, []
@@ -323,14 +378,20 @@ def test_spline_is_the_periodic_cubic_through_the_value_points() -> None:
     assert points[0].real == pytest.approx((93.3377 + 163) * np.cos(far) / 1000)
     path = [tip_of_the_law(2 * np.pi * j / 25) for j in range(26)]
     chords = np.cumsum([0, *np.abs(np.diff(path))]) / np.sum(np.abs(np.diff(path)))
-    curve = scipy.interpolate.CubicSpline(chords, [*np.real(path[:-1]), path[0].real], bc_type="periodic")
+    curve = scipy.interpolate.CubicSpline(
+        chords, [*np.real(path[:-1]), path[0].real], bc_type="periodic"
+    )
     for j, p in ((int(25 * float((p[q.phi5] - p[q.phi50]) / (2 * mp.pi))), p) for p in TURN):
-        assert float(p[q.p_u]) == pytest.approx(float(curve(chords[j] + float(p[q.u] - p[q.u_i]))), abs=1e-12)
+        assert float(p[q.p_u]) == pytest.approx(
+            float(curve(chords[j] + float(p[q.u] - p[q.u_i]))), abs=1e-12
+        )
         assert float(p[q.q_i]) == pytest.approx(path[j].real, abs=1e-12)
 
 
 def tip_of_the_law(t: float) -> complex:
-    """The tip over the carrier's angle from the farthest point, by quadrature of the arm's slope."""
+    """The tip over the carrier's angle from the farthest point, by quadrature of the arm's
+    slope.
+    """
     start, end, p = np.radians(210), np.radians(270), 0.3549389251
 
     def plain(a: float, b: float) -> float:
@@ -352,33 +413,49 @@ def test_the_cycle_follows_the_law() -> None:
 
 
 @pytest.mark.parametrize(
-    ("step", "x_mm", "y_mm"), [(0, 196.366071, 164.770697), (7, 90.658928, 60.755243), (20, 124.039802, 107.236806)]
+    ("step", "x_mm", "y_mm"),
+    [(0, 196.366071, 164.770697), (7, 90.658928, 60.755243), (20, 124.039802, 107.236806)],
 )
 def test_the_law_gives_the_default_value_points(step: int, x_mm: float, y_mm: float) -> None:
-    assert 1000 * tip_of_the_law(2 * np.pi * step / 25) == pytest.approx(complex(x_mm, y_mm), abs=1e-5)
+    assert 1000 * tip_of_the_law(2 * np.pi * step / 25) == pytest.approx(
+        complex(x_mm, y_mm), abs=1e-5
+    )
 
 
 @pytest.mark.parametrize("n", [4, 27])
 def test_knots_and_range_are_those_of_a_spline(n: int) -> None:
     """SciPy's basis functions need that many knots and sum to one only between those two."""
     counts = {q.n: mp.mpf(n), q.k: mp.mpf(3)}
-    last, first, end = (int(derived(f"index of the {name}", counts)) for name in
-                        ("last knot", "knot where the curve begins", "knot where the curve ends"))  # fmt: skip
+    last, first, end = (
+        int(derived(f"index of the {name}", counts))
+        for name in ("last knot", "knot where the curve begins", "knot where the curve ends")
+    )
     knots = np.cumsum(np.random.default_rng(1).uniform(0.5, 1.5, last + 1))
     curve = scipy.interpolate.BSpline(knots, np.ones(n + 1), 3, extrapolate=False)
     middles = (knots[:-1] + knots[1:]) / 2
-    basis = [scipy.interpolate.BSpline.basis_element(knots[j : j + 5], extrapolate=False) for j in range(n + 1)]
+    basis = [
+        scipy.interpolate.BSpline.basis_element(knots[j : j + 5], extrapolate=False)
+        for j in range(n + 1)
+    ]
     sums = np.sum([np.nan_to_num(b(middles)) for b in basis], axis=0)
-    assert [j for j, total in enumerate(sums) if total == pytest.approx(1)] == list(range(first, end))
+    assert [j for j, total in enumerate(sums) if total == pytest.approx(1)] == list(
+        range(first, end)
+    )
     assert curve(middles[first]) == pytest.approx(1)
 
 
 def test_an_unreachable_symbol_is_named() -> None:
     base = pickup_points.random_base(random.Random(0))
     with pytest.raises(ValueError, match=r"nothing leads to .*L3"):
-        pickup_points.complete_values(claims.derive_formulas(), {s: v for s, v in base.items() if s != q.L1})
+        pickup_points.complete_values(
+            claims.derive_formulas(), {s: v for s, v in base.items() if s != q.L1}
+        )
 
 
 def test_admissible_points_repeat_with_their_seed() -> None:
-    assert claims.SUBJECT.admissible(random.Random(8)) == claims.SUBJECT.admissible(random.Random(8))
-    assert claims.SUBJECT.admissible(random.Random(8)) != claims.SUBJECT.admissible(random.Random(9))
+    assert claims.SUBJECT.admissible(random.Random(8)) == claims.SUBJECT.admissible(
+        random.Random(8)
+    )
+    assert claims.SUBJECT.admissible(random.Random(8)) != claims.SUBJECT.admissible(
+        random.Random(9)
+    )

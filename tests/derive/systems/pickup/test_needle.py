@@ -18,11 +18,15 @@ def test_needle_outline_is_a_rectangle(tilt: float) -> None:
     assert turned == pytest.approx([-0.002j, 0.002j, -0.05 + 0.002j, -0.05 - 0.002j], abs=1e-15)
     for side, (tip, root) in (("right", corners[[0, 3]]), ("left", corners[[1, 2]])):
         share = tip.real / (tip.real - root.real)
-        assert outputs[f"{side}_surface"] == pytest.approx((tip + share * (root - tip)).imag, abs=1e-15)
+        assert outputs[f"{side}_surface"] == pytest.approx(
+            (tip + share * (root - tip)).imag, abs=1e-15
+        )
 
 
 def test_point_transform_is_invertible() -> None:
     length, across = RNG.uniform(-1, 1, 2)
     at = NEEDLE.at("placed", along=length, across=across, axis=0.8)
-    back = load("pickup_exact").at("entry", x_S=at["x"], y_S=at["y"], x_bottom=0.0, y_bottom=0.0, axis=0.8)
+    back = load("pickup_exact").at(
+        "entry", x_S=at["x"], y_S=at["y"], x_bottom=0.0, y_bottom=0.0, axis=0.8
+    )
     assert [back["along"], back["across"]] == pytest.approx([length, across], abs=1e-15)

@@ -1,4 +1,6 @@
-"""The planting device: what is looked up of its derivation is there, or it is refused with a sentence."""
+"""The planting device: what is looked up of its derivation is there, or it is refused with a
+sentence.
+"""
 
 import pytest
 
@@ -10,7 +12,9 @@ from derive.systems.planting.quantities import PlantingClaim
 
 
 def test_every_claim_of_the_paper_is_derived() -> None:
-    judged = {e.claims for e in wang2017.PAPER.equations.values() if not isinstance(e.claims, Definition)}
+    judged = {
+        e.claims for e in wang2017.PAPER.equations.values() if not isinstance(e.claims, Definition)
+    }
     assert judged <= claims.derive_claims().keys()
     assert all(equation.number == str(claim) for claim, equation in claims.derive_claims().items())
 
@@ -24,7 +28,8 @@ def test_a_mechanism_without_a_balance_is_refused() -> None:
     device = derivation.build_device()
     device.assembly.bodies.pop()
     with pytest.raises(
-        ClaimError, match="nothing here states Balance 'outer half: moment along z of planet about A ou"
+        ClaimError,
+        match="nothing here states Balance 'outer half: moment along z of planet about A ou",
     ):
         claims.derive_relations(device)
 

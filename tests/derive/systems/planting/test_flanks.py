@@ -1,4 +1,6 @@
-"""Laws of a cam's flank: derived from their accelerations, they are those of the textbooks, and end at rest."""
+"""Laws of a cam's flank: derived from their accelerations, they are those of the textbooks, and end
+at rest.
+"""
 
 from functools import cache
 
@@ -8,19 +10,32 @@ import sympy as sp
 from derive.systems.planting import flanks
 from derive.systems.planting.flanks import SHAPES, x
 
-# Largest velocity and acceleration for a rise of 1 over a flank of 1 (Norton, Cam Design and Manufacturing Handbook).
+# Largest velocity and acceleration for a rise of 1 over a flank of 1 (Norton, Cam Design and
+# Manufacturing Handbook).
 FACTORS = {
-    "4-5-6-7 polynomial": (2.188, 7.513), "3-4-5 polynomial": (1.875, 5.774), "cycloidal": (2.000, 6.283),
-    "modified sine": (1.760, 5.528), "modified trapezoid": (2.000, 4.888), "harmonic": (1.571, 4.935),
-}  # fmt: skip
+    "4-5-6-7 polynomial": (2.188, 7.513),
+    "3-4-5 polynomial": (1.875, 5.774),
+    "cycloidal": (2.000, 6.283),
+    "modified sine": (1.760, 5.528),
+    "modified trapezoid": (2.000, 4.888),
+    "harmonic": (1.571, 4.935),
+}
 law = cache(flanks.derive_flank_law)
 
 
 @pytest.mark.parametrize("title", SHAPES)
 def test_flank_laws_rest_at_ends_with_consistent_slopes(title: str) -> None:
     rise, speed, acceleration = law(title)
-    assert [sp.simplify(e.subs(x, v)) for e, v in ((rise, 0), (rise, 1), (speed, 0), (speed, 1))] == [0, 1, 0, 0]
-    for place in (sp.Rational(1, 17), sp.Rational(3, 11), sp.Rational(1, 2), sp.Rational(7, 10), sp.Rational(19, 20)):
+    assert [
+        sp.simplify(e.subs(x, v)) for e, v in ((rise, 0), (rise, 1), (speed, 0), (speed, 1))
+    ] == [0, 1, 0, 0]
+    for place in (
+        sp.Rational(1, 17),
+        sp.Rational(3, 11),
+        sp.Rational(1, 2),
+        sp.Rational(7, 10),
+        sp.Rational(19, 20),
+    ):
         speed_error, acceleration_error = (
             (e.diff(x) - f).subs(x, place) for e, f in ((rise, speed), (speed, acceleration))
         )

@@ -1,4 +1,6 @@
-"""A four-bar linkage with a torque on its first bar: a chain of two bars, and a third bar that closes the loop."""
+"""A four-bar linkage with a torque on its first bar: a chain of two bars, and a third bar that
+closes the loop.
+"""
 
 from derive import Mechanism, quantities
 

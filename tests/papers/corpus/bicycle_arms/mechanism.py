@@ -1,4 +1,6 @@
-"""A bicycle with a rider's arms: rear frame, fork, upper arms in the shoulders, lower arms hinged at the elbows."""
+"""A bicycle with a rider's arms: rear frame, fork, upper arms in the shoulders, lower arms hinged
+at the elbows.
+"""
 
 from derive import Mechanism, X, Y, Z, quantities
 
@@ -31,15 +33,27 @@ q = quantities("""
 """)
 
 m = Mechanism("bicycle_arms", q, spatial=True)
-q1, q2 = m.coordinate("q_1", "m", "rear contact, forward"), m.coordinate("q_2", "m", "rear contact, to the right")
+q1, q2 = (
+    m.coordinate("q_1", "m", "rear contact, forward"),
+    m.coordinate("q_2", "m", "rear contact, to the right"),
+)
 q3, q4, q5, q7, q9, q10, q11, q12, q13, q14, q15, q16 = (
     m.coordinate(f"q_{i}", "rad", meaning)
     for i, meaning in {
-        3: "yaw", 4: "roll", 5: "pitch", 7: "steer", 9: "right abduction", 10: "right elevation",
-        11: "right rotation", 12: "right elbow", 13: "left abduction", 14: "left elevation", 15: "left rotation",
+        3: "yaw",
+        4: "roll",
+        5: "pitch",
+        7: "steer",
+        9: "right abduction",
+        10: "right elevation",
+        11: "right rotation",
+        12: "right elbow",
+        13: "left abduction",
+        14: "left elevation",
+        15: "left rotation",
         16: "left elbow",
     }.items()
-)  # fmt: skip
+)
 
 A = m.frame("A", q3)
 B = m.frame("B", q4, X, A)
@@ -58,7 +72,10 @@ e_r, e_l = m.point("e_r", s_r, G, 0, 0, q.d_12), m.point("e_l", s_l, I, 0, 0, q.
 g_o, i_o = m.point("g_o", s_r, G, 0, 0, q.l_5), m.point("i_o", s_l, I, 0, 0, q.l_5)
 h_o, j_o = m.point("h_o", e_r, H, 0, 0, q.l_6), m.point("j_o", e_l, J, 0, 0, q.l_6)
 h_r, h_l = m.point("h_r", e_r, H, 0, 0, q.d_13), m.point("h_l", e_l, J, 0, 0, q.d_13)
-g_r, g_l = m.point("g_r", f_o, E, q.d_9, q.d_10, q.d_11), m.point("g_l", f_o, E, q.d_9, -q.d_10, q.d_11)
+g_r, g_l = (
+    m.point("g_r", f_o, E, q.d_9, q.d_10, q.d_11),
+    m.point("g_l", f_o, E, q.d_9, -q.d_10, q.d_11),
+)
 
 # The hands hold the grips, and the axes of the elbows are level as the roll frame sees them.
 start = {q9: 0, q10: 0, q11: 0, q12: 1.8, q13: 0, q14: 0, q15: 0, q16: 1.8}

@@ -1,7 +1,9 @@
-"""Five bodies in a vertical plane: a thrown ball, a bar that hangs, one that stands, a person, and a bar that rocks.
+"""Five bodies in a vertical plane: a thrown ball, a bar that hangs, one that stands, a person, and
+a bar that rocks.
 
-The ball is dragged back and its spin is braked; both bars turn about one of their ends; the person turns about the
-ankles, which the muscles bend; the rocking bar has a round end that rolls on the ground without slip.
+The ball is dragged back and its spin is braked; both bars turn about one of their ends; the person
+turns about the ankles, which the muscles bend; the rocking bar has a round end that rolls on the
+ground without slip.
 """
 
 from sympy import Expr
@@ -33,17 +35,27 @@ m.force("drag", ball, C, m.vector(m.world, -q.b_l * m.rate(x), -q.b_l * m.rate(y
 m.torque("brake", ball, m.ground, -q.b_r * m.rate(spin))
 
 
-def report_moments(name: str, centroid: Point, pole: Point, mass: Expr, inertia: Expr, turn: Quantity) -> None:
-    """Report the angular momentum of a body about a pole at rest and the moment of its weight about that."""
+def report_moments(
+    name: str, centroid: Point, pole: Point, mass: Expr, inertia: Expr, turn: Quantity
+) -> None:
+    """Report the angular momentum of a body about a pole at rest and the moment of its weight about
+    that.
+    """
     arm = m.position(centroid) - m.position(pole)
     m.report(
-        f"H_{name}", "N m s", "angular momentum", inertia * m.rate(turn) + mass * arm.cross(m.velocity(centroid))[2]
+        f"H_{name}",
+        "N m s",
+        "angular momentum",
+        inertia * m.rate(turn) + mass * arm.cross(m.velocity(centroid))[2],
     )
     m.report(f"M_{name}", "N m", "moment of the weight", -mass * q.g * arm[0])
 
 
 # Bars with a fixed end, whose angles are from the vertical, down and up.
-hang, stand = m.coordinate("hang", "rad", "hanging bar"), m.coordinate("stand", "rad", "standing bar")
+hang, stand = (
+    m.coordinate("hang", "rad", "hanging bar"),
+    m.coordinate("stand", "rad", "standing bar"),
+)
 down, up = m.frame("down", hang), m.frame("up", stand)
 D, U = m.point("D", m.O, down, 0, -q.l / 2), m.point("U", m.O, up, 0, q.l / 2)
 for name, frame, at, turn in (("hanging", down, D, hang), ("standing", up, U, stand)):
@@ -60,7 +72,8 @@ m.pin("ankle", person, m.ground, m.O)
 m.torque("muscles", person, m.ground, q.T_A)
 report_moments("person", G, m.O, q.m_B, q.m_B * q.h_G**2 / 3, theta_A)
 
-# The rocking bar: the middle of its round end stays at the height of the radius and goes back as the bar turns.
+# The rocking bar: the middle of its round end stays at the height of the radius and goes back as
+# the bar turns.
 theta = m.coordinate("theta", "rad", "rocking bar from the vertical")
 leaning = m.frame("leaning", theta)
 E = m.point("E", m.O, m.world, -q.R * theta, q.R)

@@ -1,8 +1,9 @@
-"""Five systems that do not touch: a block on a spring, a pendulum, a hanging block that is driven, a bob, a plate.
+"""Five systems that do not touch: a block on a spring, a pendulum, a hanging block that is driven,
+a bob, a plate.
 
-The block slides on a level track; the pendulum is a mass on a rod; the hanging block has a spring, a damper and a force
-that swings in time; the bob is a mass that a force along its line to the origin holds, here a spring; the plate swings
-about a pin that is not its centroid.
+The block slides on a level track; the pendulum is a mass on a rod; the hanging block has a spring,
+a damper and a force that swings in time; the bob is a mass that a force along its line to the
+origin holds, here a spring; the plate swings about a pin that is not its centroid.
 """
 
 from sympy import Expr, cos
@@ -39,7 +40,12 @@ block_at = m.point("block_at", m.O, m.world, x)
 block = m.body("block", m.world, q.m, block_at)
 m.slide("track", block, m.ground, block_at)
 m.force("spring of the block", block, block_at, m.vector(m.world, -q.k * (x - q.l_0)))
-m.report("L_block", "N m", "Lagrangian of the block", kinetic_energy(block_at) - q.k * (x - q.l_0) ** 2 / 2)
+m.report(
+    "L_block",
+    "N m",
+    "Lagrangian of the block",
+    kinetic_energy(block_at) - q.k * (x - q.l_0) ** 2 / 2,
+)
 
 # The pendulum.
 theta = m.coordinate("theta", "rad", "pendulum from the vertical, anticlockwise")
@@ -63,7 +69,10 @@ m.report("T_hanging", "N m", "kinetic energy of the hanging block", kinetic_ener
 m.report("V_hanging", "N m", "potential energy of it", q.m * q.g * y + q.k * (y - q.l_0) ** 2 / 2)
 
 # The bob.
-r, psi = m.coordinate("r", "m", "distance of the bob"), m.coordinate("psi", "rad", "bob from the vertical")
+r, psi = (
+    m.coordinate("r", "m", "distance of the bob"),
+    m.coordinate("psi", "rad", "bob from the vertical"),
+)
 line = m.frame("line", psi)
 Q = m.point("Q", m.O, line, 0, -r)
 bob = m.body("bob", m.world, q.m, Q)

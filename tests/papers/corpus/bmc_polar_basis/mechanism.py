@@ -1,4 +1,6 @@
-"""A particle in space, and a basis that turns about the third axis with the direction of the particle."""
+"""A particle in space, and a basis that turns about the third axis with the direction of the
+particle.
+"""
 
 from sympy import atan2, sqrt
 

@@ -1,7 +1,8 @@
-"""Segments of a human body in a vertical plane: one on a fixed joint, and a chain of two; a force pulls at their ends.
+"""Segments of a human body in a vertical plane: one on a fixed joint, and a chain of two; a force
+pulls at their ends.
 
-Angles are from the horizontal, anticlockwise, that of the second segment of the chain from the first one. Muscles turn
-a segment against the one that carries it.
+Angles are from the horizontal, anticlockwise, that of the second segment of the chain from the
+first one. Muscles turn a segment against the one that carries it.
 """
 
 from derive import Mechanism, quantities
@@ -39,7 +40,8 @@ m.pin("r", segment, m.ground, m.O)
 m.torque("muscles", segment, m.ground, q.T)
 m.force("pull", segment, E, pull)
 
-# The Jacobian is the derivative of the end's place by the angle; the pull has its own moment about the joint.
+# The Jacobian is the derivative of the end's place by the angle; the pull has its own moment about
+# the joint.
 for axis, component in zip("xy", m.position(E).components, strict=False):
     slope = component.diff(alpha)
     m.report(f"J_{axis}", "m", "end, by the angle", slope)

@@ -1,4 +1,5 @@
-"""A double pendulum with geared motors at both joints, whose rotors have inertia, and with friction.
+"""A double pendulum with geared motors at both joints, whose rotors have inertia, and with
+friction.
 
 The second motor sits on the first link; its rotor turns against the second link.
 """
@@ -46,12 +47,15 @@ m.pin("S", shoulder_rotor, m.ground, m.O)
 m.pin("R", elbow_rotor, upper, E)
 m.torque("gear 1", upper, m.ground, -q.g_r * m.motor("tau_1", shoulder_rotor, m.ground, m.O))
 m.torque("gear 2", lower, upper, q.g_r * m.motor("tau_2", elbow_rotor, upper, E))
-for number, (on, by, rate) in enumerate(((upper, m.ground, m.rate(q_1)), (lower, upper, m.rate(q_2))), 1):
+for number, (on, by, rate) in enumerate(
+    ((upper, m.ground, m.rate(q_1)), (lower, upper, m.rate(q_2))), 1
+):
     friction = q[f"b_{number}"] * rate + q[f"c_f{number}"] * atan(q.k * rate)
     m.torque(f"drive {number}", on, by, q[f"u_{number}"] - friction)
 m.begin({q_1: 1.0, q_2: 0.5})
 
-# The mass matrix is the second derivative of the kinetic energy, the gravity vector that of the work of weight.
+# The mass matrix is the second derivative of the kinetic energy, the gravity vector that of the
+# work of weight.
 rates = (m.rate(q_1), m.rate(q_2))
 spins = (rates[0], rates[0] + rates[1], q.g_r * rates[0], rates[0] - q.g_r * rates[1])
 inertias = (q.I_1 - q.m_1 * q.r_1**2, q.I_2 - q.m_2 * q.r_2**2, q.I_r, q.I_r)
@@ -62,6 +66,11 @@ work = -sum(mass * q.g * m.position(centroid)[1] for mass, centroid in ((q.m_1, 
 for i in range(2):
     m.report(f"G_{i + 1}", "N m", "moment of weight", work.diff((q_1, q_2)[i]))
     for j in range(2):
-        m.report(f"M_{i + 1}{j + 1}", "kg m2", "entry of the mass matrix", energy.diff(rates[i], rates[j]))
+        m.report(
+            f"M_{i + 1}{j + 1}",
+            "kg m2",
+            "entry of the mass matrix",
+            energy.diff(rates[i], rates[j]),
+        )
 
 SYSTEM = m.system()

@@ -1,4 +1,6 @@
-"""A cart that carries two rods, one above the other, with friction; mass matrix and Coriolis terms by energies."""
+"""A cart that carries two rods, one above the other, with friction; mass matrix and Coriolis terms
+by energies.
+"""
 
 import sympy as sp
 
@@ -40,7 +42,8 @@ m.torque("friction 1", lower_rod, m.ground, q.b_1 * m.rate(theta_1))
 m.torque("friction 2", upper_rod, m.ground, q.b_2 * m.rate(theta_2))
 m.begin({theta_1: 0.3, theta_2: -0.5})
 
-# The mass matrix is the second derivative of the kinetic energy, the Coriolis matrix that of Christoffel's symbols.
+# The mass matrix is the second derivative of the kinetic energy, the Coriolis matrix that of
+# Christoffel's symbols.
 places = (theta_1, theta_2, x)
 rates = tuple(m.rate(place) for place in places)
 masses = ((q.M, P, 0, 0), (q.m_1, C1, q.I_1, rates[0]), (q.m_2, C2, q.I_2, rates[1]))
@@ -56,7 +59,11 @@ UNITS = (("kg m2", "kg m2", "kg m"), ("kg m2", "kg m2", "kg m"), ("kg m", "kg m"
 def coriolis_entry(i: int, j: int) -> sp.Expr:
     """Return the entry of the Coriolis matrix by Christoffel's symbols of the first kind."""
     return sum(
-        (mass_matrix[i, j].diff(places[k]) + mass_matrix[i, k].diff(places[j]) - mass_matrix[j, k].diff(places[i]))
+        (
+            mass_matrix[i, j].diff(places[k])
+            + mass_matrix[i, k].diff(places[j])
+            - mass_matrix[j, k].diff(places[i])
+        )
         * rates[k]
         / 2
         for k in range(3)
@@ -64,10 +71,20 @@ def coriolis_entry(i: int, j: int) -> sp.Expr:
 
 
 for i in range(3):
-    m.report(f"G_{i + 1}", "N" if i == 2 else "N m", "derivative of the potential energy", height.diff(places[i]))
+    m.report(
+        f"G_{i + 1}",
+        "N" if i == 2 else "N m",
+        "derivative of the potential energy",
+        height.diff(places[i]),
+    )
     for j in range(3):
         m.report(f"M_{i + 1}{j + 1}", UNITS[i][j], "entry of the mass matrix", mass_matrix[i, j])
-        m.report(f"C_{i + 1}{j + 1}", f"{UNITS[i][j]}/s", "entry of the Coriolis matrix", coriolis_entry(i, j))
+        m.report(
+            f"C_{i + 1}{j + 1}",
+            f"{UNITS[i][j]}/s",
+            "entry of the Coriolis matrix",
+            coriolis_entry(i, j),
+        )
 m.report("V_0", "J", "potential energy upright", height.subs({theta_1: 0, theta_2: 0}))
 for i in range(3):
     for j in range(3):

@@ -1,4 +1,6 @@
-"""A cart on a horizontal track that carries two rods, one above the other, which gravity tips over."""
+"""A cart on a horizontal track that carries two rods, one above the other, which gravity tips
+over.
+"""
 
 from derive import Mechanism, quantities
 

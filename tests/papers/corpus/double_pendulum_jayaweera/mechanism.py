@@ -1,4 +1,6 @@
-"""A double pendulum of two point masses on massless rods, and a single one; angles are from the upward vertical."""
+"""A double pendulum of two point masses on massless rods, and a single one; angles are from the
+upward vertical.
+"""
 
 from derive import Mechanism, quantities
 
@@ -16,7 +18,11 @@ m = Mechanism("double_pendulum", q, gravity=q.g)
 theta_1 = m.coordinate("theta_1", "rad", "upper rod from the vertical upwards, clockwise")
 theta_2 = m.coordinate("theta_2", "rad", "lower rod from the vertical upwards, clockwise")
 theta = m.coordinate("theta", "rad", "rod of the single pendulum from the vertical downwards")
-first, second, single = m.frame("first", -theta_1), m.frame("second", -theta_2), m.frame("single", theta)
+first, second, single = (
+    m.frame("first", -theta_1),
+    m.frame("second", -theta_2),
+    m.frame("single", theta),
+)
 A = m.point("A", m.O, first, 0, q.l_1)
 B = m.point("B", A, second, 0, q.l_2)
 D = m.point("D", m.O, single, 0, -q.L)
@@ -31,7 +37,9 @@ m.begin({theta_1: 2.5, theta_2: 2.0, theta: 0.4})
 
 def energies(*masses: tuple) -> tuple:
     """Return the kinetic energy of point masses, and the potential one."""
-    kinetic = sum(mass * sum(v**2 for v in m.velocity(point).components) / 2 for mass, point in masses)
+    kinetic = sum(
+        mass * sum(v**2 for v in m.velocity(point).components) / 2 for mass, point in masses
+    )
     return kinetic, sum(mass * q.g * m.position(point)[1] for mass, point in masses)
 
 
@@ -40,6 +48,11 @@ T_D, U_D = energies((q.m, D))
 m.report("T_2", "J", "kinetic energy of the double pendulum", T)
 m.report("U_2", "J", "potential energy of the double pendulum", U)
 m.report("T_1", "J", "kinetic energy of the single pendulum", T_D)
-m.report("U_1", "J", "potential energy of the single pendulum, from its lowest place", U_D + q.m * q.g * q.L)
+m.report(
+    "U_1",
+    "J",
+    "potential energy of the single pendulum, from its lowest place",
+    U_D + q.m * q.g * q.L,
+)
 
 SYSTEM = m.system()

@@ -1,4 +1,6 @@
-"""A cart that is pushed and carries a point mass on a rod; its motion is also linearised about the upright rod."""
+"""A cart that is pushed and carries a point mass on a rod; its motion is also linearised about the
+upright rod.
+"""
 
 import sympy as sp
 

@@ -1,8 +1,9 @@
-"""A robot on two driven wheels: a DC motor through a gear on either side, no slip, a plane rigid body.
+"""A robot on two driven wheels: a DC motor through a gear on either side, no slip, a plane rigid
+body.
 
-Each motor has its own back voltage; a wheel pushes the robot with the torque of its shaft over its radius. The point of
-the robot that is half-way between its wheels is its centroid. Currents are numbers of amperes, so that a voltage is a
-power.
+Each motor has its own back voltage; a wheel pushes the robot with the torque of its shaft over its
+radius. The point of the robot that is half-way between its wheels is its centroid. Currents are
+numbers of amperes, so that a voltage is a power.
 """
 
 from sympy import Expr
@@ -28,7 +29,10 @@ q = quantities("""
 """)
 
 m = Mechanism("differential_drive", q)
-x, y = m.coordinate("x", "m", "place of the centroid"), m.coordinate("y", "m", "place of the centroid")
+x, y = (
+    m.coordinate("x", "m", "place of the centroid"),
+    m.coordinate("y", "m", "place of the centroid"),
+)
 theta = m.coordinate("theta", "rad", "heading, anticlockwise")
 robot = m.frame("robot", theta)
 C = m.point("C", m.O, m.world, x, y)
@@ -51,7 +55,9 @@ m.report("v", "m/s", "speed of the centroid", speed_ahead(C))
 
 
 def shaft_torque(gear: Expr, voltage: Expr, speed: Expr) -> Expr:
-    """Return the torque of a motor behind its gear: the current is what the back voltage leaves of the voltage."""
+    """Return the torque of a motor behind its gear: the current is what the back voltage leaves of
+    the voltage.
+    """
     current = (voltage - gear * speed / q.K_v) / q.R
     return gear * q.K_t * current
 

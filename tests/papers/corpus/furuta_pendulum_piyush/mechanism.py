@@ -1,4 +1,6 @@
-"""A rotary pendulum: an arm that a motor turns about the vertical, and a thin rod that swings at its end."""
+"""A rotary pendulum: an arm that a motor turns about the vertical, and a thin rod that swings at
+its end.
+"""
 
 from derive import Mechanism, X, quantities
 

@@ -1,4 +1,6 @@
-"""A double pendulum of two point masses on massless rods; angles are from the vertical downwards."""
+"""A double pendulum of two point masses on massless rods; angles are from the vertical
+downwards.
+"""
 
 from derive import Mechanism, quantities
 
@@ -22,7 +24,9 @@ m.pin("A", lower, upper, A)
 m.begin({theta_1: 0.7, theta_2: -0.4})
 
 # Momenta are the derivatives of the kinetic energy to the rates.
-kinetic = sum(mass * sum(v**2 for v in m.velocity(at).components) / 2 for mass, at in ((q.m_1, A), (q.m_2, B)))
+kinetic = sum(
+    mass * sum(v**2 for v in m.velocity(at).components) / 2 for mass, at in ((q.m_1, A), (q.m_2, B))
+)
 m.report("p_1", "N m s", "momentum of the upper angle", kinetic.diff(m.rate(theta_1)))
 m.report("p_2", "N m s", "momentum of the lower angle", kinetic.diff(m.rate(theta_2)))
 

@@ -1,4 +1,6 @@
-"""A kinetic sculpture: a support turns about the vertical, a plate about its arm, and a pigeon walks the plate."""
+"""A kinetic sculpture: a support turns about the vertical, a plate about its arm, and a pigeon
+walks the plate.
+"""
 
 from derive import Mechanism, X, quantities
 
@@ -11,7 +13,10 @@ q = quantities("""
 """)
 
 m = Mechanism("kinetic_sculpture", q, spatial=True)
-alpha, beta = m.coordinate("alpha", "rad", "turn of the support"), m.coordinate("beta", "rad", "turn of the plate")
+alpha, beta = (
+    m.coordinate("alpha", "rad", "turn of the support"),
+    m.coordinate("beta", "rad", "turn of the plate"),
+)
 walk = m.coordinate("walk", "m", "way of the pigeon along the edge")
 
 N = m.world

@@ -1,6 +1,8 @@
-"""A bicycle's rear frame, free to yaw, roll and pitch over its rear contact, and a rider who leans about a hinge.
+"""A bicycle's rear frame, free to yaw, roll and pitch over its rear contact, and a rider who leans
+about a hinge.
 
-The hinge lies along the bicycle: horizontal while the frame is upright and pitched by the tilt of its steering axis.
+The hinge lies along the bicycle: horizontal while the frame is upright and pitched by the tilt of
+its steering axis.
 """
 
 from derive import Mechanism, X, Y, quantities
@@ -26,8 +28,13 @@ q = quantities("""
 """)
 
 m = Mechanism("leaning_rider", q, spatial=True)
-q1, q2 = m.coordinate("q_1", "m", "rear contact, forward"), m.coordinate("q_2", "m", "rear contact, to the right")
-q3, q4, q5 = (m.coordinate(f"q_{i}", "rad", name) for i, name in ((3, "yaw"), (4, "roll"), (5, "pitch")))
+q1, q2 = (
+    m.coordinate("q_1", "m", "rear contact, forward"),
+    m.coordinate("q_2", "m", "rear contact, to the right"),
+)
+q3, q4, q5 = (
+    m.coordinate(f"q_{i}", "rad", name) for i, name in ((3, "yaw"), (4, "roll"), (5, "pitch"))
+)
 q9 = m.coordinate("q_9", "rad", "lean of the rider against the frame")
 
 A = m.frame("A", q3)

@@ -1,4 +1,6 @@
-"""Two forces in space with their moments about two points, and a ball's lowest point that dips below a plane."""
+"""Two forces in space with their moments about two points, and a ball's lowest point that dips
+below a plane.
+"""
 
 from sympy import Piecewise
 
@@ -24,5 +26,7 @@ N, O = m.world, m.O  # noqa: E741
 P = m.point("P", O, N, x, y, z)
 Q = m.point("Q", P, N, q.dist, -q.dist, 2 * q.dist)
 L_1, L_2 = m.point("L_1", O, N, q.a), m.point("L_2", O, N, 0, q.b)
-L = m.point("L", L_1, N, q.far * q.F_1x, q.far * q.F_1y, q.far * q.F_1z)  # on the line of the first force
+L = m.point(
+    "L", L_1, N, q.far * q.F_1x, q.far * q.F_1y, q.far * q.F_1z
+)  # on the line of the first force
 m.name_("depth", "m", "depth of P below the plane", Piecewise((-z, z < 0), (0, True)))

@@ -1,6 +1,7 @@
 """Pendulums whose supports swing: one from side to side, one up and down; each is a mass on a rod.
 
-The kinetic and potential energies are those of the first, for a unit of mass. The second has a damper.
+The kinetic and potential energies are those of the first, for a unit of mass. The second has a
+damper.
 """
 
 from sympy import cos, sin
@@ -25,7 +26,9 @@ rod = m.frame("rod", phi)
 P = m.point("P", A, rod, 0, -q.l)
 mass = m.body("mass", rod, q.M, P)
 m.pin("A", mass, m.ground, A)
-m.report("E_k", "m2/s2", "kinetic energy per mass", sum(part**2 for part in m.velocity(P).components) / 2)
+m.report(
+    "E_k", "m2/s2", "kinetic energy per mass", sum(part**2 for part in m.velocity(P).components) / 2
+)
 m.report("E_p", "m2/s2", "potential energy per mass", q.g * m.position(P)[1])
 
 psi = m.coordinate("psi", "rad", "second rod from the vertical")

@@ -1,6 +1,7 @@
 """Two masses on springs, one without friction, the other with a damper, each on a track of its own.
 
-The Lagrangian and the Hamiltonian of the second grow in time, so that the friction follows from them.
+The Lagrangian and the Hamiltonian of the second grow in time, so that the friction follows from
+them.
 """
 
 from sympy import exp
@@ -28,7 +29,9 @@ m.report("E_p", "N m", "energy of its spring", q.k * x**2 / 2)
 growth = exp(q.gamma * m.time / q.m)
 kinetic, elastic = q.m * m.rate(y) ** 2 / 2, q.k * y**2 / 2
 m.report("L_damped", "N m", "Lagrangian of the second", growth * (kinetic - elastic))
-momentum = m.report("p_damped", "kg m/s", "its momentum by that", (growth * (kinetic - elastic)).diff(m.rate(y)))
+momentum = m.report(
+    "p_damped", "kg m/s", "its momentum by that", (growth * (kinetic - elastic)).diff(m.rate(y))
+)
 m.report("H_damped", "N m", "its Hamiltonian", momentum * m.rate(y) - growth * (kinetic - elastic))
 m.report("E_kdamped", "N m", "kinetic energy of the second", kinetic)
 m.report("E_pdamped", "N m", "energy of its spring", elastic)

@@ -1,7 +1,9 @@
-"""A glider without drag in a vertical plane: a mass, its weight, and a lift across its way that grows as speed squared.
+"""A glider without drag in a vertical plane: a mass, its weight, and a lift across its way that
+grows as speed squared.
 
-The trim speed is that at which the lift bears the weight. Depth is from the level at which the glider would come to
-rest, for it keeps its energy. The radius of its way is the speed over the rate at which the way turns.
+The trim speed is that at which the lift bears the weight. Depth is from the level at which the
+glider would come to rest, for it keeps its energy. The radius of its way is the speed over the rate
+at which the way turns.
 """
 
 from sympy import atan2, sqrt
@@ -28,7 +30,9 @@ lift = q.C_L * q.S * q.rho * square / 2
 m.force("lift", glider, P, m.vector(way, 0, lift))
 m.report("L", "N", "lift", lift)
 m.report("W", "N", "weight", q.m * q.g)
-for axis, part in zip("tn", m.vector(m.world, 0, -q.m * q.g).resolved(way).components, strict=False):
+for axis, part in zip(
+    "tn", m.vector(m.world, 0, -q.m * q.g).resolved(way).components, strict=False
+):
     m.report(f"W_{axis}", "N", "weight along the way and across it", part)
 m.report("v", "m/s", "speed", sqrt(square))
 m.report("v_t", "m/s", "trim speed", sqrt(2 * q.m * q.g / (q.C_L * q.S * q.rho)))

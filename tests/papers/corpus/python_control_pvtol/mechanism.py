@@ -1,4 +1,6 @@
-"""An aircraft in a vertical plane: two forces fixed to the body, weight, and drag on its centroid."""
+"""An aircraft in a vertical plane: two forces fixed to the body, weight, and drag on its
+centroid.
+"""
 
 from derive import Mechanism, quantities
 
@@ -13,7 +15,10 @@ q = quantities("""
 """)
 
 m = Mechanism("pvtol", q, gravity=q.g)
-x, y = m.coordinate("x", "m", "place of the centroid, across"), m.coordinate("y", "m", "height of the centroid")
+x, y = (
+    m.coordinate("x", "m", "place of the centroid, across"),
+    m.coordinate("y", "m", "height of the centroid"),
+)
 theta = m.coordinate("theta", "rad", "roll, anticlockwise")
 turned = m.frame("turned", theta)
 C = m.point("C", m.O, m.world, x, y)
@@ -25,7 +30,9 @@ m.force("drag", aircraft, C, m.vector(m.world, -q.c * m.rate(x), -q.c * m.rate(y
 # Linearised where the second force bears the weight.
 states = (x, y, theta, m.rate(x), m.rate(y), m.rate(theta))
 hovering = {**dict.fromkeys(states, 0), q.F_1: 0, q.F_2: q.m * q.g}
-UNITS = (("1/s2", "1/s2", "m/s2", "1/s", "1/s", "m/s"),) * 2 + (("1/m/s2", "1/m/s2", "1/s2", "1/m/s", "1/m/s", "1/s"),)
+UNITS = (("1/s2", "1/s2", "m/s2", "1/s", "1/s", "m/s"),) * 2 + (
+    ("1/m/s2", "1/m/s2", "1/s2", "1/m/s", "1/m/s", "1/s"),
+)
 for i, acceleration in enumerate(m.accelerations(), 4):
     for j, state in enumerate(states, 1):
         entry = acceleration.diff(state).subs(hovering)

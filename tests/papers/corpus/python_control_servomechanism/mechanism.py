@@ -1,4 +1,6 @@
-"""An arm on a damped bearing with a motor; a long spring pulls a point of it with a force that hardly changes."""
+"""An arm on a damped bearing with a motor; a long spring pulls a point of it with a force that
+hardly changes.
+"""
 
 from derive import Mechanism, quantities
 

@@ -1,4 +1,6 @@
-"""A vehicle with a steered front wheel: a frame that turns about a centre on the line of its rear axle."""
+"""A vehicle with a steered front wheel: a frame that turns about a centre on the line of its rear
+axle.
+"""
 
 from sympy import atan
 
@@ -18,5 +20,15 @@ front = m.point("front", rear, car, q.L)
 velocity = m.velocity(rear).resolved(car)
 direction = m.velocity(front).resolved(car)
 m.name_("v", "m/s", "speed of the rear axle", velocity[0])
-m.name_("a", "m/s2", "acceleration of the rear axle, ahead", m.motion.derivative(m.velocity(rear)).resolved(car)[0])
-m.name_("delta", "rad", "steering angle, along the velocity of the front axle", atan(direction[1] / direction[0]))
+m.name_(
+    "a",
+    "m/s2",
+    "acceleration of the rear axle, ahead",
+    m.motion.derivative(m.velocity(rear)).resolved(car)[0],
+)
+m.name_(
+    "delta",
+    "rad",
+    "steering angle, along the velocity of the front axle",
+    atan(direction[1] / direction[0]),
+)

@@ -1,7 +1,9 @@
-"""Wheels of mobile robots: a frame that turns about an instantaneous centre, and the velocities of points in it.
+"""Wheels of mobile robots: a frame that turns about an instantaneous centre, and the velocities of
+points in it.
 
-The rear axle lies on a line through the centre; the omnidirectional robots have their middle elsewhere. Angles of
-wheels are directions of velocities, speeds of wheels are components along them.
+The rear axle lies on a line through the centre; the omnidirectional robots have their middle
+elsewhere. Angles of wheels are directions of velocities, speeds of wheels are components along
+them.
 """
 
 from sympy import atan, atan2, cos, sin, sqrt
@@ -70,17 +72,31 @@ for side, sign in (("left", 1), ("right", -1)):
     # The contact point moves with the robot while the steering angle is constant.
     contact = m.point(f"{side} contact", kingpin, robot, -out * sin(angle), out * cos(angle))
     rolling(f"v_front_{side}", contact, m.vector(robot, cos(angle), sin(angle)))
-    m.name_(f"R_{side}", "m", "contact point from the instantaneous centre",
-            sqrt(m.position(contact).dot(m.position(contact))))  # fmt: skip
+    m.name_(
+        f"R_{side}",
+        "m",
+        "contact point from the instantaneous centre",
+        sqrt(m.position(contact).dot(m.position(contact))),
+    )
 
-# Omnidirectional robots: a wheel with rollers turns by the velocity along its rim, a swerve module follows its own.
+# Omnidirectional robots: a wheel with rollers turns by the velocity along its rim, a swerve module
+# follows its own.
 v_mx = m.name_("v_mx", "m/s", "velocity of the middle, ahead", velocity_in_robot(middle)[0])
 v_my = m.name_("v_my", "m/s", "velocity of the middle, to the left", velocity_in_robot(middle)[1])
 at = q.gamma + (q.i - 1) * q.step
 omniwheel = m.point("omniwheel", middle, robot, q.R * cos(at), q.R * sin(at))
-m.name_("omega_i", "rad/s", "speed of an omniwheel",
-        velocity_in_robot(omniwheel).dot(m.vector(robot, sin(at), -cos(at))) / q.r)  # fmt: skip
+m.name_(
+    "omega_i",
+    "rad/s",
+    "speed of an omniwheel",
+    velocity_in_robot(omniwheel).dot(m.vector(robot, sin(at), -cos(at))) / q.r,
+)
 module = m.point("module", middle, robot, q.l_ix, q.l_iy)
 m.name_("v_ix", "m/s", "velocity of a swerve module, ahead", velocity_in_robot(module)[0])
 m.name_("v_iy", "m/s", "velocity of a swerve module, to the left", velocity_in_robot(module)[1])
-m.name_("phi_i", "rad", "steering angle of a swerve module", atan2(*velocity_in_robot(module).components[1::-1]))
+m.name_(
+    "phi_i",
+    "rad",
+    "steering angle of a swerve module",
+    atan2(*velocity_in_robot(module).components[1::-1]),
+)

@@ -1,6 +1,8 @@
-"""Frames in a chain, a body that carries a moving point, a disc in the plane, a double pendulum, a bead on a ring.
+"""Frames in a chain, a body that carries a moving point, a disc in the plane, a double pendulum, a
+bead on a ring.
 
-Each of the text's drawings is a part of its own; a name of the text means what it is in the drawing beside it.
+Each of the text's drawings is a part of its own; a name of the text means what it is in the drawing
+beside it.
 """
 
 from derive import Mechanism, X, Y, Z, quantities
@@ -21,10 +23,15 @@ twice = m.frame("twice", -q_2, Z, once)
 thrice = m.frame("thrice", q_3, Y, twice)
 
 # A body that turns and moves in space: S and F are fixed in it, P moves through it.
-yaw, pitch, roll = (m.coordinate(name, "rad", "turn of the body") for name in ("yaw", "pitch", "roll"))
+yaw, pitch, roll = (
+    m.coordinate(name, "rad", "turn of the body") for name in ("yaw", "pitch", "roll")
+)
 B = m.frame("B", roll, X, m.frame("pitched", pitch, Y, m.frame("yawed", yaw)))
 s_x, s_y, s_z = (m.coordinate(f"s_{axis}", "m", "place of S") for axis in "xyz")
-p_x, p_y = m.coordinate("p_x", "m", "P from S, in the body"), m.coordinate("p_y", "m", "P from S, in the body")
+p_x, p_y = (
+    m.coordinate("p_x", "m", "P from S, in the body"),
+    m.coordinate("p_y", "m", "P from S, in the body"),
+)
 S = m.point("S", m.O, N, s_x, s_y, s_z)
 F = m.point("F", S, B, q.l, q.R, q.l + q.R)
 P = m.point("P", S, B, p_x, p_y, q.R)
@@ -33,11 +40,17 @@ for axis, component in zip("xyz", m.motion.spin(B).resolved(B).components, stric
     m.name_(f"w_{axis}", "rad/s", "angular velocity of the body, along its own axis", component)
 
 # A point in the plane.
-q_x, q_y = m.coordinate("q_x", "m", "place of a point"), m.coordinate("q_y", "m", "place of a point")
+q_x, q_y = (
+    m.coordinate("q_x", "m", "place of a point"),
+    m.coordinate("q_y", "m", "place of a point"),
+)
 free = m.point("free", m.O, N, q_x, q_y)
 
 # A disc that moves and turns in the plane, with a point of its rim.
-disc_x, disc_y = m.coordinate("disc_x", "m", "centre of the disc"), m.coordinate("disc_y", "m", "centre of the disc")
+disc_x, disc_y = (
+    m.coordinate("disc_x", "m", "centre of the disc"),
+    m.coordinate("disc_y", "m", "centre of the disc"),
+)
 disc = m.frame("disc", m.coordinate("turn", "rad", "turn of the disc"))
 centre = m.point("centre", m.O, N, disc_x, disc_y)
 rim = m.point("rim", centre, disc, q.R)
@@ -51,4 +64,6 @@ tip = m.point("tip", elbow, second, q.l)
 # A rod that turns about x carries a ring at its end, on which a bead runs.
 rod = m.frame("rod", m.coordinate("swing", "rad", "turn of the rod"), X)
 hub = m.point("hub", m.O, rod, 0, 0, -q.l)
-bead = m.point("bead", hub, m.frame("ring", m.coordinate("bead_angle", "rad", "bead on the ring"), Z, rod), q.R)
+bead = m.point(
+    "bead", hub, m.frame("ring", m.coordinate("bead_angle", "rad", "bead on the ring"), Z, rod), q.R
+)

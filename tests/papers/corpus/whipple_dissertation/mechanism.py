@@ -1,4 +1,6 @@
-"""The Whipple bicycle by positions and turns alone: yaw, roll, pitch, steer and two thin wheels on the ground."""
+"""The Whipple bicycle by positions and turns alone: yaw, roll, pitch, steer and two thin wheels on
+the ground.
+"""
 
 from sympy import Matrix, pi, sqrt
 
@@ -37,13 +39,24 @@ q = quantities("""
 """)
 
 m = Mechanism("whipple_kinematics", q, spatial=True)
-q1, q2 = m.coordinate("q_1", "m", "rear contact, forward"), m.coordinate("q_2", "m", "rear contact, to the right")
-q3, q4, q5 = (m.coordinate(f"q_{i}", "rad", name) for i, name in ((3, "yaw"), (4, "roll"), (5, "pitch")))
-q6, q7, q8 = (m.coordinate(f"q_{i}", "rad", name) for i, name in ((6, "rear wheel"), (7, "steer"), (8, "front wheel")))
+q1, q2 = (
+    m.coordinate("q_1", "m", "rear contact, forward"),
+    m.coordinate("q_2", "m", "rear contact, to the right"),
+)
+q3, q4, q5 = (
+    m.coordinate(f"q_{i}", "rad", name) for i, name in ((3, "yaw"), (4, "roll"), (5, "pitch"))
+)
+q6, q7, q8 = (
+    m.coordinate(f"q_{i}", "rad", name)
+    for i, name in ((6, "rear wheel"), (7, "steer"), (8, "front wheel"))
+)
 
 # The upright bicycle, going straight: its points along the tilted steering axis and across it.
 tilted, half = m.frame("tilted", q.lam, Y), m.frame("half", pi, Y)
-hub_R, hub_F = m.point("hub_R", m.O, m.world, 0, 0, -q.r_R), m.point("hub_F", m.O, m.world, q.w, 0, -q.r_F)
+hub_R, hub_F = (
+    m.point("hub_R", m.O, m.world, 0, 0, -q.r_R),
+    m.point("hub_F", m.O, m.world, q.w, 0, -q.r_F),
+)
 foot = m.point("foot", m.O, m.world, q.w + q.c)  # where the steering axis meets the ground
 centroid_B = m.point("centroid_B", m.O, m.world, q.x_B, 0, q.z_B)
 centroid_H = m.point("centroid_H", m.O, m.world, q.x_H, 0, q.z_H)
@@ -58,12 +71,20 @@ l_3 = m.name_("l_3", "m", "front hub to centroid of the fork, across the axis", 
 l_4 = m.name_("l_4", "m", "front hub to centroid of the fork, along the axis", at_H[2])
 for name, mass in (("m_C", q.m_B), ("m_D", q.m_R), ("m_E", q.m_H)):
     m.name_(name, "kg", "mass of a body by its other name", mass)
-for name, inertia in (("I_D11", q.I_Rxx), ("I_D22", q.I_Ryy), ("I_F11", q.I_Fxx), ("I_F22", q.I_Fyy)):
+for name, inertia in (
+    ("I_D11", q.I_Rxx),
+    ("I_D22", q.I_Ryy),
+    ("I_F11", q.I_Fxx),
+    ("I_F22", q.I_Fyy),
+):
     m.name_(name, "kg m2", "inertia of a wheel by its other name", inertia)
 for body, xx, yy, zz, xz in (
-    ("C", q.I_Bxx, q.I_Byy, q.I_Bzz, q.I_Bxz), ("E", q.I_Hxx, q.I_Hyy, q.I_Hzz, q.I_Hxz),
-):  # fmt: skip
-    turn = Matrix([list(m.vector(m.world, *axis).resolved(tilted).components) for axis in (X, Y, Z)]).T
+    ("C", q.I_Bxx, q.I_Byy, q.I_Bzz, q.I_Bxz),
+    ("E", q.I_Hxx, q.I_Hyy, q.I_Hzz, q.I_Hxz),
+):
+    turn = Matrix(
+        [list(m.vector(m.world, *axis).resolved(tilted).components) for axis in (X, Y, Z)]
+    ).T
     tensor = turn * Matrix([[xx, 0, xz], [0, yy, 0], [xz, 0, zz]]) * turn.T
     for i, j in ((0, 0), (1, 1), (2, 2), (0, 2)):
         m.name_(f"I_{body}{i + 1}{j + 1}", "kg m2", "inertia along the tilted axes", tensor[i, j])
@@ -93,13 +114,16 @@ m.constrain("front", m.position(f_n)[2], start={q5: q.lam})
 
 
 def wheel_point_velocity(wheel: Frame, hub: Point, contact: Point) -> Vec:
-    """Return the velocity [m/s] of the point of a wheel that is at the contact, along the axes of yaw."""
+    """Return the velocity [m/s] of the point of a wheel that is at the contact, along the axes of
+    yaw.
+    """
     arm = displacement(hub, contact, m.world)
     return (m.velocity(hub) + m.motion.spin(wheel).resolved(m.world).cross(arm)).resolved(A)
 
 
 for name, velocity in (
-    ("rear", wheel_point_velocity(D, d_o, d_n)), ("front", wheel_point_velocity(F, f_o, f_n)),
-):  # fmt: skip
+    ("rear", wheel_point_velocity(D, d_o, d_n)),
+    ("front", wheel_point_velocity(F, f_o, f_n)),
+):
     m.roll(f"{name}_along", velocity[0])
     m.roll(f"{name}_across", velocity[1])

@@ -1,4 +1,6 @@
-"""Proofs with one thing in them changed: fields, numbers, signs, kinds; statement and hash are those of the rest."""
+"""Proofs with one thing in them changed: fields, numbers, signs, kinds; statement and hash are
+those of the rest.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ WRONG: tuple[Any, ...] = (None, [], {}, "", "x", -1, 0.5, True)
 
 
 def renew(document: Document) -> Document:
-    """Return a document with the statement and the hash that its parts have, as who tampers with it would write."""
+    """Return a document with the statement and the hash that its parts have, as who tampers with it
+    would write.
+    """
     try:
         document["statement"] = compose_statement(document)
     except Exception:  # there is no statement of what is spoiled
@@ -108,9 +112,15 @@ def _shorten(place: str) -> Tampering:
 def _list_numbers(document: Document) -> Iterator[tuple[str, Tampering]]:
     """Numbers that are none or infinite, wherever a number stands."""
     places: list[tuple[Any, ...]] = [
-        ("lower_bound",), ("incumbent", "upper_bound"), ("incumbent", "x", 0), ("box", 0, 0), ("box", 1, 1),
-        ("terms", 0, "weight"), ("terms", 1, "weight"), ("terms", 0, "angle_deg"),
-    ]  # fmt: skip
+        ("lower_bound",),
+        ("incumbent", "upper_bound"),
+        ("incumbent", "x", 0),
+        ("box", 0, 0),
+        ("box", 1, 1),
+        ("terms", 0, "weight"),
+        ("terms", 1, "weight"),
+        ("terms", 0, "angle_deg"),
+    ]
     for index, node in _list_kinds(document):
         places += [("nodes", index, "bound")] if "bound" in node else []
         places += [("nodes", index, "split", 1)] if "split" in node else []
@@ -128,7 +138,10 @@ def _list_numbers(document: Document) -> Iterator[tuple[str, Tampering]]:
                         f"nodes[{index}].{key} = {value}",
                         _put("nodes", index, "evidence", key, "knots", 0, value=value),
                     )
-                yield f"nodes[{index}].{key}.rates", _put("nodes", index, "evidence", key, "rates", 0, value=[0.0])
+                yield (
+                    f"nodes[{index}].{key}.rates",
+                    _put("nodes", index, "evidence", key, "rates", 0, value=[0.0]),
+                )
 
 
 def _list_measures(document: Document) -> Iterator[tuple[str, Tampering]]:
@@ -136,32 +149,71 @@ def _list_measures(document: Document) -> Iterator[tuple[str, Tampering]]:
     for index, term in enumerate(document["terms"]):
         for measure in (*MEASURES, "median", "", None):
             if measure != term["measure"]:
-                yield f"terms[{index}].measure = {measure}", _put("terms", index, "measure", value=measure)
+                yield (
+                    f"terms[{index}].measure = {measure}",
+                    _put("terms", index, "measure", value=measure),
+                )
         for value in (-1, 1, 7, True, 0.0, "0", None):
-            yield f"terms[{index}].quantity = {value!r}", _put("terms", index, "quantity", value=value)
+            yield (
+                f"terms[{index}].quantity = {value!r}",
+                _put("terms", index, "quantity", value=value),
+            )
         for value in (True, 1, "", None):
             yield f"terms[{index}].size = {value!r}", _put("terms", index, "size", value=value)
         weight = float.fromhex(term["weight"])
         for factor in (-1, 0, 0.5, 1.001, 1000):
-            yield f"terms[{index}].weight x {factor}", _put("terms", index, "weight", value=(factor * weight).hex())
+            yield (
+                f"terms[{index}].weight x {factor}",
+                _put("terms", index, "weight", value=(factor * weight).hex()),
+            )
         yield f"terms[{index}].angle_deg", _put("terms", index, "angle_deg", value=(30.0).hex())
         yield f"without terms[{index}]", lambda document, index=index: document["terms"].pop(index)  # type: ignore[misc]
     yield "a term more", lambda document: document["terms"].append(document["terms"][0])
     for kind, weight in (("max", -1.0), ("range", -1.0), ("min", 1.0)):
-        term = {"measure": kind, "quantity": 0, "size": False, "weight": weight.hex(), "angle_deg": None}
+        term = {
+            "measure": kind,
+            "quantity": 0,
+            "size": False,
+            "weight": weight.hex(),
+            "angle_deg": None,
+        }
         yield f"{weight} {kind}", lambda document, term=term: document["terms"].append(term)  # type: ignore[misc]
-    limit = {"measure": "max", "quantity": 0, "size": False, "weight": (1.0).hex(), "angle_deg": None, "sign": 1,
-             "limit": (1e9).hex()}  # fmt: skip
-    for key, value in (("sign", 0), ("sign", 2), ("sign", True), ("weight", (-1.0).hex()), ("weight", (2.0).hex()),
-                       ("limit", "nan"), ("limit", "inf"), ("quantity", -1), ("size", True), ("measure", "x"),
-                       ("limit", (-1e9).hex())):  # fmt: skip
+    limit = {
+        "measure": "max",
+        "quantity": 0,
+        "size": False,
+        "weight": (1.0).hex(),
+        "angle_deg": None,
+        "sign": 1,
+        "limit": (1e9).hex(),
+    }
+    for key, value in (
+        ("sign", 0),
+        ("sign", 2),
+        ("sign", True),
+        ("weight", (-1.0).hex()),
+        ("weight", (2.0).hex()),
+        ("limit", "nan"),
+        ("limit", "inf"),
+        ("quantity", -1),
+        ("size", True),
+        ("measure", "x"),
+        ("limit", (-1e9).hex()),
+    ):
         yield f"limit with {key} = {value}", _put("limits", value=[limit | {key: value}])
     yield "limits left out", _put("all_limits", value=False)
 
 
 def _list_programs(document: Document) -> Iterator[tuple[str, Tampering]]:
     """Programs with another operation, constant, argument, input or result."""
-    other = {"sin": "cos", "cos": "sin", "multiply": "add", "add": "multiply", "negate": "not", "sqrt": "exp"}
+    other = {
+        "sin": "cos",
+        "cos": "sin",
+        "multiply": "add",
+        "add": "multiply",
+        "negate": "not",
+        "sqrt": "exp",
+    }
     seen: set[str] = set()
     for stage, entry in enumerate(document["response"]["stages"]):
         path = ("response", "stages", stage)
@@ -183,7 +235,12 @@ def _list_programs(document: Document) -> Iterator[tuple[str, Tampering]]:
         yield f"stage {stage} with a result that is none", _put(*path, "outputs", 0, value=10_000)
         yield f"stage {stage} with a negative input", _put(*path, "inputs", 0, value=-1)
     last = len(document["response"]["stages"]) - 1
-    number = {"operations": [["constant", [], [(0.5).hex()]]], "outputs": [0], "inputs": [], "limits": []}
+    number = {
+        "operations": [["constant", [], [(0.5).hex()]]],
+        "outputs": [0],
+        "inputs": [],
+        "limits": [],
+    }
     yield "a constant for the programs", _put("response", "stages", last, value=number)
     for value in ("0", "-1", "1/3", "nan", 1.5):
         yield f"period = {value}", _put("response", "period", value=value)
@@ -192,7 +249,9 @@ def _list_programs(document: Document) -> Iterator[tuple[str, Tampering]]:
 
 
 def _list_boxes(document: Document) -> Iterator[tuple[str, Tampering]]:
-    """Boxes that are wider, empty or of other numbers of sides; incumbents outside of them, or too good."""
+    """Boxes that are wider, empty or of other numbers of sides; incumbents outside of them, or too
+    good.
+    """
     lower, upper = ([float.fromhex(x) for x in side] for side in document["box"])
     best = [float.fromhex(x) for x in document["incumbent"]["x"]]
     for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
@@ -203,11 +262,16 @@ def _list_boxes(document: Document) -> Iterator[tuple[str, Tampering]]:
         yield f"box empty along {k}", _put("box", 0, k, value=(high + 0.1).hex())
         yield f"incumbent outside {k}", _put("incumbent", "x", k, value=(high + 0.2).hex())
     for side in (0, 1):
-        yield f"box without a number {side}", lambda document, side=side: document["box"][side].pop()  # type: ignore[misc]
+        yield (
+            f"box without a number {side}",
+            lambda document, side=side: document["box"][side].pop(),
+        )  # type: ignore[misc]
     yield "box of one side", lambda document: document["box"].pop()
     yield "incumbent without a number", lambda document: document["incumbent"]["x"].pop()
     yield "incumbent without evidence", lambda document: document["incumbent"].pop("evidence")
-    reached, bound = (float.fromhex(x) for x in (document["incumbent"]["upper_bound"], document["lower_bound"]))
+    reached, bound = (
+        float.fromhex(x) for x in (document["incumbent"]["upper_bound"], document["lower_bound"])
+    )
     yield "a better incumbent", _put("incumbent", "upper_bound", value=(reached - 1e-4).hex())
     yield "a greater bound", _put("lower_bound", value=(bound + 1e-4).hex())
     yield "a bound above the incumbent", _put("lower_bound", value=(reached + 1.0).hex())
@@ -221,7 +285,10 @@ def _list_trees(document: Document) -> Iterator[tuple[str, Tampering]]:
             raised = (float.fromhex(node["bound"]) + 1.0).hex()
             yield f"{index}: greater bound", _put(*at, "bound", value=raised)
         if "evidence" in node:
-            yield f"{index}: no evidence", lambda document, index=index: document["nodes"][index].pop("evidence")  # type: ignore[misc]
+            yield (
+                f"{index}: no evidence",
+                lambda document, index=index: document["nodes"][index].pop("evidence"),
+            )  # type: ignore[misc]
         if "split" in node:
             k = node["split"][0]
             yield f"{index}: split elsewhere", _put(*at, "split", 1, value=(1e6).hex())
@@ -232,8 +299,13 @@ def _list_trees(document: Document) -> Iterator[tuple[str, Tampering]]:
                 yield f"{index}: other side {n}", _put(*at, "sides", n, 1, value=turned)
                 yield f"{index}: no such side {n}", _put(*at, "sides", n, 1, value="middle")
         if children := node.get("children"):
-            other = {"itself": [index] * len(children), "none": [], "one twice": [children[0]] * 2,
-                     "a missing one": [*children[:-1], 10_000], "the root": [*children[:-1], 0]}  # fmt: skip
+            other = {
+                "itself": [index] * len(children),
+                "none": [],
+                "one twice": [children[0]] * 2,
+                "a missing one": [*children[:-1], 10_000],
+                "the root": [*children[:-1], 0],
+            }
             for name, value in other.items():
                 yield f"{index}: children {name}", _put(*at, "children", value=value)
     yield "a box more", lambda document: document["nodes"].append({"bound": (0.0).hex()})

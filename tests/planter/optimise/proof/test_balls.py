@@ -1,4 +1,6 @@
-"""Balls enclose what an arbitrary-precision interval library finds; without their rounding they do not."""
+"""Balls enclose what an arbitrary-precision interval library finds; without their rounding they do
+not.
+"""
 
 from collections.abc import Callable
 

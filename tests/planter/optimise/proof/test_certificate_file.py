@@ -1,4 +1,6 @@
-"""Files of proofs, checked by planter and without it: valid ones, tampered ones, interrupted ones that are resumed."""
+"""Files of proofs, checked by planter and without it: valid ones, tampered ones, interrupted ones
+that are resumed.
+"""
 
 from __future__ import annotations
 
@@ -49,14 +51,25 @@ def build(kind: str, limits: tuple[BoundedLimit, ...] = ()) -> ProvableObjective
 
 
 def prove(
-    kind: str, seconds: float = 60.0, limits: tuple[BoundedLimit, ...] = (), earlier: Path | None = None
+    kind: str,
+    seconds: float = 60.0,
+    limits: tuple[BoundedLimit, ...] = (),
+    earlier: Path | None = None,
 ) -> tuple[Proof, str]:
     samples, optimum = KINDS[kind]
     bounds = build(kind)(optimum, optimum)
     incumbent = Incumbent(optimum, {}, (bounds.lower_bound + bounds.reached) / 2, samples)
     return write_certificate(
-        lambda: build(kind, limits), (LOWER, UPPER), incumbent, ("a", "b", "c"), SOURCES, seconds, None, AUTO, earlier
-    )  # fmt: skip
+        lambda: build(kind, limits),
+        (LOWER, UPPER),
+        incumbent,
+        ("a", "b", "c"),
+        SOURCES,
+        seconds,
+        None,
+        AUTO,
+        earlier,
+    )
 
 
 @pytest.fixture(autouse=True)
@@ -73,7 +86,9 @@ def prove_document(kind: str) -> Document:
 
 
 def check_apart(document: Document) -> str | None:
-    """Return why the checker that is independent of planter refuses a document, None if it does not."""
+    """Return why the checker that is independent of planter refuses a document, None if it does
+    not.
+    """
     try:
         check_proof.check_size(document)
         check_proof.PROOF = check_proof.ProofClaims(document)
@@ -101,7 +116,10 @@ def test_proofs_of_a_known_optimum_are_valid(kind: str) -> None:
     assert result.incumbent is not None
     assert result.lower_bound <= objective_there <= result.incumbent
     assert result.gap == result.incumbent - result.lower_bound <= 1e-6 * objective_there
-    assert (result.kind, result.boxes) == (kind, sum("evidence" in node for node in document["nodes"]))
+    assert (result.kind, result.boxes) == (
+        kind,
+        sum("evidence" in node for node in document["nodes"]),
+    )
     assert result.objective == pytest.approx(objective_there, rel=1e-7)
     assert check_apart(document) is None
 
@@ -126,7 +144,9 @@ def weaken(entry: Document, key: str, change: float) -> None:
 def find_node(document: Document, key: str) -> Document:
     """Return the last node with a key, for a bound one without children."""
     return next(
-        node for node in reversed(document["nodes"]) if key in node and (key != "bound" or "children" not in node)
+        node
+        for node in reversed(document["nodes"])
+        if key in node and (key != "bound" or "children" not in node)
     )
 
 
@@ -169,9 +189,11 @@ def split_outside(document: Document) -> None:
 
 def change_constant(document: Document) -> None:
     operation = next(
-        step for stage in document["response"]["stages"] for step in stage["operations"]
+        step
+        for stage in document["response"]["stages"]
+        for step in stage["operations"]
         if step[0] == "constant" and float.fromhex(step[2][0]) not in (0.0, 1.0)
-    )  # fmt: skip
+    )
     operation[2][0] = (1.01 * float.fromhex(operation[2][0])).hex()
 
 
@@ -221,10 +243,25 @@ def spoil_program(document: Document) -> None:
 
 
 TAMPERED = (
-    raise_bound, leave_out_box, share_box, flip_side, move_split, split_outside, change_constant, change_program,
-    leave_out_half, raise_lower_bound, lower_incumbent, move_incumbent, remove_evidence, change_weight,
-    change_measure, widen_box, change_kind, spoil_program,
-)  # fmt: skip
+    raise_bound,
+    leave_out_box,
+    share_box,
+    flip_side,
+    move_split,
+    split_outside,
+    change_constant,
+    change_program,
+    leave_out_half,
+    raise_lower_bound,
+    lower_incumbent,
+    move_incumbent,
+    remove_evidence,
+    change_weight,
+    change_measure,
+    widen_box,
+    change_kind,
+    spoil_program,
+)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -256,7 +293,9 @@ def test_proofs_of_other_generated_code_are_refused() -> None:
 
 @pytest.mark.parametrize(("kind", "sign"), [("sampled", 1), ("sampled", -1), ("true", 1)])
 def test_proofs_under_a_limit_are_valid(kind: str, sign: int) -> None:
-    """The mean is 4 x0 / pi, greatest at the optimum, which is excluded if it may not be as great."""
+    """The mean is 4 x0 / pi, greatest at the optimum, which is excluded if it may not be as
+    great.
+    """
     limits = (BoundedLimit(MEAN, sign, 4 * LEAST_MEAN / np.pi),)
     proof, text = prove(kind, 5.0, limits)
     document = json.loads(text)
@@ -300,15 +339,17 @@ def test_earlier_proof_of_another_objective_is_not_resumed(tmp_path: Path) -> No
 
 def test_document_is_the_same_when_it_is_written_again() -> None:
     proof, text = prove("true")
-    assert json.loads(format_document(build_document(proof, build("true"), ("a", "b", "c"), SOURCES))) == json.loads(
-        text
-    )
+    assert json.loads(
+        format_document(build_document(proof, build("true"), ("a", "b", "c"), SOURCES))
+    ) == json.loads(text)
 
 
 def test_checker_encloses_a_root_that_is_exactly_zero() -> None:
     space = check_proof.BoxSpace([0.0], [1.0], 0)
     unit, zero = space.constant(1), space.constant(0)
-    (root,) = check_proof.enclose_roots(space, 1, [0.0], lambda unknowns: ([unknowns[0] * unit - zero], [[unit]]))
+    (root,) = check_proof.enclose_roots(
+        space, 1, [0.0], lambda unknowns: ([unknowns[0] * unit - zero], [[unit]])
+    )
     assert root.v.contains(0)
     assert root.v.rad() < 1e-200
 
@@ -320,7 +361,9 @@ def test_both_checkers_enclose_the_roots_of_coupled_equations(place: float, half
     lower, upper = [place - half], [place + half]
     start = [float(np.hypot(place, 1)), float(np.arctan2(1, place))]
 
-    def polar(cos: Any, sin: Any, radius: Any, x: Any, unit: Any) -> tuple[list[Any], list[list[Any]]]:
+    def polar(
+        cos: Any, sin: Any, radius: Any, x: Any, unit: Any
+    ) -> tuple[list[Any], list[list[Any]]]:
         return [radius * cos - x, radius * sin - unit], [[cos, -radius * sin], [sin, radius * cos]]
 
     space = Space(np.array(lower), np.array(upper))
@@ -331,9 +374,13 @@ def test_both_checkers_enclose_the_roots_of_coupled_equations(place: float, half
     )
     balls = check_proof.BoxSpace(lower, upper, 0)
     checked = check_proof.enclose_roots(
-        balls, 2, start,
-        lambda a: polar(a[1].call("cos"), a[1].call("sin"), a[0], balls.parameters()[0], balls.constant(1)),
-    )  # fmt: skip
+        balls,
+        2,
+        start,
+        lambda a: polar(
+            a[1].call("cos"), a[1].call("sin"), a[0], balls.parameters()[0], balls.constant(1)
+        ),
+    )
     x = np.linspace(place - half, place + half, 9)
     for root, ball, exact in zip(roots, checked, (np.hypot(x, 1), np.arctan2(1, x)), strict=True):
         value = root.value[ANYWHERE]

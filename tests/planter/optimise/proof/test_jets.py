@@ -1,4 +1,6 @@
-"""Jets enclose value, gradient and Hessian over a box, as series of an independent interval library have them."""
+"""Jets enclose value, gradient and Hessian over a box, as series of an independent interval library
+have them.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -58,7 +60,9 @@ def holds(ball: Ball, value: arb) -> bool:
 
 
 def missed(name: str, jet: Jet) -> int:
-    """How many values, slopes and bends at points of the box in random directions are outside of a jet."""
+    """How many values, slopes and bends at points of the box in random directions are outside of a
+    jet.
+    """
     rng, count = np.random.default_rng(3), 0
     rows, columns = packed_indices(len(jet.felt))
     for _ in range(60):

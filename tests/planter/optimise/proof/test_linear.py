@@ -12,14 +12,21 @@ from planter.numerics.arrays import Integers
 from planter.optimise.proof import roots
 from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import ANYWHERE, Space
-from planter.optimise.proof.roots import BallEquations, BallSolver, has_rootless_lane, solve_linear_jets
+from planter.optimise.proof.roots import (
+    BallEquations,
+    BallSolver,
+    has_rootless_lane,
+    solve_linear_jets,
+)
 
 LOWER, UPPER = np.array([0.2, 0.4]), np.array([0.3, 0.55])
 SHIFT = np.array([0.0, 1.0, 4.0])
 
 
 def solve_exactly(x: Array, shift: float) -> tuple[Array, Array, Array]:
-    """Return y, y' and y'' of A y = b with A = [[2 + x0, x1], [x0 x1, 3 + shift]] and b = [x1^2, 1]."""
+    """Return y, y' and y'' of A y = b with A = [[2 + x0, x1], [x0 x1, 3 + shift]] and b = [x1^2,
+    1].
+    """
     a, b = np.array([[2 + x[0], x[1]], [x[0] * x[1], 3 + shift]]), np.array([x[1] ** 2, 1])
     first_a = np.array([[[1, 0], [x[1], 0]], [[0, 1], [x[0], 0]]])
     second_a = {(1, 0): np.array([[0, 0], [1, 0]])}
@@ -28,10 +35,15 @@ def solve_exactly(x: Array, shift: float) -> tuple[Array, Array, Array]:
     y = inverse @ b
     first = np.array([inverse @ (first_b[i] - first_a[i] @ y) for i in range(2)])
     second = [
-        inverse @ (second_b.get((i, j), np.zeros(2)) - second_a.get((i, j), np.zeros((2, 2))) @ y
-                   - first_a[i] @ first[j] - first_a[j] @ first[i])
+        inverse
+        @ (
+            second_b.get((i, j), np.zeros(2))
+            - second_a.get((i, j), np.zeros((2, 2))) @ y
+            - first_a[i] @ first[j]
+            - first_a[j] @ first[i]
+        )
         for i, j in zip(*np.tril_indices(2), strict=True)
-    ]  # fmt: skip
+    ]
     return y, first, np.array(second)
 
 
@@ -49,7 +61,9 @@ def count_misses() -> int:
                 balls = jet.value[ANYWHERE], jet.gradient[ANYWHERE], jet.hessian
                 for ball, exact in zip(balls, solve_exactly(x0, number), strict=True):
                     value, room = exact[..., k], 1e-13
-                    inside = (ball.low[..., lane] - room <= value) & (value <= ball.high[..., lane] + room)
+                    inside = (ball.low[..., lane] - room <= value) & (
+                        value <= ball.high[..., lane] + room
+                    )
                     misses += int((~inside).sum())
     assert max(float(jet.value.rad[ANYWHERE].max()) for jet in solution) < 0.1
     return misses
@@ -80,19 +94,26 @@ def test_balls_are_solved_about_the_identity() -> None:
 
 
 def meet(distances: Array) -> tuple[int, BallEquations]:
-    """Return lanes, and the equations of a circle of radius 1 about 0 and a line x = distance, in cosine and length."""
+    """Return lanes, and the equations of a circle of radius 1 about 0 and a line x = distance, in
+    cosine and length.
+    """
 
-    def equations(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
+    def equations(
+        q: Sequence[Ball], lanes: Integers
+    ) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
         angle, height = q
         ball = Ball.exact(np.ones(1))
         return [angle.cos() - Ball.exact(distances[lanes]), angle.sin() - height], [
-            [-angle.sin(), ball * Ball.exact(np.zeros(1))], [angle.cos(), -ball],
-        ]  # fmt: skip
+            [-angle.sin(), ball * Ball.exact(np.zeros(1))],
+            [angle.cos(), -ball],
+        ]
 
     return len(distances), equations
 
 
-@pytest.mark.parametrize(("distances", "is_rootless"), [((0.2, 0.9, -0.99), False), ((0.2, 1.01, 0.9), True)])
+@pytest.mark.parametrize(
+    ("distances", "is_rootless"), [((0.2, 0.9, -0.99), False), ((0.2, 1.01, 0.9), True)]
+)
 def test_lanes_without_a_root_are_seen(distances: tuple[float, ...], is_rootless: bool) -> None:
     lanes, equations = meet(np.array(distances))
     upper = np.array([np.pi, 1e3])

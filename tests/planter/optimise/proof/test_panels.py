@@ -1,4 +1,6 @@
-"""Panels of angles: means, greatest values and slopes against closed forms and quadrature; tampered cases miss them."""
+"""Panels of angles: means, greatest values and slopes against closed forms and quadrature; tampered
+cases miss them.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,13 @@ from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
 from planter.optimise.proof import enclosures, jets
-from planter.optimise.proof.enclosures import EnclosedResponse, Maximum, ObjectiveBounds, enclose_moving, list_angles
+from planter.optimise.proof.enclosures import (
+    EnclosedResponse,
+    Maximum,
+    ObjectiveBounds,
+    enclose_moving,
+    list_angles,
+)
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.panels import AnglePanels, MovingKinks
@@ -48,17 +56,24 @@ def curve(x: Array, phi: float) -> float:
 def measure(x: Array, function: Callable[[float], float]) -> float:
     """Return the mean of a function of the curve over a period, by quadrature between kinks."""
     kink = x[2] % np.pi
-    return float(quad(lambda phi: function(curve(x, phi)), kink, kink + np.pi, epsabs=1e-13, limit=200)[0] / np.pi)
+    return float(
+        quad(lambda phi: function(curve(x, phi)), kink, kink + np.pi, epsabs=1e-13, limit=200)[0]
+        / np.pi
+    )
 
 
 def peak(x: Array, side: int) -> float:
-    """Return the greatest value of the curve, or of minus it, by golden sections beside the best of many angles."""
+    """Return the greatest value of the curve, or of minus it, by golden sections beside the best of
+    many angles.
+    """
     grid = np.linspace(0, np.pi, 721)
     best = max(grid, key=lambda phi: side * curve(x, phi))
     solution = minimize_scalar(
-        lambda phi: -side * curve(x, phi), bounds=(best - 0.005, best + 0.005), method="bounded",
+        lambda phi: -side * curve(x, phi),
+        bounds=(best - 0.005, best + 0.005),
+        method="bounded",
         options={"xatol": 1e-12},
-    )  # fmt: skip
+    )
     return max(-float(solution.fun), side * curve(x, x[2]))
 
 
@@ -159,13 +174,17 @@ def test_true_bounds_hold_at_random_designs() -> None:
 def test_the_true_optimum_is_proved() -> None:
     best = np.array([UPPER[0], LOWER[1], 0.0])
     goal = bound(best, best, 2000).reached * (1 - 1e-3)
-    result = BranchAndBound(lambda low, high: bound(low, high), LOWER, UPPER, floor=0.0).run(goal, 60.0)
+    result = BranchAndBound(lambda low, high: bound(low, high), LOWER, UPPER, floor=0.0).run(
+        goal, 60.0
+    )
     assert result.lower_bound <= min(true_objective(LOWER + s * (UPPER - LOWER)) for s in np.eye(3))
     assert result.lower_bound <= true_objective(best)
 
 
 def test_panels_that_may_overlap_are_refused() -> None:
-    panels = AnglePanels(np.array([0.0, 1.0, 1.1]), np.array([[0.0], [1.0], [-1.0]]), (1, 1, 1), PERIOD)
+    panels = AnglePanels(
+        np.array([0.0, 1.0, 1.1]), np.array([[0.0], [1.0], [-1.0]]), (1, 1, 1), PERIOD
+    )
     panels.angles(Space(np.array([0.0, -1.0]), np.array([0.05, 1.0])))
     with pytest.raises(Unbounded, match="overlap"):
         panels.angles(Space(np.array([0.0, -1.0]), np.array([0.3, 1.0])))

@@ -1,4 +1,6 @@
-"""Proofs on a small response of known optimum, with branches, kinks and a period; tampered ones fail."""
+"""Proofs on a small response of known optimum, with branches, kinks and a period; tampered ones
+fail.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,12 @@ from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
 from planter.optimise.proof import enclosures
-from planter.optimise.proof.enclosures import EnclosedResponse, Maximum, ProgramStage, ResponseProgram
+from planter.optimise.proof.enclosures import (
+    EnclosedResponse,
+    Maximum,
+    ProgramStage,
+    ResponseProgram,
+)
 from planter.optimise.proof.intervals import Ball, Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.programs import record_program
@@ -24,15 +31,20 @@ SAMPLES = 24
 
 
 def evaluate(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
-    """F = 2 x0 |sin(phi - x2)| + (x1 - x2^2) cos(2 phi): two halves of a turn, each with kinks where phi = x2."""
+    """F = 2 x0 |sin(phi - x2)| + (x1 - x2^2) cos(2 phi): two halves of a turn, each with kinks
+    where phi = x2.
+    """
     phi, *x = inputs
     return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]
 
 
 BENT = ResponseProgram(
-    3, (ProgramStage(record_program(evaluate, 4), (3, 0, 1, 2)),), (Fraction(0), Fraction(-1, 2)), Fraction(1, 2),
+    3,
+    (ProgramStage(record_program(evaluate, 4), (3, 0, 1, 2)),),
+    (Fraction(0), Fraction(-1, 2)),
+    Fraction(1, 2),
     is_continuous=True,
-)  # fmt: skip
+)
 
 
 def force(x: Array) -> Array:
@@ -48,17 +60,23 @@ def value(x: Array) -> float:
 def bounding(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
     (force,) = enclosures.enclose_samples(EnclosedResponse(BENT), Space(lower, upper), SAMPLES)
     extremes = [Maximum(samples, samples) for samples in (force * 0.6, force * -0.6)]
-    return enclosures.bound_objective(enclosures.enclose_square(force - force.mean()).mean() * 0.4, extremes)
+    return enclosures.bound_objective(
+        enclosures.enclose_square(force - force.mean()).mean() * 0.4, extremes
+    )
 
 
 def found_by_hand() -> Array:
-    """Along the edge where the first parameter is largest and the second least, by a fine grid and golden sections."""
+    """Along the edge where the first parameter is largest and the second least, by a fine grid and
+    golden sections.
+    """
     edge = [np.array([UPPER[0], LOWER[1], x]) for x in np.linspace(LOWER[2], UPPER[2], 2001)]
     smallest = min(edge, key=value)[2]
     solution = minimize_scalar(
-        lambda x: value(np.array([UPPER[0], LOWER[1], x])), bounds=(smallest - 1e-4, smallest + 1e-4), method="bounded",
+        lambda x: value(np.array([UPPER[0], LOWER[1], x])),
+        bounds=(smallest - 1e-4, smallest + 1e-4),
+        method="bounded",
         options={"xatol": 1e-12},
-    )  # fmt: skip
+    )
     return np.array([UPPER[0], LOWER[1], solution.x])
 
 
@@ -66,7 +84,9 @@ OPTIMUM = found_by_hand()
 BEST = value(OPTIMUM)
 
 
-def proved(box: tuple[Array, Array] = (LOWER, UPPER), seconds: float = 60.0, goal: float = 1e-6) -> BoundingResult:
+def proved(
+    box: tuple[Array, Array] = (LOWER, UPPER), seconds: float = 60.0, goal: float = 1e-6
+) -> BoundingResult:
     return BranchAndBound(bounding, *box, floor=0.0).run(BEST - goal, seconds)
 
 
@@ -75,9 +95,9 @@ def test_samples_enclose_both_sides_of_branches() -> None:
     for share in (1.0, 0.1):
         half = share * (UPPER - LOWER) / 2
         middle = (LOWER + UPPER) / 2
-        samples = enclosures.enclose_samples(EnclosedResponse(BENT), Space(middle - half, middle + half), SAMPLES)[
-            0
-        ].value[ANYWHERE]
+        samples = enclosures.enclose_samples(
+            EnclosedResponse(BENT), Space(middle - half, middle + half), SAMPLES
+        )[0].value[ANYWHERE]
         for _ in range(100):
             exact = force(middle + rng.uniform(-1, 1, 3) * half)[: SAMPLES // 2]
             assert (samples.low <= exact + 1e-14).all()
@@ -97,7 +117,9 @@ def test_slopes_enclose_both_sides_of_a_branch() -> None:
 
 
 def test_single_side_does_not_enclose_both(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Branches, "further", lambda self: (np.empty(0, dtype=int), np.empty((0, 0))))
+    monkeypatch.setattr(
+        Branches, "further", lambda self: (np.empty(0, dtype=int), np.empty((0, 0)))
+    )
     slopes = slopes_at_the_kink()
     assert slopes.low > -1 or slopes.high < 1
 
@@ -126,7 +148,9 @@ def test_the_optimum_is_proved() -> None:
 
 
 def test_box_without_optimum_is_not_the_total() -> None:
-    """The bound of a part is above the optimum of the whole; a false optimum that is too high is never proved."""
+    """The bound of a part is above the optimum of the whole; a false optimum that is too high is
+    never proved.
+    """
     part = proved((LOWER, np.array([UPPER[0] - 0.1, *UPPER[1:]])))
     assert part.lower_bound > BEST + 1e-3
     above = BranchAndBound(bounding, LOWER, UPPER, floor=0.0).run(BEST + 0.01, 3.0)
@@ -139,7 +163,9 @@ def test_a_wrong_sign_gives_a_bound_above_the_optimum(tamper: str) -> None:
     def wrong(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
         bounds = bounding(lower, upper)
         slopes = -bounds.slopes if tamper == "slopes" else bounds.slopes
-        bound = bounds.lower_bound if tamper == "slopes" else 2 * bounds.reached - bounds.lower_bound
+        bound = (
+            bounds.lower_bound if tamper == "slopes" else 2 * bounds.reached - bounds.lower_bound
+        )
         return enclosures.ObjectiveBounds(bound, bounds.reached, slopes, bounds.looseness)
 
     assert BranchAndBound(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).lower_bound > BEST
@@ -151,7 +177,10 @@ def test_unbounded_box_is_halved_until_time_ends() -> None:
             raise Unbounded("a denominator may vanish")
         return bounding(lower, upper)
 
-    assert BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).lower_bound >= BEST - 1e-6
+    assert (
+        BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).lower_bound
+        >= BEST - 1e-6
+    )
     hurried = BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 0.0)
     assert hurried.lower_bound == 0.0
 
@@ -193,17 +222,26 @@ def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
     def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
         radius, angle = a
         cos, sin = angle.cos(), angle.sin()
-        return [radius * cos - x[0] - shift, radius * sin - x[1]], [[cos, -radius * sin], [sin, radius * cos]]
+        return [radius * cos - x[0] - shift, radius * sin - x[1]], [
+            [cos, -radius * sin],
+            [sin, radius * cos],
+        ]
 
-    roots, rng = enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual), np.random.default_rng(3)
+    roots, rng = (
+        enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual),
+        np.random.default_rng(3),
+    )
     for _ in range(50):
         px, py = (lower + rng.random(2) * (upper - lower))[:, None] + np.array([lanes, 0 * lanes])
         r2, r = px**2 + py**2, np.hypot(px, py)
         exact = [
             (r, (px / r, py / r), (py**2 / r**3, -px * py / r**3, px**2 / r**3)),
-            (np.arctan2(py, px), (-py / r2, px / r2),
-             (2 * px * py / r2**2, (py**2 - px**2) / r2**2, -2 * px * py / r2**2)),
-        ]  # fmt: skip
+            (
+                np.arctan2(py, px),
+                (-py / r2, px / r2),
+                (2 * px * py / r2**2, (py**2 - px**2) / r2**2, -2 * px * py / r2**2),
+            ),
+        ]
         for jet, (value, first, second) in zip(roots, exact, strict=True):
             assert contains(jet.value[ANYWHERE], value)
             assert contains(jet.gradient[ANYWHERE], np.array(first))
@@ -212,7 +250,9 @@ def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
 
 
 def test_greatest_value_of_crossing_lines_is_bounded_from_below() -> None:
-    """max(x, -x) is 0 at the least: the line that is greatest at the centre bounds it, and no slope has one sign."""
+    """max(x, -x) is 0 at the least: the line that is greatest at the centre bounds it, and no slope
+    has one sign.
+    """
     space = Space(np.array([-1.0]), np.array([2.0]))
     (x,) = space.parameters()
     lines = x * space.constant(Ball.exact([1.0, -1.0]))
@@ -220,7 +260,9 @@ def test_greatest_value_of_crossing_lines_is_bounded_from_below() -> None:
     assert bounds.lower_bound <= 0.0
     assert bounds.slopes.low[0] <= -1.0
     assert bounds.slopes.high[0] >= 1.0
-    alone = enclosures.bound_objective(space.integer(0), [Maximum(lines.taken([0]), lines.taken([0]))])
+    alone = enclosures.bound_objective(
+        space.integer(0), [Maximum(lines.taken([0]), lines.taken([0]))]
+    )
     assert alone.slopes.low[0] == pytest.approx(1.0), "a line that is left out is missed"
 
 

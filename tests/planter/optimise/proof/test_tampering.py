@@ -1,4 +1,6 @@
-"""Every tampered proof is refused, by planter and without it; what is not tampered with is valid."""
+"""Every tampered proof is refused, by planter and without it; what is not tampered with is
+valid.
+"""
 
 from __future__ import annotations
 
@@ -76,11 +78,17 @@ FORMS = {
     "plain": (lambda xp, x: x[0], False),
     "negated": (lambda xp, x: -x[0], False),
     "cube": (lambda xp, x: x[0] ** 3, False),
-    "another's absolute value": (lambda xp, x: xp.where(xp.lift(x[1]).reaches(0), x[0], -x[0]), False),
+    "another's absolute value": (
+        lambda xp, x: xp.where(xp.lift(x[1]).reaches(0), x[0], -x[0]),
+        False,
+    ),
     "minimum": (lambda xp, x: xp.minimum(x[0], -x[0]), False),
-    "reversed absolute value": (lambda xp, x: xp.where(xp.lift(x[0]).reaches(0), -x[0], x[0]), False),
+    "reversed absolute value": (
+        lambda xp, x: xp.where(xp.lift(x[0]).reaches(0), -x[0], x[0]),
+        False,
+    ),
     "sine": (lambda xp, x: xp.sin(x[0]), False),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -92,7 +100,9 @@ def test_sizes_follow_from_the_form_of_a_program(form: str) -> None:
     assert check_proof.is_size(program["operations"], output) is is_size
     if is_size:
         values = np.linspace(-2, 2, 9)
-        assert form == "square root" or all(code(np_namespace, [value, -value]) >= 0 for value in values)
+        assert form == "square root" or all(
+            code(np_namespace, [value, -value]) >= 0 for value in values
+        )
 
 
 class _NumberNamespace:

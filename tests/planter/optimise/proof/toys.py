@@ -27,8 +27,13 @@ class Ring:
             raise result
         return result
 
-    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
-        return [Unbounded("too wide") if (upper - lower)[1] > Y else _bound(lower, upper) for lower, upper in boxes]
+    def bound_boxes(
+        self, boxes: Sequence[tuple[Array, Array]]
+    ) -> list[ObjectiveBounds | Unbounded]:
+        return [
+            Unbounded("too wide") if (upper - lower)[1] > Y else _bound(lower, upper)
+            for lower, upper in boxes
+        ]
 
 
 def _bound(lower: Array, upper: Array) -> ObjectiveBounds:
@@ -37,4 +42,6 @@ def _bound(lower: Array, upper: Array) -> ObjectiveBounds:
     slopes = x * reach * Ball.exact(4.0) + Ball.exact(np.array([0.1, 0.0]))
     objective = reach.power(2).nonnegative() + x[0] * Ball.exact(0.1)
     reached = (centre @ centre - 1) ** 2 + 0.1 * centre[0]
-    return ObjectiveBounds(float(objective.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.magnitude)
+    return ObjectiveBounds(
+        float(objective.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.magnitude
+    )

@@ -1,4 +1,6 @@
-"""The page without a server in a browser, opened as a file: it follows a hand, and what it saves is what it shows."""
+"""The page without a server in a browser, opened as a file: it follows a hand, and what it saves is
+what it shows.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ from tests.support.wasm import needs_wasm
 
 pytestmark = needs_wasm
 PICTURE_MS, GRADIENT_US = 5.0, 58.0
-"""From slider to picture, and for a gradient, as they were in a trial on an idle machine: four times is let pass."""
+"""From slider to picture, and for a gradient, as they were in a trial on an idle machine: four
+times is let pass.
+"""
 MEASURED = """async () => {
   const slider = document.querySelector('[data-path="design.R3_mm"] input[type="range"]');
   const late = [];
@@ -50,25 +54,39 @@ MEASURED = """async () => {
 
 
 @contextmanager
-def opened(file: Path, width: int = 1280, trusted: bool = False) -> Iterator[tuple[Page, list[str]]]:
-    """The page when its numbers are there, and what it complains of or asks for; its policy holds unless trusted."""
+def opened(
+    file: Path, width: int = 1280, trusted: bool = False
+) -> Iterator[tuple[Page, list[str]]]:
+    """The page when its numbers are there, and what it complains of or asks for; its policy holds
+    unless trusted.
+    """
     with (
         sync_playwright() as play,
         play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium,
     ):
-        page = chromium.new_context(viewport={"width": width, "height": 900}, bypass_csp=trusted).new_page()
+        page = chromium.new_context(
+            viewport={"width": width, "height": 900}, bypass_csp=trusted
+        ).new_page()
         messages: list[str] = []
         page.on("console", lambda message: messages.append(message.text))
         page.on("pageerror", lambda error: messages.append(str(error)))
-        page.on("request", lambda request: messages.append(request.url) if request.url != file.as_uri() else None)
+        page.on(
+            "request",
+            lambda request: messages.append(request.url) if request.url != file.as_uri() else None,
+        )
         page.goto(file.as_uri())
         page.wait_for_selector("body[data-shown]", timeout=20_000)
         yield page, messages
 
 
 def readings(page: Page) -> dict[str, float]:
-    rows = [row.locator("th, td").all_inner_texts() for row in page.locator("#readings tbody tr").all()]
-    return {re.sub(" (N|N m|mm)$", "", name): float(value.replace("\u2212", "-")) for name, value, *_ in rows}
+    rows = [
+        row.locator("th, td").all_inner_texts() for row in page.locator("#readings tbody tr").all()
+    ]
+    return {
+        re.sub(" (N|N m|mm)$", "", name): float(value.replace("\u2212", "-"))
+        for name, value, *_ in rows
+    }
 
 
 def set_number(page: Page, path: str, value: str) -> None:
@@ -81,7 +99,9 @@ def set_number(page: Page, path: str, value: str) -> None:
 def test_it_follows_a_hand_in_both_models_and_asks_nobody(page: Told, width: int) -> None:
     moves = {"design.R3_mm": 30.8, "mass.planet_kg": 1.5}
     with opened(page.file, width) as (browser_page, messages):
-        expect(browser_page.locator("#readings thead th")).to_have_text(["Quantity", "A", "A, as printed"])
+        expect(browser_page.locator("#readings thead th")).to_have_text(
+            ["Quantity", "A", "A, as printed"]
+        )
         for path, value in moves.items():
             set_number(browser_page, path, str(value))
         results = [readings(browser_page)]
@@ -94,7 +114,9 @@ def test_it_follows_a_hand_in_both_models_and_asks_nobody(page: Told, width: int
     for result, (model, values) in zip(results, cases, strict=True):
         expected = simulate(Device(load("wang2017-wide", values), model)).result  # type: ignore[arg-type]
         assert result["objective (31), 360 samples"] == pytest.approx(expected.objective, rel=1e-5)
-        assert result["largest support force, 360 samples"] == pytest.approx(expected.support_force.max_N, rel=1e-5)
+        assert result["largest support force, 360 samples"] == pytest.approx(
+            expected.support_force.max_N, rel=1e-5
+        )
     assert messages == []
 
 
@@ -109,13 +131,20 @@ def test_picture_moves_with_numbers(page: Told) -> None:
         told_at = browser_page.locator("output.told").inner_text()
     assert before[0] != after[0]
     assert before[1] == after[1]
-    expected = simulate(Device(load("wang2017-wide", {"design.R3_mm": 30.6})), at_deg=[90.0]).result.at[0]
-    assert told_at == f"carrier angle 90\N{DEGREE SIGN}, vertical support force {expected.support_N:.5g} N"
+    expected = simulate(
+        Device(load("wang2017-wide", {"design.R3_mm": 30.6})), at_deg=[90.0]
+    ).result.at[0]
+    assert (
+        told_at
+        == f"carrier angle 90\N{DEGREE SIGN}, vertical support force {expected.support_N:.5g} N"
+    )
     assert messages == []
 
 
 def test_saved_file_is_a_machine_of_same_numbers(page: Told, tmp_path: Path) -> None:
-    """A descent, then the file: `simulate` finds the objective of the page, and it is better than the first."""
+    """A descent, then the file: `simulate` finds the objective of the page, and it is better than
+    the first.
+    """
     saved = tmp_path / "saved.toml"
     with opened(page.file) as (browser_page, messages):
         set_number(browser_page, "operation.speed_rpm", "35")

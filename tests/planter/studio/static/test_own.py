@@ -1,4 +1,6 @@
-"""A mechanism of one's own in a page: its turn, with closed loops and without, as `planter turn` finds it."""
+"""A mechanism of one's own in a page: its turn, with closed loops and without, as `planter turn`
+finds it.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +28,24 @@ CRANK, TRAIN = "slider_crank", "planetary_train"
 
 def designs(machine: MechanismView, count: int) -> list[dict[str, float]]:
     """Its own numbers, then some by lot near them."""
-    rng, defaults = np.random.default_rng(3), {control.path: control.value for control in machine.controls}
-    return [defaults, *({path: value * float(rng.uniform(0.95, 1.05)) for path, value in defaults.items()}
-                     for _ in range(count))]  # fmt: skip
+    rng, defaults = (
+        np.random.default_rng(3),
+        {control.path: control.value for control in machine.controls},
+    )
+    return [
+        defaults,
+        *(
+            {path: value * float(rng.uniform(0.95, 1.05)) for path, value in defaults.items()}
+            for _ in range(count)
+        ),
+    ]
 
 
 @pytest.mark.parametrize("name", [CRANK, TRAIN])
 def test_program_equals_cycle(name: str) -> None:
-    """Extremes of every result's samples and each drawn curve, loops closed in the same assembly."""
+    """Extremes of every result's samples and each drawn curve, loops closed in the same
+    assembly.
+    """
     machine = MechanismView(own.file(name))
     portable = machine.portable("exact")
     for values in designs(machine, 3):
@@ -44,13 +56,17 @@ def test_program_equals_cycle(name: str) -> None:
         for key in expected.result.quantities:
             column = expected.columns[key]
             scale = np.abs(column).max()
-            assert singles[f"{names[key]}, largest"] == pytest.approx(column.max(), abs=1e-12 * scale)
+            assert singles[f"{names[key]}, largest"] == pytest.approx(
+                column.max(), abs=1e-12 * scale
+            )
             assert singles[f"{names[key]}, least"] == pytest.approx(column.min(), abs=1e-12 * scale)
         assert singles["sound"] == 1
 
 
 def test_open_loops_are_no_machine() -> None:
-    """A rod shorter than the crank: what is found is not finite, which a page says in a sentence."""
+    """A rod shorter than the crank: what is found is not finite, which a page says in a
+    sentence.
+    """
     machine = MechanismView(own.file(CRANK))
     portable = machine.portable("exact")
     values = {control.path: control.value for control in machine.controls}
@@ -67,8 +83,13 @@ def test_webassembly_finds_the_same() -> None:
         expected = portable.at(values, portable.seen)
         results = running.vectors(portable.seen, data=expected["data"])
         assert results is not None
-        assert difference({key: results[key] for key in ("rows", "singles", "loops")}, {
-            key: expected[key] for key in ("rows", "singles", "loops")}) < 1e-12  # fmt: skip
+        assert (
+            difference(
+                {key: results[key] for key in ("rows", "singles", "loops")},
+                {key: expected[key] for key in ("rows", "singles", "loops")},
+            )
+            < 1e-12
+        )
     assert running.vectors(portable.seen, data=0.5 * np.ones(len(expected["data"]))) is None
 
 

@@ -1,4 +1,6 @@
-"""The page without a server: what it computes is what the commands compute, and it fetches and runs nothing else."""
+"""The page without a server: what it computes is what the commands compute, and it fetches and runs
+nothing else.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ def test_readings_equal_studio_to_twelve_digits(page: Told, model: str) -> None:
 
 
 def test_changed_constant_is_detected(page: Told) -> None:
-    """One constant of the module, a thousandth more: some reading is wrong by more than twelve digits."""
+    """One constant of the module, a thousandth more: some reading is wrong by more than twelve
+    digits.
+    """
     values = page.designs(1)[1]
     expected = page.readings("exact", values)
     start = np.array([load("wang2017-wide").si("mass.carrier_kg")]).tobytes()
@@ -45,7 +49,9 @@ def test_changed_constant_is_detected(page: Told) -> None:
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
 def test_drawing_equals_studio(page: Told, model: str) -> None:
-    """Every series, place, outline and label that follows numbers, at designs that it was not built at."""
+    """Every series, place, outline and label that follows numbers, at designs that it was not built
+    at.
+    """
     machine = open_machine("wang2017-wide")
     plan = page.machine["models"][model]["plan"]
     for values in page.designs(4)[1:]:
@@ -89,13 +95,18 @@ def test_other_families_flanks_masses_and_objectives_go_too() -> None:
     machine = PlantingView(PlantingMachine.read(base, "other.toml"))
     portable = machine.portable("exact")
     running = Running(programs.build_webassembly(portable.programs))
-    values = {control.path: control.lower + 0.3 * (control.upper - control.lower) for control in machine.controls}
+    values = {
+        control.path: control.lower + 0.3 * (control.upper - control.lower)
+        for control in machine.controls
+    }
     for program in portable.programs:
         expected = portable.at(values, program)
         results = running.vectors(program, **{key: expected[key] for key in ("x", "c")})
         assert results is not None
         assert difference(results, expected) < TWELVE
-    singles = dict(zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True))
+    singles = dict(
+        zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True)
+    )
     expected = {control.name: control.value for control in machine.readings(values, "exact")}
     assert {name: singles[name] for name in expected} == pytest.approx(expected, rel=TWELVE)
 
@@ -110,7 +121,10 @@ def refused(*arguments: str) -> str:
 @pytest.mark.parametrize("machine", ["yu2023", "shi2021", "sun2019"])
 def test_uncomputable_machines_are_refused_in_a_sentence(tmp_path: Path, machine: str) -> None:
     message = refused(machine, "--static", str(tmp_path / "page.html"))
-    assert message == f"planter: --static is not available for {machine}: such a machine is computed in Python only"
+    assert message == (
+        f"planter: --static is not available for {machine}: such a machine is computed in "
+        f"Python only"
+    )
     assert list(tmp_path.iterdir()) == []
 
 

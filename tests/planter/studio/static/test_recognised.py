@@ -1,4 +1,6 @@
-"""What a page is made of, without the compiler: which numbers a drawing shows, the file that it writes, its script."""
+"""What a page is made of, without the compiler: which numbers a drawing shows, the file that it
+writes, its script.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +33,14 @@ def machine(name: str) -> Movable:
 def draw_values(name: str, count: int) -> tuple[list[Values], list[Scene]]:
     """Designs near the machine's own, by lot, and what is drawn of them."""
     subject, rng = machine(name), np.random.default_rng(5)
-    designs = [{control.path: control.value + 0.2 * float(rng.uniform(-1, 1)) * (control.upper - control.value + 1e-3)
-                for control in subject.controls} for _ in range(count)]  # fmt: skip
+    designs = [
+        {
+            control.path: control.value
+            + 0.2 * float(rng.uniform(-1, 1)) * (control.upper - control.value + 1e-3)
+            for control in subject.controls
+        }
+        for _ in range(count)
+    ]
     return designs, [subject.scenes(values, "exact")[0] for values in designs]
 
 
@@ -51,11 +59,15 @@ def test_recognised_formulas_hold_for_other_designs(name: str) -> None:
 def test_readings_are_the_machine_s(name: str) -> None:
     subject, portable = machine(name), machine(name).portable("exact")
     values = draw_values(name, 1)[0][0]
-    singles = dict(zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True))
+    singles = dict(
+        zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True)
+    )
     expected = {reading.name: reading.value for reading in subject.readings(values, "exact")}
     scale = max(map(abs, expected.values()))
     # a page without a server has the extremes of its samples, which lie inside the true ones
-    assert {key: singles[key] for key in expected} == pytest.approx(expected, rel=1e-3, abs=1e-3 * scale)
+    assert {key: singles[key] for key in expected} == pytest.approx(
+        expected, rel=1e-3, abs=1e-3 * scale
+    )
 
 
 def test_curve_following_no_number_is_detected() -> None:
@@ -84,16 +96,26 @@ def edited(template: dict[str, Any], moved: Values) -> str:
     """As the page's script does it."""
     lines = list(template["lines"])
     paths = sorted(moved, key=lambda path: -template["edits"][path][0]["from"])
-    edits = [{**edit, "value": repr(moved[path])} for path in paths for edit in template["edits"][path]]
+    edits = [
+        {**edit, "value": repr(moved[path])} for path in paths for edit in template["edits"][path]
+    ]
     for edit in sorted(edits, key=lambda change: -change["from"]):
-        lines[edit["from"] : edit["to"]] = [line.replace("{}", edit["value"], 1) for line in edit["lines"]]
+        lines[edit["from"] : edit["to"]] = [
+            line.replace("{}", edit["value"], 1) for line in edit["lines"]
+        ]
     return "\n".join(lines) + "\n"
 
 
 def test_modules_become_a_single_scoped_script() -> None:
     modules = {
-        "one": "export const digits = (x) => x;\nconst own = 1;\nexport class Two {}\nexport default { own };\n",
-        "two": 'import { digits, Two } from "./one.js";\nexport async function three() { return digits(new Two()); }\n',
+        "one": (
+            "export const digits = (x) => x;\nconst own = 1;\nexport class Two {}\nexport "
+            "default { own };\n"
+        ),
+        "two": (
+            'import { digits, Two } from "./one.js";\nexport async function three() { return '
+            "digits(new Two()); }\n"
+        ),
     }
     script = bundle_modules(modules)
     assert "import " not in script

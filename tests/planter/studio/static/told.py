@@ -35,7 +35,9 @@ class Told:
 
     @cached_property
     def machine(self) -> dict[str, Any]:
-        match = re.search(r'<script type="application/json" id="machine">(.*?)</script>', self.html, re.DOTALL)
+        match = re.search(
+            r'<script type="application/json" id="machine">(.*?)</script>', self.html, re.DOTALL
+        )
         assert match
         machine: dict[str, Any] = json.loads(match[1])
         return machine
@@ -48,24 +50,38 @@ class Told:
     def running(self) -> Running:
         return Running(self.module)
 
-    def numbers(self, model: str, part: str, values: Values, running: Running | None = None) -> Array:
+    def numbers(
+        self, model: str, part: str, values: Values, running: Running | None = None
+    ) -> Array:
         """All numbers of a model's program, `seen` or `descent`, as the page's script runs it."""
         program = self.machine["models"][model][part]
         inputs = {item["at"]: values[item["path"]] * item["factor"] for item in program["inputs"]}
-        results = (running or self.running).run(program["name"], self.machine["programs"][program["name"]], inputs)
+        results = (running or self.running).run(
+            program["name"], self.machine["programs"][program["name"]], inputs
+        )
         assert results is not None
         return results
 
-    def readings(self, model: str, values: Values, running: Running | None = None) -> dict[str, float]:
+    def readings(
+        self, model: str, values: Values, running: Running | None = None
+    ) -> dict[str, float]:
         numbers = self.numbers(model, "seen", values, running)
-        return {output["name"]: numbers[output["at"]] for output in self.machine["models"][model]["readings"]}
+        return {
+            output["name"]: numbers[output["at"]]
+            for output in self.machine["models"][model]["readings"]
+        }
 
     def designs(self, count: int) -> list[dict[str, float]]:
         """The page's own numbers, then some by lot within their ends."""
         rng, controls = np.random.default_rng(7), self.machine["controls"]
         values = {control["path"]: control["value"] for control in controls}
-        return [values, *({c["path"]: float(rng.uniform(c["lower"], c["upper"])) for c in controls}
-                       for _ in range(count))]  # fmt: skip
+        return [
+            values,
+            *(
+                {c["path"]: float(rng.uniform(c["lower"], c["upper"])) for c in controls}
+                for _ in range(count)
+            ),
+        ]
 
 
 def written(folder: Path, machine: str) -> Told:
@@ -84,7 +100,9 @@ def assert_drawn(plan: Mapping[str, Any], numbers: Array, scene: Scene) -> None:
         page = (
             np.array([taken(numbers, row) for row in line["rows"]]).T
             if "rows" in line
-            else np.array([[taken(numbers, source) for source in corner] for corner in line["corners"]])
+            else np.array(
+                [[taken(numbers, source) for source in corner] for corner in line["corners"]]
+            )
         )
         assert_same(page, lines[line["number"]].points)
     for number, x, y in plan["labels"]:
