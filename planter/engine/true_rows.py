@@ -8,7 +8,8 @@ again with more panels, at last by itself.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from copy import copy
+from functools import cache, cached_property
 
 import casadi as ca
 import numpy as np
@@ -100,12 +101,12 @@ class TrueRows:
 
     def _measure_together(self, closed: ClosedRows, rows: Integers) -> Array:
         table = np.full((len(rows), len(self.rows.names), len(KINDS)), np.nan)
-        rough = np.arange(len(rows))
+        rough, block = np.arange(len(rows)), _Block(self, closed, rows)
         for pieces in self._attempts:
-            table[rough], is_resolved = _Block(self, closed, rows[rough]).measure(pieces)
-            rough = rough[~is_resolved]
-            if not len(rough):
+            table[rough], is_resolved = block.measure(pieces)
+            if is_resolved.all():
                 return table
+            rough, block = rough[~is_resolved], block.select(np.flatnonzero(~is_resolved))
         for index in rough:
             table[index] = self._measure_alone(closed.d[rows[index]])
         return table
@@ -191,6 +192,15 @@ class _Block:
         self.places = closed.places[:, :, rows]
         crossings = self._locate() if len(owner._periods) else None
         self.edges = [self._list_edges(crossings, row) for row in range(len(rows))]
+
+    def select(self, index: Integers) -> _Block:
+        """Return some of the machines."""
+        part = copy(self)
+        part.rows, part.edges = self.rows[index], [self.edges[row] for row in index]
+        part.data = np.ascontiguousarray(self.data[:, index])
+        part.h = np.ascontiguousarray(self.h[:, index])
+        part.places = self.places[:, :, index]
+        return part
 
     def _locate(self) -> Crossings:
         owner, turn = self.owner, self.machine.turn
@@ -346,6 +356,7 @@ def _find_greatest(series: Array) -> Array:
     return greatest
 
 
+@cache
 def _differentiate(order: int) -> Array:
     """Return the matrix (n, n) from a Legendre series, as a row, to that of a derivative."""
     rows = [np.polynomial.legendre.legder(row, order) for row in np.eye(NODES)]

@@ -217,21 +217,10 @@ def locate_crossings(
     Of some functions, by their indices (s,), `values` returns functions of their points (s,),
     `rates` their slopes.
     """
-    multiples = _count_levels(scanned, periods[:, None])
-    crossed = multiples[:, 1:] != multiples[:, :-1]
+    crossed = _find_crossed(scanned, periods)
     turning = np.zeros_like(crossed)
     if rates is not None:
-        gaps = scanned - _round_to_level(scanned, periods[:, None])
-        falls = gaps * slopes
-        turning = (slopes[:, :-1] > 0) != (slopes[:, 1:] > 0)
-        turning &= (falls[:, :-1] <= 0) & (falls[:, 1:] >= 0)
-        # A power of the distance from where it touches a level is less than its slope times a step,
-        # near there.
-        sizes, reach = np.abs(gaps), np.abs(slopes)
-        steps = np.diff(grid)
-        turning &= np.minimum(sizes[:, :-1], sizes[:, 1:]) <= steps * np.maximum(
-            reach[:, :-1], reach[:, 1:]
-        )
+        turning[_find_turning(scanned, slopes, np.diff(grid), periods)] = True
     is_met = crossed | turning
     # A function that is zero but for rounding has either sign, step by step, and no crossings.
     is_met[np.isinf(periods) & (is_met.sum(axis=1) > MOST_CROSSED * is_met.shape[1])] = False
@@ -274,6 +263,35 @@ def locate_crossings(
     ends = cells.first - levels, cells.last - levels
     roots = find_bracketed_roots(shifted, cells.low, cells.high, ends)
     return Crossings(*_fold(roots, cells.rows, cycle), *_fold(touches, touch_rows, cycle))
+
+
+def _find_crossed(values: Array, periods: Array) -> Flags:
+    """Return between which neighbouring samples (m, n) functions cross a level, (m, n - 1)."""
+    is_negative = values < 0
+    crossed: Flags = is_negative[:, 1:] != is_negative[:, :-1]
+    periodic = np.flatnonzero(np.isfinite(periods))
+    levels = _count_levels(values[periodic], periods[periodic, None])
+    crossed[periodic] = levels[:, 1:] != levels[:, :-1]
+    return crossed
+
+
+def _find_turning(
+    values: Array, slopes: Array, steps: Array, periods: Array
+) -> tuple[Integers, Integers]:
+    """Return functions and intervals (t,) in which these turn round towards a level that is near.
+
+    A power of the distance from where a function touches a level is less than its slope times a
+    step, near there.
+    """
+    rising = slopes > 0
+    rows, index = np.nonzero(rising[:, 1:] != rising[:, :-1])
+    places = np.stack([index, index + 1])
+    ends, rates = values[rows, places], slopes[rows, places]
+    gaps = ends - _round_to_level(ends, periods[rows])
+    falls = gaps * rates
+    is_turning = (falls[0] <= 0) & (falls[1] >= 0)
+    is_turning &= np.abs(gaps).min(axis=0) <= steps[index] * np.abs(rates).max(axis=0)
+    return rows[is_turning], index[is_turning]
 
 
 def _round_to_level(values: Array, periods: Array) -> Array:
