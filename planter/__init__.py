@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from planter.clutch.geometry import compute_geometry as clutch_geometry
     from planter.clutch.modal_engagement import evaluate_engagement as engage_clutch
     from planter.clutch.sizing import optimise_clutch, size_clutch
+    from planter.dynamics.model import load_dynamics
     from planter.engine.machine import load_machine as load_mechanism
     from planter.engine.outputs import OutputBatch
     from planter.errors import (
@@ -77,6 +78,7 @@ __all__ = [
     "evaluate_many",
     "load_clutch",
     "load_curve",
+    "load_dynamics",
     "load_machine",
     "load_mechanism",
     "load_poses",
@@ -103,6 +105,7 @@ _HOMES = {
     "clutch.file": ("load_clutch",),
     "clutch.geometry": ("clutch_geometry:compute_geometry",),
     "clutch.sizing": ("optimise_clutch", "size_clutch"),
+    "dynamics.model": ("load_dynamics",),
     "engine.outputs": ("OutputBatch",),
     "engine.machine": ("load_mechanism:load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),

@@ -146,12 +146,22 @@ def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
             **({"axes": system.axes} if system.axes else {}),
             **({"meshes": system.meshes} if system.meshes else {}),
             **({"supports": system.supports} if system.supports else {}),
+            **({"inputs": _list_inputs(system)} if system.open_inputs else {}),
             **({"begun": system.begun} if system.begun else {}),
             **({} if system.held_entries is None else {"held": system.held_entries}),
             "functions": {f.name: _function(f) for f in functions},
             "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
         }
     )
+
+
+def _list_inputs(system: System) -> list[dict[str, str | float]]:
+    inputs = list[dict[str, str | float]]()
+    for name, ends in system.open_inputs.items():
+        bounds = zip(("low", "high"), ends, strict=True)
+        stated = {key: end for key, end in bounds if end is not None}
+        inputs.append({"name": name, **stated})
+    return inputs
 
 
 def _acceleration(lane: Lane | None) -> dict[str, str]:

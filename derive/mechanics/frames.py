@@ -249,6 +249,10 @@ class Point:
         return {self: None} if self.base is None else {**self.base.chain(), self: self.offset}
 
 
+class InputRateError(ValueError):
+    """A rate is needed of what an input decides."""
+
+
 @dataclass
 class Motion:
     """The rates of quantities: ``rates[q]`` is dq/dt [the unit of q per s]; what is not listed is
@@ -256,7 +260,7 @@ class Motion:
 
     A mechanism holds its own as ``motion``; frames, points and vectors are differentiated by it.
     ``accelerations`` [m/s2] and ``places`` (base points and offsets [m]) hold results that have
-    names of their own.
+    names of their own. ``inputs`` are quantities whose rates nobody knows.
 
     >>> from derive import Frame, Motion, Point, Quantity, X, unit
     >>> phi, omega = Quantity("phi", "rad", "angle", "own"), Quantity("omega", "rad/s", "its rate", "own")
@@ -279,12 +283,24 @@ class Motion:
     rates: dict[sp.Symbol, Expr] = field(default_factory=dict)
     accelerations: dict[Point, Vec] = field(default_factory=dict)
     places: dict[Point, tuple[Point, Vec]] = field(default_factory=dict)
+    inputs: set[sp.Symbol] = field(default_factory=set)
     _bends: dict[tuple[Vec, Frame], Vec] = field(default_factory=dict, repr=False)
 
     def rate(self, expr: Expr) -> Expr:
-        """Return the time derivative of a scalar by the chain rule [its unit per s]."""
+        """Return the time derivative of a scalar by the chain rule [its unit per s].
+
+        Raises InputRateError for an expression of an input.
+        """
+        self._refuse_inputs(expr)
         moving = sorted(expr.free_symbols & self.rates.keys(), key=str)
         return sp.Add(*(expr.diff(q) * self.rates[q] for q in moving))
+
+    def _refuse_inputs(self, expr: Expr) -> None:
+        if unknown := sorted(map(str, expr.free_symbols & self.inputs)):
+            raise InputRateError(
+                f"{', '.join(unknown)}: an input has no derivative: let forces and torques depend "
+                "on it, not places; a coordinate that follows it needs a motor or a spring"
+            )
 
     def spin(self, frame: Frame, seen_from: Frame | None = None) -> Vec:
         """Return the angular velocity [rad/s] of a frame, along its own axes, absolute or

@@ -105,7 +105,8 @@ class FreeMotion(Motion):
     """Motion of many coordinates: rates of expressions in one pass."""
 
     def rate(self, expr: Expr) -> Expr:
-        """Return the derivative of an expression in time."""
+        """Return the derivative of an expression in time. Raises as `Motion.rate`."""
+        self._refuse_inputs(expr)
         return directional_derivative(expr, self.rates)
 
 

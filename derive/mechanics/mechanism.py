@@ -5,13 +5,22 @@ What follows from them is derived.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 from sympy import Expr, S
 
 from ..model import Input, Lane, Let, Step, System
-from ..quantity import NONE, NOTHING, DimensionError, Quantities, Quantity, dimension
+from ..quantity import (
+    NONE,
+    NOTHING,
+    DimensionError,
+    Quantities,
+    Quantity,
+    dimension,
+    quantities,
+)
 from .bodies import AXES
 from .driven_motion import Sides, derive_driven_motion, derive_twin_lane
 from .frames import NO_AXIS, Axis, Frame, Motion, Point, Quaternion, Vec, Z, displacement, unit
@@ -316,6 +325,50 @@ class Mechanism(Joints):
         ):
             self._add_gap(f"{name}{axis}", component, start)
 
+    def input(
+        self,
+        name: str,
+        unit: str,
+        meaning: str,
+        start: float = 0,
+        low: float | None = None,
+        high: float | None = None,
+    ) -> Quantity:
+        r"""Return a quantity that a drive, a controller or a person sets while the mechanism moves.
+
+        ``start`` is its value in the machine file, ``low`` and ``high`` what it can be, all in
+        ``unit`` of SI. Forces, torques and laws may depend on it; places may not, since its rate is
+        unknown. Raises TableError for an unknown unit, MechanismError for a name that the table has
+        or for bounds that do not hold ``start``.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("m | kg | cart | 2")
+        >>> m = Mechanism("cart", q)
+        >>> at = m.point("P", m.O, m.world, m.coordinate("s", "m", "place"))
+        >>> cart = m.body("cart", m.world, q.m, at)
+        >>> F = m.input("F", "N", "force of the drive", low=-50, high=50)
+        >>> m.slide("rail", cart, m.ground, at)
+        >>> m.force("push", cart, at, m.vector(m.world, F))
+        >>> m.accelerations()
+        (F/m,)
+        """
+        if name in self.given:
+            raise MechanismError(f"{self.name}: input {name}: the table has this name")
+        if not (-math.inf if low is None else low) <= start <= (math.inf if high is None else high):
+            raise MechanismError(
+                f"{self.name}: input {name}: start = {start} must be from low = {low} to "
+                f"high = {high}"
+            )
+        table = quantities(f"{name} | {unit} | {meaning} | {start}")
+        if table[name].unit != unit:
+            raise MechanismError(
+                f"{self.name}: input {name}: {unit}: an input is in SI, in {table[name].unit}"
+            )
+        self.given = Quantities({**self.given, **table}, {**self.given.data, **table.data})
+        self.inputs[name] = low, high
+        self.motion.inputs.add(table[name])
+        return table[name]
+
     def begin(
         self, start: Mapping[Quantity, Scalar], hold: Iterable[Quantity] | None = None
     ) -> None:
@@ -451,5 +504,6 @@ class Mechanism(Joints):
             self.given.data,
             axes=self.component_axes,
             begun=tuple(map(str, self.start)),
+            open_inputs=self.inputs,
             held_entries=None if self.held_entries is None else tuple(self.held_entries),
         )

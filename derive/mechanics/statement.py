@@ -52,6 +52,7 @@ class Statement:
         self.reactive: dict[
             str, str
         ] = {}  # names of reactions, used where no joint carries the gap or slip
+        self.inputs: dict[str, tuple[float | None, float | None]] = {}  # with their bounds
         self.start: dict[sp.Symbol, Expr] = {} if angle is None else {angle: S.Zero}
         self.held_entries: list[str] | None = None  # what of the start holds, if anything is said
         self.start_conditions: dict[

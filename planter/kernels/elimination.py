@@ -65,18 +65,39 @@ def solve_system(matrix: ca.SX, right: ca.SX) -> Elimination:
     return Elimination(ca.densify(solution), ca.vertcat(*senses), pivot)
 
 
-def solve_inertia(inertia: ca.SX, forces: ca.SX) -> ca.SX:
-    """Return accelerations (k, m) of an inertia (k, k): by L D L^T, which needs no pivots, if it is
-    symmetric.
+class Factor:
+    """An inertia (k, k), factored once for many right-hand sides: by L D L^T, which needs no pivots,
+    if it is symmetric.
 
     The inertia of a mechanism is positive definite; actions that depend on accelerations may make
-    it unsymmetric.
+    it unsymmetric. `pivot` (1,) is the least pivot over the largest, zero where it is singular.
     """
-    inertia = ca.sparsify(inertia)
-    if ca.sprank(inertia) < inertia.size2() or not ca.is_equal(inertia, inertia.T, DEPTH):
-        return solve_system(inertia, forces).solution
-    diagonal, upper, order = ca.ldl(inertia)
-    return ca.densify(ca.ldl_solve(ca.densify(forces), diagonal, upper, order))
+
+    def __init__(self, inertia: ca.SX) -> None:
+        self._inertia = ca.sparsify(inertia)
+        self.pivot, self._factors = ca.SX(1), None
+        if not inertia.size2():
+            return
+        if ca.sprank(self._inertia) == inertia.size2() and self._is_symmetric():
+            self._factors = ca.ldl(self._inertia)
+            diagonal = ca.densify(self._factors[0])
+            self.pivot = ca.mmin(diagonal) / ca.mmax(ca.fabs(diagonal))
+        else:
+            self.pivot = solve_system(self._inertia, ca.SX(inertia.size1(), 1)).pivot
+
+    def _is_symmetric(self) -> bool:
+        return bool(ca.is_equal(self._inertia, self._inertia.T, DEPTH))
+
+    def solve(self, right: ca.SX) -> ca.SX:
+        """Return x (k, m) of ``inertia x = right``."""
+        if self._factors is None:
+            return solve_system(self._inertia, right).solution
+        return ca.densify(ca.ldl_solve(ca.densify(right), *self._factors))
+
+
+def solve_inertia(inertia: ca.SX, forces: ca.SX) -> ca.SX:
+    """Return accelerations (k, m) of an inertia (k, k)."""
+    return Factor(inertia).solve(forces)
 
 
 class _Block:

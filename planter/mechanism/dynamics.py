@@ -921,7 +921,7 @@ class Reactions:
 
         Raises ComputationError if no reactions of the joints allow the motion.
         """
-        matrix, right = self._build_rows(inputs)
+        matrix, right = self.build_rows(inputs)
         size = float(np.abs(right).max(initial=LEAST_LOAD))
         reactions, undetermined = [], np.zeros(len(self.names), dtype=bool)
         for rows, loads in zip(matrix, right, strict=True):
@@ -948,7 +948,7 @@ class Reactions:
                 "missing"
             )
 
-    def _build_rows(self, inputs: Mapping[str, object]) -> tuple[Array, Array]:
+    def build_rows(self, inputs: Mapping[str, object]) -> tuple[Array, Array]:
         """Return slopes (n, rows, u) of the balances in the reactions, and the loads (n, rows)."""
         values = list(self.formulas("balances", **inputs).values())
         rows = 1 + max(int(place[1]) for place in self._places)

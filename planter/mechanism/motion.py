@@ -171,7 +171,7 @@ def equilibrium(dynamics: Dynamics, state: Array | None = None) -> Array:
         return np.concatenate([now.forces + now.slopes[:count].T @ x[size:], now.gaps])
 
     first = np.concatenate([start[:size], multipliers])
-    solution = scipy.optimize.least_squares(residual, first, xtol=1e-15, ftol=None, gtol=None)
+    solution = scipy.optimize.least_squares(residual, first, method="lm", xtol=1e-15)
     if np.abs(solution.fun).max() > EQUILIBRIUM_TOLERANCE * np.abs(initial.forces).max(initial=1.0):
         raise ComputationError(
             f"{dynamics.file.name}: no equilibrium is found near the given state"

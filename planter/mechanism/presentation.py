@@ -282,7 +282,7 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
     parts = _draw_quantities(
         lambda: (axis, motion.columns), lambda: [MotionBlock(scene(), MOTION_CAPTION)]
     )
-    return _present(_describe_file(file), title, result, _list_motion_sections(motion), **parts)
+    return _present(describe_file(file), title, result, _list_motion_sections(motion), **parts)
 
 
 SEPARATION_NAMES = {
@@ -309,7 +309,7 @@ def present_ensemble(ensemble: MechanismEnsemble, file: MechanismFile) -> Result
     result = ensemble.result
     title = f"{result.runs} motions of {file.name} until {result.until_s:g} s"
     return _present(
-        _describe_file(file),
+        describe_file(file),
         title,
         result,
         _list_ensemble_sections(ensemble),
@@ -519,7 +519,7 @@ def _describe_machine(machine: Machine) -> tuple[Document, ModelAssumptions]:
     return machine.document, ModelAssumptions(title, machine.assumptions, machine.meanings, False)
 
 
-def _describe_file(file: MechanismFile) -> tuple[Document, ModelAssumptions]:
+def describe_file(file: MechanismFile) -> tuple[Document, ModelAssumptions]:
     sidecar, meanings = (
         file.model.sidecar,
         {entry["shown"]: entry["meaning"] for entry in file.entries},

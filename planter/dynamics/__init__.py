@@ -1,0 +1,1 @@
+"""The dynamics of mechanisms that move freely, as functions of state, inputs and parameters."""

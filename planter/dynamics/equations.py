@@ -1,0 +1,109 @@
+"""Equations of motion as graphs of time, data and state, from the generated functions of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+
+from planter.kernels.formulas import Formulas
+
+
+@dataclass(frozen=True)
+class MotionGraphs:
+    """Inertia (k, k), forces (k, 1), slopes (c, k), bends (c, 1), speeds (c, 1), gaps (g, 1).
+
+    ``inertia accelerations = forces + slopes^T multipliers`` and ``slopes accelerations = bends``;
+    gaps come first among the c constraints.
+    """
+
+    inertia: ca.SX
+    forces: ca.SX
+    slopes: ca.SX
+    bends: ca.SX
+    speeds: ca.SX
+    gaps: ca.SX
+
+
+class MotionEquations:
+    """`time`, `data` (n,), `state` (2k,) and `sizes` (f,), and graphs of them; SI.
+
+    The sizes [N or N m] are those of the normal forces that friction, or the flank on which rigid
+    teeth bear, follows from.
+    """
+
+    def __init__(self, formulas: Formulas, data: ca.SX | None = None) -> None:
+        """`data` (n,) is a graph of the values of the file, their symbols unless it is given."""
+        self.formulas = formulas
+        self._stages = formulas.sidecar["functions"]
+        self.names = formulas.outputs("start")
+        self.size = len(self.names) // 2
+        self.data_names = formulas.entries("data")
+        self.pressing = [
+            entry["name"].removeprefix("size_")
+            for entry in formulas.sidecar["vectors"].get("sizes", ())
+        ]
+        self.constraints = [name.removeprefix("speed_") for name in self.outputs("speeds")]
+        self.gaps = [name for name in self.constraints if name in self.outputs("gaps")]
+        self.actions = formulas.entries("actions") if "balances" in self._stages else []
+        self.time = ca.SX.sym("time")
+        self.data = ca.SX.sym("data", len(self.data_names)) if data is None else data
+        self.state = ca.SX.sym("state", 2 * self.size)
+        self.sizes = ca.SX.sym("sizes", len(self.pressing))
+
+    def outputs(self, stage: str) -> list[str]:
+        """Return the names of a stage's outputs; none if the motion has no such stage."""
+        return self.formulas.outputs(stage) if stage in self._stages else []
+
+    @cached_property
+    def graphs(self) -> MotionGraphs:
+        """The equations of motion."""
+        coordinates, constraints = self.names[: self.size], self.constraints
+        return MotionGraphs(
+            inertia=self._arrange(
+                "inertia", [[f"inertia_{a}_{b}" for b in coordinates] for a in coordinates]
+            ),
+            forces=self._arrange("forces", [[f"force_{a}"] for a in coordinates]),
+            slopes=self._arrange(
+                "slopes", [[f"slope_{c}_{a}" for a in coordinates] for c in constraints]
+            ),
+            bends=self._arrange("bends", [[f"bend_{c}"] for c in constraints]),
+            speeds=self._arrange("speeds", [[f"speed_{c}"] for c in constraints]),
+            gaps=self._arrange("gaps", [[c] for c in self.gaps]),
+        )
+
+    def balances(self, accelerations: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return slopes (r, u) of the balances of all bodies in the actions, and loads (r, 1)."""
+        names = self.outputs("balances")
+        places = [name.split("_", 2) for name in names]
+        values = self.evaluate("balances", accelerations=accelerations)
+        count = 1 + max(int(place[1]) for place in places)
+        columns = {name: j for j, name in enumerate(self.actions)}
+        matrix, loads = ca.SX(count, len(columns)), ca.SX(count, 1)
+        for k, (kind, row, *action) in enumerate(places):
+            if kind == "held":
+                matrix[int(row), columns[action[0]]] = values[k]
+            else:
+                loads[int(row)] = values[k]
+        return matrix, loads
+
+    def evaluate(self, stage: str, **others: ca.SX) -> ca.SX:
+        """Return the outputs of a stage, a column, of the symbols and of other inputs by name."""
+        known = {"time": self.time, "data": self.data, "state": self.state, "sizes": self.sizes}
+        known |= others
+        arguments = [known[name] for name in self._stages[stage]["inputs"]]
+        return self.formulas.function(stage)(*arguments)
+
+    def _arrange(self, stage: str, names: Sequence[Sequence[str]]) -> ca.SX:
+        """Return the outputs of a stage as a matrix in the arrangement of their names."""
+        width = self.size if stage == "slopes" else len(names[0]) if names else 1
+        matrix = ca.SX(len(names), width)
+        if stage not in self._stages:
+            return matrix
+        places = {name: (i, j) for i, row in enumerate(names) for j, name in enumerate(row)}
+        values = self.evaluate(stage)
+        for k, name in enumerate(self.outputs(stage)):
+            matrix[places[name]] = values[k]
+        return matrix

@@ -1,0 +1,389 @@
+"""One model of a mechanism that moves freely: x' = f(t, x, u, p) and y = g(t, x, u, p).
+
+With inertia M, forces h, slopes J and bends b of the constraints and their multipliers l
+
+    M a = h + J^T l,    J a = b,
+
+solved by M = L D L^T and by the same for J M^-1 J^T. Derivatives follow from the implicit function
+theorem on these equations, with the same factors: no factorisation is differentiated. Constraints
+that follow from others are left out; which these are is decided once, at the start. `pivot` says how
+far a state is from where that choice fails: drivers have to watch it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from planter.dynamics.equations import MotionEquations
+from planter.errors import InputError
+from planter.kernels import Array
+from planter.kernels.elimination import Factor, solve_system
+from planter.mechanism import file as mechanism_file
+from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_rows
+
+Solver = Callable[[list[ca.SX]], dict[str, ca.SX]]
+ARGUMENTS = ["t", "x", "u", "p"]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A state, input, output or parameter; `unit` of SI or rad, `value` at the start.
+
+    `low` and `high` are the bounds that the statement gives an input, infinite without any.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    value: float
+    low: float = -np.inf
+    high: float = np.inf
+
+
+def load_dynamics(file: str | Path, inputs: Sequence[str] = ()) -> DynamicsModel:
+    """Return the model of a file of a mechanism that moves freely.
+
+    `inputs` are names of values of the file that are inputs beside those of the statement. Raises
+    InputError if the file cannot be read, if an angle drives the mechanism, or for an unknown name.
+    """
+    return DynamicsModel(Dynamics(mechanism_file.load(str(file))), inputs)
+
+
+class DynamicsModel:
+    """Functions of time [s], state (2k,), inputs (m,) and parameters (q,); SI units and radians.
+
+    A state holds coordinates, then their rates. `rates` returns x' (2k,), `linearised` its
+    derivatives A, B and F by state, inputs and parameters, `outputs` y (r,), and
+    `linearised_outputs` its derivatives C, D and G. `f`, `f_jacobian`, `y`, `y_jacobian` and
+    `curvature` are the same as CasADi functions, whose matrices are sparse.
+
+    Signs of normal forces that friction follows from are those of the start: where such a force,
+    an output, changes its sign, another model holds.
+    """
+
+    def __init__(self, dynamics: Dynamics, inputs: Sequence[str] = ()) -> None:
+        self.dynamics, self.name = dynamics, dynamics.file.name
+        formulas = dynamics.formulas
+        entries, sidecar = formulas.sidecar["vectors"]["data"], formulas.sidecar
+        stated = {entry["name"]: entry for entry in sidecar.get("inputs", ())}
+        chosen = {*stated, *(self._find_entry(name, entries) for name in inputs)}
+        values = dict(zip((entry["name"] for entry in entries), dynamics.data, strict=True))
+        self.inputs = [
+            _describe(entry, values[entry["name"]], stated.get(entry["name"], {}))
+            for entry in entries
+            if entry["name"] in chosen
+        ]
+        self.parameters = [
+            _describe(entry, values[entry["name"]])
+            for entry in entries
+            if entry["name"] not in chosen
+        ]
+        self.start = dynamics.find_start()
+        self.states = [
+            _describe(entry, value)
+            for entry, value in zip(sidecar["vectors"]["start_state"], self.start, strict=True)
+        ]
+        self.u = np.array([variable.value for variable in self.inputs])
+        self.p = np.array([variable.value for variable in self.parameters])
+        self._u, self._p = ca.SX.sym("u", len(self.inputs)), ca.SX.sym("p", len(self.parameters))
+        names = [variable.name for variable in (*self.inputs, *self.parameters)]
+        packed = dict(zip(names, ca.vertsplit(ca.vertcat(self._u, self._p)), strict=True))
+        data = ca.vertcat(*(packed[entry["name"]] for entry in entries))
+        self.equations = MotionEquations(formulas, data)
+        self._choice = _Choice(dynamics, self.equations, self.start)
+
+    def _find_entry(self, name: str, entries: Sequence[dict[str, Any]]) -> str:
+        for entry in entries:
+            shown = entry["shown"]
+            if name in (entry["name"], shown, shown.rpartition(".")[2]):
+                return str(entry["name"])
+        known = ", ".join(entry["shown"].rpartition(".")[2] for entry in entries)
+        raise InputError(
+            f"{self.dynamics.file.source}: input {name}: no value has this name; values are {known}"
+        )
+
+    @property
+    def constraints(self) -> list[str]:
+        """Names of the constraints that are kept: gaps, then slips."""
+        return [self.equations.constraints[row] for row in self._choice.rows]
+
+    @property
+    def left_out(self) -> list[str]:
+        """Names of the constraints that follow from others at the start."""
+        return [name for name in self.equations.constraints if name not in self.constraints]
+
+    @cached_property
+    def outputs(self) -> list[Variable]:
+        """Reports, reactions that the balances determine, energies, and values of events."""
+        vectors = self.equations.formulas.sidecar["vectors"]
+        entries = [*vectors["outputs"], *vectors.get("events_outputs", ())]
+        kept = [entry for entry in entries if entry["name"] not in self._choice.undetermined]
+        values = self.y(0.0, self.start, self.u, self.p)
+        return [
+            _describe(entry, float(value))
+            for entry, value in zip(kept, np.array(values)[:, 0], strict=True)
+        ]
+
+    # --- values ----------------------------------------------------------------------------------
+
+    def rates(self, t: float, x: Array, u: Array | None = None, p: Array | None = None) -> Array:
+        """Return x' (2k,) [SI]: rates, then accelerations."""
+        return np.array(self._call(self.f, t, x, u, p)[0])[:, 0]
+
+    def pivot(self, t: float, x: Array, u: Array | None = None, p: Array | None = None) -> float:
+        """Return the least pivot of the constraints over the largest: 1 without constraints, 0 where
+        those that are kept depend on each other.
+        """
+        return float(self._call(self.f, t, x, u, p)[1])
+
+    def linearised(
+        self, t: float, x: Array, u: Array | None = None, p: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return A (2k, 2k), B (2k, m) and F (2k, q): derivatives of x' by state, inputs,
+        parameters.
+        """
+        a, b, f = self._call(self.f_jacobian, t, x, u, p)
+        return np.array(a), np.array(b), np.array(f)
+
+    def outputs_at(
+        self, t: float, x: Array, u: Array | None = None, p: Array | None = None
+    ) -> Array:
+        """Return y (r,) [SI], in the order of `outputs`."""
+        return np.array(self._call(self.y, t, x, u, p))[:, 0]
+
+    def linearised_outputs(
+        self, t: float, x: Array, u: Array | None = None, p: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return C (r, 2k), D (r, m) and G (r, q): derivatives of y by state, inputs, parameters."""
+        c, d, g = self._call(self.y_jacobian, t, x, u, p)
+        return np.array(c), np.array(d), np.array(g)
+
+    def constraint_slopes(
+        self, t: float, x: Array, u: Array | None = None, p: Array | None = None
+    ) -> Array:
+        """Return the derivatives (c, 2k) by state of gaps and speeds that the constraints keep zero."""
+        return np.array(self._call(self._constraint_jacobian, t, x, u, p))
+
+    def _call(
+        self, function: ca.Function, t: float, x: Array, u: Array | None, p: Array | None
+    ) -> Any:
+        return function(t, x, self.u if u is None else u, self.p if p is None else p)
+
+    # --- functions -------------------------------------------------------------------------------
+
+    @cached_property
+    def f(self) -> ca.Function:
+        """(t, x, u, p) -> x' (2k,) and the least pivot of the constraints over the largest."""
+        rates = ca.vertcat(self.equations.state[self.equations.size :], self._motion.values["a"])
+        return self._build("f", {"xdot": rates, "pivot": self._motion.pivot})
+
+    @cached_property
+    def f_jacobian(self) -> ca.Function:
+        """(t, x, u, p) -> A, B, F."""
+        k = self.equations.size
+        upper = ca.jacobian(self.equations.state[k:], self._symbols)
+        slopes = ca.vertcat(upper, self._slopes["a"])
+        return self._build("f_jacobian", dict(zip("ABF", self._split(slopes), strict=True)))
+
+    @cached_property
+    def y(self) -> ca.Function:
+        """(t, x, u, p) -> y (r,)."""
+        return self._build("y", {"y": self._motion.substitute(self._output_graph)})
+
+    @cached_property
+    def y_jacobian(self) -> ca.Function:
+        """(t, x, u, p) -> C, D, G."""
+        graph = self._output_graph
+        slopes = ca.jacobian(graph, self._symbols)
+        for name, symbol in self._motion.symbols.items():
+            slopes += ca.jacobian(graph, symbol) @ self._slopes[name]
+        parts = self._split(self._motion.substitute(slopes))
+        return self._build("y_jacobian", dict(zip("CDG", parts, strict=True)))
+
+    @cached_property
+    def curvature(self) -> ca.Function:
+        """(t, x, u, p, weights (2k,), direction (2k + m + q,)) -> derivative along the direction of
+        the gradient of weights^T x' by state, inputs and parameters.
+        """
+        k = self.equations.size
+        weights = ca.SX.sym("weights", 2 * k)
+        direction = ca.SX.sym("direction", self._symbols.numel())
+        upper = ca.jacobian(self.equations.state[k:], self._symbols)
+        slopes = ca.densify(ca.vertcat(upper, self._slopes["a"]))
+        gradient = slopes.T @ weights
+        along = ca.jtimes(gradient, self._symbols, direction)
+        symbols = [*self._arguments, weights, direction]
+        names = [*ARGUMENTS, "weights", "direction"]
+        return ca.Function("curvature", symbols, [ca.cse(along)], names, ["curvature"])
+
+    @cached_property
+    def _constraint_jacobian(self) -> ca.Function:
+        graphs = self.equations.graphs
+        kept = ca.vertcat(graphs.gaps, graphs.speeds)
+        slopes = ca.densify(ca.jacobian(kept, self.equations.state))
+        return self._build("constraint_jacobian", {"slopes": slopes})
+
+    @property
+    def _arguments(self) -> list[ca.SX]:
+        return [self.equations.time, self.equations.state, self._u, self._p]
+
+    @property
+    def _symbols(self) -> ca.SX:
+        """State, inputs and parameters: what derivatives are by."""
+        return ca.vertcat(*self._arguments[1:])
+
+    def _build(self, name: str, outputs: dict[str, ca.SX]) -> ca.Function:
+        graphs = ca.cse(list(outputs.values()))
+        return ca.Function(name, self._arguments, graphs, ARGUMENTS, list(outputs))
+
+    def _split(self, slopes: ca.SX) -> list[ca.SX]:
+        ends = np.cumsum([0, self.equations.state.numel(), self._u.numel(), self._p.numel()])
+        parts: list[ca.SX] = ca.horzsplit(slopes, ends.tolist())
+        return parts
+
+    @cached_property
+    def _motion(self) -> _Motion:
+        return _Motion(self.equations, self._choice)
+
+    @cached_property
+    def _slopes(self) -> dict[str, ca.SX]:
+        """Derivatives of the unknowns by the symbols."""
+        return self._motion.differentiate(self._symbols)
+
+    @cached_property
+    def _output_graph(self) -> ca.SX:
+        """Outputs in the symbols of the unknowns."""
+        equations, motion = self.equations, self._motion
+        values = equations.evaluate(
+            "lane",
+            accelerations=motion.symbols["a"],
+            actions=motion.actions,
+            sizes=motion.sizes,
+        )
+        names = equations.outputs("lane")
+        rows = [k for k, name in enumerate(names) if name not in self._choice.undetermined]
+        events = equations.evaluate("events") if equations.outputs("events") else ca.SX(0, 1)
+        return ca.vertcat(values[rows], events)
+
+
+def _describe(
+    entry: dict[str, Any], value: float, bounds: dict[str, Any] | None = None
+) -> Variable:
+    ends = {key: bounds[key] for key in ("low", "high") if key in (bounds or {})} if bounds else {}
+    return Variable(entry["name"], entry["unit"], entry["meaning"], float(value), **ends)
+
+
+class _Choice:
+    """What is decided once, at the start: `rows` of constraints and of balances that do not follow
+    from others, the actions that these determine, and the signs of all actions.
+    """
+
+    def __init__(self, dynamics: Dynamics, equations: MotionEquations, start: Array) -> None:
+        self.rows = find_independent_rows(dynamics.equations(0.0, start).slopes)
+        self.balances = self.actions = np.empty(0, dtype=np.intp)
+        self.undetermined: tuple[str, ...] = ()
+        self.signs = np.empty(0)
+        if equations.actions:
+            self._choose_balances(dynamics, equations, start)
+
+    def _choose_balances(
+        self, dynamics: Dynamics, equations: MotionEquations, start: Array
+    ) -> None:
+        inputs = {
+            "time": 0.0,
+            "data": dynamics.data,
+            "state": start,
+            "accelerations": dynamics.accelerations(0.0, start)[0],
+        }
+        if equations.pressing:
+            inputs["sizes"] = dynamics.find_sizes(0.0, start)
+        reactions = Reactions(dynamics.formulas)
+        actions, self.undetermined = reactions.solve(inputs)
+        self.signs = np.where(actions[:, 0] < 0, -1.0, 1.0)
+        matrix = reactions.build_rows(inputs)[0][0]
+        self.balances = find_independent_rows(matrix)
+        self.actions = find_independent_rows(matrix[self.balances].T)
+
+
+class _Motion:
+    """Accelerations a, multipliers l and actions r, which the equations of motion determine.
+
+    `symbols` stand for them, `values` are graphs of time, state and data.
+    """
+
+    def __init__(self, equations: MotionEquations, choice: _Choice) -> None:
+        graphs, rows = equations.graphs, choice.rows.tolist()
+        inertia, slopes = graphs.inertia, graphs.slopes[rows, :]
+        a, multipliers = ca.SX.sym("a", equations.size), ca.SX.sym("l", len(rows))
+        r = ca.SX.sym("r", len(choice.actions))
+        self.symbols = {"a": a, "l": multipliers, "r": r}
+        self.actions = ca.SX.zeros(len(equations.actions))
+        self.actions[choice.actions.tolist()] = r
+        pressing = [equations.actions.index(name) for name in equations.pressing]
+        self.sizes = ca.DM(choice.signs[pressing]) * self.actions[pressing]
+        forces = ca.substitute(graphs.forces, equations.sizes, self.sizes)
+        self._residuals = [
+            inertia @ a - forces - slopes.T @ multipliers,
+            slopes @ a - graphs.bends[rows],
+        ]
+        if equations.actions:
+            matrix, loads = equations.balances(a)
+            balances = (matrix @ self.actions + loads)[choice.balances.tolist()]
+            self._residuals.append(ca.substitute(balances, equations.sizes, self.sizes))
+        self._is_coupled = bool(r.numel()) and ca.depends_on(forces, r)
+        self._solve = self._couple() if self._is_coupled else self._separate(inertia, slopes)
+        zeros = {name: ca.SX.zeros(symbol.numel()) for name, symbol in self.symbols.items()}
+        self.values = zeros
+        self.values = self._solve([-self.substitute(part) for part in self._residuals])
+
+    def differentiate(self, symbols: ca.SX) -> dict[str, ca.SX]:
+        """Return derivatives (n, s) of what is unknown by symbols (s,)."""
+        slopes = [ca.jacobian(part, symbols) for part in self._residuals]
+        return self._solve([-self.substitute(part) for part in slopes])
+
+    def substitute(self, graph: ca.SX) -> ca.SX:
+        """Return a graph with the values of what is unknown for its symbols."""
+        symbols, values = ca.vertcat(*self.symbols.values()), ca.vertcat(*self.values.values())
+        return ca.substitute(graph, symbols, values)
+
+    def _separate(self, inertia: ca.SX, slopes: ca.SX) -> Solver:
+        """Return the solution of the slopes of the residuals: motion first, actions from it."""
+        mass = Factor(inertia)
+        carried = mass.solve(slopes.T) if slopes.size1() else slopes.T
+        held = Factor(slopes @ carried)
+        self.pivot = held.pivot
+        balances = self._residuals[2:]
+        a, r = self.symbols["a"], self.symbols["r"]
+        by_action = [ca.jacobian(part, r) for part in balances]
+        by_acceleration = [ca.jacobian(part, a) for part in balances]
+
+        def solve(right: list[ca.SX]) -> dict[str, ca.SX]:
+            free = mass.solve(right[0])
+            multipliers = held.solve(right[1] - slopes @ free) if slopes.size1() else right[1]
+            accelerations = free + carried @ multipliers
+            actions = ca.SX(0, right[0].size2())
+            for slope, change, rest in zip(by_action, by_acceleration, right[2:], strict=True):
+                actions = solve_system(slope, rest - change @ accelerations).solution
+            return {"a": accelerations, "l": multipliers, "r": actions}
+
+        return solve
+
+    def _couple(self) -> Solver:
+        """Return the solution where friction makes the motion depend on the actions."""
+        symbols = ca.vertcat(*self.symbols.values())
+        matrix = ca.jacobian(ca.vertcat(*self._residuals), symbols)
+        self.pivot = solve_system(matrix, ca.SX(matrix.size1(), 1)).pivot
+        ends = np.cumsum([0, *(symbol.numel() for symbol in self.symbols.values())]).tolist()
+
+        def solve(right: list[ca.SX]) -> dict[str, ca.SX]:
+            solution = solve_system(matrix, ca.vertcat(*right)).solution
+            return dict(zip(self.symbols, ca.vertsplit(solution, ends), strict=True))
+
+        return solve
