@@ -20,16 +20,18 @@ from planter.terminal.options import (
     SetOption,
     SpeedOption,
     parse_changes,
+    refuse_unused,
 )
 
 if TYPE_CHECKING:
+    from planter.dynamics.model import DynamicsModel
     from planter.engine.machine import Machine
 
 export = typer.Typer(
     help="Write a machine for other programs: C, FMI, tables.\n\n"
-    "MACHINE is a machine file, the file of a mechanism of your own that an angle drives, or a "
-    "built-in machine. Its "
-    "values with bounds are the design, the others the machine's data.\n\n"
+    "MACHINE is a machine file, the file of a mechanism of your own, or a built-in machine. Of what "
+    "an angle drives, values with bounds are the design, the others the machine's data. What moves "
+    "freely is written as x' = f(t, x, u, p) and y = g(t, x, u, p) with their derivatives.\n\n"
     "`planter derive FILE.py --target matlab|latex` writes a mechanism's equations for MATLAB, or "
     "as LaTeX.",
     invoke_without_command=True,
@@ -42,6 +44,35 @@ app.add_typer(export, name="export")
 FolderOption = Annotated[
     Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)
 ]
+
+
+InputsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--input",
+        metavar="NAME",
+        help="of what moves freely: a value of the file that is an input, beside those of the "
+        "statement (repeatable)",
+        show_default=False,
+    ),
+]
+
+
+def _load_dynamics(
+    source: str, inputs: Sequence[str] | None, set_: Sequence[str] | None
+) -> DynamicsModel | None:
+    """Return the model of a mechanism that moves freely; None if an angle drives the machine."""
+    from planter.dynamics.model import DynamicsModel
+    from planter.mechanism import file, machines
+    from planter.mechanism.dynamics import Dynamics
+
+    if not machines.takes(source):
+        return None
+    mechanism = file.load(source, parse_changes(set_))
+    if mechanism.is_driven:
+        return None
+    refuse_unused(f"since {mechanism.name} moves freely", "--model", "--speed-rpm")
+    return DynamicsModel(Dynamics(mechanism), inputs or ())
 
 
 def _load(
@@ -68,9 +99,10 @@ def write_c(
     model: ModelOption = ModelName.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
+    inputs: InputsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write motions, forces and the objective as C99.
+    """Write motions, forces and the objective as C99; of what moves freely its dynamics.
 
     The text needs no library, and holds the gradient of the objective too. Closed loops are
     followed over a turn; a status says where they do not close. The objective is that of the file,
@@ -81,11 +113,47 @@ def write_c(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.exports import c99
+        from planter.exports import c99, dynamics_c
         from planter.exports.results import WrittenFiles
         from planter.report.files import write_all
 
-        paths = write_all(out, c99.build_source_files(_load(machine, model, set_, speed_rpm)))
+        dynamics = _load_dynamics(machine, inputs, set_)
+        if dynamics is not None:
+            texts = dynamics_c.build_c_files(dynamics)
+        else:
+            refuse_unused("since an angle drives the machine", "--input")
+            texts = c99.build_source_files(_load(machine, model, set_, speed_rpm))
+        paths = write_all(out, texts)
+        console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
+
+
+@export.command("casadi")
+@writes_files()
+def write_casadi(
+    machine: MachineArgument,
+    out: FolderOption,
+    inputs: InputsOption = None,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write the dynamics of what moves freely as CasADi functions.
+
+    x' = f(t, x, u, p), y = g(t, x, u, p), their derivatives by x, u, p, and the curvature of f, in
+    a file that a Python module beside it loads without planter: for optimal control.
+
+    planter export casadi cartpole.toml --input F_N --out casadi
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.errors import InputError
+        from planter.exports import dynamics_casadi
+        from planter.exports.results import WrittenFiles
+        from planter.report.files import write_all
+
+        dynamics = _load_dynamics(machine, inputs, set_)
+        if dynamics is None:
+            raise InputError(f"{machine}: an angle drives it; this export is of free motion")
+        paths = write_all(out, dynamics_casadi.build_casadi_files(dynamics))
         console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
 
 

@@ -145,8 +145,11 @@ def record_options(command: Callable[..., None]) -> Callable[..., None]:
 def _spell_option(parameter: inspect.Parameter) -> str:
     """Return how a command's parameter is written on the command line."""
     for information in getattr(parameter.annotation, "__metadata__", ()):
-        if getattr(information, "param_decls", None):
-            return str(information.param_decls[0]).partition("/")[0]
+        # In an annotation Typer keeps the first name where the default would stand.
+        names = (getattr(information, "default", None), *getattr(information, "param_decls", ()))
+        for name in names:
+            if isinstance(name, str) and name.startswith("-"):
+                return name.partition("/")[0]
     return f"--{parameter.name.strip('_').replace('_', '-')}"
 
 
