@@ -146,8 +146,8 @@ def _spell_option(parameter: inspect.Parameter) -> str:
     """Return how a command's parameter is written on the command line."""
     for information in getattr(parameter.annotation, "__metadata__", ()):
         # In an annotation Typer keeps the first name where the default would stand.
-        names = (getattr(information, "default", None), *getattr(information, "param_decls", ()))
-        for name in names:
+        names = getattr(information, "param_decls", None) or ()
+        for name in (getattr(information, "default", None), *names):
             if isinstance(name, str) and name.startswith("-"):
                 return name.partition("/")[0]
     return f"--{parameter.name.strip('_').replace('_', '-')}"
