@@ -102,7 +102,7 @@ def write_c(
     inputs: InputsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write motions, forces and the objective as C99; of what moves freely its dynamics.
+    """Write motions, forces and the objective as C99, or free dynamics.
 
     The text needs no library, and holds the gradient of the objective too. Closed loops are
     followed over a turn; a status says where they do not close. The objective is that of the file,
