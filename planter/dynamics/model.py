@@ -21,12 +21,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.dynamics.equations import MotionEquations
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.kernels.elimination import Factor, solve_system
 from planter.mechanism import file as mechanism_file
 from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_rows
+from planter.mechanism.motion_equations import MotionEquations
 
 Solver = Callable[[list[ca.SX]], dict[str, ca.SX]]
 ARGUMENTS = ["t", "x", "u", "p"]

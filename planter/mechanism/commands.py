@@ -86,6 +86,15 @@ def move(
             "--stiff", help="implicit steps (Radau IIA), for stiff springs and strong dampers"
         ),
     ] = False,
+    input_: Annotated[
+        Path | None,
+        typer.Option(
+            "--input",
+            metavar="CSV",
+            help="values over time: column t_s, and names of values such as F_N",
+            show_default=False,
+        ),
+    ] = None,
     ensemble: Annotated[
         int | None,
         typer.Option(
@@ -137,6 +146,7 @@ def move(
     with console.outcome():
         from planter.mechanism.dynamics import Dynamics
         from planter.mechanism.file import load
+        from planter.mechanism.input_history import read_history
         from planter.mechanism.motion import compute_motion
         from planter.mechanism.presentation import present_motion
 
@@ -151,7 +161,7 @@ def move(
                 "--cluster",
             )
         else:
-            refuse_unused("with --ensemble", "--rest", "--least-squares")
+            refuse_unused("with --ensemble", "--rest", "--least-squares", "--input")
         file = load(mechanism, parse_changes(set_))
         if ensemble is not None:
             from planter.mechanism.ensemble import EnsembleSpec, compute_ensemble
@@ -165,8 +175,9 @@ def move(
             )
             present_ensemble(runs, file).show(console, out)
             return
+        history = None if input_ is None else read_history(input_, file)
         motion = compute_motion(
-            Dynamics(file), until, points, tolerance, rest, least_squares, stiff
+            Dynamics(file, history), until, points, tolerance, rest, least_squares, stiff
         )
         if least_squares and not motion.result.undetermined_actions:
             console.say("--least-squares adds nothing: no reaction is statically indeterminate")

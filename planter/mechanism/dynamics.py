@@ -12,7 +12,7 @@ import itertools
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 
 import casadi as ca
@@ -27,6 +27,8 @@ from planter.kernels.backends import defer_interrupt
 from planter.kernels.elimination import solve_inertia
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
+from planter.mechanism.input_history import InputHistory
+from planter.mechanism.motion_equations import MotionEquations
 from planter.progress import name_step
 
 RANK = 1e-9
@@ -146,13 +148,22 @@ class Dynamics:
     ['a_bob_x', 'a_bob_y', 'F_Ax', 'F_Ay', 'kinetic', 'potential']
     """
 
-    def __init__(self, file: MechanismFile) -> None:
+    def __init__(self, file: MechanismFile, history: InputHistory | None = None) -> None:
+        """`history` holds values of the file that change over time."""
         self.file, self.formulas, self.data = file, file.model, file.data()
+        self.history = InputHistory() if history is None else history
         if "start" not in self.formulas.sidecar["functions"]:
             raise InputError(
                 f"{file.source}: {file.name} is driven along an angle; `planter simulate` takes it"
             )
         self._stages = self.formulas.sidecar["functions"].keys()
+        self.graphs = MotionEquations(self.formulas, self.history.place(self.data))
+
+    def data_at(self, times: Array | float) -> Array:
+        """Return the values of the file [SI] at times (n,) [s], (d, n); at all times (d,) if none
+        changes.
+        """
+        return self.history.evaluate(self.data, times)
 
     @property
     def names(self) -> list[str]:
@@ -253,39 +264,24 @@ class Dynamics:
 
     @cached_property
     def function(self) -> ca.Function:
-        """The CasADi function (time [s], state (2k,), sizes (f,) [N]) -> parts of `Equations` [SI];
-        some are sparse.
+        """The CasADi function (time [s], state (2k,), sizes (f,) [N], inputs (m,)) -> parts of
+        `Equations` [SI]; some are sparse.
 
-        The sizes are those of the normal forces that friction follows from (`find_sizes`).
+        The sizes are those of the normal forces that friction follows from (`find_sizes`), the
+        inputs those of the history.
         """
-        time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
-        sizes = ca.SX.sym("sizes", len(self._pressing))
-        coordinates, constraints = self.names[: self.size], self.constraints
-        gaps = [name for name in constraints if name in self._list_outputs("gaps")]
-        names = {
-            "inertia": [[f"inertia_{a}_{b}" for b in coordinates] for a in coordinates],
-            "forces": [[f"force_{a}"] for a in coordinates],
-            "slopes": [[f"slope_{c}_{a}" for a in coordinates] for c in constraints],
-            "bends": [[f"bend_{c}"] for c in constraints],
-            "speeds": [[f"speed_{c}"] for c in constraints],
-            "gaps": [[c] for c in gaps],
-        }
-        parts = [
-            self._arrange(stage, entries, time, state, sizes) for stage, entries in names.items()
-        ]
-        return ca.Function(
-            "motion", [time, state, sizes], parts, ["time", "state", "sizes"], list(names)
-        )
+        graphs, parts = self.graphs, self.graphs.graphs
+        symbols = [graphs.time, graphs.state, graphs.sizes, self.history.symbols]
+        names = [field.name for field in fields(parts)]
+        outputs = [getattr(parts, name) for name in names]
+        return ca.Function("motion", symbols, outputs, ["time", "state", "sizes", "inputs"], names)
 
-    @cached_property
+    @property
     def _pressing(self) -> list[str]:
         """The names of the forces whose sizes are needed: normal forces of friction, forces of
         rigid teeth.
         """
-        return [
-            entry["name"].removeprefix("size_")
-            for entry in self.formulas.sidecar["vectors"].get("sizes", ())
-        ]
+        return self.graphs.pressing
 
     @cached_property
     def _is_rubbing(self) -> bool:
@@ -297,32 +293,16 @@ class Dynamics:
     def _list_outputs(self, stage: str) -> list[str]:
         return self.formulas.outputs(stage) if stage in self._stages else []
 
-    def _arrange(
-        self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX, sizes: ca.SX
-    ) -> ca.SX:
-        """Return the outputs of a stage as a matrix in the arrangement of their names."""
-        width = len(names[0]) if names else 1 if stage != "slopes" else self.size
-        matrix = ca.SX(len(names), width)
-        places = {name: (i, j) for i, row in enumerate(names) for j, name in enumerate(row)}
-        if stage in self._stages:
-            loaded = [sizes] if stage == "forces" and self._is_rubbing else []
-            values = self.formulas.function(stage)(time, self.data, state, *loaded)
-            for k, name in enumerate(self._list_outputs(stage)):
-                matrix[places[name]] = values[k]
-        return matrix
-
     @cached_property
     def _start_function(self) -> ca.Function:
         """Return the function (time, state) -> gaps and speeds that vanish at the start only, and
         slopes of these.
         """
-        time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
-        gaps, speeds = (
-            self.formulas.function(stage)(time, self.data, state)
-            for stage in ("start_gaps", "start_speeds")
-        )
-        slopes = ca.densify(ca.jacobian(speeds, state)[:, self.size :])
-        return ca.Function("start", [time, state], [gaps, speeds, slopes])
+        graphs = self.graphs
+        gaps, speeds = (graphs.evaluate(stage) for stage in ("start_gaps", "start_speeds"))
+        slopes = ca.densify(ca.jacobian(speeds, graphs.state)[:, self.size :])
+        symbols = [graphs.time, graphs.state, self.history.symbols]
+        return ca.Function("start", symbols, [gaps, speeds, slopes])
 
     def _start_equations(self, time: float, state: Array) -> Equations:
         """Return the equations of motion, with what holds at the start only among the
@@ -331,7 +311,9 @@ class Dynamics:
         now = self.equations(time, state)
         if "start_gaps" not in self._stages:
             return now
-        gaps, speeds, slopes = map(np.asarray, self._start_function(time, state))
+        gaps, speeds, slopes = map(
+            np.asarray, self._start_function(time, state, self.history.at(time))
+        )
         return replace(
             now,
             gaps=np.r_[gaps[:, 0], now.gaps],
@@ -353,7 +335,10 @@ class Dynamics:
         friction.
         """
         now = self._kernel(
-            time=time, state=state, sizes=np.zeros(len(self._pressing)) if sizes is None else sizes
+            time=time,
+            state=state,
+            sizes=np.zeros(len(self._pressing)) if sizes is None else sizes,
+            inputs=self.history.at(time),
         )
         columns = {name: now[name][:, 0] for name in ("forces", "bends", "speeds", "gaps")}
         return Equations(now["inertia"], slopes=now["slopes"], **columns)
@@ -411,7 +396,7 @@ class Dynamics:
         """
         inputs = {
             "time": np.full(len(sizes), time),
-            "data": self.data,
+            "data": self.data_at(time),
             "state": np.tile(state, (len(sizes), 1)).T,
         }
         actions, undetermined = self._reactions.solve(
@@ -475,21 +460,23 @@ class Dynamics:
         if not self._is_free:
             return lambda time, state: self.accelerations(time, state, share)[0]
         now, at = np.zeros((1, 1)), np.zeros((2 * self.size, 1))
-        solved = self._free_kernel.bind(time=now, state=at)
+        inputs = np.zeros((self.history.symbols.numel(), 1))
+        solved = self._free_kernel.bind(time=now, state=at, inputs=inputs)
 
         def accelerate(time: float, state: Array) -> Array:
-            now[0, 0], at[:, 0] = time, state
+            now[0, 0], at[:, 0], inputs[:, 0] = time, state, self.history.at(time)
             return solved()["accelerations"][:, 0]
 
         return accelerate
 
     @cached_property
     def _free_kernel(self) -> Kernel:
-        time, state, sizes = self.function.sx_in()
-        inertia, forces, *_ = self.function(time, state, sizes)
-        names = ["time", "state"], ["accelerations"]
-        solved = ca.Function("free", [time, state], [solve_inertia(inertia, forces)], *names)
-        return Kernel(solved, ["time", "state"])
+        graphs = self.graphs
+        accelerations = solve_inertia(graphs.graphs.inertia, graphs.graphs.forces)
+        symbols = [graphs.time, graphs.state, self.history.symbols]
+        names = ["time", "state", "inputs"]
+        solved = ca.Function("free", symbols, [accelerations], names, ["accelerations"])
+        return Kernel(solved, names)
 
     def compile(self) -> None:
         """Compile what is evaluated most often, for many motions; results may change by
@@ -595,9 +582,7 @@ class Dynamics:
     @cached_property
     def _has_curved_slips(self) -> bool:
         """Whether a speed that vanishes is not linear in the rates."""
-        _, state, _ = self.function.sx_in()
-        slopes = self.function(*self.function.sx_in())[2]
-        rates = state[self.size :]
+        slopes, rates = self.graphs.graphs.slopes, self.graphs.state[self.size :]
         return bool(len(self.constraints)) and any(
             ca.which_depends(ca.vec(slopes), rates, 1, False)
         )
@@ -756,7 +741,9 @@ class Dynamics:
         def evaluate(times: Array) -> Array:
             return np.array(
                 list(
-                    self.formulas("events", time=times, data=self.data, state=state(times)).values()
+                    self.formulas(
+                        "events", time=times, data=self.data_at(times), state=state(times)
+                    ).values()
                 )
             )
 
@@ -792,7 +779,12 @@ class Dynamics:
         accelerations = np.array(
             [self.accelerations(time, state, share)[0] for time, state in pairs]
         ).T
-        inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
+        inputs = {
+            "time": times,
+            "data": self.data_at(times),
+            "state": states,
+            "accelerations": accelerations,
+        }
         undetermined: tuple[str, ...] = ()
         if "balances" in self._stages:
             sizes = np.array(

@@ -94,7 +94,9 @@ def compute_motion(
         **(_describe_equilibrium(dynamics) if rest else {}),
     )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in entries}
-    places = dynamics.formulas("places", time=run.times, data=dynamics.data, state=run.states)
+    places = dynamics.formulas(
+        "places", time=run.times, data=dynamics.data_at(run.times), state=run.states
+    )
     return MechanismMotion(run.times, columns, meanings, places, result)
 
 
@@ -231,7 +233,9 @@ def _differentiate(
     acceleration, multipliers = dynamics.accelerations(time, state)
     sizes = dynamics.find_sizes(time, state)
     symbol, k = ca.SX.sym("state", 2 * dynamics.size), dynamics.size
-    inertia, forces, slopes, _, speeds, gaps = dynamics.function(time, symbol, sizes)
+    inertia, forces, slopes, _, speeds, gaps = dynamics.function(
+        time, symbol, sizes, dynamics.history.at(time)
+    )
     force = forces + slopes.T @ multipliers - inertia @ acceleration
     parts = [slopes, ca.jacobian(force, symbol), ca.jacobian(speeds, symbol), inertia]
     rows, by_state, by_speed, mass = (

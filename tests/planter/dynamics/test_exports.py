@@ -1,0 +1,172 @@
+"""The dynamics as C and as CasADi functions, called without planter."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+import pytest
+
+from planter.dynamics.model import DynamicsModel
+from planter.kernels import Array
+from tests.planter.dynamics.test_model import SOURCES, draw_states, find_path, model
+from tests.support.cli import answer, refusal
+from tests.support.lanes import STRICT, needs_compiler, path_of
+
+MISSING, NOT_FINITE = 1, 2
+SANITISED = ("-fsanitize=address,undefined", "-fno-sanitize-recover")
+
+
+@cache
+def write_c(name: str) -> Path:
+    folder = Path(mkdtemp())
+    files = answer("export", "c", str(find_path(name)), "--out", str(folder))["files"]
+    assert {Path(file).suffix for file in files} == {".h", ".c"}
+    return folder
+
+
+def find_stem(name: str) -> str:
+    return SOURCES[name][1]
+
+
+class Library:
+    """The C of a model, compiled as strictly as can be; `real` is a type of C."""
+
+    def __init__(self, name: str, real: str, text: str | None = None) -> None:
+        self.name, stem = name, find_stem(name)
+        folder = Path(mkdtemp())
+        shutil.copytree(write_c(name), folder, dirs_exist_ok=True)
+        if text is not None:
+            (folder / f"{stem}.c").write_text(text, encoding="utf-8")
+        target = folder / "library.so"
+        flags = ("-pedantic", f"-D{stem.upper()}_REAL={real}", "-fPIC", "-shared", "-O1")
+        command = [path_of("gcc"), *STRICT, *flags, str(folder / f"{stem}.c"), "-lm", "-o"]
+        subprocess.run([*command, str(target)], check=True, capture_output=True)
+        self._library = ctypes.CDLL(str(target))
+        self._stem = stem
+        self._real = {"double": ctypes.c_double, "float": ctypes.c_float}[real]
+        self._type = {"double": np.float64, "float": np.float32}[real]
+
+    def call(self, function: str, arguments: tuple[Array | None, ...], *sizes: int) -> tuple:
+        """Return the status and the results; an argument may be a null pointer."""
+        results = [np.full(max(size, 1), np.nan, self._type) for size in sizes]
+        given = [None if part is None else np.array(part, self._type) for part in arguments]
+        pointers = [None if part is None else part.ctypes.data for part in (*given, *results)]
+        call = getattr(self._library, f"{self._stem}_{function}")
+        call.argtypes = [self._real, *len(pointers) * [ctypes.c_void_p]]
+        status = call(0.0, *pointers)
+        return status, *(part[:size] for part, size in zip(results, sizes, strict=True))
+
+
+def list_sizes(found: DynamicsModel) -> tuple[int, int, int, int]:
+    variables = found.states, found.inputs, found.parameters, found.outputs
+    return tuple(map(len, variables))
+
+
+def find_error(library: Library, found: DynamicsModel, state: Array) -> float:
+    """The largest error of all functions, over the largest number of each."""
+    arguments = state, found.u, found.p
+    n, m, q, r = list_sizes(found)
+    expected = {
+        "rates": (found.rates(0.0, state), found.pivot(0.0, state)),
+        "rates_jacobian": found.linearised(0.0, state),
+        "outputs_at": (found.outputs_at(0.0, state),),
+        "outputs_jacobian": found.linearised_outputs(0.0, state),
+    }
+    sizes = {
+        "rates": (n, 1),
+        "rates_jacobian": (n * n, n * m, n * q),
+        "outputs_at": (r,),
+        "outputs_jacobian": (r * n, r * m, r * q),
+    }
+    worst = 0.0
+    for function, values in expected.items():
+        status, *results = library.call(function, arguments, *sizes[function])
+        assert status == 0
+        for result, value in zip(results, values, strict=True):
+            error = np.abs(result - np.ravel(value)).max(initial=0.0)
+            worst = max(worst, error / max(1.0, np.abs(value).max(initial=0.0)))
+    return worst
+
+
+@needs_compiler
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit"])
+def test_c_returns_what_the_model_does(name: str, real: str) -> None:
+    library, found = Library(name, real), model(name)
+    for state in draw_states(name, 2):
+        assert find_error(library, found, state) < {"double": 1e-13, "float": 2e-3}[real]
+
+
+@needs_compiler
+def test_changed_c_is_noticed() -> None:
+    text = (write_c("cart") / "own.c").read_text(encoding="utf-8")
+    assert "sin(" in text
+    library = Library("cart", "double", text.replace("sin(", "tan(", 1))
+    state = np.array([0.1, 0.7, 0.2, 1.3])
+    assert find_error(library, model("cart"), state) > 1e-3
+
+
+@needs_compiler
+def test_c_says_what_is_missing_and_what_is_not_finite() -> None:
+    library, found = Library("cart", "double"), model("cart")
+    state, u, p = found.start, found.u, found.p
+    for arguments in ((None, u, p), (state, None, p), (state, u, None)):
+        assert library.call("rates", arguments, 4, 1)[0] == MISSING
+    assert library.call("rates", (state + np.nan, u, p), 4, 1)[0] == NOT_FINITE
+    assert library.call("rates", (state, u, 0 * p), 4, 1)[0] == NOT_FINITE
+
+
+@needs_compiler
+def test_program_moves_as_the_model_and_touches_no_foreign_memory(tmp_path: Path) -> None:
+    folder = write_c("cranks")
+    program = tmp_path / "program"
+    sources = [str(folder / "own.c"), str(folder / "own_main.c")]
+    command = [path_of("gcc"), *STRICT, "-pedantic", *SANITISED, *sources, "-lm", "-o"]
+    subprocess.run([*command, str(program)], check=True, capture_output=True)
+    done = subprocess.run([program, "0.2", "0.001"], check=True, capture_output=True, text=True)
+    head, *_, last = done.stdout.strip().splitlines()
+    dynamics = model("cranks").dynamics
+    assert head.split(",") == ["t", *dynamics.names]
+    motion = dynamics.run(np.array([0.0, 0.2]))
+    np.testing.assert_allclose(
+        [float(cell) for cell in last.split(",")[1:]], motion.states[:, -1], atol=1e-8
+    )
+    assert subprocess.run([program, "-1"], capture_output=True, check=False).returncode == 2
+
+
+def test_casadi_functions_are_loaded_without_planter(tmp_path: Path) -> None:
+    answer("export", "casadi", str(find_path("cart")), "--out", str(tmp_path))
+    state = [0.1, 0.7, -0.3, 0.9]
+    program = (
+        "import json, sys, own\n"
+        "functions = own.load()\n"
+        f"arguments = 0, {state}, [3], own.P\n"
+        "rates, pivot = functions['f'](*arguments)\n"
+        "slopes = [part.full().tolist() for part in functions['f_jacobian'](*arguments)]\n"
+        "assert not any(name.startswith('planter') for name in sys.modules)\n"
+        "print(json.dumps([rates.full().ravel().tolist(), slopes, own.INPUTS, own.UPPER_U]))\n"
+    )
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True)
+    rates, slopes, inputs, upper = json.loads(done.stdout)
+    found = model("cart")
+    np.testing.assert_allclose(rates, found.rates(0.0, np.array(state), np.array([3.0])))
+    expected = found.linearised(0.0, np.array(state), np.array([3.0]))
+    for slope, reference in zip(slopes, expected, strict=True):
+        np.testing.assert_allclose(slope, reference, atol=1e-14)
+    assert (inputs, upper) == ([["F", "N", "force on the cart"]], [12.0])
+
+
+def test_options_without_effect_are_refused(tmp_path: Path) -> None:
+    out = "--out", str(tmp_path / "files")
+    assert "--input" in refusal("export", "c", "wang2017", "--input", "F", *out)
+    assert "--speed-rpm" in refusal("export", "c", str(find_path("cart")), "--speed-rpm", "3", *out)
+    assert "angle" in refusal("export", "casadi", "wang2017", *out)
