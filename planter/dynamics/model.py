@@ -23,7 +23,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.kernels.elimination import Factor, solve_system
+from planter.kernels.elimination import ConstrainedFactor, solve_system
 from planter.mechanism import file as mechanism_file
 from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_rows
 from planter.mechanism.motion_equations import MotionEquations
@@ -331,7 +331,7 @@ class _Motion:
         forces = ca.substitute(graphs.forces, equations.sizes, self.sizes)
         self._residuals = [
             inertia @ a - forces - slopes.T @ multipliers,
-            slopes @ a - graphs.bends[rows],
+            slopes @ a - graphs.bends[rows, :],
         ]
         if equations.actions:
             matrix, loads = equations.balances(a)
@@ -355,19 +355,15 @@ class _Motion:
 
     def _separate(self, inertia: ca.SX, slopes: ca.SX) -> Solver:
         """Return the solution of the slopes of the residuals: motion first, actions from it."""
-        mass = Factor(inertia)
-        carried = mass.solve(slopes.T) if slopes.size1() else slopes.T
-        held = Factor(slopes @ carried)
-        self.pivot = held.pivot
+        motion = ConstrainedFactor(inertia, slopes)
+        self.pivot = motion.pivot
         balances = self._residuals[2:]
         a, r = self.symbols["a"], self.symbols["r"]
         by_action = [ca.jacobian(part, r) for part in balances]
         by_acceleration = [ca.jacobian(part, a) for part in balances]
 
         def solve(right: list[ca.SX]) -> dict[str, ca.SX]:
-            free = mass.solve(right[0])
-            multipliers = held.solve(right[1] - slopes @ free) if slopes.size1() else right[1]
-            accelerations = free + carried @ multipliers
+            accelerations, multipliers = motion.solve(right[0], right[1])
             actions = ca.SX(0, right[0].size2())
             for slope, change, rest in zip(by_action, by_acceleration, right[2:], strict=True):
                 actions = solve_system(slope, rest - change @ accelerations).solution

@@ -95,9 +95,27 @@ class Factor:
         return ca.densify(ca.ldl_solve(ca.densify(right), *self._factors))
 
 
-def solve_inertia(inertia: ca.SX, forces: ca.SX) -> ca.SX:
-    """Return accelerations (k, m) of an inertia (k, k)."""
-    return Factor(inertia).solve(forces)
+class ConstrainedFactor:
+    """Inertia (k, k) and slopes (c, k) of constraints that do not follow from each other, factored
+    once for many right-hand sides.
+
+    `pivot` (1,) is the least pivot of the constraints over the largest: 1 without constraints, zero
+    where they depend on each other.
+    """
+
+    def __init__(self, inertia: ca.SX, slopes: ca.SX) -> None:
+        self._slopes, self._mass = slopes, Factor(inertia)
+        self._carried = self._mass.solve(slopes.T) if slopes.size1() else slopes.T
+        self._held = Factor(slopes @ self._carried)
+        self.pivot = self._held.pivot
+
+    def solve(self, push: ca.SX, bend: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Return x (k, m), y (c, m) of ``inertia x - slopes^T y = push`` and ``slopes x = bend``."""
+        free = self._mass.solve(push)
+        if not self._slopes.size1():
+            return free, bend
+        multipliers = self._held.solve(bend - self._slopes @ free)
+        return free + self._carried @ multipliers, multipliers
 
 
 class _Block:
