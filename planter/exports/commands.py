@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -136,24 +136,77 @@ def write_casadi(
     set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write the dynamics of what moves freely as CasADi functions.
+    """Write free dynamics as CasADi functions.
 
     x' = f(t, x, u, p), y = g(t, x, u, p), their derivatives by x, u, p, and the curvature of f, in
     a file that a Python module beside it loads without planter: for optimal control.
 
     planter export casadi cartpole.toml --input F_N --out casadi
     """
+    _write_dynamics("casadi", machine, out, inputs, set_, as_json)
+
+
+@export.command("jax")
+@writes_files()
+def write_jax(
+    machine: MachineArgument,
+    out: FolderOption,
+    inputs: InputsOption = None,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write free dynamics as a Python module for JAX.
+
+    x' = f(t, x, u, p) and y = g(t, x, u, p), for jax.jit, jax.vmap and jax.jacfwd; it needs JAX
+    alone.
+
+    planter export jax cartpole.toml --input F_N --out jax
+    """
+    _write_dynamics("jax", machine, out, inputs, set_, as_json)
+
+
+@export.command("rust")
+@writes_files()
+def write_rust(
+    machine: MachineArgument,
+    out: FolderOption,
+    inputs: InputsOption = None,
+    set_: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write free dynamics as Rust without its standard library.
+
+    x' = f(t, x, u, p), y = g(t, x, u, p) and their derivatives by x, u, p; it links libm.
+
+    planter export rust cartpole.toml --out rust && rustc --crate-type rlib -O rust/cartpole.rs
+    """
+    _write_dynamics("rust", machine, out, inputs, set_, as_json)
+
+
+def _write_dynamics(
+    language: str,
+    machine: str,
+    out: Path,
+    inputs: Sequence[str] | None,
+    set_: Sequence[str] | None,
+    as_json: bool,
+) -> None:
     console = Console(as_json)
     with console.outcome():
         from planter.errors import InputError
-        from planter.exports import dynamics_casadi
+        from planter.exports import dynamics_casadi, dynamics_languages
         from planter.exports.results import WrittenFiles
         from planter.report.files import write_all
 
         dynamics = _load_dynamics(machine, inputs, set_)
         if dynamics is None:
             raise InputError(f"{machine}: an angle drives it; this export is of free motion")
-        paths = write_all(out, dynamics_casadi.build_casadi_files(dynamics))
+        builders: dict[str, Callable[[DynamicsModel], Mapping[str, str | bytes]]] = {
+            "casadi": dynamics_casadi.build_casadi_files,
+            "jax": dynamics_languages.build_jax_files,
+            "rust": dynamics_languages.build_rust_files,
+        }
+        paths = write_all(out, builders[language](dynamics))
         console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
 
 

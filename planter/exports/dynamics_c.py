@@ -29,9 +29,9 @@ FUNCTIONS = {
 
 def build_c_files(model: DynamicsModel) -> dict[str, str]:
     """Return the texts by file name: `NAME.h`, `NAME.c`, `NAME_main.c`."""
-    name = re.sub(r"\W+", "_", model.dynamics.file.functions)
+    name = build_name(model)
     functions = {
-        label: _by_rows(label, getattr(model, member)) for label, member in FUNCTIONS.items()
+        label: densify_by_rows(label, getattr(model, member)) for label, member in FUNCTIONS.items()
     }
     fields = {**_describe(model, name), **_list_values(model)}
     fields["operations"] = list_lines(
@@ -49,7 +49,12 @@ def build_c_files(model: DynamicsModel) -> dict[str, str]:
     return {file: read_template(template).substitute(fields) for file, template in targets.items()}
 
 
-def _by_rows(label: str, function: ca.Function) -> ca.Function:
+def build_name(model: DynamicsModel) -> str:
+    """Return the name of files and functions."""
+    return re.sub(r"\W+", "_", model.dynamics.file.functions)
+
+
+def densify_by_rows(label: str, function: ca.Function) -> ca.Function:
     """Return a function whose matrices are dense, row by row."""
     symbols = function.sx_in()
     graphs = [ca.densify(graph).T for graph in function.call(symbols)]

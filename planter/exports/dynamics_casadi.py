@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,6 +9,7 @@ from tempfile import TemporaryDirectory
 import casadi as ca
 
 from planter.dynamics.model import DynamicsModel, Variable
+from planter.exports.dynamics_c import build_name
 from planter.version import __version__
 
 FUNCTIONS = ("f", "f_jacobian", "y", "y_jacobian", "curvature")
@@ -51,7 +51,7 @@ def load():
 
 def build_casadi_files(model: DynamicsModel) -> dict[str, str | bytes]:
     """Return the content of `NAME.casadi` and `NAME.py` by file name."""
-    name = re.sub(r"\W+", "_", model.dynamics.file.functions)
+    name = build_name(model)
     variables = {
         "states": model.states,
         "inputs": model.inputs,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import json
 import shutil
 import subprocess
@@ -165,8 +166,67 @@ def test_casadi_functions_are_loaded_without_planter(tmp_path: Path) -> None:
     assert (inputs, upper) == ([["F", "N", "force on the cart"]], [12.0])
 
 
+RUST_MAIN = """
+extern crate own;
+fn main() {
+    let state = [STATE];
+    let (mut xdot, mut pivot, mut y) = ([0.0; N], [0.0; 1], [0.0; R]);
+    let (mut a, mut b, mut f) = ([0.0; NN], [0.0; NM], [0.0; NQ]);
+    own::rates(0.0, &state, &own::U, &own::P, &mut xdot, &mut pivot);
+    own::outputs_at(0.0, &state, &own::U, &own::P, &mut y);
+    own::rates_jacobian(0.0, &state, &own::U, &own::P, &mut a, &mut b, &mut f);
+    println!("[{:?}, {:?}, {:?}, {:?}, {:?}]", xdot, y, a, b, f);
+}
+"""
+
+
+@pytest.mark.parametrize("name", ["cart", "rubbing"])
+def test_rust_without_its_library_returns_what_the_model_does(tmp_path: Path, name: str) -> None:
+    compiler = shutil.which("rustc")
+    if compiler is None:
+        pytest.skip("no Rust compiler")
+    answer("export", "rust", str(find_path(name)), "--out", str(tmp_path))
+    found, state = model(name), draw_states(name, 1)[0]
+    n, m, q, r = list_sizes(found)
+    words = {"NN": n * n, "NM": n * m, "NQ": n * q, "N": n, "R": r}
+    text = RUST_MAIN.replace("STATE", ", ".join(map(repr, state.tolist())))
+    for word, size in words.items():
+        text = text.replace(f"; {word}]", f"; {size}]")
+    (tmp_path / "main.rs").write_text(text, encoding="utf-8")
+    for flags in (["--crate-type", "rlib", "own.rs"], ["-L", ".", "main.rs"]):
+        subprocess.run([compiler, "--edition", "2021", *flags], cwd=tmp_path, check=True)
+    done = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True)
+    expected = [found.rates(0.0, state), found.outputs_at(0.0, state)]
+    expected += found.linearised(0.0, state)
+    for result, value in zip(json.loads(done.stdout), expected, strict=True):
+        size = max(1.0, np.abs(value).max(initial=0.0))
+        np.testing.assert_allclose(result, np.ravel(value), atol=1e-13 * size)
+
+
+@pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit"])
+def test_jax_returns_what_the_model_does(tmp_path: Path, name: str) -> None:
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    (file,) = answer("export", "jax", str(find_path(name)), "--out", str(tmp_path))["files"]
+    spec = importlib.util.spec_from_file_location("exported", file)
+    assert spec is not None
+    assert spec.loader is not None
+    exported = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(exported)
+    found, states = model(name), np.array(draw_states(name, 3))
+    u, p = np.array(exported.U), np.array(exported.P)
+    rates = jax.jit(jax.vmap(lambda state: exported.rates(0.0, state, u, p)[0]))(states)
+    expected = [found.rates(0.0, state) for state in states]
+    np.testing.assert_allclose(rates, expected, rtol=1e-10, atol=1e-10)
+    slope = jax.jacfwd(lambda state: exported.rates(0.0, state, u, p)[0])(states[0])
+    np.testing.assert_allclose(slope, found.linearised(0.0, states[0])[0], rtol=1e-9, atol=1e-8)
+    outputs = exported.outputs_at(0.0, states[0], u, p)
+    np.testing.assert_allclose(outputs, found.outputs_at(0.0, states[0]), rtol=1e-10, atol=1e-10)
+
+
 def test_options_without_effect_are_refused(tmp_path: Path) -> None:
     out = "--out", str(tmp_path / "files")
     assert "--input" in refusal("export", "c", "wang2017", "--input", "F", *out)
     assert "--speed-rpm" in refusal("export", "c", str(find_path("cart")), "--speed-rpm", "3", *out)
-    assert "angle" in refusal("export", "casadi", "wang2017", *out)
+    for language in ("casadi", "jax", "rust"):
+        assert "angle" in refusal("export", language, "wang2017", *out)
