@@ -26,7 +26,7 @@ from planter.kernels import Array
 from planter.kernels.elimination import ConstrainedFactor, solve_system
 from planter.mechanism import file as mechanism_file
 from planter.mechanism.dynamics import Dynamics, Reactions, find_independent_rows
-from planter.mechanism.motion_equations import MotionEquations
+from planter.mechanism.motion_equations import MotionEquations, MotionGraphs
 
 Solver = Callable[[list[ca.SX]], dict[str, ca.SX]]
 ARGUMENTS = ["t", "x", "u", "p"]
@@ -47,13 +47,16 @@ class Variable:
     high: float = np.inf
 
 
-def load_dynamics(file: str | Path, inputs: Sequence[str] = ()) -> DynamicsModel:
+def load_dynamics(
+    file: str | Path, inputs: Sequence[str] = (), stabilise: float = 0.0
+) -> DynamicsModel:
     """Return the model of a file of a mechanism that moves freely.
 
-    `inputs` are names of values of the file that are inputs beside those of the statement. Raises
-    InputError if the file cannot be read, if an angle drives the mechanism, or for an unknown name.
+    `inputs` are names of values of the file that are inputs beside those of the statement;
+    `stabilise` is as for `DynamicsModel`. Raises InputError if the file cannot be read, if an angle
+    drives the mechanism, or for an unknown name.
     """
-    return DynamicsModel(Dynamics(mechanism_file.load(str(file))), inputs)
+    return DynamicsModel(Dynamics(mechanism_file.load(str(file))), inputs, stabilise)
 
 
 class DynamicsModel:
@@ -64,12 +67,18 @@ class DynamicsModel:
     `linearised_outputs` its derivatives C, D and G. `f`, `f_jacobian`, `y`, `y_jacobian` and
     `curvature` are the same as CasADi functions, whose matrices are sparse.
 
+    With a rate `stabilise` [1/s] gaps g and slips s decay where a state does not meet them, as in
+    g'' + 2 c g' + c^2 g = 0 and s' + c s = 0 (Baumgarte, Computer Methods in Applied Mechanics and
+    Engineering 1, 1972): for integrators that do not project on the constraints.
+
     Signs of normal forces that friction follows from are those of the start: where such a force,
     an output, changes its sign, another model holds.
     """
 
-    def __init__(self, dynamics: Dynamics, inputs: Sequence[str] = ()) -> None:
-        self.dynamics, self.name = dynamics, dynamics.file.name
+    def __init__(
+        self, dynamics: Dynamics, inputs: Sequence[str] = (), stabilise: float = 0.0
+    ) -> None:
+        self.dynamics, self.name, self.stabilise = dynamics, dynamics.file.name, stabilise
         formulas = dynamics.formulas
         entries, sidecar = formulas.sidecar["vectors"]["data"], formulas.sidecar
         stated = {entry["name"]: entry for entry in sidecar.get("inputs", ())}
@@ -130,6 +139,13 @@ class DynamicsModel:
             _describe(entry, float(value))
             for entry, value in zip(kept, np.array(values)[:, 0], strict=True)
         ]
+
+    @property
+    def events(self) -> int:
+        """Number of events, whose values are the last outputs: where one changes its sign, another
+        law holds.
+        """
+        return len(self.equations.outputs("events"))
 
     # --- values ----------------------------------------------------------------------------------
 
@@ -250,7 +266,7 @@ class DynamicsModel:
 
     @cached_property
     def _motion(self) -> _Motion:
-        return _Motion(self.equations, self._choice)
+        return _Motion(self.equations, self._choice, self.stabilise)
 
     @cached_property
     def _slopes(self) -> dict[str, ca.SX]:
@@ -312,14 +328,25 @@ class _Choice:
         self.actions = find_independent_rows(matrix[self.balances].T)
 
 
+def _stabilise(graphs: MotionGraphs, rate: float) -> ca.SX:
+    """Return bends with which gaps and slips decay."""
+    if rate == 0:
+        return graphs.bends
+    count = graphs.gaps.numel()
+    factors = ca.DM([2 * rate] * count + [rate] * (graphs.speeds.numel() - count))
+    slips = ca.SX(graphs.speeds.numel() - count, 1)
+    return graphs.bends - factors * graphs.speeds - rate**2 * ca.vertcat(graphs.gaps, slips)
+
+
 class _Motion:
     """Accelerations a, multipliers l and actions r, which the equations of motion determine.
 
     `symbols` stand for them, `values` are graphs of time, state and data.
     """
 
-    def __init__(self, equations: MotionEquations, choice: _Choice) -> None:
+    def __init__(self, equations: MotionEquations, choice: _Choice, stabilise: float = 0.0) -> None:
         graphs, rows = equations.graphs, choice.rows.tolist()
+        bends = _stabilise(graphs, stabilise)[rows, :]
         inertia, slopes = graphs.inertia, graphs.slopes[rows, :]
         a, multipliers = ca.SX.sym("a", equations.size), ca.SX.sym("l", len(rows))
         r = ca.SX.sym("r", len(choice.actions))
@@ -331,7 +358,7 @@ class _Motion:
         forces = ca.substitute(graphs.forces, equations.sizes, self.sizes)
         self._residuals = [
             inertia @ a - forces - slopes.T @ multipliers,
-            slopes @ a - graphs.bends[rows, :],
+            slopes @ a - bends,
         ]
         if equations.actions:
             matrix, loads = equations.balances(a)

@@ -58,8 +58,23 @@ InputsOption = Annotated[
 ]
 
 
+StabiliseOption = Annotated[
+    float,
+    typer.Option(
+        "--stabilise",
+        metavar="RATE",
+        min=0,
+        help="of what moves freely: rate [1/s] at which gaps and slips decay, for integrators that "
+        "do not project on the constraints",
+    ),
+]
+
+
 def _load_dynamics(
-    source: str, inputs: Sequence[str] | None, set_: Sequence[str] | None
+    source: str,
+    inputs: Sequence[str] | None,
+    stabilise: float,
+    set_: Sequence[str] | None,
 ) -> DynamicsModel | None:
     """Return the model of a mechanism that moves freely; None if an angle drives the machine."""
     from planter.dynamics.model import DynamicsModel
@@ -72,7 +87,7 @@ def _load_dynamics(
     if mechanism.is_driven:
         return None
     refuse_unused(f"since {mechanism.name} moves freely", "--model", "--speed-rpm")
-    return DynamicsModel(Dynamics(mechanism), inputs or ())
+    return DynamicsModel(Dynamics(mechanism), inputs or (), stabilise)
 
 
 def _load(
@@ -100,6 +115,7 @@ def write_c(
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     inputs: InputsOption = None,
+    stabilise: StabiliseOption = 0.0,
     as_json: JsonOption = False,
 ) -> None:
     """Write motions, forces and the objective as C99, or free dynamics.
@@ -117,11 +133,11 @@ def write_c(
         from planter.exports.results import WrittenFiles
         from planter.report.files import write_all
 
-        dynamics = _load_dynamics(machine, inputs, set_)
+        dynamics = _load_dynamics(machine, inputs, stabilise, set_)
         if dynamics is not None:
             texts = dynamics_c.build_c_files(dynamics)
         else:
-            refuse_unused("since an angle drives the machine", "--input")
+            refuse_unused("since an angle drives the machine", "--input", "--stabilise")
             texts = c99.build_source_files(_load(machine, model, set_, speed_rpm))
         paths = write_all(out, texts)
         console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
@@ -133,6 +149,7 @@ def write_casadi(
     machine: MachineArgument,
     out: FolderOption,
     inputs: InputsOption = None,
+    stabilise: StabiliseOption = 0.0,
     set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -143,7 +160,7 @@ def write_casadi(
 
     planter export casadi cartpole.toml --input F_N --out casadi
     """
-    _write_dynamics("casadi", machine, out, inputs, set_, as_json)
+    _write_dynamics("casadi", machine, out, inputs, stabilise, set_, as_json)
 
 
 @export.command("jax")
@@ -152,6 +169,7 @@ def write_jax(
     machine: MachineArgument,
     out: FolderOption,
     inputs: InputsOption = None,
+    stabilise: StabiliseOption = 0.0,
     set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -162,7 +180,7 @@ def write_jax(
 
     planter export jax cartpole.toml --input F_N --out jax
     """
-    _write_dynamics("jax", machine, out, inputs, set_, as_json)
+    _write_dynamics("jax", machine, out, inputs, stabilise, set_, as_json)
 
 
 @export.command("rust")
@@ -171,6 +189,7 @@ def write_rust(
     machine: MachineArgument,
     out: FolderOption,
     inputs: InputsOption = None,
+    stabilise: StabiliseOption = 0.0,
     set_: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -180,7 +199,7 @@ def write_rust(
 
     planter export rust cartpole.toml --out rust && rustc --crate-type rlib -O rust/cartpole.rs
     """
-    _write_dynamics("rust", machine, out, inputs, set_, as_json)
+    _write_dynamics("rust", machine, out, inputs, stabilise, set_, as_json)
 
 
 def _write_dynamics(
@@ -188,6 +207,7 @@ def _write_dynamics(
     machine: str,
     out: Path,
     inputs: Sequence[str] | None,
+    stabilise: float,
     set_: Sequence[str] | None,
     as_json: bool,
 ) -> None:
@@ -198,7 +218,7 @@ def _write_dynamics(
         from planter.exports.results import WrittenFiles
         from planter.report.files import write_all
 
-        dynamics = _load_dynamics(machine, inputs, set_)
+        dynamics = _load_dynamics(machine, inputs, stabilise, set_)
         if dynamics is None:
             raise InputError(f"{machine}: an angle drives it; this export is of free motion")
         builders: dict[str, Callable[[DynamicsModel], Mapping[str, str | bytes]]] = {
@@ -274,9 +294,15 @@ def fmu(
     model: ModelOption = ModelName.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
+    inputs: InputsOption = None,
+    stabilise: StabiliseOption = 0.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a co-simulation unit (FMI).
+    """Write a unit for other programs (FMI).
+
+    What an angle drives is a co-simulation unit. What moves freely is one for model exchange, which
+    the other program integrates: its states, inputs, parameters and outputs, event indicators and
+    directional derivatives.
 
     The drive's speed goes in; its angle, all motions and forces are outputs. The speed is given;
     loads do not slow the drive (one-way coupling). Design and machine data are tunable parameters.
@@ -287,7 +313,15 @@ def fmu(
     """
     console = Console(as_json)
     with console.outcome():
+        from planter.exports import exchange
         from planter.exports import fmu as units_
 
+        dynamics = _load_dynamics(machine, inputs, stabilise, set_)
+        if dynamics is not None:
+            refuse_unused("since free motion is a unit of FMI 2.0", "--fmi")
+            unit = exchange.write_exchange_unit(dynamics, out)
+            console.result(unit, lambda: units_.print_unit(console, unit))
+            return
+        refuse_unused("since an angle drives the machine", "--input", "--stabilise")
         result = units_.write_unit(_load(machine, model, set_, speed_rpm), out, fmi.value)
         console.result(result, lambda: units_.print_unit(console, result))

@@ -7,7 +7,7 @@ The templates are `fmu.c` in the folder of this file, and those of `c99`.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from planter.exports.quantities import SideQuantity
 from planter.exports.results import MissingLibrary, UnitWritten
 from planter.files import units
 from planter.interchange import co_simulation
-from planter.interchange.co_simulation import MAIN, UnitModel, Variable
+from planter.interchange.co_simulation import MAIN, UnitModel, Variable, Version
 from planter.kernels.compiler import CompilerError
 from planter.report.files import output_folder, write_bytes
 from planter.report.folder import check_files
@@ -156,15 +156,22 @@ def _display(key: str, unit: str) -> dict[str, Any]:
 
 
 def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
-    """Write the unit, by a version of FMI, with the libraries that can be built here.
+    """Write the unit, by a version of FMI. Raises as `pack_unit`."""
+    version, model = co_simulation.VERSIONS[fmi], build_model(machine)
+    return pack_unit(version, model, build_sources(machine), file, fmi)
+
+
+def pack_unit(
+    version: Version, model: UnitModel, sources: Mapping[str, str], file: Path, fmi: str
+) -> UnitWritten:
+    """Write a unit of C sources by name, with the libraries that can be built here.
 
     Raises InputError for a file whose name does not end in .fmu, or that cannot be written.
     """
     if file.suffix != ".fmu":
         raise InputError(f"--out {file}: the name of a unit's file ends in .fmu")
     check_files(file.parent, [file.name])
-    version, model = co_simulation.VERSIONS[fmi], build_model(machine)
-    token, texts = co_simulation.complete_sources(version, model, build_sources(machine))
+    token, texts = co_simulation.complete_sources(version, model, sources)
     built: dict[str, tuple[str, bytes]] = {}
     left_out = []
     for platform in co_simulation.PLATFORMS:

@@ -23,7 +23,7 @@ from xml.etree.ElementTree import Element, SubElement
 from planter.kernels import builds, compiler, toolchain
 from planter.kernels.compiler import CompilerError, Platform, find_compiler
 
-Causality = Literal["input", "parameter", "output"]
+Causality = Literal["input", "parameter", "output", "local"]
 MAIN = "fmu.c"
 """The C file of a unit's sources that includes all others."""
 TOKEN = "TOKEN_OF_THIS"
@@ -42,7 +42,13 @@ _POWERS: dict[str, Mapping[str, int]] = {
     "W": {"kg": 1, "m": 2, "s": -3},
 }
 _FACTOR = re.compile(r"([A-Za-z]+|1)(\d*)")
-_VARIABILITY = {"input": "continuous", "output": "continuous", "parameter": "tunable"}
+_FRACTION = re.compile(r"\d\.\d")
+_VARIABILITY = {
+    "input": "continuous",
+    "output": "continuous",
+    "local": "continuous",
+    "parameter": "tunable",
+}
 _DATE = (1980, 1, 1, 0, 0, 0)
 """Date of every file in an archive: the earliest that the format allows."""
 _PERMISSIONS = 0o100644
@@ -53,7 +59,8 @@ class Variable:
     """A number of a unit, in SI units and radians.
 
     `factor` is the size of `display_unit` in SI; `start` and the range from `low` to `high` are in
-    SI, None without one. A `fixed` parameter does not change after the start.
+    SI, None without one. A `fixed` parameter does not change after the start. `rate_of` is the index
+    of the state whose rate it is.
     """
 
     name: str
@@ -66,6 +73,7 @@ class Variable:
     display_unit: str = ""
     factor: float = 1.0
     fixed: bool = False
+    rate_of: int | None = None
 
 
 @dataclass(frozen=True)
@@ -74,6 +82,7 @@ class UnitModel:
     C identifier.
 
     The reference of a variable is its index. The proposed simulation is a `period` [s] in `steps`.
+    For model exchange states come first, then their rates; there are `events` event indicators.
     """
 
     name: str
@@ -83,6 +92,7 @@ class UnitModel:
     variables: tuple[Variable, ...]
     period: float
     steps: int
+    events: int = 0
 
     @property
     def outputs(self) -> list[int]:
@@ -94,11 +104,12 @@ class UnitModel:
 
 @dataclass(frozen=True)
 class Version:
-    """A version of the interface: its C file, its folders of libraries by platform, and a function
-    that returns the descriptions of a model with a token by their paths in the archive.
+    """A version of the interface: its C file, if the model's own does not have it, its folders of
+    libraries by platform, and a function that returns the descriptions of a model with a token by
+    their paths in the archive.
     """
 
-    source: str
+    source: str | None
     folders: Mapping[str, str]
     describe: Callable[[UnitModel, str], dict[str, bytes]]
 
@@ -177,6 +188,40 @@ def _describe_fmi3(model: UnitModel, token: str) -> dict[str, bytes]:
     }
 
 
+def _describe_exchange(model: UnitModel, token: str) -> dict[str, bytes]:
+    """Return `modelDescription.xml` of model exchange in FMI 2.0, section 3.3 of the standard."""
+    abilities = (
+        "canNotUseMemoryManagementFunctions",
+        "canGetAndSetFMUstate",
+        "canSerializeFMUstate",
+        "providesDirectionalDerivative",
+    )
+    root, unit = _begin_description(model, "2.0", {"guid": token}, abilities, "ModelExchange")
+    root.set("numberOfEventIndicators", str(model.events))
+    SubElement(SubElement(unit, "SourceFiles"), "File", name=MAIN)
+    variables = SubElement(root, "ModelVariables")
+    for index, variable in enumerate(model.variables):
+        scalar = SubElement(variables, "ScalarVariable", _describe_role(index, variable))
+        SubElement(scalar, "Real", _describe_values(variable))
+    rates = [
+        index for index, variable in enumerate(model.variables) if variable.rate_of is not None
+    ]
+    calculated = [index for index in model.outputs if model.variables[index].start is None]
+    unknowns = {
+        "Outputs": model.outputs,
+        "Derivatives": rates,
+        "InitialUnknowns": [*rates, *calculated],
+    }
+    structure = SubElement(root, "ModelStructure")
+    for name, indices in unknowns.items():
+        element = SubElement(structure, name)
+        for index in indices:
+            SubElement(element, "Unknown", index=str(index + 1))
+    return {"modelDescription.xml": _format_xml(root)}
+
+
+EXCHANGE = Version(None, {"linux64": "linux64", "win64": "win64"}, _describe_exchange)
+"""Model exchange in FMI 2.0."""
 VERSIONS = {
     "2.0": Version("fmi2.c", {"linux64": "linux64", "win64": "win64"}, _describe_fmi2),
     "3.0": Version(
@@ -186,9 +231,13 @@ VERSIONS = {
 
 
 def _begin_description(
-    model: UnitModel, version: str, token: dict[str, str], abilities: Sequence[str]
+    model: UnitModel,
+    version: str,
+    token: dict[str, str],
+    abilities: Sequence[str],
+    kind: str = "CoSimulation",
 ) -> tuple[Element, Element]:
-    """Return the root of a description, up to its variables, and the element of co-simulation."""
+    """Return the root of a description, up to its variables, and the element of its kind."""
     root = Element(
         "fmiModelDescription",
         {
@@ -200,8 +249,10 @@ def _begin_description(
             "variableNamingConvention": "structured",
         },
     )
-    flags = dict.fromkeys(("canHandleVariableCommunicationStepSize", *abilities), "true")
-    co_simulation = SubElement(root, "CoSimulation", {"modelIdentifier": model.name, **flags})
+    flags = dict.fromkeys(abilities, "true")
+    if kind == "CoSimulation":
+        flags = {"canHandleVariableCommunicationStepSize": "true", **flags}
+    unit = SubElement(root, kind, {"modelIdentifier": model.name, **flags})
     _add_units(SubElement(root, "UnitDefinitions"), model.variables)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what went wrong")
@@ -212,7 +263,7 @@ def _begin_description(
         stopTime=repr(model.period),
         stepSize=repr(model.period / model.steps),
     )
-    return root, co_simulation
+    return root, unit
 
 
 def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
@@ -226,9 +277,9 @@ def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
             units[variable.display_unit] = 1 / variable.factor
     for unit, factors in sorted(display_units.items()):
         element = SubElement(parent, "Unit", name=unit)
-        SubElement(
-            element, "BaseUnit", {base: str(power) for base, power in decompose_unit(unit).items()}
-        )
+        if not _FRACTION.search(unit):  # FMI has whole powers alone
+            powers = decompose_unit(unit)
+            SubElement(element, "BaseUnit", {base: str(power) for base, power in powers.items()})
         for name, factor in sorted(factors.items()):
             SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
@@ -253,6 +304,8 @@ def _describe_values(variable: Variable) -> dict[str, str]:
     attributes = {"unit": variable.unit} | (
         {"displayUnit": variable.display_unit} if variable.display_unit else {}
     )
+    if variable.rate_of is not None:
+        attributes["derivative"] = str(variable.rate_of + 1)
     return attributes | {name: repr(value) for name, value in limits.items() if value is not None}
 
 
@@ -271,7 +324,7 @@ def complete_sources(
     `texts` are the model's own sources; among them `MAIN`, which contains the word `TOKEN`.
     """
     folder = resources.files(__package__)
-    interface = {INTERFACE: version.source, "core.c": "core.c"}
+    interface = {INTERFACE: version.source, "core.c": "core.c"} if version.source else {}
     code = dict(texts) | {
         name: folder.joinpath(file).read_text(encoding="utf-8") for name, file in interface.items()
     }
