@@ -21,9 +21,11 @@ GENERAL = (
     ("numerics", "report"),
     ("gear_geometry", "optimise", "audit", "view", "workshop", "interchange"),
     ("engine",),
-    ("exports", "gears", "measured", "sweeps"),
+    ("gears", "measured", "sweeps"),
     ("tolerance",),
     ("explain", "mechanism"),
+    ("dynamics",),
+    ("exports",),
 )
 """Packages that do not depend on a machine, the lowest layer first; above them are the machines and
 what uses them.

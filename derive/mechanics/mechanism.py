@@ -321,7 +321,9 @@ class Mechanism(Joints):
         """
         way = unit(*second).resolved(first[0])
         for axis, component in (
-            (a, c) for a, c, along in zip(AXES, way.components, first[1], strict=True) if not along
+            (a, c)
+            for a, c, is_parallel in zip(AXES, way.components, first[1], strict=True)
+            if not is_parallel
         ):
             self._add_gap(f"{name}{axis}", component, start)
 

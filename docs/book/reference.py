@@ -63,7 +63,7 @@ PAGES = {
                 "derive.gear_pair derive.read_gear_pair derive.RollingPair derive.GearTable"
             ),
             "Closed loops": ".close .parallel .constrain",
-            "Free motion": ".free_frame .begin .roll .accelerations",
+            "Free motion": ".free_frame .begin .input .roll .accelerations",
             "Release of a driven mechanism": "derive.ReleasedMechanism derive.Release derive.ElasticTeeth "
             "derive.LoosePin derive.LiftingFollower derive.FrameMount",
             "Results": ".name_ .let .report .system .equations .balance .named .unknowns",

@@ -14,22 +14,23 @@ from planter.terminal.options import JsonOption, OutOption, SetOption, parse_cha
 app = typer.Typer()
 
 
-class Place(StrEnum):
-    """Where a model is linearised."""
+class OperatingPoint(StrEnum):
+    """The state about which a model is linearised."""
 
     start = "start"
     rest = "rest"
 
 
-@app.command()
+@app.command("linearise")
 @writes_files("summary.json", "report.html")
-def linearise(
+def linearise_mechanism(
     mechanism: Annotated[
         str, typer.Argument(help="file (TOML) or name of a mechanism that moves freely")
     ],
     at: Annotated[
-        Place, typer.Option(help="at the start, or at the equilibrium that is nearest to it")
-    ] = Place.start,
+        OperatingPoint,
+        typer.Option(help="at the start, or at the equilibrium that is nearest to it"),
+    ] = OperatingPoint.start,
     input_: Annotated[
         list[str] | None,
         typer.Option(
@@ -61,5 +62,5 @@ def linearise(
 
         file = load(mechanism, parse_changes(set_))
         model = DynamicsModel(Dynamics(file), input_ or ())
-        result = linearise_model(model, at is Place.rest)
+        result = linearise_model(model, at is OperatingPoint.rest)
         present_linear_model(result, file).show(console, out)

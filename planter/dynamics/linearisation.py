@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from planter.dynamics.model import DynamicsModel, Variable
+from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.dynamics.results import (
     ConstraintResult,
     LinearModelResult,
@@ -69,7 +69,7 @@ def find_basis(model: DynamicsModel, state: Array) -> tuple[Array, list[int]]:
     return basis, chosen.tolist()
 
 
-def _describe(variables: Sequence[Variable], values: Array) -> list[VariableResult]:
+def _describe(variables: Sequence[DynamicsVariable], values: Array) -> list[VariableResult]:
     return [
         VariableResult(variable.name, variable.unit, variable.meaning, float(value))
         for variable, value in zip(variables, values, strict=True)

@@ -33,7 +33,7 @@ ARGUMENTS = ["t", "x", "u", "p"]
 
 
 @dataclass(frozen=True)
-class Variable:
+class DynamicsVariable:
     """A state, input, output or parameter; `unit` of SI or rad, `value` at the start.
 
     `low` and `high` are the bounds that the statement gives an input, infinite without any.
@@ -50,7 +50,7 @@ class Variable:
 def load_dynamics(
     file: str | Path, inputs: Sequence[str] = (), stabilise: float = 0.0
 ) -> DynamicsModel:
-    """Return the model of a file of a mechanism that moves freely.
+    """Return the model of a file of a mechanism that moves freely, in SI units and radians.
 
     `inputs` are names of values of the file that are inputs beside those of the statement;
     `stabilise` is as for `DynamicsModel`. Raises InputError if the file cannot be read, if an angle
@@ -110,12 +110,12 @@ class DynamicsModel:
 
     def _find_entry(self, name: str, entries: Sequence[dict[str, Any]]) -> str:
         for entry in entries:
-            shown = entry["shown"]
-            if name in (entry["name"], shown, shown.rpartition(".")[2]):
+            path = entry["shown"]
+            if name in (entry["name"], path, path.rpartition(".")[2]):
                 return str(entry["name"])
-        known = ", ".join(entry["shown"].rpartition(".")[2] for entry in entries)
+        names = ", ".join(entry["shown"].rpartition(".")[2] for entry in entries)
         raise InputError(
-            f"{self.dynamics.file.source}: input {name}: no value has this name; values are {known}"
+            f"{self.dynamics.file.source}: input {name}: no value has this name; values are {names}"
         )
 
     @property
@@ -129,15 +129,15 @@ class DynamicsModel:
         return [name for name in self.equations.constraints if name not in self.constraints]
 
     @cached_property
-    def outputs(self) -> list[Variable]:
+    def outputs(self) -> list[DynamicsVariable]:
         """Reports, reactions that the balances determine, energies, and values of events."""
         vectors = self.equations.formulas.sidecar["vectors"]
         entries = [*vectors["outputs"], *vectors.get("events_outputs", ())]
-        kept = [entry for entry in entries if entry["name"] not in self._choice.undetermined]
+        determined = [entry for entry in entries if entry["name"] not in self._choice.undetermined]
         values = self.y(0.0, self.start, self.u, self.p)
         return [
             _describe(entry, float(value))
-            for entry, value in zip(kept, np.array(values)[:, 0], strict=True)
+            for entry, value in zip(determined, np.array(values)[:, 0], strict=True)
         ]
 
     @property
@@ -234,16 +234,16 @@ class DynamicsModel:
         upper = ca.jacobian(self.equations.state[k:], self._symbols)
         slopes = ca.densify(ca.vertcat(upper, self._slopes["a"]))
         gradient = slopes.T @ weights
-        along = ca.jtimes(gradient, self._symbols, direction)
+        change = ca.jtimes(gradient, self._symbols, direction)
         symbols = [*self._arguments, weights, direction]
         names = [*ARGUMENTS, "weights", "direction"]
-        return ca.Function("curvature", symbols, [ca.cse(along)], names, ["curvature"])
+        return ca.Function("curvature", symbols, [ca.cse(change)], names, ["curvature"])
 
     @cached_property
     def _constraint_jacobian(self) -> ca.Function:
         graphs = self.equations.graphs
-        kept = ca.vertcat(graphs.gaps, graphs.speeds)
-        slopes = ca.densify(ca.jacobian(kept, self.equations.state))
+        constraints = ca.vertcat(graphs.gaps, graphs.speeds)
+        slopes = ca.densify(ca.jacobian(constraints, self.equations.state))
         return self._build("constraint_jacobian", {"slopes": slopes})
 
     @property
@@ -291,9 +291,9 @@ class DynamicsModel:
 
 def _describe(
     entry: dict[str, Any], value: float, bounds: dict[str, Any] | None = None
-) -> Variable:
+) -> DynamicsVariable:
     ends = {key: bounds[key] for key in ("low", "high") if key in (bounds or {})} if bounds else {}
-    return Variable(entry["name"], entry["unit"], entry["meaning"], float(value), **ends)
+    return DynamicsVariable(entry["name"], entry["unit"], entry["meaning"], float(value), **ends)
 
 
 class _Choice:

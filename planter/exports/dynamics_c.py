@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import casadi as ca
 
-from planter.dynamics.model import DynamicsModel, Variable
+from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports.c99 import (
     join_numbers,
     list_lines,
@@ -72,8 +72,8 @@ def _describe(model: DynamicsModel, name: str) -> dict[str, object]:
         list_lines(f"{symbol}:", _list_variables(symbol, variables))
         for symbol, variables in parts.items()
     ]
-    kept = ", ".join(model.constraints) or "none"
-    constraints = f"Constraints: {kept}."
+    names = ", ".join(model.constraints) or "none"
+    constraints = f"Constraints: {names}."
     if model.left_out:
         constraints += f" These follow from them: {', '.join(model.left_out)}."
     sizes = map(len, parts.values())
@@ -88,7 +88,7 @@ def _describe(model: DynamicsModel, name: str) -> dict[str, object]:
     }
 
 
-def _list_variables(symbol: str, variables: Sequence[Variable]) -> Iterator[str]:
+def _list_variables(symbol: str, variables: Sequence[DynamicsVariable]) -> Iterator[str]:
     for index, variable in enumerate(variables):
         yield f"{symbol}[{index}] {variable.name} [{variable.unit}] {variable.meaning}"
 

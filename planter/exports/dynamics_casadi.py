@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import casadi as ca
 
-from planter.dynamics.model import DynamicsModel, Variable
+from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports.dynamics_c import build_name
 from planter.version import __version__
 
@@ -42,14 +40,15 @@ UPPER_U = {upper}
 
 def load():
     """Return the CasADi functions by name."""
-    file = casadi.FileDeserializer(str(Path(__file__).with_suffix(".casadi")))
+    text = Path(__file__).with_suffix(".casadi").read_text()
+    file = casadi.StringDeserializer(text)
     functions = [file.unpack() for _ in {names}]
     return {{function.name(): function for function in functions}}
 '''
 """Names, units and meanings are lists of triples."""
 
 
-def build_casadi_files(model: DynamicsModel) -> dict[str, str | bytes]:
+def build_casadi_files(model: DynamicsModel) -> dict[str, str]:
     """Return the content of `NAME.casadi` and `NAME.py` by file name."""
     name = build_name(model)
     variables = {
@@ -78,22 +77,19 @@ def build_casadi_files(model: DynamicsModel) -> dict[str, str | bytes]:
     return {f"{name}.casadi": _serialise(model), f"{name}.py": text}
 
 
-def _list_variables(variables: Sequence[Variable]) -> str:
+def _list_variables(variables: Sequence[DynamicsVariable]) -> str:
     rows = [f"    {(x.name, x.unit, x.meaning)!r},\n" for x in variables]
     return f"[\n{''.join(rows)}]" if rows else "[]"
 
 
 def _list_numbers(numbers: Sequence[float]) -> str:
     values = [float(number) for number in numbers]
-    shown = [repr(x) if abs(x) < float("inf") else f'float("{x}")' for x in values]
-    return f"[{', '.join(shown)}]"
+    texts = [repr(x) if abs(x) < float("inf") else f'float("{x}")' for x in values]
+    return f"[{', '.join(texts)}]"
 
 
-def _serialise(model: DynamicsModel) -> bytes:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "functions"
-        file = ca.FileSerializer(str(path))
-        for name in FUNCTIONS:
-            file.pack(getattr(model, name))
-        del file
-        return path.read_bytes()
+def _serialise(model: DynamicsModel) -> str:
+    file = ca.StringSerializer()
+    for name in FUNCTIONS:
+        file.pack(getattr(model, name))
+    return str(file.encode())

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from planter.dynamics.model import DynamicsModel, Variable
+from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports.dynamics_c import FUNCTIONS, build_name, densify_by_rows
 from planter.kernels.lane_graph import ArrayElement, Assignment, LaneGraph, ScalarOperation
 from planter.version import __version__
@@ -31,8 +31,8 @@ class _Dialect:
     def express(self, operation: ScalarOperation, arguments: Sequence[str]) -> str:
         """Return an operation on names and numbers."""
         text = operation.text.format(*arguments)
-        text = _CALL.sub(lambda found: self._call(found[1]), text)
-        return _SELECT.sub(lambda found: self.select.format(*found.groups()), text)
+        text = _CALL.sub(lambda match: self._call(match[1]), text)
+        return _SELECT.sub(lambda match: self.select.format(*match.groups()), text)
 
     def _call(self, name: str) -> str:
         name = _NAMES.get(name, name)
@@ -181,7 +181,7 @@ def _print_jax(label: str, function: ca.Function) -> str:
     return "\n".join([*lines, f"    return {', '.join(results)}", "", ""])
 
 
-def _name_variables(model: DynamicsModel) -> dict[str, Sequence[Variable]]:
+def _name_variables(model: DynamicsModel) -> dict[str, Sequence[DynamicsVariable]]:
     return {
         "STATES": model.states,
         "INPUTS": model.inputs,

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planter.dynamics.model import DynamicsModel
-from planter.dynamics.model import Variable as ModelVariable
+from planter.dynamics.model import DynamicsModel, DynamicsVariable
 from planter.exports import dynamics_c
 from planter.exports.c99 import read_template
 from planter.exports.fmu import pack_unit
@@ -58,7 +57,7 @@ RATE_UNITS = {"m": "m/s", "rad": "rad/s", "m/s": "m/s2", "rad/s": "rad/s2", "1":
 """Units of rates by those of states."""
 
 
-def _convert(variable: ModelVariable, causality: Causality, start: float | None) -> Variable:
+def _convert(variable: DynamicsVariable, causality: Causality, start: float | None) -> Variable:
     low, high = (None if np.isinf(end) else end for end in (variable.low, variable.high))
     return Variable(variable.name, variable.unit, variable.meaning, causality, start, low, high)
 

@@ -65,7 +65,7 @@ def solve_system(matrix: ca.SX, right: ca.SX) -> Elimination:
     return Elimination(ca.densify(solution), ca.vertcat(*senses), pivot)
 
 
-class Factor:
+class InertiaFactor:
     """An inertia (k, k), factored once for many right-hand sides: by L D L^T, which needs no pivots,
     if it is symmetric.
 
@@ -104,17 +104,17 @@ class ConstrainedFactor:
     """
 
     def __init__(self, inertia: ca.SX, slopes: ca.SX) -> None:
-        self._slopes, self._mass = slopes, Factor(inertia)
+        self._slopes, self._mass = slopes, InertiaFactor(inertia)
         self._carried = self._mass.solve(slopes.T) if slopes.size1() else slopes.T
-        self._held = Factor(slopes @ self._carried)
-        self.pivot = self._held.pivot
+        self._coupling = InertiaFactor(slopes @ self._carried)
+        self.pivot = self._coupling.pivot
 
     def solve(self, push: ca.SX, bend: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Return x (k, m), y (c, m) of ``inertia x - slopes^T y = push`` and ``slopes x = bend``."""
         free = self._mass.solve(push)
         if not self._slopes.size1():
             return free, bend
-        multipliers = self._held.solve(bend - self._slopes @ free)
+        multipliers = self._coupling.solve(bend - self._slopes @ free)
         return free + self._carried @ multipliers, multipliers
 
 

@@ -483,9 +483,12 @@ class Dynamics:
                 solve = self._row_kernel.bind(time=now, state=at, inputs=inputs)
                 least_pivot = FIXED_ROWS * solve()["pivot"][0, 0]
             with suppress(NotFiniteError):
-                found = solve()
-                if found["pivot"][0, 0] >= least_pivot and found["missed"][0, 0] < MISSED_BEND:
-                    return found["accelerations"][:, 0]
+                solution = solve()
+                if (
+                    solution["pivot"][0, 0] >= least_pivot
+                    and solution["missed"][0, 0] < MISSED_BEND
+                ):
+                    return solution["accelerations"][:, 0]
             return self.accelerations(time, state, share)[0]
 
         return accelerate
@@ -498,12 +501,14 @@ class Dynamics:
         if self._rows in self._row_kernels:
             return self._row_kernels[self._rows]
         graphs, parts, rows = self.graphs, self.graphs.graphs, list(map(int, self._rows))
-        others = [row for row in range(len(self.constraints)) if row not in rows]
+        dependent = [row for row in range(len(self.constraints)) if row not in rows]
         factor = ConstrainedFactor(parts.inertia, parts.slopes[rows, :])
         accelerations, _ = factor.solve(parts.forces, parts.bends[rows, :])
-        terms = ca.fabs(parts.slopes[others, :]) @ ca.fabs(accelerations)
-        sizes = terms + ca.fabs(parts.bends[others, :]) + LEAST_LOAD
-        missed = ca.fabs(parts.slopes[others, :] @ accelerations - parts.bends[others, :]) / sizes
+        terms = ca.fabs(parts.slopes[dependent, :]) @ ca.fabs(accelerations)
+        sizes = terms + ca.fabs(parts.bends[dependent, :]) + LEAST_LOAD
+        missed = (
+            ca.fabs(parts.slopes[dependent, :] @ accelerations - parts.bends[dependent, :]) / sizes
+        )
         outputs = {
             "accelerations": ca.densify(accelerations),
             "pivot": factor.pivot,

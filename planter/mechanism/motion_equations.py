@@ -89,11 +89,11 @@ class MotionEquations:
                 loads[int(row)] = values[k]
         return matrix, loads
 
-    def evaluate(self, stage: str, **others: ca.SX) -> ca.SX:
+    def evaluate(self, stage: str, **inputs: ca.SX) -> ca.SX:
         """Return the outputs of a stage, a column, of the symbols and of other inputs by name."""
-        known = {"time": self.time, "data": self.data, "state": self.state, "sizes": self.sizes}
-        known |= others
-        arguments = [known[name] for name in self._stages[stage]["inputs"]]
+        symbols = {"time": self.time, "data": self.data, "state": self.state, "sizes": self.sizes}
+        symbols |= inputs
+        arguments = [symbols[name] for name in self._stages[stage]["inputs"]]
         return self.formulas.function(stage)(*arguments)
 
     def _arrange(self, stage: str, names: Sequence[Sequence[str]]) -> ca.SX:

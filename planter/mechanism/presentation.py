@@ -520,6 +520,7 @@ def _describe_machine(machine: Machine) -> tuple[Document, ModelAssumptions]:
 
 
 def describe_file(file: MechanismFile) -> tuple[Document, ModelAssumptions]:
+    """Return the file with the assumptions of its model and the meanings of its numbers."""
     sidecar, meanings = (
         file.model.sidecar,
         {entry["shown"]: entry["meaning"] for entry in file.entries},

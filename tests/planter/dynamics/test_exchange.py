@@ -45,9 +45,9 @@ def test_fmpy_accepts_the_unit(name: str) -> None:
 @pytest.mark.parametrize("name", ["cart", "cranks", "row_unit"])
 def test_motion_by_another_integrator_is_ours(name: str) -> None:
     """Cart and pendulum from the side; cranks before their flat pose; a wheel that strikes soil."""
-    found, end = model(name), 0.4
-    names = [state.name for state in found.states]
-    start = dict(zip(names, found.start.tolist(), strict=True))
+    subject, end = model(name), 0.4
+    names = [state.name for state in subject.states]
+    start = dict(zip(names, subject.start.tolist(), strict=True))
     if name == "cart":
         start["a"] = 0.8
     result = fmpy.simulate_fmu(
@@ -60,7 +60,7 @@ def test_motion_by_another_integrator_is_ours(name: str) -> None:
         output=names,
     )
     times = np.linspace(0, end, 21)
-    motion = found.dynamics.run(times, state=np.array(list(start.values())))
+    motion = subject.dynamics.run(times, state=np.array(list(start.values())))
     for index, key in enumerate(names):
         moved = np.interp(times, result["time"], result[key])
         np.testing.assert_allclose(moved, motion.states[index], atol=1e-6)
@@ -69,16 +69,16 @@ def test_motion_by_another_integrator_is_ours(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_directional_derivatives_are_those_of_the_model(name: str) -> None:
-    found, instance = model(name), open_instance(name)
+    subject, instance = model(name), open_instance(name)
     n, m, q, r = (
-        len(part) for part in (found.states, found.inputs, found.parameters, found.outputs)
+        len(part) for part in (subject.states, subject.inputs, subject.parameters, subject.outputs)
     )
     unknown = [*range(n, 2 * n), *range(2 * n + m + q, 2 * n + m + q + r)]
-    known = [*range(n), *range(2 * n, 2 * n + m + q)]
-    columns = [instance.getDirectionalDerivative(unknown, [place], [1.0]) for place in known]
+    settable = [*range(n), *range(2 * n, 2 * n + m + q)]
+    columns = [instance.getDirectionalDerivative(unknown, [place], [1.0]) for place in settable]
     rows = (
-        np.hstack(found.linearised(0.0, found.start)),
-        np.hstack(found.linearised_outputs(0.0, found.start)),
+        np.hstack(subject.linearised(0.0, subject.start)),
+        np.hstack(subject.linearised_outputs(0.0, subject.start)),
     )
     expected = np.vstack(rows)
     np.testing.assert_allclose(np.array(columns).T, expected, atol=1e-12 * np.abs(expected).max())

@@ -58,28 +58,28 @@ class Library:
     def call(self, function: str, arguments: tuple[Array | None, ...], *sizes: int) -> tuple:
         """Return the status and the results; an argument may be a null pointer."""
         results = [np.full(max(size, 1), np.nan, self._type) for size in sizes]
-        given = [None if part is None else np.array(part, self._type) for part in arguments]
-        pointers = [None if part is None else part.ctypes.data for part in (*given, *results)]
+        passed = [None if part is None else np.array(part, self._type) for part in arguments]
+        pointers = [None if part is None else part.ctypes.data for part in (*passed, *results)]
         call = getattr(self._library, f"{self._stem}_{function}")
         call.argtypes = [self._real, *len(pointers) * [ctypes.c_void_p]]
         status = call(0.0, *pointers)
         return status, *(part[:size] for part, size in zip(results, sizes, strict=True))
 
 
-def list_sizes(found: DynamicsModel) -> tuple[int, int, int, int]:
-    variables = found.states, found.inputs, found.parameters, found.outputs
+def list_sizes(subject: DynamicsModel) -> tuple[int, int, int, int]:
+    variables = subject.states, subject.inputs, subject.parameters, subject.outputs
     return tuple(map(len, variables))
 
 
-def find_error(library: Library, found: DynamicsModel, state: Array) -> float:
+def find_error(library: Library, subject: DynamicsModel, state: Array) -> float:
     """The largest error of all functions, over the largest number of each."""
-    arguments = state, found.u, found.p
-    n, m, q, r = list_sizes(found)
+    arguments = state, subject.u, subject.p
+    n, m, q, r = list_sizes(subject)
     expected = {
-        "rates": (found.rates(0.0, state), found.pivot(0.0, state)),
-        "rates_jacobian": found.linearised(0.0, state),
-        "outputs_at": (found.outputs_at(0.0, state),),
-        "outputs_jacobian": found.linearised_outputs(0.0, state),
+        "rates": (subject.rates(0.0, state), subject.pivot(0.0, state)),
+        "rates_jacobian": subject.linearised(0.0, state),
+        "outputs_at": (subject.outputs_at(0.0, state),),
+        "outputs_jacobian": subject.linearised_outputs(0.0, state),
     }
     sizes = {
         "rates": (n, 1),
@@ -101,9 +101,9 @@ def find_error(library: Library, found: DynamicsModel, state: Array) -> float:
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", ["cart", "cranks", "rubbing", "row_unit"])
 def test_c_returns_what_the_model_does(name: str, real: str) -> None:
-    library, found = Library(name, real), model(name)
+    library, subject = Library(name, real), model(name)
     for state in draw_states(name, 2):
-        assert find_error(library, found, state) < {"double": 1e-13, "float": 2e-3}[real]
+        assert find_error(library, subject, state) < {"double": 1e-13, "float": 2e-3}[real]
 
 
 @needs_compiler
@@ -117,8 +117,8 @@ def test_changed_c_is_noticed() -> None:
 
 @needs_compiler
 def test_c_says_what_is_missing_and_what_is_not_finite() -> None:
-    library, found = Library("cart", "double"), model("cart")
-    state, u, p = found.start, found.u, found.p
+    library, subject = Library("cart", "double"), model("cart")
+    state, u, p = subject.start, subject.u, subject.p
     for arguments in ((None, u, p), (state, None, p), (state, u, None)):
         assert library.call("rates", arguments, 4, 1)[0] == MISSING
     assert library.call("rates", (state + np.nan, u, p), 4, 1)[0] == NOT_FINITE
@@ -158,9 +158,9 @@ def test_casadi_functions_are_loaded_without_planter(tmp_path: Path) -> None:
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True)
     rates, slopes, inputs, upper = json.loads(done.stdout)
-    found = model("cart")
-    np.testing.assert_allclose(rates, found.rates(0.0, np.array(state), np.array([3.0])))
-    expected = found.linearised(0.0, np.array(state), np.array([3.0]))
+    subject = model("cart")
+    np.testing.assert_allclose(rates, subject.rates(0.0, np.array(state), np.array([3.0])))
+    expected = subject.linearised(0.0, np.array(state), np.array([3.0]))
     for slope, reference in zip(slopes, expected, strict=True):
         np.testing.assert_allclose(slope, reference, atol=1e-14)
     assert (inputs, upper) == ([["F", "N", "force on the cart"]], [12.0])
@@ -186,8 +186,8 @@ def test_rust_without_its_library_returns_what_the_model_does(tmp_path: Path, na
     if compiler is None:
         pytest.skip("no Rust compiler")
     answer("export", "rust", str(find_path(name)), "--out", str(tmp_path))
-    found, state = model(name), draw_states(name, 1)[0]
-    n, m, q, r = list_sizes(found)
+    subject, state = model(name), draw_states(name, 1)[0]
+    n, m, q, r = list_sizes(subject)
     words = {"NN": n * n, "NM": n * m, "NQ": n * q, "N": n, "R": r}
     text = RUST_MAIN.replace("STATE", ", ".join(map(repr, state.tolist())))
     for word, size in words.items():
@@ -196,8 +196,8 @@ def test_rust_without_its_library_returns_what_the_model_does(tmp_path: Path, na
     for flags in (["--crate-type", "rlib", "own.rs"], ["-L", ".", "main.rs"]):
         subprocess.run([compiler, "--edition", "2021", *flags], cwd=tmp_path, check=True)
     done = subprocess.run([tmp_path / "main"], check=True, capture_output=True, text=True)
-    expected = [found.rates(0.0, state), found.outputs_at(0.0, state)]
-    expected += found.linearised(0.0, state)
+    expected = [subject.rates(0.0, state), subject.outputs_at(0.0, state)]
+    expected += subject.linearised(0.0, state)
     for result, value in zip(json.loads(done.stdout), expected, strict=True):
         size = max(1.0, np.abs(value).max(initial=0.0))
         np.testing.assert_allclose(result, np.ravel(value), atol=1e-13 * size)
@@ -213,15 +213,15 @@ def test_jax_returns_what_the_model_does(tmp_path: Path, name: str) -> None:
     assert spec.loader is not None
     exported = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(exported)
-    found, states = model(name), np.array(draw_states(name, 3))
+    subject, states = model(name), np.array(draw_states(name, 3))
     u, p = np.array(exported.U), np.array(exported.P)
     rates = jax.jit(jax.vmap(lambda state: exported.rates(0.0, state, u, p)[0]))(states)
-    expected = [found.rates(0.0, state) for state in states]
+    expected = [subject.rates(0.0, state) for state in states]
     np.testing.assert_allclose(rates, expected, rtol=1e-10, atol=1e-10)
     slope = jax.jacfwd(lambda state: exported.rates(0.0, state, u, p)[0])(states[0])
-    np.testing.assert_allclose(slope, found.linearised(0.0, states[0])[0], rtol=1e-9, atol=1e-8)
+    np.testing.assert_allclose(slope, subject.linearised(0.0, states[0])[0], rtol=1e-9, atol=1e-8)
     outputs = exported.outputs_at(0.0, states[0], u, p)
-    np.testing.assert_allclose(outputs, found.outputs_at(0.0, states[0]), rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(outputs, subject.outputs_at(0.0, states[0]), rtol=1e-10, atol=1e-10)
 
 
 def test_options_without_effect_are_refused(tmp_path: Path) -> None:

@@ -59,13 +59,13 @@ def differentiate(function: Callable[[Array], Array], point: Array) -> Array:
 
 @pytest.mark.parametrize("name", SOURCES)
 def test_rates_are_those_of_the_equations_of_motion(name: str) -> None:
-    found, dynamics = model(name), model(name).dynamics
+    subject, dynamics = model(name), model(name).dynamics
     for state in draw_states(name):
         accelerations = dynamics.accelerations(0.0, state)[0]
         expected = np.concatenate([state[dynamics.size :], accelerations])
-        rates = found.rates(0.0, state)
+        rates = subject.rates(0.0, state)
         np.testing.assert_allclose(rates, expected, atol=1e-12 * np.abs(expected).max())
-        half = found.rates(0.0, state, p=0.9 * found.p)
+        half = subject.rates(0.0, state, p=0.9 * subject.p)
         assert np.abs(half - expected).max() > 1e-4, "parameters count"
 
 
@@ -78,12 +78,12 @@ def vary(
 
 @pytest.mark.parametrize("name", SOURCES)
 def test_derivatives_are_those_of_differences(name: str) -> None:
-    found = model(name)
+    subject = model(name)
     for state in draw_states(name, 2):
-        arguments = {"x": state, "u": found.u, "p": found.p}
+        arguments = {"x": state, "u": subject.u, "p": subject.p}
         for values, slopes in (
-            (found.rates, found.linearised),
-            (found.outputs_at, found.linearised_outputs),
+            (subject.rates, subject.linearised),
+            (subject.outputs_at, subject.linearised_outputs),
         ):
             for (key, point), slope in zip(arguments.items(), slopes(0.0, state), strict=True):
                 differences = differentiate(vary(values, arguments, key), point)
@@ -92,8 +92,8 @@ def test_derivatives_are_those_of_differences(name: str) -> None:
 
 
 def test_outputs_are_reactions_and_reports() -> None:
-    found, state = model("rubbing"), draw_states("rubbing", 1)[0]
-    dynamics = found.dynamics
+    subject, state = model("rubbing"), draw_states("rubbing", 1)[0]
+    dynamics = subject.dynamics
     accelerations, sizes = dynamics.accelerations(0.0, state)[0], dynamics.find_sizes(0.0, state)
     inputs = {
         "time": 0.0,
@@ -103,25 +103,27 @@ def test_outputs_are_reactions_and_reports() -> None:
         "sizes": sizes,
     }
     actions, _ = Reactions(dynamics.formulas).solve(inputs)
-    names = [variable.name for variable in found.outputs]
-    values = dict(zip(names, found.outputs_at(0.0, state), strict=True))
+    names = [variable.name for variable in subject.outputs]
+    values = dict(zip(names, subject.outputs_at(0.0, state), strict=True))
     for name, action in zip(dynamics.formulas.entries("actions"), actions[:, 0], strict=True):
         assert values[name] == pytest.approx(action, rel=1e-10)
 
 
 def test_curvature_is_the_slope_of_the_gradient() -> None:
-    found, rng = model("cart"), np.random.default_rng(2)
+    subject, rng = model("cart"), np.random.default_rng(2)
     state = draw_states("cart", 1)[0]
-    point = np.concatenate([state, found.u, found.p])
+    point = np.concatenate([state, subject.u, subject.p])
     weights, direction = rng.standard_normal(4), rng.standard_normal(len(point))
 
     def gradient(at: Array) -> Array:
-        parts = found.linearised(0.0, at[:4], at[4:5], at[5:])
+        parts = subject.linearised(0.0, at[:4], at[4:5], at[5:])
         return np.hstack(parts).T @ weights
 
     step = 1e-6
     expected = (gradient(point + step * direction) - gradient(point - step * direction)) / step / 2
-    curvature = np.array(found.curvature(0.0, state, found.u, found.p, weights, direction))[:, 0]
+    curvature = np.array(subject.curvature(0.0, state, subject.u, subject.p, weights, direction))[
+        :, 0
+    ]
     np.testing.assert_allclose(curvature, expected, atol=1e-7 * np.abs(expected).max())
 
 
@@ -142,21 +144,21 @@ def test_cart_has_the_linear_model_of_textbooks() -> None:
 
 
 def test_constraint_that_follows_from_others_is_left_out() -> None:
-    found = model("cranks")
-    assert len(found.constraints) == 3
-    assert len(found.left_out) == 1
+    subject = model("cranks")
+    assert len(subject.constraints) == 3
+    assert len(subject.left_out) == 1
     inertia, torque, weight = 3 * 0.04 + 2 * 0.3**2, 2.0, 2 * 9.81 * 0.3
     for angle in (1.0, 0.4, 2.1):
         state = np.array([angle, angle, angle, 0, 0.7, 0.7, 0.7, 0])
         acceleration = (torque - weight * cos(angle)) / inertia
         expected = [0.7, 0.7, 0.7, 0, *3 * [acceleration], 0]
-        np.testing.assert_allclose(found.rates(0.0, state), expected, atol=1e-11)
+        np.testing.assert_allclose(subject.rates(0.0, state), expected, atol=1e-11)
     flat = np.array([1e-7, 1e-7, 1e-7, 0, 0, 0, 0, 0])
-    assert found.pivot(0.0, flat) < 1e-6 < 1e-2 < found.pivot(0.0, found.start)
-    result = linearise_model(found)
+    assert subject.pivot(0.0, flat) < 1e-6 < 1e-2 < subject.pivot(0.0, subject.start)
+    result = linearise_model(subject)
     assert np.shape(result.basis) == (8, 2)
     np.testing.assert_allclose(
-        found.constraint_slopes(0.0, found.start) @ result.basis, 0, atol=1e-12
+        subject.constraint_slopes(0.0, subject.start) @ result.basis, 0, atol=1e-12
     )
 
 
@@ -172,7 +174,7 @@ def test_chain_has_the_derivatives_of_pinocchio() -> None:
     pin = pytest.importorskip("pinocchio")
     links = 6
     text = CHAIN.replace("LINKS", str(links))
-    found = load_dynamics(own.generated(text) / "own.toml")
+    subject = load_dynamics(own.generated(text) / "own.toml")
     tree = pin.Model()
     tree.gravity.linear = np.array([0, -9.81, 0])
     joint = 0
@@ -185,7 +187,7 @@ def test_chain_has_the_derivatives_of_pinocchio() -> None:
     for _ in range(5):
         q, rates = rng.uniform(-np.pi, np.pi, links), rng.normal(size=links)
         expected = pin.computeABADerivatives(tree, data, q, rates, np.zeros(links))
-        slope, _, _ = found.linearised(0.0, np.concatenate([q, rates]))
+        slope, _, _ = subject.linearised(0.0, np.concatenate([q, rates]))
         for part, reference in zip(
             (slope[links:, :links], slope[links:, links:]), expected, strict=False
         ):
@@ -194,9 +196,9 @@ def test_chain_has_the_derivatives_of_pinocchio() -> None:
 
 
 def test_values_of_a_file_can_be_inputs() -> None:
-    found = load_dynamics(find_path("cranks"), ["T_Nm"])
-    assert [variable.name for variable in found.inputs] == ["T"]
-    _, slope, _ = found.linearised(0.0, found.start)
+    subject = load_dynamics(find_path("cranks"), ["T_Nm"])
+    assert [variable.name for variable in subject.inputs] == ["T"]
+    _, slope, _ = subject.linearised(0.0, subject.start)
     inertia = 3 * 0.04 + 2 * 0.3**2
     np.testing.assert_allclose(slope[4:7, 0], 1 / inertia, rtol=1e-12)
     with pytest.raises(InputError, match="T_x"):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.kernels.elimination import Factor, solve_system
+from planter.kernels.elimination import InertiaFactor, solve_system
 
 Pattern = NDArray[np.bool_]
 RANDOM = [(1, 1.0), (2, 1.0), (3, 1.0), (6, 1.0), (12, 0.3), (18, 0.2), (30, 0.08)]
@@ -147,7 +147,7 @@ def test_inertia_of_two_branches(is_symmetric: bool) -> None:
             matrix[int(j), int(i)] = matrix[int(i), int(j)]
     else:
         full[np.nonzero(pattern)] += 0.3 * rng.normal(size=int(pattern.sum()))
-    solution = Factor(matrix).solve(right)
+    solution = InertiaFactor(matrix).solve(right)
     function = ca.Function("f", [entries, right], [solution])
     b = rng.normal(size=7)
     assert np.asarray(function(full[np.nonzero(pattern)], b))[:, 0] == pytest.approx(
@@ -156,4 +156,4 @@ def test_inertia_of_two_branches(is_symmetric: bool) -> None:
     if is_symmetric:
         dense, _, forces = build_system(np.ones((7, 7), dtype=bool))
         mirrored = ca.triu2symm(ca.triu(dense))
-        assert _count(solution) < 0.7 * _count(Factor(mirrored).solve(forces))
+        assert _count(solution) < 0.7 * _count(InertiaFactor(mirrored).solve(forces))

@@ -55,6 +55,7 @@ ELSEWHERE = {
     "export fmu",
     "export motion",
     "gears",
+    "linearise",
     "move",
     "optimise least",
     "prove",
