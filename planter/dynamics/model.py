@@ -53,7 +53,7 @@ def load_dynamics(
     """Return the model of a file of a mechanism that moves freely, in SI units and radians.
 
     `inputs` are names of values of the file that are inputs beside those of the statement;
-    `stabilise` is as for `DynamicsModel`. Raises InputError if the file cannot be read, if an angle
+    `stabilise` [1/s] is as for `DynamicsModel`. Raises InputError if the file cannot be read, if an angle
     drives the mechanism, or for an unknown name.
     """
     return DynamicsModel(Dynamics(mechanism_file.load(str(file))), inputs, stabilise)
