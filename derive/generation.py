@@ -57,6 +57,8 @@ def derive_user_code(name: str, target_names: Collection[str] = ()) -> tuple[dic
         (*built_in(), *(entry.load().TARGET for entry in find_entry_points(TARGETS).values())),
         target_names,
     )
+    if path.suffix == ".urdf" and path.is_file():
+        return _derive_robot(path, targets), path.parent / "generated"
     if path.exists():
         with blame_user_file(path), load_user_modules(path) as entry:
             return _code_of(name, entry, targets), (
@@ -70,6 +72,21 @@ def derive_user_code(name: str, target_names: Collection[str] = ()) -> tuple[dic
         )
     module = offers[name].load()
     return _code_of(name, [module], targets), _file(module).parent / "generated"
+
+
+def _derive_robot(path: Path, targets: Sequence[Target]) -> dict[str, str]:
+    """Return the statement of a robot's file, and the functions of it."""
+    from .robots import RobotError, write_statement
+
+    try:
+        name, text = write_statement(path)
+    except RobotError as error:
+        raise OwnError(str(error)) from None
+    with TemporaryDirectory() as folder:
+        statement = Path(folder, f"{name}_statement.py")
+        statement.write_text(text, encoding="utf-8")
+        with blame_user_file(path), load_user_modules(statement) as entry:
+            return {statement.name: text} | _code_of(str(path), entry, targets)
 
 
 TRIAL = """\

@@ -656,14 +656,15 @@ class Joints(Contacts):
         """
         self.assembly.act(name, on, by or self.ground, at, force)
 
-    def torque(self, name: str, on: Body, by: Body, torque: Expr, axis: Axis = Z) -> None:
-        """Apply a given torque [N m] to ``on`` about ``axis`` of ``by``'s frame, and its reverse to
-        ``by``.
+    def torque(self, name: str, on: Body, by: Body, torque: Expr | Vec, axis: Axis = Z) -> None:
+        """Apply a given torque [N m] to ``on`` about ``axis`` of ``by``'s frame, or a vector of any
+        frame, and its reverse to ``by``.
 
         Counter-clockwise is positive about z. Its name is not among the results: report it by
         `report`. Example: `pin`.
         """
-        self.assembly.act(name, on, by, self.O, zero(by.frame), torque * unit(by.frame, axis))
+        moment = torque if isinstance(torque, Vec) else torque * unit(by.frame, axis)
+        self.assembly.act(name, on, by, self.O, zero(by.frame), moment)
 
     @property
     def _directions(self) -> range:
