@@ -158,7 +158,9 @@ def example(
 FileArgument = Annotated[
     Path,
     typer.Argument(
-        metavar="FILE", help="a Python file, or a folder of such files", show_default=False
+        metavar="FILE",
+        help="a Python file, a folder of such files, or a robot (.urdf)",
+        show_default=False,
     ),
 ]
 FolderOption = Annotated[
