@@ -437,22 +437,6 @@ Level = int | float | str
 
 
 @dataclass(frozen=True)
-class FactorLevels(Record):
-    """A factor: its levels, and the values that words stand for."""
-
-    label: str
-    levels: list[Level]
-    values: list[float] | None
-
-
-@dataclass(frozen=True)
-class ResponseLabel(Record):
-    """A response and what it means."""
-
-    label: str
-
-
-@dataclass(frozen=True)
 class LevelMeans(Record):
     """Mean of the runs at each level of a factor, and the largest less the least of them."""
 
@@ -469,36 +453,28 @@ class Total(Record):
 
 
 @dataclass(frozen=True)
-class Residual(Total):
-    """Residual of the factors; null for a mean square without degrees of freedom."""
+class Effect(Total):
+    """A factor against the error; null for a mean square without degrees of freedom, and for F and
+    p without an error.
+    """
 
     ms: float | None
-
-
-@dataclass(frozen=True)
-class Effect(Residual):
-    """A factor against the error; null without an error."""
-
     F: float | None
     p: float | None
 
 
 @dataclass(frozen=True)
-class Compared(Record):
-    """Two clutches at a speed: Welch's test, alone and by Holm over all pairs."""
+class ComparedClutches(Record):
+    """The clutch on trial against another at a speed, by Welch's test."""
 
     speed_m_s: float
     measure: str
-    clutch: str
-    reference: str
-    difference: float
     reduction_percent: float | None
     p_value: float | None
-    p_holm: float | None
 
 
 @dataclass(frozen=True)
-class Predicted(Record):
+class PredictedRun(Record):
     """A combination of levels, and what is predicted of each response: its JSON has the means next
     to the levels.
     """
@@ -524,28 +500,16 @@ class Predicted(Record):
 
 @dataclass(frozen=True)
 class FieldTest(Record):
-    """`planter clutch field`: a field test evaluated.
-
-    `best` and `range_best` have levels in the factors' order.
-    """
+    """`planter clutch field`: a field test evaluated; `best` has levels in the factors' order."""
 
     source: str
     runs: int
-    factors: dict[str, FactorLevels]
-    responses: dict[str, ResponseLabel]
-    blank: list[str]
-    orthogonal: bool
-    sums_of_squares: str
     goals: dict[str, str]
-    range: dict[str, dict[str, LevelMeans]] | None
-    order: dict[str, list[str]] | None
-    range_best: dict[str, list[Level]] | None
-    anova: dict[str, dict[str, Effect | Residual | Total]]
-    best: dict[str, list[Level]] | None
-    prediction: list[Predicted]
-    comparison: list[Compared]
-    other_comparisons: list[Compared]
-    warnings: list[str]
+    range: dict[str, dict[str, LevelMeans]]
+    anova: dict[str, dict[str, Effect | Total]]
+    best: dict[str, list[Level]]
+    prediction: list[PredictedRun]
+    comparison: list[ComparedClutches]
 
 
 @dataclass(frozen=True)
@@ -553,8 +517,6 @@ class FieldPlan(Record):
     """`planter clutch plan`: a field test to be run; `text` is the CSV to fill in."""
 
     array: str
-    factors: list[str]
-    blank: list[str]
     columns: dict[str, list[str]]
     text: str
 
