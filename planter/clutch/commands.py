@@ -201,7 +201,6 @@ def plan_field(
 @writes_files(
     "summary.json",
     "poses.csv",
-    "turning.gif",
     "report.html",
     figures=("linkage", "travel", "turning", "vertex_path"),
 )
@@ -303,7 +302,7 @@ def optimise_clutch(
 
 
 @clutch.command(name="rotor")
-@writes_files("summary.json", "turning.gif", "report.html", figures=("turning",))
+@writes_files("summary.json", "report.html", figures=("turning",))
 def summarise_rotor(
     vertices: Annotated[int, typer.Option(help="vertices of the Reuleaux polygon, odd")] = 5,
     sides: Annotated[int, typer.Option(help="sides of the regular polygon")] = 6,

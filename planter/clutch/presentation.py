@@ -49,15 +49,15 @@ if TYPE_CHECKING:
 NAMES = load_names(__package__)
 WORDS = NAMES.with_symbols()
 CAPTIONS = {
-    "turning": "The body at five rotations in the smallest regular polygon that lets it turn, with the orbit of its "
-    "centroid; and the distance of the sides that each rotation needs beyond the body's width.",
+    "turning": "The body in the smallest regular polygon that lets it turn, with the paths of a vertex and of its "
+    "centroid.",
     "vertex_path": "Path of a vertex: straight along the sides, an ellipse arc at each corner. Fillets that the path "
     "clears stay inside it; tooth tips take the same path round the shaft.",
     "travel": "Least travel of the sleeve over the axial angle; dots are the levels of the file. The printed formula "
     "counts the radial gap twice.",
     "linkage": (
-        "Crank and rod at both ends of the travel; the circle is the pitch circle of the "
-        "crank gear."
+        "Crank and rod at both ends of the travel, with the pitch circle of the crank gear. Titles: "
+        "axial angle or design, rotation of the crank, travel."
     ),
     "load": "Contact load over the link angle while both clutches engage: the sum over all teeth or jaws. The dog "
     "clutch is struck; the Reuleaux clutch slides until its coupling holds, and then has a short "
@@ -99,7 +99,7 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
             for m in MODELS
         }
         linkages = {
-            f"axial angle {at.axial_angle_deg:g}°, printed travel": (
+            f"{at.axial_angle_deg:g}°": (
                 CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]),
                 at.printed_mm * 1e-3,
                 values["r_A"],
@@ -114,7 +114,7 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
         return {
             "turning": shape.draw_turning(rotor),
             "vertex_path": shape.draw_vertex_path(rotor, fillets),
-            "travel": shape.draw_travels(ANGLES, curves, clutch.levels.axial_angles_deg),
+            "travel": shape.draw_travels(ANGLES, curves, np.array(clutch.levels.axial_angles_deg)),
             **({"linkage": shape.draw_linkages(linkages)} if linkages else {}),
         }
 
@@ -123,7 +123,6 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
         presentation,
         conclusion=_conclude(result.conditions),
         tables=lambda: {"poses.csv": _tabulate_poses(rotor, values["a"])},
-        texts=lambda: _animate_gif(rotor),
     )
 
 
@@ -197,7 +196,7 @@ def present_rotor(rotor: Rotor, result: PolygonFit) -> ResultPresentation:
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
     presentation = _present(title, result, None, draw, sample)
     conclusion = f"The body {'is a rotor' if result.exact else 'needs clearance to turn'}."
-    return replace(presentation, conclusion=conclusion, texts=lambda: _animate_gif(sample))
+    return replace(presentation, conclusion=conclusion)
 
 
 def present_engagement(
@@ -223,14 +222,8 @@ def present_engagement(
                     struck, modal_engagement.printed_extremes(struck)
                 )
             }
-        return {
-            "load": engagement.draw_loads(runs),
-            "speed": engagement.draw_speeds(runs),
-            "section": engagement.draw_section(runs["reuleaux"].engagement),
-            "sensitivity": engagement.draw_sensitivity(
-                result.sensitivity, result.reuleaux.N_max_N, result.dog.N_max_N
-            ),
-        }
+        loads = {"reuleaux": result.reuleaux.N_max_N, "dog": result.dog.N_max_N}
+        return engagement.draw_contact(runs, result.sensitivity, loads)
 
     def animate() -> Iterator[Block]:
         from planter.clutch.report.drawings import build_engagement_scene
@@ -300,12 +293,6 @@ def _present(
         captions=CAPTIONS,
         comments=() if clutch is None else files.list_comments(clutch, "clutch"),
     )
-
-
-def _animate_gif(rotor: Rotor) -> dict[str, bytes]:
-    from planter.clutch.report import shape
-
-    return {"turning.gif": shape.animate_turning(rotor)}
 
 
 def _conclude_engagement(result: ModalEngagement | ContactEngagement) -> str:

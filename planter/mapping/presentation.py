@@ -32,16 +32,12 @@ if TYPE_CHECKING:
 
 CYCLE_ROWS = 721
 CAPTIONS = {
-    "dyads": "Poses as arrows along the arm's x axis, with the circle of each dyad: fixed hinge (cross), positions of "
-    "the moving hinge (rings).",
-    "angle_curve": "Rotation of the arm relative to the carrier over a cycle. Rings: the angles that the poses "
+    "dyads": "Poses as arrows along the arm's x axis, with the circle and the bars of each dyad.",
+    "angle_curve": "Rotation of the arm relative to the carrier over a cycle. Dots: the angles that the poses "
     "require. A negative slope means gears that reverse.",
     "ratios": "Angle curve with its points; total ratio and its split into two stages.",
     "pitch_curves": "Pitch curves in mesh on the carrier, at the first carrier angle of the curve.",
-    "tip_path": (
-        "Path of the tip as the gears drive it, with carrier and arm at twelve carrier "
-        "angles, and the poses."
-    ),
+    "tip_path": ("Path of the tip as the gears drive it, and the poses."),
 }
 POSE_KEYS = (
     "pose",
@@ -88,7 +84,7 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
         captions={
             _figure_name(
                 linkage.dyads
-            ): "Linkage of dyads {} and {} at the poses, with the path of the tip on "
+            ): "Linkage of dyads {} and {} with the poses and the path of the tip on "
             "each circuit.".format(*linkage.dyads)
             for linkage in result.linkages
         }
@@ -283,21 +279,15 @@ def _animate_train(training: Training) -> Iterator[Block]:
 
 
 def _draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:
-    from planter.mapping import figures
+    from planter.mapping.figures import draw_synthesis
 
-    plots: dict[str, Figure] = {"dyads": figures.dyads(synthesis)}
-    for linkage in synthesis.linkages:
-        plots[_figure_name(linkage.numbers)] = figures.linkage(linkage, synthesis.poses)
-    if synthesis.carrier is not None:
-        plots["angle_curve"] = figures.angle_curve(synthesis)
-    return plots
+    return draw_synthesis(synthesis)
 
 
 def _draw_train(training: Training) -> dict[str, Figure]:
-    from planter.mapping import figures
+    from planter.mapping.figures import draw_train
 
-    plots = {"ratios": figures.ratios(training), "pitch_curves": figures.pitch_curves(training)}
-    return plots if training.dyad is None else plots | {"tip_path": figures.tip_path(training)}
+    return draw_train(training)
 
 
 def _tabulate_paths(synthesis: Synthesis) -> Columns:

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 STEPS = 720
 """Rows of cycle.csv, path.csv and pitch.csv."""
 CAPTIONS = {
-    "path": "Path of the tip with pick and push, and the pick in the frame of a tray's cell. The tray lies where the "
-    "pick has the required depth; the level line follows from the inclination of the tray box.",
+    "path": "Path of the tip, with the pick-up where the tip is farthest. The tray lies where the pick has the "
+    "required depth.",
     "pitch_curves": "Pitch curves of the non-circular pair. In the dwell the locking arcs replace the teeth; they are "
     "as large as locks the intermediate gear in both directions.",
     "contact_ratio": "Contact ratio of the non-circular pair along the teeth (yu2023, Fig. 9). The published formulas "
@@ -115,16 +115,10 @@ def _animate(outcome: PickupOutcome) -> Iterator[Block]:
 
 
 def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
-    from planter.pickup import figures
+    from planter.pickup.figures import draw_figures
 
-    redesign, train = outcome.redesigned, outcome.train
-    return {
-        "path": figures.draw_path(outcome.machine, train, _points_before(outcome)),
-        "pitch_curves": figures.draw_pitch_curves(train),
-        "contact_ratio": figures.draw_contact_ratio(train),
-        "tip_motion": figures.draw_motion(train),
-        "law": figures.draw_law(train, None if redesign is None else redesign.start),
-    }
+    before = None if outcome.redesigned is None else outcome.redesigned.start
+    return draw_figures(outcome.machine, outcome.train, before, _points_before(outcome))
 
 
 def _tabulate_cycle(outcome: PickupOutcome) -> Mapping[str, Mapping[str, Array]]:

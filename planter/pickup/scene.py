@@ -11,9 +11,8 @@ import numpy as np
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics.arrays import TURN
-from planter.pickup.figures import locking_arcs
 from planter.pickup.file import Pickup
-from planter.pickup.gears import compute_locking_arcs
+from planter.pickup.gears import compute_locking_arcs, locking_arcs
 from planter.pickup.law import NEEDLE
 from planter.pickup.model import PickupTrain
 from planter.pickup.requirements import find_push
@@ -56,6 +55,9 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
             _carrier(t, state),
             _arm(machine, train, t, state),
             *old,
+            Body("points", [_tube(*point) for point in machine.tip_path.points_mm])
+            if machine.tip_path
+            else Body("points", ()),
         ),
         points=(Point("tip", state["x_S"], state["y_S"], traced=True),),
         curves=(
@@ -66,6 +68,12 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
         events=_events(train),
         shares=t / TURN,
     )
+
+
+def _tube(x: float, y: float, radius: float) -> Outline:
+    """A point that the path must pass, with its tolerance."""
+    angles = np.linspace(0, TURN, 37)
+    return Outline(radius * np.column_stack([np.cos(angles), np.sin(angles)]) + [x, y], "mark")
 
 
 def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body, Body]:

@@ -11,9 +11,8 @@ from planter.errors import GeometryError
 from planter.gear_geometry.locking_arcs import compute_arc_radius, compute_horn_reaches
 from planter.pickup import gears as locks
 from planter.pickup.analysis import build_result
-from planter.pickup.figures import locking_arcs
 from planter.pickup.file import load_pickup
-from planter.pickup.gears import build_rolling, compute_locking_arcs
+from planter.pickup.gears import build_rolling, compute_locking_arcs, locking_arcs
 from planter.pickup.model import PickupTrain
 from tests.planter.pickup.pickups import arm, built_in, tips
 
