@@ -5,9 +5,9 @@ contains.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,16 +18,14 @@ from planter.clutch.rotor import Rotor
 from planter.files import units
 from planter.kernels import formulas
 from planter.report import files
-from planter.report.html import Block, Items, Keys, Section, Table, Text
-from planter.report.labels import clean_zero, format_label, tabulate_named
+from planter.report.html import Block, Items, Section, Text
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_violations,
-    list_warning_sections,
 )
+from planter.report.record_sections import list_record_sections
 from planter.view.names import load_names
-from planter.view.subject import to_sentence_case
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,9 +80,8 @@ POSES, SHIFTS = 97, 101
 """Rows of poses.csv and of way.csv."""
 EVERY = 5
 """Step of the rows of an engagement's table in points of the grid."""
-LISTS = ("conditions", "travel", "linkage", "harmonics", "sensitivity", "phases", "printed_loads")
-"""Keys of a result with a section each, if they are lists."""
-SENTENCES = ("printed", "assumes", "assumptions", "warnings", "clutch")
+SENTENCES = ("printed", "assumes", "assumptions", "clutch")
+"""Keys of a result that the page says elsewhere."""
 
 
 def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresentation:
@@ -236,7 +233,7 @@ def present_engagement(
         title=f"Engagement of the clutch {clutch.name}",
         conclusion=_conclude_engagement(result),
         record=result,
-        sections=list(_list_sections(table)),
+        sections=list(_list_sections(result)),
         document=clutch,
         meanings=NAMES.meanings(clutch.numbers()),
         motions=animate,
@@ -283,7 +280,7 @@ def _present(
     return ResultPresentation(
         title=title,
         record=result,
-        sections=list(_list_sections(table)),
+        sections=list(_list_sections(result)),
         document=clutch,
         model=ModelAssumptions(
             "First principles", [*sidecar["assumptions"], *table.get("assumes", ())], meanings
@@ -329,81 +326,12 @@ def _conclude(conditions: Sequence[InequalityResult]) -> str:
     return describe_violations(violated, len(conditions), "inequality", "; ")
 
 
-def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
-    yield from list_warning_sections(table.get("warnings") or [])
-    yield Section("Results", list(_list_results(table)))
-    for key in LISTS:
-        rows = table.get(key) or table.get("rotor", {}).get(key)
-        if _is_table(rows):
-            yield Section(_name_group(key), [_tabulate_rows(rows)])
-    if printed := table.get("printed"):
-        note = Text("The same quantities by the equations as the paper prints them.")
-        rows = [_tabulate_rows(printed["conditions"])] if "conditions" in printed else []
-        yield Section("As printed", [note, *_list_results(printed), *rows])
-
-
-def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
-    """Yield single values, then groups of them, then lists of words."""
-    yield _tabulate_values(
-        {key: value for key, value in table.items() if not isinstance(value, Mapping | list)}
-    )
-    for key, value in table.items():
-        if isinstance(value, Mapping) and key not in SENTENCES:
-            single = {
-                k: v for k, v in value.items() if not isinstance(v, Mapping) and not _is_table(v)
-            }
-            yield _tabulate_values(single, _name_group(key))
-            for name, entries in value.items():
-                if _is_table(entries) and name != "harmonics":
-                    yield _tabulate_rows(entries, _name_group(name))
-        elif isinstance(value, list) and not _is_table(value) and key not in SENTENCES:
-            yield Keys({_name(key): _format_cell(value)})
-
-
-def _tabulate_values(values: Mapping[str, Any], caption: str = "") -> Table:
-    cells = {
-        key: _format_cell(clean_zero(v) if key.endswith("_J") else v) for key, v in values.items()
-    }
-    return tabulate_named(cells, WORDS, caption)
-
-
-def _name(key: str) -> str:
-    return WORDS.get(key, to_sentence_case(format_label(key)))
-
-
-def _name_group(key: str) -> str:
-    return WORDS.get(f"group.{key}", to_sentence_case(format_label(key)))
-
-
-def _name_column(key: str) -> str:
-    """Return a name for the head of a column, with its unit."""
-    unit = units.display_unit(key)
-    return f"{WORDS[key]} / {unit}" if key in WORDS and unit else _name(key)
-
-
-def _is_table(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
-
-
-def _format_cell(value: Any) -> Any:
-    if isinstance(value, list):
-        return "; ".join(f"{v:.6g}" if isinstance(v, float) else str(v) for v in value) or None
-    return value
-
-
-def _format_row_cell(key: str, value: Any) -> Any:
-    """Return a value of a row as a cell; an active bound is named with its number."""
-    if key == "name":
-        number, bound, end = str(value).partition(" at its ")
-        return f"{WORDS.get(number, number)}{bound}{end}"
-    return _format_cell(clean_zero(value) if key == "margin" else value)
-
-
-def _tabulate_rows(rows: Iterable[Mapping[str, Any]], caption: str = "") -> Table:
-    rows = list(rows)
-    cells = [tuple(_format_row_cell(*item) for item in row.items()) for row in rows]
-    page_columns = (_name_column("source"), _name_column("share"))
-    return Table([_name_column(key) for key in rows[0]], cells, caption, page_columns)
+def _list_sections(result: Record) -> Iterator[Section]:
+    yield from list_record_sections(result, WORDS, SENTENCES)
+    printed: Record | None = getattr(result, "printed", None)
+    if printed is not None:
+        for section in list_record_sections(printed, WORDS):
+            yield Section(f"{section.title}, as printed", section.blocks)
 
 
 def _tabulate_poses(rotor: Rotor, side: float) -> dict[str, Array]:

@@ -183,6 +183,9 @@ class TrainFound(Record):
     2.
     """
 
+    ratio_min: float
+    ratio_max: float
+    module_max_mm: float
     x_s: float
     x_s_under_root: float
     slope_min: float
@@ -190,8 +193,6 @@ class TrainFound(Record):
     slope_min_at_deg: float
     slope_max_at_deg: float
     monotone: bool
-    ratio_min: float
-    ratio_max: float
     closure_error_rad: Pair
     carrier_bend_deg: float | None
     convex: list[bool]
@@ -199,7 +200,6 @@ class TrainFound(Record):
     radius_min_mm: Four
     radius_max_mm: Four
     curvature_radius_min_mm: Four
-    module_max_mm: float
     poses: list[Missed]
     warnings: list[TrainWarning]
 
