@@ -385,24 +385,6 @@ class PhaseLoads(Record):
 
 
 @dataclass(frozen=True)
-class PrintedLoad(Record):
-    """A largest load that the paper prints as one of an impact, what is computed for it, and the
-    verdict on it.
-
-    `impacts_N` are least and largest of the loads found here that are impacts, `held_N` of those
-    that stay; both are null if there are none. Found are those of the file and those with inputs
-    varied that the paper does not disclose.
-    """
-
-    clutch: str
-    printed_N: float
-    impacts_N: Pair | None
-    held_N: Pair | None
-    verdict: Literal["not recomputable", "no impact", "not reproduced"]
-    finding: str
-
-
-@dataclass(frozen=True)
 class TeethInSleeve(Record):
     """Overlap of teeth and shaft with the body in the middle, and the root circle that lets teeth
     pass the corners.
@@ -417,7 +399,6 @@ class ContactEngagement(Record):
     """`planter clutch engage --mode contact`: the clutch compared with a dog clutch.
 
     The ratio of the largest loads is null if they are of two kinds, or a clutch does not engage.
-    `printed_loads` has the loads of the paper if the file has the inputs that it discloses.
     """
 
     clutch: str
@@ -428,7 +409,6 @@ class ContactEngagement(Record):
     energy: EnergyBalance
     sensitivity: list[ContactLoadSensitivity]
     phases: list[PhaseLoads]
-    printed_loads: list[PrintedLoad]
     teeth: TeethInSleeve
     assumptions: list[str]
 

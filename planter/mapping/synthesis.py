@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +41,6 @@ from planter.mapping.linkage import (
 )
 from planter.mapping.nearest import (
     SLOPES,
-    Miss,
     Nearest,
     find_misses,
     find_nearest,
@@ -121,8 +120,20 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
         linkages=[_linkage_shown(linkage, poses) for linkage in linkages],
         carrier_dyad=None if dyad is None else carrier,
         monotone=None if dyad is None else monotone_result(_reversals(dyad, poses)),
-        nearest=None if closest is None else _nearest_shown(closest, slopes),
-        curve=None if path_curve is None or dyad is None else _curve_shown(dyad, poses, path_curve),
+        nearest=None
+        if closest is None
+        else NearestCurve(
+            least_slope=slopes[0],
+            largest_slope=slopes[1],
+            order=[k + 1 for k in closest.order],
+            **_describe_curve(closest.curve, closest.misses),
+        ),
+        curve=None
+        if path_curve is None or dyad is None
+        else CurveOfPaths(
+            points=len(path_curve.carrier),
+            **_describe_curve(path_curve, find_misses(dyad, poses, path_curve)),
+        ),
         warnings=[*_remarks(poses, count, solution), *([why_not] if why_not else [])],
     )
     exact = None if dyad is None else interpolate_poses(dyad, poses)
@@ -233,32 +244,13 @@ def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
     )
 
 
-def _nearest_shown(closest: Nearest, slopes: tuple[float, float]) -> NearestCurve:
-    return NearestCurve(
-        least_slope=slopes[0],
-        largest_slope=slopes[1],
-        order=[k + 1 for k in closest.order],
-        **slopes_result(closest.curve),
-        poses=[miss_result(k, miss) for k, miss in enumerate(closest.misses, 1)],
-        rms_mm=_rms(closest.misses),
-    )
-
-
-def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> CurveOfPaths:
-    misses = find_misses(dyad, poses, curve)
-    return CurveOfPaths(
-        points=len(curve.carrier),
-        **slopes_result(curve),
-        poses=[miss_result(k, miss) for k, miss in enumerate(misses, 1)],
-        rms_mm=_rms(misses),
-    )
-
-
-def _rms(misses: Sequence[Miss]) -> float:
-    """Return the root mean square distance of the ends of the arm from their places in the poses
-    [mm].
+def _describe_curve(curve: AngleCurve, misses: list[Missed]) -> dict[str, Any]:
+    """Return the values of a curve's record with its misses, and their root mean square over both
+    ends of the arm.
     """
-    return float(np.sqrt(np.mean([(m.tip**2 + m.hinge**2) / 2 for m in misses])) * 1e3)
+    squares = [(row.position_error_mm**2 + row.hinge_error_mm**2) / 2 for row in misses]
+    rms = float(np.sqrt(np.mean(squares)))
+    return {**describe_slopes(curve), "poses": misses, "rms_mm": rms}
 
 
 def _family_shown(
@@ -367,17 +359,7 @@ def monotone_result(reversals: Sequence[Reversal]) -> OneSense:
     return OneSense(not turned, turned)
 
 
-class Slopes(TypedDict):
-    """Extremes of the slope [-] of an angle curve and their carrier angles."""
-
-    monotone: bool
-    slope_min: float
-    slope_min_at_deg: float
-    slope_max: float
-    slope_max_at_deg: float
-
-
-def slopes_result(curve: AngleCurve) -> Slopes:
+def describe_slopes(curve: AngleCurve) -> dict[str, Any]:
     """Return the extremes of the slope [-] of an angle curve."""
     lowest, largest = curve.extremes
     return {
@@ -387,14 +369,3 @@ def slopes_result(curve: AngleCurve) -> Slopes:
         "slope_max": largest.value,
         "slope_max_at_deg": math.degrees(largest.angle % TURN),
     }
-
-
-def miss_result(number: int, deviation: Miss) -> Missed:
-    """Return the miss of a pose where the curve meets it."""
-    return Missed(
-        pose=number,
-        carrier_deg=math.degrees(deviation.carrier % TURN),
-        position_error_mm=deviation.tip * 1e3,
-        hinge_error_mm=deviation.hinge * 1e3,
-        angle_error_deg=math.degrees(deviation.angle),
-    )

@@ -24,7 +24,7 @@ from planter.mapping.dyads import Dyad, distinct, solve_dyads
 from planter.mapping.file import PoseFile
 from planter.mapping.nearest import find_misses
 from planter.mapping.results import Missed, TrainFound, TrainWarning
-from planter.mapping.synthesis import miss_result, to_four
+from planter.mapping.synthesis import describe_slopes, to_four
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN, to_degrees
 
@@ -325,7 +325,7 @@ def build_training(
     train = Train(curve, distance)
     bend = None if crank is None else train.bend(crank)
     poses = None if file is None else file.poses
-    missed = [] if dyad is None or poses is None else _missed(curve, dyad, poses)
+    missed = [] if dyad is None or poses is None else find_misses(dyad, poses, curve)
     return Training(train, crank, dyad, poses, _result(train, bend, missed))
 
 
@@ -348,11 +348,7 @@ def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFoun
     return TrainFound(
         x_s=train.x_s,
         x_s_under_root=train.x_s**2,
-        slope_min=lowest.value,
-        slope_max=largest.value,
-        slope_min_at_deg=math.degrees(lowest.angle % TURN),
-        slope_max_at_deg=math.degrees(largest.angle % TURN),
-        monotone=train.curve.monotone,
+        **describe_slopes(train.curve),
         ratio_min=1 / largest.value,
         ratio_max=1 / lowest.value,
         closure_error_rad=train.closure_errors,
@@ -368,10 +364,6 @@ def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFoun
         poses=missed,
         warnings=warnings(train),
     )
-
-
-def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[Missed]:
-    return [miss_result(k, miss) for k, miss in enumerate(find_misses(dyad, poses, curve), 1)]
 
 
 def polar_curves(train: Train, samples: int = 361) -> tuple[Array, Array]:

@@ -42,22 +42,11 @@ COMPARED = 2881
 _MM = 1000.0
 
 
-@dataclass(frozen=True)
-class SunTeeth:
-    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole
-    [m].
-    """
-
-    exact: float
-    count: int
-    module: float
-
-
-def count_teeth(train: PickupTrain) -> SunTeeth:
+def count_teeth(train: PickupTrain) -> SunToothCount:
     """Number of teeth on the toothed arc, made whole by scaling the module."""
     exact = train.arc / (np.pi * float(train.teeth[0]))
     whole = max(1, round(exact))
-    return SunTeeth(exact, whole, train.arc / (np.pi * whole))
+    return SunToothCount(exact, whole, train.arc / (np.pi * whole) * _MM)
 
 
 def round_trip(train: PickupTrain, count: int = ROUND_TRIP_POINTS) -> float | None:
@@ -110,7 +99,7 @@ def build_result(machine: Pickup, train: PickupTrain, at: Sequence[float] = ()) 
         sun_toothed_arc_mm=train.arc * _MM,
         phi1_monotone=train.monotone,
         round_trip_error_rad=round_trip(train),
-        teeth=SunToothCount(counted.exact, counted.count, counted.module * _MM),
+        teeth=counted,
         locking_arcs=None if arcs is None else _arcs(arcs),
         push=Push(_deg(where), _deg(swing)),
         requirements=[requirement.to_demand() for requirement in demands],

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planter.files import examples
-from planter.pickup.law import Dwell, SmoothLaw
+from planter.pickup.law import CosineLaw, Dwell
 from planter.report.files import read_cycle_csv
 from tests.planter.pickup.pickups import END, START, P
 from tests.support.cli import below
@@ -18,7 +18,7 @@ from tests.support.cli import below
 run, answer, refusal = below("pickup")
 
 TRANSITION = np.radians(20)
-LAW = SmoothLaw(P, Dwell(START, END), TRANSITION)
+LAW = CosineLaw(P, Dwell(START, END), transition=TRANSITION)
 
 
 def smooth_file(folder: Path, transition: float | None = None) -> str:
@@ -99,4 +99,4 @@ def test_smooth_ends_and_moved_points_do_not_go_together(tmp_path: Path) -> None
 
 def test_unsmoothable_slope_is_distinguished() -> None:
     assert LAW.rises
-    assert not SmoothLaw(1.5, Dwell(START, END), TRANSITION).rises
+    assert not CosineLaw(1.5, Dwell(START, END), transition=TRANSITION).rises
