@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from planter.errors import InputError
-from planter.explain import dictionary, presentation
+from planter.explain import dictionary
 from planter.explain.machine import explain_machine, find_meanings
 from planter.files import units
 from planter.kernels import generated
@@ -145,24 +145,11 @@ def test_a_name_has_unit_key_and_verdict() -> None:
     assert curve.meaning.startswith("radius of the eccentric circle")
 
 
-def test_all_meanings_are_listed_with_machines() -> None:
-    machines_ = {meaning.machine for meaning in dictionary.explain_name("mu").meanings}
-    assert {"planting", "clutch"} <= machines_
-    assert all("machine" in meaning for meaning in answer("explain", "mu")["meanings"])
-
-
 def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
     assert "did you mean F_B1" in refusal("explain", "F_B1z_N")
     names = answer("explain")["names"]
     assert "F_B1x" in names["planting"]
     assert "x_s" in names["mapping"]
-
-
-def test_tables_fit_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
-    for name in ("range_N", "mu", "F_B1x"):
-        presentation.show_meanings(dictionary.explain_name(name))
-    presentation.show_names(dictionary.list_names())
-    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
 @pytest.fixture(scope="module")

@@ -136,20 +136,6 @@ def test_nearly_resting_arm_is_refused() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        "L2_mm=1e300",
-        "helical_stage.ha=1e300",
-        "noncircular_stage.m_mm=1e-15",
-        "width_mm=1e300",
-        "phi5_far_deg=1e15",
-    ],
-)
-def test_values_beyond_all_measure_are_refused_by_name(value: str) -> None:
-    assert value.partition("=")[0] in refusal("yu2023", "--set", value)
-
-
 def test_locking_arcs_of_low_teeth_make_no_noise() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

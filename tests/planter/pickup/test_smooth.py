@@ -89,10 +89,6 @@ def test_command_reports_no_jump_and_undriven_angles(tmp_path: Path) -> None:
     assert np.abs(np.diff(ring)).max() < 100
 
 
-def test_built_in_law_still_jumps() -> None:
-    assert any("velocity" in warning["name"] for warning in answer("yu2023")["warnings"])
-
-
 def test_smooth_ends_and_moved_points_do_not_go_together(tmp_path: Path) -> None:
     assert 'law.ends = "smooth" cannot be used' in refusal(smooth_file(tmp_path), "--optimise")
 

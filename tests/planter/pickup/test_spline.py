@@ -2,8 +2,6 @@
 can be dragged.
 """
 
-import time
-
 import numpy as np
 import pytest
 import scipy
@@ -60,18 +58,6 @@ def test_ripple_below_the_tolerance_is_no_extreme() -> None:
     points *= 1 + 1e-4 * np.cos(np.pi * np.arange(400))[:, None]
     assert len(PathSpline(points).extremes(2e-4)) == 2
     assert len(PathSpline(points).extremes(1e-12)) > 2
-
-
-def test_ripple_is_removed_in_a_single_pass() -> None:
-    """A step that looks at every extreme anew for each that goes would take an hour here."""
-    rng, count = np.random.default_rng(3), 40_000
-    ripple = 0.01 * rng.random(count) * np.cos(np.pi * np.arange(count))
-    wavy = np.cos(2 * np.pi * np.arange(count) / count) + ripple
-    begun = time.perf_counter()
-    far, nearest = spline.find_prominent_extrema(wavy, 0.1, closed=True)
-    assert time.perf_counter() - begun < 10
-    assert wavy[far] == pytest.approx(1.01, abs=1e-3)
-    assert wavy[nearest] == pytest.approx(-1.01, abs=1e-3)
 
 
 @pytest.mark.parametrize("closed", [True, False])

@@ -5,12 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.errors import InputError
 from planter.files import examples
 from planter.pickup import file
 from planter.pickup.model import build_train
 from planter.pickup.requirements import list_requirements
-from tests.support.cli import answer, refusal
 
 POINTS = [[-150.0, 90.0, 30.0], [150.0, 120.0, 5.0]]
 
@@ -59,20 +57,3 @@ def test_a_point_on_the_path_is_passed(tmp_path: Path) -> None:
     assert requirement.value < 1e-3
     assert requirement.t == pytest.approx(1.234, abs=1e-3)
     assert requirement.holds
-
-
-def test_csv_next_to_file_and_figure(tmp_path: Path) -> None:
-    lines = "\n".join(",".join(map(str, point)) for point in POINTS)
-    (tmp_path / "path.csv").write_text(f"x_mm,y_mm,tube_mm\n{lines}\n")
-    result = answer("pickup", str(written(tmp_path, 'points_csv = "path.csv"')))
-    assert [requirement["name"] for requirement in result["requirements"]][-2:] == [
-        "path by point 1",
-        "path by point 2",
-    ]
-
-
-def test_invalid_point_is_refused(tmp_path: Path) -> None:
-    message = refusal("pickup", str(written(tmp_path, "points_mm = [[1, 2]]")))
-    assert "tip_path.points_mm[0]" in message
-    with pytest.raises(InputError, match="there is no such file"):
-        file.load_pickup(written(tmp_path, 'points_csv = "nowhere.csv"'))
