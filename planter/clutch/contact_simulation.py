@@ -447,11 +447,11 @@ def compare_clutches(
             advance(f"{name} clutch: engagement and cut-off")
         for (name, fields), factor in itertools.product(VARIED.items(), multipliers):
             loads = _loads(clutches, contact_inputs.times(factor, *fields), phase)
-            varied.append(ContactLoadSensitivity(name, factor, *loads))
+            varied.append(ContactLoadSensitivity(*loads, name, factor))
             advance(f"{name} times {factor:.3g}")
         for later in PHASES_DEG:
             at = file.contact.phase_deg + later
-            phases.append(PhaseLoads(at, *_loads(clutches, contact_inputs, math.radians(at))))
+            phases.append(PhaseLoads(*_loads(clutches, contact_inputs, math.radians(at)), at))
             advance(f"input at {at:g} deg")
     except KeyboardInterrupt:
         raise Interrupted(build_table() if runs else None) from None

@@ -231,13 +231,10 @@ class CornerPath(VertexPath):
 
 
 @dataclass(frozen=True)
-class SlidPath(Record):
+class SlidPath(Oval):
     """The ellipse of a vertex while two others slide on sides, lengths in widths."""
 
     vertex: int
-    centre_over_R: Pair
-    semi_axes_over_R: Pair
-    axis_deg: float
 
 
 @dataclass(frozen=True)
@@ -311,15 +308,11 @@ class LoadSensitivity(Record):
 
 
 @dataclass(frozen=True)
-class ModalEngagement(Record):
+class ModalEngagement(OneModeLoads):
     """`planter clutch engage --mode modal`; null where contact is never lost."""
 
     clutch: str
     mode: Literal["modal"]
-    N0_N: float
-    N_max_N: float
-    t_max_s: float
-    t_loss_s: float | None
     modal: BeamMode
     printed: OneModeLoads
     energy: EnergyBalance
@@ -356,13 +349,9 @@ class ClutchLoads(Record):
 
 
 @dataclass(frozen=True)
-class ContactLoadSensitivity(Record):
-    """Largest loads of both clutches, with one input times a factor; no ratio where they are of two
-    kinds.
-    """
+class LargestLoads(Record):
+    """Largest loads of both clutches; no ratio where they are of two kinds."""
 
-    input: str
-    factor: float
     N_max_ratio: float | None
     reuleaux_N_max_N: float
     reuleaux_outcome: Outcome
@@ -371,17 +360,18 @@ class ContactLoadSensitivity(Record):
 
 
 @dataclass(frozen=True)
-class PhaseLoads(Record):
-    """Largest loads of both clutches, with the input turned on at the moment of switching; ratio as
-    above.
-    """
+class ContactLoadSensitivity(LargestLoads):
+    """Largest loads of both clutches, with one input times a factor."""
+
+    input: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class PhaseLoads(LargestLoads):
+    """Largest loads of both clutches, with the input turned on at the moment of switching."""
 
     phase_deg: float
-    N_max_ratio: float | None
-    reuleaux_N_max_N: float
-    reuleaux_outcome: Outcome
-    dog_N_max_N: float
-    dog_outcome: Outcome
 
 
 @dataclass(frozen=True)

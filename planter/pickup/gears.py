@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -220,10 +219,6 @@ def _warning(name: str, t: float, message: str) -> PickupWarning:
     return PickupWarning(name, to_degrees(t), message)
 
 
-_STEP = 1e-6
-"""Half the carrier angle over which the direction of a pitch curve is taken [rad]."""
-
-
 @dataclass(frozen=True)
 class Locking:
     """Locking arcs: radius [m], pitch radii of the sun where the dwell begins and where it ends
@@ -252,7 +247,7 @@ def compute_locking_arcs(train: PickupTrain) -> Locking | None:
         return None
     addendum = float(train.teeth[2] * train.teeth[0])
     if train.toothed == train.driven:
-        curves = _Curves(train)
+        curves = build_rolling(train)
         try:
             radius = compute_arc_radius(curves, addendum)
             after, before = compute_horn_reaches(curves, radius, addendum)
@@ -270,51 +265,6 @@ def _on_circle(distance: float, radius: float, end: float, addendum: float) -> f
     return ARCS.at("horn", distance=distance, radius=radius, tips=distance - end + addendum)[
         "reach"
     ]
-
-
-@dataclass(frozen=True)
-class _Curves:
-    """Both gears' pitch curves next to the dwell (`arcs.Rolled`), by carrier angles, without arc
-    lengths.
-    """
-
-    train: PickupTrain
-
-    @property
-    def distance(self) -> float:
-        return self.train.geometry.a1
-
-    @cached_property
-    def ends(self) -> tuple[float, float]:
-        first, last = self.train.pitch(np.array(self.train.toothed))["R1"].tolist()
-        return first, last
-
-    @property
-    def length(self) -> float:
-        return self.train.arc
-
-    @cached_property
-    def driving_axis(self) -> Array:
-        x, y = self._at(np.array(self.train.toothed[1:]))[:, 0]
-        return np.asarray(self.distance * np.array([x, y]) / np.hypot(x, y))
-
-    def place_near_end(self, end: int, at: float) -> Array:
-        """Return the contact where the sun's pitch circle would have rolled over an arc length `at`
-        [m].
-        """
-        first, last = self.train.toothed
-        t = (last - at / self.ends[1]) if end else (first + at / self.ends[0])
-        before, (x, y), after = self._at(
-            np.clip(t, first + _STEP, last - _STEP) + _STEP * np.array([-1, 0, 1])
-        ).T
-        tangent = after - before
-        tx, ty = np.sign(x * tangent[1] - y * tangent[0]) * tangent / np.hypot(*tangent)
-        return np.array([[x], [y], [tx], [ty], [0.0]])
-
-    def _at(self, t: Array) -> Array:
-        """Places of the intermediate gear's pitch curve (2, n) [m] at carrier angles."""
-        curves = self.train.pitch(t)
-        return np.array([curves["x2"], curves["y2"]])
 
 
 def locking_arcs(train: PickupTrain, arcs: Locking) -> tuple[Array, Array]:
