@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -122,9 +123,7 @@ def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, fl
     Keys: `rotation` of the crank, `lift` of the link, `alpha_max`, its inclination then [rad], and
     the teeth `n`.
     """
-    linkage = CrankLinkage(
-        *(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance"))
-    )
+    linkage = CrankLinkage.from_lengths(clutch.linkage)
     way = clutch.si("sleeve.travel_mm")
     if not linkage.makes(way):
         return None
@@ -183,6 +182,11 @@ class CrankLinkage:
     crank: float
     rod: float
     distance: float
+
+    @classmethod
+    def from_lengths(cls, part: Any) -> CrankLinkage:
+        """Return the linkage of a file's section or a result with its lengths [mm]."""
+        return cls(part.crank_mm * 1e-3, part.rod_mm * 1e-3, part.distance_mm * 1e-3)
 
     @property
     def packed(self) -> list[float]:

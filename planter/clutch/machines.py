@@ -69,9 +69,7 @@ def build_machine(clutch: ClutchFile) -> Machine:
     The link goes up by as much as the file's own linkage needs for the sleeve's travel, and comes
     down again: that is a cycle. Raises GeometryError if the linkage does not make the travel.
     """
-    linkage = CrankLinkage(
-        *(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance"))
-    )
+    linkage = CrankLinkage.from_lengths(clutch.linkage)
     linkage.check(clutch.si("sleeve.travel_mm"), f"{clutch.source}: linkage.rod_mm")
     control = control_motion(clutch, collect_values(clutch))
     assert control is not None

@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -109,15 +108,17 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
             "printed": result.printed.fillet_limit_over_R * rotor.width,
         }
         return {
-            "turning": shape.draw_turning(rotor),
-            "vertex_path": shape.draw_vertex_path(rotor, fillets),
+            **shape.draw_rotor(rotor, fillets),
             "travel": shape.draw_travels(ANGLES, curves, np.array(clutch.levels.axial_angles_deg)),
             **({"linkage": shape.draw_linkages(linkages)} if linkages else {}),
         }
 
-    presentation = _present(f"Geometry of the clutch {clutch.name}", result, clutch, draw, rotor)
-    return replace(
-        presentation,
+    return _present(
+        f"Geometry of the clutch {clutch.name}",
+        result,
+        clutch,
+        draw,
+        rotor,
         conclusion=_conclude(result.conditions),
         tables=lambda: {"poses.csv": _tabulate_poses(rotor, values["a"])},
     )
@@ -126,22 +127,22 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
 def present_design(clutch: ClutchFile, result: Sizing) -> ResultPresentation:
     """Return the presentation of a sized clutch."""
     values, rods = collect_values(clutch), result.linkage
-    linkage = CrankLinkage(rods.crank_mm * 1e-3, rods.rod_mm * 1e-3, rods.distance_mm * 1e-3)
+    linkage = CrankLinkage.from_lengths(rods)
     way = linkage, result.sizes.travel_mm * 1e-3, values["r_A"]
     rotor = Rotor(VERTICES, SIDES, result.sizes.width_mm * 1e-3)
 
     def draw() -> dict[str, Figure]:
         from planter.clutch.report import shape
 
-        path = shape.draw_vertex_path(rotor, {"limit": rotor.ellipse["fillet"]})
-        return {
-            "turning": shape.draw_turning(rotor),
-            "vertex_path": path,
-            "linkage": shape.draw_linkages({"sized": way}),
-        }
+        figures = shape.draw_rotor(rotor, {"limit": rotor.ellipse["fillet"]})
+        return {**figures, "linkage": shape.draw_linkages({"sized": way})}
 
-    return replace(
-        _present(f"Sizes of the clutch {clutch.name}", result, clutch, draw, rotor),
+    return _present(
+        f"Sizes of the clutch {clutch.name}",
+        result,
+        clutch,
+        draw,
+        rotor,
         conclusion=f"{_conclude(result.conditions)} Next is: {result.tightest}.",
         tables=lambda: {"way.csv": _tabulate_way(values["F1"], *way)},
     )
@@ -151,9 +152,7 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
     """Return the presentation of the fastest switching of a clutch."""
     values, linkages = collect_values(clutch), dict[str, tuple[CrankLinkage, float, float]]()
     for name, choice in (("file", result.start_design), ("optimum", result.design)):
-        linkage = CrankLinkage(
-            choice.crank_mm * 1e-3, choice.rod_mm * 1e-3, choice.distance_mm * 1e-3
-        )
+        linkage = CrankLinkage.from_lengths(choice)
         travel = least_travel(values, math.radians(choice.axial_angle_deg))
         span = values["r_A"] + values["r_D"]
         gear = load_model().at(
@@ -166,8 +165,11 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
 
         return {"linkage": shape.draw_linkages(linkages)}
 
-    return replace(
-        _present(f"Fastest switching of the clutch {clutch.name}", result, clutch, draw),
+    return _present(
+        f"Fastest switching of the clutch {clutch.name}",
+        result,
+        clutch,
+        draw,
         conclusion=f"The travel time falls from {result.start_travel_time_s:.4g} s to "
         f"{result.travel_time_s:.4g} s; "
         f"{result.certificate.agreeing_starts} of {result.certificate.starts} starts agree.",
@@ -183,17 +185,12 @@ def present_rotor(rotor: Rotor, result: PolygonFit) -> ResultPresentation:
     def draw() -> dict[str, Figure]:
         from planter.clutch.report import shape
 
-        figures = {"turning": shape.draw_turning(sample)}
-        if result.ellipse:
-            figures["vertex_path"] = shape.draw_vertex_path(
-                sample, {"limit": sample.ellipse["fillet"]}
-            )
-        return figures
+        fillets = {"limit": sample.ellipse["fillet"]} if result.ellipse else {}
+        return shape.draw_rotor(sample, fillets)
 
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
-    presentation = _present(title, result, None, draw, sample)
     conclusion = f"The body {'is a rotor' if result.exact else 'needs clearance to turn'}."
-    return replace(presentation, conclusion=conclusion)
+    return _present(title, result, None, draw, sample, conclusion=conclusion)
 
 
 def present_engagement(
@@ -257,6 +254,7 @@ def _present(
     clutch: ClutchFile | None,
     draw: Callable[[], Mapping[str, Figure]],
     rotor: Rotor | None = None,
+    **others: Any,
 ) -> ResultPresentation:
     """Return the presentation of a shape, with the rotating `rotor` if there is one."""
     table = result.table()
@@ -289,6 +287,7 @@ def _present(
         figures=draw,
         captions=CAPTIONS,
         comments=() if clutch is None else files.list_comments(clutch, "clutch"),
+        **others,
     )
 
 

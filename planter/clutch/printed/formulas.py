@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from itertools import combinations
 
 import numpy as np
@@ -255,36 +255,6 @@ def printed_difference(inputs: Inputs) -> float:
     return abs(float(inputs["minuend"]) - float(inputs["subtrahend"]))
 
 
-@formula("sum of squares")
-def sum_of_squares(inputs: Inputs) -> Value:
-    """Sum of squares of a factor, of the error or of all runs [square of the response's unit]."""
-    return _variance(inputs, "ss")
-
-
-@formula("degrees of freedom")
-def degrees_of_freedom(inputs: Inputs) -> Value:
-    """Levels less one, runs less one for the total, or what effects leave for the error."""
-    return _variance(inputs, "df")
-
-
-@formula("mean square")
-def mean_square(inputs: Inputs) -> Value:
-    """Sum of squares over its degrees of freedom."""
-    return _variance(inputs, "ms")
-
-
-@formula("variance ratio")
-def variance_ratio(inputs: Inputs) -> Value:
-    """F: mean square of a factor over that of the error, from unrounded sums."""
-    return _variance(inputs, "F")
-
-
-@formula("probability")
-def probability(inputs: Inputs) -> Value:
-    """Chance of a variance ratio at least as large if the factor has no effect."""
-    return _variance(inputs, "p")
-
-
 @formula("reduction")
 def reduction(inputs: Inputs) -> float:
     """Reduction from one printed value to another [%]."""
@@ -424,6 +394,16 @@ def _variance(inputs: Inputs, part: str) -> Value:
     row = _trial(inputs).anova[inputs["response"]][inputs["source"]]
     entry: Value = getattr(row, part)
     return None if entry is None else float(entry)
+
+
+for _name, _part in {
+    "sum of squares": "ss",
+    "degrees of freedom": "df",
+    "mean square": "ms",
+    "variance ratio": "F",
+    "probability": "p",
+}.items():
+    formula(_name)(partial(_variance, part=_part))
 
 
 def _means(inputs: Inputs, response: str | None = None) -> LevelMeans:

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 _MM = 1e3
 
 
-def draw_turning(rotor: Rotor) -> Figure:
-    """Draw the body in the smallest polygon that lets it turn, with the path of a vertex."""
-    return draw_stills({"": (build_rotor_scene(rotor, "rotor"), 0)})
-
-
-def draw_vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
-    """Draw the path of a vertex, and rounded corners [m] inside."""
+def draw_rotor(rotor: Rotor, fillets: Mapping[str, float]) -> dict[str, Figure]:
+    """Draw the body in the smallest polygon that lets it turn, and the path of a vertex with
+    rounded corners [m] inside, if there are any.
+    """
+    turning = draw_stills({"": (build_rotor_scene(rotor, "rotor"), 0)})
+    if not fillets:
+        return {"turning": turning}
     rounded = [polygon_outline(rotor.sides, rotor.width / 2, r, 40) for r in fillets.values()]
     outlines = [
         Outline(_MM * polygon_outline(rotor.sides, rotor.width / 2).T, "frame"),
@@ -42,7 +42,7 @@ def draw_vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
     ]
     radii = ", ".join(f"{name}: {r / rotor.width:.4f} R" for name, r in fillets.items())
     scene = build_still_scene("path", [Body("path", outlines)])
-    return draw_stills({f"fillets {radii}": (scene, 0)})
+    return {"turning": turning, "vertex_path": draw_stills({f"fillets {radii}": (scene, 0)})}
 
 
 def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Array) -> Figure:

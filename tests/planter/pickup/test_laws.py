@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planter.errors import GeometryError
-from planter.gear_geometry.locking_arcs import compute_arc_radius, compute_horn_reaches
+from planter.gear_geometry.locking_arcs import compute_horn_reaches
 from planter.pickup import gears as locks
 from planter.pickup.analysis import build_result
 from planter.pickup.file import load_pickup
@@ -183,17 +183,6 @@ def test_locking_arcs_hold_in_both_directions() -> None:
     assert min(arcs.reaches) > np.radians(3)
     with pytest.raises(GeometryError, match="no horn"):
         compute_horn_reaches(build_rolling(train), min(arcs.ends), addendum)
-
-
-def test_drawn_arcs_equal_gear_arcs(train: PickupTrain) -> None:
-    """By carrier angles here, by arc lengths of the rolling curves there."""
-    arcs, addendum = compute_locking_arcs(train), train.teeth[2] * train.teeth[0]
-    assert arcs.radius == pytest.approx(
-        compute_arc_radius(build_rolling(train), addendum), rel=1e-8
-    )
-    assert arcs.reaches[::-1] == pytest.approx(
-        compute_horn_reaches(build_rolling(train), arcs.radius, addendum), rel=1e-6
-    )
 
 
 def test_dwell_without_arcs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
