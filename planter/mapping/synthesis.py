@@ -33,11 +33,10 @@ from planter.mapping.file import PointsData, PoseFile, build_path_curve
 from planter.mapping.linkage import (
     Defects,
     FourBar,
-    Reversal,
-    Standing,
     defects,
     reversals,
     standings,
+    to_pair,
 )
 from planter.mapping.nearest import (
     SLOPES,
@@ -48,7 +47,6 @@ from planter.mapping.nearest import (
 )
 from planter.mapping.results import (
     AtPose,
-    Back,
     CurveOfPaths,
     DefectsFound,
     DyadFound,
@@ -58,7 +56,6 @@ from planter.mapping.results import (
     Missed,
     NearestCurve,
     OneSense,
-    Pair,
     StraightFound,
     SynthesisFound,
 )
@@ -74,7 +71,7 @@ class Linkage:
 
     numbers: tuple[int, int]
     bar: FourBar
-    standings: list[Standing]
+    standings: list[AtPose]
     defects: Defects
 
 
@@ -119,7 +116,7 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
         family=_family_shown(solution, family_of, poses),
         linkages=[_linkage_shown(linkage, poses) for linkage in linkages],
         carrier_dyad=None if dyad is None else carrier,
-        monotone=None if dyad is None else monotone_result(_reversals(dyad, poses)),
+        monotone=None if dyad is None else _find_rotation(dyad, poses),
         nearest=None
         if closest is None
         else NearestCurve(
@@ -182,9 +179,11 @@ def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
     return dyad if dyad.radius > _POINT * Scale.from_poses(poses).size else None
 
 
-def _reversals(dyad: Dyad, poses: Array) -> list[Reversal]:
+def _find_rotation(dyad: Dyad, poses: Array) -> OneSense:
+    """Return whether the arm can turn in one sense only, and the reversals if not."""
     dx, dy = (model.place_point(poses, dyad.point) - dyad.centre).T
-    return reversals(np.arctan2(dy, dx), poses[:, 2])
+    turned = reversals(np.arctan2(dy, dx), poses[:, 2])
+    return OneSense(not turned, turned)
 
 
 def _find_nearest(
@@ -237,10 +236,10 @@ def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
         circuits=len(bar.reaches),
         transmission_min_deg=math.degrees(bar.least_transmission),
         arm_length_mm=float(np.hypot(*bar.crank.point)) * 1e3,
-        poses=[standing_result(k, s) for k, s in enumerate(linkage.standings, 1)],
+        poses=linkage.standings,
         defects=DefectsFound(order=wrong.order, branch=wrong.branch, circuit=wrong.circuit),
         crank_sense=wrong.sense,
-        monotone=monotone_result(_reversals(bar.crank, poses)),
+        monotone=_find_rotation(bar.crank, poses),
     )
 
 
@@ -291,12 +290,6 @@ def _remarks(poses: Array, count: int, solution: Solution) -> list[str]:
     return remarks
 
 
-def to_pair(place: Array) -> Pair:
-    """Return the two coordinates of a place (2,)."""
-    x, y = place
-    return float(x), float(y)
-
-
 def to_four(lengths: Array) -> Four:
     """Return a length of each gear [m] in mm."""
     a, b, c, d = (float(x) * 1e3 for x in lengths)
@@ -337,26 +330,6 @@ def straight_result(line: Straight) -> StraightFound:
         offset_mm=line.offset * 1e3,
         multiplicity=line.multiplicity,
     )
-
-
-def standing_result(number: int, position: Standing) -> AtPose:
-    """Return the position of a linkage at the pose of a number."""
-    return AtPose(
-        pose=number,
-        crank_angle_deg=math.degrees(position.crank_angle),
-        assembly=position.assembly,
-        circuit=position.circuit,
-        hinges_mm=(to_pair(position.hinges[0] * 1e3), to_pair(position.hinges[1] * 1e3)),
-        position_error_mm=position.position_error * 1e3,
-        angle_error_deg=math.degrees(position.angle_error),
-        transmission_deg=math.degrees(position.transmission),
-    )
-
-
-def monotone_result(reversals: Sequence[Reversal]) -> OneSense:
-    """Return whether the arm can turn in one sense only, and the reversals if not."""
-    turned = [Back(r.start + 1, r.end + 1, math.degrees(r.angle)) for r in reversals]
-    return OneSense(not turned, turned)
 
 
 def describe_slopes(curve: AngleCurve) -> dict[str, Any]:

@@ -19,8 +19,9 @@ from planter.pickup.inverse import invert_path
 from planter.pickup.law import Dwell
 from planter.pickup.model import PickupTrain, build_train
 from planter.pickup.redesign import Redesign, redesign_path
-from planter.pickup.requirements import PickupRequirement, find_push, list_requirements
+from planter.pickup.requirements import find_push, list_requirements
 from planter.pickup.results import (
+    Demand,
     ExtremaResult,
     LockingArcs,
     Optimised,
@@ -102,7 +103,7 @@ def build_result(machine: Pickup, train: PickupTrain, at: Sequence[float] = ()) 
         teeth=counted,
         locking_arcs=None if arcs is None else _arcs(arcs),
         push=Push(_deg(where), _deg(swing)),
-        requirements=[requirement.to_demand() for requirement in demands],
+        requirements=demands,
         warnings=[
             *list_requirement_warnings(demands),
             *gears.list_gear_warnings(train),
@@ -123,14 +124,14 @@ def _arcs(arcs: Locking) -> LockingArcs:
     return LockingArcs(arcs.radius * _MM, (start * _MM, end * _MM), _deg(arcs.sweep), (first, last))
 
 
-def list_requirement_warnings(checked: Sequence[PickupRequirement]) -> list[PickupWarning]:
+def list_requirement_warnings(checked: Sequence[Demand]) -> list[PickupWarning]:
     """A warning for each requirement that does not hold."""
     return [
         PickupWarning(
             requirement.name,
             requirement.t_deg,
             f"{requirement.name} is {requirement.value:.4g} {requirement.unit}".rstrip()
-            + f", wanted {requirement.bound}",
+            + f", wanted {requirement.wanted}",
         )
         for requirement in checked
         if not requirement.holds
@@ -266,7 +267,7 @@ def _to_optimised(moved: Redesign) -> Optimised:
         iterations=moved.iterations,
         rounds=moved.rounds,
         certificate=None if moved.certificate is None else _certificate(moved.certificate),
-        requirements_before=[requirement.to_demand() for requirement in moved.before],
+        requirements_before=moved.before,
         value_points_before_mm=[(x, y) for x, y in (moved.points_before * 1000).tolist()],
         value_points_mm=[(x, y) for x, y in (moved.points * 1000).tolist()],
     )

@@ -10,7 +10,16 @@ from planter.report.html import Block, Section, Table
 from planter.report.labels import clean_zero, format_cell, format_label, format_name, tabulate_named
 from planter.report.presentation import list_warning_sections
 
-PAGE_COLUMNS = ("source", "share", "hinges_mm", "angle_error_deg", "multiplicity", "outside")
+PAGE_COLUMNS = (
+    "source",
+    "share",
+    "hinges_mm",
+    "angle_error_deg",
+    "multiplicity",
+    "outside",
+    "lower",
+    "upper",
+)
 """Columns of rows that only pages have."""
 
 

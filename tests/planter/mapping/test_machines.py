@@ -82,7 +82,7 @@ def test_linkage_passes_poses_with_constant_lengths() -> None:
     ]
     values = values_of(
         load_machine("sun2019-corrected"),
-        np.array([linkage.standings[k].crank_angle for k in visited]),
+        np.radians([linkage.standings[k].crank_angle_deg for k in visited]),
     )
     np.testing.assert_allclose(
         np.column_stack([values["d1"], values["d2"]]), file.poses[visited, :2], atol=1e-12
