@@ -210,7 +210,7 @@ def _build_path_curve(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve
         )
     linkage = linkages[points.linkage - 1]
     first, second = (_assembly(file, points, linkage, key) for key in ("first_pose", "second_pose"))
-    return build_path_curve(linkage.bar, points.choice(first, second))
+    return build_path_curve(linkage.bar, points, (first, second))
 
 
 def _assembly(file: PoseFile, points: PointsData, linkage: Linkage, key: str) -> int:

@@ -13,7 +13,7 @@ from planter.files import examples
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn, load_curve, unwrap_rotations
 from planter.mapping.dyads import Dyad, solve_dyads
-from planter.mapping.file import Choice, build_path_curve
+from planter.mapping.file import PointsData, build_path_curve
 from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import (
     Nearest,
@@ -27,13 +27,13 @@ from tests.planter.mapping.data import CORRECTED, si
 
 DYADS = solve_dyads(si(CORRECTED)).dyads
 LINKAGE = FourBar(*DYADS)
-CHOICE = Choice(
-    1,
-    np.radians(np.arange(0, 61, 10)),
-    -1,
-    np.radians([230, 240, 250]),
-    np.radians(30),
-    np.radians([90, 120, 150, 180, 205, 305]),
+POINTS = PointsData(
+    first_pose=1,
+    first_carrier_deg=list(range(0, 61, 10)),
+    second_pose=4,
+    second_carrier_deg=[230, 240, 250],
+    second_shift_deg=30,
+    free_carrier_deg=[90, 120, 150, 180, 205, 305],
 )
 
 
@@ -82,7 +82,7 @@ def test_extremes_are_the_true_ones() -> None:
 
 def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
     """The built-in points, made from the dyads alone; they are printed to 1e-6 deg."""
-    curve = build_path_curve(LINKAGE, CHOICE)
+    curve = build_path_curve(LINKAGE, POINTS, (1, -1))
     printed = load_curve("sun2019-curve")
     assert np.degrees(curve.carrier) == pytest.approx(np.degrees(printed.carrier), abs=1e-9)
     assert np.degrees(curve.relative) == pytest.approx(np.degrees(printed.relative), abs=6e-7)
@@ -90,7 +90,7 @@ def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
 
 
 def test_points_of_a_path_are_on_the_linkage() -> None:
-    curve = build_path_curve(LINKAGE, CHOICE)
+    curve = build_path_curve(LINKAGE, POINTS, (1, -1))
     phi = curve.relative[:7] + curve.carrier[:7]
     closure = model.evaluate_closure(
         curve.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector
@@ -107,9 +107,10 @@ def test_points_of_a_path_are_on_the_linkage() -> None:
 
 def test_the_arm_must_not_turn_more_than_once() -> None:
     """Points of the second path between those of the first would take a turn each."""
-    too_far = Choice(1, CHOICE.first, -1, np.radians([5, 15]), 0.0, np.array([]))
+    changes = {"second_carrier_deg": [5, 15], "second_shift_deg": 0.0, "free_carrier_deg": []}
+    too_far = POINTS.model_copy(update=changes)
     with pytest.raises(ComputationError, match="one closed turn"):
-        build_path_curve(LINKAGE, too_far)
+        build_path_curve(LINKAGE, too_far, (1, -1))
 
 
 def test_turns_are_added_for_falling_curve() -> None:
