@@ -286,9 +286,8 @@ def simulate_engagement(
     if depth > deepest:
         raise ComputationError(
             f"{clutch.name} clutch: surfaces go {depth * 1e3:.3g} mm deep into each other, which "
-            f"must be less than the "
-            f"{deepest * 1e3:.3g} mm of their rounding: contact.stiffness_N_m15 = "
-            f"{inputs.stiffness:g} is too small"
+            f"must be less than the {deepest * 1e3:.3g} mm of their rounding: "
+            f"contact.stiffness_N_m15 = {inputs.stiffness:g} is too small"
         )
     return run
 

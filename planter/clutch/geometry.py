@@ -242,9 +242,8 @@ def find_linkages(
     if closure["share"] > 1:
         raise ComputationError(
             f"a crank of {crank * 1e3:.4g} mm makes at most {travel / closure['share'] * 1e3:.4g} "
-            f"mm in "
-            f"{np.degrees(rotation):.4g} deg, the travel is {travel * 1e3:.4g} mm: it must be "
-            f"longer or turn further"
+            f"mm in {np.degrees(rotation):.4g} deg, the travel is {travel * 1e3:.4g} mm: it must "
+            "be longer or turn further"
         )
     base = CrankLinkage(crank, 0.0, distance)
     both = [replace(base, rod=closure[name]) for name in ("l_BC_1", "l_BC_2")]

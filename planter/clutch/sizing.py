@@ -103,9 +103,8 @@ def compute_sizes(clutch: ClutchFile) -> dict[str, float]:
     if values["a"] <= 0:
         raise ComputationError(
             f"no hexagon is large enough: over a body of {values['d'] * 1e3:.4g} mm a taper for a "
-            f"travel of "
-            f"{values['c'] * 1e3:.4g} mm takes off more than there is; the body must be shorter "
-            f"or the travel longer"
+            f"travel of {values['c'] * 1e3:.4g} mm takes off more than there is; the body must be "
+            "shorter or the travel longer"
         )
     angle = load_model().at("angle", a=values["a"], c=values["c"])
     values |= {"b": angle["b"], "phi": angle["phi"], "R2": values["b2"] + wall}

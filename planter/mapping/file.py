@@ -63,9 +63,8 @@ def build_path_curve(
     if relative[-1] <= relative[0] - TURN:
         raise ComputationError(
             "the points of the two paths do not lie on one closed turn of the carrier: the arm "
-            "would have to turn "
-            f"against the carrier by {np.degrees(relative[0] - relative[-1]):.6g} deg, which must "
-            f"be less than 360"
+            "would have to turn against the carrier by "
+            f"{np.degrees(relative[0] - relative[-1]):.6g} deg, which must be less than 360"
         )
     given = points.free_relative_deg
     ordinates = _between(theta, relative, free) if given is None else np.radians(given)

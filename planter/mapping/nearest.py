@@ -268,8 +268,7 @@ def fit_smooth_curve(theta: Array, relative: Array, slopes: tuple[float, float])
     ):
         raise ComputationError(
             f"no smooth curve with slopes from {slopes[0]:g} to {slopes[1]:g} passes the points "
-            f"closest to the poses: "
-            f"its slope goes from {lowest.value:.6g} to {largest.value:.6g}"
+            f"closest to the poses: its slope goes from {lowest.value:.6g} to {largest.value:.6g}"
         )
     return curve
 

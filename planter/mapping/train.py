@@ -54,9 +54,8 @@ class Train:
             at, worst = np.degrees(self.curve.find_zero_slope()), np.degrees(lowest.angle)
             raise ComputationError(
                 f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where "
-                f"the gears would stand "
-                f"still and turn back (least slope {lowest.value:.6g} at {worst:.6g} deg): it "
-                f"must stay positive"
+                f"the gears would stand still and turn back (least slope {lowest.value:.6g} at "
+                f"{worst:.6g} deg): it must stay positive"
             )
 
     @cached_property
@@ -176,8 +175,7 @@ class Train:
         if crank > 2 * self.distance:
             raise GeometryError(
                 f"the length of the carrier, {crank * 1e3:.6g} mm, is too large: it must be at "
-                f"most twice the centre "
-                f"distance, {2e3 * self.distance:.6g} mm"
+                f"most twice the centre distance, {2e3 * self.distance:.6g} mm"
             )
         return model.bend(crank, self.distance)
 
@@ -281,8 +279,7 @@ def _hollow(train: Train) -> Iterator[TrainWarning]:
                 "hollow pitch curve",
                 float(theta[worst]),
                 f"the pitch curve of {name} is hollow, of a radius of "
-                f"{_MM / -kappa[gear][worst]:.4g} mm (all in all "
-                f"from {ranges} deg)",
+                f"{_MM / -kappa[gear][worst]:.4g} mm (all in all from {ranges} deg)",
                 f": a rack or hob cannot cut it there{limit if module < LEAST_MODULE else ''}",
             )
 

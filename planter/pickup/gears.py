@@ -54,8 +54,7 @@ def check_gears(machine: Pickup, train: PickupTrain) -> None:
         source = machine.points_source if train.inversion is not None else f"{machine.source}: law"
         raise GeometryError(
             f"{source}: this cannot be a pair of gears: at t = {to_degrees(fault.t):.5g} deg from "
-            f"the farthest tip "
-            f"{fault.problem}; {_cause(machine, train, fault.t)}"
+            f"the farthest tip {fault.problem}; {_cause(machine, train, fault.t)}"
         )
 
 
@@ -90,8 +89,7 @@ def _describe_limit(train: PickupTrain, gear: str, kind: str, curve: Mapping[str
         ratio = curve["R2"] / curve["R1"]
         return (
             f"the pitch radius of the {gear} is {curve[radius] * _MM:.4g} mm (total ratio "
-            f"{ratio:.4g}), but the teeth "
-            f"of its mate reach {reach:.4g} mm into it, past its axis"
+            f"{ratio:.4g}), but the teeth of its mate reach {reach:.4g} mm into it, past its axis"
         )
     depth, end = (reach, "roots") if kind == "sharp" else (addendum, "tips")
     return (
@@ -135,10 +133,9 @@ def _doing(train: PickupTrain, t: float) -> str:
     if slopes[fast] < STEEP:
         return f"{change}: where the arm is to move it must change on steadily"
     return (
-        f"{change}; at t = {to_degrees(angles[fast]):.5g} deg the arm must turn "
-        f"{slopes[fast]:.3g} times as fast as "
-        f"the carrier, for there the path turns back so quickly that it all but lets the carrier "
-        f"stand still"
+        f"{change}; at t = {to_degrees(angles[fast]):.5g} deg the arm must turn {slopes[fast]:.3g} "
+        "times as fast as the carrier, for there the path turns back so quickly that it all but "
+        "lets the carrier stand still"
     )
 
 
@@ -155,10 +152,8 @@ def list_gear_warnings(train: PickupTrain) -> Iterator[PickupWarning]:
             "contact ratio",
             float(lost[0]),
             f"the contact ratio has no value at {len(lost)} of {len(t)} angles on the teeth, the "
-            f"first at t = "
-            f"{to_degrees(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of "
-            f"its teeth lie inside "
-            f"their base circle",
+            f"first at t = {to_degrees(lost[0]):.4g} deg: a pitch curve is so hollow there that "
+            "the tips of its teeth lie inside their base circle",
         )
 
 
@@ -181,9 +176,8 @@ def _jumps(train: PickupTrain) -> Iterator[PickupWarning]:
                 f"velocity jumps at the dwell's {name}",
                 t,
                 f"where the dwell {end}, at t = {to_degrees(t):.5g} deg, the tip's velocity jumps "
-                f"by {jump * _MM:.5g} "
-                f"mm/s (its speed from {speeds_text} mm/s): the acceleration is infinite there; "
-                f"{remedy}",
+                f"by {jump * _MM:.5g} mm/s (its speed from {speeds_text} mm/s): the acceleration "
+                f"is infinite there; {remedy}",
             )
 
 
