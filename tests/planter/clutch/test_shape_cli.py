@@ -25,14 +25,6 @@ def tampered(folder: Path, old: str, new: str) -> str:
     return str(path)
 
 
-@pytest.mark.parametrize("command", ["geometry", "design", "optimise"])
-def test_commands_print_tables_or_single_json_object(command):
-    code, tables, err = run(command, "shi2021")
-    assert (code, err) == (0, "")
-    assert "shi2021" in tables or "optimum" in tables
-    assert answer(command, "shi2021")["clutch"] == "shi2021"
-
-
 def test_geometry_follows_a_changed_value():
     result, other = (
         answer("geometry", "shi2021"),

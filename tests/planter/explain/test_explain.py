@@ -175,14 +175,6 @@ def test_explanations_equal_sidecar(path: str, tmp_path: Path) -> None:
     assert all((tmp_path / file).is_file() for file in result["files"])
 
 
-@pytest.mark.parametrize(
-    ("key", "kind"), [("h_mm", "value"), ("values.h_mm", "value"), ("N_cam_N", "quantity")]
-)
-def test_key_has_a_meaning(path: str, key: str, kind: str) -> None:
-    (meaning,) = answer("explain", path, key)["meanings"]
-    assert meaning["kind"] == kind
-
-
 def test_unknown_keys_are_refused_with_close_ones(path: str) -> None:
     assert "did you mean N_cam" in refusal("explain", path, "N_camm")
     assert "F_B1x" in refusal("explain", "wang2017", "F_B1xx")
