@@ -19,7 +19,7 @@ import numpy as np
 
 from planter import workers
 from planter.bench.results import WORKS, Benchmark, TaskTimes, WayTimes
-from planter.bench.ways import BUILDERS, MACHINE, Absent, Call, Cycle
+from planter.bench.ways import BUILDERS, MACHINE, Absent, Call, TimedCycle
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.kernels.compiler import CompilerError, find_compiler
@@ -60,7 +60,7 @@ Calls = Mapping[str, Callable[[Any], Any]]
 
 def run_benchmark(works: Sequence[str], progress: Listener | None = None) -> Benchmark:
     """Return the times of some tasks. Raises ComputationError if a way disagrees with the others."""
-    cycle, phase = Cycle(), ProgressPhase("bench", "work", len(works), progress)
+    cycle, phase = TimedCycle(), ProgressPhase("bench", "work", len(works), progress)
     skipped = {name: "not among the quick tasks" for name in WORKS if name not in works}
     results = []
     for name in works:
@@ -77,7 +77,7 @@ def run_benchmark(works: Sequence[str], progress: Listener | None = None) -> Ben
     return Benchmark(results, machine, list_versions(), skipped)
 
 
-def run_task(name: str, cycle: Cycle) -> TaskTimes:
+def run_task(name: str, cycle: TimedCycle) -> TaskTimes:
     """Return the times of a task. Raises Absent if it cannot be done here."""
     if name == "optimise":
         return time_task(name, list_searches(cycle), _count(), "ipopt")
@@ -112,10 +112,10 @@ def _count() -> Iterator[int]:
 
 def check_agreement(work: str, calls: Mapping[str, Call], inputs: Sequence[Array]) -> None:
     """Raise ComputationError, naming task and way, if a way's results are not those of the first."""
-    reference, *others = calls
+    reference, *compared = calls
     for x in inputs:
         expected = _list_parts(calls[reference](x))
-        for name in others:
+        for name in compared:
             for part, target in zip(_list_parts(calls[name](x)), expected, strict=True):
                 off = float(np.abs(part - target).max() / np.abs(target).max())
                 if not off <= EXACT:
@@ -166,7 +166,7 @@ def time_call(call: Callable[[Any], Any], x: Any) -> float:
     return time.perf_counter() - begun
 
 
-def list_searches(cycle: Cycle) -> Calls:
+def list_searches(cycle: TimedCycle) -> Calls:
     """Return the searches for the optimum of the printed model by their seed: it has one basin."""
     device = Device(cycle.device.machine, "printed")
     device.compile()

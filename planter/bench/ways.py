@@ -89,7 +89,7 @@ def run_graph(
     return outputs
 
 
-class Cycle:
+class TimedCycle:
     """The objective of the built-in machine over the samples of its file."""
 
     def __init__(self, name: str = MACHINE) -> None:
@@ -128,7 +128,7 @@ class Cycle:
         return float(value), self.add_sides(rows) @ np.array(weights)[:, 0]
 
 
-Builder = Callable[[Cycle, str], Call]
+Builder = Callable[[TimedCycle, str], Call]
 
 GRAPHS = SimpleNamespace(
     max=ca.mmax,
@@ -139,7 +139,7 @@ GRAPHS = SimpleNamespace(
 """CasADi under the names of NumPy that an objective needs."""
 
 
-def build_casadi(cycle: Cycle, work: str) -> ca.Function:
+def build_casadi(cycle: TimedCycle, work: str) -> ca.Function:
     """Return the function from a design to the results of a task, the lanes as a loop."""
     response, size = cycle.response, cycle.device.size
     x, lanes = ca.MX.sym("x", size), ca.DM(cycle.lanes).T
@@ -156,9 +156,9 @@ def build_casadi(cycle: Cycle, work: str) -> ca.Function:
         # One pass with the tangents takes less than CasADi's reverse mode through the loop.
         h, jacobian = response.tangent(d)
         slopes = loop(response.slopes_kernel.function)
-        rows, along = slopes(lanes, d, h, ca.vec(jacobian.nz[:]))
+        rows, tangents = slopes(lanes, d, h, ca.vec(jacobian.nz[:]))
         value, weights = cycle.slope(fold(rows))
-        gradient = along[1:, :] @ ca.repmat(weights, len(cycle.turns.offsets), 1)
+        gradient = tangents[1:, :] @ ca.repmat(weights, len(cycle.turns.offsets), 1)
         return ca.Function("gradient", [x], [value, gradient])
     rows = loop(response.values_kernel.function)(lanes, d, response.machine.prologue(d))
     value = cycle.objective(fold(rows), GRAPHS)
@@ -187,12 +187,12 @@ def call_casadi(function: ca.Function, work: str) -> Call:
     return both
 
 
-def build_virtual_machine(cycle: Cycle, work: str) -> Call:
+def build_virtual_machine(cycle: TimedCycle, work: str) -> Call:
     """Return CasADi's virtual machine."""
     return call_casadi(build_casadi(cycle, work), work)
 
 
-def build_c(cycle: Cycle, work: str) -> Call:
+def build_c(cycle: TimedCycle, work: str) -> Call:
     """Return CasADi's own C. Raises Absent if it cannot be compiled."""
     function = build_casadi(cycle, work)
     generator = ca.CodeGenerator(f"{function.name()}.c")
@@ -205,7 +205,7 @@ def build_c(cycle: Cycle, work: str) -> Call:
     return call_casadi(ca.external(function.name(), str(path)), work)
 
 
-def build_lanes(cycle: Cycle, work: str) -> Call:
+def build_lanes(cycle: TimedCycle, work: str) -> Call:
     """Return the kernels of planter. Raises Absent if they are evaluated otherwise here."""
     if cycle.turns.way != "lanes":
         raise Absent(f"this machine evaluates cycles by {cycle.turns.way}")
@@ -274,7 +274,7 @@ def import_optional(name: str) -> Any:
 def build_arrays(compile_graph: Callable[[ca.Function], Run]) -> Builder:
     """Return the builder of a way that runs the graph of the share on arrays over the lanes."""
 
-    def build(cycle: Cycle, work: str) -> Call:
+    def build(cycle: TimedCycle, work: str) -> Call:
         response = cycle.response
         if work == "hessian":
             raise Absent("arrays have the objective and its gradient alone")

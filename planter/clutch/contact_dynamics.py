@@ -112,7 +112,7 @@ none at rest.
 def _check(clutch: ClutchFile) -> None:
     tooth, dog, sleeve = clutch.tooth, clutch.dog, clutch.sleeve
     turns, way = 60 / dog.jaws / LONGEST_S, sleeve.travel_mm / LONGEST_S
-    within = f"within {LONGEST_S:g} s"
+    period = f"within {LONGEST_S:g} s"
     rows = {
         "tooth.root_mm": (
             tooth.root_mm > tooth.tip_mm,
@@ -124,11 +124,11 @@ def _check(clutch: ClutchFile) -> None:
         ),
         "engagement.input_speed_rpm": (
             clutch.engagement.input_speed_rpm >= turns,
-            f"at least {turns:g}, so that jaws meet {within}",
+            f"at least {turns:g}, so that jaws meet {period}",
         ),
         "sleeve.switching_speed_mm_s": (
             sleeve.switching_speed_mm_s >= way,
-            f"at least {way:g}, so that the sleeve is there {within}",
+            f"at least {way:g}, so that the sleeve is there {period}",
         ),
     }
     for path, (is_met, allowed) in rows.items():

@@ -121,8 +121,8 @@ def read_trial(text: str, source: str) -> Trial:
     responses = {
         name: np.array(table.numbers(name)) for name in table.header if _RESPONSE.match(name)
     }
-    others = [name for name in table.header if name not in responses and name.lower() != "run"]
-    factors = {name: _read_factor(table, name) for name in others if not _BLANK.fullmatch(name)}
+    columns = [name for name in table.header if name not in responses and name.lower() != "run"]
+    factors = {name: _read_factor(table, name) for name in columns if not _BLANK.fullmatch(name)}
     if not responses or not factors:
         raise InputError(
             f"{source}: it needs a column Y, Y1, ... for a response and one for a factor, "

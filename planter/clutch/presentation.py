@@ -254,7 +254,7 @@ def _present(
     clutch: ClutchFile | None,
     draw: Callable[[], Mapping[str, Figure]],
     rotor: Rotor | None = None,
-    **others: Any,
+    **options: Any,
 ) -> ResultPresentation:
     """Return the presentation of a shape, with the rotating `rotor` if there is one."""
     table = result.table()
@@ -287,7 +287,7 @@ def _present(
         figures=draw,
         captions=CAPTIONS,
         comments=() if clutch is None else files.list_comments(clutch, "clutch"),
-        **others,
+        **options,
     )
 
 

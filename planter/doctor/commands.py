@@ -74,16 +74,16 @@ def examine_installation(build: bool = False) -> Examination:
             else "name a private folder, on a disk that allows execution, in PLANTER_CACHE"
         )
     usable = cache is not None
-    found = []
+    listed = []
     for kernel in kernels:
         if build:
             kernel.compile()
         way = backends.predict_backend(kernel.work) if usable else backends.BACKENDS[-1]
         compiled = usable and backends.is_compiled(kernel.work)
-        found.append(KernelFound(kernel.work.function.name(), way, compiled))
+        listed.append(KernelFound(kernel.work.function.name(), way, compiled))
     if (limit := os.environ.get("PLANTER_KERNELS")) in backends.BACKENDS[1:]:
         advice[f"PLANTER_KERNELS allows nothing faster than {limit}"] = "unset it"
-    if usable and not all(kernel.compiled for kernel in found):
+    if usable and not all(kernel.compiled for kernel in listed):
         advice["functions that are not compiled yet"] = "planter doctor --build, or wait"
     versions = {"planter": __version__, "python": platform.python_version()}
     versions |= {name: metadata.version(name) for name in ("casadi", "numpy")}
@@ -92,7 +92,7 @@ def examine_installation(build: bool = False) -> Examination:
         compiler=None if compiler is None else compiler.version,
         flags=None if compiler is None else list(compiler.flags),
         cache=cache,
-        kernels=found,
+        kernels=listed,
         extras={name: find_spec(module) is not None for name, module in EXTRAS.items()},
         advice=advice,
     )

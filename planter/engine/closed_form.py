@@ -32,7 +32,7 @@ def build_closed_machine(
     speed: str,
     limits: tuple[Limit, ...],
     vectors: Mapping[str, tuple[str, str]] | None = None,
-    **others: Any,
+    **options: Any,
 ) -> Machine:
     """Return a machine from its quantities' units and meanings, and their graphs by name.
 
@@ -68,5 +68,5 @@ def build_closed_machine(
         vectors=tuple(build_vectors(vectors or {}, listed)),
         limits=limits,
         documentation=Documentation(sidecar["title"], sidecar["source"]),
-        **others,
+        **options,
     )

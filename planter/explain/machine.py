@@ -38,11 +38,11 @@ def explain_machine(
         key = paths.last_part(meaning.key or "").partition("[")[0]
         symbols.setdefault(meaning.name, meaning)
         symbols.setdefault(key, meaning)
-    drawn = []
+    drawings = []
     for sheet in sheets:
         # Points of a user's mechanism have names without a meaning.
         named = [symbols[name] for name in sorted(sheet.names) if name in symbols]
-        drawn.append(DrawnSheet(sheet.name, sheet.title, named))
+        drawings.append(DrawnSheet(sheet.name, sheet.title, named))
     return ExplainedMachine(
         machine=description.name,
         kind=package,
@@ -52,7 +52,7 @@ def explain_machine(
         values=values,
         quantities=quantities,
         functions=functions,
-        sheets=drawn,
+        sheets=drawings,
         files=[],
     )
 
@@ -74,12 +74,12 @@ def find_meanings(machine: ExplainedMachine, key: str) -> Explained:
         count = "" if entry.operations is None else f", {entry.operations} operations"
         text = f"function of {', '.join(entry.inputs)}: {entry.outputs} results{count}"
         meanings.append(Meaning(entry.name, "function", machine.machine, "", text, machine.source))
-    known = {meaning.name for meaning in meanings}
+    names = {meaning.name for meaning in meanings}
     # Keys of results have names of sections, as `objective`.
     meanings += [
         meaning
         for meaning in dictionary.list_meanings(machine.kind)
-        if meaning.name not in known and meaning.kind != "result key"
+        if meaning.name not in names and meaning.kind != "result key"
     ]
     reason = f"is not a symbol or key of {machine.machine}"
     return dictionary.select_meanings(meanings, key, "KEY", reason, "without KEY all are listed")

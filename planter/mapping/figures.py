@@ -70,11 +70,13 @@ def _draw_dyads(synthesis: Synthesis) -> list[Body]:
             bars = [
                 Outline(MM * np.array([dyad.centre, at]), "mark", closed=False) for at in hinges
             ]
-            around = Outline(MM * (dyad.centre + dyad.radius * circle), "gear", shade=number)
-            bodies.append(Body(f"dyad {number + 1}", [around, *bars]))
-    near = [d for d in synthesis.members if np.hypot(*(d.centre - poses[0, :2])) < _WIDEST * extent]
+            outline = Outline(MM * (dyad.centre + dyad.radius * circle), "gear", shade=number)
+            bodies.append(Body(f"dyad {number + 1}", [outline, *bars]))
+    members = [
+        d for d in synthesis.members if np.hypot(*(d.centre - poses[0, :2])) < _WIDEST * extent
+    ]
     for name in ("centre", "point"):
-        if places := [getattr(dyad, name) for dyad in near]:
+        if places := [getattr(dyad, name) for dyad in members]:
             line = Outline(MM * np.array(places), "before", closed=False)
             bodies.append(Body(f"{name}s of the family", (line,)))
     return bodies

@@ -66,8 +66,10 @@ def build_path_curve(
             "would have to turn against the carrier by "
             f"{np.degrees(relative[0] - relative[-1]):.6g} deg, which must be less than 360"
         )
-    given = points.free_relative_deg
-    ordinates = _between(theta, relative, free) if given is None else np.radians(given)
+    relative_deg = points.free_relative_deg
+    ordinates = (
+        _between(theta, relative, free) if relative_deg is None else np.radians(relative_deg)
+    )
     return closed_turn(np.concatenate([theta, free]), np.concatenate([relative, ordinates]))
 
 

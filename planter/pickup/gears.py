@@ -261,30 +261,6 @@ def _on_circle(distance: float, radius: float, end: float, addendum: float) -> f
     ]
 
 
-def locking_arcs(train: PickupTrain, arcs: Locking) -> tuple[Array, Array]:
-    """Convex arc in the sun's frame and concave one in the intermediate gear's, each (2, n) [m].
-
-    In the dwell both lie on one circle about the sun's centre; the concave one reaches to its
-    gear's tips.
-    """
-    dwell = train.law.dwell
-    assert dwell is not None
-    convex, concave = (
-        np.linspace(dwell.start, dwell.end, 181),
-        np.linspace(-arcs.reaches[0], arcs.reaches[1], 121),
-    )
-    seen = arcs.radius * np.array([np.cos(concave), np.sin(concave)]) - np.array(
-        [[train.geometry.a1], [0.0]]
-    )
-    arm_angle = float(train.law.arm(np.array([dwell.start]))[0])
-    return arcs.radius * np.array([np.cos(convex), np.sin(convex)]), _turned(seen, -arm_angle)
-
-
-def _turned(points: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([c * points[0] - s * points[1], s * points[0] + c * points[1]])
-
-
 def build_rolling(train: PickupTrain) -> Rolling:
     """The sun's pitch curve and the intermediate gear's where they roll on each other."""
 

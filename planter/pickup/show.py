@@ -93,7 +93,7 @@ class PickUp:
     starts = 1
 
     def describe_goal(self) -> str:
-        """What the search minimises."""
+        """Return what the search minimises."""
         return (
             "mean square of the tip's displacement, in units of 30 mm, and of the change of the "
             "gear ratio's second derivative, while the requirements hold"

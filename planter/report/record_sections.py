@@ -33,9 +33,9 @@ def list_record_sections(
     """
     yield from list_warning_sections(getattr(record, "warnings", None) or [])
     table = record.table()
-    shown = {key: value for key, value in table.items() if key not in (*omit, "warnings")}
-    yield Section("Results", list(_list_blocks(shown, names)))
-    for key, rows in shown.items():
+    entries = {key: value for key, value in table.items() if key not in (*omit, "warnings")}
+    yield Section("Results", list(_list_blocks(entries, names)))
+    for key, rows in entries.items():
         if not is_table(rows):
             continue
         title = name_group(key, names)

@@ -97,11 +97,15 @@ def _list_sections(result: FieldTest, tables: Mapping[str, Table]) -> Iterator[S
     goals = result.goals | {"both": "least mean rank"}
     factors = next(iter(result.range.values()))
     best = [(name, goals[name], *levels) for name, levels in result.best.items()]
-    shown = Table(tables["prediction"].head, tables["prediction"].rows[:SHOWN])
+    prediction = Table(tables["prediction"].head, tables["prediction"].rows[:SHOWN])
     note = "The prediction adds main effects: interactions are neither predicted nor tested."
     yield Section(
         "Prediction",
-        [Table(("response", "goal", *factors), best, "Best levels"), shown, Text(note, "note")],
+        [
+            Table(("response", "goal", *factors), best, "Best levels"),
+            prediction,
+            Text(note, "note"),
+        ],
     )
     if "comparison" in tables:
         note = "p: Welch's test of each difference"

@@ -10,7 +10,7 @@ import pytest
 
 from planter.bench import tasks
 from planter.bench.results import QUICK_WORKS, WORKS
-from planter.bench.ways import BUILDERS, Cycle, build_virtual_machine
+from planter.bench.ways import BUILDERS, TimedCycle, build_virtual_machine
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.workers import python_command
@@ -22,8 +22,8 @@ PLACES = {"cycle": 0, "cycle+gradient": 1}
 
 
 @pytest.fixture(scope="module")
-def cycle() -> Cycle:
-    return Cycle()
+def cycle() -> TimedCycle:
+    return TimedCycle()
 
 
 @pytest.mark.long
@@ -41,7 +41,7 @@ def test_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> None:
 
 @needs_compiler
 @pytest.mark.parametrize("work", ["cycle", "cycle+gradient", "hessian", "batch"])
-def test_ways_agree_with_planter(work: str, cycle: Cycle) -> None:
+def test_ways_agree_with_planter(work: str, cycle: TimedCycle) -> None:
     arrays = ["numpy", "lambdify", *(["jax"] if find_spec("jax") else [])]
     ways = ["lanes", "casadi-vm", *([] if work == "hessian" else arrays)]
     calls = {way: BUILDERS[way](cycle, work) for way in ways}
@@ -50,7 +50,7 @@ def test_ways_agree_with_planter(work: str, cycle: Cycle) -> None:
 
 
 @pytest.mark.parametrize("work", PLACES)
-def test_small_error_ends_the_benchmark(work: str, cycle: Cycle) -> None:
+def test_small_error_ends_the_benchmark(work: str, cycle: TimedCycle) -> None:
     call = build_virtual_machine(cycle, work)
 
     def tampered(x: Array) -> object:

@@ -61,10 +61,10 @@ def test_drawn_dimensions_equal_file_values(source: str) -> None:
     """The symbols on a drawing whose key is a number of the file."""
     described, sizes = explain_machine(source, {}, sheets(source)), measured(sheets(source))
     numbers = load_machine(source).document.numbers()
-    shown = {meaning.name: meaning.key for sheet in described.sheets for meaning in sheet.symbols}
+    keys = {meaning.name: meaning.key for sheet in described.sheets for meaning in sheet.symbols}
     values = {
         name: abs(float(numbers[key]))
-        for name, key in shown.items()
+        for name, key in keys.items()
         if key in numbers and name in sizes
     }
     assert len(values) >= (1 if described.kind == "mapping" else 5)

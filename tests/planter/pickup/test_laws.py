@@ -12,8 +12,9 @@ from planter.gear_geometry.locking_arcs import compute_horn_reaches
 from planter.pickup import gears as locks
 from planter.pickup.analysis import build_result
 from planter.pickup.file import load_pickup
-from planter.pickup.gears import build_rolling, compute_locking_arcs, locking_arcs
+from planter.pickup.gears import build_rolling, compute_locking_arcs
 from planter.pickup.model import PickupTrain
+from planter.pickup.scene import outline_locking_arcs
 from tests.planter.pickup.pickups import arm, built_in, tips
 
 TRAINS = {name: built_in(name) for name in ("yu2023", "yu2023-path")}
@@ -150,7 +151,7 @@ def test_in_the_dwell_the_tip_turns_with_the_carrier(train: PickupTrain) -> None
 
 def test_locking_arcs_are_a_circle_about_the_sun(train: PickupTrain) -> None:
     arcs, dwell = compute_locking_arcs(train), train.law.dwell
-    convex, concave = locking_arcs(train, arcs)
+    convex, concave = outline_locking_arcs(train, arcs)
     radius = float(train.law.arm(np.array([dwell.start]))[0])
     turned = (concave[0] + 1j * concave[1]) * np.exp(1j * radius) + train.geometry.a1
     assert np.abs(turned) == pytest.approx(arcs.radius)
