@@ -14,8 +14,7 @@ from planter.version import __version__
 
 if TYPE_CHECKING:
     from planter.audit.verdicts import audit as audit_papers
-    from planter.clutch.field import evaluate_field
-    from planter.clutch.field.plans import plan_field
+    from planter.clutch.field import evaluate_field, plan_field
     from planter.clutch.file import load_clutch
     from planter.clutch.geometry import compute_geometry as clutch_geometry
     from planter.clutch.modal_engagement import evaluate_engagement as engage_clutch
@@ -100,8 +99,7 @@ __all__ = [
 _HOMES = {
     "audit.verdicts": ("audit_papers:audit",),
     "clutch.modal_engagement": ("engage_clutch:evaluate_engagement",),
-    "clutch.field": ("evaluate_field",),
-    "clutch.field.plans": ("plan_field",),
+    "clutch.field": ("evaluate_field", "plan_field"),
     "clutch.file": ("load_clutch",),
     "clutch.geometry": ("clutch_geometry:compute_geometry",),
     "clutch.sizing": ("optimise_clutch", "size_clutch"),

@@ -32,7 +32,7 @@ from planter.engine.machine import Machine, load_machine
 from planter.files import examples, units
 from planter.interchange import co_simulation
 from planter.kernels import Array
-from planter.mechanism import sheets
+from planter.mechanism import labelled
 from planter.view.sheet import Length
 from planter.view.subject import Movable, open_machine
 from tests.planter.exports.exported import Library
@@ -505,8 +505,7 @@ def check_drawing(column: Column, folder: Path) -> None:
     files = answer("explain", column.source, "--out", str(folder / "drawn"))["files"]
     assert any(file.endswith(".svg") for file in files)
     if column.is_own:
-        sheet, machine = sheets.draw(column.source, {}), column.machine()
-        assert sheet is not None
+        (sheet,), machine = labelled.draw(column.source, {}), column.machine()
         numbers = {value.name: value for value in machine.values}
         for mark in sheet.marks:
             if isinstance(mark, Length):

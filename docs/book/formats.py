@@ -39,7 +39,8 @@ unless somebody changed it since. The rows of a sweep are also there as Parquet.
 
 ## Columns of CSV files
 
-Symbols of a model stand under the column that their [entry](drawings.md) names; these are the others.
+Most are symbols and keys of results, with their unit, which `planter explain` explains, or the same with `_2` for side
+2 of a planting device; these are the others.
 """
 
 

@@ -1,12 +1,13 @@
-"""How long each way to evaluate a turn takes."""
+"""How long each way to evaluate a cycle takes."""
 
 from __future__ import annotations
 
+import json
 from typing import Annotated
 
 import typer
 
-from planter.bench.results import WAYS, WORKS, choose_settings
+from planter.bench.results import QUICK_WORKS, WORKS
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption
@@ -20,25 +21,6 @@ def bench(
     quick: Annotated[
         bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")
     ] = False,
-    work: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"only this task (repeatable): {', '.join(WORKS)}",
-            show_default=False,
-        ),
-    ] = None,
-    way: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"only this way (repeatable): {', '.join(WAYS)}",
-            show_default=False,
-        ),
-    ] = None,
-    rounds: Annotated[
-        int | None, typer.Option(help="repetitions of every task", show_default=False)
-    ] = None,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
@@ -46,9 +28,17 @@ def bench(
     console = Console(as_json)
     with console.outcome():
         from planter.bench import tasks
-        from planter.bench.presentation import present_benchmark, write_benchmark
+        from planter.report.bundle import write_bundle
 
-        result = tasks.run_benchmark(choose_settings(quick, work, way, rounds), console.progress)
+        result = tasks.run_benchmark(QUICK_WORKS if quick else WORKS, console.progress)
+        tables = tasks.tabulate_benchmark(result)
         if out is not None:
-            write_benchmark(out, result)
-        present_benchmark(result).show(console)
+            content = json.dumps(result.table(), indent=2, allow_nan=False) + "\n"
+            markdown = tasks.format_markdown(tables)
+            write_bundle(out, {"bench.json": content, "bench.md": markdown}, {})
+
+        def print_tables() -> None:
+            for title, (head, rows) in tables.items():
+                console.table(title, head, rows)
+
+        console.result(result, print_tables)

@@ -1,442 +1,247 @@
-"""Tasks of the benchmark: which ways take part, their agreement, then their times; each ends as a
-record.
-"""
+"""Tasks of the benchmark: which ways take part, their agreement, then their times."""
 
 from __future__ import annotations
 
-import io
-import itertools
+import gc
 import os
+import platform
+import shutil
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from importlib import import_module
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
-from ezdxf.entities.lwpolyline import LWPolyline
-from ezdxf.filemanagement import read
 
-from planter.bench import casadi_backends, measurement, mechanisms
-from planter.bench.array_backends import (
-    build_jax_contender,
-    build_numpy_contender,
-    build_stacked_contender,
-    build_sympy_contender,
-)
-from planter.bench.casadi_backends import (
-    build_c_contender,
-    build_fast_c_contender,
-    build_virtual_machine,
-)
-from planter.bench.case import Absent, BenchmarkCase, Contender
-from planter.bench.measurement import Peak, Times, check_agreement, time_calls
-from planter.bench.mechanisms import cold_starts, prepare_derivation
-from planter.bench.results import (
-    WAYS,
-    WORKS,
-    ArithmeticPeak,
-    BasinSearch,
-    Benchmark,
-    BenchmarkSettings,
-    DrawnOutline,
-    ReachedObjectives,
-    SeedTimes,
-    SkippedTask,
-    SkippedWay,
-    TaskTimes,
-    WayTimes,
-)
-from planter.gear_geometry import cutting, pitch_curves
-from planter.gear_geometry.cutting import ToothOrder
+from planter import workers
+from planter.bench.results import WORKS, Benchmark, TaskTimes, WayTimes
+from planter.bench.ways import BUILDERS, MACHINE, Absent, Call, TimedCycle
+from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.kernels.compiler import CompilerError
-from planter.optimise import optimiser
-from planter.optimise.local_search import search_from_starts
+from planter.kernels.compiler import CompilerError, find_compiler
 from planter.planting import optimisation
 from planter.planting.model import Device
-from planter.planting.objective import build_problem
 from planter.progress import Listener, ProgressPhase
-from planter.workshop import drawing
-from planter.workshop.arcs import ArcFit, fit_arcs
-from planter.workshop.drawing import DrawingLine
+from planter.version import __version__
 
-REFERENCE = "ipopt"
-SEARCHES = {
-    "ga": "the machine file's settings, a new seed at every call",
-    "ipopt": "from the machine file's design",
-    "hybrid": "both, IPOPT from the default number of starts, and the best individuals polished",
-}
-MOST_STARTS = 64
-CLOSE = 1e-9
-
-
-def compile_device(case: BenchmarkCase, model: str) -> Device:
-    """The device in a model, everything compiled beforehand: compile time is not counted."""
-    device = case.device if model == case.device.model else Device(case.device.machine, "printed")
-    device.compile()
-    device.force.response.hessian_kernel.compile()
-    return device
-
-
-def time_printed_searches(
-    case: BenchmarkCase, rounds: int
-) -> tuple[dict[str, Times], dict[str, list[float]]]:
-    """The printed model has one basin: durations of each method, and the objectives it reached."""
-    device = compile_device(case, "printed")
-    samples = device.machine.objective.samples
-    reached: dict[str, list[float]] = {name: [] for name in SEARCHES}
-
-    def run(name: Any, starts: int | None) -> Callable[[Any], None]:
-        return lambda seed: reached[name].append(
-            optimisation.search_optimum(device, name, samples, seed, starts).objective
-        )
-
-    calls = {"ga": run("ga", None), "ipopt": run("ipopt", 1), "hybrid": run("hybrid", None)}
-    for name in ("ipopt", "hybrid"):  # whatever they compile on the way is not counted either
-        calls[name](0)
-    return time_calls(calls, itertools.count(), rounds, 0), reached
-
-
-def search_exact(case: BenchmarkCase, rounds: int) -> BasinSearch:
-    """The exact model has several basins: time and starts until IPOPT meets what the GA found, for
-    each seed.
-    """
-    device = compile_device(case, "exact")
-    return BasinSearch("exact", [_met(device, seed) for seed in range(rounds)])
-
-
-def _met(device: Device, seed: int) -> SeedTimes:
-    sought, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
-    target = optimiser.search_genetically(sought, device.machine.genetic_algorithm, seed)[
-        0
-    ].objective
-    ga_s = time.perf_counter() - begun
-    problem, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
-    best, starts = float("inf"), 0
-    for minimum in search_from_starts(problem, MOST_STARTS, seed):
-        best, starts = min(best, minimum.objective), starts + 1
-        if best <= target * (1 + CLOSE):
-            break
-    ipopt_s = time.perf_counter() - begun
-    return SeedTimes(seed, target, ga_s, best, ipopt_s, starts, met=best <= target * (1 + CLOSE))
-
-
-ECCENTRICITY, TEETH, MODULE, TOLERANCE = 0.2, 30, 2e-3, 1e-6
-GEARS_UNIT = (
-    f"us per pair of ellipses of eccentricity {ECCENTRICITY} with {TEETH} teeth each: "
-    f"outlines, checks, DXF"
-)
-
-
-@dataclass(frozen=True)
-class Maker:
-    """A way to make the pair: a call, how it was built, and the measures of the last drawing."""
-
-    make: Callable[[Any], None]
-    built: str
-    measure: Callable[[], DrawnOutline]
-
-
-def build_makers(case: BenchmarkCase) -> tuple[dict[str, Maker], list[SkippedWay]]:
-    """Return the ways that make the pair, and those that do not, with the reason."""
-    makers = {"planter": build_planter_maker(case)}
-    try:
-        return {**makers, "ncgears": build_ncgears_maker()}, []
-    except Absent as reason:
-        return makers, [SkippedWay("ncgears", str(reason))]
-
-
-def build_planter_maker(case: BenchmarkCase) -> Maker:
-    """Exact pieces, all contacts solved, arcs within a micrometre."""
-    device = Device(
-        case.device.machine.with_numbers({"design.k6": ECCENTRICITY, "design.m61": 1.0})
-    )
-    fits: list[ArcFit] = []
-
-    def make(_: Any) -> None:
-        curves = pitch_curves.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
-        order = ToothOrder(module=MODULE, keep="module")
-        teeth = cutting.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
-        fits[:] = [fit_arcs(gear.outline().pieces, TOLERANCE) for gear in teeth.gears]
-        drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
-        if teeth.gears[0].z != TEETH or np.abs(teeth.contacts.errors).max() > TOLERANCE:
-            raise Absent("the pair does not mesh")
-
-    def measure_drawing() -> DrawnOutline:
-        return DrawnOutline(
-            sum(len(fit.arcs.vertices) for fit in fits), max(fit.deviation for fit in fits) * 1e6
-        )
-
-    return Maker(make, "exact pieces, contacts solved, biarcs within 1 um", measure_drawing)
-
-
-def build_ncgears_maker() -> Maker:
-    """ncgears, as its documentation calls it. Raises Absent where it is not installed."""
-    try:
-        ncgears = import_module("ncgears")
-    except ModuleNotFoundError:
-        raise Absent("ncgears is not installed") from None
-    folder = tempfile.TemporaryDirectory()
-    file = Path(folder.name) / "pair.dxf"
-    outlines: list[Any] = []
-
-    def make(_: Any) -> None:
-        gears = ncgears.generate_from_centrode(
-            f"1/(1-{ECCENTRICITY}*cos(phi))",
-            teeth=TEETH,
-            module=MODULE * 1e3,
-            output_directory=folder.name,
-        )
-        gears.export_dxf(file)
-        outlines[:] = [gears.drive_outline, gears.placed_driven_outline]
-
-    def measure_drawing() -> DrawnOutline:
-        space = read(io.StringIO(file.read_text(encoding="utf-8"))).modelspace()
-        lines = [line for line in space if isinstance(line, LWPolyline)]
-        rings = [shapely.LinearRing(np.array(line.get_points("xy"))) for line in lines]
-        off = [
-            shapely.distance(shapely.points(dense), ring).max()
-            for dense, ring in zip(outlines, rings, strict=True)
-        ]
-        return DrawnOutline(sum(len(ring.coords) - 1 for ring in rings), float(max(off)) * 1e3)
-
-    return Maker(make, "generate_from_centrode and export_dxf with their defaults", measure_drawing)
-
-
-Builder = Callable[[BenchmarkCase, str], Contender]
-Built = Mapping[str, str]
-
-BUILDERS: dict[str, Builder] = {
-    "numpy": build_numpy_contender,
-    "lambdify": build_sympy_contender,
-    "jax": build_jax_contender,
-    "casadi-vm": build_virtual_machine,
-    "casadi-c": build_c_contender,
-    "lanes": casadi_backends.build_kernel_contender,
-}
-VARIANTS: dict[str, Builder] = {
-    "numpy, steps in one array": build_stacked_contender,
-    "casadi-c, -ffast-math": build_fast_c_contender,
-}
-"""Other settings of the peers, timed beside them where they do the work."""
-CHECKED = 5
-"""Designs at which the ways must agree."""
+EXACT = 1e-10
+"""Ways must agree to this, relative to the largest entry of what they find."""
+CHECKED, DESIGNS = 5, 1000
+"""Designs at which the ways must agree; designs of a batch."""
+ROUNDS, FEW_ROUNDS = 12, 3
+"""Repetitions of a cycle's task, and of those that take seconds."""
+SLOT_S, MOST_CALLS = 0.03, 200
+"""Duration of a way's part of a round, and the number of its calls at most."""
+PACKAGES = ("casadi", "numpy", "jax", "sympy")
 UNITS = {
-    "cycle": "us per turn: objective",
-    "cycle+gradient": "us per turn: objective and gradient",
-    "hessian": "us per turn: Hessian of the objective",
+    "cycle": "us per cycle: objective",
+    "cycle+gradient": "us per cycle: objective and gradient",
+    "hessian": "us per cycle: Hessian of the objective",
+    "batch": f"us per {DESIGNS} designs: their objectives",
     "optimise": "us per optimisation of the printed model",
-    "gears": GEARS_UNIT,
     "derive": "us per derivation, all of generated/",
-    "cold start": "us per new process",
+    "cold start": "us per new process: objective and gradient of a cycle",
 }
+GRADIENT = f"""\
+from planter import Device, Turns, load_machine
+turns = Turns(Device(load_machine({MACHINE!r})))
+turns.gradient(turns.device.design)
+"""
+"""What a new process does."""
+DERIVED = ("derive", "generated", "planter")
+"""What the derivation reads and writes, in a checkout."""
+
+Calls = Mapping[str, Callable[[Any], Any]]
 
 
-def run_task(name: str, case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
-    """One work. Raises Absent where it cannot be done here, Disagreement where a way is wrong."""
-    if name in ("cycle", "cycle+gradient", "hessian"):
-        return _turn(name, case, settings)
-    if name == "batch":
-        return _batch(case, settings)
+def run_benchmark(works: Sequence[str], progress: Listener | None = None) -> Benchmark:
+    """Return the times of some tasks. Raises ComputationError if a way disagrees with the others."""
+    cycle, phase = TimedCycle(), ProgressPhase("bench", "work", len(works), progress)
+    skipped = {name: "not among the quick tasks" for name in WORKS if name not in works}
+    results = []
+    for name in works:
+        try:
+            results.append(run_task(name, cycle))
+        except Absent as reason:
+            skipped[name] = str(reason)
+        phase.advance(name)
+    machine = {
+        "processor": platform.processor() or platform.machine(),
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.release()}",
+    }
+    return Benchmark(results, machine, list_versions(), skipped)
+
+
+def run_task(name: str, cycle: TimedCycle) -> TaskTimes:
+    """Return the times of a task. Raises Absent if it cannot be done here."""
     if name == "optimise":
-        return _optimise(case, settings)
-    if name == "gears":
-        return _gears(case, settings)
-    if name in mechanisms.EXAMPLES:
-        return _mechanism(name, settings)
-    return _derive(settings) if name == "derive" else _cold_start(settings)
-
-
-def _turn(name: str, case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
-    """A new design at every call, through what each way calls its public function."""
-    contenders, skipped = list_contenders(name, case, settings)
-    designs = case.designs()
-    off = check_agreement(name, contenders, [next(designs) for _ in range(CHECKED)])
-    calls = {way: contender.call for way, contender in contenders.items()}
-    times = time_calls(calls, designs, settings.rounds, settings.slot_s)
-    return build_task_times(
-        name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped
-    )
-
-
-def _batch(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
-    contenders, skipped = list_contenders("batch", case, settings)
+        return time_task(name, list_searches(cycle), _count(), "ipopt")
+    if name == "derive":
+        with prepare_derivation() as derive:
+            return time_task(name, {"derive": derive}, _count(), "derive")
+    if name == "cold start":
+        ways = ("lanes", "casadi-c", "casadi-vm")
+        return time_task(name, {way: build_start(way) for way in ways}, _count(), "lanes")
+    calls: dict[str, Call] = {}
+    skipped = {}
+    for way, build in BUILDERS.items():
+        try:
+            calls[way] = build(cycle, name)
+        except Absent as reason:
+            skipped[way] = str(reason)
     rng = np.random.default_rng(0)
 
-    def inputs() -> Iterator[Array]:
+    def draw() -> Iterator[Array]:
         while True:
-            yield case.draw_designs(rng, settings.designs)
+            designs = cycle.draw_designs(rng, DESIGNS if name == "batch" else 1)
+            yield designs if name == "batch" else designs[0]
 
-    off = check_agreement("batch", contenders, [next(inputs())])
-    times = time_calls(
-        {way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0
-    )
-    built = {way: c.built for way, c in contenders.items()}
-    unit = f"us per {settings.designs} designs: their objectives, {os.cpu_count()} cores"
-    return replace(build_task_times("batch", times, "lanes", built, off, skipped), unit=unit)
+    designs = draw()
+    check_agreement(name, calls, [next(designs) for _ in range(1 if name == "batch" else CHECKED)])
+    return time_task(name, calls, designs, "lanes", skipped)
 
 
-def _optimise(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
-    times, reached = time_printed_searches(case, settings.searches)
-    work = build_task_times("optimise", times, REFERENCE, SEARCHES)
-    ways = [
-        replace(w, objectives=ReachedObjectives(min(reached[w.way]), max(reached[w.way])))
-        for w in work.ways
-    ]
-    return replace(
-        work, ways=ways, exact=None if settings.quick else search_exact(case, settings.searches)
-    )
+def _count() -> Iterator[int]:
+    yield from range(1_000_000)
 
 
-def _gears(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
-    ways, skipped = build_makers(case)
-    times = time_calls(
-        {name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0
-    )
-    work = build_task_times(
-        "gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped
-    )
-    return replace(work, ways=[replace(row, drawn=ways[row.way].measure()) for row in work.ways])
+def check_agreement(work: str, calls: Mapping[str, Call], inputs: Sequence[Array]) -> None:
+    """Raise ComputationError, naming task and way, if a way's results are not those of the first."""
+    reference, *compared = calls
+    for x in inputs:
+        expected = _list_parts(calls[reference](x))
+        for name in compared:
+            for part, target in zip(_list_parts(calls[name](x)), expected, strict=True):
+                off = float(np.abs(part - target).max() / np.abs(target).max())
+                if not off <= EXACT:
+                    raise ComputationError(
+                        f"{work}: {name} is off {reference} by {off:.2g}; {EXACT:g} is allowed"
+                    )
 
 
-def _mechanism(name: str, settings: BenchmarkSettings) -> TaskTimes:
-    """Measure a user-defined mechanism, and the time from its statement to functions."""
-    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
-        begun = time.perf_counter()
-        case = mechanisms.MechanismCase(name, Path(folder))
-        seconds = time.perf_counter() - begun
-        contenders: dict[str, Contender] = {}
-        skipped: list[SkippedWay] = []
-        for way, builder in mechanisms.BUILDERS.items():
-            try:
-                if way not in settings.ways:
-                    raise Absent("not asked for (--way)")
-                contenders[way] = builder(case)
-            except Absent as reason:
-                skipped.append(SkippedWay(way, str(reason)))
-        designs = case.designs()
-        off = check_agreement(name, contenders, [next(designs) for _ in range(CHECKED)])
-        calls = {way: contender.call for way, contender in contenders.items()}
-        times = time_calls(calls, designs, settings.rounds, settings.slot_s)
-        built = {way: c.built for way, c in contenders.items()}
-    unit = (
-        f"us per turn of {mechanisms.ANGLES} angles: mean square of the torque and gradient; "
-        f"derived in {seconds:.2f} s"
-    )
-    return replace(build_task_times(name, times, "lanes", built, off, skipped), unit=unit)
+def _list_parts(result: Any) -> list[Array]:
+    parts = result if isinstance(result, tuple) else (result,)
+    return [np.atleast_1d(np.asarray(part, dtype=float)) for part in parts]
 
 
-def _derive(settings: BenchmarkSettings) -> TaskTimes:
-    with prepare_derivation() as start:
-        times = time_calls({"derive": start}, _nothing(), settings.derivations, 0)
-    return build_task_times(
-        "derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"}
-    )
-
-
-def _cold_start(settings: BenchmarkSettings) -> TaskTimes:
-    with cold_starts() as (starts, built):
-        times = time_calls(starts, _nothing(), settings.processes, 0)
-    return build_task_times("cold start", times, "lanes", built)
-
-
-def _nothing() -> Iterator[None]:
-    while True:
-        yield None
-
-
-def list_contenders(
-    name: str, case: BenchmarkCase, settings: BenchmarkSettings
-) -> tuple[dict[str, Contender], list[SkippedWay]]:
-    """Return the ways of a work, CasADi's virtual machine first, and those left out, with the
-    reason.
-    """
-    contenders: dict[str, Contender] = {}
-    skipped: list[SkippedWay] = []
-    variants = {} if settings.quick or settings.ways != WAYS else VARIANTS
-    for way, builder in {**BUILDERS, **variants}.items():
-        try:
-            if way not in settings.ways and way not in variants:
-                raise Absent("not asked for (--way)")
-            contenders[way] = (
-                _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
-            )
-        except Absent as reason:
-            if way not in variants:
-                skipped.append(SkippedWay(way, str(reason)))
-    return dict(sorted(contenders.items(), key=lambda item: item[0] != "casadi-vm")), skipped
-
-
-def _thrifty(case: BenchmarkCase, name: str) -> Contender:
-    """JAX in one form alone, since each takes it seconds to compile."""
-    return build_jax_contender(case, name, thorough=False)
-
-
-def build_task_times(
-    name: str,
-    times: Mapping[str, Times],
-    over: str,
-    built: Built,
-    off: Mapping[str, float] | None = None,
-    skipped: list[SkippedWay] | None = None,
+def time_task(
+    name: str, calls: Calls, inputs: Iterator[Any], over: str, skipped: dict[str, str] | None = None
 ) -> TaskTimes:
-    """A work as the interface gives it: ratios over the way `over`, or over the first where that is
-    not there.
+    """Return the times of each way on inputs that are new every time, with ratios to that of `over`.
+
+    In a round every way has its slot, of as many calls as fill it; who begins changes from round to
+    round. The first calls, which also fill caches, are not timed.
     """
-    reference = over if over in times else next(iter(times))
-    rows = [
-        WayTimes(
-            way,
-            taken.median_us,
-            taken.median_us / times[reference].median_us,
-            taken.quartiles(),
-            built[way],
-            off[way] if off else None,
-        )
-        for way, taken in times.items()
-    ]
-    order = (*WAYS, *times)
-    rows.sort(key=lambda row: order.index(row.way))
-    ways, variants = ([r for r in rows if (r.way in VARIANTS) is other] for other in (False, True))
-    return TaskTimes(name, UNITS.get(name, ""), reference, ways, variants, skipped or [])
-
-
-def run_benchmark(chosen: BenchmarkSettings, progress: Listener | None = None) -> Benchmark:
-    """Return the chosen works that can be done here, as the interface gives them.
-
-    Raises planter.bench.measurement.Disagreement if a way disagrees with the others.
-    """
-    begun, machine = time.perf_counter(), measurement.describe_machine()
-    case = BenchmarkCase()
-    results, reason = list[TaskTimes](), "--quick" if chosen.quick else "not asked for (--work)"
-    skipped = [SkippedTask(name, reason) for name in WORKS if name not in chosen.works]
-    phase = ProgressPhase("bench", "work", len(chosen.works), progress)
-    for name in chosen.works:
-        try:
-            results.append(run_task(name, case, chosen))
-        except Absent as missing:
-            skipped.append(SkippedTask(name, str(missing)))
-        phase.advance(name)
-    width: int | None = None
-    arithmetic: ArithmeticPeak | None = None
+    counts = {}
+    for way, call in calls.items():
+        call(next(inputs))
+        counts[way] = max(1, min(MOST_CALLS, int(SLOT_S / time_call(call, next(inputs)))))
+    rounds = ROUNDS if max(counts.values()) > 1 else FEW_ROUNDS
+    seconds: dict[str, list[float]] = {way: [] for way in calls}
+    order = list(calls)
+    gc.disable()
     try:
-        peak = Peak()
-        medians = {work.name: {way.way: way.median_us for way in work.ways} for work in results}
-        width, arithmetic = peak.vector_width, peak.table(case, medians)
-    except CompilerError as missing:
-        skipped.append(SkippedTask("arithmetic", str(missing)))
-    return Benchmark(
-        work=results,
-        machine=machine,
-        versions=measurement.list_versions(),
-        skipped=skipped,
-        vector_width=width,
-        arithmetic=arithmetic,
-        device=case.device.machine.name,
-        samples=case.turns.samples,
-        seconds=time.perf_counter() - begun,
-    )
+        for _ in range(rounds):
+            for way in order:
+                slot = [next(inputs) for _ in range(counts[way])]
+                seconds[way] += [time_call(calls[way], x) for x in slot]
+            order.append(order.pop(0))
+    finally:
+        gc.enable()
+    medians = {way: 1e6 * float(np.median(taken)) for way, taken in seconds.items()}
+    reference = medians.get(over, next(iter(medians.values())))
+    ways = [WayTimes(way, us, us / reference, len(seconds[way])) for way, us in medians.items()]
+    return TaskTimes(name, UNITS[name], ways, skipped or {})
+
+
+def time_call(call: Callable[[Any], Any], x: Any) -> float:
+    """Return the duration of a call [s]."""
+    begun = time.perf_counter()
+    call(x)
+    return time.perf_counter() - begun
+
+
+def list_searches(cycle: TimedCycle) -> Calls:
+    """Return the searches for the optimum of the printed model by their seed: it has one basin."""
+    device = Device(cycle.device.machine, "printed")
+    device.compile()
+    samples = device.machine.objective.samples
+
+    def search(method: Any, starts: int | None) -> Callable[[int], object]:
+        return lambda seed: optimisation.search_optimum(device, method, samples, seed, starts)
+
+    return {
+        "ga": search("ga", None),
+        "ipopt": search("ipopt", 1),
+        "hybrid": search("hybrid", None),
+    }
+
+
+def build_start(way: str) -> Callable[[object], None]:
+    """Return the start of a new process that evaluates kernels by a way, those in the cache."""
+    command = workers.python_command(GRADIENT)
+    return lambda _: run_process(command, PLANTER_KERNELS=way)
+
+
+def run_process(command: Sequence[str], cwd: Path | None = None, **variables: str) -> None:
+    """Run a process in a folder. Raises ComputationError if it fails."""
+    done = workers.run_command(command, cwd, variables)
+    if done.returncode:
+        reason = " ".join(done.stderr.strip().splitlines()[-1:])
+        raise ComputationError(f"a process of Python ended with {done.returncode}: {reason}")
+
+
+@contextmanager
+def prepare_derivation() -> Iterator[Callable[[object], None]]:
+    """Yield `python -m derive` in a copy of the checkout. Raises Absent outside one."""
+    place = find_spec("derive")
+    source = Path(place.origin).parents[1] if place and place.origin else Path()
+    if find_spec("sympy") is None or not all((source / name).is_dir() for name in DERIVED):
+        raise Absent("this is no checkout with SymPy")
+    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
+        copy = Path(folder)
+        for name in DERIVED:
+            shutil.copytree(source / name, copy / name)
+        command = workers.program_command("derive", checkout=copy)
+        yield lambda _: run_process(command, copy)
+
+
+def list_versions() -> dict[str, str]:
+    """Return the versions of all installed packages that take part, and of the compiler."""
+    versions = {"planter": __version__, "python": platform.python_version()}
+    versions |= {name: metadata.version(name) for name in PACKAGES if find_spec(name)}
+    try:
+        return {**versions, "compiler": find_compiler().version}
+    except CompilerError:
+        return versions
+
+
+Table = tuple[Sequence[str], Sequence[Sequence[object]]]
+
+
+def tabulate_benchmark(result: Benchmark) -> dict[str, Table]:
+    """Return the tables of a benchmark by title: head and rows."""
+    tables: dict[str, Table] = {}
+    for task in result.work:
+        rows = [(row.way, f"{row.median_us:.3g}", f"{row.ratio:.3g}") for row in task.ways]
+        rows += [(way, "-", reason) for way, reason in task.skipped.items()]
+        tables[f"{task.name} [{task.unit}]"] = ("way", "median / us", "ratio"), rows
+    surroundings = {**result.machine, **result.versions}
+    tables["Where it ran"] = ("name", "value"), list(surroundings.items())
+    tables["Left out"] = ("task", "reason"), list(result.skipped.items())
+    return tables
+
+
+def format_markdown(tables: Mapping[str, Table]) -> str:
+    """Return tables in Markdown."""
+    lines = []
+    for title, (head, rows) in tables.items():
+        lines += [f"## {title}", ""]
+        lines += [f"| {' | '.join(map(str, row))} |" for row in (head, ["---"] * len(head), *rows)]
+        lines.append("")
+    return "\n".join(lines)

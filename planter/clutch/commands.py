@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planter.errors import PlanterError
+from planter.errors import InputError, PlanterError
 from planter.report.folder import renew_files
 from planter.report.writing import writes_files
 from planter.terminal.console import Console
@@ -107,28 +107,12 @@ def evaluate_field(
     data: Annotated[
         str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")
     ] = "shi2021-field",
-    response: Annotated[
-        NamesOption,
-        typer.Option(metavar="NAME", help="this column is a response", show_default=False),
-    ] = None,
-    blank: Annotated[
-        NamesOption,
-        typer.Option(
-            metavar="NAME",
-            help="this column of the array has no factor (error)",
-            show_default=False,
-        ),
-    ] = None,
-    ignore: Annotated[
-        NamesOption, typer.Option(metavar="NAME", help="ignore this column", show_default=False)
-    ] = None,
     goal: Annotated[
         NamesOption,
         typer.Option(
             metavar="NAME=GOAL",
-            help="goal of a response: larger, smaller, zero, or a number for a target value; one "
-            "for each "
-            "response [default: zero, for the paper's own table alone]",
+            help="goal of a response: larger, smaller, zero, or a number for a target value "
+            "[default: zero, for the paper's own table alone]",
             show_default=False,
         ),
     ] = None,
@@ -144,38 +128,39 @@ def evaluate_field(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Evaluate a field test: effects, variance, best levels.
+    """Evaluate a field test: ranges, variance, best levels.
 
-    The result has range analysis, analysis of variance, predictions and comparisons of clutches.
-
-    The header says what a column is: `run` counts the runs; `blank`, `empty` or `error` is a column
-    of the array that no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other
-    column is a factor, whose levels are all numbers or all words. Comments above the header,
-    `# factor A: axial angle / deg = 10, 15, 20` and `# response Y1: lag / cm`, carry meanings into
-    figures and report.
+    Columns of the file: `run` counts the runs; `blank`, `empty` or `error` is a column of the array
+    that no factor is assigned to; `Y`, `Y1`, `Y2_cm`, ... are responses; every other column is a
+    factor. Levels must form an orthogonal array, as those of `planter clutch plan`.
 
     Best are the levels whose prediction comes closest to the goal of a response; for all responses
-    together, those with the best mean rank. Any other table needs a goal for each response: --goal
-    Y1=larger --goal Y2=smaller.
-
-    Levels in the results are those of the file. Designs that are not orthogonal have no range
-    analysis (null), and their sums of squares are of type II: each factor over all others.
+    together, those with the best mean rank: --goal Y1=larger --goal Y2=smaller.
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch.field import FieldColumns, evaluate_field
-        from planter.clutch.field.evaluation import parse_goals
-        from planter.clutch.field.presentation import present_field_test
+        from planter.clutch.field import evaluate_field
+        from planter.clutch.report.field import present_field_test
 
-        columns = FieldColumns(tuple(response or ()), tuple(blank or ()), tuple(ignore or ()))
-        evaluation = evaluate_field(data, columns, comparison, parse_goals(goal or ()))
-        present_field_test(evaluation).show(console, out)
+        goals = parse_pairs("--goal", goal or ())
+        present_field_test(evaluate_field(data, goals, comparison)).show(console, out)
+
+
+def parse_pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
+    """Return values by name from texts NAME=VALUE. Raises InputError for others, or two of a name."""
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.rpartition("="))
+        if not (equals and name and value) or name in values:
+            raise InputError(f"{option} {text}: it must be NAME=VALUE, once for each NAME")
+        values[name] = value
+    return values
 
 
 @clutch.command(name="plan")
 @writes_files("plan.csv")
 def plan_field(
-    array: Annotated[str, typer.Argument(help="L4, L8, L9, L18, L25 or L27", show_default=False)],
+    array: Annotated[str, typer.Argument(help="L4, L8, L9, L25 or L27", show_default=False)],
     factor: Annotated[
         NamesOption,
         typer.Option(
@@ -202,10 +187,9 @@ def plan_field(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch.field import plans
+        from planter.clutch import field
 
-        specs = [plans.FactorSpec.parse(text) for text in factor or ()]
-        planned = plans.plan_field(array, specs, response or ["Y1"], seed)
+        planned = field.plan_field(array, factor or (), response or (), seed)
         if out is not None:
             from planter.report import files
 
@@ -217,7 +201,6 @@ def plan_field(
 @writes_files(
     "summary.json",
     "poses.csv",
-    "turning.gif",
     "report.html",
     figures=("linkage", "travel", "turning", "vertex_path"),
 )
@@ -319,7 +302,7 @@ def optimise_clutch(
 
 
 @clutch.command(name="rotor")
-@writes_files("summary.json", "turning.gif", "report.html", figures=("turning",))
+@writes_files("summary.json", "report.html", figures=("turning",))
 def summarise_rotor(
     vertices: Annotated[int, typer.Option(help="vertices of the Reuleaux polygon, odd")] = 5,
     sides: Annotated[int, typer.Option(help="sides of the regular polygon")] = 6,

@@ -110,26 +110,30 @@ none at rest.
 
 
 def _check(clutch: ClutchFile) -> None:
-    if clutch.tooth.root_mm <= clutch.tooth.tip_mm:
-        raise clutch.input_error(
-            "tooth.root_mm", f"it must be greater than tooth.tip_mm = {clutch.tooth.tip_mm:g}"
-        )
-    if clutch.dog.depth_mm >= clutch.sleeve.travel_mm:
-        allowed = (
-            f"it must be less than sleeve.travel_mm = {clutch.sleeve.travel_mm:g}, so that "
-            f"jaws come apart"
-        )
-        raise clutch.input_error("dog.depth_mm", allowed)
-    slowest = 60 / clutch.dog.jaws / LONGEST_S
-    if clutch.engagement.input_speed_rpm < slowest:
-        allowed = f"it must be at least {slowest:g}, so that jaws meet within {LONGEST_S:g} s"
-        raise clutch.input_error("engagement.input_speed_rpm", allowed)
-    slowest = clutch.sleeve.travel_mm / LONGEST_S
-    if clutch.sleeve.switching_speed_mm_s < slowest:
-        allowed = (
-            f"it must be at least {slowest:g}, so that the sleeve is there within {LONGEST_S:g} s"
-        )
-        raise clutch.input_error("sleeve.switching_speed_mm_s", allowed)
+    tooth, dog, sleeve = clutch.tooth, clutch.dog, clutch.sleeve
+    turns, way = 60 / dog.jaws / LONGEST_S, sleeve.travel_mm / LONGEST_S
+    period = f"within {LONGEST_S:g} s"
+    rows = {
+        "tooth.root_mm": (
+            tooth.root_mm > tooth.tip_mm,
+            f"greater than tooth.tip_mm = {tooth.tip_mm:g}",
+        ),
+        "dog.depth_mm": (
+            dog.depth_mm < sleeve.travel_mm,
+            f"less than sleeve.travel_mm = {sleeve.travel_mm:g}, so that jaws come apart",
+        ),
+        "engagement.input_speed_rpm": (
+            clutch.engagement.input_speed_rpm >= turns,
+            f"at least {turns:g}, so that jaws meet {period}",
+        ),
+        "sleeve.switching_speed_mm_s": (
+            sleeve.switching_speed_mm_s >= way,
+            f"at least {way:g}, so that the sleeve is there {period}",
+        ),
+    }
+    for path, (is_met, allowed) in rows.items():
+        if not is_met:
+            raise clutch.input_error(path, f"it must be {allowed}")
 
 
 def build_contact_inputs(clutch: ClutchFile, shape: str = modal_engagement.PAPERS) -> ContactInputs:
@@ -143,7 +147,7 @@ def build_contact_inputs(clutch: ClutchFile, shape: str = modal_engagement.PAPER
     si = clutch.si
     _check(clutch)
     values, travel = collect_values(clutch), si("sleeve.travel_mm")
-    linkage = CrankLinkage(*(si(f"linkage.{key}") for key in ("crank_mm", "rod_mm", "distance_mm")))
+    linkage = CrankLinkage.from_lengths(clutch.linkage)
     linkage.check(travel, f"{clutch.source}: linkage.rod_mm")
     gears = {"k": values["k"], "gamma": values["gamma"]}
     drive = load_model().at(

@@ -13,10 +13,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -48,11 +47,9 @@ from planter.clutch.results import (
     EnergyBalance,
     Outcome,
     PhaseLoads,
-    PrintedLoad,
     TeethInSleeve,
 )
 from planter.errors import ComputationError, Interrupted
-from planter.files.text import read_toml
 from planter.kernels import Kernel, formulas
 from planter.progress import Listener, ProgressPhase
 
@@ -289,9 +286,8 @@ def simulate_engagement(
     if depth > deepest:
         raise ComputationError(
             f"{clutch.name} clutch: surfaces go {depth * 1e3:.3g} mm deep into each other, which "
-            f"must be less than the "
-            f"{deepest * 1e3:.3g} mm of their rounding: contact.stiffness_N_m15 = "
-            f"{inputs.stiffness:g} is too small"
+            f"must be less than the {deepest * 1e3:.3g} mm of their rounding: "
+            f"contact.stiffness_N_m15 = {inputs.stiffness:g} is too small"
         )
     return run
 
@@ -450,11 +446,11 @@ def compare_clutches(
             advance(f"{name} clutch: engagement and cut-off")
         for (name, fields), factor in itertools.product(VARIED.items(), multipliers):
             loads = _loads(clutches, contact_inputs.times(factor, *fields), phase)
-            varied.append(ContactLoadSensitivity(name, factor, *loads))
+            varied.append(ContactLoadSensitivity(*loads, name, factor))
             advance(f"{name} times {factor:.3g}")
         for later in PHASES_DEG:
             at = file.contact.phase_deg + later
-            phases.append(PhaseLoads(at, *_loads(clutches, contact_inputs, math.radians(at))))
+            phases.append(PhaseLoads(*_loads(clutches, contact_inputs, math.radians(at)), at))
             advance(f"input at {at:g} deg")
     except KeyboardInterrupt:
         raise Interrupted(build_table() if runs else None) from None
@@ -471,9 +467,6 @@ def compare_clutches(
         energy=sum_energies([run.energy() for run in runs.values()]),
         sensitivity=varied,
         phases=phases,
-        printed_loads=judge_printed_loads(
-            file, {"reuleaux": reuleaux, "dog": dog}, [*varied, *phases]
-        ),
         teeth=TeethInSleeve(
             coaxial_overlap_mm=1e3 * coaxial_overlap(clutches["reuleaux"], contact_inputs),
             root_least_mm=1e3 * min_root_radius(contact_inputs),
@@ -498,77 +491,3 @@ def _loads(
     outcomes = classify_engagement(reuleaux), classify_engagement(dog)
     loads = float(reuleaux.load.max()), float(dog.load.max())
     return compare_loads(*loads, outcomes), loads[0], outcomes[0], loads[1], outcomes[1]
-
-
-PRINTED = Path(__file__).with_name("printed") / "shi2021.toml"
-"""The numbers of the paper and the inputs that it discloses."""
-PRINTED_ROWS = {"reuleaux": "Reuleaux clutch", "dog": "jaw clutch"}
-"""Rows of the printed impact loads, by clutch."""
-DISCLOSED = {
-    "engagement.input_speed_rpm": "input_speed_rpm",
-    "engagement.load_Nm": "load_torque_Nm",
-    "shaft.flat_to_flat_mm": "shaft_flats_mm",
-    "shaft.fillet_mm": "fillet_mm",
-    "tooth.tip_mm": "tip_radius_mm",
-}
-"""Paths of a clutch file, with the names of the inputs that the paper discloses for its loads."""
-
-
-def judge_printed_loads(
-    file: ClutchFile,
-    loads: Mapping[str, ClutchLoads],
-    rows: Sequence[ContactLoadSensitivity | PhaseLoads],
-) -> list[PrintedLoad]:
-    """Return verdicts on the paper's largest impact loads, none if the file differs in what the
-    paper discloses.
-    """
-    table = read_toml(PRINTED)
-    if any(file.numbers()[path] != table["disclosed"][name] for path, name in DISCLOSED.items()):
-        return []
-    [number] = [
-        row
-        for row in table["number"]
-        if set(row.get("each", {}).get("row", ())) == set(PRINTED_ROWS.values())
-    ]
-    printed = dict(zip(number["each"]["row"], map(float, number["printed"]), strict=True))
-    verdicts = []
-    for name, load in loads.items():
-        largest = [(load.outcome, load.N_max_N)]
-        largest += [
-            (getattr(row, f"{name}_outcome"), getattr(row, f"{name}_N_max_N")) for row in rows
-        ]
-        verdicts.append(
-            judge_printed_load(PRINTED_ROWS[name], printed[PRINTED_ROWS[name]], largest)
-        )
-    return verdicts
-
-
-def judge_printed_load(
-    clutch: str, printed: float, largest: Sequence[tuple[Outcome, float]]
-) -> PrintedLoad:
-    """Return the verdict on a printed impact load [N] by the largest loads of engagements, each
-    with what it is.
-    """
-    impacts = [load for outcome, load in largest if outcome == "impact"]
-    lasting = [load for outcome, load in largest if outcome in ("jam", "held load")]
-    impacts_N, held_N = (
-        (min(loads), max(loads)) if loads else None for loads in (impacts, lasting)
-    )
-    verdict: Literal["not recomputable", "no impact", "not reproduced"]
-    if impacts_N is None:
-        verdict = "no impact"
-        stays = f"; loads that stay are {held_N[0]:.4g} to {held_N[1]:.4g} N" if held_N else ""
-        finding = f"no engagement found here has its largest load from an impact{stays}"
-    elif impacts_N[0] <= printed <= impacts_N[1]:
-        verdict = "not recomputable"
-        finding = (
-            f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N while inputs vary that the "
-            f"paper does not "
-            "disclose: these decide"
-        )
-    else:
-        verdict = "not reproduced"
-        finding = (
-            f"impacts are {impacts_N[0]:.4g} to {impacts_N[1]:.4g} N, whatever the inputs that vary"
-        )
-    return PrintedLoad(clutch, printed, impacts_N, held_N, verdict, finding)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -122,9 +123,7 @@ def control_motion(clutch: ClutchFile, values: dict[str, float]) -> dict[str, fl
     Keys: `rotation` of the crank, `lift` of the link, `alpha_max`, its inclination then [rad], and
     the teeth `n`.
     """
-    linkage = CrankLinkage(
-        *(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance"))
-    )
+    linkage = CrankLinkage.from_lengths(clutch.linkage)
     way = clutch.si("sleeve.travel_mm")
     if not linkage.makes(way):
         return None
@@ -184,6 +183,11 @@ class CrankLinkage:
     rod: float
     distance: float
 
+    @classmethod
+    def from_lengths(cls, part: Any) -> CrankLinkage:
+        """Return the linkage of a file's section or a result with its lengths [mm]."""
+        return cls(part.crank_mm * 1e-3, part.rod_mm * 1e-3, part.distance_mm * 1e-3)
+
     @property
     def packed(self) -> list[float]:
         return [self.crank, self.rod, self.distance]
@@ -238,9 +242,8 @@ def find_linkages(
     if closure["share"] > 1:
         raise ComputationError(
             f"a crank of {crank * 1e3:.4g} mm makes at most {travel / closure['share'] * 1e3:.4g} "
-            f"mm in "
-            f"{np.degrees(rotation):.4g} deg, the travel is {travel * 1e3:.4g} mm: it must be "
-            f"longer or turn further"
+            f"mm in {np.degrees(rotation):.4g} deg, the travel is {travel * 1e3:.4g} mm: it must "
+            "be longer or turn further"
         )
     base = CrankLinkage(crank, 0.0, distance)
     both = [replace(base, rod=closure[name]) for name in ("l_BC_1", "l_BC_2")]

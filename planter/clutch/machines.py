@@ -13,8 +13,9 @@ from planter.clutch import file
 from planter.clutch.file import ClutchFile
 from planter.clutch.geometry import CrankLinkage, control_motion
 from planter.clutch.model import collect_values, load_model
-from planter.engine.machine import Documentation, Machine, Quantity, Value
-from planter.files import examples, units
+from planter.engine.closed_form import build_closed_machine
+from planter.engine.machine import Machine, Value
+from planter.files import examples
 
 SPEED = "search.lift_rad_s"
 VALUES = {
@@ -68,45 +69,28 @@ def build_machine(clutch: ClutchFile) -> Machine:
     The link goes up by as much as the file's own linkage needs for the sleeve's travel, and comes
     down again: that is a cycle. Raises GeometryError if the linkage does not make the travel.
     """
-    linkage = CrankLinkage(
-        *(clutch.si(f"linkage.{key}_mm") for key in ("crank", "rod", "distance"))
-    )
+    linkage = CrankLinkage.from_lengths(clutch.linkage)
     linkage.check(clutch.si("sleeve.travel_mm"), f"{clutch.source}: linkage.rod_mm")
     control = control_motion(clutch, collect_values(clutch))
     assert control is not None
     lift = control["lift"]
     values = tuple(Value(name, *entry) for name, entry in VALUES.items())
     phi, d, none = ca.SX.sym("phi"), ca.SX.sym("d", len(values)), ca.SX.sym("none", 0)
-    results = _compose_switching(phi, dict(zip(VALUES, ca.vertsplit(d), strict=True)), lift)
-
-    def compose(name: str, outputs: list[ca.SX]) -> ca.Function:
-        inputs = [phi, d, none, none]
-        return ca.Function(
-            name, inputs, [ca.densify(ca.vertcat(*outputs))], ["phi", "d", "h", "q"], ["y"]
-        )
-
-    return Machine(
-        document=clutch,
-        build=build_machine,
-        assumptions=tuple(load_model().sidecar["assumptions"]),
-        values=values,
-        data=np.array([clutch.si(value.path) for value in values]),
-        moved=(),
-        lower=np.empty(0),
-        upper=np.empty(0),
-        quantities=tuple(
-            Quantity(name, *entry, units.display_key(name, entry[0]))
-            for name, entry in QUANTITIES.items()
-        ),
-        prologue=ca.Function("prologue", [d], [none], ["d"], ["h"]),
-        lane=compose("lane", [results[name] for name in QUANTITIES]),
-        speed=[value.path for value in values].index(SPEED),
-        events=compose("events", [phi]),
-        event_kinds=({"name": "link turns back", "order": 0, "period": lift},),
+    return build_closed_machine(
+        clutch,
+        build_machine,
+        load_model().sidecar,
+        values,
+        np.array([clutch.si(value.path) for value in values]),
+        QUANTITIES,
+        _compose_switching(phi, dict(zip(VALUES, ca.vertsplit(d), strict=True)), lift),
+        (phi, d, none),
+        none,
+        [(phi, {"name": "link turns back", "order": 0, "period": lift})],
+        SPEED,
+        clutch.measure_limits,
         turn=2 * lift,
         motors=("M_link",),
-        limits=clutch.measure_limits,
-        documentation=Documentation(load_model().sidecar["title"], load_model().sidecar["source"]),
     )
 
 

@@ -5,8 +5,7 @@ contains.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,16 +17,14 @@ from planter.clutch.rotor import Rotor
 from planter.files import units
 from planter.kernels import formulas
 from planter.report import files
-from planter.report.html import Block, Items, Keys, Section, Table, Text
-from planter.report.labels import clean_zero, format_label, tabulate_named
+from planter.report.html import Block, Items, Section, Text
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_violations,
-    list_warning_sections,
 )
+from planter.report.record_sections import list_record_sections
 from planter.view.names import load_names
-from planter.view.subject import to_sentence_case
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,15 +46,15 @@ if TYPE_CHECKING:
 NAMES = load_names(__package__)
 WORDS = NAMES.with_symbols()
 CAPTIONS = {
-    "turning": "The body at five rotations in the smallest regular polygon that lets it turn, with the orbit of its "
-    "centroid; and the distance of the sides that each rotation needs beyond the body's width.",
+    "turning": "The body in the smallest regular polygon that lets it turn, with the paths of a vertex and of its "
+    "centroid.",
     "vertex_path": "Path of a vertex: straight along the sides, an ellipse arc at each corner. Fillets that the path "
     "clears stay inside it; tooth tips take the same path round the shaft.",
     "travel": "Least travel of the sleeve over the axial angle; dots are the levels of the file. The printed formula "
     "counts the radial gap twice.",
     "linkage": (
-        "Crank and rod at both ends of the travel; the circle is the pitch circle of the "
-        "crank gear."
+        "Crank and rod at both ends of the travel, with the pitch circle of the crank gear. Titles: "
+        "axial angle or design, rotation of the crank, travel."
     ),
     "load": "Contact load over the link angle while both clutches engage: the sum over all teeth or jaws. The dog "
     "clutch is struck; the Reuleaux clutch slides until its coupling holds, and then has a short "
@@ -82,9 +79,8 @@ POSES, SHIFTS = 97, 101
 """Rows of poses.csv and of way.csv."""
 EVERY = 5
 """Step of the rows of an engagement's table in points of the grid."""
-LISTS = ("conditions", "travel", "linkage", "harmonics", "sensitivity", "phases", "printed_loads")
-"""Keys of a result with a section each, if they are lists."""
-SENTENCES = ("printed", "assumes", "assumptions", "warnings", "clutch")
+SENTENCES = ("printed", "assumes", "assumptions", "clutch")
+"""Keys of a result that the page says elsewhere."""
 
 
 def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresentation:
@@ -99,7 +95,7 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
             for m in MODELS
         }
         linkages = {
-            f"axial angle {at.axial_angle_deg:g}°, printed travel": (
+            f"{at.axial_angle_deg:g}°": (
                 CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]),
                 at.printed_mm * 1e-3,
                 values["r_A"],
@@ -112,40 +108,41 @@ def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresen
             "printed": result.printed.fillet_limit_over_R * rotor.width,
         }
         return {
-            "turning": shape.draw_turning(rotor),
-            "vertex_path": shape.draw_vertex_path(rotor, fillets),
-            "travel": shape.draw_travels(ANGLES, curves, clutch.levels.axial_angles_deg),
+            **shape.draw_rotor(rotor, fillets),
+            "travel": shape.draw_travels(ANGLES, curves, np.array(clutch.levels.axial_angles_deg)),
             **({"linkage": shape.draw_linkages(linkages)} if linkages else {}),
         }
 
-    presentation = _present(f"Geometry of the clutch {clutch.name}", result, clutch, draw, rotor)
-    return replace(
-        presentation,
+    return _present(
+        f"Geometry of the clutch {clutch.name}",
+        result,
+        clutch,
+        draw,
+        rotor,
         conclusion=_conclude(result.conditions),
         tables=lambda: {"poses.csv": _tabulate_poses(rotor, values["a"])},
-        texts=lambda: _animate_gif(rotor),
     )
 
 
 def present_design(clutch: ClutchFile, result: Sizing) -> ResultPresentation:
     """Return the presentation of a sized clutch."""
     values, rods = collect_values(clutch), result.linkage
-    linkage = CrankLinkage(rods.crank_mm * 1e-3, rods.rod_mm * 1e-3, rods.distance_mm * 1e-3)
+    linkage = CrankLinkage.from_lengths(rods)
     way = linkage, result.sizes.travel_mm * 1e-3, values["r_A"]
     rotor = Rotor(VERTICES, SIDES, result.sizes.width_mm * 1e-3)
 
     def draw() -> dict[str, Figure]:
         from planter.clutch.report import shape
 
-        path = shape.draw_vertex_path(rotor, {"limit": rotor.ellipse["fillet"]})
-        return {
-            "turning": shape.draw_turning(rotor),
-            "vertex_path": path,
-            "linkage": shape.draw_linkages({"sized": way}),
-        }
+        figures = shape.draw_rotor(rotor, {"limit": rotor.ellipse["fillet"]})
+        return {**figures, "linkage": shape.draw_linkages({"sized": way})}
 
-    return replace(
-        _present(f"Sizes of the clutch {clutch.name}", result, clutch, draw, rotor),
+    return _present(
+        f"Sizes of the clutch {clutch.name}",
+        result,
+        clutch,
+        draw,
+        rotor,
         conclusion=f"{_conclude(result.conditions)} Next is: {result.tightest}.",
         tables=lambda: {"way.csv": _tabulate_way(values["F1"], *way)},
     )
@@ -155,9 +152,7 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
     """Return the presentation of the fastest switching of a clutch."""
     values, linkages = collect_values(clutch), dict[str, tuple[CrankLinkage, float, float]]()
     for name, choice in (("file", result.start_design), ("optimum", result.design)):
-        linkage = CrankLinkage(
-            choice.crank_mm * 1e-3, choice.rod_mm * 1e-3, choice.distance_mm * 1e-3
-        )
+        linkage = CrankLinkage.from_lengths(choice)
         travel = least_travel(values, math.radians(choice.axial_angle_deg))
         span = values["r_A"] + values["r_D"]
         gear = load_model().at(
@@ -170,8 +165,11 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
 
         return {"linkage": shape.draw_linkages(linkages)}
 
-    return replace(
-        _present(f"Fastest switching of the clutch {clutch.name}", result, clutch, draw),
+    return _present(
+        f"Fastest switching of the clutch {clutch.name}",
+        result,
+        clutch,
+        draw,
         conclusion=f"The travel time falls from {result.start_travel_time_s:.4g} s to "
         f"{result.travel_time_s:.4g} s; "
         f"{result.certificate.agreeing_starts} of {result.certificate.starts} starts agree.",
@@ -187,17 +185,12 @@ def present_rotor(rotor: Rotor, result: PolygonFit) -> ResultPresentation:
     def draw() -> dict[str, Figure]:
         from planter.clutch.report import shape
 
-        figures = {"turning": shape.draw_turning(sample)}
-        if result.ellipse:
-            figures["vertex_path"] = shape.draw_vertex_path(
-                sample, {"limit": sample.ellipse["fillet"]}
-            )
-        return figures
+        fillets = {"limit": sample.ellipse["fillet"]} if result.ellipse else {}
+        return shape.draw_rotor(sample, fillets)
 
     title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
-    presentation = _present(title, result, None, draw, sample)
     conclusion = f"The body {'is a rotor' if result.exact else 'needs clearance to turn'}."
-    return replace(presentation, conclusion=conclusion, texts=lambda: _animate_gif(sample))
+    return _present(title, result, None, draw, sample, conclusion=conclusion)
 
 
 def present_engagement(
@@ -223,14 +216,8 @@ def present_engagement(
                     struck, modal_engagement.printed_extremes(struck)
                 )
             }
-        return {
-            "load": engagement.draw_loads(runs),
-            "speed": engagement.draw_speeds(runs),
-            "section": engagement.draw_section(runs["reuleaux"].engagement),
-            "sensitivity": engagement.draw_sensitivity(
-                result.sensitivity, result.reuleaux.N_max_N, result.dog.N_max_N
-            ),
-        }
+        loads = {"reuleaux": result.reuleaux.N_max_N, "dog": result.dog.N_max_N}
+        return engagement.draw_contact(runs, result.sensitivity, loads)
 
     def animate() -> Iterator[Block]:
         from planter.clutch.report.drawings import build_engagement_scene
@@ -243,7 +230,7 @@ def present_engagement(
         title=f"Engagement of the clutch {clutch.name}",
         conclusion=_conclude_engagement(result),
         record=result,
-        sections=list(_list_sections(table)),
+        sections=list(_list_sections(result)),
         document=clutch,
         meanings=NAMES.meanings(clutch.numbers()),
         motions=animate,
@@ -267,6 +254,7 @@ def _present(
     clutch: ClutchFile | None,
     draw: Callable[[], Mapping[str, Figure]],
     rotor: Rotor | None = None,
+    **options: Any,
 ) -> ResultPresentation:
     """Return the presentation of a shape, with the rotating `rotor` if there is one."""
     table = result.table()
@@ -290,7 +278,7 @@ def _present(
     return ResultPresentation(
         title=title,
         record=result,
-        sections=list(_list_sections(table)),
+        sections=list(_list_sections(result)),
         document=clutch,
         model=ModelAssumptions(
             "First principles", [*sidecar["assumptions"], *table.get("assumes", ())], meanings
@@ -299,13 +287,8 @@ def _present(
         figures=draw,
         captions=CAPTIONS,
         comments=() if clutch is None else files.list_comments(clutch, "clutch"),
+        **options,
     )
-
-
-def _animate_gif(rotor: Rotor) -> dict[str, bytes]:
-    from planter.clutch.report import shape
-
-    return {"turning.gif": shape.animate_turning(rotor)}
 
 
 def _conclude_engagement(result: ModalEngagement | ContactEngagement) -> str:
@@ -342,81 +325,12 @@ def _conclude(conditions: Sequence[InequalityResult]) -> str:
     return describe_violations(violated, len(conditions), "inequality", "; ")
 
 
-def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
-    yield from list_warning_sections(table.get("warnings") or [])
-    yield Section("Results", list(_list_results(table)))
-    for key in LISTS:
-        rows = table.get(key) or table.get("rotor", {}).get(key)
-        if _is_table(rows):
-            yield Section(_name_group(key), [_tabulate_rows(rows)])
-    if printed := table.get("printed"):
-        note = Text("The same quantities by the equations as the paper prints them.")
-        rows = [_tabulate_rows(printed["conditions"])] if "conditions" in printed else []
-        yield Section("As printed", [note, *_list_results(printed), *rows])
-
-
-def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
-    """Yield single values, then groups of them, then lists of words."""
-    yield _tabulate_values(
-        {key: value for key, value in table.items() if not isinstance(value, Mapping | list)}
-    )
-    for key, value in table.items():
-        if isinstance(value, Mapping) and key not in SENTENCES:
-            single = {
-                k: v for k, v in value.items() if not isinstance(v, Mapping) and not _is_table(v)
-            }
-            yield _tabulate_values(single, _name_group(key))
-            for name, entries in value.items():
-                if _is_table(entries) and name != "harmonics":
-                    yield _tabulate_rows(entries, _name_group(name))
-        elif isinstance(value, list) and not _is_table(value) and key not in SENTENCES:
-            yield Keys({_name(key): _format_cell(value)})
-
-
-def _tabulate_values(values: Mapping[str, Any], caption: str = "") -> Table:
-    cells = {
-        key: _format_cell(clean_zero(v) if key.endswith("_J") else v) for key, v in values.items()
-    }
-    return tabulate_named(cells, WORDS, caption)
-
-
-def _name(key: str) -> str:
-    return WORDS.get(key, to_sentence_case(format_label(key)))
-
-
-def _name_group(key: str) -> str:
-    return WORDS.get(f"group.{key}", to_sentence_case(format_label(key)))
-
-
-def _name_column(key: str) -> str:
-    """Return a name for the head of a column, with its unit."""
-    unit = units.display_unit(key)
-    return f"{WORDS[key]} / {unit}" if key in WORDS and unit else _name(key)
-
-
-def _is_table(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
-
-
-def _format_cell(value: Any) -> Any:
-    if isinstance(value, list):
-        return "; ".join(f"{v:.6g}" if isinstance(v, float) else str(v) for v in value) or None
-    return value
-
-
-def _format_row_cell(key: str, value: Any) -> Any:
-    """Return a value of a row as a cell; an active bound is named with its number."""
-    if key == "name":
-        number, bound, end = str(value).partition(" at its ")
-        return f"{WORDS.get(number, number)}{bound}{end}"
-    return _format_cell(clean_zero(value) if key == "margin" else value)
-
-
-def _tabulate_rows(rows: Iterable[Mapping[str, Any]], caption: str = "") -> Table:
-    rows = list(rows)
-    cells = [tuple(_format_row_cell(*item) for item in row.items()) for row in rows]
-    page_columns = (_name_column("source"), _name_column("share"))
-    return Table([_name_column(key) for key in rows[0]], cells, caption, page_columns)
+def _list_sections(result: Record) -> Iterator[Section]:
+    yield from list_record_sections(result, WORDS, SENTENCES)
+    printed: Record | None = getattr(result, "printed", None)
+    if printed is not None:
+        for section in list_record_sections(printed, WORDS):
+            yield Section(f"{section.title}, as printed", section.blocks)
 
 
 def _tabulate_poses(rotor: Rotor, side: float) -> dict[str, Array]:

@@ -231,13 +231,10 @@ class CornerPath(VertexPath):
 
 
 @dataclass(frozen=True)
-class SlidPath(Record):
+class SlidPath(Oval):
     """The ellipse of a vertex while two others slide on sides, lengths in widths."""
 
     vertex: int
-    centre_over_R: Pair
-    semi_axes_over_R: Pair
-    axis_deg: float
 
 
 @dataclass(frozen=True)
@@ -311,15 +308,11 @@ class LoadSensitivity(Record):
 
 
 @dataclass(frozen=True)
-class ModalEngagement(Record):
+class ModalEngagement(OneModeLoads):
     """`planter clutch engage --mode modal`; null where contact is never lost."""
 
     clutch: str
     mode: Literal["modal"]
-    N0_N: float
-    N_max_N: float
-    t_max_s: float
-    t_loss_s: float | None
     modal: BeamMode
     printed: OneModeLoads
     energy: EnergyBalance
@@ -356,50 +349,29 @@ class ClutchLoads(Record):
 
 
 @dataclass(frozen=True)
-class ContactLoadSensitivity(Record):
-    """Largest loads of both clutches, with one input times a factor; no ratio where they are of two
-    kinds.
-    """
+class LargestLoads(Record):
+    """Largest loads of both clutches; no ratio where they are of two kinds."""
+
+    N_max_ratio: float | None
+    reuleaux_N_max_N: float
+    reuleaux_outcome: Outcome
+    dog_N_max_N: float
+    dog_outcome: Outcome
+
+
+@dataclass(frozen=True)
+class ContactLoadSensitivity(LargestLoads):
+    """Largest loads of both clutches, with one input times a factor."""
 
     input: str
     factor: float
-    N_max_ratio: float | None
-    reuleaux_N_max_N: float
-    reuleaux_outcome: Outcome
-    dog_N_max_N: float
-    dog_outcome: Outcome
 
 
 @dataclass(frozen=True)
-class PhaseLoads(Record):
-    """Largest loads of both clutches, with the input turned on at the moment of switching; ratio as
-    above.
-    """
+class PhaseLoads(LargestLoads):
+    """Largest loads of both clutches, with the input turned on at the moment of switching."""
 
     phase_deg: float
-    N_max_ratio: float | None
-    reuleaux_N_max_N: float
-    reuleaux_outcome: Outcome
-    dog_N_max_N: float
-    dog_outcome: Outcome
-
-
-@dataclass(frozen=True)
-class PrintedLoad(Record):
-    """A largest load that the paper prints as one of an impact, what is computed for it, and the
-    verdict on it.
-
-    `impacts_N` are least and largest of the loads found here that are impacts, `held_N` of those
-    that stay; both are null if there are none. Found are those of the file and those with inputs
-    varied that the paper does not disclose.
-    """
-
-    clutch: str
-    printed_N: float
-    impacts_N: Pair | None
-    held_N: Pair | None
-    verdict: Literal["not recomputable", "no impact", "not reproduced"]
-    finding: str
 
 
 @dataclass(frozen=True)
@@ -417,7 +389,6 @@ class ContactEngagement(Record):
     """`planter clutch engage --mode contact`: the clutch compared with a dog clutch.
 
     The ratio of the largest loads is null if they are of two kinds, or a clutch does not engage.
-    `printed_loads` has the loads of the paper if the file has the inputs that it discloses.
     """
 
     clutch: str
@@ -428,28 +399,11 @@ class ContactEngagement(Record):
     energy: EnergyBalance
     sensitivity: list[ContactLoadSensitivity]
     phases: list[PhaseLoads]
-    printed_loads: list[PrintedLoad]
     teeth: TeethInSleeve
     assumptions: list[str]
 
 
 Level = int | float | str
-
-
-@dataclass(frozen=True)
-class FactorLevels(Record):
-    """A factor: its levels, and the values that words stand for."""
-
-    label: str
-    levels: list[Level]
-    values: list[float] | None
-
-
-@dataclass(frozen=True)
-class ResponseLabel(Record):
-    """A response and what it means."""
-
-    label: str
 
 
 @dataclass(frozen=True)
@@ -469,36 +423,28 @@ class Total(Record):
 
 
 @dataclass(frozen=True)
-class Residual(Total):
-    """Residual of the factors; null for a mean square without degrees of freedom."""
+class Effect(Total):
+    """A factor against the error; null for a mean square without degrees of freedom, and for F and
+    p without an error.
+    """
 
     ms: float | None
-
-
-@dataclass(frozen=True)
-class Effect(Residual):
-    """A factor against the error; null without an error."""
-
     F: float | None
     p: float | None
 
 
 @dataclass(frozen=True)
-class Compared(Record):
-    """Two clutches at a speed: Welch's test, alone and by Holm over all pairs."""
+class ComparedClutches(Record):
+    """The clutch on trial against another at a speed, by Welch's test."""
 
     speed_m_s: float
     measure: str
-    clutch: str
-    reference: str
-    difference: float
     reduction_percent: float | None
     p_value: float | None
-    p_holm: float | None
 
 
 @dataclass(frozen=True)
-class Predicted(Record):
+class PredictedRun(Record):
     """A combination of levels, and what is predicted of each response: its JSON has the means next
     to the levels.
     """
@@ -524,28 +470,16 @@ class Predicted(Record):
 
 @dataclass(frozen=True)
 class FieldTest(Record):
-    """`planter clutch field`: a field test evaluated.
-
-    `best` and `range_best` have levels in the factors' order.
-    """
+    """`planter clutch field`: a field test evaluated; `best` has levels in the factors' order."""
 
     source: str
     runs: int
-    factors: dict[str, FactorLevels]
-    responses: dict[str, ResponseLabel]
-    blank: list[str]
-    orthogonal: bool
-    sums_of_squares: str
     goals: dict[str, str]
-    range: dict[str, dict[str, LevelMeans]] | None
-    order: dict[str, list[str]] | None
-    range_best: dict[str, list[Level]] | None
-    anova: dict[str, dict[str, Effect | Residual | Total]]
-    best: dict[str, list[Level]] | None
-    prediction: list[Predicted]
-    comparison: list[Compared]
-    other_comparisons: list[Compared]
-    warnings: list[str]
+    range: dict[str, dict[str, LevelMeans]]
+    anova: dict[str, dict[str, Effect | Total]]
+    best: dict[str, list[Level]]
+    prediction: list[PredictedRun]
+    comparison: list[ComparedClutches]
 
 
 @dataclass(frozen=True)
@@ -553,8 +487,6 @@ class FieldPlan(Record):
     """`planter clutch plan`: a field test to be run; `text` is the CSV to fill in."""
 
     array: str
-    factors: list[str]
-    blank: list[str]
     columns: dict[str, list[str]]
     text: str
 

@@ -252,7 +252,9 @@ class Slides:
             sides_apart=self.side_step,
             vertices_apart=self.vertices,
             rotation_deg=math.degrees(self.rotations[1] - self.rotations[0]),
-            paths=[SlidPath(i, **vars(_oval(self.ellipse(i), width))) for i in free_vertices],
+            paths=[
+                SlidPath(vertex=i, **vars(_oval(self.ellipse(i), width))) for i in free_vertices
+            ],
         )
 
 

@@ -103,9 +103,8 @@ def compute_sizes(clutch: ClutchFile) -> dict[str, float]:
     if values["a"] <= 0:
         raise ComputationError(
             f"no hexagon is large enough: over a body of {values['d'] * 1e3:.4g} mm a taper for a "
-            f"travel of "
-            f"{values['c'] * 1e3:.4g} mm takes off more than there is; the body must be shorter "
-            f"or the travel longer"
+            f"travel of {values['c'] * 1e3:.4g} mm takes off more than there is; the body must be "
+            "shorter or the travel longer"
         )
     angle = load_model().at("angle", a=values["a"], c=values["c"])
     values |= {"b": angle["b"], "phi": angle["phi"], "R2": values["b2"] + wall}
@@ -186,21 +185,25 @@ def _limits(
     )
 
 
+SIZES = {
+    "fillet_mm": "r",
+    "tip_mm": "b1",
+    "root_mm": "b2",
+    "hexagon_side_mm": "a",
+    "width_mm": "R",
+    "outline_mm": "b",
+    "left_radius_mm": "R1",
+    "right_radius_mm": "R2",
+    "length_mm": "d",
+    "travel_mm": "c",
+    "face_angle_deg": "xi",
+    "axial_angle_deg": "phi",
+}
+"""Sizes by key, with their names in the derivation."""
+
+
 def _to_sizes(values: dict[str, float]) -> Sizes:
-    return Sizes(
-        fillet_mm=values["r"] * 1e3,
-        tip_mm=values["b1"] * 1e3,
-        root_mm=values["b2"] * 1e3,
-        hexagon_side_mm=values["a"] * 1e3,
-        width_mm=values["R"] * 1e3,
-        outline_mm=values["b"] * 1e3,
-        left_radius_mm=values["R1"] * 1e3,
-        right_radius_mm=values["R2"] * 1e3,
-        length_mm=values["d"] * 1e3,
-        travel_mm=values["c"] * 1e3,
-        face_angle_deg=math.degrees(values["xi"]),
-        axial_angle_deg=math.degrees(values["phi"]),
-    )
+    return Sizes(**{key: values[name] / units.unit_factor(key) for key, name in SIZES.items()})
 
 
 def build_refusal(sizing: Sizing) -> ComputationError:

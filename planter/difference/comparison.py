@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -99,17 +98,11 @@ class ComparedDesign:
         return {check.name: check for check in checks if check.name not in limits}
 
     def evaluate(self, measure: Measure) -> float | None:
-        """Return a measure in its display unit, None if the machine has no such quantity or no mean
-        of it.
-        """
+        """Return a measure in its display unit, None if the machine has no such quantity."""
         try:
-            resolved = resolve_measure(self.machine, measure)
+            return evaluate_measure(self.machine, resolve_measure(self.machine, measure))
         except InputError:
             return None
-        value = _find_statistic(self.peaks.get(resolved.name), resolved)
-        if value is not None:
-            return value
-        return evaluate_measure(self.machine, resolved)
 
     def judge(self, limit: Limit) -> tuple[float | None, bool | None]:
         """Return the value of a limit's measure and whether it satisfies the limit, None without
@@ -121,24 +114,6 @@ class ComparedDesign:
         except InputError:
             return None, None
         return result.value, result.met
-
-
-def _find_statistic(peak: QuantityPeak | None, measure: Measure) -> float | None:
-    """Return a measure of a whole cycle from true extremes and integrals, None if it is another."""
-    if peak is None or measure.is_moving or measure.angle is not None:
-        return None
-    largest = max(abs(peak.max), abs(peak.min)) if measure.size else peak.max
-    values: dict[Kind, float | None] = {
-        "max": largest,
-        "min": peak.min,
-        "range": peak.max - peak.min,
-        "mean": peak.mean,
-        "rms": peak.rms,
-    }
-    if peak.mean is not None and peak.rms is not None:
-        variance = max(peak.rms**2 - peak.mean**2, 0.0)
-        values |= {"variance": variance, "std": math.sqrt(variance)}
-    return values.get(measure.kind)
 
 
 @dataclass(frozen=True)
@@ -263,11 +238,8 @@ def _compare(
     Differences below rounding of `size`, by default that of the values, are zero.
     """
     numbers = [value for value in values if value is not None]
-    rounding = (
-        ROUNDING * max((abs(value) for value in numbers), default=0.0)
-        if size is None
-        else ROUNDING * size
-    )
+    largest = max(map(abs, numbers), default=0.0) if size is None else size
+    rounding = ROUNDING * largest
     first, better = values[0], None
     differences = [
         None

@@ -26,7 +26,8 @@ from planter.difference.results import (
 )
 from planter.engine.summary import ROUNDING
 from planter.kernels import Array
-from planter.report import files, style
+from planter.report import files
+from planter.report.curves import Panel, draw_panels
 from planter.report.html import Cell, KeyFigure, MarkupCell, Section, Table, Text, escape_markup
 from planter.report.presentation import ResultPresentation
 
@@ -41,31 +42,24 @@ EXACT = (
     "True extremes and integrals of a cycle; smaller is better for the objective, larger for "
     "a margin."
 )
-DASHES: Sequence[object] = ("-", (0, (6, 3)), (0, (2, 2)), (0, (6, 2, 2, 2)))
-"""Line styles of the machines, in order."""
 LONGEST_LINE = 40
 """Characters of a line of an axis's name."""
 CURVES = (
     "Curves of the machines on one scale; below, the differences from A. Angles are those of the "
-    "drive. "
-    "A is solid, the others are dashed."
+    "drive."
 )
 
 
 def present_comparison(comparison: DesignComparison) -> ResultPresentation:
     """Return the presentation of a comparison."""
     result, first = comparison.result, comparison.designs[0].machine
-    names = [
-        f"{letter} {Path(design.source).name}"
-        for letter, design in zip(comparison.letters, comparison.designs, strict=True)
-    ]
+    lettered = list(zip(comparison.letters, comparison.designs, strict=True))
+    names = [f"{letter} {Path(design.source).name}" for letter, design in lettered]
+    versions = files.list_provenance(first.document)
+    provenance = {key: versions[key] for key in ("planter", "casadi", "numpy", "python")}
     hashes = {
         f"{letter} sha256": files.list_provenance(design.machine.document)["machine_sha256"]
-        for letter, design in zip(comparison.letters, comparison.designs, strict=True)
-    }
-    provenance = {
-        key: files.list_provenance(first.document)[key]
-        for key in ("planter", "casadi", "numpy", "python")
+        for letter, design in lettered
     }
     return ResultPresentation(
         title=f"Comparison: {', '.join(names)}",
@@ -275,7 +269,6 @@ def _draw(comparison: DesignComparison) -> Mapping[str, Figure]:
     }
 
 
-@style.with_style
 def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) -> Figure:
     """Draw a quantity of all machines over a cycle, and the differences from the first machine
     below, if there are any.
@@ -285,34 +278,17 @@ def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) 
     angles, values = np.array(curve.phi_deg), np.array(curve.values)
     differences = values[1:] - values[0]
     differences[np.abs(differences) <= ROUNDING * np.abs(values).max()] = 0.0
-    panes = [
-        (values, letters),
-        (differences, [f"{letter} \N{MINUS SIGN} A" for letter in letters[1:]]),
-    ]
-    panes = panes if differences.any() else panes[:1]
-    figure = style.new_figure(4.4 if len(panes) > 1 else 3.0)
-    all_axes = figure.subplots(
-        len(panes), 1, sharex=True, squeeze=False, height_ratios=(2, 1)[: len(panes)]
-    )[:, 0]
-    end = round(float(angles[-1] + angles[1]), 6)
     unit = f" / {curve.unit}" if curve.unit else ""
-    for axes, (rows, names) in zip(all_axes, panes, strict=True):
-        if rows is differences:
-            axes.axhline(0, color=style.SOFT, linewidth=0.6)
-        ends = []
-        for index, (row, name) in enumerate(
-            zip(rows, names, strict=True), len(letters) - len(names)
-        ):
-            shade, dashes = style.PALETTE[index % len(style.PALETTE)], DASHES[index % len(DASHES)]
-            axes.plot(angles, row, color=shade, linestyle=dashes, linewidth=1.2)
-            ends.append((float(row[-1]), name, shade))
-        style.over_a_turn(axes, label=False, end=end)
-        style.label_ends(axes, ends, 0.08 if rows is values else 0.16)
-    all_axes[0].set_ylabel(fill(f"{meaning}{unit}", LONGEST_LINE))
-    if len(panes) > 1:
-        all_axes[1].set_ylabel(f"difference{unit}")
-    all_axes[-1].set_xlabel("angle of the drive / deg")
-    return figure
+    rows = dict(zip(letters, ((angles, row) for row in values), strict=True))
+    panels = [Panel(fill(f"{meaning}{unit}", LONGEST_LINE), rows)]
+    if differences.any():
+        changes = {
+            f"{letter} \N{MINUS SIGN} A": (angles, row)
+            for letter, row in zip(letters[1:], differences, strict=True)
+        }
+        panels.append(Panel(f"difference{unit}", changes, level=0.0))
+    end = round(float(angles[-1] + angles[1]), 6)
+    return draw_panels(panels, "angle of the drive / deg", end=end)
 
 
 def _tabulate_curves(comparison: DesignComparison) -> Mapping[str, Mapping[str, Array]]:

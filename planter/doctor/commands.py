@@ -1,16 +1,33 @@
-"""The command that looks after the compiled functions."""
+"""What this installation has, and what would make it faster."""
 
 from __future__ import annotations
 
+import os
+import platform
+from importlib import metadata
+from importlib.util import find_spec
 from typing import Annotated
 
 import typer
 
-from planter.doctor.results import CompilerFound, Examination, NoCompilerFound
-from planter.terminal.console import Console, cell_text
+from planter.doctor.results import Examination, KernelFound
+from planter.terminal.console import Console
 from planter.terminal.options import JsonOption
+from planter.version import __version__
 
 app = typer.Typer()
+MACHINE = "wang2017"
+EXTRAS = {
+    "derive": "sympy",
+    "compiler": "ziglang",
+    "notebook": "anywidget",
+    "studio": "starlette",
+    "parquet": "pyarrow",
+    "step": "OCP",
+    "cluster": "distributed",
+    "sampling": "numpyro",
+}
+"""Extras of pyproject.toml for users, each with a module that it alone brings."""
 
 
 @app.command()
@@ -23,53 +40,59 @@ def doctor(
     """Show what is installed, and what would make it faster."""
     console = Console(as_json)
     with console.outcome():
-        from planter.doctor import examination
+        result = examine_installation(build)
+        facts = result.versions | {"compiler": result.compiler, "cache": result.cache}
+        kernels = [(kernel.name, kernel.way, kernel.compiled) for kernel in result.kernels]
 
-        examined = examination.examine_installation(build)
-        console.result(examined, lambda: print_examination(console, examined))
+        def print_tables() -> None:
+            console.table("This installation", ["", "result"], list(facts.items()))
+            console.table(f"Functions of {MACHINE}", ["function", "way", "compiled"], kernels)
+            title = "Optional parts: pip install 'planter[NAME]'"
+            console.table(title, ["name", "installed"], list(result.extras.items()))
+            console.table("What would help", ["missing", "what to do"], list(result.advice.items()))
+
+        console.result(result, print_tables)
 
 
-def print_examination(console: Console, result: Examination) -> None:
-    """Print an examination."""
-    cache = result.cache
-    rows: list[tuple[str, object]] = [
-        *result.versions.table().items(),
-        *result.processor.table().items(),
-    ]
-    rows += [
-        *_compiler_rows(result.compiler),
-        ("compiled functions in", cache.folder),
-        ("files", cache.files),
-        ("size, MB", cache.bytes / 1e6),
-    ]
-    console.table(
-        "This installation", ["", "result"], [(name, cell_text(cell)) for name, cell in rows]
-    )
-    console.table(
-        f"Functions of {result.machine}",
-        ["model", "function", "instructions", "way", "compiled"],
-        [
-            (k.model, k.name, k.instructions, k.way, "yes" if k.compiled else "no")
-            for k in result.kernels
-        ],
-    )
-    console.table(
-        "Optional parts: pip install 'planter[NAME]'",
-        ["name", "installed", "for"],
-        [
-            (extra.name, "yes" if extra.installed else "no", extra.purpose)
-            for extra in result.extras
-        ],
-    )
-    if result.advice:
-        console.table(
-            "What would help", ["missing", "what to do"], [(a.missing, a.do) for a in result.advice]
+def examine_installation(build: bool = False) -> Examination:
+    """Return what is installed and what is missing; compiles functions only with `build`."""
+    from planter.engine.response import MachineResponse
+    from planter.kernels import backends, toolchain
+    from planter.kernels.compiler import CompilerError, find_compiler
+    from planter.planting import machines
+
+    response = MachineResponse(machines.load(MACHINE, {}), ["support"])
+    kernels = [response.prologue_kernel, response.values_kernel, response.slopes_kernel]
+    advice, compiler, cache = {}, None, None
+    try:
+        compiler = find_compiler()
+        cache = str(toolchain.cache_folder())
+    except (CompilerError, OSError, RuntimeError) as reason:
+        advice[str(reason)] = (
+            "install gcc (12 or newer), clang or planter[compiler], or name a compiler in CC"
+            if compiler is None
+            else "name a private folder, on a disk that allows execution, in PLANTER_CACHE"
         )
-
-
-def _compiler_rows(compiler: CompilerFound | NoCompilerFound) -> list[tuple[str, object]]:
-    names = ("compiler", "compiler's path", "flags", "vector, bits")
-    if isinstance(compiler, NoCompilerFound):
-        return list(zip(names, (compiler.problem, None, None, None), strict=True))
-    values = compiler.version, compiler.path, " ".join(compiler.flags) or None, compiler.vector_bits
-    return list(zip(names, values, strict=True))
+    usable = cache is not None
+    listed = []
+    for kernel in kernels:
+        if build:
+            kernel.compile()
+        way = backends.predict_backend(kernel.work) if usable else backends.BACKENDS[-1]
+        compiled = usable and backends.is_compiled(kernel.work)
+        listed.append(KernelFound(kernel.work.function.name(), way, compiled))
+    if (limit := os.environ.get("PLANTER_KERNELS")) in backends.BACKENDS[1:]:
+        advice[f"PLANTER_KERNELS allows nothing faster than {limit}"] = "unset it"
+    if usable and not all(kernel.compiled for kernel in listed):
+        advice["functions that are not compiled yet"] = "planter doctor --build, or wait"
+    versions = {"planter": __version__, "python": platform.python_version()}
+    versions |= {name: metadata.version(name) for name in ("casadi", "numpy")}
+    return Examination(
+        versions=versions,
+        compiler=None if compiler is None else compiler.version,
+        flags=None if compiler is None else list(compiler.flags),
+        cache=cache,
+        kernels=listed,
+        extras={name: find_spec(module) is not None for name, module in EXTRAS.items()},
+        advice=advice,
+    )

@@ -1,15 +1,11 @@
-"""The dictionary of all meanings by name, with the figures that draw them, and suggestions for
-unknown names.
-"""
+"""The dictionary of all meanings by name, and suggestions for unknown names."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cache
-from importlib import import_module
-from importlib.util import find_spec
+from importlib import resources
 from typing import Any, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -28,59 +24,36 @@ from planter.files.spelling import find_spelled, list_spellings
 from planter.gear_geometry import families, stage
 from planter.kernels import generated
 from planter.records import schema
+from planter.view.names import FILE, load_names
 
 
 @cache
 def collect_meanings() -> tuple[Meaning, ...]:
-    """Return all meanings: symbols, keys of files, columns, keys of results."""
-    symbol_meanings, columns = list(list_symbols()), list(_list_columns())
-    symbols = {
-        (meaning.machine, meaning.key): meaning.meaning
-        for meaning in symbol_meanings
-        if meaning.key
-    }
-    symbol_meanings += _list_vectors(
-        {(meaning.machine, meaning.name): meaning for meaning in symbol_meanings}
-    )
-    figures = dict(_list_figures())
-    meanings = [
-        *symbol_meanings,
-        *list_input_keys(symbols),
-        *(meaning for meaning in columns if (meaning.machine, meaning.name) not in symbols),
-        *list_result_keys(
-            {(meaning.machine, meaning.name): meaning.meaning for meaning in columns}
-        ),
-    ]
-    listed = [
-        replace(meaning, figures=figures.get((meaning.machine, meaning.key or meaning.name)))
-        for meaning in meanings
-    ]
+    """Return all meanings: symbols, keys of files and results, columns."""
+    symbols = list(list_symbols())
+    symbols += _list_vectors({(meaning.machine, meaning.name): meaning for meaning in symbols})
+    by_key = {(meaning.machine, meaning.key): meaning.meaning for meaning in symbols if meaning.key}
     unique: dict[tuple[str, ...], Meaning] = {}
-    for meaning in listed:
-        unique.setdefault(
-            (meaning.kind, meaning.machine, meaning.name, meaning.unit, meaning.meaning), meaning
-        )
+    for meaning in (*symbols, *list_input_keys(by_key), *list_result_keys(), *list_columns()):
+        entry = (meaning.kind, meaning.machine, meaning.name, meaning.unit, meaning.meaning)
+        unique.setdefault(entry, meaning)
     return tuple(unique.values())
 
 
 def explain_name(name: str) -> Explained:
-    """Return every meaning of a symbol, key or column, as `select_meanings`."""
+    """Return every meaning of a symbol or key, as `select_meanings`."""
     return select_meanings(
         collect_meanings(),
         name,
         "NAME",
-        "is not a symbol, key or column",
+        "is not a symbol or key",
         "`planter explain` lists all names",
     )
 
 
-def explain_in_package(package: str, key: str) -> Explained:
-    """Return every meaning of a symbol, key or column in a kind of machine, as
-    `select_meanings`.
-    """
-    meanings = [meaning for meaning in collect_meanings() if meaning.machine == package]
-    reason = f"is not a symbol, key or column of {package}"
-    return select_meanings(meanings, key, "KEY", reason, "`planter explain` lists all names")
+def list_meanings(package: str) -> list[Meaning]:
+    """Return all meanings of a kind of machine."""
+    return [meaning for meaning in collect_meanings() if meaning.machine == package]
 
 
 def select_meanings(
@@ -131,43 +104,22 @@ def find_meanings(
     meaning are omitted.
     """
     by_name: dict[str, Meaning] = {}
-    meanings = [meaning for meaning in collect_meanings() if meaning.machine == machine]
     for meaning in sorted(
-        meanings, key=lambda meaning: command not in meaning.source.replace(",", "").split()
+        list_meanings(machine),
+        key=lambda meaning: command not in meaning.source.replace(",", "").split(),
     ):
         by_name.setdefault(meaning.key or meaning.name, meaning)
         by_name.setdefault(meaning.name, meaning)
     return [(name, by_name[name]) for name in requested if name in by_name]
 
 
-def _list_columns() -> Iterator[Meaning]:
-    """Yield the meanings of the columns of CSV files that packages declare."""
-    for module in plugins.load_modules("columns"):
-        package = plugins.name_package(module)
-        for name, (meaning, source) in module.columns().items():
-            yield Meaning(name, "column", package, units.display_unit(name), meaning, source)
-
-
-def _list_figures() -> Iterator[tuple[tuple[str, str], list[str]]]:
-    """Yield the figures of each machine and column by the declarations of `DRAWN`."""
-    figures: dict[tuple[str, str], list[str]] = {}
-    for package, plots in _load_drawn_columns().items():
-        for figure, columns in plots.items():
-            for column in columns:
-                figures.setdefault((package, column), []).append(figure)
-    yield from figures.items()
-
-
-def _load_drawn_columns() -> dict[str, Mapping[str, Sequence[str]]]:
-    """Return `DRAWN` of the modules `report.figures` by machine."""
-    by_package = {}
-    for report in plugins.load_modules("report"):
-        name = f"{report.__name__}.figures"
-        if hasattr(report, "__path__") and find_spec(name) is not None:
-            plots = getattr(import_module(name), "DRAWN", None)
-            if plots is not None:
-                by_package[plugins.name_package(report)] = plots
-    return by_package
+def list_columns() -> Iterator[Meaning]:
+    """Yield the columns of CSV files that the names of packages have."""
+    for package, module in plugins.find_packages().items():
+        if resources.files(module).joinpath(FILE).is_file():
+            for name, meaning in load_names(module).list_columns().items():
+                unit = units.display_unit(name)
+                yield Meaning(name, "column", package, unit, meaning, "CSV files")
 
 
 SHARED_ROOM = "gearing"
@@ -393,17 +345,14 @@ NUMBERS = {"number", "integer"}
 _SENTENCE = re.compile(r"(?<=[.!?])\s+")
 
 
-def list_result_keys(columns: Mapping[tuple[str, str], str]) -> Iterator[Meaning]:
-    """Yield every numeric key, once for each record that has it, with the commands that return it.
-
-    `columns` has meanings by machine and column, for records that contain columns.
-    """
+def list_result_keys() -> Iterator[Meaning]:
+    """Yield every numeric key, once for each record that has it, with the commands that return it."""
     for module in plugins.load_modules("results"):
         package = plugins.name_package(module)
         places: dict[tuple[str, str], list[str]] = {}
         for command, kind in module.COMMANDS.items():
             for key, meaning in _list_numbers(command, kind):
-                places.setdefault((key, columns.get((package, key), meaning)), []).append(command)
+                places.setdefault((key, meaning), []).append(command)
         for (key, meaning), commands in places.items():
             source = f"planter {', '.join(dict.fromkeys(commands))} --json"
             yield Meaning(key, "result key", package, units.display_unit(key), meaning, source)

@@ -1,147 +1,133 @@
-"""Machines with their labelled drawings, and the meaning and drawing of every symbol, key and
-column.
+"""Description of one machine: its values with bounds, its quantities, its functions, and the
+symbols of its drawings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
-from typing import cast
+from collections.abc import Iterator, Mapping, Sequence
 
 from planter import plugins
-from planter.errors import InputError
+from planter.engine.machine import Description, describe_source
 from planter.explain import dictionary
-from planter.explain.results import DrawnSheet, DrawnSymbol, ExplainedMachine, Meaning
+from planter.explain.results import (
+    DrawnSheet,
+    Explained,
+    ExplainedFunction,
+    ExplainedMachine,
+    Meaning,
+)
+from planter.files import paths, units
 from planter.files.kinds import find_kind, load_part
-from planter.view.sheet import Draughtsman, Labelled
-
-GEOMETRIC = {"m", "mm", "rad", "deg"}
-"""Units of lengths and angles."""
-NO_SUCH_PART = "this machine has no such part"
-"""Reason for a name that appears on sheets of similar machines, but not of this one."""
-KINDS = ("symbol", "file key", "column")
+from planter.view.sheet import Sheet
 
 
-@dataclass(frozen=True)
-class LabelledMachine:
-    """A machine with its labelled drawings and the module that drew it."""
-
-    package: str
-    labels: Draughtsman
-    labelled: Labelled
-
-    def explained(self, files: list[str]) -> ExplainedMachine:
-        """Return the result of the command; `files` are those that were written."""
-        sheets = [
-            DrawnSheet(sheet.name, sheet.title, sorted(sheet.names))
-            for sheet in self.labelled.sheets
-        ]
-        return ExplainedMachine(self.labelled.name, self.package, sheets, self.symbols(), files)
-
-    def symbols(self) -> list[DrawnSymbol]:
-        """Return a row for each length, angle and coordinate."""
-        return [self._symbol(meaning) for meaning in list_geometry(self.package)]
-
-    def _symbol(self, meaning: Meaning) -> DrawnSymbol:
-        sheet = next(
-            (sheet.name for sheet in self.labelled.sheets if meaning.name in sheet.names), None
-        )
-        key = _find_key(meaning, self.labelled.numbers, self.labels)
-        column = meaning.name if meaning.kind == "column" else meaning.key
-        return DrawnSymbol(
-            meaning.name,
-            meaning.unit,
-            meaning.meaning,
-            key,
-            column if key is None else None,
-            sheet,
-            explain_omission(self.labels, meaning) or NO_SUCH_PART if sheet is None else None,
-        )
-
-
-def find_drawings() -> dict[str, Draughtsman]:
-    """Return the drawing modules by kind of machine."""
-    return {
-        plugins.name_package(module): cast(Draughtsman, module)
-        for module in plugins.load_modules("labelled")
-    }
-
-
-def find_package(source: str) -> str | None:
-    """Return the kind of machine that draws a source, None if there is none."""
-    module = load_part(source, "labelled") if find_kind(source) else None
-    return None if module is None else plugins.name_package(module)
-
-
-def draw_machine(source: str, changes: Mapping[str, float]) -> LabelledMachine:
-    """Return the drawn machine of a file or a built-in name.
-
-    Raises InputError if no drawing module takes it, or as that module does.
-    """
-    package = find_package(source)
-    if package is not None:
-        labels = find_drawings()[package]
-        return LabelledMachine(package, labels, labels.draw_labelled(source, changes))
-    names = ", ".join(sorted(find_drawings()))
-    raise InputError(
-        f"{source}: there is no such machine with a labelled drawing: it must be a file of one "
-        f"({names}), or the name "
-        f"of a built-in one"
-    )
-
-
-def list_geometry(package: str) -> list[Meaning]:
-    """Return lengths, angles and coordinates of a machine: symbols, then keys and columns without a
-    symbol.
-
-    Each name appears once, with its first meaning.
-    """
-    meanings = [
-        meaning
-        for meaning in dictionary.collect_meanings()
-        if meaning.machine == package and meaning.unit in GEOMETRIC
+def explain_machine(
+    source: str, changes: Mapping[str, float], sheets: Sequence[Sheet] = ()
+) -> ExplainedMachine:
+    """Return the description of a machine with its drawings. Raises InputError as its package does."""
+    description = describe_source(source, changes)
+    kind = find_kind(source)
+    package = "" if kind is None else plugins.name_package(kind)
+    functions = [
+        ExplainedFunction(entry.name, list(entry.inputs), entry.outputs, entry.operations)
+        for entry in description.functions
     ]
-    symbol_keys = {_strip_index(meaning.key) for meaning in meanings if meaning.kind == "symbol"}
-    unique: dict[str, Meaning] = {}
-    for kind in KINDS:
-        for meaning in meanings:
-            if meaning.kind == kind and (
-                kind == "symbol" or not {_strip_index(meaning.key), meaning.name} & symbol_keys
-            ):
-                unique.setdefault(meaning.name, meaning)
-    return list(unique.values())
-
-
-def explain_omission(labels: Draughtsman, meaning: Meaning) -> str | None:
-    """Return the declared reason for a name without a sheet, or None."""
-    return next(
-        (
-            reason
-            for reason, patterns in labels.UNDRAWN.items()
-            if any(matches_pattern(meaning, p) for p in patterns)
-        ),
-        None,
+    values, quantities = list(_list_values(description)), list(_list_quantities(description))
+    symbols: dict[str, Meaning] = {}
+    for meaning in (*values, *quantities, *dictionary.list_meanings(package)):
+        key = paths.last_part(meaning.key or "").partition("[")[0]
+        symbols.setdefault(meaning.name, meaning)
+        symbols.setdefault(key, meaning)
+    drawings = []
+    for sheet in sheets:
+        # Points of a user's mechanism have names without a meaning.
+        named = [symbols[name] for name in sorted(sheet.names) if name in symbols]
+        drawings.append(DrawnSheet(sheet.name, sheet.title, named))
+    return ExplainedMachine(
+        machine=description.name,
+        kind=package,
+        title=description.title,
+        source=description.source,
+        assumptions=list(description.assumptions),
+        values=values,
+        quantities=quantities,
+        functions=functions,
+        sheets=drawings,
+        files=[],
     )
 
 
-def matches_pattern(meaning: Meaning, pattern: str) -> bool:
-    """Return whether a pattern matches a name, its source, or the table of its key."""
-    marks = meaning.name, meaning.source, f"{(meaning.key or '').partition('.')[0]}."
-    return any(fnmatchcase(mark, pattern) for mark in marks)
+def draw_sheets(source: str, changes: Mapping[str, float]) -> list[Sheet]:
+    """Return the drawings of a machine with its symbols, nothing if its kind has none."""
+    module = load_part(source, "labelled")
+    sheets: list[Sheet] = [] if module is None else module.draw(source, changes)
+    return sheets
 
 
-def _strip_index(key: str | None) -> str:
-    """Return a path without the index of an item."""
-    return (key or "").partition("[")[0]
+def find_meanings(machine: ExplainedMachine, key: str) -> Explained:
+    """Return every meaning of a symbol, key or function in a machine, and of keys of its file.
+
+    Raises InputError as `dictionary.select_meanings`.
+    """
+    meanings = [*machine.values, *machine.quantities]
+    for entry in machine.functions:
+        count = "" if entry.operations is None else f", {entry.operations} operations"
+        text = f"function of {', '.join(entry.inputs)}: {entry.outputs} results{count}"
+        meanings.append(Meaning(entry.name, "function", machine.machine, "", text, machine.source))
+    names = {meaning.name for meaning in meanings}
+    # Keys of results have names of sections, as `objective`.
+    meanings += [
+        meaning
+        for meaning in dictionary.list_meanings(machine.kind)
+        if meaning.name not in names and meaning.kind != "result key"
+    ]
+    reason = f"is not a symbol or key of {machine.machine}"
+    return dictionary.select_meanings(meanings, key, "KEY", reason, "without KEY all are listed")
 
 
-def _find_key(meaning: Meaning, numbers: Mapping[str, float], labels: Draughtsman) -> str | None:
-    """Return the file's key of a symbol, or None for a derived symbol."""
-    if meaning.kind == "column":
-        return None
-    key = meaning.key or meaning.name
-    undrawn = {pattern for patterns in labels.UNDRAWN.values() for pattern in patterns}
-    paths = (path for path in numbers if f"{path.partition('.')[0]}." not in undrawn)
-    match = next((path for path in paths if f".{path}".endswith(f".{key}")), None)
-    return key if match is None and ("." in key or meaning.kind == "file key") else match
+def _list_values(description: Description) -> Iterator[Meaning]:
+    for value, number in zip(description.values, description.data, strict=True):
+        bounds = description.bounds.get(value.path)
+        unit = units.display_unit(value.path)
+        yield Meaning(
+            name=value.name,
+            kind="value",
+            machine=description.name,
+            unit=value.unit,
+            meaning=value.meaning,
+            source=value.source,
+            key=value.path,
+            allowed=bounds and f"from {bounds[0]:g} to {bounds[1]:g} {unit}".rstrip(),
+            value=float(f"{number / value.factor:.15g}"),
+            origin=description.origins.get(value.path),
+        )
+
+
+def _list_quantities(description: Description) -> Iterator[Meaning]:
+    """Yield the quantities, then the sizes of vectors."""
+    quantities = {quantity.name: quantity for quantity in description.quantities}
+    for quantity in description.quantities:
+        frame = f", along the axes of {quantity.axes}" if quantity.axes else ""
+        push = "; it can only push" if quantity.is_push else ""
+        is_result = quantity.role == "result"
+        yield Meaning(
+            name=quantity.name,
+            kind="quantity" if is_result else "check",
+            machine=description.name,
+            unit=quantity.unit,
+            meaning=f"{quantity.meaning}{frame}{push}",
+            source=quantity.source,
+            key=quantity.key if is_result else None,
+        )
+    for vector in description.vectors:
+        first = quantities[vector.components[0]]
+        yield Meaning(
+            name=vector.name,
+            kind="quantity",
+            machine=description.name,
+            unit=first.unit,
+            meaning=f"size of {', '.join(vector.components)}: {vector.meaning}",
+            source=first.source,
+            key=units.display_key(vector.name, first.unit),
+            components=list(vector.components),
+        )

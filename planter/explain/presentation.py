@@ -1,189 +1,86 @@
-"""The presentation of `planter explain`: meanings, labelled drawings of machines, and statements of
-mechanisms.
-"""
+"""The presentation of `planter explain`: meanings, and machines with their labelled drawings."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from planter.explain.machine import LabelledMachine
-from planter.explain.results import DrawnSymbol, Explained, ExplainedMechanism, KnownNames, Meaning
+from planter.explain.results import Explained, ExplainedMachine, KnownNames, Meaning
 from planter.files import csv_rows, units
 from planter.report.html import Block, Items, KeyFigure, Section, Table, Text
 from planter.report.labels import count_things
 from planter.report.presentation import WIDTH, PlacedFigure, ResultPresentation
 from planter.view.sheet import Sheet, draw_figure
 
-MACHINE_FIELDS = ("name", "unit", "meaning", "key", "column", "sheet", "left_out")
-MECHANISM_FIELDS = (
-    "name",
-    "kind",
-    "unit",
-    "meaning",
-    "source",
-    "key",
-    "value",
-    "allowed",
-    "origin",
-)
+FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value", "allowed", "origin")
 
 
-def present_machine(machine: LabelledMachine, is_written: bool) -> ResultPresentation:
-    """Return the presentation of a machine: its drawings, each with its symbols; those on no
-    drawing follow.
-    """
-    sheets = machine.labelled.sheets
-    explained = machine.explained(_list_files(sheets) if is_written else [])
-    symbols = explained.symbols
-    undrawn = [
-        (symbol.name, symbol.unit, symbol.meaning, symbol.left_out)
-        for symbol in symbols
-        if not symbol.sheet
-    ]
-    return _present(
-        ResultPresentation(
-            title=f"{explained.machine}: symbols, keys and columns",
-            conclusion=f"{count_things(len(symbols), 'symbol')}; "
-            f"{count_things(len(sheets), 'drawing')}; "
-            f"{len(undrawn)} on no drawing.",
-            record=explained,
-            sections=[
-                *(
-                    Section(
-                        sheet.title,
-                        [
-                            PlacedFigure(sheet.name),
-                            _tabulate_symbols(
-                                [symbol for symbol in symbols if symbol.name in sheet.names]
-                            ),
-                        ],
-                    )
-                    for sheet in sheets
-                ),
-                Section("On no drawing", [Table(("symbol", "unit", "meaning", "reason"), undrawn)]),
-            ],
-        ),
-        sheets,
-        MACHINE_FIELDS,
-        symbols,
-    )
-
-
-def present_mechanism(
-    mechanism: ExplainedMechanism, sheet: Sheet | None, is_written: bool
+def present_machine(
+    machine: ExplainedMachine, sheets: Sequence[Sheet], is_written: bool
 ) -> ResultPresentation:
-    """Return the presentation of a mechanism: its statement, values, quantities and functions, and
-    its drawing.
-    """
-    sheets = [] if sheet is None else [sheet]
+    """Return the presentation of a machine: drawings, statement, values, quantities, functions."""
     # A value is in the unit of its key, which need not be the SI unit of its symbol.
-    values = [replace(item, unit=units.display_unit(item.key or "")) for item in mechanism.values]
-    quantities = mechanism.quantities
+    values = [replace(item, unit=units.display_unit(item.key or "")) for item in machine.values]
     functions = [
         (item.name, ", ".join(item.inputs), item.outputs, item.operations)
-        for item in mechanism.functions
+        for item in machine.functions
     ]
     statement: list[Block] = [
-        Text(f"{mechanism.title}, from {mechanism.source}. Assumptions:"),
-        Items(mechanism.assumptions),
+        Text(f"{machine.title}, from {machine.source}. Assumptions:"),
+        Items(machine.assumptions),
     ]
-    return _present(
-        ResultPresentation(
-            title=f"{mechanism.machine}: values, quantities and functions",
-            conclusion=f"{count_things(len(values), 'value')}, "
-            f"{count_things(len(quantities), 'quantity', 'quantities')} "
-            f"and {count_things(len(functions), 'function')}.",
-            key_figures=[
-                KeyFigure(f"{len(values)}", "", "values"),
-                KeyFigure(f"{len(quantities)}", "", "quantities"),
-                KeyFigure(f"{len(functions)}", "", "functions"),
-            ],
-            record=replace(mechanism, files=_list_files(sheets) if is_written else []),
-            sections=[
-                Section("Statement", [*(PlacedFigure(sheet.name) for sheet in sheets), *statement]),
-                Section(
-                    "Values",
-                    [
-                        Table(
-                            ("symbol", "unit", "meaning", "key", "value", "bounds", "origin"),
-                            [
-                                (
-                                    item.name,
-                                    item.unit,
-                                    item.meaning,
-                                    item.key,
-                                    item.value,
-                                    item.allowed,
-                                    item.origin,
-                                )
-                                for item in values
-                            ],
-                            page_columns=("unit", "origin"),
-                        )
-                    ],
-                ),
-                Section(
-                    "Quantities",
-                    [
-                        Table(
-                            ("symbol", "unit", "meaning", "key", "kind", "source"),
-                            [
-                                (
-                                    item.name,
-                                    item.unit,
-                                    item.meaning,
-                                    item.key,
-                                    item.kind,
-                                    item.source,
-                                )
-                                for item in quantities
-                            ],
-                            page_columns=("key", "kind", "source"),
-                        )
-                    ],
-                ),
-                Section(
-                    "Functions", [Table(("function", "inputs", "results", "operations"), functions)]
-                ),
-            ],
-        ),
-        sheets,
-        MECHANISM_FIELDS,
-        [*values, *quantities],
-    )
-
-
-def _list_files(sheets: Iterable[Sheet]) -> list[str]:
-    drawings = (f"figures/{sheet.name}.{kind}" for sheet in sheets for kind in ("svg", "png"))
-    return ["report.html", "symbols.csv", "summary.json", *drawings]
-
-
-def _present(
-    presentation: ResultPresentation,
-    sheets: Sequence[Sheet],
-    fields: Sequence[str],
-    items: Iterable[object],
-) -> ResultPresentation:
-    """Return a presentation with drawings, and with `fields` of `items` as symbols.csv."""
-    rows = [
-        ["" if (cell := getattr(item, name)) is None else cell for name in fields] for item in items
-    ]
-    return replace(
-        presentation,
+    rows = [_list_cells(item, FIELDS) for item in (*values, *machine.quantities)]
+    head = ("function", "inputs", "results", "operations")
+    drawings = [f"figures/{sheet.name}.{kind}" for sheet in sheets for kind in ("svg", "png")]
+    files = ["report.html", "symbols.csv", "summary.json", *drawings]
+    counts = {
+        "value": len(values),
+        "quantity": len(machine.quantities),
+        "function": len(functions),
+    }
+    return ResultPresentation(
+        title=f"{machine.machine}: values, quantities and functions",
+        conclusion=f"{count_things(counts['value'], 'value')}, "
+        f"{count_things(counts['quantity'], 'quantity', 'quantities')} "
+        f"and {count_things(counts['function'], 'function')}.",
+        key_figures=[KeyFigure(str(count), "", name) for name, count in counts.items()],
+        record=replace(machine, files=files if is_written else []),
+        sections=[
+            *(_present_sheet(sheet.title, sheet.name, sheet.symbols) for sheet in machine.sheets),
+            Section("Statement", statement),
+            Section("Values", [_tabulate(values, VALUE_HEADS, ("unit", "origin"))]),
+            Section(
+                "Quantities", [_tabulate(machine.quantities, QUANTITY_HEADS, ("kind", "source"))]
+            ),
+            Section("Functions", [Table(head, functions)]),
+        ],
         figures=lambda: {sheet.name: draw_figure(sheet) for sheet in sheets},
         captions={sheet.name: sheet.title for sheet in sheets},
-        texts=lambda: {"symbols.csv": csv_rows.format_csv((), fields, rows)},
+        texts=lambda: {"symbols.csv": csv_rows.format_csv((), FIELDS, rows)},
     )
 
 
-def _tabulate_symbols(symbols: Iterable[DrawnSymbol]) -> Table:
-    rows = [
-        (symbol.name, symbol.unit, symbol.meaning, symbol.key or symbol.column)
-        for symbol in symbols
-    ]
-    return Table(("symbol", "unit", "meaning", "key or column"), rows)
+SYMBOL_HEADS = {"symbol": "name", "unit": "unit", "meaning": "meaning", "key": "key"}
+QUANTITY_HEADS = {**SYMBOL_HEADS, "kind": "kind", "source": "source"}
+VALUE_HEADS = {**SYMBOL_HEADS, "value": "value", "bounds": "allowed", "origin": "origin"}
+"""Heads of tables, with the fields of a meaning below them."""
+
+
+def _present_sheet(title: str, figure: str, symbols: Iterable[Meaning]) -> Section:
+    return Section(title, [PlacedFigure(figure), _tabulate(symbols, SYMBOL_HEADS)])
+
+
+def _tabulate(
+    items: Iterable[Meaning], heads: Mapping[str, str], page_columns: Sequence[str] = ()
+) -> Table:
+    rows = [[getattr(item, field) for field in heads.values()] for item in items]
+    return Table(list(heads), rows, page_columns=page_columns)
+
+
+def _list_cells(item: Meaning, fields: Iterable[str]) -> list[object]:
+    cells = [getattr(item, field) for field in fields]
+    return ["" if cell is None else cell for cell in cells]
 
 
 def show_meanings(explanation: Explained) -> None:
@@ -204,8 +101,6 @@ def format_meaning(meaning: Meaning) -> list[str]:
     if meaning.allowed:
         facts.append(f"allowed: {meaning.allowed}")
     facts += [f"defined by {e.paper} ({e.equation}): {e.verdict}" for e in meaning.equations or ()]
-    if meaning.figures:
-        facts.append(f"drawn in {', '.join(meaning.figures)}")
     return [
         *lines,
         *(

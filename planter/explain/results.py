@@ -19,13 +19,12 @@ class DefiningEquation(Record):
 
 @dataclass(frozen=True)
 class Meaning(Record):
-    """The meaning of a name in a machine: kind, unit, description, source, key, figures and
-    verdicts.
+    """The meaning of a name in a machine: kind, unit, description, source, key and verdicts.
 
-    `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number;
-    `key` is the name under which files and results show a symbol. In a mechanism `kind` is value,
-    quantity or check; `value` is in the unit of its key, and `origin` is its source. `components`
-    are those of a vector, whose size the name means.
+    `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number; `key` is
+    the name under which files and results show a symbol. Of one machine `kind` is value, quantity
+    or check; `value` is in the unit of its key, and `origin` is its source. `components` are those
+    of a vector, whose size the name means.
     """
 
     name: str
@@ -37,7 +36,6 @@ class Meaning(Record):
     key: str | None = None
     allowed: str | None = None
     equations: list[DefiningEquation] | None = None
-    figures: list[str] | None = None
     value: float | None = None
     origin: str | None = None
     components: list[str] | None = None
@@ -64,42 +62,12 @@ class DrawnSheet(Record):
 
     name: str
     title: str
-    symbols: list[str]
-
-
-@dataclass(frozen=True)
-class DrawnSymbol(Record):
-    """A length, angle or coordinate of a machine, and its drawing.
-
-    `key` is the key of its value in the machine's file, `column` its name in CSV files, `sheet` the
-    first drawing with it; `left_out` is the reason for its absence from all drawings.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    key: str | None = None
-    column: str | None = None
-    sheet: str | None = None
-    left_out: str | None = None
-
-
-@dataclass(frozen=True)
-class ExplainedMachine(Record):
-    """`planter explain MACHINE`: its drawings and every symbol of its geometry; `files` were
-    written by `--out`.
-    """
-
-    machine: str
-    kind: str
-    sheets: list[DrawnSheet]
-    symbols: list[DrawnSymbol]
-    files: list[str]
+    symbols: list[Meaning]
 
 
 @dataclass(frozen=True)
 class ExplainedFunction(Record):
-    """A function of a mechanism: its inputs, and the numbers of its results and operations."""
+    """A function of a machine: its inputs, and the numbers of its results and operations."""
 
     name: str
     inputs: list[str]
@@ -108,19 +76,21 @@ class ExplainedFunction(Record):
 
 
 @dataclass(frozen=True)
-class ExplainedMechanism(Record):
-    """`planter explain FILE` of a mechanism: its values, quantities and functions; `files` were
+class ExplainedMachine(Record):
+    """`planter explain MACHINE`: its values, quantities, functions and drawings; `files` were
     written by `--out`.
     """
 
     machine: str
+    kind: str
     title: str
     source: str
     assumptions: list[str]
     values: list[Meaning]
     quantities: list[Meaning]
     functions: list[ExplainedFunction]
+    sheets: list[DrawnSheet]
     files: list[str]
 
 
-COMMANDS = {"explain": Explained | KnownNames | ExplainedMachine | ExplainedMechanism}
+COMMANDS = {"explain": Explained | KnownNames | ExplainedMachine}

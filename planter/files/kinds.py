@@ -2,8 +2,7 @@
 such a package.
 
 A package takes a built-in name, or a file by its tables (`machines.takes`). Its other modules serve
-what it takes: `show` a page, `toothed` gears, `labelled` and `sheets` drawings, `swept` sweeps and
-tolerances.
+what it takes: `show` a page, `toothed` gears, `labelled` drawings, `swept` sweeps and tolerances.
 """
 
 from __future__ import annotations

@@ -170,8 +170,7 @@ def close_curve(source: str, places: Sequence[str], points: Array) -> AngleCurve
     if gap is not None:
         allowed = (
             f"be at most {MAX_GAP_RATIO:g} times the median step, {np.median(steps):.4g} deg, "
-            f"beyond {carrier[gap]:g}, "
-            "the one before: a curve over a gap is a guess"
+            f"beyond {carrier[gap]:g}, the one before: a curve over a gap is a guess"
         )
         raise _refused(source, places[gap + 1], "carrier_deg", carrier[gap + 1], allowed)
     sense = 1 if relative[-1] > relative[0] else -1

@@ -398,8 +398,7 @@ def _check(inside: Array, vector: Array) -> None:
     if not worst <= PASSED * (1 + abs(vector[4])):
         raise ComputationError(
             f"a dyad misses a pose by {worst:.3g} of the size of the poses: the poses are too "
-            f"close to each "
-            "other, or to poses that leave a whole family of dyads"
+            "close to each other, or to poses that leave a whole family of dyads"
         )
 
 

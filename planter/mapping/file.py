@@ -6,7 +6,6 @@ Values are returned in SI units and radians.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -37,32 +36,24 @@ from planter.mapping.linkage import FourBar
 from planter.numerics.arrays import TURN
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Carrier angles [rad] of the points: on the path of either assembly, and free ones in between.
+def build_path_curve(
+    linkage: FourBar, points: PointsData, assemblies: tuple[int, int]
+) -> AngleCurve:
+    """The curve through points on the paths of two assemblies and free ones.
 
-    The ordinates of the second path are shifted by `second_shift`. Free ordinates that are not
-    given lie on the periodic monotone cubic (Fritsch and Carlson) through the points of the paths.
+    Free ordinates that are not given lie on the periodic monotone cubic (Fritsch and Carlson)
+    through the points of the paths. Raises ComputationError where a path has no such point.
     """
-
-    first_assembly: int
-    first: Array
-    second_assembly: int
-    second: Array
-    second_shift: float
-    free: Array
-    free_relative: Array | None = None
-
-
-def build_path_curve(linkage: FourBar, choice: Choice) -> AngleCurve:
-    """The curve through the chosen points.
-
-    Raises ComputationError where a path has no such point.
-    """
-    parts = [
-        (choice.first, choice.first_assembly, 0.0),
-        (choice.second, choice.second_assembly, choice.second_shift),
-    ]
+    first, second, free = (
+        np.radians(angles)
+        for angles in (
+            points.first_carrier_deg,
+            points.second_carrier_deg,
+            points.free_carrier_deg,
+        )
+    )
+    shift = float(np.radians(points.second_shift_deg))
+    parts = [(first, assemblies[0], 0.0), (second, assemblies[1], shift)]
     theta = np.concatenate([angles for angles, _, _ in parts])
     relative = np.concatenate(
         [_on_path(linkage, a, assembly) + shift for a, assembly, shift in parts]
@@ -72,16 +63,14 @@ def build_path_curve(linkage: FourBar, choice: Choice) -> AngleCurve:
     if relative[-1] <= relative[0] - TURN:
         raise ComputationError(
             "the points of the two paths do not lie on one closed turn of the carrier: the arm "
-            "would have to turn "
-            f"against the carrier by {np.degrees(relative[0] - relative[-1]):.6g} deg, which must "
-            f"be less than 360"
+            "would have to turn against the carrier by "
+            f"{np.degrees(relative[0] - relative[-1]):.6g} deg, which must be less than 360"
         )
-    free = (
-        choice.free_relative
-        if choice.free_relative is not None
-        else _between(theta, relative, choice.free)
+    relative_deg = points.free_relative_deg
+    ordinates = (
+        _between(theta, relative, free) if relative_deg is None else np.radians(relative_deg)
     )
-    return closed_turn(np.concatenate([theta, choice.free]), np.concatenate([relative, free]))
+    return closed_turn(np.concatenate([theta, free]), np.concatenate([relative, ordinates]))
 
 
 def _on_path(linkage: FourBar, theta: Array, assembly: int) -> Array:
@@ -216,19 +205,6 @@ class PointsData(FileSection):
             yield invalid_value_problem(
                 "free_relative_deg", ordinates, "it must be as long as free_carrier_deg"
             )
-
-    def choice(self, first_assembly: int, second_assembly: int) -> Choice:
-        """The points in radians, for the assemblies of the two poses."""
-        free = None if self.free_relative_deg is None else np.radians(self.free_relative_deg)
-        return Choice(
-            first_assembly,
-            np.radians(self.first_carrier_deg),
-            second_assembly,
-            np.radians(self.second_carrier_deg),
-            float(np.radians(self.second_shift_deg)),
-            np.radians(self.free_carrier_deg),
-            free,
-        )
 
 
 class PoseFile(Document):

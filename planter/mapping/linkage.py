@@ -11,6 +11,7 @@ linkages, 1993).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.dyads import Dyad
+from planter.mapping.results import AtPose, Back, Pair
 from planter.numerics.arrays import TURN, wrap_angle
 
 Type = Literal["crank-rocker", "double-crank", "double-rocker", "non-grashof"]
@@ -197,25 +199,10 @@ class FourBar:
 Whole = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Standing:
-    """A pose on a linkage: crank angle [rad], assembly, circuit, both moving hinges (2, 2) [m].
-
-    `position_error` [m] and `angle_error` [rad] are those of the linkage at that crank angle;
-    `transmission` is the transmission angle there [rad].
+def standings(linkage: FourBar, poses: Array) -> list[AtPose]:
+    """Return crank angle, assembly and circuit of each pose (n, 3) with the errors of the linkage
+    at that crank angle.
     """
-
-    crank_angle: float
-    assembly: int
-    circuit: int
-    hinges: Array
-    position_error: float
-    angle_error: float
-    transmission: float
-
-
-def standings(linkage: FourBar, poses: Array) -> list[Standing]:
-    """Return crank angle, assembly and circuit of each pose (n, 3)."""
     first, second = (
         model.place_point(poses, dyad.point) for dyad in (linkage.crank, linkage.follower)
     )
@@ -226,17 +213,24 @@ def standings(linkage: FourBar, poses: Array) -> list[Standing]:
     turned = wrap_angle(phi - poses[:, 2])
     transmission = linkage.transmission(theta, phi)
     return [
-        Standing(
-            float(theta[k]),
-            int(assembly[k]),
-            linkage.circuit(float(theta[k]), int(assembly[k])),
-            np.array([first[k], second[k]]),
-            float(missed[k]),
-            float(turned[k]),
-            float(transmission[k]),
+        AtPose(
+            pose=k + 1,
+            crank_angle_deg=math.degrees(theta[k]),
+            assembly=int(assembly[k]),
+            circuit=linkage.circuit(float(theta[k]), int(assembly[k])),
+            hinges_mm=(to_pair(first[k] * 1e3), to_pair(second[k] * 1e3)),
+            position_error_mm=float(missed[k]) * 1e3,
+            angle_error_deg=math.degrees(turned[k]),
+            transmission_deg=math.degrees(transmission[k]),
         )
         for k in range(len(poses))
     ]
+
+
+def to_pair(place: Array) -> Pair:
+    """Return the two coordinates of a place (2,)."""
+    x, y = place
+    return float(x), float(y)
 
 
 @dataclass(frozen=True)
@@ -251,7 +245,7 @@ class Defects:
     sense: int
 
 
-def defects(linkage: FourBar, positions: Sequence[Standing]) -> Defects:
+def defects(linkage: FourBar, positions: Sequence[AtPose]) -> Defects:
     """Circuit defect: poses on different circuits.
 
     Branch defect: on one circuit, but on branches of it that the driving crank does not lead into
@@ -263,11 +257,11 @@ def defects(linkage: FourBar, positions: Sequence[Standing]) -> Defects:
     circuits = {s.circuit for s in positions}
     branch = any(len({s.assembly for s in positions if s.circuit == c}) > 1 for c in circuits)
     if linkage.turns_round:
-        sense = in_order([s.crank_angle for s in positions])
+        sense = in_order([math.radians(s.crank_angle_deg) for s in positions])
     else:
         places = {
             c: [
-                linkage.place_on_circuit(s.crank_angle, s.assembly)
+                linkage.place_on_circuit(math.radians(s.crank_angle_deg), s.assembly)
                 for s in positions
                 if s.circuit == c
             ]
@@ -288,17 +282,6 @@ def in_order(angles: Sequence[float]) -> int:
     if np.isclose(steps.sum(), TURN):
         return 1
     return -1 if np.isclose((TURN - steps).sum(), TURN) else 0
-
-
-@dataclass(frozen=True)
-class Reversal:
-    """Between two poses, by their places in the list, the arm must turn back against the carrier by
-    `angle` [rad].
-    """
-
-    start: int
-    end: int
-    angle: float
 
 
 @dataclass(frozen=True)
@@ -337,7 +320,7 @@ def one_turn(theta: Array, phi: Array) -> Turn:
     return Turn(order, ahead, falls)
 
 
-def reversals(theta: Array, phi: Array) -> list[Reversal]:
+def reversals(theta: Array, phi: Array) -> list[Back]:
     """Return the pairs of poses between which the arm's rotation phi - theta must reverse on one
     closed turn of the carrier, in the order of its angles (n,); empty if it can change in one sense
     only.
@@ -348,7 +331,7 @@ def reversals(theta: Array, phi: Array) -> list[Reversal]:
     after = np.roll(turn.order, -1)
     turned_back = np.where((turn.ahead < _SAME) & (turn.falls > _SAME), turn.falls, -turn.falls)
     return [
-        Reversal(int(turn.order[k]), int(after[k]), float(turned_back[k]))
+        Back(int(turn.order[k]) + 1, int(after[k]) + 1, math.degrees(turned_back[k]))
         for k in np.flatnonzero(turned_back > 0)
     ]
 

@@ -4,17 +4,17 @@ four-bar linkage.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
 import scipy
 
-from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
+from planter.engine.closed_form import Event, build_closed_machine
+from planter.engine.machine import Machine, Value
 from planter.engine.piecewise import compose_pieces
 from planter.errors import InputError
-from planter.files import examples, units
+from planter.files import examples
 from planter.kernels import Array
 from planter.kernels.elimination import solve_system
 from planter.kernels.formulas import load as load_formulas
@@ -130,7 +130,7 @@ def build_linkage(file: PoseFile) -> Machine:
         ARM | FOLLOWER,
         results,
         (theta, d, h),
-        ca.Function("prologue", [d], [ca.vertcat(*dyads)]),
+        ca.vertcat(*dyads),
         [(axial, {"name": "coupler square to follower", "order": 1, "period": None})],
     )
     if not np.isfinite(np.array(machine.prologue(data))).all():
@@ -217,41 +217,28 @@ def build_train(file: PoseFile) -> Machine:
 
 def _build(
     file: PoseFile,
-    values: tuple[Value, ...],
+    values: Sequence[Value],
     data: Array,
     entries: Mapping[str, tuple[str, str]],
     results: Mapping[str, ca.SX],
     symbols: tuple[ca.SX, ca.SX, ca.SX],
-    prologue: ca.Function,
-    events: list[tuple[ca.SX, dict[str, Any]]],
+    prologue: ca.SX | ca.Function,
+    events: Sequence[Event],
 ) -> Machine:
-    quantities = tuple(
-        Quantity(name, *entry, units.display_key(name, entry[0])) for name, entry in entries.items()
-    )
-    inputs, names = [*symbols, ca.SX.sym("q", 0)], ["phi", "d", "h", "q"]
-    sidecar = load_formulas(MODEL).sidecar
-
-    def compose(name: str, outputs: list[ca.SX]) -> ca.Function:
-        return ca.Function(name, inputs, [ca.densify(ca.vertcat(*outputs))], names, ["y"])
-
-    return Machine(
-        document=file,
-        build=build_machine,
-        assumptions=tuple(sidecar["assumptions"]),
-        values=values,
-        data=data,
-        moved=(),
-        lower=np.empty(0),
-        upper=np.empty(0),
-        quantities=quantities,
-        prologue=prologue,
-        lane=compose("lane", [results[name] for name in entries]),
-        speed=[value.path for value in values].index(SPEED),
-        events=compose("events", [event for event, _ in events]),
-        event_kinds=tuple(kind for _, kind in events),
-        vectors=tuple(build_vectors(VECTORS, quantities)),
-        limits=file.measure_limits,
-        documentation=Documentation(sidecar["title"], sidecar["source"]),
+    return build_closed_machine(
+        file,
+        build_machine,
+        load_formulas(MODEL).sidecar,
+        values,
+        data,
+        entries,
+        results,
+        symbols,
+        prologue,
+        events,
+        SPEED,
+        file.measure_limits,
+        VECTORS,
     )
 
 

@@ -25,8 +25,9 @@ from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn
 from planter.mapping.dyads import Dyad
 from planter.mapping.linkage import one_turn
+from planter.mapping.results import Missed
 from planter.numerics import extrema
-from planter.numerics.arrays import TURN, wrap_angle
+from planter.numerics.arrays import TURN, to_degrees, wrap_angle
 
 SLOPES = (0.1, 10.0)
 """Least and largest slope of the curve."""
@@ -53,25 +54,13 @@ _APART = 1e-6
 
 
 @dataclass(frozen=True)
-class Miss:
-    """Miss of a pose at the carrier angle [rad] where the curve meets it: tip, moving hinge [m],
-    angle [rad].
-    """
-
-    carrier: float
-    tip: float
-    hinge: float
-    angle: float
-
-
-@dataclass(frozen=True)
 class Nearest:
     """The curve and its misses, one for each pose; `order` are the poses as the carrier meets
     them.
     """
 
     curve: AngleCurve
-    misses: list[Miss]
+    misses: list[Missed]
     order: tuple[int, ...]
 
 
@@ -97,18 +86,21 @@ def _nearest(dyad: Dyad, poses: Array, slopes: tuple[float, float], margin: floa
     return Nearest(curve, list(list_misses(dyad, poses, curve, theta)), order)
 
 
-def list_misses(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterator[Miss]:
+def list_misses(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterator[Missed]:
     """Return the miss of each pose at given carrier angles (n,)."""
     phi = curve.at(theta) + theta
     gaps = model.arm(theta, phi, dyad.vector) - _target_places(dyad, poses)
     for k, gap in enumerate(gaps.T):
-        turned = wrap_angle(phi[k] - poses[k, 2])
-        yield Miss(
-            float(theta[k]), float(np.hypot(*gap[:2])), float(np.hypot(*gap[2:])), float(turned)
+        yield Missed(
+            k + 1,
+            to_degrees(theta[k] % TURN),
+            float(np.hypot(*gap[:2])) * 1e3,
+            float(np.hypot(*gap[2:])) * 1e3,
+            float(np.degrees(wrap_angle(phi[k] - poses[k, 2]))),
         )
 
 
-def find_misses(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
+def find_misses(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Missed]:
     """Return the miss of each pose where the curve is closest to it with both ends of the arm."""
     grid = np.linspace(0, TURN, 1440, endpoint=False)
     theta = []
@@ -276,8 +268,7 @@ def fit_smooth_curve(theta: Array, relative: Array, slopes: tuple[float, float])
     ):
         raise ComputationError(
             f"no smooth curve with slopes from {slopes[0]:g} to {slopes[1]:g} passes the points "
-            f"closest to the poses: "
-            f"its slope goes from {lowest.value:.6g} to {largest.value:.6g}"
+            f"closest to the poses: its slope goes from {lowest.value:.6g} to {largest.value:.6g}"
         )
     return curve
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
@@ -16,9 +16,10 @@ import numpy as np
 from planter.mapping import model
 from planter.mapping.train import GEARS, polar_curves
 from planter.report import files
-from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
-from planter.report.labels import clean_zero, count_things, tabulate_named, tabulate_rows
-from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
+from planter.report.html import Block
+from planter.report.labels import count_things
+from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.report.record_sections import list_record_sections
 from planter.version import __version__
 from planter.view.names import load_names
 
@@ -26,33 +27,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
-    from planter.mapping.results import LinkageFound, Missed, SynthesisFound, TrainFound
+    from planter.mapping.results import SynthesisFound
     from planter.mapping.synthesis import Synthesis
     from planter.mapping.train import Training
 
 CYCLE_ROWS = 721
 CAPTIONS = {
-    "dyads": "Poses as arrows along the arm's x axis, with the circle of each dyad: fixed hinge (cross), positions of "
-    "the moving hinge (rings).",
-    "angle_curve": "Rotation of the arm relative to the carrier over a cycle. Rings: the angles that the poses "
+    "dyads": "Poses as arrows along the arm's x axis, with the circle and the bars of each dyad.",
+    "angle_curve": "Rotation of the arm relative to the carrier over a cycle. Dots: the angles that the poses "
     "require. A negative slope means gears that reverse.",
     "ratios": "Angle curve with its points; total ratio and its split into two stages.",
     "pitch_curves": "Pitch curves in mesh on the carrier, at the first carrier angle of the curve.",
-    "tip_path": (
-        "Path of the tip as the gears drive it, with carrier and arm at twelve carrier "
-        "angles, and the poses."
-    ),
+    "tip_path": ("Path of the tip as the gears drive it, and the poses."),
 }
-POSE_KEYS = (
-    "pose",
-    "crank_angle_deg",
-    "assembly",
-    "circuit",
-    "transmission_deg",
-    "position_error_mm",
-)
-MISS_KEYS = ("pose", "carrier_deg", "position_error_mm", "hinge_error_mm", "angle_error_deg")
-
 NAMES = load_names(__package__).with_symbols()
 Columns = Mapping[str, Mapping[str, "Array"]]
 
@@ -67,28 +54,18 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
         conclusion=(
             f"{count_things(result.poses, 'pose')}: "
             f"{count_things(len(result.dyads), 'real dyad')}, "
-            f"{count_things(result.complex_pairs, 'complex pair')}."
+            f"{count_things(result.complex_pairs, 'complex pair')}. {_describe_rotation(result)}"
         ),
         record=result,
-        sections=[
-            Section("Dyads", list(_describe_dyads(result))),
-            *(
-                Section(
-                    "Linkage of dyads {} and {}".format(*linkage.dyads),
-                    list(_describe_linkage(linkage)),
-                )
-                for linkage in result.linkages
-            ),
-            Section("Angle curve", list(_describe_curves(result))),
-        ],
+        sections=list(list_record_sections(result, NAMES)),
         document=synthesis.file,
         model=_assumptions(),
         motions=partial(_animate_linkages, synthesis),
         figures=partial(_draw_synthesis, synthesis),
         captions={
-            _figure_name(
-                linkage.dyads
-            ): "Linkage of dyads {} and {} at the poses, with the path of the tip on "
+            "linkage_{}_{}".format(
+                *linkage.dyads
+            ): "Linkage of dyads {} and {} with the poses and the path of the tip on "
             "each circuit.".format(*linkage.dyads)
             for linkage in result.linkages
         }
@@ -109,7 +86,7 @@ def present_train(training: Training, source: str) -> ResultPresentation:
         f"{result.ratio_max:.4g}; "
         f"{sum(result.convex)} of 4 pitch curves are convex, and the module is at most "
         f"{result.module_max_mm:.4g} mm.",
-        sections=list(_describe_train(result)),
+        sections=list(list_record_sections(result, NAMES)),
         model=_assumptions(),
         motions=partial(_animate_train, training),
         figures=partial(_draw_train, training),
@@ -127,141 +104,18 @@ def _assumptions() -> ModelAssumptions:
     return ModelAssumptions("Design by kinematic mapping", model.assumptions(), {})
 
 
-def _describe_dyads(result: SynthesisFound) -> Iterator[Block]:
-    yield Keys({"singular values": ", ".join(f"{value:.4g}" for value in result.singular_values)})
-    if result.warnings:
-        yield Items(result.warnings, "warning")
-    if result.dyads:
-        head = (
-            "dyad",
-            "x / mm",
-            "y / mm",
-            "X / mm",
-            "Y / mm",
-            "radius / mm",
-            "largest miss / mm",
-            "outside",
-        )
-        rows = [
-            (
-                k,
-                *dyad.moving_point_mm,
-                *dyad.centre_mm,
-                dyad.radius_mm,
-                clean_zero(dyad.largest_miss_mm),
-                dyad.outside,
-            )
-            for k, dyad in enumerate(result.dyads, 1)
-        ]
-        caption = (
-            "Moving point, centre and radius; is the centre outside the polyline of the poses?"
-        )
-        yield Table(head, rows, caption, ("outside",))
-    straight = [(row.kind, *row.point_mm, *row.normal, row.offset_mm) for row in result.straight]
-    if straight:
-        yield Table(
-            ("kind", "x", "y", "normal x", "normal y", "offset / mm"),
-            straight,
-            "With a hinge at infinity",
-        )
-    if result.family:
-        yield Text(
-            f"The poses leave a family with "
-            f"{count_things(result.family.parameters, 'free parameter')}; "
-            f"in summary.json "
-            f"{count_things(len(result.family.dyads), 'member is', 'members are')} listed."
-        )
-
-
-def _describe_linkage(linkage: LinkageFound) -> Iterator[Block]:
-    defects = [name for name, is_present in linkage.defects.table().items() if is_present]
-    keys = ("type", "grashof", "frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "arm_length_mm")
-    values: dict[str, Cell] = {
-        key: getattr(linkage, key) for key in (*keys, "transmission_min_deg")
-    }
-    yield tabulate_named(values | {"defects": ", ".join(defects) or "none"}, NAMES)
-    yield tabulate_rows([pose.table() for pose in linkage.poses], POSE_KEYS, "Poses", names=NAMES)
-
-
-def _describe_curves(result: SynthesisFound) -> Iterator[Block]:
-    rotation = result.monotone
-    if rotation is None:
-        yield Text("There is no dyad, and so no carrier.")
-        return
+def _describe_rotation(result: SynthesisFound) -> str:
+    """Return whether the arm can turn one way, else between which poses it must turn back."""
+    if result.monotone is None:
+        return "There is no dyad, and so no carrier."
     carrier = f"Carrier on dyad {result.carrier_dyad}"
-    if rotation.possible:
-        yield Text(
-            f"{carrier}: a one-way rotation of the arm relative to the carrier passes all poses."
-        )
-    else:
-        yield Text(
-            f"{carrier}: no one-way rotation passes all poses: the arm would have to reverse.",
-            "warning",
-        )
-        yield Items(
-            [
-                f"by {row.deg:.6g} deg between poses {row.from_pose} and {row.to_pose}"
-                for row in rotation.reversals
-            ]
-        )
-    curves = (
-        (result.nearest, "Closest monotone curve"),
-        (result.curve, "Curve through points of both paths"),
-    )
-    for curve, caption in curves:
-        if curve:
-            yield _tabulate_misses(curve.poses, caption)
-            values = {
-                key: getattr(curve, key) for key in ("slope_min", "slope_max", "monotone", "rms_mm")
-            }
-            yield tabulate_named(values, NAMES)
-
-
-def _tabulate_misses(rows: Sequence[Missed], caption: str) -> Table:
-    return tabulate_rows([row.table() for row in rows], MISS_KEYS, caption, names=NAMES)
-
-
-def _describe_train(result: TrainFound) -> Iterator[Section]:
-    yield from list_warning_sections(result.warnings)
-    keys = (
-        "ratio_min",
-        "ratio_max",
-        "module_max_mm",
-        "slope_min",
-        "slope_max",
-        "carrier_bend_deg",
-        "x_s",
-    )
-    values: dict[str, Cell] = {key: getattr(result, key) for key in keys}
-    values |= {
-        f"closure_error_{stage}_rad": clean_zero(error)
-        for stage, error in enumerate(result.closure_error_rad, 1)
-    }
-    by_gear = ("radius_min_mm", "radius_max_mm", "curvature_radius_min_mm", "convex")
-    gears = [
-        {
-            "gear": gear,
-            **{key: getattr(result, key)[k] for key in by_gear},
-            "concave_at_deg": _join(result.concave_deg[k]),
-        }
-        for k, gear in enumerate(GEARS)
+    if result.monotone.possible:
+        return f"{carrier}: a one-way rotation of the arm relative to it passes all poses."
+    pairs = [
+        f"by {row.deg:.6g} deg between poses {row.from_pose} and {row.to_pose}"
+        for row in result.monotone.reversals
     ]
-    pitch_curves = tabulate_rows(
-        gears, ("gear", *by_gear), "Pitch curves", ("concave_at_deg",), NAMES
-    )
-    yield Section("Gear train", [tabulate_named(values, NAMES), pitch_curves])
-    if result.poses:
-        yield Section(
-            "Poses", [_tabulate_misses(result.poses, "Poses where the path comes closest to them")]
-        )
-
-
-def _join(ranges: Sequence[tuple[float, float]]) -> str | None:
-    return ", ".join(f"{start:.4g} to {end:.4g}" for start, end in ranges) or None
-
-
-def _figure_name(dyads: Sequence[int]) -> str:
-    return f"linkage_{dyads[0]}_{dyads[1]}"
+    return f"{carrier}: the arm would have to reverse {', '.join(pairs)}."
 
 
 def _animate_linkages(synthesis: Synthesis) -> Iterator[Block]:
@@ -283,21 +137,15 @@ def _animate_train(training: Training) -> Iterator[Block]:
 
 
 def _draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:
-    from planter.mapping import figures
+    from planter.mapping.figures import draw_synthesis
 
-    plots: dict[str, Figure] = {"dyads": figures.dyads(synthesis)}
-    for linkage in synthesis.linkages:
-        plots[_figure_name(linkage.numbers)] = figures.linkage(linkage, synthesis.poses)
-    if synthesis.carrier is not None:
-        plots["angle_curve"] = figures.angle_curve(synthesis)
-    return plots
+    return draw_synthesis(synthesis)
 
 
 def _draw_train(training: Training) -> dict[str, Figure]:
-    from planter.mapping import figures
+    from planter.mapping.figures import draw_train
 
-    plots = {"ratios": figures.ratios(training), "pitch_curves": figures.pitch_curves(training)}
-    return plots if training.dyad is None else plots | {"tip_path": figures.tip_path(training)}
+    return draw_train(training)
 
 
 def _tabulate_paths(synthesis: Synthesis) -> Columns:

@@ -118,12 +118,9 @@ class Missed(Record):
 
 
 @dataclass(frozen=True)
-class NearestCurve(Record):
-    """The monotone angle curve closest to the poses; `order` is that of the poses along it."""
+class CurveFound(Record):
+    """An angle curve: extremes of its slope with their carrier angles, and its misses at poses."""
 
-    least_slope: float
-    largest_slope: float
-    order: list[int]
     monotone: bool
     slope_min: float
     slope_min_at_deg: float
@@ -134,17 +131,19 @@ class NearestCurve(Record):
 
 
 @dataclass(frozen=True)
-class CurveOfPaths(Record):
+class NearestCurve(CurveFound):
+    """The monotone angle curve closest to the poses; `order` is that of the poses along it."""
+
+    least_slope: float
+    largest_slope: float
+    order: list[int]
+
+
+@dataclass(frozen=True)
+class CurveOfPaths(CurveFound):
     """The angle curve through points of a linkage's paths."""
 
     points: int
-    monotone: bool
-    slope_min: float
-    slope_min_at_deg: float
-    slope_max: float
-    slope_max_at_deg: float
-    poses: list[Missed]
-    rms_mm: float
 
 
 @dataclass(frozen=True)
@@ -183,6 +182,9 @@ class TrainFound(Record):
     2.
     """
 
+    ratio_min: float
+    ratio_max: float
+    module_max_mm: float
     x_s: float
     x_s_under_root: float
     slope_min: float
@@ -190,8 +192,6 @@ class TrainFound(Record):
     slope_min_at_deg: float
     slope_max_at_deg: float
     monotone: bool
-    ratio_min: float
-    ratio_max: float
     closure_error_rad: Pair
     carrier_bend_deg: float | None
     convex: list[bool]
@@ -199,7 +199,6 @@ class TrainFound(Record):
     radius_min_mm: Four
     radius_max_mm: Four
     curvature_radius_min_mm: Four
-    module_max_mm: float
     poses: list[Missed]
     warnings: list[TrainWarning]
 

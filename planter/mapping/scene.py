@@ -10,22 +10,34 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.mapping import model
-from planter.mapping.figures import MM, MOMENTS, centres, drawn_shares, outlines
 from planter.mapping.synthesis import Linkage, Synthesis
-from planter.mapping.train import Training
+from planter.mapping.train import Training, polar_curves
 from planter.view.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
 from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, build_still_scene
 from planter.view.sheet import direction_angle as direction
 
 if TYPE_CHECKING:
-    from planter.mapping.synthesis import Linkage
-    from planter.mapping.train import Training
+    from planter.mapping.linkage import FourBar
 
-
+MM = 1e3
+MOMENTS = 120
+"""Moments of a cycle from which those that are drawn are refined."""
 SECONDS = 6.0
 """Duration of a cycle [s]: poses have no speed."""
 _ARROW = 0.13
 """Length of a pose's arrow in parts of the extent of the poses."""
+
+
+def drawn_shares(bar: FourBar, circuit: int) -> Array:
+    """Shares (n,) of the way along a circuit, from 0 to below 1, at which straight pieces follow
+    its curves.
+    """
+
+    def sample(shares: Array) -> list[Array]:
+        path = bar.path_at(circuit, shares)
+        return [*path.tip, path.phi, path.transmission]
+
+    return refine_places(sample, np.linspace(0.0, 1.0, MOMENTS + 1))[:-1]
 
 
 def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
@@ -43,7 +55,7 @@ def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
         _bar("crank", fixed[0], crank),
         _bar("follower", fixed[1], follower),
         Body("arm", (Outline(points, "body", shade=0),), tip, np.degrees(path.phi)),
-        _poses(poses),
+        draw_poses(poses),
     )
     return Scene(
         title=f"Linkage of dyads {solution.numbers[0]} and {solution.numbers[1]}, {bar.type}, "
@@ -106,7 +118,7 @@ def train(training: Training) -> Scene | None:
         bodies=(
             Body("sun", (_gear(sun, 0),), centre, start),
             Body("carrier", (bars,), centre, turned, parts),
-            *([] if training.poses is None else [_poses(training.poses)]),
+            *([] if training.poses is None else [draw_poses(training.poses)]),
         ),
         points=_tip(training, theta),
         curves=(Curve("arm angle relative to carrier", "deg", relative),),
@@ -126,8 +138,8 @@ def _gear(points: Array, shade: int) -> Outline:
     return Outline(points, "gear", shade=shade)
 
 
-def _poses(poses: Array) -> Body:
-    """The poses as arrows along the arm's x axis."""
+def draw_poses(poses: Array) -> Body:
+    """Return the poses as arrows along the arm's x axis."""
     length = _ARROW * MM * (float(np.ptp(poses[:, :2], axis=0).max()) or 1.0)
     arrow = length * np.array([[0.0, 0.0], [1.0, 0.0], [0.8, 0.08], [1.0, 0.0], [0.8, -0.08]])
     arrows = []
@@ -233,14 +245,50 @@ def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
     )
 
 
-def _train(training: Training) -> Sheet:
-    """The four pitch curves on the carrier at its first angle."""
+def centres(training: Training) -> Array:
+    """Hinges of the carrier (2, 3) [m]: fixed, middle, moving; straight where the carrier's length
+    is not known.
+    """
+    distance = training.train.distance
+    bend = np.pi if training.crank is None else training.train.bend(training.crank)
+    end = np.pi - bend
+    return distance * np.array([[0, 1, 1 + np.cos(end)], [0, 0, np.sin(end)]])
+
+
+def outlines(training: Training) -> list[Array]:
+    """Pitch curves (2, n) [mm] about their centres, each turned to its mesh at the first carrier
+    angle.
+
+    A driver's contact lies towards its follower, a follower's towards its driver; on the gear the
+    contact moves against its rotation, which is that of its mate reversed.
+    """
+    psi, radii = polar_curves(training.train)
+    bend = np.pi if training.crank is None else training.train.bend(training.crank)
+    towards = np.array([0.0, np.pi, np.pi - bend, -bend])
+    senses = (1, -1, -1, 1)
+    return [
+        MM
+        * radii[k]
+        * np.array(
+            [np.cos(towards[k] + senses[k] * psi[k]), np.sin(towards[k] + senses[k] * psi[k])]
+        )
+        for k in range(4)
+    ]
+
+
+def draw_train_bodies(training: Training) -> tuple[Body, Body]:
+    """Return the four pitch curves in mesh on the carrier at its first angle, and the carrier."""
     hinges = MM * centres(training).T
     curves = [
         Outline(points.T + hinges[at], "gear", shade=k)
         for k, (points, at) in enumerate(zip(outlines(training), _HINGES, strict=True))
     ]
-    carrier = Outline(hinges, "frame", closed=False)
+    return Body("gears", curves), Body("carrier", (Outline(hinges, "frame", closed=False),))
+
+
+def _train(training: Training) -> Sheet:
+    """The four pitch curves on the carrier at its first angle."""
+    hinges = MM * centres(training).T
     radii = training.train.gears(np.array([training.train.curve.carrier[0]]))
     marks: list[Mark] = [Length(("centre_distance_mm",), hinges[0], hinges[1], 0.8)]
     for stage, names in enumerate((("r1", "r2"), ("r3", "r4"))):
@@ -259,6 +307,6 @@ def _train(training: Training) -> Sheet:
     return Sheet(
         "train",
         "gear train on its carrier, bent as its length wants",
-        build_still_scene("train", (Body("gears", curves), Body("carrier", (carrier,)))),
+        build_still_scene("train", draw_train_bodies(training)),
         marks,
     )

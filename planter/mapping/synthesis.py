@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -33,15 +33,13 @@ from planter.mapping.file import PointsData, PoseFile, build_path_curve
 from planter.mapping.linkage import (
     Defects,
     FourBar,
-    Reversal,
-    Standing,
     defects,
     reversals,
     standings,
+    to_pair,
 )
 from planter.mapping.nearest import (
     SLOPES,
-    Miss,
     Nearest,
     find_misses,
     find_nearest,
@@ -49,7 +47,6 @@ from planter.mapping.nearest import (
 )
 from planter.mapping.results import (
     AtPose,
-    Back,
     CurveOfPaths,
     DefectsFound,
     DyadFound,
@@ -59,7 +56,6 @@ from planter.mapping.results import (
     Missed,
     NearestCurve,
     OneSense,
-    Pair,
     StraightFound,
     SynthesisFound,
 )
@@ -75,7 +71,7 @@ class Linkage:
 
     numbers: tuple[int, int]
     bar: FourBar
-    standings: list[Standing]
+    standings: list[AtPose]
     defects: Defects
 
 
@@ -120,9 +116,21 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
         family=_family_shown(solution, family_of, poses),
         linkages=[_linkage_shown(linkage, poses) for linkage in linkages],
         carrier_dyad=None if dyad is None else carrier,
-        monotone=None if dyad is None else monotone_result(_reversals(dyad, poses)),
-        nearest=None if closest is None else _nearest_shown(closest, slopes),
-        curve=None if path_curve is None or dyad is None else _curve_shown(dyad, poses, path_curve),
+        monotone=None if dyad is None else _find_rotation(dyad, poses),
+        nearest=None
+        if closest is None
+        else NearestCurve(
+            least_slope=slopes[0],
+            largest_slope=slopes[1],
+            order=[k + 1 for k in closest.order],
+            **_describe_curve(closest.curve, closest.misses),
+        ),
+        curve=None
+        if path_curve is None or dyad is None
+        else CurveOfPaths(
+            points=len(path_curve.carrier),
+            **_describe_curve(path_curve, find_misses(dyad, poses, path_curve)),
+        ),
         warnings=[*_remarks(poses, count, solution), *([why_not] if why_not else [])],
     )
     exact = None if dyad is None else interpolate_poses(dyad, poses)
@@ -171,9 +179,11 @@ def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
     return dyad if dyad.radius > _POINT * Scale.from_poses(poses).size else None
 
 
-def _reversals(dyad: Dyad, poses: Array) -> list[Reversal]:
+def _find_rotation(dyad: Dyad, poses: Array) -> OneSense:
+    """Return whether the arm can turn in one sense only, and the reversals if not."""
     dx, dy = (model.place_point(poses, dyad.point) - dyad.centre).T
-    return reversals(np.arctan2(dy, dx), poses[:, 2])
+    turned = reversals(np.arctan2(dy, dx), poses[:, 2])
+    return OneSense(not turned, turned)
 
 
 def _find_nearest(
@@ -200,7 +210,7 @@ def _build_path_curve(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve
         )
     linkage = linkages[points.linkage - 1]
     first, second = (_assembly(file, points, linkage, key) for key in ("first_pose", "second_pose"))
-    return build_path_curve(linkage.bar, points.choice(first, second))
+    return build_path_curve(linkage.bar, points, (first, second))
 
 
 def _assembly(file: PoseFile, points: PointsData, linkage: Linkage, key: str) -> int:
@@ -226,39 +236,20 @@ def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
         circuits=len(bar.reaches),
         transmission_min_deg=math.degrees(bar.least_transmission),
         arm_length_mm=float(np.hypot(*bar.crank.point)) * 1e3,
-        poses=[standing_result(k, s) for k, s in enumerate(linkage.standings, 1)],
+        poses=linkage.standings,
         defects=DefectsFound(order=wrong.order, branch=wrong.branch, circuit=wrong.circuit),
         crank_sense=wrong.sense,
-        monotone=monotone_result(_reversals(bar.crank, poses)),
+        monotone=_find_rotation(bar.crank, poses),
     )
 
 
-def _nearest_shown(closest: Nearest, slopes: tuple[float, float]) -> NearestCurve:
-    return NearestCurve(
-        least_slope=slopes[0],
-        largest_slope=slopes[1],
-        order=[k + 1 for k in closest.order],
-        **slopes_result(closest.curve),
-        poses=[miss_result(k, miss) for k, miss in enumerate(closest.misses, 1)],
-        rms_mm=_rms(closest.misses),
-    )
-
-
-def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> CurveOfPaths:
-    misses = find_misses(dyad, poses, curve)
-    return CurveOfPaths(
-        points=len(curve.carrier),
-        **slopes_result(curve),
-        poses=[miss_result(k, miss) for k, miss in enumerate(misses, 1)],
-        rms_mm=_rms(misses),
-    )
-
-
-def _rms(misses: Sequence[Miss]) -> float:
-    """Return the root mean square distance of the ends of the arm from their places in the poses
-    [mm].
+def _describe_curve(curve: AngleCurve, misses: list[Missed]) -> dict[str, Any]:
+    """Return the values of a curve's record with its misses, and their root mean square over both
+    ends of the arm.
     """
-    return float(np.sqrt(np.mean([(m.tip**2 + m.hinge**2) / 2 for m in misses])) * 1e3)
+    squares = [(row.position_error_mm**2 + row.hinge_error_mm**2) / 2 for row in misses]
+    rms = float(np.sqrt(np.mean(squares)))
+    return {**describe_slopes(curve), "poses": misses, "rms_mm": rms}
 
 
 def _family_shown(
@@ -297,12 +288,6 @@ def _remarks(poses: Array, count: int, solution: Solution) -> list[str]:
             "the poses have two directions of the body only, which counts as a root without hinges"
         )
     return remarks
-
-
-def to_pair(place: Array) -> Pair:
-    """Return the two coordinates of a place (2,)."""
-    x, y = place
-    return float(x), float(y)
 
 
 def to_four(lengths: Array) -> Four:
@@ -347,37 +332,7 @@ def straight_result(line: Straight) -> StraightFound:
     )
 
 
-def standing_result(number: int, position: Standing) -> AtPose:
-    """Return the position of a linkage at the pose of a number."""
-    return AtPose(
-        pose=number,
-        crank_angle_deg=math.degrees(position.crank_angle),
-        assembly=position.assembly,
-        circuit=position.circuit,
-        hinges_mm=(to_pair(position.hinges[0] * 1e3), to_pair(position.hinges[1] * 1e3)),
-        position_error_mm=position.position_error * 1e3,
-        angle_error_deg=math.degrees(position.angle_error),
-        transmission_deg=math.degrees(position.transmission),
-    )
-
-
-def monotone_result(reversals: Sequence[Reversal]) -> OneSense:
-    """Return whether the arm can turn in one sense only, and the reversals if not."""
-    turned = [Back(r.start + 1, r.end + 1, math.degrees(r.angle)) for r in reversals]
-    return OneSense(not turned, turned)
-
-
-class Slopes(TypedDict):
-    """Extremes of the slope [-] of an angle curve and their carrier angles."""
-
-    monotone: bool
-    slope_min: float
-    slope_min_at_deg: float
-    slope_max: float
-    slope_max_at_deg: float
-
-
-def slopes_result(curve: AngleCurve) -> Slopes:
+def describe_slopes(curve: AngleCurve) -> dict[str, Any]:
     """Return the extremes of the slope [-] of an angle curve."""
     lowest, largest = curve.extremes
     return {
@@ -387,14 +342,3 @@ def slopes_result(curve: AngleCurve) -> Slopes:
         "slope_max": largest.value,
         "slope_max_at_deg": math.degrees(largest.angle % TURN),
     }
-
-
-def miss_result(number: int, deviation: Miss) -> Missed:
-    """Return the miss of a pose where the curve meets it."""
-    return Missed(
-        pose=number,
-        carrier_deg=math.degrees(deviation.carrier % TURN),
-        position_error_mm=deviation.tip * 1e3,
-        hinge_error_mm=deviation.hinge * 1e3,
-        angle_error_deg=math.degrees(deviation.angle),
-    )

@@ -24,7 +24,7 @@ from planter.mapping.dyads import Dyad, distinct, solve_dyads
 from planter.mapping.file import PoseFile
 from planter.mapping.nearest import find_misses
 from planter.mapping.results import Missed, TrainFound, TrainWarning
-from planter.mapping.synthesis import miss_result, to_four
+from planter.mapping.synthesis import describe_slopes, to_four
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN, to_degrees
 
@@ -54,9 +54,8 @@ class Train:
             at, worst = np.degrees(self.curve.find_zero_slope()), np.degrees(lowest.angle)
             raise ComputationError(
                 f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where "
-                f"the gears would stand "
-                f"still and turn back (least slope {lowest.value:.6g} at {worst:.6g} deg): it "
-                f"must stay positive"
+                f"the gears would stand still and turn back (least slope {lowest.value:.6g} at "
+                f"{worst:.6g} deg): it must stay positive"
             )
 
     @cached_property
@@ -176,8 +175,7 @@ class Train:
         if crank > 2 * self.distance:
             raise GeometryError(
                 f"the length of the carrier, {crank * 1e3:.6g} mm, is too large: it must be at "
-                f"most twice the centre "
-                f"distance, {2e3 * self.distance:.6g} mm"
+                f"most twice the centre distance, {2e3 * self.distance:.6g} mm"
             )
         return model.bend(crank, self.distance)
 
@@ -281,8 +279,7 @@ def _hollow(train: Train) -> Iterator[TrainWarning]:
                 "hollow pitch curve",
                 float(theta[worst]),
                 f"the pitch curve of {name} is hollow, of a radius of "
-                f"{_MM / -kappa[gear][worst]:.4g} mm (all in all "
-                f"from {ranges} deg)",
+                f"{_MM / -kappa[gear][worst]:.4g} mm (all in all from {ranges} deg)",
                 f": a rack or hob cannot cut it there{limit if module < LEAST_MODULE else ''}",
             )
 
@@ -325,7 +322,7 @@ def build_training(
     train = Train(curve, distance)
     bend = None if crank is None else train.bend(crank)
     poses = None if file is None else file.poses
-    missed = [] if dyad is None or poses is None else _missed(curve, dyad, poses)
+    missed = [] if dyad is None or poses is None else find_misses(dyad, poses, curve)
     return Training(train, crank, dyad, poses, _result(train, bend, missed))
 
 
@@ -348,11 +345,7 @@ def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFoun
     return TrainFound(
         x_s=train.x_s,
         x_s_under_root=train.x_s**2,
-        slope_min=lowest.value,
-        slope_max=largest.value,
-        slope_min_at_deg=math.degrees(lowest.angle % TURN),
-        slope_max_at_deg=math.degrees(largest.angle % TURN),
-        monotone=train.curve.monotone,
+        **describe_slopes(train.curve),
         ratio_min=1 / largest.value,
         ratio_max=1 / lowest.value,
         closure_error_rad=train.closure_errors,
@@ -368,10 +361,6 @@ def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFoun
         poses=missed,
         warnings=warnings(train),
     )
-
-
-def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[Missed]:
-    return [miss_result(k, miss) for k, miss in enumerate(find_misses(dyad, poses, curve), 1)]
 
 
 def polar_curves(train: Train, samples: int = 361) -> tuple[Array, Array]:

@@ -19,8 +19,9 @@ from planter.pickup.inverse import invert_path
 from planter.pickup.law import Dwell
 from planter.pickup.model import PickupTrain, build_train
 from planter.pickup.redesign import Redesign, redesign_path
-from planter.pickup.requirements import PickupRequirement, find_push, list_requirements
+from planter.pickup.requirements import find_push, list_requirements
 from planter.pickup.results import (
+    Demand,
     ExtremaResult,
     LockingArcs,
     Optimised,
@@ -42,22 +43,11 @@ COMPARED = 2881
 _MM = 1000.0
 
 
-@dataclass(frozen=True)
-class SunTeeth:
-    """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole
-    [m].
-    """
-
-    exact: float
-    count: int
-    module: float
-
-
-def count_teeth(train: PickupTrain) -> SunTeeth:
+def count_teeth(train: PickupTrain) -> SunToothCount:
     """Number of teeth on the toothed arc, made whole by scaling the module."""
     exact = train.arc / (np.pi * float(train.teeth[0]))
     whole = max(1, round(exact))
-    return SunTeeth(exact, whole, train.arc / (np.pi * whole))
+    return SunToothCount(exact, whole, train.arc / (np.pi * whole) * _MM)
 
 
 def round_trip(train: PickupTrain, count: int = ROUND_TRIP_POINTS) -> float | None:
@@ -110,10 +100,10 @@ def build_result(machine: Pickup, train: PickupTrain, at: Sequence[float] = ()) 
         sun_toothed_arc_mm=train.arc * _MM,
         phi1_monotone=train.monotone,
         round_trip_error_rad=round_trip(train),
-        teeth=SunToothCount(counted.exact, counted.count, counted.module * _MM),
+        teeth=counted,
         locking_arcs=None if arcs is None else _arcs(arcs),
         push=Push(_deg(where), _deg(swing)),
-        requirements=[requirement.to_demand() for requirement in demands],
+        requirements=demands,
         warnings=[
             *list_requirement_warnings(demands),
             *gears.list_gear_warnings(train),
@@ -134,14 +124,14 @@ def _arcs(arcs: Locking) -> LockingArcs:
     return LockingArcs(arcs.radius * _MM, (start * _MM, end * _MM), _deg(arcs.sweep), (first, last))
 
 
-def list_requirement_warnings(checked: Sequence[PickupRequirement]) -> list[PickupWarning]:
+def list_requirement_warnings(checked: Sequence[Demand]) -> list[PickupWarning]:
     """A warning for each requirement that does not hold."""
     return [
         PickupWarning(
             requirement.name,
             requirement.t_deg,
             f"{requirement.name} is {requirement.value:.4g} {requirement.unit}".rstrip()
-            + f", wanted {requirement.bound}",
+            + f", wanted {requirement.wanted}",
         )
         for requirement in checked
         if not requirement.holds
@@ -277,7 +267,7 @@ def _to_optimised(moved: Redesign) -> Optimised:
         iterations=moved.iterations,
         rounds=moved.rounds,
         certificate=None if moved.certificate is None else _certificate(moved.certificate),
-        requirements_before=[requirement.to_demand() for requirement in moved.before],
+        requirements_before=moved.before,
         value_points_before_mm=[(x, y) for x, y in (moved.points_before * 1000).tolist()],
         value_points_mm=[(x, y) for x, y in (moved.points * 1000).tolist()],
     )

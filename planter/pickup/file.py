@@ -76,11 +76,9 @@ def parse_points(text: str, source: str) -> tuple[Array, float]:
     gap = find_gap(steps)
     if gap is not None:
         raise InputError(
-            f"{source}: points {gap + 1} and {(gap + 1) % len(points) + 1} are {steps[gap]:.4g} "
-            f"mm apart, which is not "
-            f"allowed: on a closed path neighbours must be within {MAX_GAP_RATIO:g} times the "
-            f"median distance, "
-            f"{np.median(steps):.4g} mm"
+            f"{source}: points {gap + 1} and {(gap + 1) % len(points) + 1} are {steps[gap]:.4g} mm "
+            "apart, which is not allowed: on a closed path neighbours must be within "
+            f"{MAX_GAP_RATIO:g} times the median distance, {np.median(steps):.4g} mm"
         )
     return points / 1000, 10.0 ** -max(_places(cell) for row in table.rows for cell in row) / 1000
 

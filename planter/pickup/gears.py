@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -55,8 +54,7 @@ def check_gears(machine: Pickup, train: PickupTrain) -> None:
         source = machine.points_source if train.inversion is not None else f"{machine.source}: law"
         raise GeometryError(
             f"{source}: this cannot be a pair of gears: at t = {to_degrees(fault.t):.5g} deg from "
-            f"the farthest tip "
-            f"{fault.problem}; {_cause(machine, train, fault.t)}"
+            f"the farthest tip {fault.problem}; {_cause(machine, train, fault.t)}"
         )
 
 
@@ -91,8 +89,7 @@ def _describe_limit(train: PickupTrain, gear: str, kind: str, curve: Mapping[str
         ratio = curve["R2"] / curve["R1"]
         return (
             f"the pitch radius of the {gear} is {curve[radius] * _MM:.4g} mm (total ratio "
-            f"{ratio:.4g}), but the teeth "
-            f"of its mate reach {reach:.4g} mm into it, past its axis"
+            f"{ratio:.4g}), but the teeth of its mate reach {reach:.4g} mm into it, past its axis"
         )
     depth, end = (reach, "roots") if kind == "sharp" else (addendum, "tips")
     return (
@@ -136,10 +133,9 @@ def _doing(train: PickupTrain, t: float) -> str:
     if slopes[fast] < STEEP:
         return f"{change}: where the arm is to move it must change on steadily"
     return (
-        f"{change}; at t = {to_degrees(angles[fast]):.5g} deg the arm must turn "
-        f"{slopes[fast]:.3g} times as fast as "
-        f"the carrier, for there the path turns back so quickly that it all but lets the carrier "
-        f"stand still"
+        f"{change}; at t = {to_degrees(angles[fast]):.5g} deg the arm must turn {slopes[fast]:.3g} "
+        "times as fast as the carrier, for there the path turns back so quickly that it all but "
+        "lets the carrier stand still"
     )
 
 
@@ -156,10 +152,8 @@ def list_gear_warnings(train: PickupTrain) -> Iterator[PickupWarning]:
             "contact ratio",
             float(lost[0]),
             f"the contact ratio has no value at {len(lost)} of {len(t)} angles on the teeth, the "
-            f"first at t = "
-            f"{to_degrees(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of "
-            f"its teeth lie inside "
-            f"their base circle",
+            f"first at t = {to_degrees(lost[0]):.4g} deg: a pitch curve is so hollow there that "
+            "the tips of its teeth lie inside their base circle",
         )
 
 
@@ -182,9 +176,8 @@ def _jumps(train: PickupTrain) -> Iterator[PickupWarning]:
                 f"velocity jumps at the dwell's {name}",
                 t,
                 f"where the dwell {end}, at t = {to_degrees(t):.5g} deg, the tip's velocity jumps "
-                f"by {jump * _MM:.5g} "
-                f"mm/s (its speed from {speeds_text} mm/s): the acceleration is infinite there; "
-                f"{remedy}",
+                f"by {jump * _MM:.5g} mm/s (its speed from {speeds_text} mm/s): the acceleration "
+                f"is infinite there; {remedy}",
             )
 
 
@@ -220,10 +213,6 @@ def _warning(name: str, t: float, message: str) -> PickupWarning:
     return PickupWarning(name, to_degrees(t), message)
 
 
-_STEP = 1e-6
-"""Half the carrier angle over which the direction of a pitch curve is taken [rad]."""
-
-
 @dataclass(frozen=True)
 class Locking:
     """Locking arcs: radius [m], pitch radii of the sun where the dwell begins and where it ends
@@ -252,7 +241,7 @@ def compute_locking_arcs(train: PickupTrain) -> Locking | None:
         return None
     addendum = float(train.teeth[2] * train.teeth[0])
     if train.toothed == train.driven:
-        curves = _Curves(train)
+        curves = build_rolling(train)
         try:
             radius = compute_arc_radius(curves, addendum)
             after, before = compute_horn_reaches(curves, radius, addendum)
@@ -270,51 +259,6 @@ def _on_circle(distance: float, radius: float, end: float, addendum: float) -> f
     return ARCS.at("horn", distance=distance, radius=radius, tips=distance - end + addendum)[
         "reach"
     ]
-
-
-@dataclass(frozen=True)
-class _Curves:
-    """Both gears' pitch curves next to the dwell (`arcs.Rolled`), by carrier angles, without arc
-    lengths.
-    """
-
-    train: PickupTrain
-
-    @property
-    def distance(self) -> float:
-        return self.train.geometry.a1
-
-    @cached_property
-    def ends(self) -> tuple[float, float]:
-        first, last = self.train.pitch(np.array(self.train.toothed))["R1"].tolist()
-        return first, last
-
-    @property
-    def length(self) -> float:
-        return self.train.arc
-
-    @cached_property
-    def driving_axis(self) -> Array:
-        x, y = self._at(np.array(self.train.toothed[1:]))[:, 0]
-        return np.asarray(self.distance * np.array([x, y]) / np.hypot(x, y))
-
-    def place_near_end(self, end: int, at: float) -> Array:
-        """Return the contact where the sun's pitch circle would have rolled over an arc length `at`
-        [m].
-        """
-        first, last = self.train.toothed
-        t = (last - at / self.ends[1]) if end else (first + at / self.ends[0])
-        before, (x, y), after = self._at(
-            np.clip(t, first + _STEP, last - _STEP) + _STEP * np.array([-1, 0, 1])
-        ).T
-        tangent = after - before
-        tx, ty = np.sign(x * tangent[1] - y * tangent[0]) * tangent / np.hypot(*tangent)
-        return np.array([[x], [y], [tx], [ty], [0.0]])
-
-    def _at(self, t: Array) -> Array:
-        """Places of the intermediate gear's pitch curve (2, n) [m] at carrier angles."""
-        curves = self.train.pitch(t)
-        return np.array([curves["x2"], curves["y2"]])
 
 
 def build_rolling(train: PickupTrain) -> Rolling:

@@ -129,10 +129,9 @@ def _extremes(
     if len(highs) != 1 or len(lows) != 1:
         raise InputError(
             f"{source}: the distance of the points from the origin, which must be the sun's "
-            f"centre, has {len(highs)} "
-            f"maxima and {len(lows)} minima{_describe_extremes(highs, lows)}: it must have one of "
-            f"each over the path, "
-            f"and may dwell once; if the points are not exact, path.tolerance_mm = "
+            f"centre, has {len(highs)} maxima and {len(lows)} "
+            f"minima{_describe_extremes(highs, lows)}: it must have one of each over the path, and "
+            "may dwell once; if the points are not exact, path.tolerance_mm = "
             f"{tolerance * 1000:g} is too small"
         )
     if lows[0].distance <= tolerance:
@@ -211,8 +210,7 @@ def _check_outside(points: Array, source: str) -> None:
     if round(float(np.sum(wrap_angle(steps))) / TURN):
         raise InputError(
             f"{source}: the path goes round the origin, where the sun's centre lies, but it must "
-            f"leave it outside (are "
-            f"the points counted from there?)"
+            "leave it outside (are the points counted from there?)"
         )
 
 
@@ -224,10 +222,8 @@ def _check_order(phi5: Array, places: Array, source: str) -> None:
     if len(falls):
         raise _TurnsBackError(
             f"{source}: the carrier would have to turn back at {len(falls)} of {len(places)} "
-            f"points, the first at "
-            f"{_place(places[falls[0]])}: they must be in the order of a carrier that turns "
-            f"counter-clockwise, on a "
-            f"path that the mechanism can draw"
+            f"points, the first at {_place(places[falls[0]])}: they must be in the order of a "
+            "carrier that turns counter-clockwise, on a path that the mechanism can draw"
         )
 
 

@@ -73,38 +73,6 @@ def toothed_range(dwell: Dwell | None) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class CosineLaw:
-    """Slope c (1 + p cos t) on the teeth; c lets the arm gain one turn in a turn of the carrier."""
-
-    p: float
-    dwell: Dwell
-    phi1_far: float = np.pi
-    transition: ClassVar[float] = 0.0
-
-    @property
-    def _vector(self) -> Array:
-        return np.array([self.p, self.dwell.start, self.dwell.end, self.phi1_far])
-
-    def arm(self, t: Array) -> Array:
-        """Return the arm's angle (n,) [rad]."""
-        return load(MODEL)("law", t=t, law=self._vector)["phi1"]
-
-    def slopes(self, t: Array) -> Array:
-        """Return the slope with two derivatives (3, n)."""
-        law = load(MODEL)("law", t=t, law=self._vector)
-        return np.array([law[name] for name in ("g", "dg", "ddg")])
-
-    def joints(self) -> Array:
-        """Return the breakpoints of the law on the teeth [rad], in order."""
-        return np.array(toothed_range(self.dwell))
-
-    @property
-    def mean_on_teeth(self) -> float:
-        """c [-]."""
-        return load(MODEL).at("law", t=np.pi / 2, law=self._vector)["g"]
-
-
-@dataclass(frozen=True)
 class SplineLaw:
     """A law by its lead phi1 - t, a spline over the toothed range; `held` is phi1 in the dwell that
     follows it.
@@ -158,9 +126,9 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class SmoothLaw:
-    """Slope c (1 + p cos t), but within `transition` [rad] of the dwell a cubic that meets it, and
-    zero, smoothly.
+class CosineLaw:
+    """Slope c (1 + p cos t) on the teeth, but within `transition` [rad] of the dwell a cubic that
+    meets it, and zero, smoothly; without a transition the slope jumps.
 
     c lets the arm gain one turn in a turn of the carrier. In the transitions other means than teeth
     must drive the arm: towards a slope of zero the sun's pitch radius goes to zero.
@@ -168,8 +136,8 @@ class SmoothLaw:
 
     p: float
     dwell: Dwell
-    transition: float
     phi1_far: float = np.pi
+    transition: float = 0.0
 
     def arm(self, t: Array) -> Array:
         """Return the arm's angle (n,) [rad]."""
@@ -182,12 +150,13 @@ class SmoothLaw:
     def joints(self) -> Array:
         """Return the breakpoints of the law on the teeth [rad], in order."""
         first, last = toothed_range(self.dwell)
-        return np.array([first, first + self.transition, last - self.transition, last])
+        inner = (first + self.transition, last - self.transition) if self.transition else ()
+        return np.array([first, *inner, last])
 
     @property
     def mean_on_teeth(self) -> float:
         """c [-]."""
-        return float(self._evaluate(np.zeros(1))[4, 0])
+        return float(self.slopes(np.array([np.pi / 2]))[0, 0])
 
     @property
     def rises(self) -> bool:
@@ -200,14 +169,18 @@ class SmoothLaw:
         return True
 
     def _evaluate(self, t: Array) -> Array:
-        """Return the arm's angle, the slope with two derivatives, and c, (5, n)."""
+        """Return the arm's angle and the slope with two derivatives, (4, n)."""
         angles = np.asarray(t, dtype=float)
-        law = np.array([self.p, self.dwell.start, self.dwell.end, self.phi1_far, self.transition])
-        return _law()(t=angles.ravel(), law=law)["outputs"].reshape(5, *angles.shape)
+        law = np.array([self.p, self.dwell.start, self.dwell.end, self.phi1_far])
+        if not self.transition:
+            values = load(MODEL)("law", t=angles, law=law)
+            return np.array([values[name] for name in ("phi1", "g", "dg", "ddg")])
+        smooth = _law()(t=angles.ravel(), law=np.append(law, self.transition))
+        return smooth["outputs"].reshape(4, *angles.shape)
 
 
 def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
-    """Return the graph of the arm's angle, of the slope with two derivatives, and of c, (5,).
+    """Return the graph of the arm's angle and of the slope with two derivatives, (4,).
 
     `law` (5,) are p, the dwell's start and end, the arm's angle at t = 0, and the width of a
     transition [rad].
@@ -257,7 +230,7 @@ def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
         slopes = [
             ca.if_else(in_transition, end, slope) for end, slope in zip(ends, slopes, strict=True)
         ]
-    return ca.vertcat(angle, *(mean * slope for slope in slopes), mean)
+    return ca.vertcat(angle, *(mean * slope for slope in slopes))
 
 
 @cache

@@ -11,10 +11,11 @@ import casadi as ca
 import numpy as np
 import scipy
 
-from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
+from planter.engine.closed_form import build_closed_machine
+from planter.engine.machine import Machine, Value
 from planter.engine.piecewise import compose_pieces
 from planter.errors import InputError
-from planter.files import csv_rows, examples, units
+from planter.files import csv_rows, examples
 from planter.gear_geometry.flanks import TEETH
 from planter.kernels.formulas import load as load_formulas
 from planter.numerics.arrays import TURN
@@ -23,8 +24,6 @@ from planter.pickup.file import HEADER
 from planter.pickup.law import (
     MODEL,
     ROUNDING,
-    CosineLaw,
-    SmoothLaw,
     SplineLaw,
     compose_smooth_law,
     toothed_range,
@@ -146,42 +145,23 @@ def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Mac
     results = _compose_motion(t, law, values_by_name) | _compose_gears(t, law, values_by_name)
     if not np.isfinite(train.contact_ratio(train.samples(CHECKED))).all():
         del results["epsilon"]
-    quantities = tuple(
-        Quantity(name, unit, meaning, units.display_key(name, unit))
-        for name, (unit, meaning) in (MOTION | GEARS).items()
-        if name in results
-    )
-    return Machine(
-        document=machine,
-        build=build_machine,
-        assumptions=tuple(sidecar["assumptions"]),
-        values=values,
-        data=np.array(data),
-        moved=(),
-        lower=np.empty(0),
-        upper=np.empty(0),
-        quantities=quantities,
-        prologue=ca.Function(
-            "prologue", [d], [ca.vertcat(*(carrier[name] for name in HOISTED))], ["d"], ["h"]
-        ),
-        lane=_function("lane", t, d, h, [results[quantity.name] for quantity in quantities]),
-        speed=[value.path for value in values].index(SPEED),
-        events=_function("events", t, d, h, [t - joint.angle for joint in law.joints])
-        if law.joints
-        else None,
-        event_kinds=tuple(
-            {"name": joint.name, "order": joint.order, "period": TURN} for joint in law.joints
-        ),
-        vectors=tuple(build_vectors(VECTORS, quantities)),
-        limits=machine.measure_limits,
-        documentation=Documentation(sidecar["title"], sidecar["source"]),
-    )
-
-
-def _function(name: str, t: ca.SX, d: ca.SX, h: ca.SX, outputs: list[ca.SX]) -> ca.Function:
-    inputs = [t, d, h, ca.SX.sym("q", 0)]
-    return ca.Function(
-        name, inputs, [ca.densify(ca.vertcat(*outputs))], ["phi", "d", "h", "q"], ["y"]
+    return build_closed_machine(
+        machine,
+        build_machine,
+        sidecar,
+        values,
+        np.array(data),
+        {name: entry for name, entry in (MOTION | GEARS).items() if name in results},
+        results,
+        (t, d, h),
+        ca.vertcat(*(carrier[name] for name in HOISTED)),
+        [
+            (t - joint.angle, {"name": joint.name, "order": joint.order, "period": TURN})
+            for joint in law.joints
+        ],
+        SPEED,
+        machine.measure_limits,
+        VECTORS,
     )
 
 
@@ -215,13 +195,12 @@ def _compose_law(train: PickupTrain, inputs: Mapping[str, Any]) -> _LawGraph:
         return _compose_spline_law(train.law, train.toothed)
     start, end, width = inputs["dwell_start"], inputs["dwell_end"], inputs["transition"]
     joints = [_Joint("start of the dwell", start, 0), _Joint("end of the dwell", end, 0)]
-    if isinstance(train.law, CosineLaw):
+    if not train.law.transition:
         law = ca.vertcat(inputs["p"], start, end, np.pi)
         function = load_formulas(MODEL).function("law")
         return _LawGraph(
             lambda t: function(t, law), (start, end), (end - TURN, start), tuple(joints)
         )
-    assert isinstance(train.law, SmoothLaw)
     smooth = ca.vertcat(inputs["p"], start, end, np.pi, width)
     joints = [joint._replace(order=2) for joint in joints]
     joints += [
@@ -229,9 +208,7 @@ def _compose_law(train: PickupTrain, inputs: Mapping[str, Any]) -> _LawGraph:
         _Joint("start of the teeth", end + width, 1),
     ]
     teeth = end - TURN + width, start - width
-    return _LawGraph(
-        lambda t: compose_smooth_law(t, smooth)[:4], (start, end), teeth, tuple(joints)
-    )
+    return _LawGraph(lambda t: compose_smooth_law(t, smooth), (start, end), teeth, tuple(joints))
 
 
 def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph:

@@ -22,7 +22,7 @@ from planter.numerics import extrema, piecewise
 from planter.numerics.arrays import TURN
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import Inversion, invert_path
-from planter.pickup.law import MODEL, ArmLaw, CosineLaw, Dwell, SmoothLaw, toothed_range
+from planter.pickup.law import MODEL, ArmLaw, CosineLaw, Dwell, toothed_range
 
 PANELS, NODES = 96, 8
 """Panels over a range of angles for integrals, and nodes in each."""
@@ -270,10 +270,8 @@ def _law(machine: Pickup) -> ArmLaw:
     assert machine.law is not None
     dwell = Dwell(*(machine.si(f"dwell_t_deg[{i}]") for i in (0, 1)))
     p, far, transition = machine.si("law.p"), machine.si("phi1_far_deg"), machine.law.transition
-    if not transition:
-        return CosineLaw(p, dwell, far)
-    law = SmoothLaw(p, dwell, transition, far)
-    if not law.rises:
+    law = CosineLaw(p, dwell, far, transition)
+    if transition and not law.rises:
         raise machine.input_error(
             "law.p", "the slope must rise from zero throughout the transitions next to the dwell"
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,27 +10,28 @@ from planter.kernels.formulas import load
 from planter.pickup import analysis
 from planter.pickup.law import MODEL
 from planter.report import files
-from planter.report.html import Block, Section, Table, Text
-from planter.report.labels import list_values, tabulate_angles
+from planter.report.html import Block, Section, Text
+from planter.report.labels import tabulate_angles
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
     describe_violations,
-    list_warning_sections,
 )
+from planter.report.record_sections import list_record_sections
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
     from planter.pickup.analysis import PickupOutcome
-    from planter.pickup.results import Demand, Optimised, PickupFound
+    from planter.pickup.results import PickupFound
 
+NAMES = {"group.requirements_before": "Requirements before the redesign"}
 STEPS = 720
 """Rows of cycle.csv, path.csv and pitch.csv."""
 CAPTIONS = {
-    "path": "Path of the tip with pick and push, and the pick in the frame of a tray's cell. The tray lies where the "
-    "pick has the required depth; the level line follows from the inclination of the tray box.",
+    "path": "Path of the tip, with the pick-up where the tip is farthest. The tray lies where the pick has the "
+    "required depth.",
     "pitch_curves": "Pitch curves of the non-circular pair. In the dwell the locking arcs replace the teeth; they are "
     "as large as locks the intermediate gear in both directions.",
     "contact_ratio": "Contact ratio of the non-circular pair along the teeth (yu2023, Fig. 9). The published formulas "
@@ -54,7 +55,7 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
             "requirement",
         ),
         record=result,
-        sections=list(_list_sections(result)),
+        sections=_list_sections(result),
         document=machine,
         model=ModelAssumptions.from_sidecar(load(MODEL).sidecar),
         motions=partial(_animate, outcome),
@@ -65,39 +66,18 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
     )
 
 
-def _list_sections(result: PickupFound) -> Iterator[Section]:
-    yield from list_warning_sections(result.warnings)
-    table = result.table()
-    del table["machine"], table["driven_by"]
+def _list_sections(result: PickupFound) -> list[Section]:
     note = (
         "Equation (14) of yu2023 lacks the factor 1/2: with the published 44.6 mm the helix angle "
-        "is the one above, "
-        "inside the published range. The published contact ratio of the helical pair is 1.9358."
+        "is the one above, inside the published range. The published contact ratio of the helical "
+        "pair is 1.9358."
     )
-    yield Section("Mechanism", [list_values(table), Text(note, "note")])
-    yield Section("Requirements", [_tabulate_requirements(result.requirements)])
-    if result.optimised:
-        yield Section("Redesign", list(_describe_redesign(result.optimised)))
+    omitted = ("machine", "driven_by", "at")
+    sections = list(list_record_sections(result, NAMES, omitted))
     if result.at:
-        yield Section(
-            "At single angles", [tabulate_angles([state.table() for state in result.at], "t_deg")]
-        )
-
-
-def _tabulate_requirements(rows: Sequence[Demand], caption: str = "") -> Table:
-    cells = [(row.name, row.value, row.wanted, row.unit, row.margin, row.holds) for row in rows]
-    return Table(
-        ("requirement", "value", "required", "unit", "margin", "satisfied"), cells, caption
-    )
-
-
-def _describe_redesign(redesign: Optimised) -> Iterator[Block]:
-    yield Text(
-        f"The value points were moved by up to {redesign.moved_mm:.4g} mm in "
-        f"{redesign.iterations} iterations; "
-        f"{'all' if redesign.holds else 'not all'} requirements are satisfied."
-    )
-    yield _tabulate_requirements(redesign.requirements_before, "Requirements before the redesign")
+        states = tabulate_angles([state.table() for state in result.at], "t_deg")
+        sections.append(Section("At single angles", [states]))
+    return [*sections, Section("Note", [Text(note, "note")])]
 
 
 def _points_before(outcome: PickupOutcome) -> Array | None:
@@ -115,16 +95,10 @@ def _animate(outcome: PickupOutcome) -> Iterator[Block]:
 
 
 def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
-    from planter.pickup import figures
+    from planter.pickup.figures import draw_figures
 
-    redesign, train = outcome.redesigned, outcome.train
-    return {
-        "path": figures.draw_path(outcome.machine, train, _points_before(outcome)),
-        "pitch_curves": figures.draw_pitch_curves(train),
-        "contact_ratio": figures.draw_contact_ratio(train),
-        "tip_motion": figures.draw_motion(train),
-        "law": figures.draw_law(train, None if redesign is None else redesign.start),
-    }
+    before = None if outcome.redesigned is None else outcome.redesigned.start
+    return draw_figures(outcome.machine, outcome.train, before, _points_before(outcome))
 
 
 def _tabulate_cycle(outcome: PickupOutcome) -> Mapping[str, Mapping[str, Array]]:

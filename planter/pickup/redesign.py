@@ -29,11 +29,11 @@ from planter.pickup.inverse import LAW_DEGREE
 from planter.pickup.law import MODEL, NEEDLE, ArmLaw, SplineLaw
 from planter.pickup.model import PickupTrain
 from planter.pickup.requirements import (
-    PickupRequirement,
     find_push,
     list_requirements,
     pick_angle_deg,
 )
+from planter.pickup.results import Demand
 from planter.pickup.tray import Cell, CellEntry
 from planter.progress import Listener, ProgressPhase
 
@@ -231,8 +231,8 @@ class Redesign:
     train: PickupTrain
     points_before: Array
     points: Array
-    before: list[PickupRequirement]
-    after: list[PickupRequirement]
+    before: list[Demand]
+    after: list[Demand]
     iterations: int
     rounds: int
     certificate: OptimalityCertificate | None
@@ -301,7 +301,7 @@ _SHARE = {
 }
 
 
-def _tightened(reserve: dict[str, float], after: list[PickupRequirement]) -> dict[str, float]:
+def _tightened(reserve: dict[str, float], after: list[Demand]) -> dict[str, float]:
     """Reserves grown by what was missed, in the unit in which the optimiser imposes each
     requirement.
     """

@@ -8,7 +8,6 @@ text, with "about".
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -23,43 +22,6 @@ from planter.pickup.results import Demand
 from planter.pickup.tray import Cell, CellEntry
 
 SAMPLES = 1441
-
-
-@dataclass(frozen=True)
-class PickupRequirement:
-    """A value in display units, its limits in words and as numbers, and its margin, which is
-    negative outside them.
-    """
-
-    name: str
-    value: float
-    unit: str
-    bound: str
-    margin: float
-    t: float | None = None
-    lower: float | None = None
-    upper: float | None = None
-
-    @property
-    def holds(self) -> bool:
-        return self.margin >= 0
-
-    @property
-    def t_deg(self) -> float | None:
-        """The carrier angle [deg], or None if the requirement has no single angle."""
-        return None if self.t is None else to_degrees(self.t)
-
-    def to_demand(self) -> Demand:
-        """Return the requirement as the command reports it."""
-        return Demand(
-            name=self.name,
-            value=self.value,
-            unit=self.unit,
-            wanted=self.bound,
-            margin=self.margin,
-            t_deg=self.t_deg,
-            holds=self.holds,
-        )
 
 
 def find_push(train: PickupTrain) -> tuple[float, float]:
@@ -98,7 +60,7 @@ def pick_angle_deg(machine: Pickup) -> float:
     return 90 - machine.tray.box_inclination_deg
 
 
-def list_requirements(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
+def list_requirements(machine: Pickup, train: PickupTrain) -> list[Demand]:
     """Return all requirements, in the order of the paper, then of the gears, then the points of the
     path.
     """
@@ -110,7 +72,7 @@ def list_requirements(machine: Pickup, train: PickupTrain) -> list[PickupRequire
     ]
 
 
-def _angles(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
+def _angles(machine: Pickup, train: PickupTrain) -> list[Demand]:
     targets = machine.targets
     where, swing = find_push(train)
     turned = float(np.degrees(swing))
@@ -128,7 +90,7 @@ def _angles(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
     ]
 
 
-def _entry(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
+def _entry(machine: Pickup, train: PickupTrain) -> list[Demand]:
     targets, entry = machine.targets, CellEntry(train, Cell.from_pickup(machine))
     depth, deepest = entry.depth()
     straight = entry.straight(targets.straightness_mm / 1000) * 1000
@@ -147,7 +109,7 @@ def _entry(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
     ]
 
 
-def _gears(train: PickupTrain) -> list[PickupRequirement]:
+def _gears(train: PickupTrain) -> list[Demand]:
     t = train.samples(SAMPLES)
     slopes = train.law.slopes(t)[0]
     curves = train.pitch(t)
@@ -161,7 +123,7 @@ def _gears(train: PickupTrain) -> list[PickupRequirement]:
     return rows
 
 
-def _points(machine: Pickup, train: PickupTrain) -> Iterator[PickupRequirement]:
+def _points(machine: Pickup, train: PickupTrain) -> Iterator[Demand]:
     """Yield the distance of the path from each prescribed point."""
     t = np.arange(SAMPLES - 1) * TURN / (SAMPLES - 1)
     for number, (x, y, tube) in enumerate(
@@ -169,9 +131,8 @@ def _points(machine: Pickup, train: PickupTrain) -> Iterator[PickupRequirement]:
     ):
         nearest = find_minimum(partial(_point_distances, train, (x, y)), t, closed=True)
         name, bound = f"path by point {number}", f"at most {tube:g}"
-        yield PickupRequirement(
-            name, nearest.value, "mm", bound, tube - nearest.value, nearest.place, upper=tube
-        )
+        margin = tube - nearest.value
+        yield _demand(name, nearest.value, "mm", bound, margin, nearest.place, (None, tube))
 
 
 def _point_distances(train: PickupTrain, point: tuple[float, float], t: Array) -> Array:
@@ -180,24 +141,30 @@ def _point_distances(train: PickupTrain, point: tuple[float, float], t: Array) -
     return distances
 
 
-def _convex(name: str, curvature: Array, t: Array) -> PickupRequirement:
+def _convex(name: str, curvature: Array, t: Array) -> Demand:
     worst = int(np.argmin(curvature))
     return _at_least(name, float(curvature[worst]) / 1000, "1/mm", 0.0, float(t[worst]))
 
 
-def _about(
-    name: str, value: float, unit: str, target: float, tolerance: float, t: float
-) -> PickupRequirement:
+def _demand(
+    name: str,
+    value: float,
+    unit: str,
+    bound: str,
+    margin: float,
+    t: float | None,
+    limits: tuple[float | None, float | None],
+) -> Demand:
+    at = None if t is None else to_degrees(t)
+    return Demand(name, value, unit, bound, margin, at, margin >= 0, *limits)
+
+
+def _about(name: str, value: float, unit: str, target: float, tolerance: float, t: float) -> Demand:
     bound = f"{target:g} \N{PLUS-MINUS SIGN} {tolerance:g}"
-    margin = tolerance - abs(value - target)
-    return PickupRequirement(
-        name, value, unit, bound, margin, t, target - tolerance, target + tolerance
-    )
+    margin, limits = tolerance - abs(value - target), (target - tolerance, target + tolerance)
+    return _demand(name, value, unit, bound, margin, t, limits)
 
 
-def _at_least(
-    name: str, value: float, unit: str, minimum: float, t: float | None = None
-) -> PickupRequirement:
-    return PickupRequirement(
-        name, value, unit, f"at least {minimum:g}", value - minimum, t, minimum
-    )
+def _at_least(name: str, value: float, unit: str, minimum: float, t: float | None = None) -> Demand:
+    bound = f"at least {minimum:g}"
+    return _demand(name, value, unit, bound, value - minimum, t, (minimum, None))

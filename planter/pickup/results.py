@@ -20,20 +20,18 @@ class Still(Record):
 
 
 @dataclass(frozen=True)
-class Slope(Record):
-    """Slope of the arm's angle over the carrier's, over the whole turn."""
-
-    min: float
-    max: float
-    mean: float
-
-
-@dataclass(frozen=True)
 class ExtremaResult(Record):
     """Least and largest value."""
 
     min: float
     max: float
+
+
+@dataclass(frozen=True)
+class Slope(ExtremaResult):
+    """Slope of the arm's angle over the carrier's, over the whole turn."""
+
+    mean: float
 
 
 @dataclass(frozen=True)
@@ -75,8 +73,8 @@ class Push(Record):
 
 @dataclass(frozen=True)
 class Demand(Record):
-    """A requirement: value in `unit`, what is wanted, by how much that holds; t is null where it
-    has no place.
+    """A requirement: value in `unit`, what is wanted, by how much that holds, and its limits; t is
+    null where it has no place, a limit where there is none.
     """
 
     name: str
@@ -86,6 +84,8 @@ class Demand(Record):
     margin: float
     t_deg: float | None
     holds: bool
+    lower: float | None
+    upper: float | None
 
 
 @dataclass(frozen=True)

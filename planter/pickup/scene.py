@@ -11,9 +11,8 @@ import numpy as np
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics.arrays import TURN
-from planter.pickup.figures import locking_arcs
 from planter.pickup.file import Pickup
-from planter.pickup.gears import compute_locking_arcs
+from planter.pickup.gears import Locking, compute_locking_arcs
 from planter.pickup.law import NEEDLE
 from planter.pickup.model import PickupTrain
 from planter.pickup.requirements import find_push
@@ -56,6 +55,9 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
             _carrier(t, state),
             _arm(machine, train, t, state),
             *old,
+            Body("points", [_tube(*point) for point in machine.tip_path.points_mm])
+            if machine.tip_path
+            else Body("points", ()),
         ),
         points=(Point("tip", state["x_S"], state["y_S"], traced=True),),
         curves=(
@@ -66,6 +68,12 @@ def build_pickup_scene(machine: Pickup, train: PickupTrain, before: Array | None
         events=_events(train),
         shares=t / TURN,
     )
+
+
+def _tube(x: float, y: float, radius: float) -> Outline:
+    """A point that the path must pass, with its tolerance."""
+    angles = np.linspace(0, TURN, 37)
+    return Outline(radius * np.column_stack([np.cos(angles), np.sin(angles)]) + [x, y], "mark")
 
 
 def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body, Body]:
@@ -81,7 +89,7 @@ def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body,
     ]
     arcs = compute_locking_arcs(train)
     if arcs is not None:
-        convex, concave = (_MM * part.T for part in locking_arcs(train, arcs))
+        convex, concave = (_MM * part.T for part in outline_locking_arcs(train, arcs))
         sun.append(Outline(convex, "frame", closed=False))
         middle.append(Outline(concave, "frame", closed=False))
     centre_line = np.degrees(np.arctan2(state["y_M1"], state["x_M1"]))
@@ -90,6 +98,30 @@ def _gears(train: PickupTrain, t: Array, state: dict[str, Array]) -> tuple[Body,
         Body("sun", sun, turn=float(centre_line[0])),
         Body("intermediate gear", middle, (state["x_M1"], state["y_M1"]), turned),
     )
+
+
+def outline_locking_arcs(train: PickupTrain, arcs: Locking) -> tuple[Array, Array]:
+    """Convex arc in the sun's frame and concave one in the intermediate gear's, each (2, n) [m].
+
+    In the dwell both lie on one circle about the sun's centre; the concave one reaches to its
+    gear's tips.
+    """
+    dwell = train.law.dwell
+    assert dwell is not None
+    convex, concave = (
+        np.linspace(dwell.start, dwell.end, 181),
+        np.linspace(-arcs.reaches[0], arcs.reaches[1], 121),
+    )
+    seen = arcs.radius * np.array([np.cos(concave), np.sin(concave)]) - np.array(
+        [[train.geometry.a1], [0.0]]
+    )
+    arm_angle = float(train.law.arm(np.array([dwell.start]))[0])
+    return arcs.radius * np.array([np.cos(convex), np.sin(convex)]), _turned(seen, -arm_angle)
+
+
+def _turned(points: Array, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * points[0] - s * points[1], s * points[0] + c * points[1]])
 
 
 def _carrier(t: Array, state: dict[str, Array]) -> Body:

@@ -91,11 +91,13 @@ class PickUp:
         )
 
     starts = 1
-    goal = (
-        "mean square of the tip's displacement, in units of 30 mm, and of the change of the gear "
-        "ratio's second "
-        "derivative, while the requirements hold"
-    )
+
+    def describe_goal(self) -> str:
+        """Return what the search minimises."""
+        return (
+            "mean square of the tip's displacement, in units of 30 mm, and of the change of the "
+            "gear ratio's second derivative, while the requirements hold"
+        )
 
     @property
     def words(self) -> Mapping[str, str]:

@@ -105,35 +105,9 @@ class PathSpline:
         """Length of the parameter's range."""
         return float(self.knots[-1])
 
-    @cached_property
-    def controls(self) -> Array:
-        """Control points (n, 2) of the closed curve, the first belonging to the first basis
-        function.
-        """
-        return np.asarray(self.curve.c)[: len(self.points)]
-
     def __call__(self, u: Any, derivative: int = 0) -> Array:
         """Places (m, 2), or derivatives of them in the parameter."""
         return np.asarray(self.curve(np.asarray(u, dtype=float), derivative))
-
-    def with_value(self, index: int, place: Array) -> PathSpline:
-        """The curve with one value point moved."""
-        moved = self.points.copy()
-        moved[index] = place
-        return PathSpline(moved, self.closed)
-
-    def with_control(self, index: int, place: Array) -> PathSpline:
-        """The closed curve whose control point `index` is moved while the knots stay, by its value
-        points.
-
-        The new value points lie on the new curve at the old knots, and their chords differ; so the
-        curve through them is the new one only as nearly as chord lengths are unchanged.
-        """
-        controls = self.controls.copy()
-        controls[index] = place
-        periodic = np.vstack([controls, controls[:DEGREE]])
-        moved = scipy.interpolate.BSpline(self.curve.t, periodic, DEGREE)
-        return PathSpline(np.asarray(moved(self.knots[:-1])), self.closed)
 
     @cached_property
     def _pieces(self) -> list[scipy.interpolate.PPoly]:

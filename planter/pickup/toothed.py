@@ -87,8 +87,7 @@ def cut_gears(
     if train.driven != train.toothed:
         raise InputError(
             f"{machine.source}: the arm is driven by other means than teeth next to the dwell, "
-            f"where no pitch curve "
-            f"leads to the locking arcs: the law's slope must jump there"
+            "where no pitch curve leads to the locking arcs: the law's slope must jump there"
         )
     module, order = _module(machine, train, request), teeth.order(None, None, None)
     return build_intermittent_pair(build_rolling(train), module, order, machine.source, NAMES)
@@ -110,8 +109,7 @@ def _module(machine: Pickup, train: PickupTrain, request: GearOptions) -> float:
     if module_mm is not None and abs(arc / (np.pi * module_mm * 1e-3) - counts[0]) > 0.5:
         raise InputError(
             f"{machine.source}: teeth = {counts[0]} and module = {module_mm:g} mm disagree: the "
-            f"toothed arc is "
-            f"{arc * 1e3:.6g} mm long, which makes {round(arc / (np.pi * module_mm * 1e-3))} "
-            f"teeth of that module"
+            f"toothed arc is {arc * 1e3:.6g} mm long, which makes "
+            f"{round(arc / (np.pi * module_mm * 1e-3))} teeth of that module"
         )
     return arc / (np.pi * counts[0])

@@ -609,11 +609,10 @@ def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], comm
             units.display_unit(name),
             meaning.meaning,
             meaning.source,
-            ", ".join(meaning.figures or ()),
         )
         for name, meaning in dictionary.find_meanings("planting", [*columns, *keys], command)
     ]
-    head = ("name", "unit", "meaning", "source", "drawn in")
+    head = ("name", "unit", "meaning", "source")
     return Folded(
         "columns of cycle.csv and numbers of summary.json; planter explain has all",
         [Table(head, rows)],

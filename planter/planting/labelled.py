@@ -16,7 +16,7 @@ from planter.planting.model import Device
 from planter.planting.report.scene import MOMENTS, build_scene, draw_halves
 from planter.planting.toothed import locate_pitch_curves
 from planter.view.scene import Body, Outline, Scene
-from planter.view.sheet import Angle, Labelled, Length, Mark, Sheet, Spot
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot
 
 PHI = 40
 """Carrier angle at which the device is drawn from the front [deg]: nothing lies on anything
@@ -241,44 +241,6 @@ def _cam(device: Device) -> list[Mark]:
     return [*angles, Length(("R_b",), centre, _arc(cam.base_radius_mm, 60, 60)[0], 0.9)]
 
 
-UNDRAWN: Mapping[str, Sequence[str]] = {
-    "an angle of forces at a contact, not of the machine's shape": ("alpha_n", "mu1", "mu2"),
-    "the cam's own shape: planter cam draws it": (
-        "derived: end-face cam",
-        "derived: cam for a roller",
-        "pressure",
-        "reach",
-        "station",
-    ),
-    "any point of a pitch curve: planter gears draws all of them": (
-        "on_curve",
-        "on_radius",
-        "on_turned",
-        "x_inner",
-        "y_inner",
-        "x_outer",
-        "y_outer",
-    ),
-    "from nozzle to plant over ground: planter simulate draws it beside the path": (
-        "derived: nozzle",
-    ),
-    "a parameter of a pitch curve before it is deformed; the curve itself is drawn": (
-        "*3_mm",
-        "*6_mm",
-    ),
-    "of side 2, half a turn behind side 1": ("*_2_deg", "*_2_mm"),
-    "what the design is asked for, not a part of it": ("requirements.", "gears."),
-    "what the sensor sees, not a part of the device": ("measurement.",),
-    "what is assumed in place of the file's own, when it is lifted": (
-        "derived: assumption lifted",
-    ),
-}
-"""Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as
-`table.`.
-"""
-
-
-def draw_labelled(source: str, changes: Mapping[str, float]) -> Labelled:
-    """The machine in a file, or the built-in one of that name, in the design that it has."""
-    machine = load(source, changes)
-    return Labelled(machine.name, machine.numbers(), draw_sheets(Device(machine, "exact")))
+def draw(source: str, changes: Mapping[str, float]) -> list[Sheet]:
+    """Return the sheets of the machine in a file, or of the built-in one of that name."""
+    return draw_sheets(Device(load(source, changes), "exact"))

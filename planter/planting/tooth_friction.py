@@ -24,7 +24,6 @@ from planter.gears.results import (
     FrictionCurves,
     FrictionTurn,
     PartExtent,
-    name_column,
 )
 from planter.kernels import Array
 from planter.numerics import piecewise
@@ -191,16 +190,6 @@ FRICTION_NAMES = {
     for name, meaning in names.items()
 }
 """Meanings of all quantities by key."""
-
-
-def describe_friction_columns() -> dict[str, str]:
-    """Return the meaning of each column of a table over a cycle."""
-    return {
-        name_column(units.display_key(name, unit), kind): f"{meaning}; {condition}"
-        for names, unit in UNITS
-        for name, meaning in names.items()
-        for kind, condition in KINDS.items()
-    }
 
 
 NORMAL = ("F_E", *(f"F_N{tag}" for tag in MESHES))

@@ -31,6 +31,7 @@ from planter.view.subject import Values, build_scene, first_scene, open_machine
 if TYPE_CHECKING:
     from matplotlib.animation import AbstractMovieWriter
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 Record = Mapping[str, Any]
@@ -387,6 +388,20 @@ def draw(axes: Axes, picture: Picture, moment: int) -> None:
     for label in scene.labels:
         side = {"start": "left", "middle": "center", "end": "right"}[label.anchor]
         axes.text(label.x, label.y, label.text, ha=side, color=style.SOFT, fontsize=6)
+
+
+@style.with_style
+def draw_stills(stills: Mapping[str, tuple[Scene, int]], height: float = 4.4) -> Figure:
+    """Return a figure of scenes at one of their moments each, side by side under their titles."""
+    figure = style.new_figure(height)
+    for axes, (title, (scene, moment)) in zip(
+        figure.subplots(1, len(stills), squeeze=False)[0], stills.items(), strict=True
+    ):
+        draw(axes, Picture(scene), moment)
+        axes.set_axis_on()
+        style.drawing_board(axes)
+        axes.set_title(title)
+    return figure
 
 
 def _line(axes: Axes, points: Array, look: str, shade: int, closed: bool) -> None:

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 from planter.files.text import parse_toml
 
-FILE = "names.toml"
+FILE, COLUMNS = "names.toml", "Columns"
+"""Name of the file, and of its group of columns."""
 _INDEX = re.compile(r"\[(\d+)\]")
 
 
@@ -55,6 +56,10 @@ class DisplayNames:
             path: f"{name} ({symbol})" if symbol else name
             for path, (name, symbol, _) in self._names.items()
         }
+
+    def list_columns(self) -> dict[str, str]:
+        """Return the meanings of columns that are neither a symbol's nor a result's, by name."""
+        return {path: name for path, (name, _, group) in self._names.items() if group == COLUMNS}
 
     def meanings(self, paths: Iterable[str]) -> dict[str, str]:
         """Return the names of numbers by their paths, without those that have none."""

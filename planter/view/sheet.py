@@ -7,10 +7,10 @@ Lengths in mm, angles in deg, y upwards, as in a scene.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from shapely import LineString
@@ -148,30 +148,6 @@ class Sheet:
     def names(self) -> set[str]:
         """Names of all marks."""
         return {name for mark in self.marks for name in mark.names}
-
-
-@dataclass(frozen=True)
-class Labelled:
-    """The sheets of a machine, and the numbers of its file by path, which define its keys."""
-
-    name: str
-    numbers: Mapping[str, Any]
-    sheets: Sequence[Sheet]
-
-
-class Draughtsman(Protocol):
-    """The module `labelled` of a package, which draws its machines with symbols."""
-
-    UNDRAWN: Mapping[str, Sequence[str]]
-    """Reasons why names are on no sheet, with patterns of names, of sources, or of the file's
-    tables as `table.`.
-    """
-
-    def draw_labelled(self, source: str, changes: Mapping[str, float]) -> Labelled:
-        """Return the sheets of a machine with changed numbers.
-
-        Raises InputError if it is invalid.
-        """
 
 
 COLUMN, LETTER = 1.3, 0.06

@@ -31,7 +31,7 @@ COMMANDS = {
     "clutch geometry shi2021 --out .": "figures/travel.svg",
     "clutch optimise shi2021 --out .": "summary.json",
     "clutch plan L4 --out .": "plan.csv",
-    "clutch rotor --out .": "turning.gif",
+    "clutch rotor --out .": "summary.json",
     "compare wang2017 --out .": "devices.csv",
     "diff compact wang2017 --out .": "summary.json",
     "drive compact --stall-Nm 30 --idle-rpm 60 --flywheel-kgm2 1 --out .": "turn.csv",

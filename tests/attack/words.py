@@ -75,9 +75,6 @@ SLOW: tuple[Call, ...] = (
     ("drive", "compact", "--stall-Nm"),
     ("animate", "wang2017", "--model"),
     ("studio", "--port"),
-    ("bench", "--work"),
-    ("bench", "--way"),
-    ("bench", "--rounds"),
 )
 """Calls that go on for long with a word that can be meant."""
 

@@ -6,25 +6,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from itertools import combinations
 
 import numpy as np
 
 from planter.audit.registry import MM, Inputs, Value, formula
 from planter.clutch import modal_engagement
-from planter.clutch.field import (
-    NEAREST_ZERO,
-    Factor,
-    FieldEvaluation,
-    FieldResponse,
-    Trial,
-    analysis,
-    evaluation,
-)
+from planter.clutch.field import Factor, Sample, Trial, evaluate_trial, welch_probability
 from planter.clutch.geometry import SIDES, VERTICES, least_travel
 from planter.clutch.model import Model, load_model
-from planter.clutch.results import Level, LevelMeans
+from planter.clutch.results import FieldTest, Level, LevelMeans
 from planter.clutch.rotor import Rotor
 
 
@@ -263,36 +255,6 @@ def printed_difference(inputs: Inputs) -> float:
     return abs(float(inputs["minuend"]) - float(inputs["subtrahend"]))
 
 
-@formula("sum of squares")
-def sum_of_squares(inputs: Inputs) -> Value:
-    """Sum of squares of a factor, of the error or of all runs [square of the response's unit]."""
-    return _variance(inputs, "ss")
-
-
-@formula("degrees of freedom")
-def degrees_of_freedom(inputs: Inputs) -> Value:
-    """Levels less one, runs less one for the total, or what effects leave for the error."""
-    return _variance(inputs, "df")
-
-
-@formula("mean square")
-def mean_square(inputs: Inputs) -> Value:
-    """Sum of squares over its degrees of freedom."""
-    return _variance(inputs, "ms")
-
-
-@formula("variance ratio")
-def variance_ratio(inputs: Inputs) -> Value:
-    """F: mean square of a factor over that of the error, from unrounded sums."""
-    return _variance(inputs, "F")
-
-
-@formula("probability")
-def probability(inputs: Inputs) -> Value:
-    """Chance of a variance ratio at least as large if the factor has no effect."""
-    return _variance(inputs, "p")
-
-
 @formula("reduction")
 def reduction(inputs: Inputs) -> float:
     """Reduction from one printed value to another [%]."""
@@ -305,15 +267,15 @@ def place(inputs: Inputs) -> float:
     """Place of a factor when the factors are put in the order of their ranges of level means, the
     largest first.
     """
-    order = _trial(inputs).result.order or {}
-    return 1.0 + order[inputs["response"]].index(inputs["factor"])
+    ranges = _trial(inputs).range[inputs["response"]]
+    order = sorted(ranges, key=lambda name: -ranges[name].R)
+    return 1.0 + order.index(inputs["factor"])
 
 
 @formula("best level by level means")
 def best_level(inputs: Inputs) -> float:
     """Level of a factor whose mean response is least in size."""
-    best = _trial(inputs).result.range_best or {}
-    return _level(inputs, best[inputs["response"]])
+    return 1.0 + float(np.argmin(np.abs(_means(inputs).k)))
 
 
 @formula("best level by ranks")
@@ -351,15 +313,14 @@ def best_predicted_level(inputs: Inputs) -> float:
     """Level of a factor where the sum of the sizes of some predicted responses is least, over all
     combinations.
     """
-    best = _trial(inputs, inputs["responses"]).result.best or {}
-    return _level(inputs, best["both"])
+    return _level(inputs, _trial(inputs, inputs["responses"]).best["both"])
 
 
 @formula("excess of a predicted response")
 def excess(inputs: Inputs) -> float:
     """Size of a predicted response at some levels less its size at others."""
     name = inputs["response"]
-    sizes = {tuple(row.levels): abs(row.means[name]) for row in _trial(inputs).result.prediction}
+    sizes = {tuple(row.levels): abs(row.means[name]) for row in _trial(inputs).prediction}
     size, reference = (sizes[tuple(inputs[key])] for key in ("levels", "against"))
     return float(size - reference)
 
@@ -372,7 +333,7 @@ def welch(inputs: Inputs) -> Value:
     Welch, Biometrika 34, 1947.
     """
     first, second = (_sample(inputs, name) for name in ("first", "second"))
-    return analysis.welch_probability(first, second)
+    return welch_probability(first, second)
 
 
 @formula("mean of two")
@@ -400,48 +361,55 @@ def not_computed(inputs: Inputs) -> None:
     """Stands for a number that rests on inputs that are not disclosed."""
 
 
-def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> FieldEvaluation:
+def _trial(inputs: Inputs, responses: Sequence[str] | None = None) -> FieldTest:
     """The evaluated trial of the paper's columns with some responses, `response` unless said
     otherwise.
     """
-    names = inputs["factors"]
-    columns = {name: tuple(inputs[f"column_{name}"]) for name in names}
-    runs = {name: tuple(inputs[name]) for name in responses or [inputs["response"]]}
-    return _evaluated(tuple(columns.items()), tuple(runs.items()))
+    columns = tuple((name, tuple(inputs[f"column_{name}"])) for name in inputs["factors"])
+    names = responses or [inputs["response"]]
+    return _evaluated(columns, tuple((name, tuple(inputs[name])) for name in names))
 
 
 @cache
 def _evaluated(
     columns: tuple[tuple[str, tuple[int, ...]], ...],
     responses: tuple[tuple[str, tuple[float, ...]], ...],
-) -> FieldEvaluation:
-    factors = []
+) -> FieldTest:
+    factors = {}
     for name, column in columns:
         levels, codes = np.unique(column, return_inverse=True)
-        factors.append(Factor(name, tuple(levels.tolist()), codes))
-    measured = tuple(FieldResponse(name, np.array(values)) for name, values in responses)
-    goals = dict.fromkeys((name for name, _ in responses), NEAREST_ZERO)
-    return evaluation.evaluate_trial(
-        Trial("printed runs", tuple(factors), measured), requested=goals
-    )
+        factors[name] = Factor(tuple(levels.tolist()), codes)
+    measured = {name: np.array(values) for name, values in responses}
+    trial = Trial("printed runs", factors, measured, {})
+    return evaluate_trial(trial, dict.fromkeys(measured, "zero"))
 
 
-def _sample(inputs: Inputs, name: str) -> analysis.Sample:
+def _sample(inputs: Inputs, name: str) -> Sample:
     mean, sd = inputs[name]
-    return analysis.Sample(name, speed_m_s=0.0, measure="", mean=mean, sd=sd, n=inputs["repeats"])
+    return Sample(name, speed_m_s=0.0, measure="", mean=mean, sd=sd, n=inputs["repeats"])
 
 
 def _variance(inputs: Inputs, part: str) -> Value:
     """An entry of the table of the analysis of variance."""
-    entry: Value = getattr(_trial(inputs).result.anova[inputs["response"]][inputs["source"]], part)
+    row = _trial(inputs).anova[inputs["response"]][inputs["source"]]
+    entry: Value = getattr(row, part)
     return None if entry is None else float(entry)
+
+
+for _name, _part in {
+    "sum of squares": "ss",
+    "degrees of freedom": "df",
+    "mean square": "ms",
+    "variance ratio": "F",
+    "probability": "p",
+}.items():
+    formula(_name)(partial(_variance, part=_part))
 
 
 def _means(inputs: Inputs, response: str | None = None) -> LevelMeans:
     """Means of the runs at each level of a factor."""
     name = response or inputs["response"]
-    ranges = _trial(inputs, [name]).result.range or {}
-    return ranges[name][inputs["factor"]]
+    return _trial(inputs, [name]).range[name][inputs["factor"]]
 
 
 def _level(inputs: Inputs, levels: Sequence[Level]) -> float:

@@ -30,8 +30,8 @@ def draw_sheets(clutch: ClutchFile) -> list[Sheet]:
     return [_polygon(values), _teeth(values), _sleeve(values), _linkage(values)]
 
 
-def _direction(angle: float | Array) -> Array:
-    """The unit vector of an angle [rad], (2,) or (2, n)."""
+def compute_direction(angle: float | Array) -> Array:
+    """Return the unit vector of an angle [rad], (2,) or (2, n)."""
     return np.array([np.cos(angle), np.sin(angle)])
 
 
@@ -46,8 +46,10 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
     body = body_outline(rotor, np.radians(direction_angle(middle, c)), middle / _MM).T * _MM
     hexagon = polygon_outline(SIDES, rotor.width / 2).T[:-1] * _MM
     axis, centre = rotor.ellipse["axis"], np.array([sizes["x_E"], sizes["y_E"]]) * _MM
-    major, minor = _direction(axis), _direction(axis + np.pi / 2)
-    oval = centre + _MM * (_direction(_TURN).T @ [sizes["s_1"] * major, sizes["s_2"] * minor])
+    major, minor = compute_direction(axis), compute_direction(axis + np.pi / 2)
+    oval = centre + _MM * (
+        compute_direction(_TURN).T @ [sizes["s_1"] * major, sizes["s_2"] * minor]
+    )
     bodies = (
         Body("hexagon", (Outline(hexagon, "frame"), Outline(oval, "mark"))),
         Body("body", (Outline(body, "body", shade=0),)),
@@ -84,8 +86,10 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
     teeth = load_model().at("teeth", flats=values["flats"], r=values["r"])
     tip, root, flats, fillet = (_MM * values[name] for name in ("b1", "b2", "flats", "r"))
     section = polygon_outline(SIDES, flats / 2, fillet).T
-    corner = (flats / 2 - fillet) / np.cos(np.pi / SIDES) * _direction(np.pi / 2 + np.pi / SIDES)
-    circle = _direction(_TURN).T
+    corner = (
+        (flats / 2 - fillet) / np.cos(np.pi / SIDES) * compute_direction(np.pi / 2 + np.pi / SIDES)
+    )
+    circle = compute_direction(_TURN).T
     bodies = (
         Body("shaft", (Outline(section, "body", closed=False, shade=1),)),
         Body("tips and roots", (Outline(tip * circle, "mark"), Outline(root * circle, "mark"))),
@@ -96,7 +100,7 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
         Length(("flat_to_flat_mm",), np.array([0.0, -flats / 2]), np.array([0.0, flats / 2]), 0.75),
         Length(("r",), corner, corner * (1 + fillet / float(np.hypot(*corner)))),
         Length(("b1",), centre, np.array([tip, 0.0]), 0.6),
-        Length(("b2",), centre, root * _direction(0.6), 0.7),
+        Length(("b2",), centre, root * compute_direction(0.6), 0.7),
         Angle(
             ("xi",), np.array([_MM * teeth["b1"], 0.0]), -float(face), 2 * float(face), 0.2 * flats
         ),
@@ -127,48 +131,47 @@ def _sleeve(values: Mapping[str, float]) -> Sheet:
     )
 
 
+def draw_linkage(linkage: CrankLinkage, travel: float, gear: float) -> tuple[Body, ...]:
+    """Return crank gear, of a pitch radius, crank and rod, engaged and at the end of a travel [m]."""
+    axis = np.zeros(2)
+    both = linkage.evaluate(np.array([0.0, travel]))
+    first, last = _MM * np.column_stack([both["pin_x"], both["pin_y"]])
+    sleeves = [_MM * np.array([linkage.distance + way, 0.0]) for way in (0.0, travel)]
+    circle = _MM * gear * compute_direction(_TURN).T
+    bars = (
+        Outline(np.array([axis, first, sleeves[0]]), "frame", closed=False),
+        Outline(np.array([axis, last, sleeves[1]]), "before", closed=False),
+    )
+    return (
+        Body("crank gear", (Outline(circle, "gear", shade=2),)),
+        Body("crank and rod", bars[:1]),
+        Body("cut off", bars[1:]),
+    )
+
+
 def _linkage(values: Mapping[str, float]) -> Sheet:
     """Crank and rod engaged, and palely when the sleeve has made its travel; the guide lies to the
     right of A.
     """
     linkage = CrankLinkage(values["l_AB"], values["l_BC"], values["l_AC"])
-    travel, axis = np.array([_MM * values["c"], 0.0]), np.zeros(2)
+    bodies = draw_linkage(linkage, values["c"], values["r_A"])
+    axis, pin, sleeve = bodies[1].outlines[0].points
     both = linkage.evaluate(np.array([0.0, values["c"]]))
-    pins = _MM * np.column_stack([both["pin_x"], both["pin_y"]])
-    sleeve = np.array([_MM * values["l_AC"], 0.0])
-    gear = _MM * values["r_A"] * _direction(_TURN).T
-    bodies = (
-        Body("crank gear", (Outline(gear, "gear", shade=2),)),
-        Body("crank and rod", (Outline(np.array([axis, pins[0], sleeve]), "frame", closed=False),)),
-        Body(
-            "cut off",
-            (Outline(np.array([axis, pins[1], sleeve + travel]), "before", closed=False),),
-        ),
-    )
     turned = [float(np.degrees(angle)) for angle in both["crank_angle"]]
+    rod, size = float(np.degrees(both["rod_angle"][0])), _MM * values["l_AB"]
     marks: list[Mark] = [
-        Length(("l_AB",), axis, pins[0], 0.8),
-        Length(("l_BC",), pins[0], sleeve),
+        Length(("l_AB",), axis, pin, 0.8),
+        Length(("l_BC",), pin, sleeve),
         Length(("l_AC",), axis, sleeve, 0.6),
-        Length(("r_A",), axis, _MM * values["r_A"] * _direction(-1.0), 0.7),
-        Length(("c",), sleeve, sleeve + travel),
-        Spot(("pin_x", "pin_y"), pins[0]),
-        Angle(("crank_angle",), axis, 0, turned[0], 0.45 * _MM * values["l_AB"]),
-        Angle(("theta_Amax",), axis, turned[0], turned[1] - turned[0], 1.15 * _MM * values["l_AB"]),
-        Angle(
-            ("rod_angle",),
-            sleeve,
-            180,
-            -float(np.degrees(both["rod_angle"][0])),
-            0.7 * _MM * values["l_AB"],
-        ),
+        Length(("r_A",), axis, _MM * values["r_A"] * compute_direction(-1.0), 0.7),
+        Length(("c",), sleeve, bodies[2].outlines[0].points[2]),
+        Spot(("pin_x", "pin_y"), pin),
+        Angle(("crank_angle",), axis, 0, turned[0], 0.45 * size),
+        Angle(("theta_Amax",), axis, turned[0], turned[1] - turned[0], 1.15 * size),
+        Angle(("rod_angle",), sleeve, 180, -rod, 0.7 * size),
     ]
-    return Sheet(
-        "linkage",
-        "crank and rod at both ends of the travel",
-        build_still_scene("linkage", bodies),
-        marks,
-    )
+    title = "crank and rod at both ends of the travel"
+    return Sheet("linkage", title, build_still_scene("linkage", bodies), marks)
 
 
 STEPS = 8

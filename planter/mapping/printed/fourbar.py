@@ -42,8 +42,8 @@ def largest_reversal(inputs: Inputs) -> Value:
     if linkage is None:
         return None
     where = poses(inputs)
-    crank = np.array([standing.crank_angle for standing in standings(linkage, where)])
-    return float(np.degrees(max((r.angle for r in reversals(crank, where[:, 2])), default=0.0)))
+    crank = np.radians([standing.crank_angle_deg for standing in standings(linkage, where)])
+    return max((r.deg for r in reversals(crank, where[:, 2])), default=0.0)
 
 
 @formula("distance of a hinge outside the poses")

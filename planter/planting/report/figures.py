@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.planting.report.forces import JOINTS, draw_joint_forces, draw_support_force
+from planter.planting.report.forces import draw_joint_forces, draw_support_force
 from planter.report import style
 from planter.report.style import render_svg, save_figure
 
@@ -429,7 +429,6 @@ def _loneliest(points: Array, other_points: Array, labelled_points: list[Array])
 
 
 __all__ = [
-    "DRAWN",
     "draw_convergence",
     "draw_joint_forces",
     "draw_pareto",
@@ -440,13 +439,3 @@ __all__ = [
     "render_svg",
     "save_figure",
 ]
-
-_TIP = ("tip_x_mm", "tip_y_mm", "tip_machine_x_mm", "theta1_deg")
-_PLACES = ("x_A1_mm", "y_A1_mm", "x_B1_mm", "y_B1_mm")
-DRAWN = {
-    "support_force": ("phi_deg", "support_N"),
-    "joint_forces": ("phi_deg", *(f"{joint}{axis}_N" for joint in JOINTS for axis in "xy")),
-    "tip_path": ("phi_deg", *_TIP, *_PLACES),
-    "rotation": ("phi_deg", "phi52_deg", "phi72_deg", "omega_rad_s"),
-}
-"""Columns of a turn that each figure draws."""

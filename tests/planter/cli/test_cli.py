@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from planter.audit import numbers
-from planter.bench.results import WAYS, WORKS
 from planter.files import examples, units
 from planter.gear_geometry import families
 from planter.planting import file
@@ -358,7 +357,6 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
         ),
         (("calibrate", "--help"), tuple(calibration_targets())),
         (("optimise", "--help"), ("hybrid", "ipopt", "ga")),
-        (("bench", "--help"), (*WORKS, *WAYS)),
         (("audit", "--help"), tuple(numbers.list_papers())),
         (("compare", "--help"), tuple(families.list_families())),
     ],

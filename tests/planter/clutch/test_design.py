@@ -107,8 +107,3 @@ def test_exhausted_length_limit_binds():
 def test_no_hexagon_at_all():
     with pytest.raises(ComputationError, match="body must be shorter or the travel longer"):
         sizes(**{"sleeve.length_mm": 100, "wanted_travel_mm": 2})
-
-
-def test_no_rod_at_all():
-    with pytest.raises(ComputationError, match="a crank of 15 mm makes at most"):
-        sizes(lift_limit_deg=6)

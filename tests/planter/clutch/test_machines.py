@@ -11,22 +11,16 @@ from planter.clutch.file import load_clutch
 from planter.clutch.geometry import CrankLinkage, control_motion
 from planter.clutch.model import collect_values, load_model, pack_crank
 from planter.engine.machine import Machine, load_machine
-from planter.engine.response import MachineResponse
 from planter.engine.rows import MachineRows
 from planter.engine.summary import summarise_machine
 from planter.errors import GeometryError
 from planter.kernels import formulas
+from tests.support.responses import check_slopes, values_of
 
 
 @pytest.fixture(scope="module")
 def machine() -> Machine:
     return load_machine("shi2021")
-
-
-def values_of(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
-    response = MachineResponse(machine)
-    rows = response.values(response.at(machine.design), angles)
-    return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
 
 
 def test_the_sleeve_goes_as_the_linkage_pushes_it(machine: Machine) -> None:
@@ -109,18 +103,7 @@ def test_jumps_are_those_of_the_ends(machine: Machine) -> None:
 
 
 def test_derivatives_are_those_of_differences(machine: Machine) -> None:
-    moved = machine.with_moved({value.path: (0.0, 1.0) for value in machine.values})
-    response, x, angles = (
-        MachineResponse(moved),
-        moved.design,
-        machine.turn * np.array([0.1, 0.33, 0.7]),
-    )
-    slopes = response.slopes(response.at(x), angles)[1][:, :, 1:]
-    for column, step in enumerate(np.diag(1e-6 * x)):
-        high, low = (response.values(response.at(x + sign * step), angles) for sign in (1, -1))
-        difference = (high - low) / (2 * step.sum())
-        size = np.maximum(np.abs(difference), 1e-3 * np.abs(high) / x[column])
-        assert (np.abs(slopes[:, :, column] - difference) <= 1e-6 * size + 1e-12).all()
+    check_slopes(machine, machine.turn * np.array([0.1, 0.33, 0.7]))
 
 
 def test_linkage_without_closure_is_refused() -> None:

@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from planter.clutch import file
 from planter.clutch.results import FastestSwitching, SwitchingDesign
 from planter.clutch.sizing import VARIABLES, SwitchingProblem, optimise_clutch
-from planter.errors import ComputationError, InputError
+from planter.errors import InputError
 from planter.optimise.certificate import check_conditions, estimate_multipliers, kkt_residual
 from planter.optimise.epigraph import Epigraph
 
@@ -111,13 +111,6 @@ def test_a_wrong_multiplier_is_noticed():
         assert check_conditions(problem, u, replace(m, required=wrong)).worst > 1e-3
 
 
-def test_there_are_no_rows_to_bound():
-    """The programme's variables are those of the box: neither t_max nor t_min."""
-    programme = programme_of(SwitchingProblem(CLUTCH))
-    assert len(programme.start) == len(VARIABLES)
-    assert programme.ends == 0
-
-
 def test_relaxing_active_limits_saves_time():
     """A multiplier is the share of the time that a share of its limit is worth."""
     multipliers = {a.name: a.multiplier for a in optimum().certificate.active}
@@ -139,18 +132,6 @@ def test_relaxing_active_limits_saves_time():
 def test_the_time_goes_with_the_speed_of_the_links():
     faster = optimise_clutch(file.load_clutch("shi2021", {"lift_rad_s": 1.8}))
     assert faster.travel_time_s == pytest.approx(optimum().travel_time_s / 2, rel=1e-6)
-
-
-def test_same_seed_same_result():
-    assert optimise_clutch(CLUTCH) == optimum()
-
-
-def test_infeasible_limits_are_named():
-    with pytest.raises(
-        ComputationError,
-        match=r"no design that satisfies all limits was found .* from \d+ starts? .*: teeth",
-    ):
-        optimise_clutch(file.load_clutch("shi2021", {"teeth_least": 40}), starts=2)
 
 
 def test_bounds_without_closed_linkage_are_refused():

@@ -1,22 +1,20 @@
-"""Every symbol, key and column can be explained, by what said so already; figures read the columns
-that they claim.
-"""
+"""Every symbol, key and column can be explained, and a machine is what its statement says."""
 
 import csv
+import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.explain import dictionary, mechanism, presentation
+from planter.explain import dictionary
+from planter.explain.machine import explain_machine, find_meanings
+from planter.files import units
 from planter.kernels import generated
-from planter.planting import cycle, design_presentation, toothed
-from planter.planting.report import figures
 from planter.records import schema
 from tests.support import machines, own
 from tests.support.cli import answer, refusal, run
@@ -78,12 +76,11 @@ def test_every_key_of_a_file_has_a_meaning_of_its_own() -> None:
     ] == []
 
 
-def test_keys_of_a_mechanism_file_are_explained() -> None:
-    source = own.file("transplanting_arm").source
-    described = mechanism.explain_mechanism(source, {})
+def test_keys_of_a_machine_are_explained() -> None:
+    described = explain_machine(own.file("transplanting_arm").source, {})
 
     def list_keys(key: str) -> list[str | None]:
-        return [meaning.key for meaning in mechanism.find_meanings(described, source, key).meanings]
+        return [meaning.key for meaning in find_meanings(described, key).meanings]
 
     assert list_keys("objective") == ["objective.least", "objective.samples"]
     assert list_keys("hold") == list_keys("requirements.hold") == ["requirements.hold"]
@@ -91,15 +88,6 @@ def test_keys_of_a_mechanism_file_are_explained() -> None:
     assert len(list_keys("genetic_algorithm")) == 6
     with pytest.raises(InputError, match="did you mean hold"):
         list_keys("holdd")
-
-
-def test_every_column_of_the_planting_device_is_explained() -> None:
-    for model in ("exact", "printed"):
-        device = machines.device("wang2017", model)
-        columns = cycle.evaluate_cycle(
-            device, device.prologue(device.design), np.zeros(1)
-        ).columns()
-        assert columns.keys() <= named()
 
 
 CALLS = (
@@ -137,50 +125,13 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-class Recorder(dict[str, Any]):
-    """Columns that remember which of them were read."""
-
-    def __init__(self, columns: Mapping[str, Any]) -> None:
-        super().__init__(columns)
-        self.read: set[str] = set()
-
-    def __getitem__(self, key: str) -> Any:
-        self.read.add(key)
-        return super().__getitem__(key)
-
-
-def test_figures_read_their_declared_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    device = machines.device("wang2017")
-    x, taken = device.design, design_presentation._compute_columns(device, device.design)
-    read_columns: dict[str, set[str]] = {}
-    for name, draw in (
-        ("joint_forces", lambda turn: figures.draw_joint_forces({"exact": turn})),
-        ("tip_path", figures.draw_tip_path),
-        (
-            "rotation",
-            lambda turn: figures.draw_rotation(
-                turn, toothed.compute_ratios(device, x, taken["phi_deg"])
-            ),
-        ),
-    ):
-        turn = Recorder(taken)
-        draw(turn)
-        read_columns[name] = turn.read
-    turn = Recorder(taken)
-    monkeypatch.setattr(design_presentation, "_compute_columns", lambda *_: turn)
-    monkeypatch.setattr(figures, "draw_joint_forces", lambda *_: None)
-    design_presentation._draw_forces({"exact": device}, x)
-    read_columns["support_force"] = turn.read
-    assert read_columns == {name: set(columns) for name, columns in figures.DRAWN.items()}
-
-
-def test_a_name_has_unit_source_place_figures_and_verdict() -> None:
+def test_a_name_has_unit_key_and_verdict() -> None:
     (force,) = (
         meaning
         for meaning in dictionary.explain_name("F_B1x").meanings
         if meaning.machine == "planting"
     )
-    assert (force.unit, force.key, force.figures) == ("N", "F_B1x_N", ["joint_forces"])
+    assert (force.unit, force.key) == ("N", "F_B1x_N")
     (angle,) = (
         meaning
         for meaning in dictionary.explain_name("mu").meanings
@@ -194,12 +145,6 @@ def test_a_name_has_unit_source_place_figures_and_verdict() -> None:
     assert curve.meaning.startswith("radius of the eccentric circle")
 
 
-def test_all_meanings_are_listed_with_machines() -> None:
-    machines_ = {meaning.machine for meaning in dictionary.explain_name("mu").meanings}
-    assert {"planting", "clutch"} <= machines_
-    assert all("machine" in meaning for meaning in answer("explain", "mu")["meanings"])
-
-
 def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
     assert "did you mean F_B1" in refusal("explain", "F_B1z_N")
     names = answer("explain")["names"]
@@ -207,8 +152,42 @@ def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
     assert "x_s" in names["mapping"]
 
 
-def test_tables_fit_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
-    for name in ("range_N", "mu", "F_B1x"):
-        presentation.show_meanings(dictionary.explain_name(name))
-    presentation.show_names(dictionary.list_names())
-    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
+@pytest.fixture(scope="module")
+def path() -> str:
+    return str(own.generated("cam_follower") / "cam_follower.toml")
+
+
+def test_explanations_equal_sidecar(path: str, tmp_path: Path) -> None:
+    result = answer("explain", path, "--set", "h_mm=15", "--out", str(tmp_path))
+    sidecar = own.file("cam_follower").model.sidecar
+    vectors = sidecar["vectors"]
+    assert [v["name"] for v in result["values"]] == [e["name"] for e in vectors["data"]]
+    single = [value["name"] for value in result["quantities"] if "components" not in value]
+    assert single == [entry["name"] for entry in vectors["outputs"]]
+    sizes = {value["name"]: value["components"] for value in result["quantities"][len(single) :]}
+    assert sizes["F_O"] == ["F_Ox", "F_Oy"]
+    assert [value["name"] for value in result["functions"]] == list(sidecar["functions"])
+    lift = next(value for value in result["values"] if value["name"] == "h")
+    assert (lift["value"], lift["allowed"]) == (15.0, "from 8 to 20 mm")
+    push = next(value for value in result["quantities"] if value["name"] == "N_cam")
+    assert "only push" in push["meaning"]
+    assert {value["kind"] for value in result["quantities"]} == {"quantity", "check"}
+    assert all((tmp_path / file).is_file() for file in result["files"])
+
+
+def test_unknown_keys_are_refused_with_close_ones(path: str) -> None:
+    assert "did you mean N_cam" in refusal("explain", path, "N_camm")
+    assert "F_B1x" in refusal("explain", "wang2017", "F_B1xx")
+    assert "nowhere.toml" in refusal("explain", "nowhere.toml", "h_mm")
+
+
+def test_values_are_in_the_unit_beside_them(path: str, tmp_path: Path) -> None:
+    answer("explain", path, "--out", str(tmp_path))
+    numbers = tomllib.loads(Path(path).read_text(encoding="utf-8"))["values"]
+    with (tmp_path / "symbols.csv").open(encoding="utf-8", newline="") as file:
+        values = [row for row in csv.DictReader(file) if row["kind"] == "value"]
+    assert {row["unit"] for row in values} > {"mm"}
+    for row in values:
+        name = row["key"].removeprefix("values.")
+        assert float(row["value"]) == pytest.approx(numbers[name])
+        assert row["unit"] == units.display_unit(name)

@@ -16,7 +16,7 @@ from planter.engine.outputs import find_output
 from planter.engine.summary import PiecewiseCycle, build_rows, summarise
 from planter.errors import InputError
 from planter.explain import dictionary
-from planter.explain.mechanism import explain_mechanism, find_meanings
+from planter.explain.machine import explain_machine, find_meanings
 from planter.files.spelling import find_spelled, list_spellings
 from planter.mechanism.machines import build_machine
 from planter.planting.design_results import describe_force
@@ -52,9 +52,6 @@ def test_one_force_is_accepted_under_all_its_names(device: Machine, name: str) -
     )
     assert find_output(device, f"max {name} [N]").terms[0].name == "bearing_A1"
     assert [meaning.name for meaning in dictionary.explain_name(name).meanings] == ["bearing_A1"]
-    assert [
-        meaning.name for meaning in dictionary.explain_in_package("planting", name).meanings
-    ] == ["bearing_A1"]
 
 
 def test_component_and_its_key_remain_the_component(device: Machine) -> None:
@@ -108,9 +105,9 @@ def test_file_holds_limits_under_printed_names(tmp_path: Path) -> None:
 
 def test_explanation_of_a_mechanism_knows_its_forces() -> None:
     source = str(own.generated("slider_crank") / "slider_crank.toml")
-    explained = explain_mechanism(source, {})
+    explained = explain_machine(source, {})
     for name in ("F_B", "F B", "F_B_N"):
-        (meaning,) = find_meanings(explained, source, name).meanings
+        (meaning,) = find_meanings(explained, name).meanings
         assert (meaning.name, meaning.components) == ("F_B", ["F_Bx", "F_By"])
     machine = build_machine(own.file("slider_crank"))
     assert machine.find_quantity("beta dot").name == "beta_dot"

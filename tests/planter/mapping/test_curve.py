@@ -2,6 +2,8 @@
 curve.
 """
 
+import math
+
 import numpy as np
 import pytest
 import scipy
@@ -11,7 +13,7 @@ from planter.files import examples
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn, load_curve, unwrap_rotations
 from planter.mapping.dyads import Dyad, solve_dyads
-from planter.mapping.file import Choice, build_path_curve
+from planter.mapping.file import PointsData, build_path_curve
 from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import (
     Nearest,
@@ -25,13 +27,13 @@ from tests.planter.mapping.data import CORRECTED, si
 
 DYADS = solve_dyads(si(CORRECTED)).dyads
 LINKAGE = FourBar(*DYADS)
-CHOICE = Choice(
-    1,
-    np.radians(np.arange(0, 61, 10)),
-    -1,
-    np.radians([230, 240, 250]),
-    np.radians(30),
-    np.radians([90, 120, 150, 180, 205, 305]),
+POINTS = PointsData(
+    first_pose=1,
+    first_carrier_deg=list(range(0, 61, 10)),
+    second_pose=4,
+    second_carrier_deg=[230, 240, 250],
+    second_shift_deg=30,
+    free_carrier_deg=[90, 120, 150, 180, 205, 305],
 )
 
 
@@ -80,7 +82,7 @@ def test_extremes_are_the_true_ones() -> None:
 
 def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
     """The built-in points, made from the dyads alone; they are printed to 1e-6 deg."""
-    curve = build_path_curve(LINKAGE, CHOICE)
+    curve = build_path_curve(LINKAGE, POINTS, (1, -1))
     printed = load_curve("sun2019-curve")
     assert np.degrees(curve.carrier) == pytest.approx(np.degrees(printed.carrier), abs=1e-9)
     assert np.degrees(curve.relative) == pytest.approx(np.degrees(printed.relative), abs=6e-7)
@@ -88,7 +90,7 @@ def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
 
 
 def test_points_of_a_path_are_on_the_linkage() -> None:
-    curve = build_path_curve(LINKAGE, CHOICE)
+    curve = build_path_curve(LINKAGE, POINTS, (1, -1))
     phi = curve.relative[:7] + curve.carrier[:7]
     closure = model.evaluate_closure(
         curve.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector
@@ -105,9 +107,10 @@ def test_points_of_a_path_are_on_the_linkage() -> None:
 
 def test_the_arm_must_not_turn_more_than_once() -> None:
     """Points of the second path between those of the first would take a turn each."""
-    too_far = Choice(1, CHOICE.first, -1, np.radians([5, 15]), 0.0, np.array([]))
+    changes = {"second_carrier_deg": [5, 15], "second_shift_deg": 0.0, "free_carrier_deg": []}
+    too_far = POINTS.model_copy(update=changes)
     with pytest.raises(ComputationError, match="one closed turn"):
-        build_path_curve(LINKAGE, too_far)
+        build_path_curve(LINKAGE, too_far, (1, -1))
 
 
 def test_turns_are_added_for_falling_curve() -> None:
@@ -122,7 +125,7 @@ def test_turns_are_added_for_falling_curve() -> None:
 def test_curve_through_the_poses_passes_them_and_turns_back() -> None:
     poses = si(CORRECTED)
     curve = interpolate_poses(DYADS[0], poses)
-    assert max(m.tip for m in find_misses(DYADS[0], poses, curve)) < 1e-8
+    assert max(m.position_error_mm for m in find_misses(DYADS[0], poses, curve)) < 1e-5
     assert not curve.monotone
 
 
@@ -138,21 +141,24 @@ def test_closest_curve_is_monotone_within_slopes(closest: Nearest) -> None:
 
 
 def test_compatible_poses_are_met_exactly(closest: Nearest) -> None:
-    off = [m.tip + m.hinge for m in closest.misses]
-    assert max(off[k] for k in (0, 1, 4)) < 1e-9
-    assert min(off[k] for k in (2, 3)) > 1e-3
+    off = [m.position_error_mm + m.hinge_error_mm for m in closest.misses]
+    assert max(off[k] for k in (0, 1, 4)) < 1e-6
+    assert min(off[k] for k in (2, 3)) > 1
 
 
 def test_misses_are_those_of_the_curve(closest: Nearest) -> None:
     """Again from the curve, by complex numbers."""
     poses, dyad = si(CORRECTED), DYADS[0]
     for miss, pose in zip(closest.misses, poses, strict=True):
-        phi = float(closest.curve.at(np.array([miss.carrier]))[0]) + miss.carrier
-        hinge = complex(*dyad.centre) + dyad.radius * np.exp(1j * miss.carrier)
+        carrier = math.radians(miss.carrier_deg)
+        phi = float(closest.curve.at(np.array([carrier]))[0]) + carrier
+        hinge = complex(*dyad.centre) + dyad.radius * np.exp(1j * carrier)
         tip = hinge - np.exp(1j * phi) * complex(*dyad.point)
         expected_tip = complex(*pose[:2]) + np.exp(1j * pose[2]) * complex(*dyad.point)
-        assert abs(tip - complex(*pose[:2])) == pytest.approx(miss.tip, abs=1e-12)
-        assert abs(hinge - expected_tip) == pytest.approx(miss.hinge, abs=1e-12)
+        assert abs(tip - complex(*pose[:2])) == pytest.approx(
+            miss.position_error_mm / 1e3, abs=1e-12
+        )
+        assert abs(hinge - expected_tip) == pytest.approx(miss.hinge_error_mm / 1e3, abs=1e-12)
 
 
 def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
@@ -166,7 +172,8 @@ def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
     def cost(theta: np.ndarray, phi: np.ndarray) -> float:
         return float(((model.arm(theta, phi, dyad.vector) - target) ** 2).sum())
 
-    met = np.array([m.carrier for m in closest.misses])
+    met = np.radians([m.carrier_deg for m in closest.misses])
+    met[2] += TURN  # the turn begins before pose 2
     phi = closest.curve.at(met) + met
     best = cost(met, phi)
     order = np.array([4, 3, 2])
@@ -202,13 +209,13 @@ def test_achievable_poses_are_passed_exactly() -> None:
     theta, phi = np.radians([0, 70, 150, 230, 300]), np.radians([0, 10, 5, -10, -5])
     tips = model.arm(theta, phi, dyad.vector)[:2]
     nearest = find_nearest(dyad, np.column_stack([tips.T, phi]))
-    assert max(m.tip + m.hinge for m in nearest.misses) < 1e-7
+    assert max(m.position_error_mm + m.hinge_error_mm for m in nearest.misses) < 1e-4
     assert nearest.curve.monotone
 
 
 def test_a_wider_bound_comes_closer(closest: Nearest) -> None:
     def total(nearest: Nearest) -> float:
-        return sum(m.tip**2 + m.hinge**2 for m in nearest.misses)
+        return sum(m.position_error_mm**2 + m.hinge_error_mm**2 for m in nearest.misses)
 
     assert total(find_nearest(DYADS[0], si(CORRECTED), (0.02, 10))) < total(closest)
 
@@ -228,7 +235,7 @@ def test_a_shifted_curve_misses_by_the_shift() -> None:
     shifted = AngleCurve(curve.carrier, curve.relative + 0.01, curve.sense)
     theta = np.sort(np.mod(curve.carrier[:-1], TURN))
     misses = list(list_misses(DYADS[0], poses[[1, 0, 4, 3, 2]], shifted, theta))
-    assert [m.angle for m in misses] == pytest.approx([0.01] * 5, abs=1e-9)
+    assert [m.angle_error_deg for m in misses] == pytest.approx([math.degrees(0.01)] * 5, abs=1e-7)
 
 
 def test_points_are_ordered_round_the_turn() -> None:

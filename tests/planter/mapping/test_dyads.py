@@ -162,13 +162,6 @@ def of_dyad(dyad: np.ndarray) -> np.ndarray:
     )
 
 
-def test_squaring_the_matrix_would_cost_half_the_digits() -> None:
-    values = solve_dyads(si(CORRECTED)).singular_values
-    assert len(values) == 5
-    rows = model.rows(Scale.from_poses(si(CORRECTED)).normalise(si(CORRECTED)))
-    assert np.linalg.eigvalsh(rows @ rows.T)[::-1] == pytest.approx(values**2, rel=1e-9)
-
-
 PRINTED = {
     # moving point, centre, radius, moving hinges of the poses 1 and 4, as the patent prints them
     # [mm]

@@ -4,9 +4,6 @@ carrier angle.
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
@@ -16,7 +13,7 @@ from planter.mapping import train as trains
 from planter.mapping.curve import AngleCurve
 from planter.mapping.train import GEARS, Train
 from planter.numerics.arrays import TURN
-from tests.support.cli import answer, run
+from tests.support.cli import answer
 
 A = 0.07
 
@@ -85,15 +82,6 @@ def test_largest_module_is_where_offset_curve_folds() -> None:
                 folds.append((module, bool(np.any((offset_curve / step[5:-5]).real < 0))))
     assert not any(fold for module, fold in folds if module < 1)
     assert any(fold for module, fold in folds if module > 1)
-
-
-def test_tables_and_page_say_the_warnings(tmp_path: Path) -> None:
-    code, out, err = run("train", "sun2019-curve", "--out", str(tmp_path))
-    assert code == 0
-    assert "nearly a cusp" in " ".join(out.split())
-    assert "figure 1 of 2" in err
-    assert "nearly a cusp" in (tmp_path / "report.html").read_text()
-    assert json.loads((tmp_path / "summary.json").read_text())["warnings"][0]["carrier_deg"] > 0
 
 
 def test_rising_curve_warns_of_idler() -> None:

@@ -23,6 +23,7 @@ from planter.mapping.synthesis import find_linkages
 from planter.mapping.train import Train
 from planter.numerics.arrays import TURN, wrap_angle
 from tests.planter.mapping.data import CORRECTED
+from tests.support.responses import check_slopes, values_of
 
 ANGLES = np.linspace(-3.0, 9.0, 61)
 
@@ -48,18 +49,10 @@ def linkage_machine(number: int) -> Machine:
     return build_linkage(file_of(PRINTED, number))
 
 
-def values_of(
-    machine: Machine, angles: np.ndarray = ANGLES, x: np.ndarray | None = None
-) -> dict[str, np.ndarray]:
-    response = MachineResponse(machine)
-    rows = response.values(response.at_data(machine.data if x is None else x), angles)
-    return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
-
-
 @pytest.mark.parametrize("number", [1, 2, 4], ids=["double crank", "crank rocker", "another"])
 def test_linkage_equals_package_linkage(number: int) -> None:
     linkage = find_linkages(file_of(PRINTED).poses)[1][number - 1]
-    bar, values = linkage.bar, values_of(linkage_machine(number))
+    bar, values = linkage.bar, values_of(linkage_machine(number), ANGLES)
     phi = bar.arm_angle(ANGLES, np.full(len(ANGLES), linkage.standings[0].assembly))
     tip = bar.tip(ANGLES, phi)
     hinge = model.place_point(np.column_stack([tip.T, phi]), bar.follower.point)
@@ -82,7 +75,7 @@ def test_linkage_passes_poses_with_constant_lengths() -> None:
     ]
     values = values_of(
         load_machine("sun2019-corrected"),
-        np.array([linkage.standings[k].crank_angle for k in visited]),
+        np.radians([linkage.standings[k].crank_angle_deg for k in visited]),
     )
     np.testing.assert_allclose(
         np.column_stack([values["d1"], values["d2"]]), file.poses[visited, :2], atol=1e-12
@@ -103,7 +96,7 @@ def test_other_poses_give_their_synthesis() -> None:
         for k, (x, y, phi) in enumerate(CORRECTED)
     ]
     bar = find_linkages(file_of(other).poses)[1][0].bar
-    values = values_of(machine, x=data)
+    values = values_of(machine, ANGLES, data)
     tip = bar.tip(ANGLES, bar.arm_angle(ANGLES, np.ones(len(ANGLES))))
     np.testing.assert_allclose([values["d1"], values["d2"]], tip, rtol=0, atol=1e-11)
 
@@ -112,26 +105,13 @@ def test_other_poses_give_their_synthesis() -> None:
     "machine", [lambda: linkage_machine(1), lambda: load_machine("sun2019")], ids=["bars", "gears"]
 )
 def test_derivatives_are_those_of_differences(machine: Callable[[], Machine]) -> None:
-    built = machine()
-    built = built.with_moved({value.path: (0.0, 1.0) for value in built.values})
-    response, x, angles = MachineResponse(built), built.design, 0.013 + TURN * np.arange(12) / 12
-    values, slopes = response.slopes(response.at(x), angles)
-    for column, step in enumerate(np.vstack([np.zeros(len(x)), 1e-6 * np.eye(len(x))])):
-        turned = 1e-6 if column == 0 else 0.0
-        high, low = (
-            response.values(response.at(x + sign * step), angles + sign * turned)
-            for sign in (1, -1)
-        )
-        difference = (high - low) / 2e-6
-        rounding = 1e-12 * np.abs(values).max(axis=1) / 1e-6
-        allowed = 1e-5 * np.abs(difference).max(axis=1) + rounding
-        assert (np.abs(slopes[:, :, column] - difference).max(axis=1) <= allowed).all()
+    check_slopes(machine(), 0.013 + TURN * np.arange(12) / 12)
 
 
 def test_train_turns_arm_by_curve() -> None:
     file, machine = load_poses("sun2019"), load_machine("sun2019")
     train = Train(load_curve("sun2019-curve"), 0.07)
-    values, gears = values_of(machine), train.gears(ANGLES)
+    values, gears = values_of(machine, ANGLES), train.gears(ANGLES)
     np.testing.assert_allclose(values["relative"], train.curve.at(ANGLES), rtol=0, atol=1e-12)
     for name in ("i", "i1", "i2", "r1", "r2", "r3", "r4"):
         np.testing.assert_allclose(values[name], gears[name], rtol=1e-12, err_msg=name)
@@ -175,7 +155,7 @@ def test_more_than_five_poses_are_passed_as_closely_as_can_be() -> None:
     expected = chosen.bar.tip(
         ANGLES, chosen.bar.arm_angle(ANGLES, np.full(61, chosen.standings[0].assembly))
     )
-    values = values_of(build_linkage(file))
+    values = values_of(build_linkage(file), ANGLES)
     np.testing.assert_allclose([values["d1"], values["d2"]], expected, atol=1e-6)
 
 

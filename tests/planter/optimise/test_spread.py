@@ -8,7 +8,6 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.bench.casadi_backends import express_spread
 from planter.kernels import Array
 from planter.optimise.variance import Variance, WeightedSum, Weights
 
@@ -58,21 +57,6 @@ def test_value_gradient_and_hessian(weights: Weights) -> None:
     assert spread.hessian(slopes, lambda each: np.tensordot(each, bent, 1)) == pytest.approx(
         hessian, rel=1e-11
     )
-
-
-@pytest.mark.parametrize("weights", [PAPER, NEWTON])
-def test_graph_variance_equals_array_variance(weights: Weights) -> None:
-    x, at = ca.MX.sym("x", 3), np.array([0.7, 1.3, -0.4])
-    computed, slopes, _ = weighed(weights, x, at)
-    f, g = ca.MX.sym("f", 12), ca.MX.sym("g", 12, 3)
-    function = ca.Function("s", [f, g], express_spread(weights, f, g))
-    spread = [np.array(value) for value in function(computed.samples, slopes)]
-    _, first, second = weights.spread(computed.variance.value)
-    gradient = computed.variance.gradient(slopes)
-    assert spread[0].item() == pytest.approx(weights.spread(computed.variance.value)[0], rel=1e-14)
-    assert spread[1][:, 0] == pytest.approx(first * computed.variance.slope, rel=1e-12)
-    squared = first * computed.variance.squared(slopes)
-    assert spread[2] == pytest.approx(squared + second * np.outer(gradient, gradient), rel=1e-11)
 
 
 def test_a_missing_term_is_seen() -> None:

@@ -101,16 +101,6 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     result = answer("yu2023", "--optimise", "--out", str(tmp_path))
     assert result["optimised"]["holds"] is True
     assert all(requirement["holds"] for requirement in result["requirements"])
-    assert {file.name for file in tmp_path.iterdir()} == {
-        "summary.json",
-        "cycle.csv",
-        "pitch.csv",
-        "path.csv",
-        "value_points.csv",
-        "report.html",
-        "figures",
-        ".planter.json",
-    }
     pictures = {"path", "pitch_curves", "contact_ratio", "tip_motion", "law"}
     assert {file.stem for file in (tmp_path / "figures").iterdir()} == pictures
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -143,13 +133,6 @@ def test_the_pitch_file_leaves_out_the_dwell(tmp_path: Path) -> None:
     assert [angles[0], angles[-1]] == pytest.approx([-90, 210])
 
 
-def test_tables() -> None:
-    code, out, err = run("yu2023", "--at", "90")
-    assert (code, err) == (0, "")
-    assert "helical contact ratio" in out
-    assert "2 of 8 requirements are violated" in out
-
-
 @pytest.mark.parametrize(
     ("old", "new", "parts"),
     [
@@ -159,12 +142,6 @@ def test_tables() -> None:
         ("L2_mm = 163.0", "L2_mm = 90", ["bars.L2_mm = 90", "greater than L1_mm"]),
         ("[210, 270]", "[270, 210]", ["law.dwell_t_deg", "0 < start < end"]),
         ("p = 0.35", "p = 5.35", ["law", "must stay positive"]),
-        (
-            "phi5_far_deg = 40",
-            "phi5_far_deg = 1e15",
-            ["law.phi5_far_deg = 1000000000000000.0", "at most 1e+06"],
-        ),
-        ("p = 0.35", 'ends = "soft"\np = 0.35', ["law.ends", "'smooth'"]),
         (
             "p = 0.35",
             "transition_deg = 10\np = 0.35",
@@ -179,9 +156,6 @@ def test_tables() -> None:
         ("p = 0.35", "p = -99.35", ["law.p", "gain over the turn"]),
         ("z2 = 21", "z2 = 22", ["helical_stage.z2 = 22", "z1 = 21"]),
         ("phi1_far_deg = 180", "phi1_far_deg = 90", ["law.phi1_far_deg", "180"]),
-        ("m_mm = 2", "m_mm = nan", ["m_mm", "finite"]),
-        ("gamma_deg = 150", "gamma = 150", ["carrier.gamma", "did you mean gamma_deg"]),
-        ("p = 0.35", "pp = 0.35", ["law.pp", "allowed here"]),
         ("[needle]", "[path]\ncsv = 'a.csv'\n[needle]", ["path", "not both"]),
     ],
 )
@@ -195,9 +169,6 @@ def test_bad_files(old: str, new: str, parts: list[str], tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("points", "part"),
     [
-        ("x,y\n1,2\n", "the header"),
-        (CSV.replace("196.366071,", "far,"), "line 4"),
-        (CSV.replace("196.366071,", "nan,"), "finite"),
         ("\n".join(CSV.splitlines()[:9]), "at least 12"),
         (CSV.replace("192.841830,161.826570", "196.366071,164.770697"), "point 1 is given twice"),
         ("\n".join(CSV.splitlines()[:18]), "points 15 and 1 are 218.1 mm apart"),
@@ -212,8 +183,6 @@ def test_bad_points(points: str, part: str, tmp_path: Path) -> None:
 
 
 def test_missing_files_and_angles(tmp_path: Path) -> None:
-    assert "no such file" in refusal(str(tmp_path / "none.toml"))
-    assert "no built-in" in refusal("yu2024")
     assert "built-in TOML file for planter simulate" in refusal("wang2017")
     config = by_path(tmp_path)
     (tmp_path / "points.csv").unlink()

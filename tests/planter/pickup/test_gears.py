@@ -102,13 +102,6 @@ def test_velocity_jumps_at_dwell_are_reported_with_size() -> None:
     assert 'ends = "smooth"' in warnings["velocity jumps at the dwell's start"]["message"]
 
 
-def test_only_path_with_dwell_warns_of_jumps(tmp_path: Path) -> None:
-    names = [warning["name"] for warning in answer("yu2023-path")["warnings"]]
-    assert sum("velocity jumps" in name for name in names) == 2
-    names = [warning["name"] for warning in answer(points(tmp_path, *ELLIPSE))["warnings"]]
-    assert not any("velocity jumps" in name for name in names)
-
-
 TEETH = np.array([0.002, 1.2, 1.3, np.radians(20)])
 
 
@@ -134,27 +127,6 @@ def test_nearly_resting_arm_is_refused() -> None:
     assert "at t = 0° from the farthest tip the arm stands still" in refusal(
         "yu2023", "--set", "p=-1"
     )
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        "L2_mm=1e300",
-        "helical_stage.ha=1e300",
-        "noncircular_stage.m_mm=1e-15",
-        "width_mm=1e300",
-        "phi5_far_deg=1e15",
-    ],
-)
-def test_values_beyond_all_measure_are_refused_by_name(value: str) -> None:
-    assert value.partition("=")[0] in refusal("yu2023", "--set", value)
-
-
-def test_locking_arcs_of_low_teeth_make_no_noise() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        result = answer("yu2023", "--set", "noncircular_stage.m_mm=0.001", "--set", "ha2=0.001")
-    assert result["locking_arcs"] is not None
 
 
 def test_gear_check_refuses_too_large_teeth() -> None:

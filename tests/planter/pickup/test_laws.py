@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from planter.errors import GeometryError
-from planter.gear_geometry.locking_arcs import compute_arc_radius, compute_horn_reaches
+from planter.gear_geometry.locking_arcs import compute_horn_reaches
 from planter.pickup import gears as locks
 from planter.pickup.analysis import build_result
-from planter.pickup.figures import locking_arcs
 from planter.pickup.file import load_pickup
 from planter.pickup.gears import build_rolling, compute_locking_arcs
 from planter.pickup.model import PickupTrain
+from planter.pickup.scene import outline_locking_arcs
 from tests.planter.pickup.pickups import arm, built_in, tips
 
 TRAINS = {name: built_in(name) for name in ("yu2023", "yu2023-path")}
@@ -151,7 +151,7 @@ def test_in_the_dwell_the_tip_turns_with_the_carrier(train: PickupTrain) -> None
 
 def test_locking_arcs_are_a_circle_about_the_sun(train: PickupTrain) -> None:
     arcs, dwell = compute_locking_arcs(train), train.law.dwell
-    convex, concave = locking_arcs(train, arcs)
+    convex, concave = outline_locking_arcs(train, arcs)
     radius = float(train.law.arm(np.array([dwell.start]))[0])
     turned = (concave[0] + 1j * concave[1]) * np.exp(1j * radius) + train.geometry.a1
     assert np.abs(turned) == pytest.approx(arcs.radius)
@@ -184,17 +184,6 @@ def test_locking_arcs_hold_in_both_directions() -> None:
     assert min(arcs.reaches) > np.radians(3)
     with pytest.raises(GeometryError, match="no horn"):
         compute_horn_reaches(build_rolling(train), min(arcs.ends), addendum)
-
-
-def test_drawn_arcs_equal_gear_arcs(train: PickupTrain) -> None:
-    """By carrier angles here, by arc lengths of the rolling curves there."""
-    arcs, addendum = compute_locking_arcs(train), train.teeth[2] * train.teeth[0]
-    assert arcs.radius == pytest.approx(
-        compute_arc_radius(build_rolling(train), addendum), rel=1e-8
-    )
-    assert arcs.reaches[::-1] == pytest.approx(
-        compute_horn_reaches(build_rolling(train), arcs.radius, addendum), rel=1e-6
-    )
 
 
 def test_dwell_without_arcs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import Machine, load_machine
-from planter.engine.response import MachineResponse
 from planter.engine.summary import PiecewiseCycle, build_rows
 from planter.pickup import file
 from planter.pickup.machines import build_machine, takes
@@ -19,6 +18,7 @@ from planter.pickup.model import PickupTrain, build_train
 from planter.pickup.tray import Cell, CellEntry
 from tests.planter.pickup.pickups import arm, steps, tips
 from tests.planter.pickup.test_smooth import smooth_file
+from tests.support.responses import check_slopes, values_of
 
 ANGLES = np.concatenate([np.radians(np.arange(-30, 400, 5)), steps(37, 0.3)])
 """Carrier angles, both ends of the dwell among them."""
@@ -45,15 +45,9 @@ def train_of(source: str) -> tuple[file.Pickup, PickupTrain, Machine]:
     return machine, train, build_machine(machine, train)
 
 
-def values_of(machine: Machine, angles: np.ndarray = ANGLES) -> dict[str, np.ndarray]:
-    response = MachineResponse(machine)
-    rows = response.values(response.at(machine.design), angles)
-    return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
-
-
 def test_motion_equals_train(source: str) -> None:
     pickup, train, machine = train_of(source)
-    values, expected = values_of(machine), train.motion(ANGLES)
+    values, expected = values_of(machine, ANGLES), train.motion(ANGLES)
     entry = CellEntry(train, Cell.from_pickup(pickup)).place(ANGLES).T
     expected |= {
         "phi1": train.law.arm(ANGLES),
@@ -78,29 +72,14 @@ def test_gears_are_those_of_the_train(source: str) -> None:
 
 
 def test_tip_equals_complex_arithmetic() -> None:
-    values = values_of(train_of("yu2023")[2])
+    values = values_of(train_of("yu2023")[2], ANGLES)
     np.testing.assert_allclose(
         np.column_stack([values["x_S"], values["y_S"]]), tips(ANGLES, arm(ANGLES)), atol=1e-13
     )
 
 
 def test_derivatives_are_those_of_differences(source: str) -> None:
-    machine = train_of(source)[2]
-    machine = machine.with_moved({value.path: (0.0, 1.0) for value in machine.values})
-    response, x, angles = MachineResponse(machine), machine.design, steps(24, 0.5)
-    values, slopes = response.slopes(response.at(x), angles)
-    for column, step in enumerate(
-        np.vstack([np.zeros(len(x)), np.diag(1e-5 * np.where(x == 0, 1, np.abs(x)))])
-    ):
-        turned = 1e-5 if column == 0 else 0.0
-        high, low = (
-            response.values(response.at(x + sign * step), angles + sign * turned)
-            for sign in (1, -1)
-        )
-        difference = (high - low) / (2 * (step.sum() + turned))
-        rounding = 1e-13 * np.abs(values).max(axis=1) / (step.sum() + turned)
-        allowed = 1e-6 * np.abs(difference).max(axis=1) + rounding
-        assert (np.abs(slopes[:, :, column] - difference).max(axis=1) <= allowed).all()
+    check_slopes(train_of(source)[2], steps(24, 0.5))
 
 
 def test_the_tip_s_velocity_jumps_at_the_ends_of_the_dwell() -> None:

@@ -119,16 +119,6 @@ def test_conflicting_targets_are_not_satisfied() -> None:
     }
 
 
-def test_the_search_sees_the_programme_as_it_is(programme: Epigraph) -> None:
-    """Nothing is scaled, there is no t_max and no t_min, and what is pinned is an equation."""
-    problem = programme.problem
-    assert len(programme.start) == AT.size + 1 + len(NAMES)
-    assert problem.scale == 1.0
-    assert programme.design(programme.start) == pytest.approx(programme.start, rel=1e-15)
-    assert programme.f(programme.start) == problem.score(programme.start).objective
-    assert programme.g_upper[-1] == programme.g_lower[-1] == 0
-
-
 def test_optimum_is_certified_with_active_constraints(moved) -> None:
     assert moved.certificate.kkt_residual < STATIONARITY_TOLERANCE
     names = [constraint.name for constraint in moved.certificate.active_constraints]

@@ -7,7 +7,8 @@ import pytest
 
 from planter.pickup.file import load_pickup
 from planter.pickup.model import PickupTrain, build_train
-from planter.pickup.requirements import PickupRequirement, find_push, list_requirements
+from planter.pickup.requirements import find_push, list_requirements
+from planter.pickup.results import Demand
 from planter.pickup.tray import Cell, CellEntry
 from tests.planter.pickup.pickups import L1, L2, built_in, law
 
@@ -15,7 +16,7 @@ MACHINE = load_pickup("yu2023")
 TRAIN = build_train(MACHINE)
 
 
-def by_name(train: PickupTrain = TRAIN, **changes: float) -> dict[str, PickupRequirement]:
+def by_name(train: PickupTrain = TRAIN, **changes: float) -> dict[str, Demand]:
     return {
         requirement.name: requirement
         for requirement in list_requirements(load_pickup("yu2023", changes), train)

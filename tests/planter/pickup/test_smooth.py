@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planter.files import examples
-from planter.pickup.law import Dwell, SmoothLaw
+from planter.pickup.law import CosineLaw, Dwell
 from planter.report.files import read_cycle_csv
 from tests.planter.pickup.pickups import END, START, P
 from tests.support.cli import below
@@ -18,7 +18,7 @@ from tests.support.cli import below
 run, answer, refusal = below("pickup")
 
 TRANSITION = np.radians(20)
-LAW = SmoothLaw(P, Dwell(START, END), TRANSITION)
+LAW = CosineLaw(P, Dwell(START, END), transition=TRANSITION)
 
 
 def smooth_file(folder: Path, transition: float | None = None) -> str:
@@ -89,14 +89,10 @@ def test_command_reports_no_jump_and_undriven_angles(tmp_path: Path) -> None:
     assert np.abs(np.diff(ring)).max() < 100
 
 
-def test_built_in_law_still_jumps() -> None:
-    assert any("velocity" in warning["name"] for warning in answer("yu2023")["warnings"])
-
-
 def test_smooth_ends_and_moved_points_do_not_go_together(tmp_path: Path) -> None:
     assert 'law.ends = "smooth" cannot be used' in refusal(smooth_file(tmp_path), "--optimise")
 
 
 def test_unsmoothable_slope_is_distinguished() -> None:
     assert LAW.rises
-    assert not SmoothLaw(1.5, Dwell(START, END), TRANSITION).rises
+    assert not CosineLaw(1.5, Dwell(START, END), transition=TRANSITION).rises

@@ -115,12 +115,6 @@ def test_user_mechanism_bodies_are_rigid(arm: Scene) -> None:
     assert {chain.name for chain in arm.chains} >= {"crank", "coupler"}
 
 
-def test_point_leaving_body_is_detected(arm: Scene) -> None:
-    chain = arm.chains[0]
-    first, second = (arm.points[k] for k in chain.points[:2])
-    assert np.ptp(np.hypot(second.x + 0.01 * second.y - first.x, second.y - first.y)) > 1e-9
-
-
 def test_teeth_mesh_without_overlap_as_they_turn() -> None:
     """Gears of other numbers of teeth than drawn by default: their outlines touch and do not share
     an area.

@@ -36,23 +36,24 @@ Bodies = dict[str, dict[str, Array]]
 """Points (2, n) [m] by body and name, at the angle that is drawn and at those that are compared."""
 
 
-def draw(source: str, changes: Mapping[str, float]) -> Sheet | None:
-    """Return the drawing of a file's mechanism, None for one that moves freely or has no points in
-    a plane.
+def draw(source: str, changes: Mapping[str, float]) -> list[Sheet]:
+    """Return the drawing of a file's mechanism, nothing for one that moves freely or has no points
+    in a plane.
 
     Raises InputError as the file does, ComputationError if the mechanism cannot be moved.
     """
     file = load(source, changes)
     if not file.is_driven:
-        return None
+        return []
     model, view = Model(machines.build_machine(file)), MechanismView(file)
     scene = view.scenes({control.path: control.value for control in view.controls}, "exact")[0]
     moment = int(np.argmin(np.abs(scene.places - DRAWN_DEG)))
     angles = np.append(np.radians(scene.places[moment]), COMPARED)
     if not (bodies := find_points(model.places(angles))):
-        return None
+        return []
     marks = find_marks(model, angles, bodies)
-    return Sheet("mechanism", f"{file.name} at {scene.places[moment]:g} deg", scene, marks, moment)
+    title = f"{file.name} at {scene.places[moment]:g} deg"
+    return [Sheet("mechanism", title, scene, marks, moment)]
 
 
 def find_points(places: Mapping[str, Array]) -> Bodies:
