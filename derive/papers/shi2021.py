@@ -5,6 +5,8 @@ Transcriptions only, misprints included; formulas and statements without a numbe
 Printed degrees stand as such: sines and cosines of them are not worked out.
 """
 
+# mypy: disable-error-code="name-defined"
+# A transcription speaks the vocabulary of its machine; a name that this lacks stops the import.
 from __future__ import annotations
 
 from sympy import (

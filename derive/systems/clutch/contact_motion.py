@@ -164,8 +164,8 @@ SLIDE_FORCE = tuple(
     derived(f"held_{axis}", "N", f"force of the slides on the body, {axis}") for axis in "xy"
 )
 ACCELERATIONS = tuple(
-    derived(f"{n}_ddot", f"{unit}/s2", f"acceleration: {meaning}")
-    for n, unit, meaning in q.COORDINATES[: q.FREE]
+    derived(f"{c}_ddot", f"{c.unit}/s2", f"acceleration: {c.meaning}")
+    for c in q.COORDINATES[: q.FREE]
 )
 energy = derived("energy", "J", "kinetic and potential energy, the contacts' included")
 POWERS = tuple(

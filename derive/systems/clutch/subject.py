@@ -101,7 +101,7 @@ _RANGES: dict[Quantity, tuple[str, str]] = {
 
 def _read_data(machine: MachineFile) -> Values:
     """Return the data of the built-in clutch in SI units and radians."""
-    return {s: machine.si(s.shown) for s in vars(q).values() if isinstance(s, Quantity) and s.shown}
+    return {s: machine.si(s.shown) for s in q.TABLE.values() if s.shown}
 
 
 def _machine_values() -> Values:

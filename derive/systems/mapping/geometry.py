@@ -183,14 +183,12 @@ def conic_coefficients() -> tuple[dict[Quantity, Expr], dict[Quantity, Expr]]:
 
 
 def _named(names: tuple[Quantity, ...], conic: sp.Poly) -> dict[Quantity, Expr]:
-    return {
-        name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS.values(), strict=True)
-    }
+    return {name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS, strict=True)}
 
 
 def conic_form(names: tuple[Quantity, ...]) -> Expr:
     """Return the quadratic form with some coefficients."""
-    return sum(name * m for name, m in zip(names, q.MONOMIALS.values(), strict=True))
+    return sum(name * m for name, m in zip(names, q.MONOMIALS, strict=True))
 
 
 @cache

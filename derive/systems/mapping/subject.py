@@ -132,7 +132,7 @@ class MappingSubject(Subject):
     def admissible(self, rng: random.Random) -> dict[Quantity, mp.mpf]:
         """Return a random point: all quantities are independent, except the split parameter."""
         with mp.workdps(DIGITS):
-            sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.ALL}
+            sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.TABLE.values()}
             free = {
                 s: size if s in q.POSITIVE else rng.choice((-1, 1)) * size
                 for s, size in sizes.items()

@@ -386,9 +386,7 @@ def draw_admissible_point(rng: random.Random) -> dict[sp.Symbol, mpf]:
     angle.
     """
     m = derivation.build_device()
-    everything = (
-        {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(m.unknowns)
-    )
+    everything = {*q.TABLE.values(), *m.unknowns}
     values: dict[sp.Symbol, Expr] = {
         s: sp.Rational(rng.randint(101, 999), rng.randint(301, 699))
         for s in sorted(everything | {q.twin(s) for s in everything}, key=str)
