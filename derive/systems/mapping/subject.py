@@ -21,7 +21,6 @@ from ...formulas import Formulas, evaluate_expression
 from ...quantity import Quantity
 from . import geometry
 from . import quantities as q
-from .quantities import MappingClaim
 
 ASSUMPTIONS = (
     "rigid bodies, plane motion",
@@ -139,9 +138,7 @@ class MappingSubject(Subject):
             }
             return {
                 **free,
-                q.x_s: evaluate_expression(
-                    derive_formulas().expr(MappingClaim.SPLIT_PARAMETER), free
-                ),
+                q.x_s: evaluate_expression(derive_formulas().expr("split parameter"), free),
             }
 
     def reference(self, points: int) -> list[dict[Quantity, mp.mpf]]:

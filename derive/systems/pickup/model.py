@@ -20,7 +20,6 @@ from ...model import Let, System, let
 from ...quantity import Quantity, Vector, quantities
 from . import quantities as q
 from .geometry import ARM, CARRIER, WORLD, axial_vector
-from .quantities import PickupClaim
 from .subject import ARM_SLOPES, ASSUMPTIONS, derive_formulas, pitch_slopes
 
 _derived = partial(Quantity, source="derived: pick-up")
@@ -81,7 +80,7 @@ _PAIR = {q.m_n: S.One, q.z_1: S(20), q.z_2: S(20), q.a2: S(21)}
 
 def _add_functions(f: Formulas) -> None:
     """Add all functions of the pick-up."""
-    f.function("bars", (q.L3_max, q.L3_min), PickupClaim.BAR_L1, PickupClaim.BAR_L2)
+    f.function("bars", (q.L3_max, q.L3_min), "bar L1 from the extremes", "bar L2 from the extremes")
     _carrier(f)
     _law(f)
     _inverse(f)
@@ -92,15 +91,15 @@ def _add_functions(f: Formulas) -> None:
 
 def _carrier(f: Formulas) -> None:
     """Add helical pair and triangle of the carrier, from the centre distance of stage 2."""
-    roots = sp.solve(f.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
+    roots = sp.solve(f.equations["centre distance of the helical pair"].residual, q.beta)
     helix = next(root for root in roots if 0 < root.subs(_PAIR) < pi / 2)
     steps = (
         let(q.beta, helix, "centre distance of the helical pair"),
-        PickupClaim.TRANSVERSE_PRESSURE_ANGLE,
-        PickupClaim.HELICAL_CONTACT_RATIO,
-        PickupClaim.INTERIOR_ANGLE_O,
-        PickupClaim.INTERIOR_ANGLE_O1,
-        PickupClaim.CENTRE_DISTANCE_1,
+        "transverse pressure angle of the helical pair",
+        "contact ratio of the helical pair",
+        "interior angle at O",
+        "interior angle at O1",
+        "centre distance of stage 1",
     )
     f.function("carrier", (CARRIER_DATA,), *steps)
 
@@ -140,9 +139,7 @@ def _inverse(f: Formulas) -> None:
     """
     stretched = axial_vector(CARRIER, q.L1) + axial_vector(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(stretched.dot(stretched))
-    largest, smallest = (
-        f.expr(PickupClaim.EXTREME_DISTANCE.of(word)) ** 2 for word in ("farthest", "nearest")
-    )
+    largest, smallest = (f.expr(f"distance, tip {word}") ** 2 for word in ("farthest", "nearest"))
     half = sp.Symbol("half")
     shares = [
         sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half)))
@@ -159,7 +156,7 @@ def _inverse(f: Formulas) -> None:
         let(q.phi1, phi1, "arm's angle by half angles"),
         let(q.phi6, pi - back, "direction of the tip, seen from O in the carrier"),
         let(q.phi4, sp.atan2(q.y_S, q.x_S), "direction of the tip"),
-        PickupClaim.DIRECTION_O_O1,
+        "direction of O-O1 from the tip's",
     )
     f.function("inverse", (q.x_S, q.y_S, short, over, way, BARS), *steps)
 
@@ -168,20 +165,20 @@ def _motion(f: Formulas) -> None:
     """Add axes, tip and its velocity from the angles of carrier and arm, with the derived
     headings.
     """
-    rate = f.expr(PickupClaim.PLANET_RATE).subs(q.iZ, 1 / slope)
+    rate = f.expr("rate of the planet's angle").subs(q.iZ, 1 / slope)
     steps: tuple[Wanted, ...] = (
-        PickupClaim.DIRECTION_O_M1,
-        PickupClaim.DIRECTION_M1_O1,
-        PickupClaim.PLANET_ANGLE,
-        PickupClaim.DIRECTION_O1_S,
+        "direction of O-M1",
+        "direction of M1-O1",
+        "planet's angle from the arm's",
+        "direction of O1-S",
         let(q.phi3_dot, rate, "rate of the planet's angle"),
         *(
-            claim.of(point, axis)
+            claim.format(point, axis)
             for point in ("M1", "O1", "S")
-            for claim in (PickupClaim.PLACE, PickupClaim.VELOCITY)
+            for claim in ("place of {}, {}", "velocity of {}, {}")
             for axis in "xy"
         ),
-        PickupClaim.TIP_DISTANCE,
+        "distance of the tip",
     )
     outputs = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
     f.function("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), *steps, gives=outputs)
@@ -193,17 +190,17 @@ def _pitch(f: Formulas) -> None:
     """
     by_law = dict(zip(ARM_SLOPES, (slope, dslope, ddslope), strict=True))
     slopes = pitch_slopes(f)
-    middle = f.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / slope)
+    middle = f.expr("pitch radius of the intermediate gear").subs(q.i1, 1 / slope)
     bends = {
-        kappa: 1 / f.expr(PickupClaim.CURVATURE_RADIUS.of(gear))
+        kappa: 1 / f.expr(f"radius of curvature of the {gear}")
         for kappa, gear in ((kappa1, "sun"), (kappa2, "intermediate gear"))
     }
     steps: tuple[Wanted, ...] = (
         let(q.R2, sp.factor(middle), "pitch radius of the intermediate gear"),
-        PickupClaim.SUN_PITCH_RADIUS,
+        "pitch radius of the sun",
         *(let(symbol, sp.factor(slopes[symbol].subs(by_law))) for symbol in (q.dR1, q.ddR1)),
         *(
-            PickupClaim.PITCH_CURVE.of(gear, axis)
+            f"pitch curve of the {gear}, {axis}"
             for gear in ("sun", "intermediate gear")
             for axis in "xy"
         ),

@@ -37,7 +37,6 @@ from ...model import Let
 from ...quantity import Quantity
 from . import cycle, derivation
 from . import quantities as q
-from .quantities import PlantingClaim
 
 INTERMEDIATE = (
     q.L_AC1,
@@ -115,11 +114,11 @@ def _cam_equations(m: Mechanism) -> list[Equation]:
     angle = sp.atan((path_x * z - path_z * x) / (path_x * x + path_z * z))
     moment = -(q.x_E * S.Zero - q.y_E * q.F_Ex)
     return [
-        defining_equation(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
-        defining_equation(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _force_law(m, q.F_Ex)),
-        stated_equation(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, q.F_Ey),
-        defining_equation(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _force_law(m, q.F_Ez)),
-        defining_equation(PlantingClaim.CAM_MOMENT, q.M_T, moment),
+        defining_equation("pressure angle of the cam", q.mu, angle),
+        defining_equation("force of the cam on the roller, x'", q.F_Ex, _force_law(m, q.F_Ex)),
+        stated_equation("force of the cam on the roller, y'", q.F_Ey, q.F_Ey),
+        defining_equation("force of the cam on the roller, z'", q.F_Ez, _force_law(m, q.F_Ez)),
+        defining_equation("moment of the cam force about the planet's axis", q.M_T, moment),
     ]
 
 
@@ -127,7 +126,7 @@ def _point_equations(m: Mechanism) -> list[Equation]:
     """Return the coordinates of points on the swinging half, Cartesian and polar."""
     steps = {s.symbol: s.expr for s in m.named}
     equations = [
-        defining_equation(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
+        defining_equation(f"place of {name}, {axis}'", symbol, steps[symbol])
         for name, axis, symbol in (
             ("the roller", "x", q.x_E),
             ("the roller", "z", q.z_E),
@@ -143,9 +142,11 @@ def _point_equations(m: Mechanism) -> list[Equation]:
     ):
         down = sp.atan2(q.z_A - at[1], at[0] - q.x_A)
         equations += [
-            defining_equation(PlantingClaim.HINGE_DISTANCE.of(name), length, sp.sqrt(x**2 + z**2)),
-            defining_equation(PlantingClaim.HINGE_ANGLE_CLOSED.of(name), closed, sp.atan2(-z, x)),
-            defining_equation(PlantingClaim.HINGE_ANGLE.of(name), turned, down),
+            defining_equation(f"distance of {name} from the hinge", length, sp.sqrt(x**2 + z**2)),
+            defining_equation(
+                f"angle of the line from the hinge to {name}, closed", closed, sp.atan2(-z, x)
+            ),
+            defining_equation(f"angle of the line from the hinge to {name}", turned, down),
         ]
     return equations
 
@@ -166,19 +167,19 @@ def _tooth_equations(
     force = [next(u for u in m.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
     return [
         defining_equation(
-            PlantingClaim.NORMAL_DIRECTION.of(tag),
+            f"direction of the normal force at {tag}",
             normal_angle,
             switch(moment, contact.normal(1), contact.normal(-1)),
         ),
         defining_equation(
-            PlantingClaim.FRICTION_DIRECTION.of(tag),
+            f"direction of friction at {tag}",
             friction_angle,
             switch(moment, contact.across(1), contact.across(-1)),
         ),
-        defining_equation(PlantingClaim.NORMAL_FORCE.of(tag), normal, _force_law(m, normal)),
-        stated_equation(PlantingClaim.FRICTION_FORCE.of(tag), drag - normal * sp.tan(q.mu2), drag),
+        defining_equation(f"normal force at {tag}", normal, _force_law(m, normal)),
+        stated_equation(f"friction force at {tag}", drag - normal * sp.tan(q.mu2), drag),
         *(
-            defining_equation(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _force_law(m, f))
+            defining_equation(f"tooth force at {tag}, {axis}", f, _force_law(m, f))
             for axis, f in zip("xy", force, strict=True)
         ),
     ]

@@ -6,9 +6,6 @@ A, if the name ends in that of A); points A1, B1, CA, CB, P, Q carry global ones
 
 from __future__ import annotations
 
-from enum import unique
-
-from ...equations import Claim
 from ...quantity import OpenVector, Quantity, Vector, read_quantities
 
 TABLE = read_quantities(
@@ -290,7 +287,6 @@ __all__ = [
     *TABLE,
     "I_C1",
     "I_C2",
-    "PlantingClaim",
     "c_C1",
     "c_C2",
     "c_F",
@@ -307,26 +303,3 @@ def twin(symbol: Quantity) -> Quantity:
 
 def __getattr__(name: str) -> Quantity:
     return getattr(TABLE, name)
-
-
-@unique
-class PlantingClaim(Claim):
-    """Relations of cam and roller, of the swinging half, and of the teeth at P or Q."""
-
-    # cam and roller
-    CAM_PRESSURE_ANGLE = "pressure angle of the cam"
-    CAM_FORCE = "force of the cam on the roller, {}'"
-    CAM_MOMENT = "moment of the cam force about the planet's axis"
-
-    # swinging half
-    PLACE = "place of {}, {}'"
-    HINGE_DISTANCE = "distance of {} from the hinge"
-    HINGE_ANGLE_CLOSED = "angle of the line from the hinge to {}, closed"
-    HINGE_ANGLE = "angle of the line from the hinge to {}"
-
-    # teeth
-    NORMAL_DIRECTION = "direction of the normal force at {}"
-    FRICTION_DIRECTION = "direction of friction at {}"
-    NORMAL_FORCE = "normal force at {}"
-    FRICTION_FORCE = "friction force at {}"
-    TOOTH_FORCE = "tooth force at {}, {}"
