@@ -134,7 +134,7 @@ def _add_functions(f: Formulas) -> None:
         "teeth", (FLATS, q.r), section_edge(), *_TEETH, gives=[symbol for _, symbol in _TEETH]
     )
     f.function("face", (FLATS, q.b1), section_edge(), _TEETH[2], gives=(q.xi,))
-    f.function("travel", (q.a, q.phi, q.mu, q.F1, q.F2), *_TRAVEL)
+    f.function("travel", q.TABLE.select("a phi mu F1 F2"), *_TRAVEL)
     f.function(
         "angle",
         (q.a, q.c),
@@ -265,7 +265,7 @@ DRIVE_WORK = _beam("given", "J", "work of the driving force since the start")
 STORED_ENERGY = _beam("kept", "J", "kinetic and strain energy minus that at the start")
 
 BEAM = Vector("beam", (FLATS, q.E, q.rho, q.l))
-STRUCK = Vector("struck", (q.m1, q.F_M, q.Delta_omega, q.r1))
+STRUCK = Vector("struck", q.TABLE.select("m1 F_M Delta_omega r1"))
 """The striking body: mass, force, speed difference, radius."""
 
 

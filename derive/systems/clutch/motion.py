@@ -355,4 +355,4 @@ def _add_rod(f: Formulas) -> None:
         for symbol, sign in zip(RODS, (1, -1), strict=True)
     )
     steps = (let(SHARE, share, "rod for a travel in a rotation"), *rods)
-    f.function("rod", (q.l_AB, q.l_AC, q.c, q.theta_Amax), *steps)
+    f.function("rod", q.TABLE.select("l_AB l_AC c theta_Amax"), *steps)

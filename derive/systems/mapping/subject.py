@@ -89,7 +89,7 @@ def pose_rows(machine: MachineFile) -> list[Point]:
 
 
 def _dyad(machine: MachineFile) -> Point:
-    names = (q.x, q.y, q.X_c, q.Y_c, q.L1)
+    names = q.TABLE.select("x y X_c Y_c L1")
     hinges = (*machine.all_si("dyad.moving_point_mm"), *machine.all_si("dyad.centre_mm"))
     return {
         **dict(zip(names, (*hinges, machine.si("dyad.radius_mm")), strict=True)),

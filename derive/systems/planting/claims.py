@@ -38,21 +38,8 @@ from ...quantity import Quantity
 from . import cycle, derivation
 from . import quantities as q
 
-INTERMEDIATE = (
-    q.L_AC1,
-    q.L_AC2,
-    q.theta30,
-    q.theta40,
-    q.theta3,
-    q.theta4,
-    q.mu,
-    q.M_T,
-    q.phi_P1,
-    q.phi_P2,
-    q.phi_Q1,
-    q.phi_Q2,
-    q.F_fP,
-    q.F_fQ,
+INTERMEDIATE = q.TABLE.select(
+    "L_AC1 L_AC2 theta30 theta40 theta3 theta4 mu M_T phi_P1 phi_P2 phi_Q1 phi_Q2 F_fP F_fQ"
 )
 """Quantities of the paper that link forces and geometry."""
 OFFSETS: dict[sp.Symbol, Expr] = {
@@ -72,7 +59,7 @@ OFFSETS: dict[sp.Symbol, Expr] = {
 """Subtrahends of quantities that occur in differences: rates relative to the carrier, coordinates
 relative to a pin.
 """
-SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
+SIDES = {s: -s for s in q.TABLE.select("x_A1 y_A1 x_B1 y_B1 x_P y_P")}
 """Coordinates on the carrier and on the sun's pitch curve have opposite signs on the two sides."""
 
 
@@ -86,10 +73,10 @@ def derive_claims() -> dict[Claimed, Equation]:
             *_cam_equations(m),
             *_point_equations(m),
             *_tooth_equations(
-                m, "P", derivation.CONTACT_P, (q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
+                m, "P", derivation.CONTACT_P, q.TABLE.select("M_P F_NP phi_P1 phi_P2 F_fP")
             ),
             *_tooth_equations(
-                m, "Q", derivation.CONTACT_Q, (q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
+                m, "Q", derivation.CONTACT_Q, q.TABLE.select("M_Q F_NQ phi_Q1 phi_Q2 F_fQ")
             ),
         ]
     )
@@ -155,7 +142,7 @@ def _tooth_equations(
     m: Mechanism,
     tag: str,
     contact: GearContact,
-    quantities: tuple[Quantity, Quantity, Quantity, Quantity, Quantity],
+    quantities: tuple[Quantity, ...],
 ) -> list[Equation]:
     """Return the directions and sizes of normal force and friction on the flank that can transmit
     the moment.

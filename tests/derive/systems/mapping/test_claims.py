@@ -146,7 +146,7 @@ def test_centre_and_radius_match_circle_of_three_points() -> None:
     w = (z[2] - z[0]) / (z[1] - z[0])
     centre = z[0] + (z[1] - z[0]) * (w - abs(w) ** 2) / (2j * w.imag)
     named = claims.complete_values(dict(dyad))
-    again = claims.complete_values({s: named[s] for s in (q.a0, q.a1, q.a2, q.a3)})
+    again = claims.complete_values({s: named[s] for s in q.TABLE.select("a0 a1 a2 a3")})
     assert complex(float(again[q.X_c]), float(again[q.Y_c])) == pytest.approx(centre)
     assert float(again[q.L1]) == pytest.approx(abs(z[0] - centre))
 

@@ -163,8 +163,8 @@ def test_every_step_says_where_it_comes_from() -> None:
 
 
 def test_the_wrong_root_of_the_path_of_action_is_not_taken() -> None:
-    _, path = teeth.path_by_curvature(model.kappa1, sp.Symbol("h"), sp.Symbol("alpha"))
-    assert path.subs({model.kappa1: 10, "h": 0.002, "alpha": 0.35}).evalf() > 0
+    _, path = teeth.path_by_curvature(model.s.kappa1, sp.Symbol("h"), sp.Symbol("alpha"))
+    assert path.subs({model.s.kappa1: 10, "h": 0.002, "alpha": 0.35}).evalf() > 0
 
 
 @pytest.mark.parametrize("claim", ["place of M2, x", "row of a knot", "place of {}, {}"])
