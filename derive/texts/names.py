@@ -5,7 +5,6 @@ their spelling.
 from __future__ import annotations
 
 import ast
-import operator
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -39,8 +38,10 @@ from .values import (
     Scalar,
     Value,
     VectorValue,
+    add_values,
     check_expanded,
     check_tower,
+    multiply_values,
     quantity_scalar,
 )
 
@@ -202,15 +203,6 @@ def _section(content: Mapping[str, Any], name: str, path: Path) -> dict[str, Any
 
 class MeaningError(ValueError):
     """A meaning that cannot be understood."""
-
-
-_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-}
 
 
 @dataclass
@@ -511,11 +503,25 @@ class StatedNames:
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
             inner = self._evaluated(node.operand)
             return -inner if isinstance(node.op, ast.USub) else inner
-        if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-            return _operate(node.op, self._evaluated(node.left), self._evaluated(node.right))
+        if isinstance(node, ast.BinOp):
+            return self._operate(node.op, self._evaluated(node.left), self._evaluated(node.right))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
             return self._called(node.func.id, [self._evaluated(argument) for argument in node.args])
         raise MeaningError("write names, numbers, + - * / **, functions and brackets")
+
+    def _operate(self, kind: ast.operator, left: Any, right: Any) -> Value:
+        if isinstance(left, Value) and isinstance(right, Value):
+            if isinstance(kind, ast.Add | ast.Sub):
+                return add_values(
+                    left, right if isinstance(kind, ast.Add) else -right, self.resolve
+                )
+            if isinstance(kind, ast.Mult):
+                return multiply_values(left, "", right, self.resolve)
+            if isinstance(kind, ast.Div) and isinstance(right, Scalar):
+                return multiply_values(left, "", right.inverse(), self.resolve)
+            if isinstance(kind, ast.Pow) and isinstance(left, Scalar) and isinstance(right, Scalar):
+                return left.power(right)
+        raise MeaningError("an operation between things that it is not defined for")
 
     def _named(self, name: str) -> Any:
         if name in self.quantities:
@@ -567,48 +573,6 @@ def _build_matrix(arguments: list[Any]) -> MatrixValue:
     return MatrixValue(
         tuple(tuple(entries[at : at + width]) for at in range(0, len(entries), width))
     )
-
-
-def _operate(kind: ast.operator, left: Any, right: Any) -> Any:
-    if isinstance(left, Scalar) and isinstance(right, Scalar):
-        if isinstance(kind, ast.Sub):
-            return left + (-right)
-        if isinstance(kind, ast.Div):
-            return left * right.inverse()
-        if isinstance(kind, ast.Pow):
-            return left.power(right)
-        return _OPERATORS[type(kind)](left, right)
-    if (
-        isinstance(left, Scalar)
-        and isinstance(right, VectorValue | MatrixValue)
-        and isinstance(kind, ast.Mult)
-    ):
-        return right.scaled(left)
-    if (
-        isinstance(left, VectorValue | MatrixValue)
-        and isinstance(right, Scalar)
-        and isinstance(kind, ast.Mult | ast.Div)
-    ):
-        return left.scaled(right if isinstance(kind, ast.Mult) else right.inverse())
-    if (
-        isinstance(left, VectorValue)
-        and isinstance(right, VectorValue)
-        and isinstance(kind, ast.Add | ast.Sub)
-    ):
-        if left.frame != right.frame:
-            raise MeaningError(
-                "vectors along the axes of different frames are added: use one frame"
-            )
-        other = right if isinstance(kind, ast.Add) else -right
-        x, y, z = (a + b for a, b in zip(left.components, other.components, strict=True))
-        return VectorValue(left.frame, (x, y, z))
-    if (
-        isinstance(left, MatrixValue)
-        and isinstance(right, MatrixValue)
-        and isinstance(kind, ast.Add | ast.Mult)
-    ):
-        return left.added(right) if isinstance(kind, ast.Add) else left.times(right)
-    raise MeaningError("an operation between things that it is not defined for")
 
 
 def _triple(some: Iterable[Any]) -> tuple[Any, Any, Any]:

@@ -174,7 +174,12 @@ def train(slope: float) -> dict[sp.Symbol, mp.mpf]:
 
 
 def test_curvature_of_circles() -> None:
-    at = {**train(1.0), q.x_s: mp.mpf(1), formulas.t.dslope: mp.mpf(0), formulas.t.ddslope: mp.mpf(0)}
+    at = {
+        **train(1.0),
+        q.x_s: mp.mpf(1),
+        formulas.t.dslope: mp.mpf(0),
+        formulas.t.ddslope: mp.mpf(0),
+    }
     assert [float(v) for v in run(FORMS["curvature"], at).values()] == pytest.approx([2 / 0.07] * 4)
 
 
