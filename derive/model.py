@@ -56,6 +56,11 @@ def let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
     return Let(symbol, sp.sympify(expr), f"derived: {reason or symbol.meaning}")
 
 
+def lets(symbols: Iterable[Quantity], exprs: Iterable[Expr], reason: str = "") -> tuple[Let, ...]:
+    """Return the derived steps that name expressions, one symbol each."""
+    return tuple(let(symbol, expr, reason) for symbol, expr in zip(symbols, exprs, strict=True))
+
+
 @dataclass(frozen=True)
 class Call:
     """``outputs = function(argument, *vectors)``: a function composed at run time; None for an

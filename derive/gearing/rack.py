@@ -14,7 +14,7 @@ import sympy as sp
 from sympy import Expr, S, pi
 
 from ..mechanics.frames import Frame, Motion, Vec, X, Z, unit
-from ..model import ClosedForm, Let, System
+from ..model import ClosedForm, Let, System, lets
 from ..quantity import Quantity, Vector, read_quantities
 from . import pitch_curve
 from .pitch_curve import a
@@ -115,16 +115,18 @@ def _envelope(
     inputs: tuple[Quantity | Vector, ...],
     offset: Vec,
     tangent: Vec,
-    lets: tuple[Let, ...] = (),
+    definitions: tuple[Let, ...] = (),
 ) -> ClosedForm:
     """Build the point, tangent and rates of an outline that is cut at ``offset`` from the pitch
     point.
 
-    ``tangent`` is the unit tangent of the outline; ``lets`` define quantities that vary with the
+    ``tangent`` is the unit tangent of the outline; ``definitions`` define quantities that vary with the
     arc length and that both vectors contain as symbols.
     """
     motion = Motion(dict(ROLLING.rates))
-    motion.rates |= {let.symbol: motion.rate(let.expr).subs(let.expr, let.symbol) for let in lets}
+    motion.rates |= {
+        let.symbol: motion.rate(let.expr).subs(let.expr, let.symbol) for let in definitions
+    }
     drift = motion.derivative(offset) + unit(TANGENT, X)
     point, direction = offset.resolved(WORLD), tangent.resolved(WORLD)
     values = (
@@ -136,15 +138,15 @@ def _envelope(
         tangent.cross(motion.derivative(tangent))[2],
     )
     components = {sp.cos(tau): t.tx, sp.sin(tau): t.ty}
-    expressions = (_simplify_if_shorter(value, lets).subs(components) for value in values)
+    expressions = (_simplify_if_shorter(value, definitions).subs(components) for value in values)
     steps = (
-        *lets,
-        *(Let(q, expr, f"derived: {name}") for q, expr in zip(POINT, expressions, strict=True)),
+        *definitions,
+        *lets(POINT, expressions, name),
     )
     return ClosedForm(name, inputs, steps, POINT)
 
 
-def _simplify_if_shorter(expr: Expr, lets: tuple[Let, ...] = ()) -> Expr:
+def _simplify_if_shorter(expr: Expr, definitions: tuple[Let, ...] = ()) -> Expr:
     """Return the expression with the squares of sides, sines and distances replaced, if that is
     shorter.
     """
@@ -153,7 +155,7 @@ def _simplify_if_shorter(expr: Expr, lets: tuple[Let, ...] = ()) -> Expr:
         (t.side**2 - 1, t.side),
         (sp.sin(t.alpha) ** 2 + sp.cos(t.alpha) ** 2 - 1, sp.cos(t.alpha)),
     ]
-    squares += [(sp.expand(let.expr**2) - let.symbol**2, t.depth) for let in lets]
+    squares += [(sp.expand(let.expr**2) - let.symbol**2, t.depth) for let in definitions]
     for square, symbol in squares:
         numerator = sp.rem(sp.expand(numerator), square, symbol)
     return min(expr, sp.factor(numerator / denominator), key=sp.count_ops)
@@ -256,7 +258,7 @@ def pitch_point() -> ClosedForm:
         sp.factor(first.cross(second)[2]) / t.speed**3,
     )
     steps = [Let(t.speed, size, "derived: pitch curve")]
-    steps += [Let(q, v, "derived: pitch curve") for q, v in zip(PLACE, values, strict=True)]
+    steps += lets(PLACE, values, "pitch curve")
     return ClosedForm(
         "pitch", (POLAR, t.sense), tuple(steps), Vector("pitch_place", (*PLACE, t.speed))
     )
@@ -270,7 +272,7 @@ def conjugate_polar() -> ClosedForm:
     motion = Motion({r: pitch_curve.dr, pitch_curve.dr: pitch_curve.ddr, ratio: pitch_curve.dratio})
     first = motion.rate(a - r) / ratio
     values = (pitch_curve.turned, a - r, first, motion.rate(first) / ratio)
-    steps = tuple(Let(q, v, "derived: conjugate") for q, v in zip(POLAR, values, strict=True))
+    steps = lets(POLAR, values, "conjugate")
     return ClosedForm("mate", (pitch_curve.CONTACT, a), steps, POLAR)
 
 
@@ -357,7 +359,7 @@ def mounted_point() -> ClosedForm:
     pairs = local.quantities[:2], local.quantities[2:]
     point, tangent = (Vec(gear, (*pair, S.Zero)).resolved(WORLD) for pair in pairs)
     values = (t.cx + point[0], t.cy + point[1], tangent[0], tangent[1])
-    steps = tuple(Let(q, v, "derived: mounted gear") for q, v in zip(PLACED, values, strict=True))
+    steps = lets(PLACED, values, "mounted gear")
     return ClosedForm("placed", (local, WHERE), steps, PLACED)
 
 
