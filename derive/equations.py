@@ -135,14 +135,14 @@ def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
     return equations_by_claim
 
 
-def find_claim(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
+def find_claim(stated: Mapping[Claimed, T], claim: Claimed) -> T:
     """Return the value of a claim.
 
     Raises ClaimError that names the nearest claims if there is none.
     """
-    if claim in by_claim:
-        return by_claim[claim]
-    close = get_close_matches(str(claim), sorted(map(str, by_claim)), n=3)
+    if claim in stated:
+        return stated[claim]
+    close = get_close_matches(str(claim), sorted(map(str, stated)), n=3)
     hint = f"; near it: {', '.join(map(repr, close))}" if close else ""
     raise ClaimError(f"nothing here states {str(claim)!r}{hint}")
 

@@ -475,7 +475,7 @@ class Mesh:
         distance = self.radii[0] + self.radii[1]
         inner = tuple(c - distance * a for c, a in zip(self.centre, direction, strict=True))
         pitch = tuple(c + self.radii[0] * a for c, a in zip(inner, direction, strict=True))
-        lets = []
+        places: list[Let] = []
         turns = self.line - self.polar[0], self.line + sp.pi - self.polar[1]
         for gear, centre, turn, radius in zip(
             self.gears, (inner, self.centre), turns, self.radii, strict=True
@@ -484,13 +484,13 @@ class Mesh:
             for point, position in (("centre", centre), ("pitch_point", pitch), ("mark", mark)):
                 for axis, coordinate in zip("xy", position, strict=True):
                     meaning = f"{point.replace('_', ' ')} of {gear}, {axis}"
-                    lets.append(
+                    places.append(
                         let(
                             Quantity(f"{axis}_{word(gear)}__{point}", "m", meaning, "own"),
                             sp.sympify(coordinate),
                         )
                     )
-        return lets
+        return places
 
 
 def build_function(
