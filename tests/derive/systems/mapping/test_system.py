@@ -10,15 +10,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.emit.folder import build_sidecar
-from derive.emit.targets import array, casadi
-from derive.emit.text import list_functions
-from derive.model import ClosedForm, System
-from derive.quantity import DimensionError, Quantity, dimension, of_unit
+from derive.model import ClosedForm
+from derive.quantity import Quantity
 from derive.systems.mapping import model as formulas
 from derive.systems.mapping import model as linkage
 from derive.systems.mapping import quantities as q
-from planter.kernels import generated
 from tests.support.late import LateDict
 
 exact = cache(formulas.build_mapping_system)
@@ -222,32 +218,6 @@ def test_either_reading_of_the_split_gives_the_same_gears() -> None:
     assert sp.simplify(root * sp.sqrt(i) - sp.sqrt(other * i)) == 0
 
 
-def test_steps_have_consistent_dimensions() -> None:
-    for form in exact().closed_forms:
-        for step in form.steps:
-            assert dimension(step.expr) in (None, of_unit(step.symbol.unit))
-    first = FORMS["image"].steps[0]
-    with pytest.raises(DimensionError):
-        dimension(first.expr + q.d1**2)
-
-
 def test_bend_angle_matches_the_triangle() -> None:
     outputs = run(FORMS["bend"], {q.L1: mp.mpf("0.099724"), q.a: mp.mpf("0.07")})
     assert float(outputs["bend"]) == pytest.approx(2 * np.arcsin(0.099724 / 0.14))
-
-
-def written(system: System) -> dict[str, str]:
-    functions = list_functions(system)
-    return {
-        "py": casadi.model(system, functions),
-        "array": array.model(system, functions),
-        "json": build_sidecar(system, functions),
-    }
-
-
-def test_generated_module_matches_derivation() -> None:
-    functions = written(exact())
-    with open(generated.module("mapping_exact").__file__, encoding="utf-8") as file:
-        assert file.read() == functions["py"]
-    assert generated.sidecar("mapping_exact")["functions"].keys() == FORMS.keys()
-    assert written(formulas.build_mapping_system()) == functions
