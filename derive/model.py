@@ -56,7 +56,9 @@ def let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
     return Let(symbol, sp.sympify(expr), f"derived: {reason or symbol.meaning}")
 
 
-def lets(symbols: Iterable[Quantity], exprs: Iterable[Expr], reason: str = "") -> tuple[Let, ...]:
+def let_all(
+    symbols: Iterable[Quantity], exprs: Iterable[Expr], reason: str = ""
+) -> tuple[Let, ...]:
     """Return the derived steps that name expressions, one symbol each."""
     return tuple(let(symbol, expr, reason) for symbol, expr in zip(symbols, exprs, strict=True))
 

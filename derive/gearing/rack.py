@@ -14,7 +14,7 @@ import sympy as sp
 from sympy import Expr, S, pi
 
 from ..mechanics.frames import Frame, Motion, Vec, X, Z, unit
-from ..model import ClosedForm, Let, System, lets
+from ..model import ClosedForm, Let, System, let_all
 from ..quantity import Quantity, Vector, read_quantities
 from . import pitch_curve
 from .pitch_curve import a
@@ -141,7 +141,7 @@ def _envelope(
     expressions = (_simplify_if_shorter(value, definitions).subs(components) for value in values)
     steps = (
         *definitions,
-        *lets(POINT, expressions, name),
+        *let_all(POINT, expressions, name),
     )
     return ClosedForm(name, inputs, steps, POINT)
 
@@ -258,7 +258,7 @@ def pitch_point() -> ClosedForm:
         sp.factor(first.cross(second)[2]) / t.speed**3,
     )
     steps = [Let(t.speed, size, "derived: pitch curve")]
-    steps += lets(PLACE, values, "pitch curve")
+    steps += let_all(PLACE, values, "pitch curve")
     return ClosedForm(
         "pitch", (POLAR, t.sense), tuple(steps), Vector("pitch_place", (*PLACE, t.speed))
     )
@@ -272,7 +272,7 @@ def conjugate_polar() -> ClosedForm:
     motion = Motion({r: pitch_curve.dr, pitch_curve.dr: pitch_curve.ddr, ratio: pitch_curve.dratio})
     first = motion.rate(a - r) / ratio
     values = (pitch_curve.turned, a - r, first, motion.rate(first) / ratio)
-    steps = lets(POLAR, values, "conjugate")
+    steps = let_all(POLAR, values, "conjugate")
     return ClosedForm("mate", (pitch_curve.CONTACT, a), steps, POLAR)
 
 
@@ -359,7 +359,7 @@ def mounted_point() -> ClosedForm:
     pairs = local.quantities[:2], local.quantities[2:]
     point, tangent = (Vec(gear, (*pair, S.Zero)).resolved(WORLD) for pair in pairs)
     values = (t.cx + point[0], t.cy + point[1], tangent[0], tangent[1])
-    steps = lets(PLACED, values, "mounted gear")
+    steps = let_all(PLACED, values, "mounted gear")
     return ClosedForm("placed", (local, WHERE), steps, PLACED)
 
 

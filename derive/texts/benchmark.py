@@ -258,9 +258,9 @@ class TextClaims:
         claims: dict[str, BenchmarkClaim],
     ) -> None:
         """Add slips that can be read and say something else than the sound row, in any values."""
-        most = len(claims) + count
+        goal = len(claims) + count
         for claim, change in changes:
-            if len(claims) == most:
+            if len(claims) == goal:
                 return
             latex = change.apply(claim.latex)
             if self.read(latex, claim) is not None and not self.is_same(latex, claim.latex, claim):

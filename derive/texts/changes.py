@@ -171,13 +171,13 @@ def _replace_names(
         places.setdefault(node.symbol, []).append(node)
     for symbol, nodes in places.items():
         spelling = symbol.spell()
-        others = [other for other in list_others(printed, symbol) if other != spelling]
-        for other in others:
+        spellings = [other for other in list_others(printed, symbol) if other != spelling]
+        for other in spellings:
             for node in nodes:
                 text = f"{other} for {printed.latex[node.start : node.end]}"
                 yield change_at(node.start, node.end, other, text)
         if len(nodes) > 1 and throughout:
-            for other in others:
+            for other in spellings:
                 pieces = tuple((node.start, node.end, other) for node in nodes)
                 yield LatexChange(pieces, f"{other} for {spelling} throughout")
 

@@ -14,7 +14,7 @@ from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
 from ...mechanics.impact import dahl, sum_of_squares
 from ...mechanics.kinematics import Followed
 from ...mechanics.mechanism import Mechanism
-from ...model import Let, System, let, lets
+from ...model import Let, System, let, let_all
 from ...quantity import Quantity, Vector, read_quantities
 from . import contact_quantities as q
 from . import quantities as clutch
@@ -282,9 +282,9 @@ def _add_motion(f: Formulas) -> None:
             let(name, component)
             for name, component in zip(SLIDE_FORCE, slide_force.components, strict=False)
         ),
-        *lets(ACCELERATIONS, m.accelerations(), "Lagrange's equation"),
-        *lets(BENT_RATES, bristle_rates, "Dahl's bristles"),
-        *lets(POWERS, powers),
+        *let_all(ACCELERATIONS, m.accelerations(), "Lagrange's equation"),
+        *let_all(BENT_RATES, bristle_rates, "Dahl's bristles"),
+        *let_all(POWERS, powers),
         let(t.energy, kinetic_energy(m.motion, m.bodies, WORLD) + in_springs),
     )
     outputs = (*ACCELERATIONS, *BENT_RATES, *POWERS, t.energy)

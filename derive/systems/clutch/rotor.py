@@ -16,7 +16,7 @@ from sympy import Expr, Matrix, S, cos, pi, sin, sqrt
 from ...formulas import Formulas
 from ...functions import switch, wrap
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import Let, System, let, lets
+from ...model import Let, System, let, let_all
 from ...quantity import Quantity, Vector
 from .geometry import chord_direction, polar_unit_vector
 
@@ -221,7 +221,7 @@ def _add_trammel(f: Formulas) -> None:
         sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2),
     )
     oval = (
-        *lets(CENTRE, rest),
+        *let_all(CENTRE, rest),
         let(MAJOR, sqrt(mean + difference), "eigenvalues of u u' + v v'"),
         let(MINOR, sp.Abs(u.row_join(v).det()) / MAJOR, "eigenvalues of u u' + v v'"),
         let(

@@ -15,7 +15,7 @@ from sympy import Expr, S
 from ...formulas import Formulas
 from ...mechanics.frames import Frame, Motion, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
-from ...model import Let, System, let, lets
+from ...model import Let, System, let, let_all
 from ...quantity import Quantity, Vector, read_quantities
 from . import geometry
 from . import quantities as q
@@ -163,7 +163,7 @@ def build_mapping_system() -> System:
 
 
 def _lets(named: Named, text: str) -> tuple[Let, ...]:
-    return lets(named.keys(), named.values(), text)
+    return let_all(named.keys(), named.values(), text)
 
 
 def _add_dyads(f: Formulas) -> None:

@@ -21,7 +21,7 @@ from ...mechanics.driven_motion import Sides
 from ...mechanics.frames import Axis, Frame, Point, Vec, Y, Z, displacement, unit
 from ...mechanics.kinematics import GearStage
 from ...mechanics.mechanism import Mechanism
-from ...model import ClosedForm, Event, Lane, Let, System, lets
+from ...model import ClosedForm, Event, Lane, Let, System, let_all
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .flanks import FLANK
@@ -309,7 +309,7 @@ def _gear_pair(
     places = pitch_places(line, distance, sense, point, PitchPoint(t, S.Zero, turned))
     start = displacement(O, centre, WORLD)
     components = [(start + place.resolved(WORLD))[i] for place in places for i in (0, 1)]
-    steps = lets(q.PAIR, components, "gears roll")
+    steps = let_all(q.PAIR, components, "gears roll")
     return ClosedForm(name, inputs, steps, Vector(f"{name}_points", q.PAIR))
 
 

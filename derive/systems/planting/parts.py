@@ -18,7 +18,7 @@ from ...formulas import Formulas
 from ...mechanics import contacts as cams
 from ...mechanics.frames import Frame, Motion, Vec, X, Y, displacement, unit
 from ...mechanics.kinematics import Kinematics
-from ...model import ClosedForm, Lane, Let, System, let, lets
+from ...model import ClosedForm, Lane, Let, System, let, let_all
 from ...quantity import NOTHING, Quantity, Vector, read_quantities
 from . import quantities as q
 from .derivation import ASSUMPTIONS as DEVICE
@@ -191,7 +191,7 @@ def _add_half(f: Formulas) -> None:
         let(t.length, q.L_tip - q.x_A),
         let(t.root_x, q.x_tip - t.length * closed[0]),
         let(t.root_y, q.y_tip - t.length * closed[1]),
-        *lets((t.along_x, t.along_y, t.along_z), opened.components),
+        *let_all((t.along_x, t.along_y, t.along_z), opened.components),
         let(t.nearest, numerator / (denominator + DENOMINATOR_EPS)),
         let(t.lowest, sp.Min(sp.Max(crossing, S.Zero), t.length)),
         let(t.place, sp.Min(sp.Max(t.nearest, t.lowest), t.length)),
