@@ -27,6 +27,7 @@ from .formula import (
     read_formula,
     tokenize_formula,
 )
+from .interpretation import look_up_spelling
 from .names import StatedNames
 from .values import Scalar, Value
 
@@ -186,13 +187,8 @@ def _list_alike(printed: PrintedFormula, symbol: Symbol) -> list[str]:
     """List names that have the kind and dimension of a symbol, and the symbol with other dots."""
     names = printed.names
     value = names.look_up(symbol) if names.is_known(symbol) else None
-    fitting = []
-    for spelling in printed.vocabulary:
-        node = read_formula(f"{spelling} = 0").sides[0]
-        if not isinstance(node, Name) or not names.is_known(node.symbol):
-            continue
-        if _are_alike(value, names.look_up(node.symbol)):
-            fitting.append(spelling)
+    others = ((spelling, look_up_spelling(names, spelling)) for spelling in printed.vocabulary)
+    fitting = [spelling for spelling, other in others if _are_alike(value, other)]
     return list(dict.fromkeys([*fitting, *_list_dotted(printed, symbol)]))
 
 
@@ -216,8 +212,8 @@ def _is_moving(value: Value) -> bool:
     return not isinstance(value, Scalar) or value.value != 0
 
 
-def _are_alike(first: Value | None, second: Value) -> bool:
-    if type(first) is not type(second):
+def _are_alike(first: Value | None, second: Value | None) -> bool:
+    if second is None or type(first) is not type(second):
         return False
     if isinstance(first, Scalar) and isinstance(second, Scalar):
         return first.dimension == second.dimension

@@ -34,6 +34,7 @@ from .formula import (
     Sum,
     Symbol,
     Transposed,
+    read_formula,
 )
 from .values import (
     Algebra,
@@ -109,6 +110,14 @@ class Meanings(Protocol):
         Raises FormulaError where it may be partial.
         """
         ...
+
+
+def look_up_spelling(names: Meanings, spelling: str) -> Value | None:
+    """Return the meaning of a name in LaTeX, None if it has none."""
+    node = read_formula(f"{spelling} = 0").sides[0]
+    if not isinstance(node, Name) or not names.is_known(node.symbol):
+        return None
+    return names.look_up(node.symbol)
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from sympy import Expr
 from ..evaluate import Point
 from ..formulas import Formulas
 from ..generated_folder import OwnError
-from ..mechanics.bodies import kinetic_energy, potential_energy
+from ..mechanics.bodies import Body, kinetic_energy, potential_energy
 from ..mechanics.frames import Frame, Vec, displacement, unit
 from ..mechanics.frames import Point as Place
 from ..mechanics.mechanism import TIME, Mechanism
@@ -340,10 +340,7 @@ class StatedNames:
             .resolved(frame)
             .components
         )
-        shared = next(
-            (c for c in vector.components if c.dimension is not None), vector.components[0]
-        )
-        mixed = any(c.mixed for c in vector.components)
+        shared, mixed = vector.shared_unit()
         x, y, z = (
             Scalar(sp.sympify(c), None if c == 0 else shared.dimension, shared.angular, mixed)
             for c in components
@@ -663,17 +660,17 @@ def _component(_: Mechanism, arguments: list[Any]) -> Scalar:
 
 def _kinetic(stated: Mechanism, arguments: list[Any]) -> Scalar:
     _needs(arguments)
-    bodies = [body for body in stated.assembly.bodies if body != stated.ground]
-    return to_scalar(kinetic_energy(stated.motion, bodies, stated.world))
+    return to_scalar(kinetic_energy(stated.motion, _list_moving(stated), stated.world))
 
 
 def _potential(stated: Mechanism, arguments: list[Any]) -> Scalar:
     _needs(arguments)
-    bodies = [body for body in stated.assembly.bodies if body != stated.ground]
-    stored = sp.Add(*stated.potentials) + potential_energy(
-        stated.assembly, bodies, stated.O, stated.world
-    )
-    return to_scalar(stored)
+    lifted = potential_energy(stated.assembly, _list_moving(stated), stated.O, stated.world)
+    return to_scalar(sp.Add(*stated.potentials) + lifted)
+
+
+def _list_moving(stated: Mechanism) -> list[Body]:
+    return [body for body in stated.assembly.bodies if body != stated.ground]
 
 
 GEOMETRY: dict[str, Callable[[Mechanism, list[Any]], Value]] = {
@@ -760,10 +757,7 @@ class PointNames:
             axes = [unit(vector.frame, axis).resolved(self.world).components for axis in AXES]
             self._turns[vector.frame] = [[self.array(c) for c in axis] for axis in axes]
         axes_at = self._turns[vector.frame]
-        shared = next(
-            (c for c in vector.components if c.dimension is not None), vector.components[0]
-        )
-        mixed = any(c.mixed for c in vector.components)
+        shared, mixed = vector.shared_unit()
         components = [
             sum(
                 component.value * axis[k]

@@ -215,6 +215,11 @@ class VectorValue:
         x, y, z = self.components
         return VectorValue(self.frame, (factor * x, factor * y, factor * z))
 
+    def shared_unit(self) -> tuple[Scalar, bool]:
+        """Return the component that has the dimension of all, and whether any mixes dimensions."""
+        known = (c for c in self.components if c.dimension is not None)
+        return next(known, self.components[0]), any(c.mixed for c in self.components)
+
 
 @dataclass(frozen=True)
 class MatrixValue:

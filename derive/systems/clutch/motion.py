@@ -55,16 +55,20 @@ def gear_rotation(rate: Expr) -> Expr:
     return sp.Piecewise((S.Zero, sp.Lt(q.alpha, MESH)), (rotation, sp.Ge(q.alpha, MESH)))
 
 
+def _place_links(angle: Expr, distance: Expr) -> tuple[Vec, Vec]:
+    """Return the crank AB at an angle, and the rod from C on the guide at a distance of A to B."""
+    A = Point("A")
+    B = Point("B", A, Vec(Frame("crank", WORLD, Z, angle), (q.l_AB, S.Zero, S.Zero)))
+    C = Point("C", A, Vec(WORLD, (distance, S.Zero, S.Zero)))
+    return displacement(A, B, WORLD), displacement(C, B, WORLD)
+
+
 def crank_angle(distance: Expr) -> Expr:
     """Return the angle between crank AB and guide AC for a distance AC, from the closed loop
     A-B-C.
     """
     angle = sp.Dummy("angle")
-    crank = Frame("crank", WORLD, Z, angle)
-    A = Point("A")
-    B = Point("B", A, Vec(crank, (q.l_AB, S.Zero, S.Zero)))
-    C = Point("C", A, Vec(WORLD, (distance, S.Zero, S.Zero)))
-    rod = displacement(B, C, WORLD)
+    _, rod = _place_links(angle, distance)
     square = sp.expand(rod.dot(rod)).subs(sin(angle) ** 2, 1 - cos(angle) ** 2)
     (cosine,) = sp.solve(sp.expand(square) - q.l_BC**2, cos(angle))
     return sp.acos(cosine)
@@ -268,11 +272,7 @@ def add_slider(f: Formulas) -> None:
     """Add the linkage over its travel, the forces to push the sleeve, its gears, and its rod for a
     required travel.
     """
-    crank = Frame("crank", WORLD, Z, ANGLE)
-    A = Point("A")
-    B = Point("B", A, Vec(crank, (q.l_AB, S.Zero, S.Zero)))
-    C = Point("C", A, Vec(WORLD, (q.l_AC + SHIFT, S.Zero, S.Zero)))
-    pin, rod = displacement(A, B, WORLD), displacement(C, B, WORLD)
+    pin, rod = _place_links(ANGLE, q.l_AC + SHIFT)
     angle = crank_angle(q.l_AC + SHIFT)
     pose = (
         let(ANGLE, angle, "the loop A-B-C closes"),

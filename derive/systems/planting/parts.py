@@ -22,8 +22,7 @@ from ...model import ClosedForm, Lane, Let, System, let, let_all
 from ...quantity import NOTHING, Quantity, Vector, read_quantities
 from . import quantities as q
 from .derivation import ASSUMPTIONS as DEVICE
-from .derivation import B1, CARRIER, PLANET, WORLD, A, Half
-from .flanks import FLANK
+from .derivation import B1, CARRIER, PLANET, WORLD, A, Half, add_flanks
 
 CAM_ASSUMPTIONS = (
     "the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the "
@@ -111,10 +110,7 @@ def contour_lane() -> Lane:
     """
     motion = Motion({q.delta: S.One, q.alpha: S.One})
     k = Kinematics("end face", NOTHING, q.delta, motion, (S.Zero, S.Zero, S.Zero), True, CARRIER)
-    cam = q.delta, q.delta
-    k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
-    k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))
-    k.follow((q.theta1, t.slope, t.bend), q.H * (q.p_rise - q.p_fall))
+    k.follow((q.theta1, t.slope, t.bend), add_flanks(k, q.delta))
     x, _, z = displacement(B1, Half.build("inner half", A, 1, Y).E, PLANET).components
     velocity = motion.relative_derivative(Vec(PLANET, (x, t.station, z)), CARRIER)
     passing = velocity[0] - motion.rate(x)
