@@ -187,8 +187,8 @@ def _list_alike(printed: PrintedFormula, symbol: Symbol) -> list[str]:
     """List names that have the kind and dimension of a symbol, and the symbol with other dots."""
     names = printed.names
     value = names.look_up(symbol) if names.is_known(symbol) else None
-    others = ((spelling, look_up_spelling(names, spelling)) for spelling in printed.vocabulary)
-    fitting = [spelling for spelling, other in others if _are_alike(value, other)]
+    look_ups = ((spelling, look_up_spelling(names, spelling)) for spelling in printed.vocabulary)
+    fitting = [spelling for spelling, other in look_ups if _are_alike(value, other)]
     return list(dict.fromkeys([*fitting, *_list_dotted(printed, symbol)]))
 
 

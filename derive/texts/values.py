@@ -217,8 +217,8 @@ class VectorValue:
 
     def shared_unit(self) -> tuple[Scalar, bool]:
         """Return the component that has the dimension of all, and whether any mixes dimensions."""
-        known = (c for c in self.components if c.dimension is not None)
-        return next(known, self.components[0]), any(c.mixed for c in self.components)
+        with_unit = (c for c in self.components if c.dimension is not None)
+        return next(with_unit, self.components[0]), any(c.mixed for c in self.components)
 
 
 @dataclass(frozen=True)
