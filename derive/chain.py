@@ -356,14 +356,11 @@ def ordered(
     left = list(equations)
     order: list[Solve | Together] = []
     while still_open & set(targets):
-        solve = (
-            _single(left, still_open)
-            or _common(left, still_open)
-            or _together(left, unknowns, still_open)
-        )
-        taken, unknowns_solved = _taken(solve)
-        left = [e for e in left if e.number not in taken]
-        still_open -= unknowns_solved
+        solve = _next(left, unknowns, still_open)
+        if solve is None:
+            raise ChainError(describe_undetermined(left, [u for u in unknowns if u in still_open]))
+        left = [e for e in left if e.number not in solve.equations]
+        still_open -= set(solve.unknowns)
         order.append(solve)
     return Chain({e.number: e for e in equations}, order)
 
@@ -377,15 +374,12 @@ def select_solvable(equations: Sequence[Equation], unknowns: Sequence[Quantity])
     still_open, left = set(unknowns), list(equations)
     order: list[Solve | Together] = []
     while solve := _next(left, unknowns, still_open):
-        taken, unknowns_solved = _taken(solve)
-        chain = Chain({e.number: e for e in equations}, [solve])
+        still_open -= set(solve.unknowns)
         try:
-            chain.steps()
+            Chain({e.number: e for e in equations}, [solve]).steps()
         except (ChainError, BlockError):
-            still_open -= unknowns_solved
             continue
-        left = [e for e in left if e.number not in taken]
-        still_open -= unknowns_solved
+        left = [e for e in left if e.number not in solve.equations]
         order.append(solve)
     return Chain({e.number: e for e in equations}, order)
 
@@ -397,23 +391,8 @@ def _next(
     if solve is not None:
         return solve
     block, block_unknowns = closed_set(equations, [u for u in unknowns if u in still_open])
-    return (
-        Together(tuple(e.number for e in block), tuple(block_unknowns)) if block_unknowns else None
-    )
-
-
-def _taken(solve: Solve | Together) -> tuple[set[str], set[Quantity]]:
-    """Numbers of the equations that are spent, and the unknowns that they give."""
-    return set(solve.equations), set(solve.unknowns)
-
-
-def _together(
-    equations: Sequence[Equation], unknowns: Sequence[Quantity], still_open: set[Quantity]
-) -> Together:
-    open_unknowns = [u for u in unknowns if u in still_open]
-    block, block_unknowns = closed_set(equations, open_unknowns)
     if not block_unknowns:
-        raise ChainError(describe_undetermined(equations, open_unknowns))
+        return None
     return Together(tuple(e.number for e in block), tuple(block_unknowns))
 
 

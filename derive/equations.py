@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from enum import Enum
 from typing import Literal, TypeVar
 
 from sympy import Basic, Expr, true
@@ -42,46 +41,8 @@ class Balance:
         return f"{self.body}: {self.kind} along {self.axis} of {self.frame}{about}"
 
 
-class Claim(Enum):
-    """Vocabulary of what an equation may say beyond a balance: a machine has a subclass, each
-    member a sentence.
-
-    A sentence with gaps, ``{}``, stands for a family of claims; ``of`` makes one of them.
-    """
-
-    def __str__(self) -> str:
-        return str(self.value)
-
-    def of(self, *things: object) -> ClaimOf:
-        """The claim of the family about these things; raises ClaimError unless there is one for
-        each gap.
-        """
-        return ClaimOf(self, tuple(map(str, things)))
-
-
-@dataclass(frozen=True)
-class ClaimOf:
-    """One of a family of claims: about the things that fill the gaps of its sentence."""
-
-    family: Claim
-    things: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        sentence = str(self.family)
-        gaps = sentence.count("{}")
-        if gaps != len(self.things):
-            raise ClaimError(
-                f"{sentence!r} has gaps for {gaps}, not for {len(self.things)}: {self.things}"
-            )
-
-    def __str__(self) -> str:
-        return str(self.family).format(*self.things)
-
-
-class Unclaimed(Claim):
-    """Claim of an equation that makes none in particular."""
-
-    HOLDS = "no claim but that it holds"
+UNCLAIMED = "no claim but that it holds"
+"""Claim of an equation that makes none in particular."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +55,10 @@ class Definition:
         return f"definition: {self.meaning}"
 
 
-Claimed = Balance | Claim | ClaimOf | Definition
+Claimed = Balance | Definition | str
+"""What an equation claims to be: a balance, a definition, or else a sentence, the same in a paper
+and in a derivation.
+"""
 
 
 @dataclass(frozen=True)
@@ -137,7 +101,7 @@ class Equation:
     @property
     def stands_alone(self) -> bool:
         """Whether no derivation can be compared with the equation."""
-        return isinstance(self.claims, Definition | Unclaimed)
+        return isinstance(self.claims, Definition) or self.claims == UNCLAIMED
 
 
 def stated_equation(claim: Claimed, residual: Expr, defines: Quantity | None = None) -> Equation:
@@ -171,43 +135,34 @@ def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
     return equations_by_claim
 
 
-def find_claim(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
+def find_claim(stated: Mapping[Claimed, T], claim: Claimed) -> T:
     """Return the value of a claim.
 
     Raises ClaimError that names the nearest claims if there is none.
     """
-    if claim in by_claim:
-        return by_claim[claim]
-    claims = {f"{type(c).__name__} {str(c)!r}" for c in by_claim}
-    name = f"{type(claim).__name__} {str(claim)!r}"
-    close = get_close_matches(name, sorted(claims), n=3)
-    hint = f"; near it: {', '.join(close)}" if close else ""
-    raise ClaimError(f"nothing here states {name}{hint}")
+    if claim in stated:
+        return stated[claim]
+    close = get_close_matches(str(claim), sorted(map(str, stated)), n=3)
+    hint = f"; near it: {', '.join(map(repr, close))}" if close else ""
+    raise ClaimError(f"nothing here states {str(claim)!r}{hint}")
 
 
-class Stated(Claim):
-    """Vocabulary of what an equation of a user's mechanism may say beyond a balance."""
-
-    QUANTITY = "what {} is"
-    GAP = "the loop {} closes"
-
-
-def what(quantity: Quantity | str) -> ClaimOf:
+def what(quantity: Quantity | str) -> str:
     """Return the claim that an equation says what a quantity is; the name of the quantity will do.
 
     Claims have no unit.
 
-    >>> str(what("F_spring"))
+    >>> what("F_spring")
     'what F_spring is'
     """
-    return Stated.QUANTITY.of(quantity)
+    return f"what {quantity} is"
 
 
-def loop(name: str) -> ClaimOf:
+def loop(name: str) -> str:
     """Return the claim that an equation closes a loop, by the name of its gap: point and axis, as
     in "Bx" (no unit).
 
-    >>> str(loop("Bx"))
+    >>> loop("Bx")
     'the loop Bx closes'
     """
-    return Stated.GAP.of(name)
+    return f"the loop {name} closes"

@@ -27,7 +27,6 @@ from sympy import Expr
 
 from .chain import Chain, solve_linear
 from .equations import (
-    Claim,
     Claimed,
     ClaimError,
     Equation,
@@ -88,7 +87,7 @@ class Formulas:
         assumptions: Iterable[str] = (),
         told: str = "{}_outputs",
         bind: Mapping[sp.Symbol, Expr] | None = None,
-        lacking: frozenset[Claim] = frozenset(),
+        lacking: frozenset[Claimed] = frozenset(),
         angle: Quantity | None = None,
         speed: Quantity | None = None,
     ) -> None:

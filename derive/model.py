@@ -56,6 +56,13 @@ def let(symbol: Quantity, expr: Expr, reason: str = "") -> Let:
     return Let(symbol, sp.sympify(expr), f"derived: {reason or symbol.meaning}")
 
 
+def let_all(
+    symbols: Iterable[Quantity], exprs: Iterable[Expr], reason: str = ""
+) -> tuple[Let, ...]:
+    """Return the derived steps that name expressions, one symbol each."""
+    return tuple(let(symbol, expr, reason) for symbol, expr in zip(symbols, exprs, strict=True))
+
+
 @dataclass(frozen=True)
 class Call:
     """``outputs = function(argument, *vectors)``: a function composed at run time; None for an
@@ -472,7 +479,7 @@ class Mesh:
         distance = self.radii[0] + self.radii[1]
         inner = tuple(c - distance * a for c, a in zip(self.centre, direction, strict=True))
         pitch = tuple(c + self.radii[0] * a for c, a in zip(inner, direction, strict=True))
-        lets = []
+        places: list[Let] = []
         turns = self.line - self.polar[0], self.line + sp.pi - self.polar[1]
         for gear, centre, turn, radius in zip(
             self.gears, (inner, self.centre), turns, self.radii, strict=True
@@ -481,13 +488,13 @@ class Mesh:
             for point, position in (("centre", centre), ("pitch_point", pitch), ("mark", mark)):
                 for axis, coordinate in zip("xy", position, strict=True):
                     meaning = f"{point.replace('_', ' ')} of {gear}, {axis}"
-                    lets.append(
+                    places.append(
                         let(
                             Quantity(f"{axis}_{word(gear)}__{point}", "m", meaning, "own"),
                             sp.sympify(coordinate),
                         )
                     )
-        return lets
+        return places
 
 
 def build_function(

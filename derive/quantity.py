@@ -301,6 +301,10 @@ class Quantities(Mapping[str, Quantity]):
         quantity: Quantity = by_name[name]
         return quantity
 
+    def select(self, names: str) -> tuple[Quantity, ...]:
+        """Return the quantities whose names stand in a text, in its order."""
+        return tuple(self[name] for name in names.split())
+
 
 NOTHING = Quantities({}, {})
 
@@ -338,6 +342,24 @@ def quantities(text: str, source: str = "own", section: str = SECTION) -> Quanti
         except ValueError as error:
             raise TableError(f"line {number} of the table, '{line.strip()}': {error}") from None
     return Quantities(by_name, data)
+
+
+def read_quantities(text: str) -> Quantities:
+    """Read the quantities of a built-in machine: `name | unit | meaning | key`, in SI units.
+
+    A line without a bar is the source of the lines below it. The key, that of the machine file or
+    of a result, may be absent.
+    """
+    by_name: dict[str, Quantity] = {}
+    source = ""
+    for line in filter(None, text.splitlines()):
+        name, *rest = (cell.strip() for cell in line.split("|"))
+        if rest:
+            unit, meaning, *key = rest
+            by_name[name] = Quantity(name, unit, meaning, source, *key)
+        else:
+            source = name
+    return Quantities(by_name, {})
 
 
 def _quantity(cells: list[str], source: str, section: str) -> Quantity:

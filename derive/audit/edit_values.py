@@ -22,7 +22,7 @@ included.
 """
 MOST_AT_ONCE = 256
 """Symbols replaced throughout that are evaluated at once."""
-_FUNCTIONS: dict[type[Basic], Callable[..., Any]] = {
+ARRAY_FUNCTIONS: dict[type[Basic], Callable[..., Any]] = {
     **{
         getattr(sp, name): getattr(np, name)
         for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log")
@@ -43,11 +43,14 @@ _FUNCTIONS: dict[type[Basic], Callable[..., Any]] = {
     sp.Add: lambda *some: sum(some),
     sp.Mul: lambda *some: reduce(np.multiply, some),
 }
+"""What computes each node of an expression on arrays."""
 
 
 def is_computable(expr: Basic) -> bool:
     """Whether floating point has all functions of an expression."""
-    return all(not node.args or node.func in _FUNCTIONS for node in sp.preorder_traversal(expr))
+    return all(
+        not node.args or node.func in ARRAY_FUNCTIONS for node in sp.preorder_traversal(expr)
+    )
 
 
 class EditValues:
@@ -88,7 +91,7 @@ class EditValues:
     def _evaluate(self, expr: Basic, values: dict[Basic, Any]) -> Any:
         if expr not in values:
             if expr.args:
-                values[expr] = _FUNCTIONS[expr.func](
+                values[expr] = ARRAY_FUNCTIONS[expr.func](
                     *(self._evaluate(part, values) for part in expr.args)
                 )
             elif values is self._values:
@@ -137,10 +140,10 @@ class EditValues:
     def _put(self, expr: Basic, index: int, values: Any) -> Any:
         """Return the values of an expression with an argument of other values."""
         if not isinstance(expr, sp.Add | sp.Mul):
-            return _FUNCTIONS[expr.func](
+            return ARRAY_FUNCTIONS[expr.func](
                 *(values if i == index else self.value(p) for i, p in enumerate(expr.args))
             )
-        function = _FUNCTIONS[expr.func]
+        function = ARRAY_FUNCTIONS[expr.func]
         if (expr, index) not in self._complements:
             self._complements[expr, index] = function(
                 *(self.value(p) for i, p in enumerate(expr.args) if i != index)

@@ -15,7 +15,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
-from ..equations import Equation, Unclaimed, Witness
+from ..equations import UNCLAIMED, Equation, Witness
 from ..evaluate import TOLERANCE, NotEvaluated, Point, UnknownNodeError
 from ..quantity import Quantity, is_consistent
 from .comparison import (
@@ -401,7 +401,7 @@ def judge_equation(
     if derived is None:
         return (
             judge_by_values(printed, tuple(points), words)
-            if isinstance(printed.claims, Unclaimed)
+            if printed.claims == UNCLAIMED
             else judge_definition(printed)
         )
     if printed.legibility == "lost":

@@ -15,7 +15,7 @@ import sympy as sp
 from numpy.typing import NDArray
 from sympy import Expr
 
-from ..equations import Claimed, Equation, Legibility, Relation, Unclaimed, Witness
+from ..equations import UNCLAIMED, Claimed, Equation, Legibility, Relation, Witness
 from ..evaluate import Point
 from ..model import Let, System, Twin
 from ..quantity import Quantity
@@ -296,7 +296,7 @@ class Paper:
         self,
         number: str,
         residual: Expr,
-        claims: Claimed = Unclaimed.HOLDS,
+        claims: Claimed = UNCLAIMED,
         legibility: Legibility = "printed",
     ) -> None:
         """Add an equation printed as ``residual = 0``, in any one unit, with what the paper claims
@@ -314,7 +314,7 @@ class Paper:
         number: str,
         symbol: Quantity,
         expr: Expr,
-        claims: Claimed = Unclaimed.HOLDS,
+        claims: Claimed = UNCLAIMED,
         legibility: Legibility = "printed",
     ) -> None:
         """Add a formula printed as ``symbol = expr``, in the unit of the symbol; else as

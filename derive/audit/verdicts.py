@@ -17,6 +17,7 @@ from ..equations import ClaimError
 from . import key
 from .case import Case, references
 from .judge import FAULTS, UNJUDGED
+from .laws import ChainLaws, attempted_violation, judge_laws, record_untried_law
 from .record import (
     Record,
     count_verdicts,
@@ -30,7 +31,6 @@ from .record import (
     record_equations,
     record_unjudged,
 )
-from .trial import Trial, attempted_violation, judge_laws, record_untried_law
 
 SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
 """Verdicts that leave nothing to say but what a symbol is read as or what vanishes."""
@@ -540,9 +540,9 @@ def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]
         dynamics = case.subject.dynamics()
         if case.chains is None or dynamics is None:
             return []
-        literal = Trial(*case.chains, dynamics)
+        literal = ChainLaws(*case.chains, dynamics)
         records = judge_laws(
-            case.paper.name, Trial(*case.read_chains(chosen), dynamics) if meanings else literal
+            case.paper.name, ChainLaws(*case.read_chains(chosen), dynamics) if meanings else literal
         )
         sizes = [attempted_violation(literal, law) for law in dynamics.laws]
     except Exception as error:  # equations are judged one by one, whatever becomes of their chain

@@ -13,7 +13,7 @@ import sympy as sp
 from ..discovery import import_modules, list_offers
 from ..gearing.pitch_curve import PitchCurve, length_parameters, scale_invariants
 from ..mechanics.driven_motion import DrivenLane
-from ..model import Event, Lane, System
+from ..model import Event, System
 from ..quantity import OpenVector, Quantity, Vector, refuse_name, reserve
 from . import targets
 from .expression import COMMON
@@ -124,33 +124,38 @@ def _key(quantity: Quantity) -> str:
 
 
 def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
-    """The sidecar of a model; names of composed functions and joints only where there are any."""
-    events = system.lane.events if system.lane else ()
+    """The sidecar of a model; what not every model has stands in it only where there is any."""
+    lane, effects = system.lane, system.effects
+    speed = lane.speed if lane else None
+    acceleration = lane.acceleration if isinstance(lane, DrivenLane) else None
+    content = {
+        "name": system.name,
+        "title": system.title,
+        "source": system.source,
+        "assumptions": system.assumptions,
+        "callables": [f.name for f in system.functions],
+        "speed": speed and speed.name,
+        "acceleration": acceleration and acceleration.name,
+        "vectors": {v.name: _vector(v) for v in system.vectors},
+        "events": [_event(event) for event in lane.events] if lane else [],
+        "effects": effects and {"without": effects.without, "felt": effects.felt},
+        "pushing": system.pushing,
+        "axes": system.axes,
+        "meshes": system.meshes,
+        "supports": system.supports,
+        "inputs": _list_inputs(system),
+        "begun": system.begun,
+        "held": system.held_entries,
+        "functions": {f.name: _function(f) for f in functions},
+        "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
+    }
+    always = ("assumptions", "vectors", "functions", "equations")
+    is_held = system.held_entries is not None
     return _json(
         {
-            "name": system.name,
-            "title": system.title,
-            "source": system.source,
-            "assumptions": system.assumptions,
-            **({"callables": [f.name for f in system.functions]} if system.functions else {}),
-            **({"speed": system.lane.speed.name} if system.lane and system.lane.speed else {}),
-            **_acceleration(system.lane),
-            "vectors": {v.name: _vector(v) for v in system.vectors},
-            **({"events": [_event(e) for e in events]} if events else {}),
-            **(
-                {"effects": {"without": system.effects.without, "felt": system.effects.felt}}
-                if system.effects
-                else {}
-            ),
-            **({"pushing": system.pushing} if system.pushing else {}),
-            **({"axes": system.axes} if system.axes else {}),
-            **({"meshes": system.meshes} if system.meshes else {}),
-            **({"supports": system.supports} if system.supports else {}),
-            **({"inputs": _list_inputs(system)} if system.open_inputs else {}),
-            **({"begun": system.begun} if system.begun else {}),
-            **({} if system.held_entries is None else {"held": system.held_entries}),
-            "functions": {f.name: _function(f) for f in functions},
-            "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
+            key: value
+            for key, value in content.items()
+            if value or key in always or (key == "held" and is_held)
         }
     )
 
@@ -162,11 +167,6 @@ def _list_inputs(system: System) -> list[dict[str, str | float]]:
         stated = {key: end for key, end in bounds if end is not None}
         inputs.append({"name": name, **stated})
     return inputs
-
-
-def _acceleration(lane: Lane | None) -> dict[str, str]:
-    acceleration = lane.acceleration if isinstance(lane, DrivenLane) else None
-    return {} if acceleration is None else {"acceleration": acceleration.name}
 
 
 def build_curve_sidecar(curve: PitchCurve, functions: Sequence[Emitted]) -> str:

@@ -291,11 +291,15 @@ def list_lane_functions(plan: Schedule) -> Iterator[Emitted]:
 
 
 def of_closed_form(form: ClosedForm) -> Emitted:
-    """Build what is emitted for a function in closed form, with shared subexpressions computed
-    once.
-    """
-    steps = share_subexpressions(needed(form.steps, frozenset(form.outputs)), prefix="c")
-    return Emitted(form.name, form.inputs, steps, form.outputs)
+    """The function of a closed form."""
+    steps = needed(form.steps, frozenset(form.outputs))
+    return _share(form.name, form.inputs, steps, form.outputs)
+
+
+def _share(
+    name: str, inputs: tuple[Input, ...], steps: tuple[Step, ...], output: Vector
+) -> Emitted:
+    return Emitted(name, inputs, share_subexpressions(steps, prefix="c"), output)
 
 
 def _frame(lane: Lane, shared: Shared, steps: tuple[Step, ...]) -> Emitted:
@@ -339,109 +343,51 @@ def list_conditions(curve: PitchCurve) -> list[Condition]:
     return [*curve.conditions(), Condition("m", pc.m - sp.Rational(1, 2), "greater than 1/2")]
 
 
-def build_contact(curve: PitchCurve) -> Emitted:
-    """Contact of the deformed curve at the polar angle t."""
-    turned = curve.turned()
-    rotation: Step = SineSeries(pc.ahead, pc.u, HOISTED, "rotation")
-    if isinstance(turned, sp.Expr):
-        rotation = Let(pc.ahead, turned - pc.u, "rotation in closed form")
-    steps = share_subexpressions(
-        (*pc.parameter_steps(), rotation, *pc.contact_steps(curve)), prefix="c"
-    )
-    return Emitted("contact", (pc.t, pack_parameters(curve), HOISTED), steps, pc.CONTACT)
-
-
-def build_curvature(curve: PitchCurve) -> Emitted:
-    """Curvatures of the deformed curve and its conjugate at the parameter u, on both segments."""
-    steps = share_subexpressions(pc.curvature_steps(curve), prefix="c")
-    return Emitted("curvature", (pc.u, pack_parameters(curve), HOISTED), steps, pc.CURVATURE)
-
-
-def build_polar(curve: PitchCurve) -> Emitted:
-    """Polar angles at which the deformed curve has the parameter u, one on each segment."""
-    return Emitted(
-        "polar",
-        (pc.u, pack_parameters(curve)),
-        share_subexpressions(pc.polar_steps(), prefix="c"),
-        pc.POLAR,
-    )
-
-
-def build_speed(curve: PitchCurve) -> Emitted:
-    """Arc lengths of the deformed curve per parameter u, on both segments."""
-    return Emitted(
-        "speed",
-        (pc.u, pack_parameters(curve)),
-        share_subexpressions(pc.speed_steps(curve), "c"),
-        pc.SPEED,
-    )
-
-
-def build_conditions(curve: PitchCurve) -> Emitted:
-    """Expressions that must be positive."""
-    positive = tuple(c.positive for c in list_conditions(curve))
-    names = Vector(
-        "positive",
-        tuple(
-            Quantity(f"g{i}", "1", "must be positive", "pitch curve") for i in range(len(positive))
-        ),
-    )
-    return Emitted("conditions", (pack_parameters(curve),), (), names, positive)
-
-
-def build_convexity(curve: PitchCurve) -> list[Emitted]:
-    """The closed form that is positive if and only if the deformed curve is convex, if the family
-    has one.
-    """
-    closed = curve.convexity()
-    if closed is None:
-        return []
-    convex = Quantity(
-        "convex", "1", "positive if and only if the deformed curve is convex", "pitch curve"
-    )
-    steps = share_subexpressions((Let(convex, closed, "convexity in closed form"),), prefix="c")
-    return [Emitted("convexity", (pack_parameters(curve),), steps, Vector("convexity", (convex,)))]
-
-
-def build_relative(curve: PitchCurve) -> Emitted:
-    """Parameters of a curve of unit size and a given swing, without the deformation coefficient."""
-    unit_quantities = tuple(
-        Quantity(f"{q.name}_", q.unit, q.meaning, q.source) for q in curve.parameters
-    )
-    lets = (
-        Let(q, value, "unit size")
-        for q, value in zip(unit_quantities, curve.relative(), strict=True)
-    )
-    return Emitted(
-        "relative",
-        (pc.swing, pack_shapes(curve)),
-        share_subexpressions(tuple(lets), "c"),
-        Vector("relative", unit_quantities),
-    )
-
-
-def pack_shapes(curve: PitchCurve) -> Vector:
-    """Return the packed shape numbers of a family."""
-    return Vector("shape", tuple(shape.quantity for shape in curve.shapes))
-
-
 def build_curve_functions(curve: PitchCurve) -> list[Emitted]:
-    """All but the prologue.
+    """All functions of a pitch curve but its prologue.
 
-    Raises ValueError where a parameter has a name that the prologue needs.
+    Contact at the polar angle t; at the parameter u, on both segments, curvatures of the deformed
+    curve and its conjugate, polar angles and arc lengths; what must be positive; the closed form of
+    convexity, if the family has one; parameters at unit size, by the swing of the ratio. Raises
+    ValueError for a parameter whose name the prologue needs.
     """
     if taken := sorted(q.name for q in curve.parameters if q.name in LOCALS):
         raise ValueError(
-            f"family {curve.name}: its prologue needs the name {taken[0]}; call the parameter "
-            f"otherwise"
+            f"family {curve.name}: its prologue needs the name {taken[0]}; "
+            "call the parameter otherwise"
         )
-    at_contact = [
-        build_contact(curve),
-        build_curvature(curve),
-        build_polar(curve),
-        build_speed(curve),
+    parameters, turned = pack_parameters(curve), curve.turned()
+    rotation: Step = SineSeries(pc.ahead, pc.u, HOISTED, "rotation")
+    if isinstance(turned, sp.Expr):
+        rotation = Let(pc.ahead, turned - pc.u, "rotation in closed form")
+    contact = (*pc.parameter_steps(), rotation, *pc.contact_steps(curve))
+    at_u = pc.u, parameters
+    functions = [
+        _share("contact", (pc.t, parameters, HOISTED), contact, pc.CONTACT),
+        _share("curvature", (*at_u, HOISTED), pc.curvature_steps(curve), pc.CURVATURE),
+        _share("polar", at_u, pc.polar_steps(), pc.POLAR),
+        _share("speed", at_u, pc.speed_steps(curve), pc.SPEED),
     ]
-    return [*at_contact, build_conditions(curve), *build_convexity(curve), build_relative(curve)]
+    positive = tuple(c.positive for c in list_conditions(curve))
+    names = tuple(
+        Quantity(f"g{i}", "1", "must be positive", "pitch curve") for i in range(len(positive))
+    )
+    functions.append(Emitted("conditions", (parameters,), (), Vector("positive", names), positive))
+    closed = curve.convexity()
+    if closed is not None:
+        meaning = "positive if and only if the deformed curve is convex"
+        convex = Quantity("convex", "1", meaning, "pitch curve")
+        step = Let(convex, closed, "convexity in closed form")
+        functions.append(
+            _share("convexity", (parameters,), (step,), Vector("convexity", (convex,)))
+        )
+    sizes = tuple(Quantity(f"{q.name}_", q.unit, q.meaning, q.source) for q in curve.parameters)
+    at_unit_size = tuple(
+        Let(size, value, "unit size") for size, value in zip(sizes, curve.relative(), strict=True)
+    )
+    shape = Vector("shape", tuple(shape.quantity for shape in curve.shapes))
+    relative = _share("relative", (pc.swing, shape), at_unit_size, Vector("relative", sizes))
+    return [*functions, relative]
 
 
 def in_closed_form(curve: PitchCurve) -> bool:

@@ -144,6 +144,14 @@ turned = Quantity(
 CONTACT = Vector("contact", (r, dr, ddr, ratio, dratio, turned))
 
 
+_CLOSED = Let(m2, m / (2 * m - 1), "deformation: closure of the two segments")
+
+
+def _radius_steps(radius: Expr) -> tuple[Let, ...]:
+    slope = Let(r_u, radius.diff(u), "pitch curve, differentiated")
+    return _CLOSED, Let(r, radius, "pitch curve"), slope
+
+
 def parameter_steps() -> tuple[Let, ...]:
     """Return the deformation: u = m t up to pi/m, then u = m2 (2 pi - t), where 1/m + 1/m2 = 2
     (wang2017, [10]).
@@ -151,7 +159,7 @@ def parameter_steps() -> tuple[Let, ...]:
     rest_of_first = pi / m - tau
     return (
         Let(tau, wrap(t, 2 * pi), "deformation: polar angle within the revolution"),
-        Let(m2, m / (2 * m - 1), "deformation: closure of the two segments"),
+        _CLOSED,
         Let(u, switch(rest_of_first, m * tau, m2 * (2 * pi - tau)), "deformation: parameter"),
         Let(du, switch(rest_of_first, m, -m2), "deformation: slope of the parameter"),
     )
@@ -230,9 +238,7 @@ def curvature_steps(curve: PitchCurve) -> tuple[Let, ...]:
     slopes = (m, m, m2, m2)
     gear, mate = (r, r_u, r_uu), (a - r, mate_u, mate_uu)
     return (
-        Let(m2, m / (2 * m - 1), "deformation: closure of the two segments"),
-        Let(r, radius, "pitch curve"),
-        Let(r_u, radius.diff(u), "pitch curve, differentiated"),
+        *_radius_steps(radius),
         Let(r_uu, radius.diff(u, 2), "pitch curve, differentiated"),
         Let(ratio, undeformed_ratio, "conjugation"),
         Let(ratio_u, undeformed_ratio.diff(u), "conjugation, differentiated"),
@@ -281,9 +287,7 @@ def speed_steps(curve: PitchCurve) -> tuple[Let, ...]:
     """
     radius = curve.radius()
     return (
-        Let(m2, m / (2 * m - 1), "deformation: closure of the two segments"),
-        Let(r, radius, "pitch curve"),
-        Let(r_u, radius.diff(u), "pitch curve, differentiated"),
+        *_radius_steps(radius),
         *(
             Let(
                 symbol, sp.sqrt(r**2 + slope**2 * r_u**2) / slope, "arc length in polar coordinates"

@@ -15,7 +15,7 @@ from sympy import Expr, Rational, S, pi
 from ..formulas import Formulas
 from ..mechanics.frames import Frame, Vec, X, Z, unit
 from ..model import ClosedForm, Let, System, let
-from ..quantity import Quantity, Vector, quantities
+from ..quantity import Quantity, Vector, quantities, read_quantities
 
 TEETH_ASSUMPTIONS = (
     "rack teeth without profile shift or backlash",
@@ -27,32 +27,48 @@ TRANSVERSE = Frame("transverse section")
 _teeth = partial(Quantity, source="derived: teeth")
 
 
-kappa1 = _teeth("kappa1", "1/m", "curvature of the first pitch curve, positive where convex")
-kappa2 = _teeth("kappa2", "1/m", "curvature of the second pitch curve, positive where convex")
-module = _teeth("module", "m", "module")
-ha1 = _teeth("ha1", "1", "addendum of the first gear's teeth in modules")
-ha2 = _teeth("ha2", "1", "addendum of the second gear's teeth in modules")
-alpha0 = _teeth("alpha0", "rad", "pressure angle")
-TEETH = Vector("teeth", (module, ha1, ha2, alpha0))
-square1, square2 = (
-    _teeth(
-        f"square{i}",
-        "1",
-        f"square under the root of the path of action to the tips of the {gear} gear",
-    )
-    for i, gear in ((1, "first"), (2, "second"))
+t = read_quantities(
+    """
+derived: teeth
+kappa1 | 1/m | curvature of the first pitch curve, positive where convex
+kappa2 | 1/m | curvature of the second pitch curve, positive where convex
+module | m | module
+ha1 | 1 | addendum of the first gear's teeth in modules
+ha2 | 1 | addendum of the second gear's teeth in modules
+alpha0 | rad | pressure angle
+square1 | 1 | square under the root of the path of action to the tips of the first gear
+square2 | 1 | square under the root of the path of action to the tips of the second gear
+outside1 | 1 | height of the first gear's tips over their base circle, in radii of curvature
+outside2 | 1 | height of the second gear's tips over their base circle, in radii of curvature
+g1 | m | path of action to the tips of the first gear
+g2 | m | path of action to the tips of the second gear
+epsilon | 1 | contact ratio
+
+derived: strength
+r | m | pitch radius at the contact
+dr | m | slope of the pitch radius, per polar angle
+towards | rad | pressure angle of the flank on the side to which the pitch radius grows
+against | rad | pressure angle of the flank on the opposite side
+F | N | normal force between the teeth
+b | m | width of the face
+E | N/m2 | Young's modulus, of both gears
+nu | 1 | Poisson's ratio, of both gears
+E_contact | N/m2 | contact modulus: 1/E_contact is the sum of (1 - nu^2)/E over both gears
+kappa | 1/m | relative curvature of both flanks at the pitch point
+square | N2/m4 | square of the largest pressure in the contact
+p0 | N/m2 | largest pressure in the contact of the flanks
+half_width | m | half the width of the strip on which the flanks touch
+teeth_inverse | 1 | one over the number of teeth of the gear on the osculating circle
+Y | 1 | Lewis's form factor, in modules
+sigma | N/m2 | bending stress at the root of a tooth
+"""
 )
-outside1, outside2 = (
-    _teeth(
-        f"outside{i}",
-        "1",
-        f"height of the {gear} gear's tips over their base circle, in radii of curvature",
-    )
-    for i, gear in ((1, "first"), (2, "second"))
-)
-g1 = _teeth("g1", "m", "path of action to the tips of the first gear")
-g2 = _teeth("g2", "m", "path of action to the tips of the second gear")
-epsilon = _teeth("epsilon", "1", "contact ratio")
+"""Quantities of this module."""
+
+
+TEETH = Vector("teeth", t.select("module ha1 ha2 alpha0"))
+
+
 SQUARE_MINIMUM = sp.Rational(1, 10**12)
 """Lower bound of the square under the root, so that the path of action has a finite slope inside
 the base circle.
@@ -130,22 +146,26 @@ def contact_ratio() -> ClosedForm:
     """
     steps: list[Let] = []
     for square, g, outside, kappa, ha in (
-        (square1, g1, outside1, kappa1, ha1),
-        (square2, g2, outside2, kappa2, ha2),
+        (t.square1, t.g1, t.outside1, t.kappa1, t.ha1),
+        (t.square2, t.g2, t.outside2, t.kappa2, t.ha2),
     ):
         radicand, path = path_by_curvature(
-            kappa, ha * module, alpha0, sp.Max(square, SQUARE_MINIMUM)
+            kappa, ha * t.module, t.alpha0, sp.Max(square, SQUARE_MINIMUM)
         )
         steps += [
             Let(square, radicand, "derived: path of action"),
             Let(g, path, "derived: path of action"),
             Let(
-                outside, height_over_base_circle(kappa, ha * module, alpha0), "derived: base circle"
+                outside,
+                height_over_base_circle(kappa, ha * t.module, t.alpha0),
+                "derived: base circle",
             ),
         ]
-    ratio = Let(epsilon, (g1 + g2) / base_pitch(pi * module, alpha0), "derived: contact ratio")
-    outputs = Vector("meshing", (epsilon, g1, g2, outside1, outside2))
-    return ClosedForm("contact_ratio", (kappa1, kappa2, TEETH), (*steps, ratio), outputs)
+    ratio = Let(
+        t.epsilon, (t.g1 + t.g2) / base_pitch(pi * t.module, t.alpha0), "derived: contact ratio"
+    )
+    outputs = Vector("meshing", t.select("epsilon g1 g2 outside1 outside2"))
+    return ClosedForm("contact_ratio", (t.kappa1, t.kappa2, TEETH), (*steps, ratio), outputs)
 
 
 def build_teeth_system() -> System:
@@ -172,30 +192,9 @@ PAPER_HERTZ = "Johnson, Contact Mechanics (1985), 4.2(c)"
 PAPER_LEWIS = "Lewis (1892), form factor of 20 deg full-depth teeth: 0.154 - 0.912/z, times pi"
 _strength = partial(Quantity, source="derived: strength")
 
-r = _strength("r", "m", "pitch radius at the contact")
-dr = _strength("dr", "m", "slope of the pitch radius, per polar angle")
-towards = _strength(
-    "towards", "rad", "pressure angle of the flank on the side to which the pitch radius grows"
-)
-against = _strength("against", "rad", "pressure angle of the flank on the opposite side")
-F = _strength("F", "N", "normal force between the teeth")
-b = _strength("b", "m", "width of the face")
-E = _strength("E", "N/m2", "Young's modulus, of both gears")
-nu = _strength("nu", "1", "Poisson's ratio, of both gears")
-E_contact = _strength(
-    "E_contact", "N/m2", "contact modulus: 1/E_contact is the sum of (1 - nu^2)/E over both gears"
-)
-kappa = _strength("kappa", "1/m", "relative curvature of both flanks at the pitch point")
-square = _strength("square", "N2/m4", "square of the largest pressure in the contact")
-p0 = _strength("p0", "N/m2", "largest pressure in the contact of the flanks")
-half_width = _strength("half_width", "m", "half the width of the strip on which the flanks touch")
-teeth_inverse = _strength(
-    "teeth_inverse", "1", "one over the number of teeth of the gear on the osculating circle"
-)
-Y = _strength("Y", "1", "Lewis's form factor, in modules")
-sigma = _strength("sigma", "N/m2", "bending stress at the root of a tooth")
-LOAD = Vector("load", (F, b, alpha0))
-MATERIAL = Vector("material", (E, nu))
+
+LOAD = Vector("load", t.select("F b alpha0"))
+MATERIAL = Vector("material", t.select("E nu"))
 
 
 def tangent_inclination() -> Expr:
@@ -204,7 +203,7 @@ def tangent_inclination() -> Expr:
     """
     angle = sp.Dummy("turned")
     line = Frame("line of centres", TRANSVERSE)
-    point = Vec(line, (r + dr * angle, S.Zero, S.Zero)).resolved(TRANSVERSE)
+    point = Vec(line, (t.r + t.dr * angle, S.Zero, S.Zero)).resolved(TRANSVERSE)
     velocity = Vec(TRANSVERSE, tuple(c.diff(angle) for c in point.components)) + unit(
         TRANSVERSE, Z
     ).cross(point)
@@ -217,7 +216,7 @@ def flank_curvature(pitch_curvature: Expr) -> Expr:
     the base circle.
     """
     radius = sp.Symbol("radius", positive=True)
-    base_distance = line_of_action(alpha0).dot(Vec(TRANSVERSE, (S.Zero, radius, S.Zero)))
+    base_distance = line_of_action(t.alpha0).dot(Vec(TRANSVERSE, (S.Zero, radius, S.Zero)))
     return (1 / base_distance).subs(radius, 1 / pitch_curvature)
 
 
@@ -230,9 +229,9 @@ def hertz_pressure() -> tuple[Expr, Expr]:
     """
     x, a, top = sp.symbols("x a top", positive=True)
     load = sp.integrate(top * sp.sqrt(1 - (x / a) ** 2), (x, -a, a))
-    (width,) = sp.solve(2 * top / (a * E_contact) - kappa, a)
-    (squared,) = sp.solve(load.subs(a, width).subs(top, sp.sqrt(square)) - F / b, square)
-    return squared, width.subs(top, p0)
+    (width,) = sp.solve(2 * top / (a * t.E_contact) - t.kappa, a)
+    (squared,) = sp.solve(load.subs(a, width).subs(top, sp.sqrt(t.square)) - t.F / t.b, t.square)
+    return squared, width.subs(top, t.p0)
 
 
 def pressure_angles() -> ClosedForm:
@@ -241,11 +240,14 @@ def pressure_angles() -> ClosedForm:
     """
     inclination = tangent_inclination()
     steps = tuple(
-        Let(symbol, alpha0 + sign * inclination, "derived: pitch curve's tangent")
-        for symbol, sign in ((towards, 1), (against, -1))
+        Let(symbol, t.alpha0 + sign * inclination, "derived: pitch curve's tangent")
+        for symbol, sign in ((t.towards, 1), (t.against, -1))
     )
     return ClosedForm(
-        "pressure_angles", (r, dr, alpha0), steps, Vector("pressure", (towards, against))
+        "pressure_angles",
+        (t.r, t.dr, t.alpha0),
+        steps,
+        Vector("pressure", t.select("towards against")),
     )
 
 
@@ -253,19 +255,19 @@ def contact_stress() -> ClosedForm:
     """Return the Hertzian contact stress of two flanks at the pitch point."""
     squared, width = hertz_pressure()
     steps = (
-        Let(E_contact, E / (2 * (1 - nu**2)), PAPER_HERTZ),
+        Let(t.E_contact, t.E / (2 * (1 - t.nu**2)), PAPER_HERTZ),
         Let(
-            kappa,
-            flank_curvature(kappa1) + flank_curvature(kappa2),
+            t.kappa,
+            flank_curvature(t.kappa1) + flank_curvature(t.kappa2),
             "derived: flanks at the pitch point",
         ),
-        Let(square, squared, PAPER_HERTZ),
-        Let(p0, sp.sqrt(sp.Max(square, S.Zero)), PAPER_HERTZ),
-        Let(half_width, width, PAPER_HERTZ),
+        Let(t.square, squared, PAPER_HERTZ),
+        Let(t.p0, sp.sqrt(sp.Max(t.square, S.Zero)), PAPER_HERTZ),
+        Let(t.half_width, width, PAPER_HERTZ),
     )
-    inputs = (kappa1, kappa2, LOAD, MATERIAL)
+    inputs = (t.kappa1, t.kappa2, LOAD, MATERIAL)
     return ClosedForm(
-        "contact_stress", inputs, steps, Vector("contact", (square, p0, half_width, kappa))
+        "contact_stress", inputs, steps, Vector("contact", t.select("square p0 half_width kappa"))
     )
 
 
@@ -274,12 +276,14 @@ def bending_stress() -> ClosedForm:
     curve.
     """
     steps = (
-        Let(teeth_inverse, module * kappa1 / 2, "derived: osculating circle"),
-        Let(Y, pi * (Rational(154, 1000) - Rational(912, 1000) * teeth_inverse), PAPER_LEWIS),
-        Let(sigma, F * sp.cos(alpha0) / (b * module * Y), PAPER_LEWIS),
+        Let(t.teeth_inverse, t.module * t.kappa1 / 2, "derived: osculating circle"),
+        Let(t.Y, pi * (Rational(154, 1000) - Rational(912, 1000) * t.teeth_inverse), PAPER_LEWIS),
+        Let(t.sigma, t.F * sp.cos(t.alpha0) / (t.b * t.module * t.Y), PAPER_LEWIS),
     )
-    inputs = (kappa1, module, LOAD)
-    return ClosedForm("bending_stress", inputs, steps, Vector("bending", (sigma, Y, teeth_inverse)))
+    inputs = (t.kappa1, t.module, LOAD)
+    return ClosedForm(
+        "bending_stress", inputs, steps, Vector("bending", t.select("sigma Y teeth_inverse"))
+    )
 
 
 def build_strength_system() -> System:

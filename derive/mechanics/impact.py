@@ -14,7 +14,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..functions import switch
-from ..model import Let, let
+from ..model import Let, let, let_all
 from ..quantity import Quantity, Vector
 
 
@@ -139,7 +139,7 @@ class Impact:
             let(self.elastic, switch(self.gap, S.Zero, law.elastic(self.depth))),
             let(self.closing, -opening),
             let(self.normal, self.elastic * sp.Max(1 + law.dissipation * self.closing, S.Zero)),
-            *(let(name, component) for name, component in zip(slips, slip, strict=True)),
+            *let_all(slips, slip),
             *(
                 [let(self.drag, creeping(law.friction * self.normal, slips, law.creep))]
                 if slip

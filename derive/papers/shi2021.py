@@ -5,6 +5,8 @@ Transcriptions only, misprints included; formulas and statements without a numbe
 Printed degrees stand as such: sines and cosines of them are not worked out.
 """
 
+# mypy: disable-error-code="name-defined"
+# A transcription speaks the vocabulary of its machine; a name that this lacks stops the import.
 from __future__ import annotations
 
 from sympy import (
@@ -43,105 +45,134 @@ def at(function: type[Function], degrees: int) -> Expr:
 
 
 # 2.1 path of a vertex
-PAPER.defines("contact", e_3, Integer(0), ClutchClaim.THIRD_OVERLAP)
-PAPER.defines("1a", x_C, x_A + R * cos(theta), ClutchClaim.C_FROM_A_X)
-PAPER.defines("1b", y_C, y_A - R * sin(theta), ClutchClaim.C_FROM_A_Y)
-PAPER.defines("1c", X_C, X_B + R * cos(beta), ClutchClaim.C_FROM_B_X)
-PAPER.defines("1d", Y_C, Y_B - R * sin(beta), ClutchClaim.C_FROM_B_Y)
-PAPER.defines("X_C", X_C, x_C * at(cos, 60) + y_C * at(cos, 30), ClutchClaim.C_TURNED_X)
-PAPER.defines("Y_C", Y_C, x_C * at(cos, 60) - y_C * at(cos, 30), ClutchClaim.C_TURNED_Y)
-PAPER.defines("beta", beta, theta + 24 * DEG, ClutchClaim.DIRECTION_BC)
-PAPER.defines("2a", x_C, -a / 2 + R * (A1 * sin(theta) + A2 * cos(theta)), ClutchClaim.PATH_X)
-PAPER.defines("2b", y_C, sqrt(3) / 2 * a - R * sin(theta), ClutchClaim.PATH_Y)
-PAPER.defines("A1", A1, (2 * sqrt(3) * at(cos, 24) - 1) / 3, ClutchClaim.PATH_SINE)
-PAPER.defines("A2", A2, 2 * sqrt(3) * at(sin, 24) / 3, ClutchClaim.PATH_COSINE)
-PAPER.defines("a", a, R / unread, ClutchClaim.HEXAGON_SIDE, "lost")
-PAPER.defines("centre x", x_E, -sqrt(3) * R / 6, ClutchClaim.ELLIPSE_CENTRE_X)
-PAPER.defines("centre y", y_E, R / 2, ClutchClaim.ELLIPSE_CENTRE_Y)
-PAPER.defines("foci", y_F, -sqrt(3) * x_F, ClutchClaim.FOCI_LINE)
-PAPER.defines("semi-major", s_1, Rational("1.12") * R, ClutchClaim.SEMI_MAJOR_AXIS)
-PAPER.defines("semi-minor", s_2, Rational("0.43") * R, ClutchClaim.SEMI_MINOR_AXIS)
-PAPER.inequality("fillet", r, "<", rho_t, ClutchClaim.FILLET)
-PAPER.defines("curvature", rho_C, Rational("0.24") * R, ClutchClaim.PATH_CURVATURE)
+PAPER.defines("contact", e_3, Integer(0), "overlap with the third pair of sides")
+PAPER.defines("1a", x_C, x_A + R * cos(theta), "vertex C from vertex A, x")
+PAPER.defines("1b", y_C, y_A - R * sin(theta), "vertex C from vertex A, y")
+PAPER.defines("1c", X_C, X_B + R * cos(beta), "vertex C from vertex B, X")
+PAPER.defines("1d", Y_C, Y_B - R * sin(beta), "vertex C from vertex B, Y")
+PAPER.defines(
+    "X_C", X_C, x_C * at(cos, 60) + y_C * at(cos, 30), "coordinates of C in the turned frame, X"
+)
+PAPER.defines(
+    "Y_C", Y_C, x_C * at(cos, 60) - y_C * at(cos, 30), "coordinates of C in the turned frame, Y"
+)
+PAPER.defines("beta", beta, theta + 24 * DEG, "direction of BC from that of AC")
+PAPER.defines("2a", x_C, -a / 2 + R * (A1 * sin(theta) + A2 * cos(theta)), "path of C, x")
+PAPER.defines("2b", y_C, sqrt(3) / 2 * a - R * sin(theta), "path of C, y")
+PAPER.defines(
+    "A1", A1, (2 * sqrt(3) * at(cos, 24) - 1) / 3, "coefficient of the sine in the path of C"
+)
+PAPER.defines("A2", A2, 2 * sqrt(3) * at(sin, 24) / 3, "coefficient of the cosine in the path of C")
+PAPER.defines("a", a, R / unread, "side of the hexagon that fits the polygon's width", "lost")
+PAPER.defines("centre x", x_E, -sqrt(3) * R / 6, "centre of the ellipse, x")
+PAPER.defines("centre y", y_E, R / 2, "centre of the ellipse, y")
+PAPER.defines("foci", y_F, -sqrt(3) * x_F, "line of the foci")
+PAPER.defines("semi-major", s_1, Rational("1.12") * R, "semi-major axis of the ellipse")
+PAPER.defines("semi-minor", s_2, Rational("0.43") * R, "semi-minor axis of the ellipse")
+PAPER.inequality("fillet", r, "<", rho_t, "fillet that the tooth tips clear")
+PAPER.defines(
+    "curvature", rho_C, Rational("0.24") * R, "curvature of the path where it leaves the side"
+)
 
 # 2.2 teeth
-PAPER.inequality("3a", b1, ">=", sqrt(3) * a1 / (2 * at(sin, 72)), ClutchClaim.TIP_DISTANCE)
-PAPER.inequality("3b", b2, ">=", a1 - (2 * sqrt(3) / 3 - 1) * r, ClutchClaim.ROOT_DISTANCE)
-PAPER.defines("3c", xi, 2 * asin(sqrt(3) * a1 / (2 * b1)), ClutchClaim.FACE_ANGLE)
-PAPER.defines("xi", xi, 144 * DEG, ClutchClaim.LEAST_TIP_FACE_ANGLE)
+PAPER.inequality("3a", b1, ">=", sqrt(3) * a1 / (2 * at(sin, 72)), "tooth tips go round the shaft")
+PAPER.inequality(
+    "3b", b2, ">=", a1 - (2 * sqrt(3) / 3 - 1) * r, "tooth roots clear the shaft's corners"
+)
+PAPER.defines("3c", xi, 2 * asin(sqrt(3) * a1 / (2 * b1)), "angle between the faces of a tooth")
+PAPER.defines("xi", xi, 144 * DEG, "angle between the faces at the least tip distance")
 
 # 2.3 axial angle and travel
-PAPER.inequality("4a", c, ">=", c_min, ClutchClaim.TRAVEL)
-PAPER.defines("4b", c_min, (2 * b - sqrt(3) * a) / tan(phi), ClutchClaim.LEAST_TRAVEL)
-PAPER.inequality("4c", (F1 - F2) * cos(phi), ">=", f, ClutchClaim.SLEEVE_SLIDES)
-PAPER.equation("4d", (F1 - F2) * sin(phi) - F_N, ClutchClaim.SLEEVE_ACROSS)
-PAPER.defines("b", b, sqrt(3 / (2 + 2 * at(cos, 36))) * a, ClutchClaim.OUTLINE_RADIUS)
-PAPER.defines("f", f, mu * F_N, ClutchClaim.SLEEVE_FRICTION)
-PAPER.defines("5a", phi, (R1 - R2) / d, ClutchClaim.AXIAL_ANGLE)
-PAPER.inequality("5b", (R1 - R2) / d, ">", (R1 - b2) / d, ClutchClaim.WALL)
-PAPER.inequality("5c", atan((2 * b - sqrt(3) * a) / c), "<=", phi, ClutchClaim.LEAST_AXIAL_ANGLE)
-PAPER.inequality("5d", phi, "<=", atan(1 / mu), ClutchClaim.LARGEST_AXIAL_ANGLE)
+PAPER.inequality("4a", c, ">=", c_min, "travel of the sleeve")
+PAPER.defines("4b", c_min, (2 * b - sqrt(3) * a) / tan(phi), "least travel of the sleeve")
+PAPER.inequality("4c", (F1 - F2) * cos(phi), ">=", f, "sleeve slides along the taper")
+PAPER.equation("4d", (F1 - F2) * sin(phi) - F_N, "sleeve on the taper, force across it")
+PAPER.defines("b", b, sqrt(3 / (2 + 2 * at(cos, 36))) * a, "largest outline radius of the body")
+PAPER.defines("f", f, mu * F_N, "friction of body and sleeve")
+PAPER.defines("5a", phi, (R1 - R2) / d, "axial angle from the outline radii")
+PAPER.inequality(
+    "5b", (R1 - R2) / d, ">", (R1 - b2) / d, "material between tooth roots and outline"
+)
+PAPER.inequality("5c", atan((2 * b - sqrt(3) * a) / c), "<=", phi, "least axial angle for a travel")
+PAPER.inequality("5d", phi, "<=", atan(1 / mu), "largest axial angle at which the sleeve slides")
 
 # 2.4 control linkage
 PAPER.defines(
     "6",
     theta_A,
     Piecewise((0, alpha < 90 * DEG - gamma), ((1 + 1 / k) * alpha, alpha >= 90 * DEG - gamma)),
-    ClutchClaim.CRANK_GEAR,
+    "rotation of the crank gear with the link",
 )
 PAPER.defines("k", k, r_A / r_D, Definition("gear radius ratio"))
-PAPER.defines("7a", theta_Amax, n * (180 * DEG * m / (2 * r_A)), ClutchClaim.CRANK_BY_TEETH)
+PAPER.defines(
+    "7a",
+    theta_Amax,
+    n * (180 * DEG * m / (2 * r_A)),
+    "rotation of the crank gear for a number of teeth",
+)
 PAPER.defines(
     "7b",
     theta_Amax,
     acos((l_AC**2 + l_AB**2 - l_BC**2) / (2 * l_AC * l_AB))
     - acos(((l_AC + c) ** 2 + l_AB**2 - l_BC**2) / (2 * (l_AC + c) * l_AB)),
-    ClutchClaim.CRANK_BY_TRAVEL,
+    "rotation of the crank for the travel of the sleeve",
 )
 
 # 3.1 impact
-PAPER.equation("8a", F_M - N - m1 * a_l, ClutchClaim.BODY_FORCE)
-PAPER.equation("8b", E * I * y_4x + rho * S * a_l - N * delta_l, ClutchClaim.SHAFT_FORCE)
-PAPER.defines("start", v_0, Delta_omega * r1, ClutchClaim.COMMON_SPEED)
-PAPER.defines("9", y, y_max * sin(pi * x / (2 * t)), ClutchClaim.MODAL_DEFLECTION)
+PAPER.equation("8a", F_M - N - m1 * a_l, "force on the engaging body")
+PAPER.equation("8b", E * I * y_4x + rho * S * a_l - N * delta_l, "force on the output shaft")
+PAPER.defines(
+    "start", v_0, Delta_omega * r1, "speed of body and shaft at the start, when they move together"
+)
+PAPER.defines("9", y, y_max * sin(pi * x / (2 * t)), "deflection of the shaft in its mode")
 PAPER.defines(
     "10",
     y,
     (Delta_omega * r1 / B1 * sin(B1 * t) - B2 / B1**2 * cos(B1 * t) + B2 / B1**2)
     * sin(pi * x / (2 * l)),
-    ClutchClaim.SHAFT_DEFLECTION,
+    "deflection of the shaft over time",
 )
-PAPER.defines("B1", B1, sqrt(pi**4 * E * I / (32 * m2 * l**3)), ClutchClaim.CONTACT_FREQUENCY)
-PAPER.defines("B2", B2, F_M / m2, ClutchClaim.DRIVING_ACCELERATION)
+PAPER.defines("B1", B1, sqrt(pi**4 * E * I / (32 * m2 * l**3)), "circular frequency in contact")
+PAPER.defines("B2", B2, F_M / m2, "acceleration by the driving force")
 PAPER.defines(
     "11",
     N,
     F_M + m1 * (Delta_omega * r1 * B1 * sin(B1 * t) - B2 * cos(B1 * t)),
-    ClutchClaim.CONTACT_LOAD,
+    "contact load over time",
 )
 PAPER.defines(
     "12",
     N_max,
     F_M + m1 * sqrt(pi**4 * E * I * Delta_omega**2 * r1**2 / (32 * m2 * l**3) + F_M**2 / m2**2),
-    ClutchClaim.LARGEST_LOAD,
+    "largest contact load",
 )
 
 # 3.2 slip
-PAPER.equation("13a", N - (F_x * sin(theta0) + F_y * cos(theta0)), ClutchClaim.TOOTH_ACROSS)
-PAPER.equation("13b", F_x * cos(theta0) + F_y * sin(theta0) - f0 - m1 * a0, ClutchClaim.TOOTH_ALONG)
+PAPER.equation(
+    "13a", N - (F_x * sin(theta0) + F_y * cos(theta0)), "forces on the tooth across the surface"
+)
+PAPER.equation(
+    "13b",
+    F_x * cos(theta0) + F_y * sin(theta0) - f0 - m1 * a0,
+    "forces on the tooth along the surface",
+)
 PAPER.defines(
     "14",
     a0,
     (N * cos(theta0) - f0 * sin(theta0) - F_y) / (m1 * sin(theta0)),
-    ClutchClaim.SLIP_ACCELERATION,
+    "acceleration of the slip",
 )
-PAPER.inequality("slip", N, ">", f0 * tan(theta0) + F_x * (1 / cos(theta0)), ClutchClaim.SLIP_LOAD)
-PAPER.equation("no slip", F_x - (N * cos(theta0) - f0 * sin(theta0)), ClutchClaim.TOOTH_AT_REST)
+PAPER.inequality(
+    "slip", N, ">", f0 * tan(theta0) + F_x * (1 / cos(theta0)), "load at which the tooth slips"
+)
+PAPER.equation(
+    "no slip", F_x - (N * cos(theta0) - f0 * sin(theta0)), "forces on the tooth without slip"
+)
 
 # 4 field test
 PAPER.defines("Y1", Y1, S1 - S2, Definition("lag distance at engagement"))
 PAPER.defines("Y2", Y2, S3 - S4, Definition("lag distance at cut-off"))
-PAPER.defines("time", t_c, c / v_c, ClutchClaim.SWITCHING_TIME)
+PAPER.defines("time", t_c, c / v_c, "time to switch")
 
 # What the paper leaves open: which mass m2 is, how the bearing holds the shaft, what moves at the
 # start of contact, against what rotations of the crank gear count, and whether phi is the taper's
@@ -216,7 +247,7 @@ PAPER.shows("k", "the radii for a ratio of 0.3", r_A="14", r_D="46", k="0.3")
 PAPER.shows("k", "the radii for a ratio of 0.4", r_A="17", r_D="43", k="0.4")
 PAPER.shows("k", "the radii for a ratio of 0.5", r_A="20", r_D="40", k="0.5")
 
-LACKING = frozenset({ClutchClaim.FOCUS_X, ClutchClaim.CRANK_GEAR_ON_LINK})
+LACKING = frozenset({"focus of the ellipse, x", "rotation of the crank gear relative to the link"})
 """What the stages of a clutch ask for and the paper does not state."""
 
 COMPLETION = {

@@ -5,6 +5,8 @@ Transcriptions only, misprints included. Signs, symbols and rates are the paper'
 derived or repaired.
 """
 
+# mypy: disable-error-code="name-defined"
+# A transcription speaks the vocabulary of its machine; a name that this lacks stops the import.
 from __future__ import annotations
 
 from sympy import Piecewise, Rational, atan, cos, pi, sin, tan
@@ -36,11 +38,11 @@ PAPER.defines(
     "1",
     mu,
     atan((R_b * sin(psi + psi0) + L_AE * dpsi_ddelta) / (R_b * cos(psi + psi0))),
-    PlantingClaim.CAM_PRESSURE_ANGLE,
+    "pressure angle of the cam",
 )
-PAPER.defines("2", F_Ex, F_E * sin(psi + psi0 - mu - mu1), PlantingClaim.CAM_FORCE.of("x"))
-PAPER.defines("3", F_Ey, 0 * F_E, PlantingClaim.CAM_FORCE.of("y"))
-PAPER.defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), PlantingClaim.CAM_FORCE.of("z"))
+PAPER.defines("2", F_Ex, F_E * sin(psi + psi0 - mu - mu1), "force of the cam on the roller, x'")
+PAPER.defines("3", F_Ey, 0 * F_E, "force of the cam on the roller, y'")
+PAPER.defines("4", F_Ez, F_E * cos(psi + psi0 - mu - mu1), "force of the cam on the roller, z'")
 
 # 2.1.2 rocker and inner half of the nozzle
 PAPER.equation(
@@ -100,37 +102,29 @@ PAPER.equation(
 
 # coordinates below (8)
 PAPER.defines(
-    "theta3", theta3, theta30 + theta1, PlantingClaim.HINGE_ANGLE.of("C1"), "partly legible"
+    "theta3", theta3, theta30 + theta1, "angle of the line from the hinge to C1", "partly legible"
 )
 PAPER.defines(
-    "theta4", theta4, theta40 + theta1, PlantingClaim.HINGE_ANGLE.of("C2"), "partly legible"
+    "theta4", theta4, theta40 + theta1, "angle of the line from the hinge to C2", "partly legible"
 )
 PAPER.defines(
     "x_E",
     x_E,
     x_A - L_AE * cos(psi + psi0),
-    PlantingClaim.PLACE.of("the roller", "x"),
+    "place of the roller, x'",
     "partly legible",
 )
 PAPER.defines(
     "z_E",
     z_E,
     z_A + L_AE * sin(psi + psi0),
-    PlantingClaim.PLACE.of("the roller", "z"),
+    "place of the roller, z'",
     "partly legible",
 )
-PAPER.defines(
-    "x_C1", x_C1, x_A + L_AC1 * cos(theta3), PlantingClaim.PLACE.of("C1", "x"), "partly legible"
-)
-PAPER.defines(
-    "z_C1", z_C1, z_A - L_AC1 * sin(theta3), PlantingClaim.PLACE.of("C1", "z"), "partly legible"
-)
-PAPER.defines(
-    "x_C2", x_C2, x_A + L_AC2 * cos(theta4), PlantingClaim.PLACE.of("C2", "x"), "partly legible"
-)
-PAPER.defines(
-    "z_C2", z_C2, z_A - L_AC2 * sin(theta4), PlantingClaim.PLACE.of("C2", "z"), "partly legible"
-)
+PAPER.defines("x_C1", x_C1, x_A + L_AC1 * cos(theta3), "place of C1, x'", "partly legible")
+PAPER.defines("z_C1", z_C1, z_A - L_AC1 * sin(theta3), "place of C1, z'", "partly legible")
+PAPER.defines("x_C2", x_C2, x_A + L_AC2 * cos(theta4), "place of C2, x'", "partly legible")
+PAPER.defines("z_C2", z_C2, z_A - L_AC2 * sin(theta4), "place of C2, z'", "partly legible")
 
 # 2.2.1 sun
 PAPER.equation("9", F_Px2 + F_Px + F_Ox, Balance("sun", "force", "x", "frame"))
@@ -174,26 +168,26 @@ PAPER.defines(
     "15",
     F_Px,
     F_NP * cos(phi + pi / 2 + phi_P1) + F_fP * cos(phi + pi / 2 + phi_P2),
-    PlantingClaim.TOOTH_FORCE.of("P", "x"),
+    "tooth force at P, x",
 )
 PAPER.defines(
     "16",
     F_Py,
     F_NP * sin(phi + pi / 2 + phi_P1) + F_fP * sin(phi + pi / 2 + phi_P2),
-    PlantingClaim.TOOTH_FORCE.of("P", "y"),
+    "tooth force at P, y",
     "partly legible",
 )
 PAPER.defines(
     "P1",
     phi_P1,
     Piecewise((xi1 + pi / 9, M_P < 0), (xi1 + 8 * pi / 9, M_P > 0)),
-    PlantingClaim.NORMAL_DIRECTION.of("P"),
+    "direction of the normal force at P",
 )
 PAPER.defines(
     "P2",
     phi_P2,
     Piecewise((phi_P1 - pi / 2, M_P < 0), (phi_P1 + pi / 2, M_P > 0)),
-    PlantingClaim.FRICTION_DIRECTION.of("P"),
+    "direction of friction at P",
 )
 PAPER.defines(
     "NP",
@@ -202,9 +196,9 @@ PAPER.defines(
         (M_P / (r5 * cos(mu2 - xi1 + 7 * pi / 18) / cos(mu2)), M_P < 0),
         (M_P / (r5 * cos(mu2 + xi1 + 7 * pi / 18) / cos(mu2)), M_P > 0),
     ),
-    PlantingClaim.NORMAL_FORCE.of("P"),
+    "normal force at P",
 )
-PAPER.defines("fP", F_fP, F_NP * tan(mu2), PlantingClaim.FRICTION_FORCE.of("P"))
+PAPER.defines("fP", F_fP, F_NP * tan(mu2), "friction force at P")
 
 # 2.2.3 planet, shaft and funnel
 PAPER.equation(
@@ -242,26 +236,26 @@ PAPER.defines(
     "21",
     F_Qx,
     F_NQ * cos(phi + pi / 2 + gamma + phi_Q1) + F_fQ * cos(phi + pi / 2 + gamma + phi_Q2),
-    PlantingClaim.TOOTH_FORCE.of("Q", "x"),
+    "tooth force at Q, x",
 )
 PAPER.defines(
     "22",
     F_Qy,
     F_NQ * sin(phi + pi / 2 + gamma + phi_Q1) + F_fQ * sin(phi + pi / 2 + gamma + phi_Q2),
-    PlantingClaim.TOOTH_FORCE.of("Q", "y"),
+    "tooth force at Q, y",
 )
-PAPER.defines("23", M_T, F_Ex * y_E, PlantingClaim.CAM_MOMENT)
+PAPER.defines("23", M_T, F_Ex * y_E, "moment of the cam force about the planet's axis")
 PAPER.defines(
     "Q1",
     phi_Q1,
     Piecewise((xi2 + pi / 9, M_Q < 0), (xi2 + 8 * pi / 9, M_Q > 0)),
-    PlantingClaim.NORMAL_DIRECTION.of("Q"),
+    "direction of the normal force at Q",
 )
 PAPER.defines(
     "Q2",
     phi_Q2,
     Piecewise((phi_Q1 - pi / 2, M_Q < 0), (phi_Q1 + pi / 2, M_Q > 0)),
-    PlantingClaim.FRICTION_DIRECTION.of("Q"),
+    "direction of friction at Q",
 )
 PAPER.defines(
     "NQ",
@@ -270,9 +264,9 @@ PAPER.defines(
         (M_Q / (r7 * cos(mu2 - xi2 + 7 * pi / 18) / cos(mu2)), M_Q < 0),
         (M_Q / (r7 * cos(mu2 + xi2 + 7 * pi / 18) / cos(mu2)), M_Q > 0),
     ),
-    PlantingClaim.NORMAL_FORCE.of("Q"),
+    "normal force at Q",
 )
-PAPER.defines("fQ", F_fQ, F_NQ * tan(mu2), PlantingClaim.FRICTION_FORCE.of("Q"))
+PAPER.defines("fQ", F_fQ, F_NQ * tan(mu2), "friction force at Q")
 
 # 2.2.4 carrier
 PAPER.equation(

@@ -30,12 +30,12 @@ from ..audit.judge import holds
 from ..equations import Definition
 from ..evaluate import DIGITS, TOLERANCE, NotEvaluated, Point
 from ..generated_folder import OwnError
+from .changes import SLIPS, PrintedFormula, list_rewrites
 from .corrections import UNREADABLE, find_repairs
 from .documents import SUFFIXES, read_document
 from .formula import expand_matrix_macros, read_formula
 from .interpretation import interpret_formula
 from .names import find_stated, read_name_table
-from .slips import SLIPS, PrintedFormula, list_rewrites
 from .trial import PrintedText, ReadRow, load_module, read_case
 
 SOURCE, MECHANISM, NAMES, TEXT = "source.toml", "mechanism.py", "names.toml", "text"
@@ -230,7 +230,7 @@ class TextClaims:
         as there are.
         """
         rng = random.Random(f"{seed} {self.text.name}")
-        claims: list[BenchmarkClaim] = []
+        claims: dict[str, BenchmarkClaim] = {}
         printed = {
             claim: self._formula(claim) for claim in self.sound if self.judge(claim) == "holds"
         }
@@ -238,9 +238,8 @@ class TextClaims:
             changed = [change.apply(claim.latex) for change in list_rewrites(formula)]
             same = [latex for latex in changed if latex != claim.latex]
             if same:
-                claims.append(
-                    replace(claim, kind="rewrite", latex=rng.choice(same), correct=claim.latex)
-                )
+                other = replace(claim, kind="rewrite", latex=rng.choice(same), correct=claim.latex)
+                claims[other.key] = other
         for slip, list_changes in SLIPS.items():
             changes = [
                 (claim, change)
@@ -248,24 +247,25 @@ class TextClaims:
                 for change in list_changes(formula)
             ]
             rng.shuffle(changes)
-            claims += self._select_slips(slip, changes, -(-count // len(SLIPS)))
-        return claims
+            self._select_slips(slip, changes, -(-count // len(SLIPS)), claims)
+        return list(claims.values())
 
     def _select_slips(
-        self, slip: str, changes: Iterable[tuple[BenchmarkClaim, Any]], count: int
-    ) -> list[BenchmarkClaim]:
-        """Return slips that can be read and say something else than the sound row, in any
-        values.
-        """
-        selected: dict[str, BenchmarkClaim] = {}
+        self,
+        slip: str,
+        changes: Iterable[tuple[BenchmarkClaim, Any]],
+        count: int,
+        claims: dict[str, BenchmarkClaim],
+    ) -> None:
+        """Add slips that can be read and say something else than the sound row, in any values."""
+        goal = len(claims) + count
         for claim, change in changes:
-            if len(selected) == count:
-                break
+            if len(claims) == goal:
+                return
             latex = change.apply(claim.latex)
             if self.read(latex, claim) is not None and not self.is_same(latex, claim.latex, claim):
                 slipped = replace(claim, kind="slip", slip=slip, latex=latex, correct=claim.latex)
-                selected.setdefault(slipped.key, slipped)
-        return list(selected.values())
+                claims.setdefault(slipped.key, slipped)
 
     def _formula(self, claim: BenchmarkClaim) -> PrintedFormula:
         return PrintedFormula.read(

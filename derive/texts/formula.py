@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import islice, pairwise
@@ -100,7 +101,19 @@ _UNREAD_COMMANDS = _words(
     r"\intertext"
 )
 """Commands that are passed over with their argument."""
+_SIGNS = ("+", "-", "\\pm", "\\mp", "\u2212")
 _TIMES = ("\\cdot", "\\times", "\\ast", "*", "\\wedge")
+_AFTER_FACTOR = frozenset(
+    (
+        *_SIGNS,
+        *_TIMES,
+        *_CLOSE,
+        *RELATIONS,
+        *UNREAD_RELATIONS,
+        *_words(r"} , . ; / \div _ \end ! '"),
+    )
+)
+"""What begins no factor."""
 _ROOM = re.compile(r"\s*\[\s*-?[\d.]+\s*(?:pt|em|ex|mm|cm|in|bp|\\baselineskip)\s*\]")
 """The space after a line break that a text may ask for."""
 _MOST_EXPANSIONS = 1000
@@ -118,7 +131,6 @@ class Token(NamedTuple):
     """A token of a formula: its text, and the range of the source that it stands for.
 
     ``fixed`` says that it comes from a macro, so that its range is that of the macro's use.
-    ``closes`` marks a \\left. or \\right. without a delimiter.
     """
 
     text: str
@@ -502,6 +514,19 @@ class Reader:
         after = " ".join(self.latex[token.start : token.start + 24].split())
         raise FormulaError(f"{reason}, at ... {before} >>> {after} ...")
 
+    def finish(self) -> None:
+        """Refuse what is left."""
+        if self.peek():
+            self.fail(f"{self.peek()} is not read here")
+
+    @contextmanager
+    def _looking_ahead(self) -> Iterator[None]:
+        mark, tokens = self.at, list(self.tokens)
+        try:
+            yield
+        finally:
+            self.at, self.tokens = mark, tokens
+
     def _position(self) -> int:
         return self.tokens[self.at].start if self.at < len(self.tokens) else len(self.latex)
 
@@ -526,8 +551,7 @@ class Reader:
                 self.fail(f"the relation {text} is not one that can be judged")
             while self.peek() in (",", ".", ";"):
                 self.take()
-            if self.peek():
-                self.fail(f"{self.peek()} is not read here")
+            self.finish()
             return RelationChain(start, self._end(), tuple(sides), tuple(relations))
 
     def _heading(self) -> Node:
@@ -547,13 +571,13 @@ class Reader:
     def terms(self) -> tuple[tuple[int, Node], ...]:
         """Read terms with their signs, and return both."""
         terms = [(self._sign(), self.term())]
-        while self.peek() in ("+", "-", "\\pm", "\\mp", "\u2212"):
+        while self.peek() in _SIGNS:
             terms.append((self._sign(), self.term()))
         return tuple(terms)
 
     def _sign(self) -> int:
         sign = 1
-        while self.peek() in ("+", "-", "\\pm", "\\mp", "\u2212"):
+        while self.peek() in _SIGNS:
             sign *= {"+": 1, "\\pm": 2, "\\mp": -2}.get(self.take().text, -1)
         if abs(sign) > 2:
             self.fail("several plus-minus signs before one term are not read")
@@ -598,31 +622,7 @@ class Reader:
         text = self.peek()
         if text == "^":
             return self._is_frame_before()
-        if (
-            not text
-            or text in RELATIONS
-            or text in UNREAD_RELATIONS
-            or text in _CLOSE
-            or text in _TIMES
-        ):
-            return False
-        if text in (
-            "+",
-            "-",
-            "\\pm",
-            "\\mp",
-            "\u2212",
-            "}",
-            ",",
-            ".",
-            ";",
-            "/",
-            "\\div",
-            "_",
-            "\\end",
-            "!",
-            "'",
-        ):
+        if not text or text in _AFTER_FACTOR:
             return False
         return not (self.bars and text == self.bars[-1]) and not text.startswith("'")
 
@@ -659,12 +659,7 @@ class Reader:
             return Product(
                 start, self._end(), (("", base), ("", Constant(group_start, self._end(), "degree")))
             )
-        plain = [
-            text
-            for text in texts
-            if text not in ("\\mathrm", "\\text", "\\mathsf", "\\rm", "{", "}")
-        ]
-        if plain in (["T"], ["\\top"], ["\\intercal"], ["\\mathsf{T}"]):
+        if _transposes(texts):
             return Transposed(start, self._end(), base)
         exponent = self._read_all(inner)
         script = "".join(texts) if isinstance(base, Name) and all(map(str.isalpha, texts)) else ""
@@ -683,8 +678,7 @@ class Reader:
         if not inner:
             self.fail("an empty group")
         node = reader.sum()
-        if reader.peek():
-            reader.fail(f"{reader.peek()} is not read here")
+        reader.finish()
         return node
 
     def _group(self) -> tuple[int, list[Token]]:
@@ -816,15 +810,12 @@ class Reader:
         """Read a braced group: a name if it is one, as {q_1} is, or a frame before a name, else a
         sum.
         """
-        start, mark = self._position(), self.at
+        if self._braces_hold_name():
+            return self._named()
+        start = self._position()
         _, inner = self._group()
         if not inner and self.peek() == "^":  # {}^N
             return self._framed()
-        if inner:
-            reader = Reader(self.latex, list(inner))
-            if reader.try_symbol() is not None and not reader.peek():
-                self.at = mark
-                return self._named()
         return replace(self._read_all(inner), start=start, end=self._end())
 
     def _command(self, word: str, start: int) -> Node:
@@ -905,8 +896,7 @@ class Reader:
     def _read_term(self, tokens: list[Token]) -> Node:
         reader = Reader(self.latex, tokens)
         node = reader.term()
-        if reader.peek():
-            reader.fail(f"{reader.peek()} is not read here")
+        reader.finish()
         return node
 
     def _annotated(self) -> Node:
@@ -945,16 +935,12 @@ class Reader:
         return Power(start, self._end(), self._read_all(inner), exponent)
 
     def _fraction(self, start: int) -> Node:
-        mark = self.at
         _, above = self._group()
         _, below = self._group()
         derivative = self._derivative(above, below, start)
-        if derivative is not None:
-            return derivative
-        self.at = mark
-        _, above = self._group()
-        _, below = self._group()
-        return Quotient(start, self._end(), self._read_all(above), self._read_all(below))
+        return derivative or Quotient(
+            start, self._end(), self._read_all(above), self._read_all(below)
+        )
 
     def _derivative(self, above: list[Token], below: list[Token], start: int) -> Node | None:
         """Read d/dt and partial derivatives, of what stands in the fraction or after it."""
@@ -1036,10 +1022,9 @@ class Reader:
         return FunctionCall(start, self._end(), function, (), tuple(factors), negative, exponent)
 
     def _braces_hold_name(self) -> bool:
-        mark = self.at
-        _, inner = self._group()
-        self.at = mark
-        reader = Reader(self.latex, list(inner))
+        with self._looking_ahead():
+            _, inner = self._group()
+        reader = Reader(self.latex, inner)
         return bool(inner) and reader.try_symbol() is not None and not reader.peek()
 
     def _begins_function(self) -> bool:
@@ -1247,14 +1232,12 @@ class Reader:
         """Return whether a superscript belongs to a name: primes, a star, text, or the frame of a
         vector.
         """
-        mark, tokens = self.at, list(self.tokens)
-        self.take()
-        try:
-            _, inner = self._group()
-        except FormulaError:
-            return False
-        finally:
-            self.at, self.tokens = mark, tokens
+        with self._looking_ahead():
+            self.take()
+            try:
+                _, inner = self._group()
+            except FormulaError:
+                return False
         texts = [token.text for token in inner]
         joined = "".join(texts)
         if not joined or symbol.after:
@@ -1263,32 +1246,19 @@ class Reader:
             return True
         if re.fullmatch(r"\([A-Za-z0-9]+\)|\\(?:mathrm|text|textrm|rm)\{?[A-Za-z]{2,}\}?", joined):
             return True
-        transposes = joined in (
-            "T",
-            "\\top",
-            "\\intercal",
-            "\\mathrm{T}",
-            "\\mathsf{T}",
-            "\\text{T}",
-            "{T}",
-        )
-        return symbol.is_vector and not transposes and not re.fullmatch(r"-?\d+|\\circ", joined)
+        is_power = _transposes(texts) or re.fullmatch(r"-?\d+|\\circ", joined)
+        return symbol.is_vector and not is_power
 
     def _is_frame_before(self) -> bool:
         """Return whether a ``^`` begins a frame that stands before a vector, as in ^N omega^C, and
         no power.
         """
-        mark, tokens = self.at, list(self.tokens)
-        try:
+        with self._looking_ahead(), suppress(FormulaError):
             self.take("^")
             self._group()
             if self.peek().startswith("\\") and self.peek()[1:] in VECTOR_ACCENTS:
                 return (symbol := self._symbol()).is_vector and bool(symbol.after)
-            return False
-        except FormulaError:
-            return False
-        finally:
-            self.at, self.tokens = mark, tokens
+        return False
 
     def _framed(self) -> Node:
         start = self.take("^").start
@@ -1301,6 +1271,11 @@ class Reader:
             self.take()
             symbol = replace(symbol, after=self._spell_group())
         return Name(start, self._end(), replace(symbol, before=before))
+
+
+def _transposes(texts: list[str]) -> bool:
+    fonts = ("\\mathrm", "\\text", "\\mathsf", "\\rm", "{", "}")
+    return "".join(text for text in texts if text not in fonts) in ("T", "\\top", "\\intercal")
 
 
 def _observer(tokens: list[Token]) -> tuple[str, list[Token]]:
@@ -1383,8 +1358,7 @@ def read_terms(
     """
     reader = Reader(latex, tokenize_formula(latex, macros), brackets=brackets)
     terms = reader.terms()
-    if reader.peek():
-        reader.fail(f"{reader.peek()} is not read here")
+    reader.finish()
     return terms
 
 

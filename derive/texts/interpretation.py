@@ -34,6 +34,7 @@ from .formula import (
     Sum,
     Symbol,
     Transposed,
+    read_formula,
 )
 from .values import (
     Algebra,
@@ -42,8 +43,10 @@ from .values import (
     Scalar,
     Value,
     VectorValue,
+    add_values,
     check_expanded,
     check_tower,
+    multiply_values,
 )
 
 MOST_READINGS = 32
@@ -107,6 +110,14 @@ class Meanings(Protocol):
         Raises FormulaError where it may be partial.
         """
         ...
+
+
+def look_up_spelling(names: Meanings, spelling: str) -> Value | None:
+    """Return the meaning of a name in LaTeX, None if it has none."""
+    node = read_formula(f"{spelling} = 0").sides[0]
+    if not isinstance(node, Name) or not names.is_known(node.symbol):
+        return None
+    return names.look_up(node.symbol)
 
 
 @dataclass(frozen=True)
@@ -298,26 +309,11 @@ class Interpreter:
             value = self.value(term)
             if abs(sign) == 2:
                 raise FormulaError("a plus-minus sign is not read: state the equation for one sign")
-            signs.append(self._negative(value) if sign < 0 else value)
+            signs.append(-value if sign < 0 else value)
         return reduce(self._added, signs)
 
-    @staticmethod
-    def _negative(value: Value) -> Value:
-        return -value
-
     def _added(self, first: Value, second: Value) -> Value:
-        if isinstance(first, Scalar) and isinstance(second, Scalar):
-            return first + second
-        if isinstance(first, VectorValue) and isinstance(second, VectorValue):
-            other = self.meanings.resolve(second, first.frame)
-            x, y, z = (a + b for a, b in zip(first.components, other.components, strict=True))
-            return VectorValue(first.frame, (x, y, z))
-        if isinstance(first, MatrixValue) and isinstance(second, MatrixValue):
-            return first.added(second)
-        for zero, rest in ((first, second), (second, first)):
-            if isinstance(zero, Scalar) and zero.dimension is None:
-                return rest
-        raise OperandError("a number, a vector and a matrix are added")
+        return add_values(first, second, self.meanings.resolve)
 
     def _product(self, node: Product) -> Value:
         product: Value | None = None
@@ -373,32 +369,7 @@ class Interpreter:
         return self.value(factor)
 
     def _multiplied(self, first: Value, operator: str, second: Value) -> Value:
-        if isinstance(first, Scalar) and isinstance(second, Scalar):
-            return first * second
-        if isinstance(first, Scalar) and isinstance(second, VectorValue | MatrixValue):
-            return second.scaled(first)
-        if isinstance(first, VectorValue | MatrixValue) and isinstance(second, Scalar):
-            return first.scaled(second)
-        if isinstance(first, MatrixValue) and isinstance(second, MatrixValue):
-            product = first.times(second)
-            return product.rows[0][0] if product.shape == (1, 1) else product
-        if isinstance(first, MatrixValue) and isinstance(second, VectorValue):
-            return first.times(MatrixValue(tuple((c,) for c in second.components)))
-        if isinstance(first, VectorValue) and isinstance(second, VectorValue):
-            other = self.meanings.resolve(second, first.frame)
-            a, b = first.components, other.components
-            if operator == "\\cdot":
-                return reduce(Scalar.__add__, (x * y for x, y in zip(a, b, strict=True)))
-            if operator in ("\\times", "\\wedge"):
-                return VectorValue(
-                    first.frame,
-                    (
-                        a[1] * b[2] + -(a[2] * b[1]),
-                        a[2] * b[0] + -(a[0] * b[2]),
-                        a[0] * b[1] + -(a[1] * b[0]),
-                    ),
-                )
-        raise OperandError("vectors are multiplied without a dot or cross")
+        return multiply_values(first, operator, second, self.meanings.resolve)
 
     def _slash(self, node: Slash) -> Value:
         above = self.value(node.above)

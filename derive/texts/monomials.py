@@ -13,7 +13,7 @@ import numpy as np
 
 from ..audit.products import ProductFactor, ProductSearch
 from ..quantity import NONE, Dimension, raise_dimension
-from .formula import Name, read_formula
+from .interpretation import look_up_spelling
 from .names import PointNames
 from .values import Scalar
 
@@ -45,12 +45,7 @@ class MonomialSearch:
 
 def _find_scalar(names: PointNames, spelling: str) -> Scalar | None:
     """Return the values of a name without zeros among them, None if it has none."""
-    node = read_formula(f"{spelling} = 0").sides[0]
-    value = (
-        names.look_up(node.symbol)
-        if isinstance(node, Name) and names.is_known(node.symbol)
-        else None
-    )
+    value = look_up_spelling(names, spelling)
     if not isinstance(value, Scalar) or value.dimension is None:
         return None
     values = np.asarray(value.value, dtype=float)

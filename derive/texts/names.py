@@ -5,7 +5,6 @@ their spelling.
 from __future__ import annotations
 
 import ast
-import operator
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -23,7 +22,7 @@ from sympy import Expr
 from ..evaluate import Point
 from ..formulas import Formulas
 from ..generated_folder import OwnError
-from ..mechanics.bodies import kinetic_energy, potential_energy
+from ..mechanics.bodies import Body, kinetic_energy, potential_energy
 from ..mechanics.frames import Frame, Vec, displacement, unit
 from ..mechanics.frames import Point as Place
 from ..mechanics.mechanism import TIME, Mechanism
@@ -39,8 +38,10 @@ from .values import (
     Scalar,
     Value,
     VectorValue,
+    add_values,
     check_expanded,
     check_tower,
+    multiply_values,
     quantity_scalar,
 )
 
@@ -204,15 +205,6 @@ class MeaningError(ValueError):
     """A meaning that cannot be understood."""
 
 
-_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
-}
-
-
 @dataclass
 class StatedNames:
     """Names of a text as expressions of a mechanism's quantities, or of formulas.
@@ -348,10 +340,7 @@ class StatedNames:
             .resolved(frame)
             .components
         )
-        shared = next(
-            (c for c in vector.components if c.dimension is not None), vector.components[0]
-        )
-        mixed = any(c.mixed for c in vector.components)
+        shared, mixed = vector.shared_unit()
         x, y, z = (
             Scalar(sp.sympify(c), None if c == 0 else shared.dimension, shared.angular, mixed)
             for c in components
@@ -511,11 +500,25 @@ class StatedNames:
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
             inner = self._evaluated(node.operand)
             return -inner if isinstance(node.op, ast.USub) else inner
-        if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-            return _operate(node.op, self._evaluated(node.left), self._evaluated(node.right))
+        if isinstance(node, ast.BinOp):
+            return self._operate(node.op, self._evaluated(node.left), self._evaluated(node.right))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
             return self._called(node.func.id, [self._evaluated(argument) for argument in node.args])
         raise MeaningError("write names, numbers, + - * / **, functions and brackets")
+
+    def _operate(self, kind: ast.operator, left: Any, right: Any) -> Value:
+        if isinstance(left, Value) and isinstance(right, Value):
+            if isinstance(kind, ast.Add | ast.Sub):
+                return add_values(
+                    left, right if isinstance(kind, ast.Add) else -right, self.resolve
+                )
+            if isinstance(kind, ast.Mult):
+                return multiply_values(left, "", right, self.resolve)
+            if isinstance(kind, ast.Div) and isinstance(right, Scalar):
+                return multiply_values(left, "", right.inverse(), self.resolve)
+            if isinstance(kind, ast.Pow) and isinstance(left, Scalar) and isinstance(right, Scalar):
+                return left.power(right)
+        raise MeaningError("an operation between things that it is not defined for")
 
     def _named(self, name: str) -> Any:
         if name in self.quantities:
@@ -567,48 +570,6 @@ def _build_matrix(arguments: list[Any]) -> MatrixValue:
     return MatrixValue(
         tuple(tuple(entries[at : at + width]) for at in range(0, len(entries), width))
     )
-
-
-def _operate(kind: ast.operator, left: Any, right: Any) -> Any:
-    if isinstance(left, Scalar) and isinstance(right, Scalar):
-        if isinstance(kind, ast.Sub):
-            return left + (-right)
-        if isinstance(kind, ast.Div):
-            return left * right.inverse()
-        if isinstance(kind, ast.Pow):
-            return left.power(right)
-        return _OPERATORS[type(kind)](left, right)
-    if (
-        isinstance(left, Scalar)
-        and isinstance(right, VectorValue | MatrixValue)
-        and isinstance(kind, ast.Mult)
-    ):
-        return right.scaled(left)
-    if (
-        isinstance(left, VectorValue | MatrixValue)
-        and isinstance(right, Scalar)
-        and isinstance(kind, ast.Mult | ast.Div)
-    ):
-        return left.scaled(right if isinstance(kind, ast.Mult) else right.inverse())
-    if (
-        isinstance(left, VectorValue)
-        and isinstance(right, VectorValue)
-        and isinstance(kind, ast.Add | ast.Sub)
-    ):
-        if left.frame != right.frame:
-            raise MeaningError(
-                "vectors along the axes of different frames are added: use one frame"
-            )
-        other = right if isinstance(kind, ast.Add) else -right
-        x, y, z = (a + b for a, b in zip(left.components, other.components, strict=True))
-        return VectorValue(left.frame, (x, y, z))
-    if (
-        isinstance(left, MatrixValue)
-        and isinstance(right, MatrixValue)
-        and isinstance(kind, ast.Add | ast.Mult)
-    ):
-        return left.added(right) if isinstance(kind, ast.Add) else left.times(right)
-    raise MeaningError("an operation between things that it is not defined for")
 
 
 def _triple(some: Iterable[Any]) -> tuple[Any, Any, Any]:
@@ -699,17 +660,17 @@ def _component(_: Mechanism, arguments: list[Any]) -> Scalar:
 
 def _kinetic(stated: Mechanism, arguments: list[Any]) -> Scalar:
     _needs(arguments)
-    bodies = [body for body in stated.assembly.bodies if body != stated.ground]
-    return to_scalar(kinetic_energy(stated.motion, bodies, stated.world))
+    return to_scalar(kinetic_energy(stated.motion, _list_moving(stated), stated.world))
 
 
 def _potential(stated: Mechanism, arguments: list[Any]) -> Scalar:
     _needs(arguments)
-    bodies = [body for body in stated.assembly.bodies if body != stated.ground]
-    stored = sp.Add(*stated.potentials) + potential_energy(
-        stated.assembly, bodies, stated.O, stated.world
-    )
-    return to_scalar(stored)
+    lifted = potential_energy(stated.assembly, _list_moving(stated), stated.O, stated.world)
+    return to_scalar(sp.Add(*stated.potentials) + lifted)
+
+
+def _list_moving(stated: Mechanism) -> list[Body]:
+    return [body for body in stated.assembly.bodies if body != stated.ground]
 
 
 GEOMETRY: dict[str, Callable[[Mechanism, list[Any]], Value]] = {
@@ -796,10 +757,7 @@ class PointNames:
             axes = [unit(vector.frame, axis).resolved(self.world).components for axis in AXES]
             self._turns[vector.frame] = [[self.array(c) for c in axis] for axis in axes]
         axes_at = self._turns[vector.frame]
-        shared = next(
-            (c for c in vector.components if c.dimension is not None), vector.components[0]
-        )
-        mixed = any(c.mixed for c in vector.components)
+        shared, mixed = vector.shared_unit()
         components = [
             sum(
                 component.value * axis[k]

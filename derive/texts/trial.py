@@ -18,7 +18,7 @@ from ..audit.case import Case
 from ..audit.comparison import Comparison
 from ..audit.judge import holds
 from ..audit.paper import Paper, Subject
-from ..equations import Claimed, Definition, Equation, Relation, Unclaimed, what
+from ..equations import UNCLAIMED, Claimed, Definition, Equation, Relation, what
 from ..evaluate import Point
 from ..generated_folder import OwnError, blame_user_file
 from ..quantity import Quantity
@@ -254,7 +254,7 @@ def _test_definitions(case: Case) -> dict[str, str]:
         definition = TextDefinition(row.defines, row.row.number, row.row.latex)
         if is_meaning(printed.names, definition, points):
             equation = case.paper.equations[definition.number]
-            case.paper.equations[definition.number] = replace(equation, claims=Unclaimed.HOLDS)
+            case.paper.equations[definition.number] = replace(equation, claims=UNCLAIMED)
         elif text := find_meant(
             printed.names,
             definition,
@@ -413,7 +413,7 @@ def _add_row(
     """Add the equations of a row to the paper."""
     number = entry.row.number
     if entry.reason or entry.read is None:
-        claimed = Unclaimed.HOLDS if entry.reason else Definition("an abbreviation of the text")
+        claimed = UNCLAIMED if entry.reason else Definition("an abbreviation of the text")
         paper.equation(number, sp.S.Zero, claimed)
         printed.places[number] = Place(entry, 0)
         return
@@ -425,9 +425,7 @@ def _add_row(
         printed.places[name] = Place(entry, index)
         if left.value == right.value:
             circular = Definition("both sides are the same by the meaning of their names")
-            paper.equation(
-                name, sp.S.Zero, circular if _is_circular(entry, side) else Unclaimed.HOLDS
-            )
+            paper.equation(name, sp.S.Zero, circular if _is_circular(entry, side) else UNCLAIMED)
         elif relation == "=" and _gives_value(left, right, entry.names.stated):
             paper.equation(name, sp.S.Zero, Definition("a value that the text gives"))
         else:
@@ -480,13 +478,13 @@ def _add_equation(
     left_side, right_side = sp.sympify(left.value), sp.sympify(right.value)
     if relation != "=":
         kinds: dict[str, Relation] = {"<": "<", "<=": "<=", ">": ">", ">=": ">="}
-        paper.inequality(number, left_side, kinds[relation], right_side, claim or Unclaimed.HOLDS)
+        paper.inequality(number, left_side, kinds[relation], right_side, claim or UNCLAIMED)
         return
     if isinstance(left_side, Quantity) and left_side not in right_side.free_symbols:
         stated_claim = claim or (what(left_side) if what(left_side) in claims else None)
-        paper.defines(number, left_side, right_side, stated_claim or Unclaimed.HOLDS)
+        paper.defines(number, left_side, right_side, stated_claim or UNCLAIMED)
         return
-    paper.equation(number, left_side - right_side, claim or Unclaimed.HOLDS)
+    paper.equation(number, left_side - right_side, claim or UNCLAIMED)
 
 
 _INTERNAL = re.compile(r"_(given|near\d|step\d|case\d)$|^(law|pivot|states)_")
@@ -501,7 +499,7 @@ def _claim_what_fails(case: Case, paper: Paper) -> None:
     """
     points = tuple(case.points)
     for number, equation in paper.equations.items():
-        if not isinstance(equation.claims, Unclaimed) or equation.relation != "=":
+        if equation.claims != UNCLAIMED or equation.relation != "=":
             continue
         if any(s not in point for s in equation.residual.free_symbols for point in points):
             continue

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import sympy as sp
 
+from ..audit.edit_values import ARRAY_FUNCTIONS
 from ..mechanics.frames import Frame
 from ..quantity import NONE, Dimension, Quantity, of_unit, raise_dimension
 
@@ -133,6 +134,10 @@ class Scalar:
             self.mixed or other.mixed,
         )
 
+    def scaled(self, factor: Scalar) -> Scalar:
+        """Return the product with a factor, as of vectors and matrices."""
+        return factor * self
+
     def power(self, exponent: Scalar) -> Scalar:
         """Return a power, whose dimension is known if the exponent is a number or the base has
         none.
@@ -209,6 +214,11 @@ class VectorValue:
         """Return the vector times a scalar."""
         x, y, z = self.components
         return VectorValue(self.frame, (factor * x, factor * y, factor * z))
+
+    def shared_unit(self) -> tuple[Scalar, bool]:
+        """Return the component that has the dimension of all, and whether any mixes dimensions."""
+        with_unit = (c for c in self.components if c.dimension is not None)
+        return next(with_unit, self.components[0]), any(c.mixed for c in self.components)
 
 
 @dataclass(frozen=True)
@@ -304,6 +314,51 @@ class MatrixValue:
 
 
 Value: TypeAlias = Scalar | VectorValue | MatrixValue
+Resolve: TypeAlias = Callable[[VectorValue, Frame], VectorValue]
+"""Returns a vector along the axes of a frame."""
+
+
+def add_values(first: Value, second: Value, resolve: Resolve) -> Value:
+    """Return a sum; a zero may be added to anything. Raises OperandError for other kinds."""
+    if isinstance(first, Scalar) and isinstance(second, Scalar):
+        return first + second
+    if isinstance(first, VectorValue) and isinstance(second, VectorValue):
+        other = resolve(second, first.frame)
+        x, y, z = (a + b for a, b in zip(first.components, other.components, strict=True))
+        return VectorValue(first.frame, (x, y, z))
+    if isinstance(first, MatrixValue) and isinstance(second, MatrixValue):
+        return first.added(second)
+    for zero, rest in ((first, second), (second, first)):
+        if isinstance(zero, Scalar) and zero.dimension is None:
+            return rest
+    raise OperandError("a number, a vector and a matrix are added")
+
+
+def multiply_values(first: Value, operator: str, second: Value, resolve: Resolve) -> Value:
+    """Return a product; vectors need a dot or a cross as ``operator``, else it raises
+    OperandError.
+    """
+    if isinstance(first, Scalar):
+        return second.scaled(first)
+    if isinstance(second, Scalar):
+        return first.scaled(second)
+    if isinstance(first, MatrixValue):
+        if isinstance(second, VectorValue):
+            return first.times(MatrixValue(tuple((c,) for c in second.components)))
+        product = first.times(second)
+        return product.rows[0][0] if product.shape == (1, 1) else product
+    if isinstance(second, VectorValue):
+        a, b = first.components, resolve(second, first.frame).components
+        if operator == "\\cdot":
+            return reduce(Scalar.__add__, (x * y for x, y in zip(a, b, strict=True)))
+        if operator in ("\\times", "\\wedge"):
+            cross = (
+                a[1] * b[2] + -(a[2] * b[1]),
+                a[2] * b[0] + -(a[0] * b[2]),
+                a[0] * b[1] + -(a[1] * b[0]),
+            )
+            return VectorValue(first.frame, cross)
+    raise OperandError("vectors are multiplied without a dot or cross")
 
 
 @dataclass(frozen=True)
@@ -312,7 +367,7 @@ class Algebra:
     relations.
     """
 
-    functions: Mapping[str, Callable[..., Any]]
+    functions: Mapping[str, Any]
     number: Callable[[Fraction], Any]
     pi: Any
     relations: Mapping[str, Callable[[Any, Any], Any]]
@@ -330,13 +385,11 @@ def _cases_numeric(pieces: Sequence[tuple[Any, Any]], default: Any) -> Any:
     return np.select(conditions, values, np.nan if default is None else default)
 
 
+_NAMESAKES = (sp.sin, sp.cos, sp.tan, sp.cot, sp.sec, sp.csc, sp.sinh, sp.cosh, sp.tanh, sp.exp)
+_INVERSES = (sp.asin, sp.acos, sp.atan, sp.atan2)
 SYMBOLIC = Algebra(
     {
-        **{
-            name: getattr(sp, name)
-            for name in ("sin", "cos", "tan", "cot", "sec", "csc", "sinh", "cosh", "tanh")
-        },
-        **{name: getattr(sp, name) for name in ("asin", "acos", "atan", "atan2", "exp")},
+        **{function.__name__: function for function in (*_NAMESAKES, *_INVERSES)},
         "ln": sp.log,
         "log": sp.log,
         "sgn": sp.sign,
@@ -350,22 +403,7 @@ SYMBOLIC = Algebra(
     _cases_symbolic,
 )
 NUMERIC = Algebra(
-    {
-        **{
-            name: getattr(np, name) for name in ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp"]
-        },
-        **{f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")},
-        "atan2": np.arctan2,
-        "ln": np.log,
-        "log": np.log,
-        "sgn": np.sign,
-        "abs": np.abs,
-        "cot": lambda x: 1 / np.tan(x),
-        "sec": lambda x: 1 / np.cos(x),
-        "csc": lambda x: 1 / np.sin(x),
-        "min": lambda *some: reduce(np.minimum, some),
-        "max": lambda *some: reduce(np.maximum, some),
-    },
+    {name: ARRAY_FUNCTIONS[function] for name, function in SYMBOLIC.functions.items()},
     float,
     np.pi,
     {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "=": np.equal},

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..audit.products import CLOSE
-from .formula import Name, RelationChain, read_formula
-from .interpretation import interpret_formula
+from .formula import RelationChain
+from .interpretation import interpret_formula, look_up_spelling
 from .monomials import MonomialSearch
 from .names import PointNames
 from .values import VectorValue
@@ -61,12 +61,7 @@ def _components(value: VectorValue, names: PointNames) -> Any:
 def _list_vectors(names: PointNames, words: Sequence[str]) -> Iterator[tuple[str, Any]]:
     """Yield vectors among names in LaTeX, with their components (points, 3)."""
     for word in words:
-        node = read_formula(f"{word} = 0").sides[0]
-        value = (
-            names.look_up(node.symbol)
-            if isinstance(node, Name) and names.is_known(node.symbol)
-            else None
-        )
+        value = look_up_spelling(names, word)
         if isinstance(value, VectorValue) and np.all(
             np.isfinite(components := _components(value, names))
         ):

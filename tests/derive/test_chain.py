@@ -65,16 +65,16 @@ def test_order_may_name_claims() -> None:
     equations = by_claim(
         [
             defining_equation(MadeUpClaim.SUM, a, b + c),
-            defining_equation(MadeUpClaim.SHARE.of(b), b, 2 * c),
+            defining_equation(MadeUpClaim.SHARE.format(b), b, 2 * c),
         ]
     )
-    chain = Chain.of_claims(equations, [(MadeUpClaim.SHARE.of(b), c), (MadeUpClaim.SUM, a)])
+    chain = Chain.of_claims(equations, [(MadeUpClaim.SHARE.format(b), c), (MadeUpClaim.SUM, a)])
     assert [(let.symbol, let.expr) for let in chain.lets()] == [(c, b / 2), (a, b + c)]
     with pytest.raises(
         ClaimError,
-        match="nothing here states ClaimOf 'made-up share c'; near it: ClaimOf 'made-up sh",
+        match="nothing here states 'made-up share c'; near it: 'made-up sh",
     ):
-        Chain.of_claims(equations, [(MadeUpClaim.SHARE.of(c), c)])
+        Chain.of_claims(equations, [(MadeUpClaim.SHARE.format(c), c)])
 
 
 def test_a_nonlinear_step_is_refused() -> None:

@@ -12,7 +12,7 @@ import scipy.integrate
 
 from derive.__main__ import main as derive
 from derive.chain import ChainError
-from derive.equations import Claim, ClaimError, what
+from derive.equations import ClaimError, what
 from derive.formulas import Formulas
 from derive.quantity import quantities
 from tests.support import own
@@ -25,22 +25,19 @@ q = quantities("""
 """)
 
 
-class OfDisc(Claim):
-    NOT_LESS = "the perimeter is not less than"
+NOT_LESS = "the perimeter is not less than"
 
 
 def disc() -> Formulas:
     f = Formulas("disc", given=q)
     f.defines(q.A, q.d**2 * 3 / 4)
     f.defines(q.d, 2 * q.r)
-    f.holds(OfDisc.NOT_LESS, q.p - 3 * q.d, ">=")
+    f.holds(NOT_LESS, q.p - 3 * q.d, ">=")
     return f
 
 
 def test_function_solves_in_the_requested_order() -> None:
-    form = disc().function(
-        "sizes", (q.r,), what(q.d), what(q.A), (OfDisc.NOT_LESS, q.p), gives=(q.p, q.A)
-    )
+    form = disc().function("sizes", (q.r,), what(q.d), what(q.A), (NOT_LESS, q.p), gives=(q.p, q.A))
     assert [(step.symbol, step.expr) for step in form.steps] == [
         (q.d, 2 * q.r),
         (q.A, 3 * q.d**2 / 4),
@@ -52,12 +49,12 @@ def test_function_solves_in_the_requested_order() -> None:
 
 def test_values_follow_from_definitions_in_any_order() -> None:
     assert disc().followed({q.r: mpmath.mpf(2)}) == {q.r: 2, q.d: 4, q.A: 12}
-    assert disc().followed({q.r: mpmath.mpf(2)}, (OfDisc.NOT_LESS, q.p))[q.p] == 12
+    assert disc().followed({q.r: mpmath.mpf(2)}, (NOT_LESS, q.p))[q.p] == 12
     assert disc().followed({q.p: mpmath.mpf(2)}) == {q.p: 2}
 
 
 def test_unusable_claims_are_refused() -> None:
-    for claim in (what("z"), OfDisc.NOT_LESS):
+    for claim in (what("z"), NOT_LESS):
         with pytest.raises(ClaimError, match="nothing here states"):
             disc().steps(claim)
     with pytest.raises(ChainError, match="not linear in d"):
@@ -73,11 +70,9 @@ def test_lacking_claims_remove_dependent_steps() -> None:
     with pytest.raises(
         ClaimError, match="said to be lacking, but stated: 'the perimeter is not less than'"
     ):
-        Formulas("all", stated, lacking=frozenset({OfDisc.NOT_LESS}))
-    without = Formulas(
-        "less", [e for e in stated if e.defines], lacking=frozenset({OfDisc.NOT_LESS})
-    )
-    assert without.steps((OfDisc.NOT_LESS, q.d), what(q.A)) == ()
+        Formulas("all", stated, lacking=frozenset({NOT_LESS}))
+    without = Formulas("less", [e for e in stated if e.defines], lacking=frozenset({NOT_LESS}))
+    assert without.steps((NOT_LESS, q.d), what(q.A)) == ()
 
 
 def test_the_ellipses_of_the_example_roll() -> None:

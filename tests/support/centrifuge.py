@@ -14,7 +14,7 @@ import sympy as sp
 from derive.audit.case import Case
 from derive.audit.paper import Cycle, Dynamics, Law, Paper, Subject
 from derive.chain import Chain, Solve
-from derive.equations import Claim, by_claim, defining_equation
+from derive.equations import by_claim, defining_equation
 from derive.quantity import Quantity
 
 
@@ -26,11 +26,6 @@ m, g, r, w, phi = (quantity(*pair) for pair in (("m", "kg"), ("g", "m/s2"), ("r"
 N, N_2, R = (quantity(name, "N") for name in ("N", "N_2", "R"))
 
 
-class CentrifugeClaim(Claim):
-    LIFT = "lift of a mass"
-    SUPPORT = "support of the hub"
-
-
 def values(angle):
     side = {m: 2.0, g: 9.81, r: 0.3, w: 20.0, phi: angle}
     one, two = (2.0 * (9.81 - 0.3 * 400 * float(sp.sin(at))) for at in (angle, angle - sp.pi))
@@ -39,8 +34,8 @@ def values(angle):
 
 class Centrifuge(Subject):
     def claims(self):
-        lift = defining_equation(CentrifugeClaim.LIFT, N, m * g - m * r * w**2 * sp.sin(phi))
-        return by_claim([lift, defining_equation(CentrifugeClaim.SUPPORT, R, N + N_2)])
+        lift = defining_equation("lift of a mass", N, m * g - m * r * w**2 * sp.sin(phi))
+        return by_claim([lift, defining_equation("support of the hub", R, N + N_2)])
 
     def admissible(self, rng):
         return {symbol: sp.Rational(rng.randint(101, 999), 300) for symbol in (m, g, r, w, phi, N, N_2, R)}
@@ -58,7 +53,7 @@ class Centrifuge(Subject):
 
 
 PAPER = Paper("centrifuge2024", "Made up 2024")
-PAPER.defines("1", N, WEIGHT * m * g - m * r * w**2 * sp.sin(phi), CentrifugeClaim.LIFT)
-PAPER.defines("2", R, N + N_2, CentrifugeClaim.SUPPORT)
+PAPER.defines("1", N, WEIGHT * m * g - m * r * w**2 * sp.sin(phi), "lift of a mass")
+PAPER.defines("2", R, N + N_2, "support of the hub")
 CASE = Case(PAPER, Centrifuge(), (Chain(PAPER.equations, [Solve("1", N)]), Chain(PAPER.equations, [Solve("2", R)])))
 '''

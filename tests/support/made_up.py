@@ -9,7 +9,7 @@ import sympy as sp
 
 from derive.audit.judge import Judgement, judge_equation
 from derive.audit.paper import Subject
-from derive.equations import Claim, Claimed, Equation, Relation
+from derive.equations import Claimed, Equation, Relation
 from derive.evaluate import Point
 from derive.quantity import Quantity
 
@@ -29,7 +29,7 @@ def values(seed: int) -> dict[Quantity, sp.Rational]:
     return {s: sp.Rational(rng.randint(10**9, 10**10), 10**10) for s in WORDS}
 
 
-class MadeUpClaim(Claim):
+class MadeUpClaim:
     """What may be claimed of made-up quantities."""
 
     SUM = "made-up sum"

@@ -14,11 +14,11 @@ from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
 from ...mechanics.impact import dahl, sum_of_squares
 from ...mechanics.kinematics import Followed
 from ...mechanics.mechanism import Mechanism
-from ...model import Let, System, let
-from ...quantity import Quantity, Vector
+from ...model import Let, System, let, let_all
+from ...quantity import Quantity, Vector, read_quantities
 from . import contact_quantities as q
 from . import quantities as clutch
-from .contact_quantities import datum, derived
+from .contact_quantities import derived
 from .motion import CRANK, MESH, crank_angle, gear_rate, pin_distance
 
 WORLD = Frame("frame")
@@ -112,43 +112,56 @@ ASSUMPTIONS = (
     "below slip_speed_mm_s instead of sticking",
 )
 
-time = datum("t", "s", "time since the link began to move")
-link_start = datum("link_start", "rad", "inclination of the link at the start of its motion")
-link_end = datum("link_end", "rad", "inclination of the link at the end of its motion")
-link_speed = datum("link_speed", "rad/s", "magnitude of the link's rate")
-LINK = Vector("link", (clutch.k, clutch.gamma, link_start, link_end, link_speed))
-link_angle = derived("link_angle", "rad", "inclination of the link")
-turned = derived("turned", "rad", "rotation of the crank gear against the link")
-crank = derived("crank_angle", "rad", "angle of the crank from its guide")
+t = read_quantities(
+    """
+clutch file
+t | s | time since the link began to move
+link_start | rad | inclination of the link at the start of its motion
+link_end | rad | inclination of the link at the end of its motion
+link_speed | rad/s | magnitude of the link's rate
 
-body = datum("body", "kg", "mass of the body")
-sleeve = datum("sleeve", "kg", "mass of the sleeve")
-inertia = datum("inertia", "kg m2", "moment of inertia of the output")
-shaft_mass = datum("shaft_mass", "kg", "modal mass of the output shaft's bending")
-shaft_stiffness = datum("shaft_stiffness", "N/m", "modal stiffness of the output shaft's bending")
-shaft_damping = datum("shaft_damping", "N s/m", "modal damping of the output shaft's bending")
-preload = datum("preload", "N", "preload of the sleeve's spring, engaged")
-spring_rate = datum("spring_rate", "N/m", "rate of the sleeve's spring")
-load = datum("load", "N m", "load torque on the output")
-load_speed = datum(
-    "load_speed", "rad/s", "speed at which the load torque has 1/sqrt(2) of its full value"
+derived: clutch in contact
+link_angle | rad | inclination of the link
+turned | rad | rotation of the crank gear against the link
+crank_angle | rad | angle of the crank from its guide
+
+clutch file
+body | kg | mass of the body
+sleeve | kg | mass of the sleeve
+inertia | kg m2 | moment of inertia of the output
+shaft_mass | kg | modal mass of the output shaft's bending
+shaft_stiffness | N/m | modal stiffness of the output shaft's bending
+shaft_damping | N s/m | modal damping of the output shaft's bending
+preload | N | preload of the sleeve's spring, engaged
+spring_rate | N/m | rate of the sleeve's spring
+load | N m | load torque on the output
+load_speed | rad/s | speed at which the load torque has 1/sqrt(2) of its full value
+slide | N | limit of the friction of the coupling's slides
+lock | N | increase of the friction limit by the seated thrust bearing
+lock_travel | m | last part of the sleeve's travel, over which the bearing seats
+lock_stiffness | N/m | stiffness of the slides while they stick
+creep | m/s | speed that smooths the friction law of the slides where sliding stops
+push_x | N | additional force on the body, x; zero in all clutches
+push_y | N | additional force on the body, y; zero in all clutches
+damping_share | 1 | damping as a share of the critical one
+
+derived: clutch in contact
+spun | 1 | share of the load torque that acts, by the output's speed
+limit | N | largest friction of the slides
+energy | J | kinetic and potential energy, the contacts' included
+"""
 )
-slide = datum("slide", "N", "limit of the friction of the coupling's slides")
-lock = datum("lock", "N", "increase of the friction limit by the seated thrust bearing")
-lock_travel = datum(
-    "lock_travel", "m", "last part of the sleeve's travel, over which the bearing seats"
-)
-lock_stiffness = datum("lock_stiffness", "N/m", "stiffness of the slides while they stick")
-creep = datum(
-    "creep", "m/s", "speed that smooths the friction law of the slides where sliding stops"
-)
-push_x = datum("push_x", "N", "additional force on the body, x; zero in all clutches")
-push_y = datum("push_y", "N", "additional force on the body, y; zero in all clutches")
-MASSES = Vector("masses", (body, sleeve, inertia, shaft_mass))
-SPRINGS = Vector("springs", (shaft_stiffness, shaft_damping, preload, spring_rate))
-LOADS = Vector("loads", (load, load_speed, push_x, push_y))
-SLIDES = Vector("slides", (slide, lock, lock_travel, lock_stiffness, creep))
-damping_share = datum("damping_share", "1", "damping as a share of the critical one")
+"""Quantities of this module."""
+
+
+LINK = Vector("link", (clutch.k, clutch.gamma, t.link_start, t.link_end, t.link_speed))
+
+
+MASSES = Vector("masses", t.select("body sleeve inertia shaft_mass"))
+SPRINGS = Vector("springs", t.select("shaft_stiffness shaft_damping preload spring_rate"))
+LOADS = Vector("loads", t.select("load load_speed push_x push_y"))
+SLIDES = Vector("slides", t.select("slide lock lock_travel lock_stiffness creep"))
+
 
 BENT = tuple(
     derived(f"bent_{axis}", "m", f"bend of the slides' bristles, {axis} of the input")
@@ -158,16 +171,16 @@ BENT_RATES = tuple(derived(f"{b.name}_dot", "m/s", f"rate: {b.meaning}") for b i
 BRISTLES = Vector("bristles", BENT)
 SUMS = Vector("sums", (*q.FORCES, q.stored, q.damped, q.rubbed))
 """Sums over all contacts."""
-spun = derived("spun", "1", "share of the load torque that acts, by the output's speed")
-limit = derived("limit", "N", "largest friction of the slides")
+
+
 SLIDE_FORCE = tuple(
     derived(f"held_{axis}", "N", f"force of the slides on the body, {axis}") for axis in "xy"
 )
 ACCELERATIONS = tuple(
-    derived(f"{n}_ddot", f"{unit}/s2", f"acceleration: {meaning}")
-    for n, unit, meaning in q.COORDINATES[: q.FREE]
+    derived(f"{c}_ddot", f"{c.unit}/s2", f"acceleration: {c.meaning}")
+    for c in q.COORDINATES[: q.FREE]
 )
-energy = derived("energy", "J", "kinetic and potential energy, the contacts' included")
+
 POWERS = tuple(
     derived(f"power_{name}", "W", meaning)
     for name, meaning in (
@@ -189,16 +202,18 @@ def _add_course(f: Formulas) -> None:
     The crank gear rolls on the fixed rack from the start of mesh; the crank slider moves the pin
     along its guide.
     """
-    k = Followed((time,))
-    span = link_end - link_start
-    k.let(link_angle, link_start + span * clip(time * link_speed / sp.Abs(span), S.Zero, S.One))
-    lift = link_angle - MESH
-    k.let(turned, switch(lift, (gear_rate() - 1) * lift, S.Zero), "crank gear rolls on the rack")
-    k.let(crank, crank_angle(clutch.l_AC) - turned)
-    k.let(q.pushed, pin_distance(crank) - clutch.l_AC, "the loop A-B-C closes")
-    rate = let(q.pushed_dot, k.along(q.pushed, time))
-    outputs = (link_angle, q.pushed, q.pushed_dot)
-    f.function("course", (time, CRANK, LINK), *k.steps, rate, gives=outputs, told="course")
+    k = Followed((t.t,))
+    span = t.link_end - t.link_start
+    k.let(
+        t.link_angle, t.link_start + span * clip(t.t * t.link_speed / sp.Abs(span), S.Zero, S.One)
+    )
+    lift = t.link_angle - MESH
+    k.let(t.turned, switch(lift, (gear_rate() - 1) * lift, S.Zero), "crank gear rolls on the rack")
+    k.let(t.crank_angle, crank_angle(clutch.l_AC) - t.turned)
+    k.let(q.pushed, pin_distance(t.crank_angle) - clutch.l_AC, "the loop A-B-C closes")
+    rate = let(q.pushed_dot, k.along(q.pushed, t.t))
+    outputs = (t.link_angle, q.pushed, q.pushed_dot)
+    f.function("course", (t.t, CRANK, LINK), *k.steps, rate, gives=outputs, told="course")
 
 
 def _add_bearing(f: Formulas) -> None:
@@ -224,14 +239,14 @@ def build_mechanism() -> Mechanism:
     on_x, on_y, on_way, on_output, on_shaft_x, on_shaft_y, *_ = q.FORCES
     at = m.point("centre of the sleeve", O, WORLD, z=q.way)
     deflection, way = displacement(O, END, WORLD), sp.Dummy("way")
-    spring = sp.integrate(preload + spring_rate * way, (way, 0, q.way))
-    bent = shaft_stiffness * deflection.dot(deflection) / 2
+    spring = sp.integrate(t.preload + t.spring_rate * way, (way, 0, q.way))
+    bent = t.shaft_stiffness * deflection.dot(deflection) / 2
     m.potentials += [spring, bent]
 
-    half = m.body("body", INPUT, body, BODY)
-    ring = m.body("sleeve", WORLD, sleeve, at)
-    shaft = m.body("output shaft", SHAFT, shaft_mass, END, inertia)
-    m.force("contacts of the body", half, BODY, m.vector(WORLD, on_x + push_x, on_y + push_y))
+    half = m.body("body", INPUT, t.body, BODY)
+    ring = m.body("sleeve", WORLD, t.sleeve, at)
+    shaft = m.body("output shaft", SHAFT, t.shaft_mass, END, t.inertia)
+    m.force("contacts of the body", half, BODY, m.vector(WORLD, on_x + t.push_x, on_y + t.push_y))
     m.force("slides", half, BODY, m.vector(WORLD, *SLIDE_FORCE))
     m.force(
         "contacts and spring of the sleeve",
@@ -239,12 +254,12 @@ def build_mechanism() -> Mechanism:
         at,
         m.vector(WORLD, z=on_way - spring.diff(q.way)),
     )
-    m.torque("contacts and load", shaft, m.ground, on_output - load * spun)
+    m.torque("contacts and load", shaft, m.ground, on_output - t.load * t.spun)
     m.force("contacts of the shaft", shaft, END, m.vector(WORLD, on_shaft_x, on_shaft_y))
     m.force(
         "bending", shaft, END, -m.vector(WORLD, *(bent.diff(s) for s in (q.shaft_x, q.shaft_y)))
     )
-    m.force("damping", shaft, END, -shaft_damping * m.velocity(END))
+    m.force("damping", shaft, END, -t.shaft_damping * m.velocity(END))
     return m
 
 
@@ -253,32 +268,26 @@ def _add_motion(f: Formulas) -> None:
     contacts.
     """
     sliding, bent = ON_SLIDES.components[:2], Vec(INPUT, (*BENT, S.Zero))
-    bristle_rates, lost = dahl(sliding, BENT, lock_stiffness, limit, creep)
-    slide_force = (-lock_stiffness * bent).resolved(WORLD)
-    seated = clip(1 - q.way / lock_travel, S.Zero, S.One)
+    bristle_rates, lost = dahl(sliding, BENT, t.lock_stiffness, t.limit, t.creep)
+    slide_force = (-t.lock_stiffness * bent).resolved(WORLD)
+    seated = clip(1 - q.way / t.lock_travel, S.Zero, S.One)
     m = build_mechanism()
     bending = m.velocity(END)
-    powers = _powers(lost, shaft_damping * bending.dot(bending))
-    in_springs = sp.Add(*m.potentials) + lock_stiffness * sum_of_squares(BENT) / 2 + q.stored
+    powers = _powers(lost, t.shaft_damping * bending.dot(bending))
+    in_springs = sp.Add(*m.potentials) + t.lock_stiffness * sum_of_squares(BENT) / 2 + q.stored
     steps = (
-        let(spun, q.output_dot / sqrt(q.output_dot**2 + load_speed**2)),
-        let(limit, slide + lock * seated),
+        let(t.spun, q.output_dot / sqrt(q.output_dot**2 + t.load_speed**2)),
+        let(t.limit, t.slide + t.lock * seated),
         *(
             let(name, component)
             for name, component in zip(SLIDE_FORCE, slide_force.components, strict=False)
         ),
-        *(
-            let(name, expr, "Lagrange's equation")
-            for name, expr in zip(ACCELERATIONS, m.accelerations(), strict=True)
-        ),
-        *(
-            let(name, expr, "Dahl's bristles")
-            for name, expr in zip(BENT_RATES, bristle_rates, strict=True)
-        ),
-        *(let(name, expr) for name, expr in zip(POWERS, powers, strict=True)),
-        let(energy, kinetic_energy(m.motion, m.bodies, WORLD) + in_springs),
+        *let_all(ACCELERATIONS, m.accelerations(), "Lagrange's equation"),
+        *let_all(BENT_RATES, bristle_rates, "Dahl's bristles"),
+        *let_all(POWERS, powers),
+        let(t.energy, kinetic_energy(m.motion, m.bodies, WORLD) + in_springs),
     )
-    outputs = (*ACCELERATIONS, *BENT_RATES, *POWERS, energy)
+    outputs = (*ACCELERATIONS, *BENT_RATES, *POWERS, t.energy)
     inputs = (q.PLACES, q.RATES, BRISTLES, SUMS, MASSES, SPRINGS, LOADS, SLIDES)
     f.function("motion", inputs, *steps, gives=outputs, told="motion")
 
@@ -289,12 +298,12 @@ def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
     """
     carried = MOTION.derivative(displacement(O, BODY, WORLD)) - OVER_INPUT
     transmitted = Vec(WORLD, (*SLIDE_FORCE, S.Zero)).dot(carried)
-    pushed = push_x * q.RATES.quantities[0] + push_y * q.RATES.quantities[1]
+    pushed = t.push_x * q.RATES.quantities[0] + t.push_y * q.RATES.quantities[1]
     on_angle, on_pushed = q.FORCES.quantities[q.FREE :]
     return (
         -on_angle * q.angle_dot + transmitted + pushed,
         -on_pushed * q.pushed_dot,
-        load * spun * q.output_dot,
+        t.load * t.spun * q.output_dot,
         q.damped,
         q.rubbed,
         lost,
@@ -307,10 +316,10 @@ def _add_damping(f: Formulas) -> None:
     oscillate.
     """
     s, critical = sp.Dummy("s"), sp.Dummy("critical", positive=True)
-    swing = sp.discriminant(shaft_mass * s**2 + critical * s + shaft_stiffness, s)
+    swing = sp.discriminant(t.shaft_mass * s**2 + critical * s + t.shaft_stiffness, s)
     (limit_damping,) = sp.solve(swing, critical)
-    step = let(shaft_damping, damping_share * limit_damping, "damping without swing")
-    f.function("damping", (damping_share, shaft_mass, shaft_stiffness), step, told="damped")
+    step = let(t.shaft_damping, t.damping_share * limit_damping, "damping without swing")
+    f.function("damping", (t.damping_share, t.shaft_mass, t.shaft_stiffness), step, told="damped")
 
 
 def build_motion_system() -> System:

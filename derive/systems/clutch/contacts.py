@@ -283,7 +283,7 @@ def _add_hole_side(f: Formulas) -> None:
     """Add the contact of the outline with a side of the tapered hole: their distance in the
     section, on the normal.
     """
-    k = Followed((q.c_x, q.c_y, q.heading, q.way))
+    k = Followed(q.TABLE.select("c_x c_y heading way"))
     k.let(outwards, HALF_SIDE * (2 * q.index + 1))
     k.let(rotor.VERTICES, sp.Integer(VERTICES))
     k.let(rotor.SIDES, sp.Integer(SIDES))

@@ -16,7 +16,6 @@ from sympy import Expr, Matrix, S, cos, pi, sin
 from ...formulas import Formulas
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from . import quantities as q
-from .quantities import ClutchClaim
 
 TURN = 2 * pi
 VERTICES = 5
@@ -223,31 +222,35 @@ def add_polygon(f: Formulas) -> None:
     oval = derive_path_ellipse()
     intercept = sp.simplify(oval.centre[1] - oval.slope * oval.centre[0])
     eccentric = sp.sqrt((oval.major - oval.minor) / (1 + oval.slope**2))
-    f.defines(q.x_C, from_A[0], ClutchClaim.C_FROM_A_X)
-    f.defines(q.y_C, from_A[1], ClutchClaim.C_FROM_A_Y)
-    f.defines(q.X_C, from_B[0], ClutchClaim.C_FROM_B_X)
-    f.defines(q.Y_C, from_B[1], ClutchClaim.C_FROM_B_Y)
-    f.defines(q.X_C, turned[0], ClutchClaim.C_TURNED_X)
-    f.defines(q.Y_C, turned[1], ClutchClaim.C_TURNED_Y)
-    f.defines(q.beta, q.theta + LEAD, ClutchClaim.DIRECTION_BC)
-    f.defines(q.y_A, hexagon_apothem(q.a), ClutchClaim.SIDE_OF_A)
-    f.defines(q.Y_B, hexagon_apothem(q.a), ClutchClaim.SIDE_OF_B)
-    f.defines(q.x_A, sliding_coordinate(), ClutchClaim.A_SLIDING)
-    f.defines(q.x_C, rest + q.R * (q.A1 * sin(q.theta) + q.A2 * cos(q.theta)), ClutchClaim.PATH_X)
-    f.defines(q.y_C, from_A[1].subs(q.y_A, hexagon_apothem(q.a)), ClutchClaim.PATH_Y)
-    f.defines(q.A1, A1, ClutchClaim.PATH_SINE)
-    f.defines(q.A2, A2, ClutchClaim.PATH_COSINE)
-    f.defines(q.a, hexagon_side(), ClutchClaim.HEXAGON_SIDE)
-    f.defines(q.x_E, q.R * oval.centre[0], ClutchClaim.ELLIPSE_CENTRE_X)
-    f.defines(q.y_E, q.R * oval.centre[1], ClutchClaim.ELLIPSE_CENTRE_Y)
-    f.defines(q.x_F, q.R * (oval.centre[0] + eccentric), ClutchClaim.FOCUS_X)
-    f.defines(q.y_F, oval.slope * q.x_F + q.R * intercept, ClutchClaim.FOCI_LINE)
-    f.defines(q.s_1, q.R * sp.sqrt(oval.major), ClutchClaim.SEMI_MAJOR_AXIS)
-    f.defines(q.s_2, q.R * sp.sqrt(oval.minor), ClutchClaim.SEMI_MINOR_AXIS)
-    f.defines(q.rho_C, q.R * tangency_curvature(), ClutchClaim.PATH_CURVATURE)
-    f.defines(q.e_3, q.R * third_overlap(), ClutchClaim.THIRD_OVERLAP)
-    f.defines(q.rho_t, tip_width() * tangency_curvature(), ClutchClaim.TIP_PATH_CURVATURE)
-    f.holds(ClutchClaim.FILLET, q.r - tip_width() * least_fillet(), ">=")
+    f.defines(q.x_C, from_A[0], "vertex C from vertex A, x")
+    f.defines(q.y_C, from_A[1], "vertex C from vertex A, y")
+    f.defines(q.X_C, from_B[0], "vertex C from vertex B, X")
+    f.defines(q.Y_C, from_B[1], "vertex C from vertex B, Y")
+    f.defines(q.X_C, turned[0], "coordinates of C in the turned frame, X")
+    f.defines(q.Y_C, turned[1], "coordinates of C in the turned frame, Y")
+    f.defines(q.beta, q.theta + LEAD, "direction of BC from that of AC")
+    f.defines(q.y_A, hexagon_apothem(q.a), "side that A slides on")
+    f.defines(q.Y_B, hexagon_apothem(q.a), "side that B slides on")
+    f.defines(q.x_A, sliding_coordinate(), "vertex A while A and B slide")
+    f.defines(q.x_C, rest + q.R * (q.A1 * sin(q.theta) + q.A2 * cos(q.theta)), "path of C, x")
+    f.defines(q.y_C, from_A[1].subs(q.y_A, hexagon_apothem(q.a)), "path of C, y")
+    f.defines(q.A1, A1, "coefficient of the sine in the path of C")
+    f.defines(q.A2, A2, "coefficient of the cosine in the path of C")
+    f.defines(q.a, hexagon_side(), "side of the hexagon that fits the polygon's width")
+    f.defines(q.x_E, q.R * oval.centre[0], "centre of the ellipse, x")
+    f.defines(q.y_E, q.R * oval.centre[1], "centre of the ellipse, y")
+    f.defines(q.x_F, q.R * (oval.centre[0] + eccentric), "focus of the ellipse, x")
+    f.defines(q.y_F, oval.slope * q.x_F + q.R * intercept, "line of the foci")
+    f.defines(q.s_1, q.R * sp.sqrt(oval.major), "semi-major axis of the ellipse")
+    f.defines(q.s_2, q.R * sp.sqrt(oval.minor), "semi-minor axis of the ellipse")
+    f.defines(q.rho_C, q.R * tangency_curvature(), "curvature of the path where it leaves the side")
+    f.defines(q.e_3, q.R * third_overlap(), "overlap with the third pair of sides")
+    f.defines(
+        q.rho_t,
+        tip_width() * tangency_curvature(),
+        "curvature of the tip path where it leaves the flat",
+    )
+    f.holds("fillet that the tooth tips clear", q.r - tip_width() * least_fillet(), ">=")
 
 
 def tip_width() -> Expr:
@@ -279,10 +282,10 @@ def add_tooth(f: Formulas) -> None:
     inset = sp.Dummy("inset")
     (fillet_centre,) = sp.solve(inset * cos(pi / SIDES) - (hexagon_apothem(q.a1) - q.r), inset)
     at_least = face_angle().subs(q.b1, least_tip).subs(HALF_ARC, (POLAR_A - POLAR_C) / 2)
-    f.holds(ClutchClaim.TIP_DISTANCE, q.b1 - least_tip, ">=")
-    f.holds(ClutchClaim.ROOT_DISTANCE, q.b2 - sp.expand(fillet_centre + q.r), ">=")
-    f.defines(q.xi, face_angle(), ClutchClaim.FACE_ANGLE)
-    f.defines(q.xi, sp.simplify(at_least), ClutchClaim.LEAST_TIP_FACE_ANGLE)
+    f.holds("tooth tips go round the shaft", q.b1 - least_tip, ">=")
+    f.holds("tooth roots clear the shaft's corners", q.b2 - sp.expand(fillet_centre + q.r), ">=")
+    f.defines(q.xi, face_angle(), "angle between the faces of a tooth")
+    f.defines(q.xi, sp.simplify(at_least), "angle between the faces at the least tip distance")
 
 
 def add_taper(f: Formulas) -> None:
@@ -298,13 +301,17 @@ def add_taper(f: Formulas) -> None:
     margin = sp.expand((tangential - friction.subs(q.F_N, -normal)) / force)
     steepest = -margin.coeff(cos(q.phi)) / margin.coeff(sin(q.phi))
     driving, pressing = (e.subs(force, q.F1 - q.F2) for e in (tangential, -normal))
-    f.defines(q.b, reuleaux_circumradius(2 * hexagon_apothem(q.a)), ClutchClaim.OUTLINE_RADIUS)
-    f.defines(q.c_min, travel.subs(steepness, sp.tan(q.phi)), ClutchClaim.LEAST_TRAVEL)
-    f.holds(ClutchClaim.TRAVEL, q.c - q.c_min, ">=", named=True)
-    f.holds(ClutchClaim.SLEEVE_SLIDES, driving - q.f, ">=")
-    f.holds(ClutchClaim.SLEEVE_ACROSS, pressing - q.F_N)
-    f.defines(q.f, friction, ClutchClaim.SLEEVE_FRICTION)
-    f.defines(q.phi, sp.atan((q.R1 - q.R2) / q.d), ClutchClaim.AXIAL_ANGLE)
-    f.holds(ClutchClaim.WALL, (q.R1 - q.R2) / q.d - (q.R1 - q.b2) / q.d, "<")
-    f.holds(ClutchClaim.LEAST_AXIAL_ANGLE, sp.atan(flattest) - q.phi, "<=")
-    f.holds(ClutchClaim.LARGEST_AXIAL_ANGLE, q.phi - sp.atan(steepest), "<=")
+    f.defines(
+        q.b, reuleaux_circumradius(2 * hexagon_apothem(q.a)), "largest outline radius of the body"
+    )
+    f.defines(q.c_min, travel.subs(steepness, sp.tan(q.phi)), "least travel of the sleeve")
+    f.holds("travel of the sleeve", q.c - q.c_min, ">=", named=True)
+    f.holds("sleeve slides along the taper", driving - q.f, ">=")
+    f.holds("sleeve on the taper, force across it", pressing - q.F_N)
+    f.defines(q.f, friction, "friction of body and sleeve")
+    f.defines(q.phi, sp.atan((q.R1 - q.R2) / q.d), "axial angle from the outline radii")
+    f.holds(
+        "material between tooth roots and outline", (q.R1 - q.R2) / q.d - (q.R1 - q.b2) / q.d, "<"
+    )
+    f.holds("least axial angle for a travel", sp.atan(flattest) - q.phi, "<=")
+    f.holds("largest axial angle at which the sleeve slides", q.phi - sp.atan(steepest), "<=")

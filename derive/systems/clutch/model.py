@@ -17,14 +17,13 @@ import mpmath
 import sympy as sp
 from sympy import Expr, S, cos, cosh, pi, sin, sinh
 
-from ...equations import Claim, Definition, Equation, find_claim
+from ...equations import Claimed, Definition, Equation, find_claim
 from ...formulas import Formulas, Wanted
 from ...model import ClosedForm, Let, System, let
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .geometry import hexagon_apothem, split_by_theta, substitute_angles, third_overlap
 from .motion import CRANK, add_slider, assumed_mode, bearing_conditions
-from .quantities import ClutchClaim
 from .subject import ASSUMPTIONS, derive_formulas
 
 FLATS = Quantity("flats", "m", "distance between opposite flats of the output shaft", "shi2021 2.1")
@@ -44,73 +43,73 @@ FREE = Quantity(
 CLUTCH = Vector("clutch", (q.a, FLATS, q.r, q.b1, q.b2, q.phi, q.c, q.mu, q.F1, q.F2, q.R2, q.d))
 
 _POLYGON = (
-    (ClutchClaim.HEXAGON_SIDE, q.R),
-    (ClutchClaim.OUTLINE_RADIUS, q.b),
-    (ClutchClaim.PATH_SINE, q.A1),
-    (ClutchClaim.PATH_COSINE, q.A2),
-    (ClutchClaim.ELLIPSE_CENTRE_X, q.x_E),
-    (ClutchClaim.ELLIPSE_CENTRE_Y, q.y_E),
-    (ClutchClaim.FOCUS_X, q.x_F),
-    (ClutchClaim.FOCI_LINE, q.y_F),
-    (ClutchClaim.SEMI_MAJOR_AXIS, q.s_1),
-    (ClutchClaim.SEMI_MINOR_AXIS, q.s_2),
-    (ClutchClaim.PATH_CURVATURE, q.rho_C),
+    ("side of the hexagon that fits the polygon's width", q.R),
+    ("largest outline radius of the body", q.b),
+    ("coefficient of the sine in the path of C", q.A1),
+    ("coefficient of the cosine in the path of C", q.A2),
+    ("centre of the ellipse, x", q.x_E),
+    ("centre of the ellipse, y", q.y_E),
+    ("focus of the ellipse, x", q.x_F),
+    ("line of the foci", q.y_F),
+    ("semi-major axis of the ellipse", q.s_1),
+    ("semi-minor axis of the ellipse", q.s_2),
+    ("curvature of the path where it leaves the side", q.rho_C),
 )
 _PATH = (
-    (ClutchClaim.HEXAGON_SIDE, q.R),
-    (ClutchClaim.PATH_SINE, q.A1),
-    (ClutchClaim.PATH_COSINE, q.A2),
-    (ClutchClaim.DIRECTION_BC, q.beta),
-    (ClutchClaim.PATH_X, q.x_C),
-    (ClutchClaim.PATH_Y, q.y_C),
-    (ClutchClaim.C_FROM_A_X, q.x_A),
-    (ClutchClaim.C_FROM_A_Y, q.y_A),
-    (ClutchClaim.C_TURNED_X, q.X_C),
-    (ClutchClaim.C_TURNED_Y, q.Y_C),
-    (ClutchClaim.C_FROM_B_X, q.X_B),
-    (ClutchClaim.C_FROM_B_Y, q.Y_B),
-    (ClutchClaim.THIRD_OVERLAP, q.e_3),
+    ("side of the hexagon that fits the polygon's width", q.R),
+    ("coefficient of the sine in the path of C", q.A1),
+    ("coefficient of the cosine in the path of C", q.A2),
+    ("direction of BC from that of AC", q.beta),
+    ("path of C, x", q.x_C),
+    ("path of C, y", q.y_C),
+    ("vertex C from vertex A, x", q.x_A),
+    ("vertex C from vertex A, y", q.y_A),
+    ("coordinates of C in the turned frame, X", q.X_C),
+    ("coordinates of C in the turned frame, Y", q.Y_C),
+    ("vertex C from vertex B, X", q.X_B),
+    ("vertex C from vertex B, Y", q.Y_B),
+    ("overlap with the third pair of sides", q.e_3),
 )
 _TEETH = (
-    (ClutchClaim.TIP_DISTANCE, q.b1),
-    (ClutchClaim.ROOT_DISTANCE, q.b2),
-    (ClutchClaim.FACE_ANGLE, q.xi),
+    ("tooth tips go round the shaft", q.b1),
+    ("tooth roots clear the shaft's corners", q.b2),
+    ("angle between the faces of a tooth", q.xi),
 )
 _TRAVEL = (
-    (ClutchClaim.OUTLINE_RADIUS, q.b),
-    (ClutchClaim.LEAST_TRAVEL, q.c_min),
-    (ClutchClaim.SLEEVE_ACROSS, q.F_N),
-    (ClutchClaim.SLEEVE_FRICTION, q.f),
+    ("largest outline radius of the body", q.b),
+    ("least travel of the sleeve", q.c_min),
+    ("sleeve on the taper, force across it", q.F_N),
+    ("friction of body and sleeve", q.f),
 )
 _GEARS = (
-    (ClutchClaim.CRANK_GEAR, q.theta_A),
-    (ClutchClaim.CRANK_GEAR_ON_LINK, q.theta_AR),
+    ("rotation of the crank gear with the link", q.theta_A),
+    ("rotation of the crank gear relative to the link", q.theta_AR),
 )
 _LIMIT = (
-    (ClutchClaim.CRANK_BY_TRAVEL, q.theta_Amax),
-    (ClutchClaim.CRANK_BY_TEETH, q.n),
+    ("rotation of the crank for the travel of the sleeve", q.theta_Amax),
+    ("rotation of the crank gear for a number of teeth", q.n),
 )
 _CONDITIONS = {
-    ClutchClaim.FILLET: ("fillet", "m"),
-    ClutchClaim.TIP_DISTANCE: ("tips", "m"),
-    ClutchClaim.ROOT_DISTANCE: ("roots", "m"),
-    ClutchClaim.TRAVEL: ("travel", "m"),
-    ClutchClaim.SLEEVE_SLIDES: ("slide", "N"),
-    ClutchClaim.WALL: ("material", "1"),
-    ClutchClaim.LEAST_AXIAL_ANGLE: ("least_angle", "rad"),
-    ClutchClaim.LARGEST_AXIAL_ANGLE: ("largest_angle", "rad"),
+    "fillet that the tooth tips clear": ("fillet", "m"),
+    "tooth tips go round the shaft": ("tips", "m"),
+    "tooth roots clear the shaft's corners": ("roots", "m"),
+    "travel of the sleeve": ("travel", "m"),
+    "sleeve slides along the taper": ("slide", "N"),
+    "material between tooth roots and outline": ("material", "1"),
+    "least axial angle for a travel": ("least_angle", "rad"),
+    "largest axial angle at which the sleeve slides": ("largest_angle", "rad"),
 }
 """The inequalities of a working clutch, each with the name and the unit of its _margin."""
 
 
 def _outline_radius(f: Formulas) -> Let:
     """Return the outline radius at the left end, from the axial angle."""
-    equation = find_claim(f.equations, ClutchClaim.AXIAL_ANGLE)
+    equation = find_claim(f.equations, "axial angle from the outline radii")
     (radius,) = sp.solve(equation.residual, q.R1)
     return Let(q.R1, radius, equation.source)
 
 
-def _margin(f: Formulas, claim: Claim, name: str, unit: str) -> Let:
+def _margin(f: Formulas, claim: Claimed, name: str, unit: str) -> Let:
     """Return the margin of an inequality, positive if it holds."""
     equation = find_claim(f.equations, claim)
     sign = 1 if equation.relation in (">", ">=") else -1
@@ -128,14 +127,19 @@ def _add_functions(f: Formulas) -> None:
     """Add the functions of both models."""
     f.function("polygon", (q.a,), *_POLYGON)
     f.function("path", (q.theta, q.a), *_PATH)
-    f.function("fillet", (FLATS,), section_edge(), (ClutchClaim.FILLET, q.r), gives=(q.r,))
+    f.function(
+        "fillet", (FLATS,), section_edge(), ("fillet that the tooth tips clear", q.r), gives=(q.r,)
+    )
     f.function(
         "teeth", (FLATS, q.r), section_edge(), *_TEETH, gives=[symbol for _, symbol in _TEETH]
     )
     f.function("face", (FLATS, q.b1), section_edge(), _TEETH[2], gives=(q.xi,))
-    f.function("travel", (q.a, q.phi, q.mu, q.F1, q.F2), *_TRAVEL)
+    f.function("travel", q.TABLE.select("a phi mu F1 F2"), *_TRAVEL)
     f.function(
-        "angle", (q.a, q.c), ClutchClaim.OUTLINE_RADIUS, (ClutchClaim.LEAST_AXIAL_ANGLE, q.phi)
+        "angle",
+        (q.a, q.c),
+        "largest outline radius of the body",
+        ("least axial angle for a travel", q.phi),
     )
     f.function("taper", (q.R2, q.d, q.phi), _outline_radius(f))
     f.function("gears", (q.alpha, q.k, q.gamma), *_GEARS)
@@ -184,7 +188,7 @@ def _add_body(f: Formulas) -> None:
     """Add the hexagon side with which a body of full outline at its left end has its wall outside
     the tooth roots.
     """
-    side = f.expr(ClutchClaim.OUTLINE_RADIUS)
+    side = f.expr("largest outline radius of the body")
     steepness = (side - hexagon_apothem(q.a)) / q.c
     (minimum,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
     f.function("body", (q.b2, WALL, q.d, q.c), let(q.a, sp.simplify(minimum), "tapered body"))
@@ -208,7 +212,7 @@ def build_clutch_system() -> System:
 def build_printed_clutch(
     equations: Mapping[str, Equation],
     reading: Mapping[sp.Symbol, Expr],
-    lacking: frozenset[Claim] = frozenset(),
+    lacking: frozenset[Claimed] = frozenset(),
 ) -> System:
     """Build the model of the clutch as a paper prints it, without the claims that it is
     ``lacking``.
@@ -261,7 +265,7 @@ DRIVE_WORK = _beam("given", "J", "work of the driving force since the start")
 STORED_ENERGY = _beam("kept", "J", "kinetic and strain energy minus that at the start")
 
 BEAM = Vector("beam", (FLATS, q.E, q.rho, q.l))
-STRUCK = Vector("struck", (q.m1, q.F_M, q.Delta_omega, q.r1))
+STRUCK = Vector("struck", q.TABLE.select("m1 F_M Delta_omega r1"))
 """The striking body: mass, force, speed difference, radius."""
 
 
@@ -325,9 +329,9 @@ def _add_modal(f: Formulas, name: str, shape: Expr) -> None:
     mass, stiffness = shape_integrals(shape)
     steps = (
         section_edge(),
-        ClutchClaim.SHAFT_SECTION,
-        ClutchClaim.SECOND_MOMENT,
-        ClutchClaim.OVERHANG_MASS,
+        "section of the shaft",
+        "second moment of the shaft",
+        "mass of the overhanging shaft",
         let(MASS, mass, BEND),
         let(STIFFNESS, stiffness, BEND),
         let(q.M_1, MASS * q.m2, BEND),
@@ -348,7 +352,7 @@ def _add_extremes(f: Formulas, inputs: tuple[Vector | Quantity, ...], *rates: Wa
     """Add the load as an oscillation about the driving force: its maximum, the time of it, the time
     of its loss.
     """
-    load = sp.expand(derive_formulas().expr(ClutchClaim.CONTACT_LOAD))
+    load = sp.expand(derive_formulas().expr("contact load over time"))
     sine, cosine = load.coeff(sin(q.B1 * q.t)), load.coeff(cos(q.B1 * q.t))
     steps = (
         let(SWING, sp.sqrt(sine**2 + cosine**2), BEND),
@@ -374,7 +378,7 @@ def _add_energy(f: Formulas) -> None:
         return (q.M_1 + q.m1) * speed**2 / 2 + strain
 
     steps = (
-        ClutchClaim.CONTACT_SPEED,
+        "speed of the contact point at the start",
         let(DRIVE_WORK, sp.integrate(q.F_M, (way, 0, q.y_max)), BEND),
         let(STORED_ENERGY, stored(q.y_max, RATE) - stored(S.Zero, q.v_0), BEND),
     )
@@ -402,10 +406,10 @@ def build_beam_system() -> System:
     for name, shape in bending_shapes().items():
         _add_modal(f, name, shape)
     _add_extremes(f, (q.M_1, q.K_1, STRUCK), *frequency_steps())
-    rate = let(RATE, f.expr(ClutchClaim.CONTACT_DEFLECTION).diff(q.t), BEND)
-    moving = ClutchClaim.CONTACT_DEFLECTION, ClutchClaim.CONTACT_LOAD, rate
+    rate = let(RATE, f.expr("deflection at the contact over time").diff(q.t), BEND)
+    moving = "deflection at the contact over time", "contact load over time", rate
     f.function("motion", (q.t, q.B1, q.B2, STRUCK), *moving, gives=(q.y_max, RATE, q.N))
-    f.function("start", (STRUCK,), ClutchClaim.CONTACT_SPEED, told="at_start")
+    f.function("start", (STRUCK,), "speed of the contact point at the start", told="at_start")
     _add_energy(f)
     return f.system()
 
@@ -423,7 +427,7 @@ def build_printed_beam(equations: Mapping[str, Equation]) -> System:
         assumptions=BEAM_ASSUMPTIONS,
         told="{}",
     )
-    rates = (ClutchClaim.CONTACT_FREQUENCY, q.B1), (ClutchClaim.DRIVING_ACCELERATION, q.B2)
+    rates = ("circular frequency in contact", q.B1), ("acceleration by the driving force", q.B2)
     _add_extremes(f, (q.E, q.I, q.l, q.m2, STRUCK), *rates)
     return f.system()
 

@@ -22,7 +22,6 @@ from ...model import let
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .geometry import SIDES
-from .quantities import ClutchClaim
 
 WORLD = Frame("frame")
 LINK = Frame("link", WORLD, Z, q.alpha)
@@ -56,16 +55,20 @@ def gear_rotation(rate: Expr) -> Expr:
     return sp.Piecewise((S.Zero, sp.Lt(q.alpha, MESH)), (rotation, sp.Ge(q.alpha, MESH)))
 
 
+def _place_links(angle: Expr, distance: Expr) -> tuple[Vec, Vec]:
+    """Return the crank AB at an angle, and the rod from C on the guide at a distance of A to B."""
+    A = Point("A")
+    B = Point("B", A, Vec(Frame("crank", WORLD, Z, angle), (q.l_AB, S.Zero, S.Zero)))
+    C = Point("C", A, Vec(WORLD, (distance, S.Zero, S.Zero)))
+    return displacement(A, B, WORLD), displacement(C, B, WORLD)
+
+
 def crank_angle(distance: Expr) -> Expr:
     """Return the angle between crank AB and guide AC for a distance AC, from the closed loop
     A-B-C.
     """
     angle = sp.Dummy("angle")
-    crank = Frame("crank", WORLD, Z, angle)
-    A = Point("A")
-    B = Point("B", A, Vec(crank, (q.l_AB, S.Zero, S.Zero)))
-    C = Point("C", A, Vec(WORLD, (distance, S.Zero, S.Zero)))
-    rod = displacement(B, C, WORLD)
+    _, rod = _place_links(angle, distance)
     square = sp.expand(rod.dot(rod)).subs(sin(angle) ** 2, 1 - cos(angle) ** 2)
     (cosine,) = sp.solve(sp.expand(square) - q.l_BC**2, cos(angle))
     return sp.acos(cosine)
@@ -75,13 +78,16 @@ def add_linkage(f: Formulas) -> None:
     """Add the equations of crank gear, rack and crank slider: section 2.4."""
     rate = gear_rate()
     teeth = 2 * q.r_A / q.m
-    f.defines(q.theta_A, gear_rotation(rate), ClutchClaim.CRANK_GEAR)
-    f.defines(q.theta_AR, gear_rotation(rate - 1), ClutchClaim.CRANK_GEAR_ON_LINK)
-    f.defines(q.theta_Amax, q.n * 2 * pi / teeth, ClutchClaim.CRANK_BY_TEETH)
+    f.defines(q.theta_A, gear_rotation(rate), "rotation of the crank gear with the link")
     f.defines(
-        q.theta_Amax, crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c), ClutchClaim.CRANK_BY_TRAVEL
+        q.theta_AR, gear_rotation(rate - 1), "rotation of the crank gear relative to the link"
     )
-    f.defines(q.t_c, travel_time(), ClutchClaim.SWITCHING_TIME, named=True)
+    f.defines(
+        q.theta_Amax, q.n * 2 * pi / teeth, "rotation of the crank gear for a number of teeth"
+    )
+    turned = crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c)
+    f.defines(q.theta_Amax, turned, "rotation of the crank for the travel of the sleeve")
+    f.defines(q.t_c, travel_time(), "time to switch", named=True)
 
 
 def travel_time() -> Expr:
@@ -192,26 +198,28 @@ def add_engagement(f: Formulas) -> None:
     swing = load.coeff(sin(q.B1 * q.t)) ** 2 + load.coeff(cos(q.B1 * q.t)) ** 2
     frequency, push = sp.sqrt(stiffness / moving), q.F_M / moving
     inside = sp.expand(swing / q.m1**2).subs(q.B1, frequency).subs(q.B2, push)
-    f.holds(ClutchClaim.BODY_FORCE, of_body)
-    f.holds(ClutchClaim.SHAFT_FORCE, of_beam)
-    f.defines(q.v_0, contact_speed(), ClutchClaim.CONTACT_SPEED)
-    f.defines(q.v_0, common_speed(), ClutchClaim.COMMON_SPEED)
-    f.defines(q.y, q.y_max * shape, ClutchClaim.MODAL_DEFLECTION)
-    f.defines(q.y, path * shape, ClutchClaim.SHAFT_DEFLECTION)
-    f.defines(q.y_max, path, ClutchClaim.CONTACT_DEFLECTION)
-    f.defines(q.S, section.area * q.a1**2, ClutchClaim.SHAFT_SECTION)
-    f.defines(q.I, section.second_moment_of_area()[0] * q.a1**4, ClutchClaim.SECOND_MOMENT)
-    f.defines(q.M_1, mass, ClutchClaim.MODAL_MASS)
-    f.defines(q.K_1, stiffness, ClutchClaim.MODAL_STIFFNESS)
-    f.defines(q.m2, q.rho * q.S * q.l, ClutchClaim.OVERHANG_MASS)
-    f.defines(q.B1, frequency, ClutchClaim.CONTACT_FREQUENCY)
-    f.defines(q.B2, push, ClutchClaim.DRIVING_ACCELERATION)
-    f.defines(q.a_l, acceleration, ClutchClaim.CONTACT_ACCELERATION)
-    f.defines(q.a_x, acceleration * shape, ClutchClaim.SHAFT_ACCELERATION)
-    f.defines(q.y_4x, path * shape.diff(q.x, 4), ClutchClaim.FOURTH_DERIVATIVE)
-    f.defines(q.delta_l, q.rho * q.S * shape / mass, ClutchClaim.MODAL_DELTA)
-    f.defines(q.N, load, ClutchClaim.CONTACT_LOAD)
-    f.defines(q.N_max, q.F_M + q.m1 * sp.sqrt(inside), ClutchClaim.LARGEST_LOAD)
+    f.holds("force on the engaging body", of_body)
+    f.holds("force on the output shaft", of_beam)
+    f.defines(q.v_0, contact_speed(), "speed of the contact point at the start")
+    f.defines(
+        q.v_0, common_speed(), "speed of body and shaft at the start, when they move together"
+    )
+    f.defines(q.y, q.y_max * shape, "deflection of the shaft in its mode")
+    f.defines(q.y, path * shape, "deflection of the shaft over time")
+    f.defines(q.y_max, path, "deflection at the contact over time")
+    f.defines(q.S, section.area * q.a1**2, "section of the shaft")
+    f.defines(q.I, section.second_moment_of_area()[0] * q.a1**4, "second moment of the shaft")
+    f.defines(q.M_1, mass, "modal mass of the shaft")
+    f.defines(q.K_1, stiffness, "modal stiffness of the shaft")
+    f.defines(q.m2, q.rho * q.S * q.l, "mass of the overhanging shaft")
+    f.defines(q.B1, frequency, "circular frequency in contact")
+    f.defines(q.B2, push, "acceleration by the driving force")
+    f.defines(q.a_l, acceleration, "acceleration of the shaft at the contact")
+    f.defines(q.a_x, acceleration * shape, "acceleration of the shaft")
+    f.defines(q.y_4x, path * shape.diff(q.x, 4), "fourth derivative of the deflection")
+    f.defines(q.delta_l, q.rho * q.S * shape / mass, "Dirac's delta in the mode")
+    f.defines(q.N, load, "contact load over time")
+    f.defines(q.N_max, q.F_M + q.m1 * sp.sqrt(inside), "largest contact load")
 
 
 def add_slip(f: Formulas) -> None:
@@ -225,11 +233,11 @@ def add_slip(f: Formulas) -> None:
     acceleration = sp.trigsimp(sp.simplify(acceleration))
     at_rest = contact.resolved(WORLD)[1] + q.F_y
     (threshold,) = sp.solve(at_rest, q.N)
-    f.holds(ClutchClaim.TOOTH_ACROSS, q.N - reaction[1])
-    f.holds(ClutchClaim.TOOTH_ALONG, total[0] - inertia)
-    f.defines(q.a0, acceleration, ClutchClaim.SLIP_ACCELERATION)
-    f.holds(ClutchClaim.SLIP_LOAD, q.N - sp.expand(threshold), ">")
-    f.holds(ClutchClaim.TOOTH_AT_REST, q.F_y - (q.F_y - at_rest))
+    f.holds("forces on the tooth across the surface", q.N - reaction[1])
+    f.holds("forces on the tooth along the surface", total[0] - inertia)
+    f.defines(q.a0, acceleration, "acceleration of the slip")
+    f.holds("load at which the tooth slips", q.N - sp.expand(threshold), ">")
+    f.holds("forces on the tooth without slip", q.F_y - (q.F_y - at_rest))
 
 
 _slider = partial(Quantity, source="derived: clutch")
@@ -264,11 +272,7 @@ def add_slider(f: Formulas) -> None:
     """Add the linkage over its travel, the forces to push the sleeve, its gears, and its rod for a
     required travel.
     """
-    crank = Frame("crank", WORLD, Z, ANGLE)
-    A = Point("A")
-    B = Point("B", A, Vec(crank, (q.l_AB, S.Zero, S.Zero)))
-    C = Point("C", A, Vec(WORLD, (q.l_AC + SHIFT, S.Zero, S.Zero)))
-    pin, rod = displacement(A, B, WORLD), displacement(C, B, WORLD)
+    pin, rod = _place_links(ANGLE, q.l_AC + SHIFT)
     angle = crank_angle(q.l_AC + SHIFT)
     pose = (
         let(ANGLE, angle, "the loop A-B-C closes"),
@@ -351,4 +355,4 @@ def _add_rod(f: Formulas) -> None:
         for symbol, sign in zip(RODS, (1, -1), strict=True)
     )
     steps = (let(SHARE, share, "rod for a travel in a rotation"), *rods)
-    f.function("rod", (q.l_AB, q.l_AC, q.c, q.theta_Amax), *steps)
+    f.function("rod", q.TABLE.select("l_AB l_AC c theta_Amax"), *steps)

@@ -16,7 +16,7 @@ from sympy import Expr, Matrix, S, cos, pi, sin, sqrt
 from ...formulas import Formulas
 from ...functions import switch, wrap
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
-from ...model import Let, System, let
+from ...model import Let, System, let, let_all
 from ...quantity import Quantity, Vector
 from .geometry import chord_direction, polar_unit_vector
 
@@ -142,11 +142,7 @@ def _add_ellipse(f: Formulas) -> None:
     ]
     named = {u[0]: COSINE, v[0]: SINE}
     u, v = (Matrix([named.get(e, e) for e in column]) for column in (u, v))
-    form = u * u.T + v * v.T
-    mean, difference = (
-        form.trace() / 2,
-        sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2),
-    )
+    largest, axis, area = _find_axes(u, v)
     slope, bend = (
         WIDTH * (-sin(THETA) * u + cos(THETA) * v),
         WIDTH * (-cos(THETA) * u - sin(THETA) * v),
@@ -156,17 +152,9 @@ def _add_ellipse(f: Formulas) -> None:
     steps = (
         *(let(symbol, sp.simplify(e)) for symbol, e in zip(CENTRE, rest, strict=True)),
         *(let(name, sp.simplify(e)) for e, name in named.items()),
-        let(MAJOR, WIDTH * sqrt(mean + difference), "eigenvalues of u u' + v v'"),
-        let(
-            MINOR,
-            WIDTH * sp.Abs(u.row_join(v).det()) / sqrt(mean + difference),
-            "eigenvalues of u u' + v v'",
-        ),
-        let(
-            AXIS,
-            sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2,
-            "eigenvectors of u u' + v v'",
-        ),
+        let(MAJOR, WIDTH * largest, "eigenvalues of u u' + v v'"),
+        let(MINOR, WIDTH * area / largest, "eigenvalues of u u' + v v'"),
+        axis,
         let(TANGENCY, (slope[0] ** 2 / sp.Abs(bend[1])).subs(lowest)),
         let(
             FILLET,
@@ -176,6 +164,17 @@ def _add_ellipse(f: Formulas) -> None:
     )
     outputs = (*CENTRE, MAJOR, MINOR, AXIS, TANGENCY, FILLET, LEAD, RHO, ARC)
     f.function("ellipse", (SHAPE,), *_shape(), *steps, gives=outputs)
+
+
+def _find_axes(u: Matrix, v: Matrix) -> tuple[Expr, Let, Expr]:
+    """Return the major semi-axis of cos(t) u + sin(t) v, its direction, and both semi-axes'
+    product.
+    """
+    form = u * u.T + v * v.T
+    difference = sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2)
+    direction = sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2
+    axis = let(AXIS, direction, "eigenvectors of u u' + v v'")
+    return sqrt(form.trace() / 2 + difference), axis, sp.Abs(u.row_join(v).det())
 
 
 def _sliding_vertices() -> dict[str, tuple[Expr, Expr]]:
@@ -215,20 +214,12 @@ def _add_trammel(f: Formulas) -> None:
         sp.simplify(e - a * cos(ROTATION) - b * sin(ROTATION))
         for e, a, b in zip((x, y), u, v, strict=True)
     ]
-    form = u * u.T + v * v.T
-    mean, difference = (
-        form.trace() / 2,
-        sqrt(((form[0, 0] - form[1, 1]) / 2) ** 2 + form[0, 1] ** 2),
-    )
+    largest, axis, area = _find_axes(u, v)
     oval = (
-        *(let(symbol, e) for symbol, e in zip(CENTRE, rest, strict=True)),
-        let(MAJOR, sqrt(mean + difference), "eigenvalues of u u' + v v'"),
-        let(MINOR, sp.Abs(u.row_join(v).det()) / MAJOR, "eigenvalues of u u' + v v'"),
-        let(
-            AXIS,
-            sp.atan2(2 * form[0, 1], form[0, 0] - form[1, 1]) / 2,
-            "eigenvectors of u u' + v v'",
-        ),
+        *let_all(CENTRE, rest),
+        let(MAJOR, largest, "eigenvalues of u u' + v v'"),
+        let(MINOR, area / MAJOR, "eigenvalues of u u' + v v'"),
+        axis,
     )
     f.function("slid", (ROTATION, TRAMMEL), *steps)
     f.function("slid_ellipse", (TRAMMEL,), *oval)

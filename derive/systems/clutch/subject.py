@@ -22,7 +22,6 @@ from ...formulas import Formulas, Values
 from ...quantity import Quantity
 from . import geometry, motion
 from . import quantities as q
-from .quantities import ClutchClaim
 
 ASSUMPTIONS = (
     "rigid polygon and hexagon, no clearance",
@@ -37,10 +36,10 @@ ASSUMPTIONS = (
 DATA = Path(__file__).parents[3] / "planter" / "clutch" / "examples" / "shi2021.toml"
 DIGITS = 60
 SOLVED = (
-    (ClutchClaim.C_FROM_B_X, q.X_B),
-    (ClutchClaim.SLEEVE_ACROSS, q.F_N),
-    (ClutchClaim.CRANK_BY_TEETH, q.n),
-    (ClutchClaim.TOOTH_ACROSS, q.F_x),
+    ("vertex C from vertex B, X", q.X_B),
+    ("sleeve on the taper, force across it", q.F_N),
+    ("rotation of the crank gear for a number of teeth", q.n),
+    ("forces on the tooth across the surface", q.F_x),
 )
 """Quantities that follow from equations which do not define them."""
 
@@ -101,7 +100,7 @@ _RANGES: dict[Quantity, tuple[str, str]] = {
 
 def _read_data(machine: MachineFile) -> Values:
     """Return the data of the built-in clutch in SI units and radians."""
-    return {s: machine.si(s.shown) for s in vars(q).values() if isinstance(s, Quantity) and s.shown}
+    return {s: machine.si(s.shown) for s in q.TABLE.values() if s.shown}
 
 
 def _machine_values() -> Values:
@@ -193,7 +192,7 @@ class ClutchSubject(Subject):
 
     def constraint_residuals(self, claim: Claimed, formula: Expr) -> Mapping[str, Expr]:
         """Return what must vanish at the bearing, by a stated deflection."""
-        deflections = (ClutchClaim.MODAL_DEFLECTION, ClutchClaim.SHAFT_DEFLECTION)
+        deflections = ("deflection of the shaft in its mode", "deflection of the shaft over time")
         return motion.bearing_conditions(formula) if claim in deflections else {}
 
 

@@ -22,7 +22,6 @@ from ...mechanics.frames import Frame, Motion, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
 from . import quantities as q
-from .quantities import MappingClaim
 
 WORLD = Frame("frame")
 ARM = Frame("arm", WORLD, UP, q.phi)
@@ -183,14 +182,12 @@ def conic_coefficients() -> tuple[dict[Quantity, Expr], dict[Quantity, Expr]]:
 
 
 def _named(names: tuple[Quantity, ...], conic: sp.Poly) -> dict[Quantity, Expr]:
-    return {
-        name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS.values(), strict=True)
-    }
+    return {name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS, strict=True)}
 
 
 def conic_form(names: tuple[Quantity, ...]) -> Expr:
     """Return the quadratic form with some coefficients."""
-    return sum(name * m for name, m in zip(names, q.MONOMIALS.values(), strict=True))
+    return sum(name * m for name, m in zip(names, q.MONOMIALS, strict=True))
 
 
 @cache
@@ -222,46 +219,53 @@ def add_dyads(f: Formulas) -> None:
     for n, (name, expr, coordinate) in enumerate(
         zip("XY", hinge_by_pose(), (q.X, q.Y), strict=True)
     ):
-        f.defines(coordinate, expr, MappingClaim.HINGE_BY_POSE.of(name))
+        f.defines(coordinate, expr, f"moving hinge in the fixed frame by the pose, {name}")
         f.holds(
-            MappingClaim.POSE_COORDINATE.of(n + 1),
+            f"coordinate {n + 1} of a pose",
             tip[n] - (q.X_o, q.Y_o)[n],
             defines=(q.X_o, q.Y_o)[n],
         )
     half = q.phi / 2
     for name, expr in zip(q.MAPPED, pose_quaternion(sp.cos(half), sp.sin(half)), strict=True):
-        f.defines(name, expr, MappingClaim.MAPPING_PARAMETER.of(name))
+        f.defines(name, expr, f"mapping parameter {name} of a pose")
     for name, expr in pose_by_mapping().items():
-        f.holds(MappingClaim.POSE_BY_MAPPING.of(name), name - expr)
+        f.holds(f"coordinate {name} of a pose by the mapping parameters", name - expr)
     for name, expr, coordinate in zip("XY", hinge_by_mapping(), (q.X, q.Y), strict=True):
-        f.holds(MappingClaim.HINGE_BY_MAPPING.of(name), coordinate - expr)
-    f.holds(MappingClaim.CIRCLE, hinge_circle().residual)
+        f.holds(
+            f"moving hinge in the fixed frame by the mapping parameters, {name}", coordinate - expr
+        )
+    f.holds("moving hinge on a circle about the fixed hinge", hinge_circle().residual)
     for name, expr in hinge_circle().coefficients.items():
-        f.defines(name, expr, MappingClaim.CIRCLE_COEFFICIENT.of(name))
+        f.defines(name, expr, f"coefficient {name} of the circle")
     for name, expr in fixed_hinge().items():
-        f.defines(name, expr, MappingClaim.HINGE_BY_CIRCLE.of(name))
+        f.defines(name, expr, f"{name} by the coefficients of the circle")
     arm = displacement(TIP, MOVING_HINGE, ARM)
-    f.defines(q.L2, sp.sqrt(arm.dot(arm)), MappingClaim.ARM_LENGTH)
+    f.defines(q.L2, sp.sqrt(arm.dot(arm)), "length of the arm")
     for name, expr in dyad_coefficients().items():
-        f.defines(name, expr, MappingClaim.LINEAR_COEFFICIENT.of(name))
-    f.holds(MappingClaim.LINEAR_FORM, sum(p * form for p, (_, form) in _numbered()))
+        f.defines(name, expr, f"coefficient {name} of the linear form")
+    f.holds("circle as a linear form", sum(p * form for p, (_, form) in _numbered()))
     for name, expr in matrix_row().items():
-        f.defines(name, expr, MappingClaim.MATRIX_ENTRY.of(name))
+        f.defines(name, expr, f"entry {name} of the matrix")
     f.holds(
-        MappingClaim.LINEAR_ROW, sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True))
+        "row of the linear system",
+        sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)),
     )
     for order, residual in zip(("first", "second"), coefficient_conditions(), strict=True):
-        f.holds(MappingClaim.COEFFICIENT_CONDITION.of(order), residual)
-    f.defines(q.n_zero, sp.Integer(zero_eigenvalues()), MappingClaim.ZERO_EIGENVALUES)
+        f.holds(f"{order} condition on the coefficients", residual)
+    f.defines(q.n_zero, sp.Integer(zero_eigenvalues()), "zero eigenvalues of the squared matrix")
     for name, expr in null_vector().items():
-        f.holds(MappingClaim.NULL_VECTOR.of(name), name - expr, named=True)
+        f.holds(f"vector in the null space, {name}", name - expr, named=True)
     for order, names, by_basis in zip(
         ("first", "second"), (q.K1, q.K2), conic_coefficients(), strict=True
     ):
         for name, expr in by_basis.items():
-            f.defines(name, expr, MappingClaim.CONIC_COEFFICIENT.of(name))
-        f.holds(MappingClaim.NULL_SPACE_CONDITION.of(order), conic_form(names), named=True)
-    f.defines(q.n_real, derive_eliminant().degree() - 2 * q.n_pairs, MappingClaim.REAL_SOLUTIONS)
+            f.defines(name, expr, f"{name} by the basis of the null space")
+        f.holds(f"{order} condition on the null space", conic_form(names), named=True)
+    f.defines(
+        q.n_real,
+        derive_eliminant().degree() - 2 * q.n_pairs,
+        "real solutions of the two conditions",
+    )
 
 
 TURN = 2 * pi
@@ -372,20 +376,20 @@ def second_follower_rotation() -> Expr:
 def add_train(f: Formulas) -> None:
     """Add the equations of tip path, angle curve, ratios, split and pitch curves."""
     for name, expr in tip_position().items():
-        f.defines(name, expr, MappingClaim.TIP_BY_ANGLES.of(name))
-    f.defines(q.y_rel, ANGLE_CURVE, MappingClaim.CURVE_ORDINATE)
-    f.holds(MappingClaim.CURVE_ENDS, Abs(q.y_last - q.y_first) - Abs(curve_rise()))
-    f.defines(q.slope, sp.expand(curve_slope()), MappingClaim.CURVE_SLOPE)
-    f.defines(q.i, total_ratio(), MappingClaim.TOTAL_RATIO)
-    f.holds(MappingClaim.TOTAL_RATIO_BY_SLOPE, q.i - ratio_by_slope())
+        f.defines(name, expr, f"coordinate {name} of the tip by the angles of carrier and arm")
+    f.defines(q.y_rel, ANGLE_CURVE, "ordinate of the angle curve")
+    f.holds("ordinates of the first and last point", Abs(q.y_last - q.y_first) - Abs(curve_rise()))
+    f.defines(q.slope, sp.expand(curve_slope()), "slope of the angle curve")
+    f.defines(q.i, total_ratio(), "total ratio by the speeds")
+    f.holds("total ratio by the slope of the angle curve", q.i - ratio_by_slope())
     (closing,) = sp.solve(first_follower_rotation() - TURN, q.x_s)
-    f.defines(q.x_s, closing, MappingClaim.SPLIT_PARAMETER)
+    f.defines(q.x_s, closing, "split parameter")
     for name, expr in split_ratios().items():
-        f.defines(name, expr, MappingClaim.STAGE_RATIO.of(name))
+        f.defines(name, expr, f"ratio {name} of a stage")
     for ratio, names in ((q.i1, (q.r1, q.r2)), (q.i2, (q.r3, q.r4))):
         for name, expr in zip(names, pitch_radii(ratio, names[0]), strict=True):
-            f.defines(name, expr, MappingClaim.PITCH_RADIUS.of(name))
+            f.defines(name, expr, f"pitch radius {name}")
     for gear, name, expr in zip(q.GEARS, q.POLAR_RATES, polar_rates(), strict=True):
-        f.defines(name, expr, MappingClaim.POLAR_ANGLE.of(gear))
-    f.defines(q.turn2, first_follower_rotation(), MappingClaim.FIRST_FOLLOWER_TURN)
-    f.defines(q.turn4, second_follower_rotation(), MappingClaim.SECOND_FOLLOWER_TURN)
+        f.defines(name, expr, f"polar angle of the {gear}")
+    f.defines(q.turn2, first_follower_rotation(), "turn of the first follower")
+    f.defines(q.turn4, second_follower_rotation(), "turn of the second follower")

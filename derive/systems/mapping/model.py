@@ -15,8 +15,8 @@ from sympy import Expr, S
 from ...formulas import Formulas
 from ...mechanics.frames import Frame, Motion, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
-from ...model import Let, System, let
-from ...quantity import Quantity, Vector
+from ...model import Let, System, let, let_all
+from ...quantity import Quantity, Vector, read_quantities
 from . import geometry
 from . import quantities as q
 from .geometry import ARM, MOVING_HINGE, ORIGIN, TIP, WORLD, tip_position
@@ -25,46 +25,61 @@ from .subject import ASSUMPTIONS
 _linkage = partial(Quantity, source="derived: four-bar linkage of two dyads")
 
 
-x_f = _linkage("x_f", "m", "follower's moving hinge in the moving frame, x")
-y_f = _linkage("y_f", "m", "follower's moving hinge in the moving frame, y")
-X_f = _linkage("X_f", "m", "follower's fixed hinge, X")
-Y_f = _linkage("Y_f", "m", "follower's fixed hinge, Y")
-L_f = _linkage("L_f", "m", "length of the follower")
-CRANK = Vector("crank", (q.x, q.y, q.X_c, q.Y_c, q.L1))
-FOLLOWER = Vector("follower", (x_f, y_f, X_f, Y_f, L_f))
+t = read_quantities(
+    """
+derived: four-bar linkage of two dyads
+x_f | m | follower's moving hinge in the moving frame, x
+y_f | m | follower's moving hinge in the moving frame, y
+X_f | m | follower's fixed hinge, X
+Y_f | m | follower's fixed hinge, Y
+L_f | m | length of the follower
+u | m | from the crank's moving hinge to the follower's, in the moving frame, x
+v | m | from the crank's moving hinge to the follower's, in the moving frame, y
+U | m | from the crank's fixed hinge to the follower's, X
+V | m | from the crank's fixed hinge to the follower's, Y
+of_cos | m2 | factor of cos(phi) in the loop
+of_sin | m2 | factor of sin(phi) in the loop
+alone | m2 | the term of the loop without phi
+closure | m2 | square of the distance between the follower's hinges minus the square of its length
+by_theta | m2 | derivative of the closure in the angle of the crank
+by_phi | m2 | derivative of the closure in the angle of the arm
+across | m2 | coupler times follower times the sine of the angle from coupler to follower
+along | m2 | coupler times follower times the cosine of the angle from coupler to follower
 
-u = _linkage("u", "m", "from the crank's moving hinge to the follower's, in the moving frame, x")
-v = _linkage("v", "m", "from the crank's moving hinge to the follower's, in the moving frame, y")
-U = _linkage("U", "m", "from the crank's fixed hinge to the follower's, X")
-V = _linkage("V", "m", "from the crank's fixed hinge to the follower's, Y")
-GAPS: dict[Quantity, Expr] = {u: x_f - q.x, v: y_f - q.y, U: X_f - q.X_c, V: Y_f - q.Y_c}
+derived: kinematic mapping
+square | m2 | square of the distance of moving and fixed hinge minus that of the radius
+normal_X | m | normal of a slider's line, X, at the scale of the coefficients
+normal_Y | m | normal of a slider's line, Y, at the scale of the coefficients
+offset | m2 | product of the normal and a point on the line, at the scale of the coefficients
+dslope | 1 | derivative of the slope in the carrier angle
+ddslope | 1 | second derivative of the slope in the carrier angle
+bend | rad | angle at the middle hinge between the centre lines of the two stages
+"""
+)
+"""Quantities of this module."""
+
+
+CRANK = Vector("crank", q.TABLE.select("x y X_c Y_c L1"))
+FOLLOWER = Vector("follower", t.select("x_f y_f X_f Y_f L_f"))
+
+
+GAPS: dict[Quantity, Expr] = {
+    t.u: t.x_f - q.x,
+    t.v: t.y_f - q.y,
+    t.U: t.X_f - q.X_c,
+    t.V: t.Y_f - q.Y_c,
+}
 """Vectors of coupler and frame: the loop depends on them, not on the positions of the hinges."""
 
-cosine_factor = _linkage("of_cos", "m2", "factor of cos(phi) in the loop")
-sine_factor = _linkage("of_sin", "m2", "factor of sin(phi) in the loop")
-constant_term = _linkage("alone", "m2", "the term of the loop without phi")
-closure = _linkage(
-    "closure",
-    "m2",
-    "square of the distance between the follower's hinges minus the square of its length",
-)
-by_theta = _linkage("by_theta", "m2", "derivative of the closure in the angle of the crank")
-by_phi = _linkage("by_phi", "m2", "derivative of the closure in the angle of the arm")
-sine_product = _linkage(
-    "across", "m2", "coupler times follower times the sine of the angle from coupler to follower"
-)
-cosine_product = _linkage(
-    "along", "m2", "coupler times follower times the cosine of the angle from coupler to follower"
-)
 
-FOLLOWED = Point("follower's moving hinge", TIP, Vec(ARM, (x_f, y_f, S.Zero)))
-PIVOT = Point("follower's fixed hinge", ORIGIN, Vec(WORLD, (X_f, Y_f, S.Zero)))
+FOLLOWED = Point("follower's moving hinge", TIP, Vec(ARM, (t.x_f, t.y_f, S.Zero)))
+PIVOT = Point("follower's fixed hinge", ORIGIN, Vec(WORLD, (t.X_f, t.Y_f, S.Zero)))
 COS, SIN = sp.Symbol("COS", real=True), sp.Symbol("SIN", real=True)
 
 
 def _constrain_tip(vector: Vec) -> Vec:
     """Return a vector with the tip's position by the crank, in terms of coupler and frame."""
-    by_gaps = {x_f: q.x + u, y_f: q.y + v, X_f: q.X_c + U, Y_f: q.Y_c + V}
+    by_gaps = {t.x_f: q.x + t.u, t.y_f: q.y + t.v, t.X_f: q.X_c + t.U, t.Y_f: q.Y_c + t.V}
     x, y, z = (sp.expand(c.xreplace(tip_position()).xreplace(by_gaps)) for c in vector.components)
     return Vec(vector.frame, (x, y, z))
 
@@ -73,7 +88,7 @@ def _constrain_tip(vector: Vec) -> Vec:
 def loop_residual() -> Expr:
     """Return the residual of the loop, zero if the follower fits."""
     gap = _constrain_tip(displacement(PIVOT, FOLLOWED, WORLD))
-    return gap.dot(gap) - L_f**2
+    return gap.dot(gap) - t.L_f**2
 
 
 @cache
@@ -90,25 +105,21 @@ def loop_terms() -> dict[Quantity, Expr]:
     rest = poly - sp.Poly(first * COS + second * SIN + last, COS, SIN)
     if sp.simplify(rest.as_expr()) != 0:
         raise ValueError(f"the loop has further terms: {rest.as_expr()}")
-    return {cosine_factor: first, sine_factor: second, constant_term: last}
+    return {t.of_cos: first, t.of_sin: second, t.alone: last}
 
 
 def loop_closure() -> dict[Quantity, Expr]:
     """Return the closure and its derivatives."""
     terms = loop_terms()
-    expr = (
-        terms[cosine_factor] * sp.cos(q.phi)
-        + terms[sine_factor] * sp.sin(q.phi)
-        + terms[constant_term]
-    )
-    return {closure: expr, by_theta: expr.diff(q.theta), by_phi: expr.diff(q.phi)}
+    expr = terms[t.of_cos] * sp.cos(q.phi) + terms[t.of_sin] * sp.sin(q.phi) + terms[t.alone]
+    return {t.closure: expr, t.by_theta: expr.diff(q.theta), t.by_phi: expr.diff(q.phi)}
 
 
 def transmission_angle() -> dict[Quantity, Expr]:
     """Return sine and cosine of the angle between coupler and follower, times both lengths."""
     coupler = _constrain_tip(displacement(MOVING_HINGE, FOLLOWED, WORLD))
     follower = _constrain_tip(displacement(PIVOT, FOLLOWED, WORLD))
-    return {sine_product: coupler.cross(follower)[2], cosine_product: coupler.dot(follower)}
+    return {t.across: coupler.cross(follower)[2], t.along: coupler.dot(follower)}
 
 
 SOURCE = "derived (kinematic mapping)"
@@ -121,41 +132,22 @@ _derived = partial(Quantity, source="derived: kinematic mapping")
 POSE = Vector("pose", (q.d1, q.d2, q.phi))
 MAPPED = Vector("image", q.MAPPED)
 POINT = Vector("point", (q.x, q.y))
-DYAD = Vector("dyad", (q.x, q.y, q.X_c, q.Y_c, q.L1))
-PLACES = Vector("places", (q.x, q.y, q.X_c, q.Y_c))
+DYAD = Vector("dyad", q.TABLE.select("x y X_c Y_c L1"))
+PLACES = Vector("places", q.TABLE.select("x y X_c Y_c"))
 COEFFICIENTS = Vector("coefficients", q.COEFFICIENTS)
 BASIS = tuple(
     Vector(f"v_{name}", vector)
     for name, vector in zip(("alpha", "beta", "gamma"), q.BASIS, strict=True)
 )
 
-square = _derived(
-    "square", "m2", "square of the distance of moving and fixed hinge minus that of the radius"
-)
-normal_X = _derived(
-    "normal_X", "m", "normal of a slider's line, X, at the scale of the coefficients"
-)
-normal_Y = _derived(
-    "normal_Y", "m", "normal of a slider's line, Y, at the scale of the coefficients"
-)
-offset = _derived(
-    "offset",
-    "m2",
-    "product of the normal and a point on the line, at the scale of the coefficients",
-)
 
-dslope = _derived("dslope", "1", "derivative of the slope in the carrier angle")
-ddslope = _derived("ddslope", "1", "second derivative of the slope in the carrier angle")
-bend = _derived(
-    "bend", "rad", "angle at the middle hinge between the centre lines of the two stages"
-)
 CURVATURES = tuple(
     _derived(
         f"kappa{k}", "1/m", f"curvature of the pitch curve of the {gear}, positive where convex"
     )
     for k, gear in enumerate(q.GEARS, start=1)
 )
-RADII = (q.r1, q.r2, q.r3, q.r4)
+RADII = q.TABLE.select("r1 r2 r3 r4")
 
 
 def build_mapping_system() -> System:
@@ -171,7 +163,7 @@ def build_mapping_system() -> System:
 
 
 def _lets(named: Named, text: str) -> tuple[Let, ...]:
-    return tuple(let(symbol, expr, text) for symbol, expr in named.items())
+    return let_all(named.keys(), named.values(), text)
 
 
 def _add_dyads(f: Formulas) -> None:
@@ -199,7 +191,7 @@ def _add_dyads(f: Formulas) -> None:
     f.function(
         "distance",
         (POSE, DYAD),
-        *_lets({square: _distance()}, "moving hinge on a circle about the fixed hinge"),
+        *_lets({t.square: _distance()}, "moving hinge on a circle about the fixed hinge"),
     )
 
 
@@ -232,15 +224,15 @@ def slider_by_coefficients() -> Named:
     named = {p: expr.subs(q.a0, S.Zero) for p, expr in geometry.dyad_coefficients().items()}
     on_line = geometry.hinge_circle().residual.subs(q.a0, S.Zero) / 2
     dyad = sp.solve(
-        [named[p] - p for p in (q.p4, q.p5, q.p6, q.p7, q.p8)],
+        [named[p] - p for p in q.TABLE.select("p4 p5 p6 p7 p8")],
         [q.a1, q.a2, q.a3, q.x, q.y],
         dict=True,
     )[0]
     normal = {
-        name: on_line.coeff(c).xreplace(dyad) for name, c in ((normal_X, q.X), (normal_Y, q.Y))
+        name: on_line.coeff(c).xreplace(dyad) for name, c in ((t.normal_X, q.X), (t.normal_Y, q.Y))
     }
     rest = -on_line.subs({q.X: S.Zero, q.Y: S.Zero}).xreplace(dyad)
-    return {q.x: dyad[q.x], q.y: dyad[q.y], **normal, offset: rest}
+    return {q.x: dyad[q.x], q.y: dyad[q.y], **normal, t.offset: rest}
 
 
 def swinging_by_coefficients() -> Named:
@@ -261,8 +253,8 @@ def swinging_by_coefficients() -> Named:
     u, v = sp.symbols("u v", real=True)
     seen = sp.expand(((u - direction[q.x]) ** 2 + (v - direction[q.y]) ** 2 - radius) * -q.a0 / 2)
     line = sp.Poly(sp.limit(seen, q.a0, 0), u, v)
-    normal = {normal_X: line.coeff_monomial(u), normal_Y: line.coeff_monomial(v)}
-    return {**centre, **normal, offset: -line.coeff_monomial(1)}
+    normal = {t.normal_X: line.coeff_monomial(u), t.normal_Y: line.coeff_monomial(v)}
+    return {**centre, **normal, t.offset: -line.coeff_monomial(1)}
 
 
 def _add_linkages(f: Formulas) -> None:
@@ -301,10 +293,10 @@ def _add_train(f: Formulas) -> None:
     f.function("gears", (q.slope, q.x_s, q.a), *steps)
     f.function(
         "curvature",
-        (q.slope, dslope, ddslope, q.x_s, q.a),
+        (q.slope, t.dslope, t.ddslope, q.x_s, q.a),
         *_lets(_curvatures(by_slope), "curvature"),
     )
-    f.function("bend", (q.L1, q.a), let(bend, bend_of_carrier(), "three hinges of the carrier"))
+    f.function("bend", (q.L1, q.a), let(t.bend, bend_of_carrier(), "three hinges of the carrier"))
 
 
 def _curvatures(by_slope: Named) -> Named:
@@ -330,7 +322,7 @@ def _curvature(radius: Expr, rate: Expr) -> Expr:
     """
     psi = sp.Dummy("psi", real=True)
     polar = Frame("polar", geometry.WORLD, UP, psi)
-    motion = Motion(rates={psi: rate, q.slope: dslope, dslope: ddslope})
+    motion = Motion(rates={psi: rate, q.slope: t.dslope, t.dslope: t.ddslope})
     velocity = motion.derivative(Vec(polar, (radius, S.Zero, S.Zero)))
     turning = velocity.cross(motion.derivative(velocity))[2]
     return turning / sp.sqrt(velocity.dot(velocity)) ** 3

@@ -21,7 +21,6 @@ from ...formulas import Formulas, evaluate_expression
 from ...quantity import Quantity
 from . import geometry
 from . import quantities as q
-from .quantities import MappingClaim
 
 ASSUMPTIONS = (
     "rigid bodies, plane motion",
@@ -90,7 +89,7 @@ def pose_rows(machine: MachineFile) -> list[Point]:
 
 
 def _dyad(machine: MachineFile) -> Point:
-    names = (q.x, q.y, q.X_c, q.Y_c, q.L1)
+    names = q.TABLE.select("x y X_c Y_c L1")
     hinges = (*machine.all_si("dyad.moving_point_mm"), *machine.all_si("dyad.centre_mm"))
     return {
         **dict(zip(names, (*hinges, machine.si("dyad.radius_mm")), strict=True)),
@@ -132,16 +131,14 @@ class MappingSubject(Subject):
     def admissible(self, rng: random.Random) -> dict[Quantity, mp.mpf]:
         """Return a random point: all quantities are independent, except the split parameter."""
         with mp.workdps(DIGITS):
-            sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.ALL}
+            sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.TABLE.values()}
             free = {
                 s: size if s in q.POSITIVE else rng.choice((-1, 1)) * size
                 for s, size in sizes.items()
             }
             return {
                 **free,
-                q.x_s: evaluate_expression(
-                    derive_formulas().expr(MappingClaim.SPLIT_PARAMETER), free
-                ),
+                q.x_s: evaluate_expression(derive_formulas().expr("split parameter"), free),
             }
 
     def reference(self, points: int) -> list[dict[Quantity, mp.mpf]]:

@@ -21,7 +21,6 @@ from ...gearing.teeth import TRANSVERSE, base_pitch, path_of_action
 from ...mechanics.frames import Frame, Motion, Point, Vec, Y, Z, displacement
 from ...quantity import Quantity
 from . import quantities as q
-from .quantities import PickupClaim
 
 WORLD = Frame("frame")
 O = Point("O")  # noqa: E741
@@ -71,22 +70,22 @@ def _add_triangle(f: Formulas) -> None:
     """Add the rigid triangle O-M1-O1 of the carrier: its closure, and the sum of its exterior
     angles.
     """
-    f.defines(q.Y1, frame_heading(TO_M1), PickupClaim.DIRECTION_O_M1)
-    f.defines(q.W1, frame_heading(TO_O1), PickupClaim.DIRECTION_M1_O1)
-    f.defines(q.Z1, frame_heading(PLANET), PickupClaim.DIRECTION_O1_S)
+    f.defines(q.Y1, frame_heading(TO_M1), "direction of O-M1")
+    f.defines(q.W1, frame_heading(TO_O1), "direction of M1-O1")
+    f.defines(q.Z1, frame_heading(PLANET), "direction of O1-S")
     exterior = [pi - angle for angle in (q.beta1, q.gamma, q.U1)]
-    f.defines(q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0], PickupClaim.INTERIOR_ANGLE_O1)
+    f.defines(q.U1, sp.solve(sp.Add(*exterior) - 2 * pi, q.U1)[0], "interior angle at O1")
     across = (
         axial_vector(CARRIER, q.L1).resolved(TO_M1) - axial_vector(TO_O1, q.a2).resolved(TO_M1)
     )[1]
     flat = next(r for r in sp.solve(across, q.beta1) if r.subs(q.a2, 0) == 0)
-    f.defines(q.beta1, flat, PickupClaim.INTERIOR_ANGLE_O)
+    f.defines(q.beta1, flat, "interior angle at O")
     seen_from_O1 = Frame("line M1-O1 by U1", CARRIER, Z, -q.U1)
     bent = Frame("line O-M1 by gamma", seen_from_O1, Z, pi - q.gamma)
     gap = (axial_vector(CARRIER, q.L1) - axial_vector(bent, q.a1).resolved(CARRIER)).resolved(
         seen_from_O1
     )[1]
-    f.defines(q.a1, sp.solve(gap, q.a1)[0], PickupClaim.CENTRE_DISTANCE_1)
+    f.defines(q.a1, sp.solve(gap, q.a1)[0], "centre distance of stage 1")
 
 
 def _add_points(f: Formulas) -> None:
@@ -102,43 +101,49 @@ def _add_points(f: Formulas) -> None:
             f.defines(
                 coordinates[point][i],
                 coordinates[base][i] + step[i],
-                PickupClaim.PLACE.of(name, axis),
+                f"place of {name}, {axis}",
             )
-            f.defines(speeds[point][i], swept[i], PickupClaim.VELOCITY.of(name, axis))
+            f.defines(speeds[point][i], swept[i], f"velocity of {name}, {axis}")
 
 
 def _add_tip(f: Formulas) -> None:
     """Add the polar coordinates of the tip about O, and the angles of the triangle O-O1-S."""
     s = Vec(WORLD, (q.x_S, q.y_S, S.Zero))
-    f.defines(q.L3, sp.sqrt(s.dot(s)), PickupClaim.TIP_DISTANCE)
+    f.defines(q.L3, sp.sqrt(s.dot(s)), "distance of the tip")
     bars = axial_vector(CARRIER, q.L1) + axial_vector(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(bars.dot(bars))
-    f.defines(q.L3, sp.sqrt(square), PickupClaim.TIP_DISTANCE_BY_ARM)
+    f.defines(q.L3, sp.sqrt(square), "distance of the tip from the arm's angle")
     growth = Motion({q.phi1: q.dphi1}).rate(square) / (2 * q.L3)
-    f.defines(q.dL3, growth, PickupClaim.TIP_DISTANCE_INCREMENT)
+    f.defines(q.dL3, growth, "increment of the tip's distance")
 
     falling = sp.Lt(q.dL3, 0)
     arm = sp.solve(square.subs(cos(q.phi1), sp.Symbol("c")) - q.L3**2, sp.Symbol("c"))[0]
     away, back = by_cosine(arm, pi, 2 * pi), by_cosine(arm, 2 * pi, 3 * pi)
-    f.defines(q.phi1, sp.Piecewise((away, falling), (back, True)), PickupClaim.ARM_ANGLE)
+    f.defines(
+        q.phi1, sp.Piecewise((away, falling), (back, True)), "arm's angle from the tip's distance"
+    )
     to_tip = Frame("line O-S", CARRIER, Z, -q.phi6)
     rest = axial_vector(to_tip, q.L3).resolved(CARRIER) - axial_vector(CARRIER, q.L1)
     at_o = sp.expand_trig(sp.simplify(rest.dot(rest))).subs(cos(q.phi6), sp.Symbol("c"))
     at_o = sp.solve(at_o - q.L2**2, sp.Symbol("c"))[0]
     away, back = by_cosine(at_o, S.Zero, pi), by_cosine(at_o, pi, 2 * pi)
-    f.defines(q.phi6, sp.Piecewise((away, falling), (back, True)), PickupClaim.ANGLE_AT_O)
+    f.defines(
+        q.phi6, sp.Piecewise((away, falling), (back, True)), "angle at O from the tip's distance"
+    )
 
     carrier = Frame("line O-O1 from the tip", Frame("line O-S, named", WORLD, Z, q.phi4), Z, q.phi6)
-    f.defines(q.phi5, frame_heading(carrier), PickupClaim.DIRECTION_O_O1)
+    f.defines(q.phi5, frame_heading(carrier), "direction of O-O1 from the tip's")
     f.defines(
         q.phi6,
         sp.solve(frame_heading(carrier) - q.phi5, q.phi6)[0],
-        PickupClaim.ANGLE_AT_O_BY_DIRECTIONS,
+        "angle at O from the directions",
     )
     _add_tip_direction(f)
     turned = sp.expand(frame_heading(ARM) - frame_heading(TO_O1))
-    f.defines(q.phi3, turned, PickupClaim.PLANET_ANGLE)
-    f.defines(q.phi3_dot, Motion({q.phi1: q.omega / q.iZ}).rate(turned), PickupClaim.PLANET_RATE)
+    f.defines(q.phi3, turned, "planet's angle from the arm's")
+    f.defines(
+        q.phi3_dot, Motion({q.phi1: q.omega / q.iZ}).rate(turned), "rate of the planet's angle"
+    )
 
 
 def _add_tip_direction(f: Formulas) -> None:
@@ -154,12 +159,10 @@ def _add_tip_direction(f: Formulas) -> None:
         if jump != 0:
             jumps[i, j] = (jump, where)
     third, *further = jumps.values()
-    f.defines(
-        q.phi4, plain + sp.Piecewise(third, *further, (S.Zero, True)), PickupClaim.TIP_DIRECTION
-    )
-    f.defines(q.phi4, plain + third[0], PickupClaim.TIP_DIRECTION_THIRD_QUADRANT, where=third[1])
+    f.defines(q.phi4, plain + sp.Piecewise(third, *further, (S.Zero, True)), "direction of the tip")
+    f.defines(q.phi4, plain + third[0], "direction of the tip, third quadrant", where=third[1])
     elsewhere = plain + sp.Piecewise(*further, (S.Zero, True))
-    f.defines(q.phi4, elsewhere, PickupClaim.TIP_DIRECTION_OTHER_QUADRANTS, where=sp.Not(third[1]))
+    f.defines(q.phi4, elsewhere, "direction of the tip, other quadrants", where=sp.Not(third[1]))
 
 
 def _add_extremes(f: Formulas) -> None:
@@ -184,17 +187,17 @@ def _add_extremes(f: Formulas) -> None:
             axial_vector(CARRIER, short) + axial_vector(ARM, short + more).resolved(CARRIER)
         ).components
         x, y = (c.subs(q.phi1, phi1) for c in tip[:2])
-        f.defines(angle, phi1, PickupClaim.EXTREME_ARM_ANGLE.of(word))
+        f.defines(angle, phi1, f"arm's angle, tip {word}")
         f.defines(
             at_o,
             sp.Mod(-sp.atan2(y.subs(signs), x.subs(signs)), 2 * pi),
-            PickupClaim.EXTREME_ANGLE_AT_O.of(word),
+            f"angle at O, tip {word}",
         )
-        f.defines(length, sp.expand(values[phi1].subs(back)), PickupClaim.EXTREME_DISTANCE.of(word))
+        f.defines(length, sp.expand(values[phi1].subs(back)), f"distance, tip {word}")
     lengths = {q.L3_max: values[farthest].subs(back), q.L3_min: values[nearest].subs(back)}
     bars_by_extremes = sp.solve([length - value for length, value in lengths.items()], [q.L1, q.L2])
-    f.defines(q.L1, bars_by_extremes[q.L1], PickupClaim.BAR_L1)
-    f.defines(q.L2, bars_by_extremes[q.L2], PickupClaim.BAR_L2)
+    f.defines(q.L1, bars_by_extremes[q.L1], "bar L1 from the extremes")
+    f.defines(q.L2, bars_by_extremes[q.L2], "bar L2 from the extremes")
 
 
 def _add_tray(f: Formulas) -> None:
@@ -206,7 +209,7 @@ def _add_tray(f: Formulas) -> None:
     needle = axial_vector(Frame("needle", WORLD, Z, elevation), S.One).resolved(WORLD)
     flush = sp.simplify(needle.dot(axial_vector(surface, S.One).resolved(WORLD)))
     pick = next(root for root in sp.solve(flush, elevation) if root.subs(q.theta_box, 0) == pi / 2)
-    f.defines(q.swing, sp.expand(pi / 2 - pick), PickupClaim.NEEDLE_TURN)
+    f.defines(q.swing, sp.expand(pi / 2 - pick), "turn of the needle from pick to push")
 
 
 def add_geometry(f: Formulas) -> None:
@@ -270,29 +273,31 @@ def add_spline(f: Formulas) -> None:
     scale = INTERVALS[-1] + INTERVALS[0]
     rows = {index: sp.factor(control_weight(index) * scale) for index in (-1, 0, 1)}
     overlap = support_intervals().subs(q.k, DEGREE) - 1
-    f.defines(q.Delta_i, KNOTS[1] - KNOTS[0], PickupClaim.KNOT_INTERVAL, named=True)
-    f.defines(q.Delta_im1, KNOTS[0] - KNOTS[-1], PickupClaim.KNOT_INTERVAL_BEFORE)
-    f.defines(q.Delta_im2, KNOTS[-1] - KNOTS[-2], PickupClaim.SECOND_KNOT_INTERVAL_BEFORE)
-    f.defines(q.Delta_ip1, KNOTS[2] - KNOTS[1], PickupClaim.KNOT_INTERVAL_AFTER)
-    f.defines(q.i_last, sp.expand(q.n + support_intervals()), PickupClaim.LAST_KNOT)
-    f.defines(q.i_first, overlap, PickupClaim.FIRST_CURVE_KNOT)
+    f.defines(q.Delta_i, KNOTS[1] - KNOTS[0], "length of a knot interval", named=True)
+    f.defines(q.Delta_im1, KNOTS[0] - KNOTS[-1], "length of the knot interval before")
+    f.defines(q.Delta_im2, KNOTS[-1] - KNOTS[-2], "length of the second knot interval before")
+    f.defines(q.Delta_ip1, KNOTS[2] - KNOTS[1], "length of the knot interval after")
+    f.defines(q.i_last, sp.expand(q.n + support_intervals()), "index of the last knot")
+    f.defines(q.i_first, overlap, "index of the knot where the curve begins")
     f.defines(
-        q.i_end, q.n + support_intervals().subs(q.k, DEGREE) - overlap, PickupClaim.LAST_CURVE_KNOT
+        q.i_end,
+        q.n + support_intervals().subs(q.k, DEGREE) - overlap,
+        "index of the knot where the curve ends",
     )
     f.defines(
         q.p_u,
         sp.Add(*(basis_function(j - PEAK, DEGREE) * d for j, d in CONTROLS.items())),
-        PickupClaim.CURVE_POINT,
+        "point of the curve",
     )
     f.defines(
-        q.q_i, sp.Add(*(control_weight(j) * CONTROLS[j] for j in rows)), PickupClaim.VALUE_POINT
+        q.q_i, sp.Add(*(control_weight(j) * CONTROLS[j] for j in rows)), "value point at a knot"
     )
-    f.defines(q.a_i, rows[-1], PickupClaim.CONTROL_BEFORE)
-    f.defines(q.b_i, sp.apart(rows[0], q.Delta_im2), PickupClaim.CONTROL_AT_KNOT)
-    f.defines(q.c_i, rows[1], PickupClaim.CONTROL_AFTER)
-    f.defines(q.e_i, scale * q.q_i, PickupClaim.KNOT_ROW_RIGHT_SIDE)
+    f.defines(q.a_i, rows[-1], "coefficient of the control point before")
+    f.defines(q.b_i, sp.apart(rows[0], q.Delta_im2), "coefficient of the control point at the knot")
+    f.defines(q.c_i, rows[1], "coefficient of the control point after")
+    f.defines(q.e_i, scale * q.q_i, "right side of the row of a knot")
     coefficients = zip((q.a_i, q.b_i, q.c_i), (-1, 0, 1), strict=True)
-    f.holds(PickupClaim.KNOT_ROW, sp.Add(*(c * CONTROLS[j] for c, j in coefficients)) - q.e_i)
+    f.holds("row of a knot", sp.Add(*(c * CONTROLS[j] for c, j in coefficients)) - q.e_i)
 
 
 SUN = Frame("sun, x along O-M1 at phi5 = 0", WORLD, Z, q.beta1)
@@ -341,13 +346,17 @@ def _add_ratios(f: Formulas) -> None:
         + axial_vector(BACK, q.R2).resolved(TO_M1)
         - axial_vector(TO_M1, q.R1)
     )
-    f.defines(q.dphi2, helical, PickupClaim.MIDDLE_TURN)
-    f.defines(q.i1, stage1, PickupClaim.RATIO_1)
-    f.defines(q.iZ, total, PickupClaim.TOTAL_RATIO, named=True)
-    f.defines(q.iZ, sp.cancel(through), PickupClaim.TOTAL_RATIO_BY_STAGES)
-    f.defines(q.g_locked, (1 / total).subs(q.dphi1, at_dwell), PickupClaim.DWELL_RATIO)
-    f.defines(q.R2, sp.factor(radius), PickupClaim.MIDDLE_PITCH_RADIUS)
-    f.defines(q.R1, sp.solve(gap[0], q.R1)[0], PickupClaim.SUN_PITCH_RADIUS)
+    f.defines(q.dphi2, helical, "turn of the intermediate gear")
+    f.defines(q.i1, stage1, "ratio of stage 1")
+    f.defines(q.iZ, total, "total ratio", named=True)
+    f.defines(q.iZ, sp.cancel(through), "total ratio through both stages")
+    f.defines(
+        q.g_locked,
+        (1 / total).subs(q.dphi1, at_dwell),
+        "reciprocal of the total ratio in the dwell",
+    )
+    f.defines(q.R2, sp.factor(radius), "pitch radius of the intermediate gear")
+    f.defines(q.R1, sp.solve(gap[0], q.R1)[0], "pitch radius of the sun")
 
 
 def contact_points() -> tuple[Vec, Vec]:
@@ -370,15 +379,15 @@ def _add_curves(f: Formulas) -> None:
     """
     sun, middle = contact_points()
     rolling = Motion({q.phi5: S.One, q.phi2: q.R1 / q.R2, q.R1: q.dR1, q.R2: -q.dR1, q.dR1: q.ddR1})
-    f.defines(q.x1, sun[0], PickupClaim.PITCH_CURVE.of("sun", "x"))
-    f.defines(q.y1, sun[1], PickupClaim.PITCH_CURVE.of("sun", "y"))
-    f.defines(q.x2, middle[0], PickupClaim.PITCH_CURVE.of("intermediate gear", "x"))
-    f.defines(q.y2, middle[1], PickupClaim.PITCH_CURVE.of("intermediate gear", "y"))
-    f.defines(q.rho1, curvature_radius(sun, rolling), PickupClaim.CURVATURE_RADIUS.of("sun"))
+    f.defines(q.x1, sun[0], "pitch curve of the sun, x")
+    f.defines(q.y1, sun[1], "pitch curve of the sun, y")
+    f.defines(q.x2, middle[0], "pitch curve of the intermediate gear, x")
+    f.defines(q.y2, middle[1], "pitch curve of the intermediate gear, y")
+    f.defines(q.rho1, curvature_radius(sun, rolling), "radius of curvature of the sun")
     f.defines(
         q.rho2,
         -curvature_radius(middle, rolling),
-        PickupClaim.CURVATURE_RADIUS.of("intermediate gear"),
+        "radius of curvature of the intermediate gear",
     )
 
 
@@ -432,21 +441,24 @@ def add_teeth(f: Formulas) -> None:
     ratio = (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0)
     full_ratio = ratio.subs({q.g1: paths[0], q.g2: paths[1]})
     f.defines(
-        q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2)), PickupClaim.CENTRE_DISTANCE_2
+        q.a2,
+        sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2)),
+        "centre distance of the helical pair",
     )
-    f.defines(q.alpha_t, transverse_pressure_angle(), PickupClaim.TRANSVERSE_PRESSURE_ANGLE)
-    f.defines(q.epsilon_h, helical_contact_ratio(), PickupClaim.HELICAL_CONTACT_RATIO)
-    f.defines(q.epsilon, ratio, PickupClaim.CONTACT_RATIO)
-    f.defines(q.g1, paths[0], PickupClaim.SUN_PATH_OF_ACTION)
-    f.defines(q.g2, paths[1], PickupClaim.MIDDLE_PATH_OF_ACTION)
     f.defines(
-        q.epsilon_ha, full_ratio.diff(q.ha1) + full_ratio.diff(q.ha2), PickupClaim.ADDENDUM_SLOPE
+        q.alpha_t, transverse_pressure_angle(), "transverse pressure angle of the helical pair"
     )
-    f.defines(q.epsilon_m, full_ratio.diff(q.m), PickupClaim.MODULE_SLOPE)
+    f.defines(q.epsilon_h, helical_contact_ratio(), "contact ratio of the helical pair")
+    f.defines(q.epsilon, ratio, "contact ratio of the non-circular pair")
+    f.defines(q.g1, paths[0], "path of action to the sun's addendum")
+    f.defines(q.g2, paths[1], "path of action to the intermediate gear's addendum")
+    growth = full_ratio.diff(q.ha1) + full_ratio.diff(q.ha2)
+    f.defines(q.epsilon_ha, growth, "slope of the contact ratio per addendum coefficient")
+    f.defines(q.epsilon_m, full_ratio.diff(q.m), "slope of the contact ratio per module")
     if grows_with_addendum():
-        f.holds(PickupClaim.GROWS_WITH_ADDENDUM, q.epsilon_ha, ">")
+        f.holds("contact ratio grows with the addendum", q.epsilon_ha, ">")
     if falls_with_module():
-        f.holds(PickupClaim.FALLS_WITH_MODULE, q.epsilon_m, "<")
+        f.holds("contact ratio falls with the module", q.epsilon_m, "<")
 
 
 def grows_with_addendum() -> bool:

@@ -17,71 +17,63 @@ from ...formulas import Formulas, Wanted
 from ...functions import wrap
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from ...model import Let, System, let
-from ...quantity import Quantity, Vector, quantities
+from ...quantity import Quantity, Vector, quantities, read_quantities
 from . import quantities as q
 from .geometry import ARM, CARRIER, WORLD, axial_vector
-from .quantities import PickupClaim
 from .subject import ARM_SLOPES, ASSUMPTIONS, derive_formulas, pitch_slopes
 
 _derived = partial(Quantity, source="derived: pick-up")
 
 
-t = _derived("t", "rad", "carrier angle counted from the farthest tip", shown="t_deg")
-turn = _derived("tau", "rad", "carrier angle within the revolution")
-p = Quantity("p", "1", "swing of the arm's slope over its mean on the teeth", "assumed", "law.p")
-c = Quantity(
-    "c",
-    "1",
-    "mean slope of the arm's angle on the teeth",
-    "derived: one revolution of the arm per cycle",
-)
-dwell_start = Quantity(
-    "dwell_start",
-    "rad",
-    "carrier angle at the start of the dwell, from the farthest tip",
-    "assumed",
-)
-dwell_end = Quantity(
-    "dwell_end", "rad", "carrier angle at the end of the dwell, from the farthest tip", "assumed"
-)
-slope, dslope, ddslope = (
-    _derived(name, "1", f"slope of the arm's angle over the carrier's, on the teeth{derivative}")
-    for name, derivative in (
-        ("g", ""),
-        ("dg", ", first derivative"),
-        ("ddg", ", second derivative"),
-    )
-)
-short = _derived(
-    "short", "m2", "square of the largest distance of the tip minus that of its distance"
-)
-over = _derived("over", "m2", "square of the tip's distance minus that of the smallest")
-way = _derived("way", "1", "1 from the farthest tip to the nearest, -1 on the way back")
-arm_heading = _derived("psi", "rad", "direction of the arm, O1 to tip")
-axis = _derived("axis", "rad", "direction of the cell's axis, into the cell")
-x_bottom, y_bottom = (
-    _derived(f"{name}_bottom", "m", f"a point on the cell's axis, {name}") for name in "xy"
-)
-along_axis = _derived("along", "m", "distance of the tip from that point, along the axis")
-across_axis = _derived("across", "m", "distance of the tip from the axis, to the left")
-kappa1 = _derived("kappa1", "1/m", "curvature of the sun's pitch curve, positive if convex")
-kappa2 = _derived(
-    "kappa2", "1/m", "curvature of the intermediate gear's pitch curve, positive if convex"
-)
-arc = _derived("arc", "m", "length of pitch curve that rolls off per radian of the carrier")
+s = read_quantities(
+    """
+derived: pick-up
+t | rad | carrier angle counted from the farthest tip | t_deg
+tau | rad | carrier angle within the revolution
 
-LAW = Vector("law", (p, dwell_start, dwell_end, q.phi1_far))
+assumed
+p | 1 | swing of the arm's slope over its mean on the teeth | law.p
+
+derived: one revolution of the arm per cycle
+c | 1 | mean slope of the arm's angle on the teeth
+
+assumed
+dwell_start | rad | carrier angle at the start of the dwell, from the farthest tip
+dwell_end | rad | carrier angle at the end of the dwell, from the farthest tip
+
+derived: pick-up
+g | 1 | slope of the arm's angle over the carrier's, on the teeth
+dg | 1 | slope of the arm's angle over the carrier's, on the teeth, first derivative
+ddg | 1 | slope of the arm's angle over the carrier's, on the teeth, second derivative
+short | m2 | square of the largest distance of the tip minus that of its distance
+over | m2 | square of the tip's distance minus that of the smallest
+way | 1 | 1 from the farthest tip to the nearest, -1 on the way back
+psi | rad | direction of the arm, O1 to tip
+axis | rad | direction of the cell's axis, into the cell
+x_bottom | m | a point on the cell's axis, x
+y_bottom | m | a point on the cell's axis, y
+along | m | distance of the tip from that point, along the axis
+across | m | distance of the tip from the axis, to the left
+kappa1 | 1/m | curvature of the sun's pitch curve, positive if convex
+kappa2 | 1/m | curvature of the intermediate gear's pitch curve, positive if convex
+arc | m | length of pitch curve that rolls off per radian of the carrier
+"""
+)
+"""Quantities of this module."""
+
+
+LAW = Vector("law", (s.p, s.dwell_start, s.dwell_end, q.phi1_far))
 BARS = Vector("bars", (q.L1, q.L2))
-CARRIER_DATA = Vector("carrier", (q.L1, q.gamma, q.a2, q.m_n, q.z_1, q.z_2, q.B, q.alpha_n, q.ha_n))
-TRIANGLE = Vector("triangle", (q.L1, q.L2, q.gamma, q.a1, q.a2, q.beta1))
-SLOPES = Vector("slopes", (slope, dslope, ddslope))
+CARRIER_DATA = Vector("carrier", q.TABLE.select("L1 gamma a2 m_n z_1 z_2 B alpha_n ha_n"))
+TRIANGLE = Vector("triangle", q.TABLE.select("L1 L2 gamma a1 a2 beta1"))
+SLOPES = Vector("slopes", s.select("g dg ddg"))
 _PAIR = {q.m_n: S.One, q.z_1: S(20), q.z_2: S(20), q.a2: S(21)}
 """An arbitrary pair of gears, to select the helix angle among the roots."""
 
 
 def _add_functions(f: Formulas) -> None:
     """Add all functions of the pick-up."""
-    f.function("bars", (q.L3_max, q.L3_min), PickupClaim.BAR_L1, PickupClaim.BAR_L2)
+    f.function("bars", (q.L3_max, q.L3_min), "bar L1 from the extremes", "bar L2 from the extremes")
     _carrier(f)
     _law(f)
     _inverse(f)
@@ -92,15 +84,15 @@ def _add_functions(f: Formulas) -> None:
 
 def _carrier(f: Formulas) -> None:
     """Add helical pair and triangle of the carrier, from the centre distance of stage 2."""
-    roots = sp.solve(f.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
+    roots = sp.solve(f.equations["centre distance of the helical pair"].residual, q.beta)
     helix = next(root for root in roots if 0 < root.subs(_PAIR) < pi / 2)
     steps = (
         let(q.beta, helix, "centre distance of the helical pair"),
-        PickupClaim.TRANSVERSE_PRESSURE_ANGLE,
-        PickupClaim.HELICAL_CONTACT_RATIO,
-        PickupClaim.INTERIOR_ANGLE_O,
-        PickupClaim.INTERIOR_ANGLE_O1,
-        PickupClaim.CENTRE_DISTANCE_1,
+        "transverse pressure angle of the helical pair",
+        "contact ratio of the helical pair",
+        "interior angle at O",
+        "interior angle at O1",
+        "centre distance of stage 1",
     )
     f.function("carrier", (CARRIER_DATA,), *steps)
 
@@ -109,26 +101,26 @@ def _law(f: Formulas) -> None:
     """Add the assumed slope c (1 + p cos t) on the teeth, zero in the dwell; the arm turns once per
     cycle.
     """
-    plain = 1 + p * cos(t)
-    grown = sp.integrate(plain, (t, 0, t))
+    plain = 1 + s.p * cos(s.t)
+    grown = sp.integrate(plain, (s.t, 0, s.t))
 
     def until(angle: Expr) -> Expr:
         """Return the integral of 1 + p cos t over the teeth up to an angle of the first
         revolution.
         """
-        before, after = sp.Min(angle, dwell_start), sp.Max(angle, dwell_end)
-        return grown.subs(t, before) + grown.subs(t, after) - grown.subs(t, dwell_end)
+        before, after = sp.Min(angle, s.dwell_start), sp.Max(angle, s.dwell_end)
+        return grown.subs(s.t, before) + grown.subs(s.t, after) - grown.subs(s.t, s.dwell_end)
 
-    total = grown.subs(t, dwell_start) + grown.subs(t, 2 * pi) - grown.subs(t, dwell_end)
+    total = grown.subs(s.t, s.dwell_start) + grown.subs(s.t, 2 * pi) - grown.subs(s.t, s.dwell_end)
     steps = (
-        let(turn, wrap(t, 2 * pi), "within a revolution"),
-        let(c, 2 * pi / total, "one revolution of the arm per cycle"),
-        let(q.phi1, q.phi1_far + c * until(turn) + t - turn, "integral of the slope"),
-        Let(slope, c * plain, "assumed: slope on the teeth"),
-        let(dslope, c * plain.diff(t), "slope of the slope"),
-        let(ddslope, c * plain.diff(t, 2), "second derivative of the slope"),
+        let(s.tau, wrap(s.t, 2 * pi), "within a revolution"),
+        let(s.c, 2 * pi / total, "one revolution of the arm per cycle"),
+        let(q.phi1, q.phi1_far + s.c * until(s.tau) + s.t - s.tau, "integral of the slope"),
+        Let(s.g, s.c * plain, "assumed: slope on the teeth"),
+        let(s.dg, s.c * plain.diff(s.t), "slope of the slope"),
+        let(s.ddg, s.c * plain.diff(s.t, 2), "second derivative of the slope"),
     )
-    f.function("law", (t, LAW), *steps, gives=(q.phi1, slope, dslope, ddslope))
+    f.function("law", (s.t, LAW), *steps, gives=(q.phi1, s.g, s.dg, s.ddg))
 
 
 def _inverse(f: Formulas) -> None:
@@ -140,9 +132,7 @@ def _inverse(f: Formulas) -> None:
     """
     stretched = axial_vector(CARRIER, q.L1) + axial_vector(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(stretched.dot(stretched))
-    largest, smallest = (
-        f.expr(PickupClaim.EXTREME_DISTANCE.of(word)) ** 2 for word in ("farthest", "nearest")
-    )
+    largest, smallest = (f.expr(f"distance, tip {word}") ** 2 for word in ("farthest", "nearest"))
     half = sp.Symbol("half")
     shares = [
         sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half)))
@@ -152,76 +142,76 @@ def _inverse(f: Formulas) -> None:
         raise ValueError(
             "the tangent of half the arm's angle is not the root of the two squares' ratio"
         )
-    phi1 = 2 * pi - way * 2 * sp.atan2(sp.sqrt(over), sp.sqrt(short))
+    phi1 = 2 * pi - s.way * 2 * sp.atan2(sp.sqrt(s.over), sp.sqrt(s.short))
     x, y = stretched.components[:2]
     back = sp.atan2(-y, -x)
     steps = (
         let(q.phi1, phi1, "arm's angle by half angles"),
         let(q.phi6, pi - back, "direction of the tip, seen from O in the carrier"),
         let(q.phi4, sp.atan2(q.y_S, q.x_S), "direction of the tip"),
-        PickupClaim.DIRECTION_O_O1,
+        "direction of O-O1 from the tip's",
     )
-    f.function("inverse", (q.x_S, q.y_S, short, over, way, BARS), *steps)
+    f.function("inverse", (q.x_S, q.y_S, s.short, s.over, s.way, BARS), *steps)
 
 
 def _motion(f: Formulas) -> None:
     """Add axes, tip and its velocity from the angles of carrier and arm, with the derived
     headings.
     """
-    rate = f.expr(PickupClaim.PLANET_RATE).subs(q.iZ, 1 / slope)
+    rate = f.expr("rate of the planet's angle").subs(q.iZ, 1 / s.g)
     steps: tuple[Wanted, ...] = (
-        PickupClaim.DIRECTION_O_M1,
-        PickupClaim.DIRECTION_M1_O1,
-        PickupClaim.PLANET_ANGLE,
-        PickupClaim.DIRECTION_O1_S,
+        "direction of O-M1",
+        "direction of M1-O1",
+        "planet's angle from the arm's",
+        "direction of O1-S",
         let(q.phi3_dot, rate, "rate of the planet's angle"),
         *(
-            claim.of(point, axis)
+            claim.format(point, axis)
             for point in ("M1", "O1", "S")
-            for claim in (PickupClaim.PLACE, PickupClaim.VELOCITY)
+            for claim in ("place of {}, {}", "velocity of {}, {}")
             for axis in "xy"
         ),
-        PickupClaim.TIP_DISTANCE,
+        "distance of the tip",
     )
-    outputs = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
-    f.function("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), *steps, gives=outputs)
+    outputs = q.TABLE.select("Z1 x_M1 y_M1 x_O1 y_O1 x_S y_S vx_S vy_S L3")
+    f.function("motion", (q.phi5, q.phi1, s.g, q.omega, TRIANGLE), *steps, gives=outputs)
 
 
 def _pitch(f: Formulas) -> None:
     """Add pitch curves from the slope of the arm's angle: radii, points in the gears' frames,
     curvatures, arc.
     """
-    by_law = dict(zip(ARM_SLOPES, (slope, dslope, ddslope), strict=True))
+    by_law = dict(zip(ARM_SLOPES, (s.g, s.dg, s.ddg), strict=True))
     slopes = pitch_slopes(f)
-    middle = f.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / slope)
+    middle = f.expr("pitch radius of the intermediate gear").subs(q.i1, 1 / s.g)
     bends = {
-        kappa: 1 / f.expr(PickupClaim.CURVATURE_RADIUS.of(gear))
-        for kappa, gear in ((kappa1, "sun"), (kappa2, "intermediate gear"))
+        kappa: 1 / f.expr(f"radius of curvature of the {gear}")
+        for kappa, gear in ((s.kappa1, "sun"), (s.kappa2, "intermediate gear"))
     }
     steps: tuple[Wanted, ...] = (
         let(q.R2, sp.factor(middle), "pitch radius of the intermediate gear"),
-        PickupClaim.SUN_PITCH_RADIUS,
+        "pitch radius of the sun",
         *(let(symbol, sp.factor(slopes[symbol].subs(by_law))) for symbol in (q.dR1, q.ddR1)),
         *(
-            PickupClaim.PITCH_CURVE.of(gear, axis)
+            f"pitch curve of the {gear}, {axis}"
             for gear in ("sun", "intermediate gear")
             for axis in "xy"
         ),
         *(let(kappa, bend) for kappa, bend in bends.items()),
-        let(arc, sp.sqrt(q.R1**2 + q.dR1**2), "arc of the sun's pitch curve"),
+        let(s.arc, sp.sqrt(q.R1**2 + q.dR1**2), "arc of the sun's pitch curve"),
     )
     f.function("pitch", (SLOPES, q.phi5, q.phi2, q.a1), *steps)
 
 
 def _entry(f: Formulas) -> None:
     """Add the coordinates of the tip in the frame of a tray's cell."""
-    cell = Frame("cell, x along its axis", WORLD, Z, axis)
-    gap = Vec(WORLD, (q.x_S - x_bottom, q.y_S - y_bottom, S.Zero)).resolved(cell)
+    cell = Frame("cell, x along its axis", WORLD, Z, s.axis)
+    gap = Vec(WORLD, (q.x_S - s.x_bottom, q.y_S - s.y_bottom, S.Zero)).resolved(cell)
     steps = (
-        let(along_axis, gap[0], "position along the cell's axis"),
-        let(across_axis, gap[1], "position across the cell's axis"),
+        let(s.along, gap[0], "position along the cell's axis"),
+        let(s.across, gap[1], "position across the cell's axis"),
     )
-    f.function("entry", (q.x_S, q.y_S, x_bottom, y_bottom, axis), *steps)
+    f.function("entry", (q.x_S, q.y_S, s.x_bottom, s.y_bottom, s.axis), *steps)
 
 
 def build_pickup_system() -> System:

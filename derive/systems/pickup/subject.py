@@ -24,7 +24,6 @@ from ...quantity import Quantity
 from . import geometry
 from . import quantities as q
 from .geometry import CONTROLS, INTERVALS, KNOTS
-from .quantities import PickupClaim
 
 ASSUMPTIONS = (
     "rigid bodies, no clearance, no backlash",
@@ -171,7 +170,7 @@ def _constant_values(machine: MachineFile, formulas: Formulas) -> Values:
     """
     values = {symbol: machine.si(key) for symbol, key in _FILE_KEYS.items()}
     values |= {q.n: machine.si("spline.value_points") + 2, q.k: mpf(3)}
-    roots = sp.solve(formulas.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
+    roots = sp.solve(formulas.equations["centre distance of the helical pair"].residual, q.beta)
     helix = (evaluate_expression(root, values) for root in roots)
     return values | {q.beta: min(root for root in helix if root > 0)}
 
@@ -188,8 +187,8 @@ def pitch_slopes(formulas: Formulas) -> dict[Quantity, sp.Expr]:
     """
     t = sp.Symbol("t")
     g = sp.Function("g")(t)
-    middle = formulas.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / g)
-    radius = formulas.expr(PickupClaim.SUN_PITCH_RADIUS).subs(q.R2, middle)
+    middle = formulas.expr("pitch radius of the intermediate gear").subs(q.i1, 1 / g)
+    radius = formulas.expr("pitch radius of the sun").subs(q.R2, middle)
     names = [(g.diff(t, order), ARM_SLOPES[order]) for order in (2, 1, 0)]
     return {
         symbol: radius.diff(t, order).subs(names) for order, symbol in ((1, q.dR1), (2, q.ddR1))
@@ -213,7 +212,7 @@ class ValuePoints:
             for shift, symbol in ((-1, q.a_i), (0, q.b_i), (1, q.c_i)):
                 matrix[i, (i + shift) % self.count] += row[symbol]
             right[i] = evaluate_expression(
-                formulas.expr(PickupClaim.KNOT_ROW_RIGHT_SIDE), row | {q.q_i: x}
+                formulas.expr("right side of the row of a knot"), row | {q.q_i: x}
             )
         self.controls = list(mp.lu_solve(matrix, right))
 

@@ -37,23 +37,9 @@ from ...model import Let
 from ...quantity import Quantity
 from . import cycle, derivation
 from . import quantities as q
-from .quantities import PlantingClaim
 
-INTERMEDIATE = (
-    q.L_AC1,
-    q.L_AC2,
-    q.theta30,
-    q.theta40,
-    q.theta3,
-    q.theta4,
-    q.mu,
-    q.M_T,
-    q.phi_P1,
-    q.phi_P2,
-    q.phi_Q1,
-    q.phi_Q2,
-    q.F_fP,
-    q.F_fQ,
+INTERMEDIATE = q.TABLE.select(
+    "L_AC1 L_AC2 theta30 theta40 theta3 theta4 mu M_T phi_P1 phi_P2 phi_Q1 phi_Q2 F_fP F_fQ"
 )
 """Quantities of the paper that link forces and geometry."""
 OFFSETS: dict[sp.Symbol, Expr] = {
@@ -73,7 +59,7 @@ OFFSETS: dict[sp.Symbol, Expr] = {
 """Subtrahends of quantities that occur in differences: rates relative to the carrier, coordinates
 relative to a pin.
 """
-SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
+SIDES = {s: -s for s in q.TABLE.select("x_A1 y_A1 x_B1 y_B1 x_P y_P")}
 """Coordinates on the carrier and on the sun's pitch curve have opposite signs on the two sides."""
 
 
@@ -87,10 +73,10 @@ def derive_claims() -> dict[Claimed, Equation]:
             *_cam_equations(m),
             *_point_equations(m),
             *_tooth_equations(
-                m, "P", derivation.CONTACT_P, (q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
+                m, "P", derivation.CONTACT_P, q.TABLE.select("M_P F_NP phi_P1 phi_P2 F_fP")
             ),
             *_tooth_equations(
-                m, "Q", derivation.CONTACT_Q, (q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
+                m, "Q", derivation.CONTACT_Q, q.TABLE.select("M_Q F_NQ phi_Q1 phi_Q2 F_fQ")
             ),
         ]
     )
@@ -115,11 +101,11 @@ def _cam_equations(m: Mechanism) -> list[Equation]:
     angle = sp.atan((path_x * z - path_z * x) / (path_x * x + path_z * z))
     moment = -(q.x_E * S.Zero - q.y_E * q.F_Ex)
     return [
-        defining_equation(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
-        defining_equation(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _force_law(m, q.F_Ex)),
-        stated_equation(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, q.F_Ey),
-        defining_equation(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _force_law(m, q.F_Ez)),
-        defining_equation(PlantingClaim.CAM_MOMENT, q.M_T, moment),
+        defining_equation("pressure angle of the cam", q.mu, angle),
+        defining_equation("force of the cam on the roller, x'", q.F_Ex, _force_law(m, q.F_Ex)),
+        stated_equation("force of the cam on the roller, y'", q.F_Ey, q.F_Ey),
+        defining_equation("force of the cam on the roller, z'", q.F_Ez, _force_law(m, q.F_Ez)),
+        defining_equation("moment of the cam force about the planet's axis", q.M_T, moment),
     ]
 
 
@@ -127,7 +113,7 @@ def _point_equations(m: Mechanism) -> list[Equation]:
     """Return the coordinates of points on the swinging half, Cartesian and polar."""
     steps = {s.symbol: s.expr for s in m.named}
     equations = [
-        defining_equation(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
+        defining_equation(f"place of {name}, {axis}'", symbol, steps[symbol])
         for name, axis, symbol in (
             ("the roller", "x", q.x_E),
             ("the roller", "z", q.z_E),
@@ -143,9 +129,11 @@ def _point_equations(m: Mechanism) -> list[Equation]:
     ):
         down = sp.atan2(q.z_A - at[1], at[0] - q.x_A)
         equations += [
-            defining_equation(PlantingClaim.HINGE_DISTANCE.of(name), length, sp.sqrt(x**2 + z**2)),
-            defining_equation(PlantingClaim.HINGE_ANGLE_CLOSED.of(name), closed, sp.atan2(-z, x)),
-            defining_equation(PlantingClaim.HINGE_ANGLE.of(name), turned, down),
+            defining_equation(f"distance of {name} from the hinge", length, sp.sqrt(x**2 + z**2)),
+            defining_equation(
+                f"angle of the line from the hinge to {name}, closed", closed, sp.atan2(-z, x)
+            ),
+            defining_equation(f"angle of the line from the hinge to {name}", turned, down),
         ]
     return equations
 
@@ -154,7 +142,7 @@ def _tooth_equations(
     m: Mechanism,
     tag: str,
     contact: GearContact,
-    quantities: tuple[Quantity, Quantity, Quantity, Quantity, Quantity],
+    quantities: tuple[Quantity, ...],
 ) -> list[Equation]:
     """Return the directions and sizes of normal force and friction on the flank that can transmit
     the moment.
@@ -166,19 +154,19 @@ def _tooth_equations(
     force = [next(u for u in m.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
     return [
         defining_equation(
-            PlantingClaim.NORMAL_DIRECTION.of(tag),
+            f"direction of the normal force at {tag}",
             normal_angle,
             switch(moment, contact.normal(1), contact.normal(-1)),
         ),
         defining_equation(
-            PlantingClaim.FRICTION_DIRECTION.of(tag),
+            f"direction of friction at {tag}",
             friction_angle,
             switch(moment, contact.across(1), contact.across(-1)),
         ),
-        defining_equation(PlantingClaim.NORMAL_FORCE.of(tag), normal, _force_law(m, normal)),
-        stated_equation(PlantingClaim.FRICTION_FORCE.of(tag), drag - normal * sp.tan(q.mu2), drag),
+        defining_equation(f"normal force at {tag}", normal, _force_law(m, normal)),
+        stated_equation(f"friction force at {tag}", drag - normal * sp.tan(q.mu2), drag),
         *(
-            defining_equation(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _force_law(m, f))
+            defining_equation(f"tooth force at {tag}, {axis}", f, _force_law(m, f))
             for axis, f in zip("xy", force, strict=True)
         ),
     ]
@@ -386,9 +374,7 @@ def draw_admissible_point(rng: random.Random) -> dict[sp.Symbol, mpf]:
     angle.
     """
     m = derivation.build_device()
-    everything = (
-        {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(m.unknowns)
-    )
+    everything = {*q.TABLE.values(), *m.unknowns}
     values: dict[sp.Symbol, Expr] = {
         s: sp.Rational(rng.randint(101, 999), rng.randint(301, 699))
         for s in sorted(everything | {q.twin(s) for s in everything}, key=str)

@@ -19,9 +19,9 @@ from ...mechanics.bodies import Part, about_pin
 from ...mechanics.contacts import GearContact, PitchPoint, pitch_places, polar_sense, tangent_angle
 from ...mechanics.driven_motion import Sides
 from ...mechanics.frames import Axis, Frame, Point, Vec, Y, Z, displacement, unit
-from ...mechanics.kinematics import GearStage
+from ...mechanics.kinematics import GearStage, Kinematics
 from ...mechanics.mechanism import Mechanism
-from ...model import ClosedForm, Event, Lane, Let, System
+from ...model import ClosedForm, Event, Lane, Let, System, let_all
 from ...quantity import Quantity, Vector
 from . import quantities as q
 from .flanks import FLANK
@@ -155,11 +155,18 @@ def _add_train_and_cam(k: Mechanism) -> None:
     k.motion.rates[q.delta] = -q.phi72_dot
     # A turn of the cam begins in a dwell, so that nothing jumps there, whatever the law.
     k.events.append(Event(CAM_TURN, -q.phi72, S.Zero, order=2, period=2 * pi))
-    cam = q.delta, -q.phi72
-    k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
-    k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))
+    swing = add_flanks(k, -q.phi72)
     k.let(q.dpsi_ddelta, q.H * (q.dp_rise * q.dx_rise - q.dp_fall * q.dx_fall))
-    k.follow((q.theta1, q.theta1_dot, q.theta1_ddot), q.H * (q.p_rise - q.p_fall))
+    k.follow((q.theta1, q.theta1_dot, q.theta1_ddot), swing)
+
+
+def add_flanks(k: Kinematics, grown: Expr) -> Expr:
+    """Add both flanks of the cam, whose angle grows over turns as told, and return the swing."""
+    angle = q.delta, grown
+    rise, fall = (q.p_rise, q.dp_rise, q.ddp_rise), (q.p_fall, q.dp_fall, q.ddp_fall)
+    k.flank(FLANK, "rise", angle, q.delta_r, q.x_rise, q.dx_rise, rise)
+    k.flank(FLANK, "fall", angle, q.delta_f, q.x_fall, q.dx_fall, fall)
+    return q.H * (q.p_rise - q.p_fall)
 
 
 def _add_points(k: Mechanism, inner: Half) -> None:
@@ -309,10 +316,7 @@ def _gear_pair(
     places = pitch_places(line, distance, sense, point, PitchPoint(t, S.Zero, turned))
     start = displacement(O, centre, WORLD)
     components = [(start + place.resolved(WORLD))[i] for place in places for i in (0, 1)]
-    steps = tuple(
-        Let(symbol, expr, "derived: gears roll")
-        for symbol, expr in zip(q.PAIR, components, strict=True)
-    )
+    steps = let_all(q.PAIR, components, "gears roll")
     return ClosedForm(name, inputs, steps, Vector(f"{name}_points", q.PAIR))
 
 

@@ -18,23 +18,48 @@ from ...formulas import Formulas
 from ...mechanics import contacts as cams
 from ...mechanics.frames import Frame, Motion, Vec, X, Y, displacement, unit
 from ...mechanics.kinematics import Kinematics
-from ...model import ClosedForm, Lane, Let, System, let
-from ...quantity import NOTHING, Quantity, Vector
+from ...model import ClosedForm, Lane, Let, System, let, let_all
+from ...quantity import NOTHING, Quantity, Vector, read_quantities
 from . import quantities as q
 from .derivation import ASSUMPTIONS as DEVICE
-from .derivation import B1, CARRIER, PLANET, WORLD, A, Half
-from .flanks import FLANK
+from .derivation import B1, CARRIER, PLANET, WORLD, A, Half, add_flanks
 
 CAM_ASSUMPTIONS = (
     "the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the "
     "hinge",
 )
-pressure = Quantity(
-    "pressure",
-    "rad",
-    "pressure angle of the cam: from the roller's path in its swing to the cam's normal",
-    "derived: cam",
+t = read_quantities(
+    """
+derived: cam
+pressure | rad | pressure angle of the cam: from the roller's path in its swing to the cam's normal
+
+derived: end-face cam
+station | m | distance of a section of the cam from its axis
+slope | 1 | slope of the swing by the cam angle
+bend | 1 | second derivative of the swing by the cam angle
+along | m | roller's centre along the unrolled section, seen from outside, against the cam angle
+height | m | roller's centre along the axis
+
+derived: nozzle
+tilt | rad | angle of the nozzle's axis from the vertical
+soil | m | level of the soil
+cut | m | ground coordinate at which the nozzle's axis crosses that level
+plant | m | ground coordinate of the plant
+top | m | height of the top of the plant
+hair | m | length that regularises the slope of the distance at zero
+length | m | length of a half, from hinge to tip
+root_x | m | hinge on the nozzle's axis, x
+root_y | m | hinge on the nozzle's axis, y
+along_x | 1 | direction of the open half, x
+along_y | 1 | direction of the open half, y
+along_z | 1 | direction of the open half, z
+nearest | m | distance from the hinge to the point of the half's line that is closest to the plant
+lowest | m | distance from the hinge beyond which the half is lower than the plant's top
+place | m | distance from the hinge to the closest point below the plant's top
+clearance | m | horizontal distance of the half from the plant
+"""
 )
+"""Quantities of this module."""
 
 
 def pressure_angle() -> ClosedForm:
@@ -50,7 +75,7 @@ def pressure_angle() -> ClosedForm:
     steep = sp.atan2(normal.cross(way).dot(across), sp.Abs(normal.dot(way)))
     inputs = (q.theta1, q.theta1_dot, q.Omega, q.MACHINE)
     return ClosedForm(
-        "cam", inputs, (Let(pressure, steep, "derived: cam"),), Vector("steepness", (pressure,))
+        "cam", inputs, (Let(t.pressure, steep, "derived: cam"),), Vector("steepness", (t.pressure,))
     )
 
 
@@ -74,18 +99,9 @@ END_FACE_ASSUMPTIONS = (
 _cam = partial(Quantity, source="derived: end-face cam")
 
 
-station = _cam("station", "m", "distance of a section of the cam from its axis")
-slope = _cam("slope", "1", "slope of the swing by the cam angle")
-bend = _cam("bend", "1", "second derivative of the swing by the cam angle")
-travel = _cam(
-    "along",
-    "m",
-    "roller's centre along the unrolled section, seen from outside, against the cam angle",
-)
-height = _cam("height", "m", "roller's centre along the axis")
 centre = tuple(_cam(f"centre_{a}", "m", f"roller's centre on the cam, {a}") for a in "xyz")
 surface = tuple(_cam(f"surface_{a}", "m", f"contact on the cam, {a}") for a in "xyz")
-ROLLER = Vector("roller", (cams.reach, station))
+ROLLER = Vector("roller", (cams.reach, t.station))
 
 
 def contour_lane() -> Lane:
@@ -94,24 +110,21 @@ def contour_lane() -> Lane:
     """
     motion = Motion({q.delta: S.One, q.alpha: S.One})
     k = Kinematics("end face", NOTHING, q.delta, motion, (S.Zero, S.Zero, S.Zero), True, CARRIER)
-    cam = q.delta, q.delta
-    k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
-    k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))
-    k.follow((q.theta1, slope, bend), q.H * (q.p_rise - q.p_fall))
+    k.follow((q.theta1, t.slope, t.bend), add_flanks(k, q.delta))
     x, _, z = displacement(B1, Half.build("inner half", A, 1, Y).E, PLANET).components
-    velocity = motion.relative_derivative(Vec(PLANET, (x, station, z)), CARRIER)
+    velocity = motion.relative_derivative(Vec(PLANET, (x, t.station, z)), CARRIER)
     passing = velocity[0] - motion.rate(x)
-    if passing.free_symbols - {station}:
+    if passing.free_symbols - {t.station}:
         raise ValueError("the cam does not pass through the plane of the swing at a constant rate")
-    k.let(travel, -x - passing * q.delta)
-    k.let(height, z)
+    k.let(t.along, -x - passing * q.delta)
+    k.let(t.height, z)
     unrolled = (-velocity[0], velocity[2])
     swing = (-x.diff(q.theta1), z.diff(q.theta1))
     bending = (motion.rate(unrolled[0]), motion.rate(unrolled[1]))
-    contact = cams.contour_steps((travel, height), unrolled, bending, swing)
+    contact = cams.contour_steps((t.along, t.height), unrolled, bending, swing)
     places = {
-        centre: (x, station, z),
-        surface: (-cams.contact_x - passing * q.delta, station, cams.contact_y),
+        centre: (x, t.station, z),
+        surface: (-cams.contact_x - passing * q.delta, t.station, cams.contact_y),
     }
     rolled = tuple(
         Let(symbol, component.xreplace({q.alpha: q.delta - q.phi}), f"derived: {symbol.meaning}")
@@ -120,7 +133,7 @@ def contour_lane() -> Lane:
             symbols, Vec(PLANET, place).resolved(CARRIER).components, strict=True
         )
     )
-    outputs = (q.theta1, slope, bend, travel, height, *cams.CONTOUR, *centre, *surface)
+    outputs = (q.theta1, t.slope, t.bend, t.along, t.height, *cams.CONTOUR, *centre, *surface)
     return Lane(
         q.delta, (q.MACHINE, ROLLER), (*k.steps, *contact, *rolled), Vector("contour", outputs)
     )
@@ -149,36 +162,13 @@ DENOMINATOR_EPS = sp.Float("1e-30")
 _nozzle = partial(Quantity, source="derived: nozzle")
 
 
-tilt = _nozzle("tilt", "rad", "angle of the nozzle's axis from the vertical")
-soil = _nozzle("soil", "m", "level of the soil")
-cut = _nozzle("cut", "m", "ground coordinate at which the nozzle's axis crosses that level")
-plant = _nozzle("plant", "m", "ground coordinate of the plant")
-top = _nozzle("top", "m", "height of the top of the plant")
-hair = _nozzle("hair", "m", "length that regularises the slope of the distance at zero")
-length = _nozzle("length", "m", "length of a half, from hinge to tip")
-root_x, root_y = (_nozzle(f"root_{a}", "m", f"hinge on the nozzle's axis, {a}") for a in "xy")
-direction_x, direction_y, direction_z = (
-    _nozzle(f"along_{a}", "1", f"direction of the open half, {a}") for a in "xyz"
-)
-nearest = _nozzle(
-    "nearest",
-    "m",
-    "distance from the hinge to the point of the half's line that is closest to the plant",
-)
-lowest = _nozzle(
-    "lowest", "m", "distance from the hinge beyond which the half is lower than the plant's top"
-)
-place = _nozzle("place", "m", "distance from the hinge to the closest point below the plant's top")
-clearance = _nozzle("clearance", "m", "horizontal distance of the half from the plant")
-
-
 def _add_axis(f: Formulas) -> None:
     """Add the tilt of the nozzle's axis, and the point at which it crosses a level."""
     distance = sp.Dummy("way")
     x, y, _ = unit(PLANET, X).resolved(WORLD).components
-    (solution,) = sp.solve(q.y_tip + distance * y - soil, distance)
-    steps = (let(tilt, q.alpha - pi / 2), let(cut, q.x_tip + solution * x))
-    f.function("axis", (q.x_tip, q.y_tip, q.alpha, soil), *steps, told="passing")
+    (solution,) = sp.solve(q.y_tip + distance * y - t.soil, distance)
+    steps = (let(t.tilt, q.alpha - pi / 2), let(t.cut, q.x_tip + solution * x))
+    f.function("axis", (q.x_tip, q.y_tip, q.alpha, t.soil), *steps, told="passing")
 
 
 def _add_half(f: Formulas) -> None:
@@ -188,28 +178,23 @@ def _add_half(f: Formulas) -> None:
     closed = unit(PLANET, X).resolved(WORLD)
     opened = unit(Frame("half", PLANET, Y, q.theta1), X).resolved(WORLD)
     s = sp.Dummy("s")
-    gap = Vec(WORLD, (root_x - plant + s * direction_x, S.Zero, s * direction_z))
+    gap = Vec(WORLD, (t.root_x - t.plant + s * t.along_x, S.Zero, s * t.along_z))
     square = gap.dot(gap)
     (closest,) = sp.solve(square.diff(s), s)
     numerator, denominator = sp.fraction(sp.together(closest))
-    (crossing,) = sp.solve(root_y + s * direction_y - top, s)
+    (crossing,) = sp.solve(t.root_y + s * t.along_y - t.top, s)
     steps = (
-        let(length, q.L_tip - q.x_A),
-        let(root_x, q.x_tip - length * closed[0]),
-        let(root_y, q.y_tip - length * closed[1]),
-        *(
-            let(symbol, part)
-            for symbol, part in zip(
-                (direction_x, direction_y, direction_z), opened.components, strict=True
-            )
-        ),
-        let(nearest, numerator / (denominator + DENOMINATOR_EPS)),
-        let(lowest, sp.Min(sp.Max(crossing, S.Zero), length)),
-        let(place, sp.Min(sp.Max(nearest, lowest), length)),
-        let(clearance, sqrt(square.subs(s, place) + hair**2)),
+        let(t.length, q.L_tip - q.x_A),
+        let(t.root_x, q.x_tip - t.length * closed[0]),
+        let(t.root_y, q.y_tip - t.length * closed[1]),
+        *let_all((t.along_x, t.along_y, t.along_z), opened.components),
+        let(t.nearest, numerator / (denominator + DENOMINATOR_EPS)),
+        let(t.lowest, sp.Min(sp.Max(crossing, S.Zero), t.length)),
+        let(t.place, sp.Min(sp.Max(t.nearest, t.lowest), t.length)),
+        let(t.clearance, sqrt(square.subs(s, t.place) + t.hair**2)),
     )
-    inputs = (q.x_tip, q.y_tip, q.alpha, q.theta1, plant, top, hair, q.MACHINE)
-    f.function("half", inputs, *steps, gives=(clearance,), told="apart")
+    inputs = (q.x_tip, q.y_tip, q.alpha, q.theta1, t.plant, t.top, t.hair, q.MACHINE)
+    f.function("half", inputs, *steps, gives=(t.clearance,), told="apart")
 
 
 def build_nozzle_system() -> System:

@@ -26,36 +26,42 @@ from ...mechanics.contacts import GearContact, SharedContact
 from ...mechanics.driven_motion import Sides
 from ...mechanics.mechanism import Mechanism
 from ...model import ClosedForm, Effects, Lane, Let, System, join_entries
-from ...quantity import Quantity, Vector
+from ...quantity import Quantity, Vector, read_quantities
 from . import derivation, flanks
 from . import quantities as q
 
-F_share = Quantity(
-    "F_share",
-    "N",
-    "contribution of one side to the vertical support force",
-    "derived: support force",
+s = read_quantities(
+    """
+derived: support force
+F_share | N | contribution of one side to the vertical support force
+x_r | 1 | completed share of the rise
+x_f | 1 | completed share of the fall
+
+derived: assumption lifted
+speed_rate | rad/s2 | angular acceleration of the carrier
+against | 1 | 1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017
+along_hinge | 1 | share of the roller's sliding along the hinge that causes friction on the cam
+
+derived: drive
+T_side | J | kinetic energy of a side
+V_side | J | potential energy of a side: weights and return spring
+
+given
+M_stall | N m | torque of the motor at rest, at the carrier | stall_Nm
+omega_idle | rad/s | speed of the motor without load, at the carrier | idle_rpm
+J_w | kg m2 | moment of inertia of flywheel, rotor and carrier, referred to the carrier | flywheel_kgm2
+
+derived: drive
+M_motor | N m | torque of the motor, at the carrier
+surplus | N m | resultant torque on the shaft, which vanishes
+T_w | J | kinetic energy of the flywheel
+"""
 )
+"""Quantities of this module."""
 COORDINATES = frozenset(
-    {
-        q.phi52,
-        q.phi52_dot,
-        q.phi52_ddot,
-        q.alpha,
-        q.Omega,
-        q.Omega_dot,
-        q.theta1,
-        q.theta1_dot,
-        q.theta1_ddot,
-    }
+    q.TABLE.select("phi52 phi52_dot phi52_ddot alpha Omega Omega_dot theta1 theta1_dot theta1_ddot")
 )
 """Motion of a side, in terms of which its momentum is expressed."""
-
-
-RISEN, FALLEN = (
-    Quantity(name, "1", f"completed share of the {flank}", "derived: support force")
-    for name, flank in (("x_r", "rise"), ("x_f", "fall"))
-)
 
 
 def cam_steps() -> tuple[Let, ...]:
@@ -68,7 +74,7 @@ def cam_steps() -> tuple[Let, ...]:
     x, laws = flanks.x, flanks.derive_flank_law(flanks.DEFAULT)
     if any(law.subs(x, end) != 0 for law in laws[1:] for end in (0, 1)):
         raise ValueError("a flank does not begin and end at rest")
-    ends = ((RISEN, *q.delta_r, 1), (FALLEN, *q.delta_f, -1))
+    ends = ((s.x_r, *q.delta_r, 1), (s.x_f, *q.delta_f, -1))
     swing, slope, bend = (
         q.H
         * sum(
@@ -111,12 +117,12 @@ def build_share_system(model: System, flat: bool) -> System:
     if model.lane is None:
         raise ValueError(f"{model.name} has no lane")
     polynomial = with_polynomials(model.lane)
-    influence = Influence(polynomial, side_share(polynomial, q.F_support, F_share))
+    influence = Influence(polynomial, side_share(polynomial, q.F_support, s.F_share))
     steps = influence.reduced()
     if flat:
-        steps = flatten_products(steps, F_share, COORDINATES)
+        steps = flatten_products(steps, s.F_share, COORDINATES)
     name = model.name.replace("planting_", "planting_support_")
-    lane = Lane(q.phi, q.INPUTS, steps, Vector("share", (F_share,)))
+    lane = Lane(q.phi, q.INPUTS, steps, Vector("share", (s.F_share,)))
     effects = Effects(_names(model.lane, influence.without), influence.felt)
     return System(
         name,
@@ -140,19 +146,6 @@ def build_support_system() -> System:
 
 
 _RELAXED = "derived: assumption lifted"
-speed_rate = Quantity("speed_rate", "rad/s2", "angular acceleration of the carrier", _RELAXED)
-against = Quantity(
-    "against",
-    "1",
-    "1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017",
-    _RELAXED,
-)
-along_hinge = Quantity(
-    "along_hinge",
-    "1",
-    "share of the roller's sliding along the hinge that causes friction on the cam",
-    _RELAXED,
-)
 
 
 def _flank_pair(name: str, unit: str, meaning: str, tag: str) -> tuple[Quantity, Quantity]:
@@ -186,9 +179,9 @@ AWAYS = {
 LIFTED = Vector(
     "lifted",
     (
-        speed_rate,
-        against,
-        along_hinge,
+        s.speed_rate,
+        s.against,
+        s.along_hinge,
         *(q for tag in "PQ" for pair in (LEADS[tag], AWAYS[tag]) for q in pair),
     ),
 )
@@ -222,7 +215,7 @@ def _shared_contact(contact: GearContact, tag: str, turning: Expr) -> SharedCont
     """Return a contact of sliding teeth, whose pairs share the load."""
     parameters = {field.name: getattr(contact, field.name) for field in fields(contact)}
     return SharedContact(
-        **parameters, turning=turning, share=against, leads=LEADS[tag], aways=AWAYS[tag]
+        **parameters, turning=turning, share=s.against, leads=LEADS[tag], aways=AWAYS[tag]
     )
 
 
@@ -231,9 +224,9 @@ def build_relaxed_system() -> System:
     contacts = derivation.DeviceContacts(
         _shared_contact(derivation.CONTACT_P, "P", TURNING_P),
         _shared_contact(derivation.CONTACT_Q, "Q", TURNING_Q),
-        along_hinge,
+        s.along_hinge,
     )
-    device = derivation.build_device(contacts, speed_rate)
+    device = derivation.build_device(contacts, s.speed_rate)
     for power, moment, rate in (
         (POWERS["P"], q.M_P, q.phi52_dot),
         (POWERS["Q"], q.M_Q, q.phi72_dot),
@@ -247,29 +240,9 @@ def build_relaxed_system() -> System:
 
 
 _DRIVE = "derived: drive"
-T_side = Quantity("T_side", "J", "kinetic energy of a side", _DRIVE)
-V_side = Quantity("V_side", "J", "potential energy of a side: weights and return spring", _DRIVE)
-M_stall = Quantity(
-    "M_stall", "N m", "torque of the motor at rest, at the carrier", "given", shown="stall_Nm"
-)
-omega_idle = Quantity(
-    "omega_idle",
-    "rad/s",
-    "speed of the motor without load, at the carrier",
-    "given",
-    shown="idle_rpm",
-)
-J_w = Quantity(
-    "J_w",
-    "kg m2",
-    "moment of inertia of flywheel, rotor and carrier, referred to the carrier",
-    "given",
-    shown="flywheel_kgm2",
-)
-M_motor = Quantity("M_motor", "N m", "torque of the motor, at the carrier", _DRIVE)
-surplus = Quantity("surplus", "N m", "resultant torque on the shaft, which vanishes", _DRIVE)
-T_w = Quantity("T_w", "J", "kinetic energy of the flywheel", _DRIVE)
-DRIVE, MOTOR = Vector("drive", (speed_rate,)), Vector("motor", (M_stall, omega_idle, J_w))
+
+
+DRIVE, MOTOR = Vector("drive", (s.speed_rate,)), Vector("motor", s.select("M_stall omega_idle J_w"))
 DRIVE_ASSUMPTIONS = (
     "as the exact model, but for the constant speed",
     "the motor's torque falls with the speed along a line",
@@ -282,15 +255,15 @@ def shaft_balance() -> ClosedForm:
     flywheel's energy.
     """
     steps = (
-        Let(M_motor, M_stall * (1 - q.omega / omega_idle), "given: the motor's line"),
-        Let(surplus, M_motor - q.M_L - J_w * speed_rate, "derived: balance of the shaft"),
-        Let(T_w, J_w * q.omega**2 / 2, "derived: energy of the flywheel"),
+        Let(s.M_motor, s.M_stall * (1 - q.omega / s.omega_idle), "given: the motor's line"),
+        Let(s.surplus, s.M_motor - q.M_L - s.J_w * s.speed_rate, "derived: balance of the shaft"),
+        Let(s.T_w, s.J_w * q.omega**2 / 2, "derived: energy of the flywheel"),
     )
     return ClosedForm(
         "shaft",
-        (q.omega, speed_rate, q.M_L, MOTOR),
+        (q.omega, s.speed_rate, q.M_L, MOTOR),
         steps,
-        Vector("shaft_outputs", (M_motor, surplus, T_w)),
+        Vector("shaft_outputs", s.select("M_motor surplus T_w")),
     )
 
 
@@ -302,16 +275,16 @@ def _add_energies(m: Mechanism) -> None:
     (force,) = (step.expr for step in m.named if step.symbol == q.S)
     stretch = force.diff(q.k_s)
     stored = q.S0 * stretch + q.k_s * stretch**2 / 2
-    m.let(T_side, kinetic_energy(m.motion, side, m.world))
-    m.let(V_side, potential_energy(m.assembly, side, m.O, m.world) + stored)
+    m.let(s.T_side, kinetic_energy(m.motion, side, m.world))
+    m.let(s.V_side, potential_energy(m.assembly, side, m.O, m.world) + stored)
 
 
 def build_drive_system() -> System:
     """Build the model of the device at a variable carrier speed."""
-    m = derivation.build_device(speed_rate=speed_rate)
+    m = derivation.build_device(speed_rate=s.speed_rate)
     _add_energies(m)
     lane = m.twin_lane(
-        Sides(q.twin, (*q.REPORTED_EXACT, T_side, V_side), q.TOTALS), (*q.INPUTS, DRIVE)
+        Sides(q.twin, (*q.REPORTED_EXACT, s.T_side, s.V_side), q.TOTALS), (*q.INPUTS, DRIVE)
     )
     title = "Planting device, driven by a motor"
     return System(

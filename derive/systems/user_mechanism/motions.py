@@ -16,8 +16,8 @@ from mpmath import mpf
 from sympy import Expr
 
 from ...audit.first_order import STEPS, Equilibrium
+from ...audit.laws import Formula
 from ...audit.paper import Array, Dynamics
-from ...audit.trial import Formula
 from ...equations import Balance, Claimed, Equation
 from ...evaluate import DIGITS, GUARD, NotEvaluated, Point
 from ...functions import partial_derivative

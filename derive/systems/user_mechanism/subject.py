@@ -22,9 +22,9 @@ from mpmath import mpf
 from sympy import Expr
 
 from ...audit.case import change_slightly
+from ...audit.laws import Formula
 from ...audit.paper import Cycle, Dynamics, Law, Subject
 from ...audit.paper import Values as Arrays
-from ...audit.trial import Formula
 from ...chain import Chain
 from ...equations import (
     Balance,

@@ -13,7 +13,7 @@ from sympy import Expr
 from ...audit.case import Case
 from ...audit.paper import Paper, Subject
 from ...chain import Chain, select_solvable
-from ...equations import Claim, Claimed, Definition, Equation
+from ...equations import Claimed, Definition, Equation
 from ...evaluate import NotEvaluated, Point, UnknownNodeError, table_values
 from ...formulas import Formulas
 from ...mechanics.mechanism import Mechanism
@@ -22,13 +22,6 @@ from ...quantity import Quantity
 from .configurations import ConfigurationSubject, is_free_of_bodies
 from .motions import DrivenSubject, FreeSubject
 from .subject import MechanismSubject, draw_near, draw_values, value_ranges
-
-
-class Repaired(Claim):
-    """A repaired equation: as it holds in the motion, whatever the paper prints."""
-
-    HOLDS = "({}) as the motion has it"
-
 
 TRIALS = 50
 NEARBY = 8
@@ -109,8 +102,8 @@ def build_paper_chain(paper: Paper, subject: MechanismSubject) -> Chain:
         elif (
             printed.relation == "=" and printed.legibility != "lost" and _has_values(read, subject)
         ):
-            claim = Repaired.HOLDS.of(printed.number)
-            equations.append(replace(printed, residual=read, claims=claim))
+            repaired = f"({printed.number}) as the motion has it"
+            equations.append(replace(printed, residual=read, claims=repaired))
     defined = (e.defines for e in equations if e.defines in subject.quantities)
     unknowns = dict.fromkeys((*subject.mechanism.assembly.unknowns, *defined))
     symbols = {q for e in equations for q in e.residual.free_symbols}

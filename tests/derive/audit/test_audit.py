@@ -1,6 +1,7 @@
 """Verdicts on small made-up equations."""
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 import sympy as sp
@@ -26,22 +27,82 @@ from tests.support.made_up import (
     x_dot,
 )
 
+FACTORS = 1, 2, sp.Rational(-1, 3), sp.pi / 180, -sp.sqrt(2)
+DEFAULTS = (), ("=", "=")
+FOUND = [
+    # printed, meant, verdict, the only correction, missing terms, relations
+    (a * sp.sin(u) + b * t / t - c, a * sp.cos(u) + b - c, "misprint", {f"cos for sin of {u}"}),
+    (a * u**2 - c * u * v, a * (u + v) ** 2 - c * u * v, "misprint", {f"{u + v} for {u}"}),
+    (
+        a * sp.cos(u) + b * sp.exp(v) + c * u * v - d * v**2 / 2 + e,
+        a * sp.sin(u) - b * sp.exp(v) + c * u * v - d * v**2 + e,
+        "misprint",
+        {f"sin for cos of {u}", f"sign of {b * sp.exp(v)}", f"factor 2 on {-d * v**2 / 2}"},
+    ),
+    (2 * a - b * u + c, a - b * u + c, "misprint", {f"factor 1/2 on {2 * a}"}),
+    (a - b, a - b, "misprint", {"> for <"}, (), ("<", ">")),
+    (a - b, a - b, "misprint", {"<= for <"}, (), ("<", "<=")),
+    (-2 * (a - b * u), a - b * u, "misprint", {"> for <"}, (), ("<", "<")),
+    (a - b, a - b - c * u - 3 * d * v, "incomplete", (), {-c * u, -3 * d * v}),
+    (a * u - b * v, a * u - b * v + c * u * v, "incomplete", (), {c * u * v}),
+    (
+        a - b * sp.sin(u),
+        a - b * sp.cos(u) - c * u - d * v,
+        "incomplete",
+        {f"cos for sin of {u}"},
+        {-c * u, -d * v},
+    ),
+    (x - a * sp.sin(u) * sp.cos(u), x - a * sp.sin(2 * u) / 2 - b * v, "incomplete", (), {-b * v}),
+    *(
+        row
+        for f in FACTORS[:3]
+        for row in (
+            (sp.expand(f * (a - b * v)), a - b * v - c * u, "incomplete", (), {-f * c * u}),
+            (
+                sp.expand(f * (a * sp.sin(u) - b * v + c)),
+                a * sp.cos(u) - b * v + c,
+                "misprint",
+                {f"cos for sin of {u}"},
+            ),
+        )
+    ),
+]
+AGREEING = [
+    # printed, meant, relations, and whether they say the same
+    (b - a, a - b, ("=", "="), True),
+    (b - a, a - b, (">", "<"), True),
+    (a - b, a - b, ("<", "<"), True),
+    (a * u - b * v, a * c * u - b * c * v, ("=", "="), True),
+    (a * u / b - v, a * u - b * v, ("=", "="), True),
+    (a * u + b * v, a * c * u - b * c * v, ("=", "="), False),
+    (a * u - v * b, a * c * u - b * c * v, ("<", "<"), True),  # c is positive throughout
+    (a * u - v * b, b * c * v - a * c * u, ("<", "<"), False),
+    *((f * (a - b * u), a - b * u, ("=", "="), True) for f in FACTORS),
+    (2 * (a - b * u), a - b * u, ("<", "<"), True),
+    (-2 * (a - b * u), a - b * u, (">", "<"), True),
+    (u * (a - b), a - b, ("=", "="), False),
+]
+
+
+@pytest.mark.parametrize("row", FOUND)
+def test_error_has_a_single_correction(row: tuple[Any, ...]) -> None:
+    printed, meant, verdict, correction, missing, relations = (*row, *DEFAULTS[len(row) - 4 :])
+    judgement = judged(printed, meant, relations)
+    assert (judgement.verdict, set(judgement.missing)) == (verdict, set(missing))
+    assert [set(edits) for edits in judgement.corrections] == ([correction] if correction else [])
+
+
+@pytest.mark.parametrize(("printed", "meant", "relations", "same"), AGREEING)
+def test_confirmed_however_it_is_turned(
+    printed: sp.Expr, meant: sp.Expr, relations: tuple[Any, Any], same: bool
+) -> None:
+    assert (judged(printed, meant, relations).verdict == "confirmed") is same
+
 
 def test_confirmed_however_it_is_written() -> None:
     assert judged(
         (a + b) ** 2 - c**2 * sp.sin(u) ** 2, a**2 + 2 * a * b + b**2 + c**2 * (sp.cos(u) ** 2 - 1)
     ) == Judgement("confirmed", "no difference left")
-
-
-def test_confirmed_with_the_sides_exchanged() -> None:
-    assert judged(b - a, a - b).verdict == "confirmed"
-    assert judged(b - a, a - b, (">", "<")).verdict == "confirmed"
-    assert judged(a - b, a - b, ("<", "<")).verdict == "confirmed"
-
-
-def test_only_correction_of_a_misprint() -> None:
-    judgement = judged(a * sp.sin(u) + b * t / t - c, a * sp.cos(u) + b - c)
-    assert (judgement.verdict, judgement.corrections) == ("misprint", ((f"cos for sin of {u}",),))
 
 
 def test_misprint_with_two_edits() -> None:
@@ -64,17 +125,6 @@ def test_a_wrong_relation_is_part_of_every_correction() -> None:
     judgement = judged(a - b * sp.sin(u), a - b * sp.cos(u), ("<", ">"))
     assert judgement.verdict == "misprint"
     assert ("> for <", f"cos for sin of {u}") in judgement.corrections
-
-
-def test_incomplete_with_the_missing_terms() -> None:
-    judgement = judged(a - b, a - b - c * u - 3 * d * v)
-    assert (judgement.verdict, set(judgement.missing)) == ("incomplete", {-c * u, -3 * d * v})
-
-
-def test_incomplete_after_an_edit() -> None:
-    judgement = judged(a - b * sp.sin(u), a - b * sp.cos(u) - c * u - d * v)
-    assert (judgement.verdict, set(judgement.missing)) == ("incomplete", {-c * u, -d * v})
-    assert judgement.corrections == ((f"cos for sin of {u}",),)
 
 
 def test_unexplained_term_is_contradicted() -> None:
@@ -120,20 +170,6 @@ def test_a_summand_too_many_also_in_a_bracket() -> None:
     assert (f"without {b / t}",) in judgement.corrections
 
 
-def test_summand_missing_in_a_bracket() -> None:
-    judgement = judged(a * u**2 - c * u * v, a * (u + v) ** 2 - c * u * v)
-    assert judgement.corrections == ((f"{u + v} for {u}",),)
-
-
-def test_absent_term_is_missing_not_edited() -> None:
-    judgement = judged(a * u - b * v, a * u - b * v + c * u * v)
-    assert (judgement.verdict, judgement.corrections, judgement.missing) == (
-        "incomplete",
-        (),
-        (c * u * v,),
-    )
-
-
 def test_sign_and_factor_of_a_group() -> None:
     judgement = judged(a * u - b * v - c + d, a * u + b * v + c + d)
     assert judgement.verdict == "misprint"
@@ -146,22 +182,6 @@ def test_root_factor_of_a_derived_term() -> None:
     judgement = judged(a * u - b, a * u - sp.sqrt(3) * b, defines=x)
     assert judgement.corrections == ((f"factor sqrt(3) on {-b}",),)
     assert judged(a * u - b, a * u - sp.Rational(1001, 1000) * b, defines=x).verdict != "confirmed"
-
-
-def test_all_errors_in_different_terms_are_corrected() -> None:
-    meant = a * sp.sin(u) - b * sp.exp(v) + c * u * v - d * v**2 + e
-    printed = a * sp.cos(u) + b * sp.exp(v) + c * u * v - d * v**2 / 2 + e
-    judgement = judged(printed, meant)
-    assert judgement.verdict == "misprint"
-    assert set(judgement.corrections[0]) == {
-        f"sin for cos of {u}",
-        f"sign of {b * sp.exp(v)}",
-        f"factor 2 on {-d * v**2 / 2}",
-    }
-
-
-def test_removed_terms_do_not_explain_missing_ones() -> None:
-    assert judged(a - b * sp.exp(u) * u**3, a - c * sp.log(1 + v) - d).verdict == "contradicted"
 
 
 # what is no error
@@ -193,27 +213,6 @@ def test_a_definition_may_have_both_sides_the_other_way_round() -> None:
     )
 
 
-def test_homogeneous_equation_may_be_divided_by_a_factor() -> None:
-    assert judged(a * u - b * v, a * c * u - b * c * v).verdict == "confirmed"
-    assert judged(a * u / b - v, a * u - b * v).verdict == "confirmed"
-    assert judged(a * u + b * v, a * c * u - b * c * v).verdict == "misprint"
-    assert (
-        judged(a * u - v * b, a * c * u - b * c * v, ("<", "<")).verdict == "confirmed"
-    )  # c is positive throughout
-    assert judged(a * u - v * b, b * c * v - a * c * u, ("<", "<")).verdict != "confirmed"
-
-
-def test_a_balance_times_a_number_is_the_same_balance() -> None:
-    for factor in (2, sp.Rational(-1, 3), sp.pi / 180, -sp.sqrt(2)):
-        assert judged(factor * (a - b * u), a - b * u).verdict == "confirmed", factor
-    assert judged(2 * (a - b * u), a - b * u, ("<", "<")).verdict == "confirmed"
-    assert judged(-2 * (a - b * u), a - b * u, (">", "<")).verdict == "confirmed"
-
-
-def test_a_condition_times_a_negative_number_is_another() -> None:
-    assert judged(-2 * (a - b * u), a - b * u, ("<", "<")).corrections == (("> for <",),)
-
-
 def test_factor_on_a_definition_is_an_error() -> None:
     judgement = judged(2 * a * u, a * u, defines=x)
     assert (judgement.verdict, judgement.corrections) == (
@@ -221,28 +220,6 @@ def test_factor_on_a_definition_is_an_error() -> None:
         (("factor 1/2 on the whole",),),
     )
     assert judged(sp.pi * a * u, a * u, defines=x).verdict != "confirmed"
-
-
-def test_a_factor_on_some_terms_of_a_balance_is_an_error() -> None:
-    judgement = judged(2 * a - b * u + c, a - b * u + c)
-    assert (judgement.verdict, judgement.corrections) == (
-        "misprint",
-        ((f"factor 1/2 on {2 * a}",),),
-    )
-    assert judged(u * (a - b), a - b).verdict != "confirmed"
-
-
-def test_an_error_in_a_balance_times_a_number_is_the_same_error() -> None:
-    for factor in (1, 2, sp.Rational(-1, 3)):
-        judgement = judged(
-            sp.expand(factor * (a * sp.sin(u) - b * v + c)), a * sp.cos(u) - b * v + c
-        )
-        assert (judgement.verdict, judgement.corrections) == (
-            "misprint",
-            ((f"cos for sin of {u}",),),
-        ), factor
-        judgement = judged(sp.expand(factor * (a - b * v)), a - b * v - c * u)
-        assert (judgement.verdict, judgement.missing) == ("incomplete", (-factor * c * u,)), factor
 
 
 def test_no_edit_takes_a_real_value_away() -> None:
@@ -299,16 +276,3 @@ def test_severity_orders_verdicts_and_numbers_of_edits() -> None:
     assert sorted(mildest, key=lambda judgement: judgement.severity) == mildest
     grades = [judgement.severity[0] for judgement in mildest]
     assert grades[0] < grades[1] == grades[2] < grades[3]
-
-
-def test_another_relation_alone_is_a_misprint() -> None:
-    judgement = judged(a - b, a - b, ("<", "<="))
-    assert (judgement.verdict, judgement.finding) == ("misprint", "the relation is another")
-    assert [str(text) for correction in judgement.corrections for text in correction] == [
-        "<= for <"
-    ]
-
-
-def test_a_term_is_missing_however_the_others_are_written() -> None:
-    judgement = judged(x - a * sp.sin(u) * sp.cos(u), x - a * sp.sin(2 * u) / 2 - b * v)
-    assert (judgement.verdict, judgement.missing) == ("incomplete", (-b * v,))

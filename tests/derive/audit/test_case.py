@@ -32,13 +32,9 @@ def claiming(case: Case, number: str, claim: Any) -> Case:
 def test_a_wrong_claim_in_a_paper_raises(name: str) -> None:
     case_ = CASES[name]
     number = judged(case_)
-    wrong = re.escape(
-        f"{name} ({number}): nothing here states MadeUpClaim 'made-up sum that nothing derives'"
-    )
+    wrong = re.escape(f"{name} ({number}): nothing here states 'made-up sum that nothing derives'")
     with pytest.raises(ClaimError, match=wrong):
         claiming(case_, number, MadeUpClaim.NOWHERE).pair(number)
-    with pytest.raises(ClaimError, match=re.escape(f"({number}): nothing here states str")):
-        claiming(case_, number, str(case_.paper.equations[number].claims)).pair(number)
     assert claiming(case_, number, case_.paper.equations[number].claims).pair(number) == case_.pair(
         number
     )

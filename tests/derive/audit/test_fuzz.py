@@ -23,7 +23,7 @@ from derive.audit.judge import FAULTS, holds
 from derive.audit.paper import Paper
 from derive.audit.record import Record, record_equation
 from derive.discovery import load_user_modules
-from derive.equations import Equation, Unclaimed, what
+from derive.equations import UNCLAIMED, Equation, what
 from derive.quantity import Quantity
 from derive.systems.user_mechanism.trial import build_paper_chain
 from tests.support import own
@@ -58,7 +58,7 @@ def alone(
 
 
 def unclaimed(printed: Equation) -> Equation:
-    return replace(printed, claims=Unclaimed.HOLDS)
+    return replace(printed, claims=UNCLAIMED)
 
 
 def is_right(case: Case, printed: Equation) -> bool:

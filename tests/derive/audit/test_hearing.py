@@ -126,14 +126,14 @@ def linked_case(
         MadeUp(
             {
                 MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, x - a * u, x),
-                MadeUpClaim.SHARE.of("v"): derived_equation(
-                    MadeUpClaim.SHARE.of("v"), c - a * v, c
+                MadeUpClaim.SHARE.format("v"): derived_equation(
+                    MadeUpClaim.SHARE.format("v"), c - a * v, c
                 ),
             }
         ),
     )
     case_.paper.defines("1", x, first, MadeUpClaim.SUM)
-    case_.paper.defines("2", c, second, MadeUpClaim.SHARE.of("v"))
+    case_.paper.defines("2", c, second, MadeUpClaim.SHARE.format("v"))
     for numbers in (["1"], ["2"]) if separately else (["1", "2"],):
         case_.paper.admits(numbers, *readings)
     return case_

@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit.identity import find_identity_failure
 from derive.audit.judge import FAULTS
-from derive.audit.replay import UnreadableEditError, list_corrected
 from derive.evaluate import Point
 from planter.kernels import generated
+from tests.support.identity import find_identity_failure
 from tests.support.mutations import CASES
+from tests.support.replay import UnreadableEditError, list_corrected
 
 Record = dict[str, Any]
 RECORDS: list[Record] = generated.sidecar("audit")["equations"]

@@ -237,7 +237,7 @@ def test_engine_key_covers_exactly_judging_code() -> None:
         for n in names
         if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/verdicts.py"
     ]
-    of_laws = {p.name for p in key.sources(["derive.audit.trial", laws.__name__])}
+    of_laws = {p.name for p in key.sources(["derive.audit.laws", laws.__name__])}
     assert {"subject.py", "chain.py", "derivation.py", "bodies.py", "pitch_curve.py"} <= of_laws
 
 

@@ -12,10 +12,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from derive.audit import trial as trials
+from derive.audit import laws as chain_laws
+from derive.audit.laws import TOLERANCE, Causes, ChainLaws, LawError, judge_laws
 from derive.audit.paper import Law
 from derive.audit.record import Record
-from derive.audit.trial import TOLERANCE, Causes, LawError, Trial, judge_laws
 from derive.evaluate import Point
 from derive.model import Let
 from derive.papers import wang2017
@@ -31,47 +31,47 @@ VERTICAL = "vertical support force is weight and rate of momentum"
 
 
 @pytest.fixture(scope="module")
-def printed() -> Trial:
-    return Trial(wang2017.SIDE, wang2017.FRAME, laws.build_dynamics())
+def printed() -> ChainLaws:
+    return ChainLaws(wang2017.SIDE, wang2017.FRAME, laws.build_dynamics())
 
 
 @pytest.fixture(scope="module")
-def repaired(printed: Trial) -> Trial:
+def repaired(printed: ChainLaws) -> ChainLaws:
     """The chain with every equation exchanged for its derivation where it does not hold."""
     return with_repairs(printed, printed.suspects)
 
 
 @pytest.fixture(scope="module")
-def records(printed: Trial) -> list[Record]:
+def records(printed: ChainLaws) -> list[Record]:
     """What is found of the print."""
     return judge_laws("print", printed)
 
 
-def with_repairs(trial: Trial, numbers: list[str]) -> Trial:
-    side, frame = trial.side, trial.frame
+def with_repairs(chains: ChainLaws, numbers: list[str]) -> ChainLaws:
+    side, frame = chains.side, chains.frame
     for number in numbers:
-        derived = replace(trial.dynamics.claims[side.equations[number].claims], number=number)
+        derived = replace(chains.dynamics.claims[side.equations[number].claims], number=number)
         side, frame = side.replace(number, derived), frame.replace(number, derived)
-    return Trial(side, frame, trial.dynamics)
+    return ChainLaws(side, frame, chains.dynamics)
 
 
-def law(trial: Trial, name: str) -> Law:
-    return next(candidate for candidate in trial.dynamics.laws if candidate.name == name)
+def law(chains: ChainLaws, name: str) -> Law:
+    return next(candidate for candidate in chains.dynamics.laws if candidate.name == name)
 
 
-def test_the_derivation_keeps_every_law_to_rounding(printed: Trial) -> None:
+def test_the_derivation_keeps_every_law_to_rounding(printed: ChainLaws) -> None:
     for law_ in printed.dynamics.laws:
         limit = 1e-10 if law_.over == "largest" else TOLERANCE
         assert printed.violations(law_, [printed.numbers])[0] < limit, law_.name
 
 
-def test_repairing_wrong_equations_restores_every_law(repaired: Trial) -> None:
+def test_repairing_wrong_equations_restores_every_law(repaired: ChainLaws) -> None:
     assert repaired.suspects == []
     assert {record["violation"] for record in judge_laws("repaired", repaired)} == {0.0}
 
 
 def test_broken_laws_need_exactly_their_causes_repaired(
-    printed: Trial, records: list[Record]
+    printed: ChainLaws, records: list[Record]
 ) -> None:
     broken = [r for r in records if r["violation"]]
     assert broken
@@ -89,7 +89,7 @@ def test_broken_laws_need_exactly_their_causes_repaired(
     assert all(r["caused_by"] == [] for r in records if not r["violation"])
 
 
-def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
+def test_no_smaller_set_restores_a_law(printed: ChainLaws) -> None:
     """Counted again with sets of repairs run one by one, over all suspects, those too that a law
     does not ask for.
     """
@@ -104,7 +104,7 @@ def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
         assert printed.broken(mean_law, chosen) is (chosen != causes), chosen
 
 
-def test_batched_repairs_equal_single_repairs(printed: Trial) -> None:
+def test_batched_repairs_equal_single_repairs(printed: ChainLaws) -> None:
     rng = random.Random(1)
     chosen = [
         rng.sample(printed.suspects, rng.randint(0, len(printed.suspects))) for _ in range(12)
@@ -115,7 +115,7 @@ def test_batched_repairs_equal_single_repairs(printed: Trial) -> None:
         assert together == pytest.approx(alone, rel=1e-9, abs=1e-10), law_.name
 
 
-def test_unrelated_repairs_do_not_change_a_law(printed: Trial) -> None:
+def test_unrelated_repairs_do_not_change_a_law(printed: ChainLaws) -> None:
     for law_ in printed.dynamics.laws:
         concerned = printed.concerned(law_)
         unconcerned = [n for n in printed.suspects if n not in concerned]
@@ -128,16 +128,16 @@ def test_unrelated_repairs_do_not_change_a_law(printed: Trial) -> None:
 
 @pytest.mark.long
 def test_elimination_may_find_larger_restoring_sets(
-    printed: Trial, monkeypatch: pytest.MonkeyPatch
+    printed: ChainLaws, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     work_law = law(printed, WORK)
     smallest = printed.causes(work_law)
-    monkeypatch.setattr(trials, "MOST_SETS", 10)
+    monkeypatch.setattr(chain_laws, "MOST_SETS", 10)
     quick = printed.causes(work_law)
     assert (smallest.exhaustive, quick.exhaustive) == (True, False)
     assert all(not printed.broken(work_law, chosen) for chosen in (*smallest.sets, *quick.sets))
     assert len(smallest.sets[0]) < len(quick.sets[0])
-    assert trials._finding("print", printed, work_law)["search"] == "elimination"
+    assert chain_laws._finding("print", printed, work_law)["search"] == "elimination"
 
 
 def printed_cycle() -> tuple[float, float, float]:
@@ -156,7 +156,7 @@ def printed_cycle() -> tuple[float, float, float]:
     )
 
 
-def test_sizes_are_those_of_the_printed_model(printed: Trial) -> None:
+def test_sizes_are_those_of_the_printed_model(printed: ChainLaws) -> None:
     mean, work, loss = printed_cycle()
     weight = 97.8548
     assert mean == pytest.approx(77.2209, abs=1e-4)
@@ -165,7 +165,7 @@ def test_sizes_are_those_of_the_printed_model(printed: Trial) -> None:
     assert printed.size(law(printed, WORK)) == pytest.approx(loss - work, abs=1e-6)
 
 
-def test_extreme_between_sampled_angles_is_computed(printed: Trial) -> None:
+def test_extreme_between_sampled_angles_is_computed(printed: ChainLaws) -> None:
     totals = model.cycle(
         Device(machines.machine("wang2017"), "printed"), np.linspace(0, np.pi, 20001)
     ).totals
@@ -184,12 +184,12 @@ def test_extreme_between_sampled_angles_is_computed(printed: Trial) -> None:
     ],
 )
 def test_planted_error_is_attributed_to_the_equation(
-    repaired: Trial, number: str, name: str
+    repaired: ChainLaws, number: str, name: str
 ) -> None:
     equation = repaired.side.equations[number]
     error = q.m2 * q.g * q.r3 / (1 if number == "14" else q.a1)
     wrong = replace(equation, residual=equation.residual + error)
-    tampered = Trial(
+    tampered = ChainLaws(
         repaired.side.replace(number, wrong),
         repaired.frame.replace(number, wrong),
         repaired.dynamics,
@@ -198,16 +198,16 @@ def test_planted_error_is_attributed_to_the_equation(
     assert tampered.causes(law(tampered, name)) == Causes([(number,)])
 
 
-def test_pulling_tooth_is_attributed_to_the_normal_force(repaired: Trial) -> None:
+def test_pulling_tooth_is_attributed_to_the_normal_force(repaired: ChainLaws) -> None:
     equation = repaired.side.equations["NP"]
     wrong = replace(equation, residual=equation.residual + 2 * (q.F_NP - equation.residual))
-    tampered = Trial(repaired.side.replace("NP", wrong), repaired.frame, repaired.dynamics)
+    tampered = ChainLaws(repaired.side.replace("NP", wrong), repaired.frame, repaired.dynamics)
     for name in ("teeth at P only push", "tooth force at P has its moment"):
         assert tampered.causes(law(tampered, name)) == Causes([("NP",)])
 
 
 @pytest.mark.parametrize("tag", "PQ")
-def test_repair_breaks_no_satisfied_law(printed: Trial, tag: str) -> None:
+def test_repair_breaks_no_satisfied_law(printed: ChainLaws, tag: str) -> None:
     """With the normal force alone the teeth push, but with the wrong flank's moment."""
     push, moment = (
         law(printed, f"teeth at {tag} only push"),
@@ -229,7 +229,7 @@ def test_shares_add_up_to_the_violation_and_are_sorted(records: list[Record]) ->
         )
 
 
-def test_shares_of_two_equations_by_hand(printed: Trial) -> None:
+def test_shares_of_two_equations_by_hand(printed: ChainLaws) -> None:
     slow_law = law(printed, "support force tends to the weight as the speed goes to zero")
     sizes = [
         printed._sizes(slow_law, [frozenset(some)])[0]
@@ -246,16 +246,16 @@ def test_every_search_of_the_record_was_exhaustive(records: list[Record]) -> Non
     assert {record["search"] for record in records} == {"exhaustive"}
 
 
-def test_derivation_violating_a_law_is_refused(printed: Trial) -> None:
+def test_derivation_violating_a_law_is_refused(printed: ChainLaws) -> None:
     claim = printed.side.equations["13"].claims
     derived = printed.dynamics.claims[claim]
     broken = replace(derived, residual=derived.residual + q.m2 * q.g)
     spoiled = replace(printed.dynamics, claims={**printed.dynamics.claims, claim: broken})
     with pytest.raises(LawError, match="with all repaired"):
-        Trial(printed.side, printed.frame, spoiled).causes(law(printed, VERTICAL))
+        ChainLaws(printed.side, printed.frame, spoiled).causes(law(printed, VERTICAL))
 
 
-def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
+def test_the_slow_motion_is_the_motion_at_low_speed(printed: ChainLaws) -> None:
     motion, slow = laws.BuiltInMotion(), printed.dynamics.cycles["slow"]
     slow_values = {s: values[0] for s, values in slow.sides[0].items()}
     point = Point({s: mpmath.mpf(float(v)) for s, v in slow_values.items()})
@@ -265,5 +265,5 @@ def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
         ), step.symbol
 
 
-def test_the_weights_integrate_over_a_turn(printed: Trial) -> None:
+def test_the_weights_integrate_over_a_turn(printed: ChainLaws) -> None:
     assert printed.dynamics.cycles["reference"].weights.sum() == pytest.approx(2 * np.pi, abs=1e-14)

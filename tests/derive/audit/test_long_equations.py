@@ -14,7 +14,7 @@ from derive import Mechanism, quantities
 from derive.audit.case import Case
 from derive.audit.judge import MOST_OPERATIONS, Judgement, judge_equation
 from derive.audit.paper import Paper
-from derive.equations import Claimed, Equation, Unclaimed, derived_equation
+from derive.equations import UNCLAIMED, Claimed, Equation, derived_equation
 from derive.systems.user_mechanism.trial import trial
 from tests.support.made_up import MadeUpClaim
 
@@ -71,7 +71,7 @@ def write_balance() -> Expr:
 
 def judge(printed: Expr, derived: Expr | None = None) -> Judgement:
     case = build_chain()
-    claim: Claimed = Unclaimed.HOLDS if derived is None else MadeUpClaim.SUM
+    claim: Claimed = UNCLAIMED if derived is None else MadeUpClaim.SUM
     meant = None if derived is None else derived_equation(claim, derived)
     return judge_equation(Equation("1", printed, "test", claim), meant, case.points, case.words)
 

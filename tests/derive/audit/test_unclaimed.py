@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from derive.audit.judge import Judgement, judge_by_values, judge_equation
-from derive.equations import Equation, Unclaimed
+from derive.equations import UNCLAIMED, Equation
 from derive.evaluate import Point
 from tests.support.made_up import WORDS, a, b, c, quantity, u, v, values
 
@@ -32,7 +32,7 @@ def points() -> list[Point]:
 
 def judged(residual: sp.Expr, defines: bool = False) -> Judgement:
     symbol = FORCE if defines else None
-    printed = Equation("1", FORCE - residual, "test", Unclaimed.HOLDS, defines=symbol)
+    printed = Equation("1", FORCE - residual, "test", UNCLAIMED, defines=symbol)
     return judge_equation(printed, None, points(), [*WORDS, FORCE])
 
 
@@ -99,9 +99,9 @@ def test_edit_to_a_tautology_is_no_correction() -> None:
 
 def test_equation_without_value_is_untested() -> None:
     nowhere = quantity("test_nowhere")
-    printed = Equation("1", FORCE - nowhere, "test", Unclaimed.HOLDS)
+    printed = Equation("1", FORCE - nowhere, "test", UNCLAIMED)
     assert judge_by_values(printed, tuple(points()), WORDS).finding.startswith(
         "test_nowhere has no value"
     )
-    condition = Equation("1", FORCE - a, "test", Unclaimed.HOLDS, relation="<")
+    condition = Equation("1", FORCE - a, "test", UNCLAIMED, relation="<")
     assert judge_by_values(condition, tuple(points()), WORDS).verdict == "untested"

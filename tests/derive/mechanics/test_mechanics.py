@@ -192,10 +192,7 @@ def solved(device: Mechanism, extra: tuple[Quantity, ...] = ()) -> dict[str, sp.
 
 
 POINT = {
-    s: sp.Rational(2 * i + 3, 7 * i + 11)
-    for i, s in enumerate(
-        sorted({v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE), key=str)
-    )
+    s: sp.Rational(2 * i + 3, 7 * i + 11) for i, s in enumerate(sorted(q.TABLE.values(), key=str))
 }
 
 

@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from derive import Mechanism, Paper, quantities
-from derive.audit.trial import Trial, judge_laws
+from derive.audit.laws import ChainLaws, judge_laws
 
 q = quantities("""
     phi | rad   | crank
@@ -74,7 +74,7 @@ def laws(**changed: str) -> dict[str, dict[str, object]]:
     assert dynamics is not None
     return {
         f"{law['law']}, {law['unit']}": law
-        for law in judge_laws("press2026", Trial(*case.chains, dynamics))
+        for law in judge_laws("press2026", ChainLaws(*case.chains, dynamics))
     }
 
 

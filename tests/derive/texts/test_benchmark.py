@@ -23,9 +23,9 @@ from derive.texts.benchmark import (
     run_benchmark,
     score_answers,
 )
+from derive.texts.changes import SLIPS
 from derive.texts.monomials import MonomialSearch
 from derive.texts.names import PointNames
-from derive.texts.slips import SLIPS
 from tests.support import own
 
 TEXT = r"""\begin{align}

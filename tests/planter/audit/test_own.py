@@ -253,7 +253,7 @@ def test_other_paper_is_not_confused(folder: Path) -> None:
     [
         (
             ('loop("By")', 'loop("Bq")'),
-            "invented2026 (2): nothing here states ClaimOf 'the loop Bq closes'; near it",
+            "invented2026 (2): nothing here states 'the loop Bq closes'; near it",
         ),
         (("q.e - q.r", "q.ee - q.r"), "line 20: AttributeError: there is no quantity ee"),
     ],

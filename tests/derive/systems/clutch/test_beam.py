@@ -160,6 +160,6 @@ def test_paper_without_initial_conditions_is_refused(number: str) -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != number}
     with pytest.raises(
         ClaimError,
-        match=f"nothing here states ClutchClaim '{shi2021.PAPER.equations[number].claims}'",
+        match=f"nothing here states '{shi2021.PAPER.equations[number].claims}'",
     ):
         beam.build_printed_beam(equations)

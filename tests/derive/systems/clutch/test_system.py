@@ -1,6 +1,4 @@
-"""What is emitted of the clutch: the derivation's and the paper's own equations, each function in
-every target.
-"""
+"""What is emitted of the clutch: the derivation's and the paper's own equations."""
 
 from __future__ import annotations
 
@@ -16,24 +14,20 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.chain import ChainError
 from derive.emit.text import list_functions
-from derive.equations import Claim, ClaimError, Equation
-from derive.model import ClosedForm, Let, System, list_expressions
+from derive.equations import ClaimError, Equation
+from derive.model import ClosedForm, Let, System
 from derive.papers import shi2021
-from derive.quantity import Quantity, Vector, dimension, of_unit
-from derive.systems.clutch import geometry, rotor
+from derive.quantity import Vector
+from derive.systems.clutch import geometry
 from derive.systems.clutch import model as clutch_model
 from derive.systems.clutch import quantities as q
 from derive.systems.clutch import subject as claims
-from derive.systems.clutch.quantities import ClutchClaim
-from planter.kernels import generated
 from planter.kernels.formulas import load
-from tests.support import xp_complex, xp_mpmath
+from tests.support import xp_mpmath
 from tests.support.late import LateDict
 from tests.support.made_up import MadeUpClaim
 
-NAMES = ("clutch_exact", "clutch_printed", "clutch_rotor")
 MODELS = LateDict(
     lambda: {
         model.name: model
@@ -42,19 +36,12 @@ MODELS = LateDict(
             clutch_model.build_printed_clutch(
                 shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING
             ),
-            rotor.build_rotor_system(),
         )
     }
 )
-FORMS = [(name, form) for name in NAMES for form in generated.sidecar(name)["functions"]]
-XP = SimpleNamespace(**{**vars(xp_complex), "arccos": np.arccos, "arcsin": np.arcsin})
 START: dict[str, Any] = {
     "a": 0.017,
     "theta": 1.3,
-    "flats": 0.02,
-    "r": 0.0048,
-    "b1": 0.0107,
-    "b2": 0.011,
     "phi": 0.3,
     "mu": 0.15,
     "F1": 60.0,
@@ -62,32 +49,16 @@ START: dict[str, Any] = {
     "c": 0.0042,
     "R2": 0.013,
     "d": 0.01,
-    "alpha": 0.3,
+    "alpha": 0.5,
     "k": 0.35,
     "gamma": 1.45,
     "r_A": 0.014,
     "m": 0.002,
-    "wall": 0.001,
-    "shift": 0.002,
-    "span": 0.06,
-    "theta_Amax": 0.29,
     "l_AB": 0.015,
     "l_BC": 0.0471,
     "l_AC": 0.04,
-    "rotation": 1.5,
-    "spread": 1.05,
-    "polar_A": 0.0,
-    "polar_B": 1.26,
-    "polar_C": 3.77,
-    "circumradius": 0.0158,
-    "width": 0.03,
-    "apothem": 0.015,
-    "vertices": 5.0,
-    "sides": 6.0,
-    "psi": 0.41,
-    "order": 3.0,
 }
-"""A value for every input."""
+"""A value for every input of the printed forms."""
 
 
 def form_of(name: str, form: str) -> ClosedForm:
@@ -103,57 +74,6 @@ def inputs(form: ClosedForm, values: dict[str, Any]) -> dict[str, Any]:
 
 def array(name: str, form: str, xp: Any, arguments: dict[str, Any]) -> tuple[Any, ...]:
     return getattr(importlib.import_module(f"generated.array.{name}"), form)(xp, **arguments)
-
-
-def test_every_function_is_tried() -> None:
-    assert [
-        (name, form.name) for name, model in MODELS.items() for form in model.closed_forms
-    ] == FORMS
-
-
-@pytest.mark.parametrize(("name", "form"), FORMS)
-def test_casadi_and_arrays_agree(name: str, form: str) -> None:
-    arguments = inputs(form_of(name, form), START)
-    results = load(name).at(form, **arguments)
-    assert list(results) == [s.name for s in form_of(name, form).outputs]
-    assert list(results.values()) == pytest.approx(
-        [float(v) for v in array(name, form, np, arguments)], rel=1e-12, abs=1e-15
-    )
-
-
-@pytest.mark.parametrize(("name", "form"), FORMS)
-def test_casadi_differentiates_as_complex_steps_do(name: str, form: str) -> None:
-    import casadi as ca
-
-    from planter.kernels import Kernel
-
-    arguments, function = inputs(form_of(name, form), START), load(name).function(form)
-    flat = [
-        (key, i)
-        for key, value in arguments.items()
-        for i in range(len(value) if isinstance(value, list) else 1)
-    ]
-    symbols = [
-        ca.SX.sym(key, len(value) if isinstance(value, list) else 1)
-        for key, value in arguments.items()
-    ]
-    slopes = ca.densify(ca.jacobian(function(*symbols), ca.vertcat(*symbols)))
-    results = Kernel(ca.Function("slopes", symbols, [slopes], list(arguments), ["slopes"]))(
-        **arguments
-    )["slopes"]
-    for column, (key, i) in enumerate(flat):
-        stepped = {
-            k: [np.complex128(x) for x in v] if isinstance(v, list) else np.complex128(v)
-            for k, v in arguments.items()
-        }
-        if isinstance(stepped[key], list):
-            stepped[key][i] += xp_complex.STEP * 1j
-        else:
-            stepped[key] += xp_complex.STEP * 1j
-        step = [np.imag(v) / xp_complex.STEP for v in array(name, form, XP, stepped)]
-        assert results[:, column] == pytest.approx(
-            np.array(step, dtype=float), rel=1e-9, abs=1e-12
-        ), key
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -179,9 +99,8 @@ def test_exact_forms_are_the_derived_claims_to_forty_digits(form: str, seed: int
 
 @pytest.mark.parametrize("form", ["polygon", "path", "travel", "taper", "gears", "limit"])
 def test_printed_forms_satisfy_only_printed_equations(form: str) -> None:
-    arguments = START | {"alpha": 0.5}
-    results = arguments | load("clutch_printed").at(
-        form, **inputs(form_of("clutch_printed", form), arguments)
+    results = START | load("clutch_printed").at(
+        form, **inputs(form_of("clutch_printed", form), START)
     )
     sources = {step.source for step in form_of("clutch_printed", form).steps}
     equations = [
@@ -196,16 +115,6 @@ def test_printed_forms_satisfy_only_printed_equations(form: str) -> None:
             *(results[s.name] for s in symbols)
         )
         assert abs(residual) < 1e-14, equation.number
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_symbols_have_meanings_and_steps_dimensions(name: str) -> None:
-    for form in MODELS[name].closed_forms:
-        for step in form.steps:
-            assert isinstance(step.symbol, Quantity)
-            assert all(isinstance(s, Quantity) for s in step.needs), (form.name, step.symbol)
-            (expr,) = list_expressions(step)
-            assert dimension(expr) in (None, of_unit(step.symbol.unit)), (form.name, step.symbol)
 
 
 def test_a_misprint_changes_the_printed_model_alone() -> None:
@@ -227,7 +136,7 @@ def test_a_misprint_changes_the_printed_model_alone() -> None:
 
 def test_missing_equation_gives_no_output() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
-    lacking = shi2021.LACKING | {ClutchClaim.PATH_Y}
+    lacking = shi2021.LACKING | {"path of C, y"}
     printed = clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, lacking)
     path = next(s for s in printed.closed_forms if s.name == "path")
     assert [s.name for s in path.outputs] == ["R", "A1", "A2", "beta", "x_C", "x_A", "e_3"]
@@ -237,13 +146,11 @@ def test_undeclared_missing_equation_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
     with pytest.raises(
         ClaimError,
-        match=r"nothing here states ClutchClaim 'path of C, y'; near it: .*'path of C, x'",
+        match=r"nothing here states 'path of C, y'; near it: .*'path of C, x'",
     ):
         clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
     for claim in shi2021.LACKING:
-        with pytest.raises(
-            ClaimError, match=re.escape(f"nothing here states ClutchClaim '{claim}'")
-        ):
+        with pytest.raises(ClaimError, match=re.escape(f"nothing here states '{claim}'")):
             clutch_model.build_printed_clutch(
                 shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim}
             )
@@ -252,19 +159,19 @@ def test_undeclared_missing_equation_is_refused() -> None:
 def test_present_equation_declared_missing_is_refused() -> None:
     with pytest.raises(ClaimError, match="said to be lacking, but stated: 'path of C, y'"):
         clutch_model.build_printed_clutch(
-            shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.PATH_Y}
+            shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING | {"path of C, y"}
         )
 
 
 @pytest.mark.parametrize(
     ("claim", "sentence"),
     [
-        (MadeUpClaim.NOWHERE, "nothing here states MadeUpClaim 'made-up sum that nothing derives'"),
-        (ClutchClaim.PATH_X, r"shi2021 \(2a\) and shi2021 \(2b\) claim the same: path of C, x"),
-        (ClutchClaim.FOCUS_X, "said to be lacking, but stated: 'focus of the ellipse, x'"),
+        (MadeUpClaim.NOWHERE, "nothing here states 'made-up sum that nothing derives'"),
+        ("path of C, x", r"shi2021 \(2a\) and shi2021 \(2b\) claim the same: path of C, x"),
+        ("focus of the ellipse, x", "said to be lacking, but stated: 'focus of the ellipse, x'"),
     ],
 )
-def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> None:
+def test_a_wrong_claim_of_the_paper_is_refused(claim: str, sentence: str) -> None:
     equations = {
         **shi2021.PAPER.equations,
         "2b": replace(shi2021.PAPER.equations["2b"], claims=claim),
@@ -273,27 +180,12 @@ def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> N
         clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
 
 
-def test_a_wrong_claim_in_an_order_is_refused() -> None:
-    with pytest.raises(ClaimError, match="nothing here states MadeUpClaim 'made-up sum'"):
-        claims.derive_formulas().steps((MadeUpClaim.SUM, q.R))
-
-
 def test_undecidable_inequality_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "4b"}
     with pytest.raises(ValueError, match="margin_travel needs c_min, which nothing gives"):
         clutch_model.build_printed_clutch(
-            equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL}
+            equations, shi2021.COMPLETION, shi2021.LACKING | {"least travel of the sleeve"}
         )
-
-
-def test_function_without_inputs_is_refused() -> None:
-    with pytest.raises(ValueError, match="bad: b needs a, which nothing gives"):
-        ClosedForm("bad", (q.theta,), (Let(q.b, 2 * q.a, "here"),), Vector("bad", (q.b,)))
-
-
-def test_unsolvable_order_is_refused() -> None:
-    with pytest.raises(ChainError, match="not linear in phi"):
-        claims.derive_formulas().steps((ClutchClaim.LEAST_TRAVEL, q.phi))
 
 
 def test_functions_contain_only_needed_steps() -> None:
@@ -304,7 +196,7 @@ def test_functions_contain_only_needed_steps() -> None:
 
 
 def test_the_largest_overlap_is_the_largest_of_the_claim() -> None:
-    claim = claims.derive_formulas().equations[ClutchClaim.THIRD_OVERLAP]
+    claim = claims.derive_formulas().equations["overlap with the third pair of sides"]
     overlap = sp.lambdify(q.theta, (q.e_3 - claim.residual).subs(q.R, 1), "numpy")
     sampled = np.abs(
         [float(overlap(t)) for t in np.linspace(11 * np.pi / 30, np.pi / 2, 2001)]

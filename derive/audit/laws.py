@@ -150,7 +150,7 @@ class Share:
 
 
 @dataclass
-class Trial:
+class ChainLaws:
     """A printed chain (one side, then what all sides share) held to the laws of a machine."""
 
     side: Chain
@@ -418,11 +418,11 @@ def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
     return joined.from_iterable(combinations(numbers, size) for size in range(len(numbers) + 1))
 
 
-def judge_laws(paper: str, trial: Trial) -> list[dict[str, Any]]:
+def judge_laws(paper: str, chains: ChainLaws) -> list[dict[str, Any]]:
     """A record for every law: by how much the chain breaks it, and the smallest repair of what is
     printed.
     """
-    return [_attempted(paper, trial, law) for law in trial.dynamics.laws]
+    return [_attempted(paper, chains, law) for law in chains.dynamics.laws]
 
 
 def record_untried_law(paper: str, law: str, unit: str, error: Exception) -> dict[str, Any]:
@@ -434,39 +434,39 @@ def record_untried_law(paper: str, law: str, unit: str, error: Exception) -> dic
     return {**record, **empty, "owed": explain_unjudged(error).finding}
 
 
-def _attempted(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
+def _attempted(paper: str, chains: ChainLaws, law: Law) -> dict[str, Any]:
     try:
-        return _finding(paper, trial, law)
+        return _finding(paper, chains, law)
     except LawError:
         raise
     except Exception as error:  # a law that cannot be tried says nothing of the others
         return record_untried_law(paper, law.name, law.unit, error)
 
 
-def violation(trial: Trial, law: Law) -> float:
+def violation(chains: ChainLaws, law: Law) -> float:
     """Return by how much the chain breaks a law, in four digits; zero where that is rounding."""
-    return float(f"{trial.size(law):.{DIGITS - 1}e}") if trial.broken(law) else 0.0
+    return float(f"{chains.size(law):.{DIGITS - 1}e}") if chains.broken(law) else 0.0
 
 
-def attempted_violation(trial: Trial, law: Law) -> float | None:
+def attempted_violation(chains: ChainLaws, law: Law) -> float | None:
     """Return by how much the chain breaks a law, None where it cannot be executed."""
     try:
-        return violation(trial, law)
+        return violation(chains, law)
     except Exception:  # a law that cannot be tried says nothing of the others
         return None
 
 
-def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
-    causes = trial.causes(law) if trial.broken(law) else Causes([])
+def _finding(paper: str, chains: ChainLaws, law: Law) -> dict[str, Any]:
+    causes = chains.causes(law) if chains.broken(law) else Causes([])
     return {
         "paper": paper,
         "law": law.name,
-        "violation": violation(trial, law),
+        "violation": violation(chains, law),
         "unit": law.unit,
         "caused_by": list(causes.sets[0]) if causes.sets else [],
         "or_by": [list(chosen) for chosen in causes.sets[1:]],
         "search": "exhaustive" if causes.exhaustive else "elimination",
-        "shares": [_rounded(share, law) for share in trial.shares(law, causes.sets[0])]
+        "shares": [_rounded(share, law) for share in chains.shares(law, causes.sets[0])]
         if causes.sets
         else [],
     }

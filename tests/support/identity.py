@@ -16,13 +16,13 @@ from typing import Any
 import sympy as sp
 from sympy import Expr
 
-from ..evaluate import Point
-from ..quantity import Quantity
-from .case import Case
-from .comparison import Comparison, solve_for
-from .judge import FAULTS
-from .replay import Parse, list_corrected
-from .terms import Points
+from derive.audit.case import Case
+from derive.audit.comparison import Comparison, solve_for
+from derive.audit.judge import FAULTS
+from derive.audit.terms import Points
+from derive.evaluate import Point
+from derive.quantity import Quantity
+from tests.support.replay import Parse, list_corrected
 
 SOUND = ("confirmed", "confirmed as rebuilt")
 RELATION_EDIT = re.compile("[<>]=? for [<>]=?")
