@@ -94,6 +94,11 @@ class Axis(FileSection):
         numbers = self._numbers
         return float(numbers.min()), float(numbers.max())
 
+    def list_values(self, numbers: Array) -> list[Any]:
+        """Return the values of numbers (n,), texts by their indices."""
+        texts = self.texts
+        return numbers.tolist() if texts is None else [texts[int(index)] for index in numbers]
+
     @property
     def _numbers(self) -> Array:
         """The values: of texts their indices in the list, of a range its steps or its two ends."""
@@ -140,19 +145,15 @@ def to_axis_table(entry: Any) -> Any:
     )
 
 
-class Points(Protocol):
-    """A number of `rows` points."""
+class Coordinate(Protocol):
+    """What a share of the unit interval is scaled to."""
 
-    rows: int
-
-    def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
-        inputs.
-        """
+    def from_unit(self, shares: Array) -> Array:
+        """Return the numbers at shares (n,) in [0, 1)."""
 
 
 class Grid:
-    """All combinations of the values of all axes; the last axis changes fastest."""
+    """All combinations of the values of all axes, `rows` points; the last axis changes fastest."""
 
     def __init__(self, axes: Sequence[Axis]) -> None:
         self.axes = axes
@@ -168,27 +169,34 @@ class Grid:
 
 
 class UnitCubePoints:
-    """Points of the unit cube, scaled to the axes."""
+    """A number of `rows` points: random ones of the unit cube, scaled to the axes; each chunk has a
+    separate seed.
+    """
 
-    def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
+    def __init__(self, axes: Sequence[Coordinate], rows: int, seed: int) -> None:
         self.axes, self.rows, self.seed = axes, rows, seed
 
     def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop`, (stop - start, n)."""
-        cube = self.cube(start, stop)
+        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
+        axes.
+        """
+        return self.scale(self.cube(start, stop))
+
+    def scale(self, cube: Array) -> Array:
+        """Return points (m, n) of the unit cube as values on the axes."""
         return np.column_stack(
             [axis.from_unit(shares) for axis, shares in zip(self.axes, cube.T, strict=True)]
         )
 
     def cube(self, start: int, stop: int) -> Array:
         """Return the points from `start` to `stop` in [0, 1), (stop - start, n)."""
-        raise NotImplementedError
+        return chunk_generator(self.seed, start).random((stop - start, len(self.axes)))
 
 
 class Sobol(UnitCubePoints):
     """Points of one scrambled Sobol' sequence through all chunks."""
 
-    def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
+    def __init__(self, axes: Sequence[Coordinate], rows: int, seed: int) -> None:
         super().__init__(axes, rows, seed)
         self._sequence = SobolSequence(len(axes), seed)
 
@@ -235,6 +243,7 @@ def chunk_generator(seed: int, start: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(start // CHUNK,)))
 
 
+Points = Grid | UnitCubePoints
 MOST_ROWS = 100_000_000
 
 

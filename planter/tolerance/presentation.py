@@ -416,7 +416,7 @@ def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
 
 
 def _name_cycles(analysis: ToleranceAnalysis) -> list[str]:
-    adapter = analysis.case.adapter
+    adapter = analysis.case.resolved.adapter
     return [
         *(f"turn-{key}" for key in adapter.curves),
         *(f"path-{x}-{y}" for x, y in adapter.paths),
@@ -428,14 +428,15 @@ def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
     yield "outputs", draw_distributions(result.outputs, analysis.rows, _list_meanings(analysis))
     if result.sobol:
         yield "indices", draw_indices(result.sobol, _list_meanings(analysis))
-    keys = [*case.adapter.curves, *(key for pair in case.adapter.paths for key in pair)]
+    adapter = case.resolved.adapter
+    keys = [*adapter.curves, *(key for pair in adapter.paths for key in pair)]
     if not keys:
         return
     points = RandomPoints(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
     subject = case.subject
     cycles, nominal = subject.curves(keys, points), subject.curves(keys, case.centre[None])
-    for key in case.adapter.curves:
+    for key in adapter.curves:
         yield f"turn-{key}", draw_cycle(cycles["phi_deg"], key, cycles[key], nominal[key][0])
-    for x, y in case.adapter.paths:
+    for x, y in adapter.paths:
         nominal_path = nominal[x][0], nominal[y][0]
         yield f"path-{x}-{y}", draw_path((x, y), (cycles[x], cycles[y]), nominal_path)

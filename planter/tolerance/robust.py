@@ -17,18 +17,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
+import scipy.optimize
 
 from planter.engine.machine import Machine
 from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import LastCallCache
+from planter.numerics.latin_hypercube import draw_latin_hypercube
+from planter.numerics.statistics import Statistic
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
-from planter.optimise.variance import Variance
 from planter.progress import Listener, ProgressPhase
 from planter.sweeps.plan import SobolSequence
 from planter.tolerance.job import Spread
@@ -75,8 +76,7 @@ class Settings:
         return self.sum_text is not None or bool(self.holds or self.ranges)
 
 
-@dataclass(frozen=True)
-class Moments:
+class Moments(NamedTuple):
     """Mean and standard deviation of the objective over the machines, and their gradients (p,) in
     the design [1/SI].
     """
@@ -110,14 +110,15 @@ class RobustGoal:
         fixed = [path for path in spreads if path not in moved]
         self.outputs = SampledOutputs(machine, [*moved, *fixed], [OBJECTIVE], samples)
         self._rest = self.outputs.machine.design[len(moved) :]
-        samples_by_path = sample_inputs(spreads, settings)
         self.deviations = np.zeros((settings.machines, len(moved) + len(fixed)))
-        for column, path in enumerate([*moved, *fixed]):
-            if path in samples_by_path:
-                centre = spreads[path].centre if path in moved else 0.0
-                self.deviations[:, column] = (
-                    samples_by_path[path] - centre
-                ) * self.outputs.machine.scale[column]
+        # the machines are those of a Sobol' sequence, in the order of the tolerances
+        cube = np.empty((settings.machines, 0))
+        if spreads:
+            cube = SobolSequence(len(spreads), settings.seed)(0, settings.machines)
+        for shares, (path, spread) in zip(cube.T, spreads.items(), strict=True):
+            column = [*moved, *fixed].index(path)
+            deviations = spread.from_unit(shares) - (spread.centre if path in moved else 0.0)
+            self.deviations[:, column] = deviations * self.outputs.machine.scale[column]
         self.at = LastCallCache(self._moments)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
@@ -152,11 +153,10 @@ class RobustGoal:
 
     def _moments(self, x: Array) -> Moments:
         values, slopes = self.evaluate(x)
-        variance = Variance(values)
-        std = float(np.sqrt(variance.value))
-        has_slope = std > ROUNDING * abs(variance.mean)
-        std_slope = variance.gradient(slopes) / (2 * std) if has_slope else np.zeros(len(x))
-        return Moments(variance.mean, std, slopes.mean(axis=0), std_slope)
+        mean, std = float(values.mean()), Statistic("std", values)
+        has_slope = std.value > ROUNDING * abs(mean)
+        std_slope = std.gradient(slopes) if has_slope else np.zeros(len(x))
+        return Moments(mean, std.value, slopes.mean(axis=0), std_slope)
 
     def value(self, x: Array, sigmas: float | None) -> tuple[float, Array]:
         """Return mean plus `sigmas` standard deviations at x, or the nominal objective, with
@@ -173,19 +173,6 @@ class RobustGoal:
         return Scored(
             self.to_display(x), self.nominal(x)[0], at.mean, at.std, at.mean + sigmas * at.std
         )
-
-
-def sample_inputs(spreads: Mapping[str, Spread], settings: Settings) -> dict[str, Array]:
-    """Return values (m,) of each input: points of a Sobol' sequence, scaled to the
-    distributions.
-    """
-    if not spreads:
-        return {}
-    cube = SobolSequence(len(spreads), settings.seed)(0, settings.machines)
-    return {
-        name: spread.quantiles(shares)
-        for (name, spread), shares in zip(spreads.items(), cube.T, strict=True)
-    }
 
 
 def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | None) -> RobustFound:
@@ -241,10 +228,7 @@ class _Search:
     def random_starts(self, settings: Settings) -> Array:
         """Return random initial points, (n, p)."""
         generator = np.random.default_rng(settings.seed)
-        cube: Array = scipy.stats.qmc.LatinHypercube(len(self.initial), rng=generator).random(
-            settings.starts
-        )
-        return cube
+        return draw_latin_hypercube(settings.starts, len(self.initial), generator)
 
     def value(self, u: Array, sigmas: float | None) -> tuple[float, Array]:
         """Return the objective at a point, and its gradient (p,) in the shares."""
