@@ -343,39 +343,20 @@ def _list_tightening(result: ToleranceFound, count: int) -> Iterator[Section]:
 
 
 def _describe_robust(result: RobustFound) -> Iterator[Block]:
-    designs = (result.own, result.best_nominal, result.best_robust)
-    head = ("", "own design", "nominal optimum", "robust optimum")
-    attributes = {
-        "without tolerances": "nominal",
-        "mean": "mean",
-        "standard deviation": "std",
-        f"mean + {result.sigmas:g} std": "robust",
-    }
-    rows = [
-        (name, *(getattr(scored, key) for scored in designs)) for name, key in attributes.items()
-    ]
-    yield Table(
-        head,
-        rows,
-        f"Objective over {result.machines} machines, {result.samples} samples of a cycle",
-    )
-    yield Table(
-        head,
-        [
-            (format_label(name), *(scored.design[name] for scored in designs))
-            for name in result.design
-        ],
-        "Design",
-    )
-    yield Text(
-        f"The robust optimum has the smallest mean plus {result.sigmas:g} standard deviations "
-        f"within the bounds "
-        "of the file.",
-        "note",
-    )
+    total = f"mean + {result.sigmas:g} std"
     yield Keys(
-        {"starts": result.starts, "relative projected slope at the optimum": result.residual}
+        {
+            total: result.objective,
+            "mean": result.mean,
+            "standard deviation": result.std,
+            f"{total} of the file's design": result.own_objective,
+            "machines": result.machines,
+            "samples of a cycle": result.samples,
+            "starts": result.starts,
+        }
     )
+    rows = [(format_label(name), value) for name, value in result.design.items()]
+    yield Table(("", "robust optimum"), rows, "Design")
 
 
 def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
