@@ -50,7 +50,6 @@ from planter.measured.effects import (
     SensorEffect,
     SpeedHarmonics,
     ZeroDrift,
-    rank_effect,
 )
 from planter.measured.findings import EffectParameter, Explanation, ExplanationFound, LackOfFitTest
 from planter.measured.fit import MOST_POINTS, Fit, fit_curve
@@ -254,13 +253,12 @@ def describe_effects(machine: Machine, effects: Sequence[SensorEffect]) -> str:
     named = {quantity.key: name_quantity(quantity) for quantity in machine.results}
     words = []
     for effect in effects:
-        match effect:
-            case LeakedForce(key):
-                words.append(f"share of {named[key]}")
-            case LeakedTorque(key):
-                words.append(f"{named[key]} at a lever")
-            case _:
-                words.append(effect.name)
+        if isinstance(effect, LeakedForce):
+            words.append(f"share of {named[effect.key]}")
+        elif isinstance(effect, LeakedTorque):
+            words.append(f"{named[effect.key]} at a lever")
+        else:
+            words.append(effect.name)
     return " + ".join(words)
 
 
@@ -338,7 +336,7 @@ def _pair_effects(fits: Sequence[ExplainedFit]) -> list[tuple[SensorEffect, ...]
     added = [
         effect for (effect,) in (each.effects for each in fits) if type(effect) is not type(best)
     ]
-    return [tuple(sorted((best, effect), key=rank_effect)) for effect in added]
+    return [tuple(sorted((best, effect), key=lambda each: each.rank)) for effect in added]
 
 
 def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
