@@ -161,7 +161,6 @@ def calibrate(
                 *notes,
             ],
             warnings=_warnings(first),
-            left_out=int((~measured.used).sum()),
             noise=first.noise,
             target=_spread(float(values.std()), len(values), unit),
             reached=_spread(first.rms, len(values), unit),
@@ -173,7 +172,6 @@ def calibrate(
             other_model=_spread(other_fits[0].rms, len(values), unit) if other_fits else None,
             reading=measured.reading,
             prediction=None if check is None else _predict(check, columns, fits, quantities),
-            noise_N=first.noise.std if unit == FORCE else None,
         ),
     )
 
@@ -203,11 +201,11 @@ def rebuild_machine(
 
 
 def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
-    curve, is_force = fit.curve, fit.curve.unit == FORCE
+    curve = fit.curve
     first = fit.residuals[curve.channels[0]]
     worst, correlation = int(np.argmax(np.abs(first))), fit.correlation()
-    largest = float(first[worst])
-    ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * _range_of(measured) + TINIEST_NOISE)
+    span = float(np.ptp(measured.values[measured.used]))
+    ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * span + TINIEST_NOISE)
     rho, is_white = assess_whiteness(curve, fit.residuals)
     lack = assess_lack_of_fit(curve, fit.residuals, curve(fit.values)[1])
     noises = [describe_noise(*each) for each in zip(curve.noises, curve.units, strict=True)]
@@ -216,7 +214,7 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
         outcome=judge_fit(fit, lack),
         rms=fit.rms,
         rms_of_noise=ratio,
-        largest_residual=largest,
+        largest_residual=float(first[worst]),
         largest_residual_deg=float(np.degrees(curve.phi[worst] % (2 * np.pi))),
         autocorrelation=rho,
         white=is_white,
@@ -232,13 +230,8 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
             for key, unit, points, rms, noise in described
         ],
         active_bounds=describe_active_bounds(fit),
-        rms_N=fit.rms if is_force else None,
-        largest_residual_N=largest if is_force else None,
+        rms_N=fit.rms if curve.unit == FORCE else None,
     )
-
-
-def _range_of(measured: Measurement) -> float:
-    return float(np.ptp(measured.values[measured.used]))
 
 
 def describe_noise(noise: ChannelNoise, unit: str) -> Noise:
@@ -298,21 +291,14 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
             if curve.is_cyclic:
                 ends = -moved, curve.period - moved
                 start[i] = np.mod(start[i], curve.period) - moved
-        display = [float((value + moved) / factor) for value in (fit.values[i], *ends, low, high)]
-        value, display_lower, display_upper, low95, high95 = display
+        all_values = (fit.values[i], *ends, start[i], low, high)
+        value, lowest, highest, begin, *interval = (
+            float((each + moved) / factor) for each in all_values
+        )
+        unit = find_unit(curve, name)
         inputs.append(
             FittedInput(
-                name=name,
-                value=value,
-                unit=find_unit(curve, name),
-                lower=display_lower,
-                upper=display_upper,
-                start=float((start[i] + moved) / factor),
-                low95=low95,
-                high95=high95,
-                interval=[low95, high95],
-                open=bool(is_open),
-                origin="calibrated",
+                name, value, unit, lowest, highest, begin, interval, bool(is_open), "calibrated"
             )
         )
     return inputs

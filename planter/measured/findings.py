@@ -16,8 +16,8 @@ Outcome = Literal["explained", "not explained", "not settled"]
 class FittedInput(Record):
     """Fitted input: `value` with its bounds and its confidence interval.
 
-    `low95` and `high95`, together `interval`, are the ends of the 95 % interval of the profile
-    likelihood, for the noise of the result; an interval that ends at a bound is open. A phase lies
+    `interval` has the ends of the 95 % interval of the profile likelihood, for the noise of the
+    result; an interval that ends at a bound is open. A phase lies
     between 0 and its period, with bounds and interval moved by whole periods: measured(phi) =
     computed(phi + phase).
     """
@@ -28,8 +28,6 @@ class FittedInput(Record):
     lower: float
     upper: float
     start: float
-    low95: float
-    high95: float
     interval: list[float]
     open: bool
     origin: str
@@ -132,7 +130,6 @@ class ModelMeasured(Record):
     channels: list[ChannelFit]
     active_bounds: list[FitBound]
     rms_N: float | None = None
-    largest_residual_N: float | None = None
 
 
 @dataclass(frozen=True)
@@ -167,8 +164,7 @@ class MeasuredFound(Record):
 
     `outcome`, `fitted`, `rank`, `starts` and `agreeing_starts` are those of `model`; `unit` is that
     of the quantity. `reading` and, in sentences, `treatment` describe how the data were read and
-    what was left out; `warnings` are limits of the result; `noise_N` is `noise.std` if the unit is
-    N.
+    what was left out; `warnings` are limits of the result.
     """
 
     machine: str
@@ -179,7 +175,6 @@ class MeasuredFound(Record):
     statement: str
     treatment: list[str]
     warnings: list[str]
-    left_out: int
     noise: Noise
     target: NoiseSpread
     reached: NoiseSpread
@@ -191,7 +186,6 @@ class MeasuredFound(Record):
     other_model: NoiseSpread | None
     reading: DataReading
     prediction: Prediction | None = None
-    noise_N: float | None = None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,7 @@ from planter.engine.wording import name_quantity
 from planter.files import units
 from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
-from planter.measured.curve import is_nuisance
+from planter.measured.curve import MeasuredCurve, find_measured, is_nuisance
 from planter.measured.explanations import ExplanationFits
 from planter.measured.findings import (
     ExplanationFound,
@@ -25,7 +26,6 @@ from planter.measured.reading import (
     DataReading,
     Measurement,
     describe_dropped,
-    find_repeat_residuals,
 )
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
@@ -35,6 +35,7 @@ from planter.report.labels import format_name
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from planter.files.document import Document
@@ -43,8 +44,7 @@ if TYPE_CHECKING:
 
 MACHINE_FILE = "calibrated.toml"
 DATA_CAPTION = (
-    "What was understood of the file before anything was fitted: the record, its "
-    "revolutions, and its noise."
+    "What was understood of the file before anything was fitted: the record and its revolutions."
 )
 EXPLAINED_CAPTION = (
     "Measured values with the rigid machine and the explanations that the data "
@@ -65,8 +65,6 @@ that.
 """
 LEGEND_WIDTH, LABEL_WIDTH = 90, 34
 """Characters of a line of a legend, and of the label of an axis."""
-LAGS = 30
-"""Number of steps over which correlations of noise are drawn."""
 
 
 def present_fit(
@@ -110,7 +108,7 @@ def _list_fit_figures(result: MeasuredFound) -> Iterator[KeyFigure]:
         f"residual of the {result.model} model, rms",
     )
     determined = [entry for entry in result.fitted if not entry.open]
-    for entry in sorted(determined, key=lambda e: (e.high95 - e.low95) / (abs(e.value) or 1.0))[:2]:
+    for entry in sorted(determined, key=lambda e: np.ptp(e.interval) / (abs(e.value) or 1.0))[:2]:
         yield KeyFigure(f"{entry.value:.4g}", entry.unit, f"fitted {entry.name.rpartition('.')[2]}")
 
 
@@ -269,9 +267,7 @@ def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
             "Parameters, with 95 % intervals",
             [Table(columns, parameters, page_columns=columns[-3:])],
         )
-    inputs: list[tuple[Cell, ...]] = [
-        (e.name, e.value, e.low95, e.high95, e.unit) for e in result.fitted
-    ]
+    inputs: list[tuple[Cell, ...]] = [(e.name, e.value, *e.interval, e.unit) for e in result.fitted]
     caption = f"Fitted inputs, {words[result.preferred]}"
     yield Section(
         "Fitted inputs", [Table(("input", "value", "from", "to", "unit"), inputs, caption)]
@@ -330,8 +326,7 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
         (
             e.name,
             e.value,
-            e.low95,
-            e.high95,
+            *e.interval,
             e.unit,
             "open" if e.open else "",
             e.lower,
@@ -468,52 +463,85 @@ def key_of(name: str, unit: str) -> str:
     return f"{name}{suffix}"
 
 
+@dataclass(frozen=True)
+class _FittedCurve:
+    """A curve of a figure: values (d,) at its angles, half the width of its band or None, and the
+    residuals (m,) of the points.
+    """
+
+    label: str
+    shade: str
+    values: Array
+    half_widths: Array | None
+    residuals: Array
+
+
+def _draw_channel(
+    panels: Sequence[Axes],
+    points: tuple[Array, Array, str],
+    dense: Array,
+    curves: Iterable[_FittedCurve],
+    labels: tuple[str, str],
+) -> None:
+    """Draw measured points (angles [deg], values, label) with curves at angles [deg], and their
+    residuals below; `labels` are the quantity and its unit.
+    """
+    top, bottom = panels
+    phi, values, label = points
+    thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
+    phi = np.mod(phi, dense[-1])[thin]
+    top.plot(phi, values[thin], "o", color=style.SOFT, markersize=2, label=label)
+    for curve in curves:
+        top.plot(dense, curve.values, color=curve.shade, label=curve.label)
+        if curve.half_widths is not None:
+            low, high = curve.values - curve.half_widths, curve.values + curve.half_widths
+            top.fill_between(dense, low, high, color=curve.shade, alpha=0.25, linewidth=0)
+        bottom.plot(phi, curve.residuals[thin], "o", color=curve.shade, markersize=1.6)
+    bottom.axhline(0, color=style.SOFT, linewidth=0.6)
+    name, unit = labels
+    top.set_ylabel(f"{name} / {unit or '1'}")
+    bottom.set_ylabel(f"residual / {unit or '1'}")
+
+
+def _list_angles(curve: MeasuredCurve) -> Array:
+    """Return the angles [deg] of a cycle at which curves are drawn, half a degree apart."""
+    end = float(np.degrees(curve.machine.turn))
+    return np.linspace(0, end, round(2 * end) + 1)
+
+
 @style.with_style
 def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
     """Draw measured points with the fitted curves of all models, also where nothing was measured,
     and residuals.
     """
-    figure = style.new_figure(
-        5.0
-        if len(calibrated.measured.channels) == 1
-        else 2.6 * len(calibrated.measured.channels) + 2
-    )
     first = next(iter(calibrated.fits.values())).curve
-    count = len(first.keys)
+    count, dense = len(first.keys), _list_angles(first)
+    figure = style.new_figure(5.0 if count == 1 else 2.6 * count + 2)
     panels = figure.subplots(2 * count, 1, sharex=True, height_ratios=[1.6, 1] * count)
-    end = float(np.degrees(first.machine.turn))
-    dense = np.linspace(0, end, round(2 * end) + 1)
+    bands = {model: fit.curve_band(np.radians(dense)) for model, fit in calibrated.fits.items()}
     for k, (key, unit, points) in enumerate(
         zip(first.keys, first.units, first.channels, strict=True)
     ):
-        top, bottom = panels[2 * k], panels[2 * k + 1]
-        phi = np.mod(np.degrees(first.phi[points]), end)
-        thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
-        top.plot(
-            phi[thin],
-            first.values[points][thin],
-            "o",
-            color=style.SOFT,
-            markersize=2,
-            label="measured",
-        )
+        curves = []
         for index, (model, fit) in enumerate(calibrated.fits.items()):
-            shade = style.curve_colour(model, index)
-            values, half_widths = fit.curve_band(np.radians(dense))
-            top.plot(dense, values[k], color=shade, label=f"{model} model")
-            if calibrated.result.models[model].outcome != REFUTED:
-                low, high = values[k] - half_widths[k], values[k] + half_widths[k]
-                top.fill_between(dense, low, high, color=shade, alpha=0.25, linewidth=0)
-            bottom.plot(phi[thin], fit.residuals[points][thin], "o", color=shade, markersize=1.6)
-        bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-        name = "measured and fitted" if count == 1 else key
-        top.set_ylabel(f"{format_name(name)} / {unit or '1'}")
-        bottom.set_ylabel(f"residual / {unit or '1'}")
-    style.over_a_turn(panels[-1], label=False, end=end)
+            values, half_widths = bands[model]
+            is_refuted = calibrated.result.models[model].outcome == REFUTED
+            curves.append(
+                _FittedCurve(
+                    f"{model} model",
+                    style.curve_colour(model, index),
+                    values[k],
+                    None if is_refuted else half_widths[k],
+                    fit.residuals[points],
+                )
+            )
+        measured = np.degrees(first.phi[points]), first.values[points], "measured"
+        name = format_name("measured and fitted" if count == 1 else key)
+        _draw_channel(panels[2 * k : 2 * k + 2], measured, dense, curves, (name, unit))
+    style.over_a_turn(panels[-1], label=False, end=dense[-1])
     panels[-1].set_xlabel(angle)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False
-    )
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper right", ncols=3, frameon=False)
     return figure
 
 
@@ -523,109 +551,57 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     and residuals.
     """
     figure = style.new_figure(5.0)
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
+    panels = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
     result, fits = explained.result, explained.fits
-    first = fits[result.preferred].fit.curve
-    end = float(np.degrees(first.machine.turn))
-    dense, phi = np.linspace(0, end, round(2 * end) + 1), np.mod(np.degrees(first.phi), end)
-    thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
-    drift = first.drift(fits[result.preferred].fit.values)[0]
+    preferred = fits[result.preferred].fit
+    first, dense = preferred.curve, _list_angles(preferred.curve)
+    drift = first.drift(preferred.values)[0]
     label = "measured, less the drift" if drift.any() else "measured"
-    top.plot(
-        phi[thin], (first.values - drift)[thin], "o", color=style.SOFT, markersize=2, label=label
-    )
     names = dict.fromkeys([fits[result.preferred].base, result.preferred, *result.undecided[:2]])
+    curves = []
     for index, name in enumerate(names):
-        fit, shade = fits[name].fit, style.curve_colour(name, index)
-        label = textwrap.fill(fits[name].words, LEGEND_WIDTH)
-        top.plot(
-            dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=label
+        fit = fits[name].fit
+        values = fit.curve.evaluate(fit.values, np.radians(dense))[0][0]
+        words, shade = (
+            textwrap.fill(fits[name].words, LEGEND_WIDTH),
+            style.curve_colour(name, index),
         )
-        bottom.plot(phi[thin], fit.residuals[thin], "o", color=shade, markersize=1.6)
-    bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    name = next(
-        name_quantity(quantity)
-        for quantity in first.machine.results
-        if quantity.key == result.quantity
-    )
-    top.set_ylabel(f"{textwrap.fill(name, LABEL_WIDTH)} / {result.unit or '1'}")
-    bottom.set_ylabel(f"residual / {result.unit or '1'}")
-    style.over_a_turn(bottom, label=False, end=end)
-    bottom.set_xlabel(angle)
-    figure.legend(*top.get_legend_handles_labels(), loc="outside upper left", frameon=False)
+        curves.append(_FittedCurve(words, shade, values, None, fit.residuals))
+    quantity = name_quantity(find_measured(first.machine, result.quantity))
+    points = np.degrees(first.phi), first.values - drift, label
+    labels = textwrap.fill(quantity, LABEL_WIDTH), result.unit
+    _draw_channel(panels, points, dense, curves, labels)
+    style.over_a_turn(panels[1], label=False, end=dense[-1])
+    panels[1].set_xlabel(angle)
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper left", frameon=False)
     return figure
 
 
 @style.with_style
 def draw_reading(measured: Measurement) -> Figure:
-    """Draw the record with its revolutions and outliers, these over each other, and the correlation
-    of the noise.
-    """
-    correlations = [
-        _correlate_noise(measured.phi[c.used], c.values[c.used]) for c in measured.channels
-    ]
-    count, has_lags = len(correlations), any(each is not None for each in correlations)
+    """Draw the record over its revolutions, and these over each other, with outliers."""
+    count = len(measured.channels)
     figure = style.new_figure(1.0 + 2.6 * count)
-    grid = figure.subplots(
-        count, 2 + has_lags, squeeze=False, width_ratios=[2.2, 1.2, 0.9][: 2 + has_lags]
-    )
+    grid = figure.subplots(count, 2, squeeze=False, width_ratios=[2, 1])
     revolutions = (measured.phi - measured.phi.min()) / TURN
-    number = np.floor(revolutions + 1e-9).astype(int)
-    rows = np.arange(len(measured.phi))
-    thin = 1 + len(rows) // MOST_DRAWN
-    for (record, turns, *rest), channel, correlation in zip(
-        grid, measured.channels, correlations, strict=True
-    ):
-        for odd in (0, 1):
-            part = np.flatnonzero(channel.used & (number % 2 == odd))[::thin]
-            shade = (style.curve_colour("exact", 0), style.SOFT)[odd]
-            record.plot(revolutions[part], channel.values[part], ".", color=shade, markersize=1.6)
-        inside, span = (
-            channel.values[channel.used],
-            float(np.ptp(channel.values[channel.used])) or 1.0,
-        )
-        out = np.flatnonzero(np.isfinite(channel.values) & ~channel.used)
-        for axes, x in ((record, revolutions), (turns, np.degrees(measured.phi) % 360)):
-            low, high = inside.min() - 0.1 * span, inside.max() + 0.1 * span
-            axes.plot(
-                x[out], np.clip(channel.values[out], low, high), "x", color=OUTLIER, markersize=5
-            )
-        good = np.flatnonzero(channel.used)[::thin]
-        shade = style.curve_colour("exact", 0)
-        turns.plot(
-            np.degrees(measured.phi[good]) % 360,
-            channel.values[good],
-            ".",
-            color=shade,
-            markersize=1.4,
-        )
-        for axes in (record, turns):  # outliers beyond the edge do not hide the curve
-            axes.set_ylim(inside.min() - 0.15 * span, inside.max() + 0.15 * span)
-        record.set_ylabel(f"{channel.name} / {channel.unit or '1'}")
-        noise = f"noise {channel.noise:.2g} {channel.unit}"
-        record.set_title("record" if has_lags else f"record, {noise}", loc="left")
-        turns.set_title(f"{revolutions.max():.3g} revolutions", loc="left")
-        for lags in rest:
-            lags.set_title(noise, loc="left")
-            if correlation is None:
-                lags.set_axis_off()
-            else:
-                lags.bar(np.arange(len(correlation)), correlation, color=style.SOFT)
-                lags.set_ylim(min(-0.3, float(correlation.min())), 1.05)
-        turns.set_xlim(0, 360)
-        turns.set_xticks([0, 180, 360])
-    for axes, label in zip(grid[-1], ("revolutions", "angle / deg", "steps apart"), strict=False):
+    degrees = np.degrees(measured.phi) % 360
+    thin = slice(None, None, 1 + len(degrees) // MOST_DRAWN)
+    shade = style.curve_colour("exact", 0)
+    for panels, channel in zip(grid, measured.channels, strict=True):
+        used, values = np.flatnonzero(channel.used)[thin], channel.values
+        out = np.flatnonzero(np.isfinite(values) & ~channel.used)
+        low, high = float(values[used].min()), float(values[used].max())
+        margin = 0.1 * ((high - low) or 1.0)
+        # outliers beyond the edge do not hide the curve
+        clipped = np.clip(values[out], low - margin, high + margin)
+        for axes, x in zip(panels, (revolutions, degrees), strict=True):
+            axes.plot(x[used], values[used], ".", color=shade, markersize=1.5)
+            axes.plot(x[out], clipped, "x", color=OUTLIER, markersize=5)
+            axes.set_ylim(low - 1.5 * margin, high + 1.5 * margin)
+        panels[0].set_ylabel(f"{channel.name} / {channel.unit or '1'}")
+        panels[0].set_title(f"record, noise {channel.noise:.2g} {channel.unit}", loc="left")
+        panels[1].set_title(f"{revolutions.max():.3g} revolutions", loc="left")
+    for axes, label in zip(grid[-1], ("revolutions", "angle / deg"), strict=True):
         axes.set_xlabel(label)
     return figure
-
-
-def _correlate_noise(phi: Array, values: Array) -> Array | None:
-    """Return the correlations over steps of the scatter about the mean curve, None for less than
-    two revolutions.
-    """
-    residuals = find_repeat_residuals(phi, values)
-    if residuals is None or not residuals.any():
-        return None
-    total = float(residuals @ residuals)
-    steps = range(min(LAGS, len(residuals) // 4))
-    return np.array([residuals[k:] @ residuals[: len(residuals) - k] / total for k in steps])

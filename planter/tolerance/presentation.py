@@ -187,10 +187,8 @@ def _closed(x: Array, y: Array) -> tuple[Array, Array]:
 
 MACHINES = 500
 """Number of machines of the bands over a cycle."""
-LARGEST, MOST_INPUTS = 3, 10
-"""Maximum number of inputs of an output in the common table of indices, and in the table of the
-output.
-"""
+LARGEST = 3
+"""Maximum number of inputs of an output in a table."""
 
 
 def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
@@ -360,34 +358,8 @@ def _describe_robust(result: RobustFound) -> Iterator[Block]:
 
 
 def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
-    """Yield the indices of each output, and the tolerances with their meanings."""
+    """Yield the tolerances with their meanings."""
     result, meanings = analysis.result, analysis.case.resolved.inputs
-    tables = []
-    for name, shares in result.sobol.items():
-        rows: list[tuple[Cell, ...]] = [
-            (
-                path,
-                *(
-                    round(value, 3)
-                    for value in (share.first, share.first_error, share.total, share.total_error)
-                ),
-            )
-            for path, share in rank_shares(shares)[:MOST_INPUTS]
-            if share.total > 0
-        ]
-        tables += (
-            [
-                Table(
-                    ("input", "first", "\N{PLUS-MINUS SIGN}", "total", "\N{PLUS-MINUS SIGN}"),
-                    rows,
-                    format_label(name),
-                )
-            ]
-            if rows
-            else []
-        )
-    if tables:
-        yield Section("Sobol' indices of each output", tables)
     entries = [
         (x.name, x.distribution, x.low, x.high, x.std, meanings[x.name]) for x in result.inputs
     ]
