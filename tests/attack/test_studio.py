@@ -57,7 +57,7 @@ async def ask(self: Any, *words: Any) -> StudioAnswer:
     """Answer in place of a process, after a turn of the loop."""
     await asyncio.sleep(0)
     return StudioAnswer(
-        '{"works": [], "command": ["help"], "labels": {}, "goal": "", "starts": 1}', True
+        '{"works": [], "command": ["help"], "labels": {}, "goal": "", "starts": 1}'
     )
 
 
