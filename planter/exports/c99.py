@@ -103,11 +103,6 @@ def build_loops_text(loops_: KinematicLoops, name: str) -> str:
     return read_template("loops.c").substitute(fields)
 
 
-def compute_course_size(loops_: KinematicLoops) -> int:
-    """Return the numbers of a course: senses, gains and places (`loops.c`)."""
-    return loops_.count + (1 + PLACES) * loops_.size
-
-
 class MachineText:
     """Values of the templates for a machine."""
 
@@ -175,7 +170,7 @@ class MachineText:
             "statuses": statuses,
             "fields": ";\n  ".join(self._fields()),
             **work,
-            "quantities": describe_quantities(machine),
+            "quantities": list_lines("Quantities q:", _number_quantities(self.quantities)),
             "equations": describe_equations(machine),
             "sides_order": _fill_comment(f" {order}") if sides > 1 else "",
             "loops_note": _fill_comment(loops_note) if self.coordinates else "",
@@ -253,7 +248,9 @@ class MachineText:
                 "guards": len(self.guards) * max(CHUNK, self.lanes * self.has_objective),
             }
         if self.machine.loops:
-            sizes["course"] = compute_course_size(self.machine.loops)
+            # senses, gains and places (`loops.c`)
+            loops = self.machine.loops
+            sizes["course"] = loops.count + (1 + PLACES) * loops.size
         numbers = ", ".join(f"{name}[{max(size, 1)}]" for name, size in sizes.items())
         return [f"double {numbers}", *(["int followed"] if self.coordinates else [])]
 
@@ -526,11 +523,6 @@ def describe_machine(machine: Machine) -> dict[str, str]:
             "Machine:", _number_values(fixed, [value.path for value in fixed], "machine")
         ),
     }
-
-
-def describe_quantities(machine: Machine) -> str:
-    """Return a line of comment for each quantity."""
-    return list_lines("Quantities q:", _number_quantities(list_quantities(machine)))
 
 
 def describe_equations(machine: Machine) -> str:

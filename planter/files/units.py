@@ -200,7 +200,12 @@ def typeset_label(label: str) -> str:
     >>> typeset_label("variance / N2"), typeset_label("ratio / 1"), typeset_label("angle / deg\\nof the carrier")
     ('variance / N²', 'ratio', 'angle / °\\nof the carrier')
     """
-    return "\n".join(_typeset_line(*line.rpartition(" / ")) for line in label.split("\n"))
+    lines = []
+    for line in label.split("\n"):
+        name, stroke, unit = line.rpartition(" / ")
+        sign = typeset_unit(unit) if stroke else unit
+        lines.append(f"{name}{stroke}{sign}" if sign else name)
+    return "\n".join(lines)
 
 
 _DEGREES = re.compile(r'(`[^`]*`|"[^"]*")|(?<=\d) deg\b(?![/\\]|\.\w)|(?<= / )deg$')
@@ -219,13 +224,6 @@ def typeset_degrees(text: str) -> str:
     'angle / °'
     """
     return _DEGREES.sub(lambda match: match[1] or _SIGNS["deg"], text)
-
-
-def _typeset_line(name: str, stroke: str, unit: str) -> str:
-    if not stroke:
-        return unit
-    sign = typeset_unit(unit)
-    return f"{name}{stroke}{sign}" if sign else name
 
 
 def unit_suffix(key: str) -> str:

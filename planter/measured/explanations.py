@@ -463,6 +463,11 @@ def _state_result(
             f"{_describe_probability(lowest)}"
         )
     else:
+        decades = best.log10_bayes
+        # beyond a million the model itself is less certain
+        odds = "more than a million times"
+        if decades < MOST_DECADES:
+            odds = f"{round(10**decades, 1 - int(decades)):g} times"
         verb = {
             "explained": "explains",
             "not explained": "comes nearest but does not explain",
@@ -470,7 +475,7 @@ def _state_result(
         }[best.outcome]
         sentences.append(
             f"{words[preferred][0].upper()}{words[preferred][1:]} {verb} the curve: {subject} is "
-            f"{_describe_odds(best.log10_bayes)} less probable, and leaves "
+            f"{odds} less probable, and leaves "
             f"{rigid.rms / best.rms:.3g} times the "
             f"residual; by chance, the best of {compared} effects does as well with a probability "
             f"{_describe_probability(best.probability_of_any or 0.0)}"
@@ -496,12 +501,3 @@ def _describe_probability(probability: float) -> str:
     """
     smallest = 10**-MOST_DECADES
     return f"of {probability:.2g}" if probability >= smallest else f"below {smallest:g}"
-
-
-def _describe_odds(log10_bayes: float) -> str:
-    """Return how many times more probable an explanation is; beyond a million the model itself is
-    less certain.
-    """
-    if log10_bayes >= MOST_DECADES:
-        return "more than a million times"
-    return f"{round(10**log10_bayes, 1 - int(log10_bayes)):g} times"

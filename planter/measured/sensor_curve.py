@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from planter.engine.machine import Machine, Quantity
+from planter.engine.machine import Machine
 from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.files import units
@@ -378,18 +378,15 @@ def measure_cycle(
     if view is None:
         return None
     key = view.quantity.key
-    rigid = columns[key] if key in columns else _evaluate_quantity(machine, view.quantity, phi)
+    if key in columns:
+        rigid = columns[key]
+    else:
+        response = MachineResponse(machine, [view.quantity.name])
+        rigid = response.values(response.at_data(machine.data), phi)[0] / view.quantity.factor
     signal = rigid
     if view.effects:
         signal = SensorCurve.at_angles(machine, key, phi).evaluate(np.zeros(0), phi)[0][0]
     return SensorSignal(view, np.degrees(phi), rigid, signal)
-
-
-def _evaluate_quantity(machine: Machine, quantity: Quantity, phi: Array) -> Array:
-    """Return a quantity (n,) at angles (n,) [rad] in the unit of its key."""
-    response = MachineResponse(machine, [quantity.name])
-    values: Array = response.values(response.at_data(machine.data), phi)[0] / quantity.factor
-    return values
 
 
 def _drop_slopes(curves: Curves) -> Curves:

@@ -159,7 +159,9 @@ def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | Non
     objective.
     """
     search = _Search(robust, settings.sigmas)
-    starts = [search.initial, *search.random_starts(settings)]
+    generator = np.random.default_rng(settings.seed)
+    random = draw_latin_hypercube(settings.starts, len(search.initial), generator)
+    starts = [search.initial, *random]
     phase = ProgressPhase("robust design", "descent", len(starts), progress)
     ends = [search.descend(start, phase) for start in starts]
     best = min(filter(search.is_feasible, ends), key=lambda u: search.value(u)[0], default=None)
@@ -196,11 +198,6 @@ class _Search:
     def design(self, u: Array) -> Array:
         """Return the design x (p,) [SI] at a point."""
         return self.robust.lower + u * self.width
-
-    def random_starts(self, settings: Settings) -> Array:
-        """Return random initial points, (n, p)."""
-        generator = np.random.default_rng(settings.seed)
-        return draw_latin_hypercube(settings.starts, len(self.initial), generator)
 
     def value(self, u: Array) -> tuple[float, Array]:
         """Return the objective at a point, and its gradient (p,) in the shares."""
