@@ -34,7 +34,6 @@ from planter.measured.findings import (
     ChannelFit,
     FitBound,
     FittedInput,
-    LackOfFitTest,
     MeasuredFound,
     ModelMeasured,
     Noise,
@@ -223,7 +222,7 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
         correlation=None if correlation is None else correlation.tolist(),
         starts=len(fit.sums),
         agreeing_starts=fit.agreeing,
-        lack_of_fit=LackOfFitTest(lack.statistic, lack.probability, lack.harmonics),
+        lack_of_fit=lack,
         noise=noises[0],
         channels=[
             ChannelFit(key, unit, points.stop - points.start, rms, noise)

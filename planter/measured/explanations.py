@@ -51,7 +51,7 @@ from planter.measured.effects import (
     SpeedHarmonics,
     ZeroDrift,
 )
-from planter.measured.findings import EffectParameter, Explanation, ExplanationFound, LackOfFitTest
+from planter.measured.findings import EffectParameter, Explanation, ExplanationFound
 from planter.measured.fit import MOST_POINTS, Fit, fit_curve
 from planter.measured.noise import (
     LackOfFit,
@@ -419,8 +419,8 @@ def _describe_explanation(
         outcome=judge_fit(fit, each.lack),
         rms=fit.rms,
         noise=describe_noise(curve.noises[0], curve.unit),
-        lack_of_fit=LackOfFitTest(each.lack.statistic, each.lack.probability, each.lack.harmonics),
-        F=None if test is None else test.statistic,
+        lack_of_fit=each.lack,
+        F=None if test is None else test.F,
         probability=None if test is None else test.probability,
         probability_of_any=None
         if test is None

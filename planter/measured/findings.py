@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planter.measured.curve import Side
+from planter.measured.noise import LackOfFit
 from planter.measured.reading import DataColumn, DataReading
 from planter.records import Record
 
@@ -68,19 +69,6 @@ class Noise(Record):
 
 
 @dataclass(frozen=True)
-class LackOfFitTest(Record):
-    """F test of harmonics of a cycle in what a model leaves, with whitened noise.
-
-    `probability` is that of at least this F for noise alone, the largest over all plausible
-    correlations.
-    """
-
-    F: float
-    probability: float
-    harmonics: int
-
-
-@dataclass(frozen=True)
 class FitBound(Record):
     """Bound of the input `name` on which a fit rests: no fit inside is as good, so a better one may
     lie beyond.
@@ -125,7 +113,7 @@ class ModelMeasured(Record):
     correlation: list[list[float]] | None
     starts: int
     agreeing_starts: int
-    lack_of_fit: LackOfFitTest
+    lack_of_fit: LackOfFit
     noise: Noise
     channels: list[ChannelFit]
     active_bounds: list[FitBound]
@@ -239,7 +227,7 @@ class Explanation(Record):
     outcome: Outcome
     rms: float
     noise: Noise
-    lack_of_fit: LackOfFitTest
+    lack_of_fit: LackOfFit
     F: float | None
     probability: float | None
     probability_of_any: float | None

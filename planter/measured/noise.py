@@ -20,6 +20,7 @@ from planter.kernels import Array
 from planter.measured.curve import ChannelNoise, MeasuredCurve
 from planter.measured.reading import TWO_REVOLUTIONS, count_mean_harmonics, fourier_basis
 from planter.numerics.arrays import TURN, Integers
+from planter.records import Record
 
 RHOS = np.tanh(np.linspace(0.0, 3.2, 65))
 """Correlations that are tried, 0 to 0.997."""
@@ -213,14 +214,14 @@ def find_independent(columns: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class LackOfFit:
-    """Test of what a model leaves: F of harmonics of a cycle in white residuals, and its
-    probability for noise alone.
+class LackOfFit(Record):
+    """F test of harmonics of a cycle in what a model leaves, with whitened noise.
 
-    The probability is the largest over all plausible correlations of the noise.
+    `probability` is that of at least this F for noise alone, the largest over all plausible
+    correlations.
     """
 
-    statistic: float
+    F: float
     probability: float
     harmonics: int
 
@@ -251,9 +252,9 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
         for test in results:
             tests += 1
             if test.probability < worst.probability or not worst.harmonics:
-                worst = LackOfFit(test.statistic, test.probability, count)
+                worst = LackOfFit(test.F, test.probability, count)
     probability = min(1.0, worst.probability * max(tests, 1))
-    return LackOfFit(worst.statistic, probability, worst.harmonics)
+    return LackOfFit(worst.F, probability, worst.harmonics)
 
 
 def build_trends(phi: Array, records: Integers, degree: int) -> Array:

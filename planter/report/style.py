@@ -10,11 +10,9 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from planter.files import units
-from planter.report import files
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -228,14 +226,16 @@ def render_svg(figure: Figure) -> str:
     return _rendered(figure, "svg", {"Date": None, "Creator": None}).decode("utf-8")
 
 
-def render_png(figure: Figure) -> bytes:
-    """Return the figure as PNG; the same figure always gives the same bytes."""
-    return _rendered(figure, "png", {"Software": None})
-
-
-def render_pdf(figure: Figure) -> bytes:
-    """Return the figure as PDF; the same figure always gives the same bytes."""
-    return _rendered(figure, "pdf", {"CreationDate": None, "Creator": None, "Producer": None})
+def render_figure(figure: Figure) -> dict[str, str | bytes]:
+    """Return the figure as SVG, PNG and PDF by their endings; the same figure always gives the same
+    bytes.
+    """
+    undated = {"CreationDate": None, "Creator": None, "Producer": None}
+    return {
+        "svg": render_svg(figure),
+        "png": _rendered(figure, "png", {"Software": None}),
+        "pdf": _rendered(figure, "pdf", undated),
+    }
 
 
 def fix_layout(figure: Figure) -> None:
@@ -262,15 +262,3 @@ def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
     with _settings():
         figure.savefig(buffer, format=kind, dpi=DOTS, metadata=metadata)
     return buffer.getvalue()
-
-
-def save_figure(figure: Figure, folder: Path, name: str) -> str:
-    """Write `name.svg`, `name.pdf` and `name.png`; return the SVG text.
-
-    Raises InputError, naming the path, if the folder cannot be written.
-    """
-    drawing = render_svg(figure)
-    files.write_text(folder / f"{name}.svg", drawing)
-    files.write_bytes(folder / f"{name}.pdf", render_pdf(figure))
-    files.write_bytes(folder / f"{name}.png", render_png(figure))
-    return drawing

@@ -28,12 +28,12 @@ from planter.numerics.arrays import TURN
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.simulation import Simulation, simulate
-from planter.report.files import read_cycle_csv
 from planter.studio.static_model import StaticPageModel
 from planter.studio.static_page import file_template
 from planter.view.subject import Movable, open_machine
 from tests.support import machines, own
 from tests.support.cli import answer, refusal
+from tests.support.tables import read_cycle_csv
 
 KNIFE = '''"""A knife drive: a crank turns clockwise and moves a knife bar by a connecting rod."""
 
