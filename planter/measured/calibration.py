@@ -42,7 +42,7 @@ from planter.measured.findings import (
     Prediction,
 )
 from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
-from planter.measured.noise import REFUTING, LackOfFit, assess_lack_of_fit, assess_whiteness
+from planter.measured.noise import REFUTING, LackOfFit, assess_lack_of_fit
 from planter.measured.reading import Columns, Measurement
 from planter.measured.sensor_curve import build_curve, describe_view
 from planter.parallel.task import AUTO, Means, Task
@@ -205,7 +205,6 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
     worst, correlation = int(np.argmax(np.abs(first))), fit.correlation()
     span = float(np.ptp(measured.values[measured.used]))
     ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * span + TINIEST_NOISE)
-    rho, is_white = assess_whiteness(curve, fit.residuals)
     lack = assess_lack_of_fit(curve, fit.residuals, curve(fit.values)[1])
     noises = [describe_noise(*each) for each in zip(curve.noises, curve.units, strict=True)]
     described = zip(curve.keys, curve.units, curve.channels, fit.channel_rms, noises, strict=True)
@@ -215,8 +214,6 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
         rms_of_noise=ratio,
         largest_residual=float(first[worst]),
         largest_residual_deg=float(np.degrees(curve.phi[worst] % (2 * np.pi))),
-        autocorrelation=rho,
-        white=is_white,
         fitted=describe_inputs(fit),
         rank=fit.rank,
         correlation=None if correlation is None else correlation.tolist(),
@@ -351,23 +348,15 @@ def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) ->
 
 def _warnings(result: ModelMeasured) -> list[str]:
     """Return the warnings on the fit of the first model."""
-    warnings = []
-    if not result.white:
-        warnings.append(
-            "residuals are correlated in another way than the intervals assume, so these are too "
-            "narrow or the model "
-            "is incomplete"
-        )
     if result.active_bounds:
         names = ", ".join(bound.name for bound in result.active_bounds)
-        warnings.append(f"not settled: no fit inside the bounds of {names} is as good; widen them")
-    elif result.outcome == "not settled":
-        warnings.append(
-            f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better "
-            f"fit may exist; narrow "
-            "the bounds"
-        )
-    return warnings
+        return [f"not settled: no fit inside the bounds of {names} is as good; widen them"]
+    if result.outcome != "not settled":
+        return []
+    return [
+        f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better fit "
+        "may exist; narrow the bounds"
+    ]
 
 
 def _predict(

@@ -97,8 +97,7 @@ class ModelMeasured(Record):
     fit rests on `active_bounds`; else "not explained", or "not settled" if starts disagree. `rank`
     is the number of combinations of inputs that the data determine; `correlation` is the matrix of
     the inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS
-    residual over the noise of the data; `autocorrelation` is that of neighbouring residuals,
-    `white` whether these, less what their neighbours tell, pass a test for white noise.
+    residual over the noise of the data.
     """
 
     outcome: Outcome
@@ -106,8 +105,6 @@ class ModelMeasured(Record):
     rms_of_noise: float
     largest_residual: float
     largest_residual_deg: float
-    autocorrelation: float
-    white: bool
     fitted: list[FittedInput]
     rank: int
     correlation: list[list[float]] | None

@@ -34,10 +34,6 @@ INDEPENDENT = 1e-9
 """Share of the largest singular value below which a column follows from the others."""
 ROUNDING = 1e-14
 """Share of a sum of squares that is rounding."""
-LAGS = 10
-"""Maximum number of lags of a test, which has at most a fifth of the number of points."""
-SIGNIFICANCE = 0.01
-"""Level of the warning of residuals that are not white after all."""
 REFUTING = 1e-3
 """Probability below which what a model leaves is no noise."""
 PLAUSIBLE = 2.0
@@ -344,40 +340,3 @@ def compute_log_evidence(curve: MeasuredCurve, residuals: Array, slopes: Array) 
         + float(scipy.special.gammaln(free / 2))
         - free / 2 * np.log(np.pi)
     )
-
-
-def assess_whiteness(curve: MeasuredCurve, residuals: Array) -> tuple[float, bool]:
-    """Return the correlation of neighbours of the first quantity, and whether white residuals pass
-    as white noise.
-    """
-    first = residuals[curve.channels[0]]
-    total = float(first @ first)
-    if total == 0:
-        return 0.0, True
-    rho = float(first[1:] @ first[:-1]) / total
-    white = curve.whiten(residuals)
-    return rho, all(_is_white(white[points]) for points in curve.channels)
-
-
-def _is_white(residuals: Array) -> bool:
-    lags = max(min(LAGS, len(residuals) // 5), 1)
-    return ljung_box_probability(residuals, lags) > SIGNIFICANCE
-
-
-def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float:
-    """Return the probability of autocorrelations at least as large as those of residuals (m,) if
-    they are white noise.
-
-    Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m
-    (m + 2) times the sum over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its
-    degrees of freedom are `lags` less the number of `fitted` coefficients. Equal residuals have the
-    probability 0.
-    """
-
-    count, centred = len(residuals), residuals - residuals.mean()
-    total = float(centred @ centred)
-    if total == 0:
-        return 0.0
-    rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / total
-    statistic = count * (count + 2) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
-    return float(scipy.stats.chi2.sf(statistic, lags - fitted))

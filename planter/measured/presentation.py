@@ -17,7 +17,6 @@ from planter.measured.curve import MeasuredCurve, find_measured, is_nuisance
 from planter.measured.explanations import ExplanationFits
 from planter.measured.findings import (
     ExplanationFound,
-    FittedInput,
     MeasuredFound,
     MeasuredPreview,
     Outcome,
@@ -30,7 +29,7 @@ from planter.measured.reading import (
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
-from planter.report.html import Block, Cell, Folded, Items, KeyFigure, Keys, Section, Table
+from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table
 from planter.report.labels import format_name
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
@@ -81,7 +80,6 @@ def present_fit(
         title=f"{document.name}, fitted to measured data",
         conclusion=f"{result.statement}.",
         record=result,
-        key_figures=list(_list_fit_figures(result)),
         sections=list(_list_sections(result)),
         document=document,
         meanings=meanings,
@@ -92,24 +90,8 @@ def present_fit(
         captions={"data": DATA_CAPTION, "measured": FIT_CAPTION},
         tables=lambda: {"residuals.csv": _tabulate_curves(calibrated)},
         comments=files.list_comments(document, "machine"),
-        texts=lambda: (
-            {} if calibrated.machine is None else {MACHINE_FILE: machine_text(calibrated)}
-        ),
+        texts=lambda: _write_machine(calibrated.machine, result, f"{result.reached.points} points"),
     )
-
-
-def _list_fit_figures(result: MeasuredFound) -> Iterator[KeyFigure]:
-    """Yield the residual of the fit, and the inputs that the data determine best, as shares of
-    their values.
-    """
-    yield KeyFigure(
-        f"{result.models[result.model].rms:.4g}",
-        result.unit,
-        f"residual of the {result.model} model, rms",
-    )
-    determined = [entry for entry in result.fitted if not entry.open]
-    for entry in sorted(determined, key=lambda e: np.ptp(e.interval) / (abs(e.value) or 1.0))[:2]:
-        yield KeyFigure(f"{entry.value:.4g}", entry.unit, f"fitted {entry.name.rpartition('.')[2]}")
 
 
 def present_preview(
@@ -168,7 +150,6 @@ def present_explained(
         title=f"{document.name}: explanations of measured data",
         conclusion=f"{result.statement}.",
         record=result,
-        key_figures=list(_list_explained_figures(result)),
         sections=[*_list_explanations(explained), *_list_data(result.reading, result.treatment)],
         document=document,
         meanings=meanings,
@@ -180,25 +161,6 @@ def present_explained(
         comments=files.list_comments(document, "machine"),
         texts=lambda: _write_explained(explained),
     )
-
-
-def _list_explained_figures(result: ExplanationFound) -> Iterator[KeyFigure]:
-    """Yield the residuals of the preferred explanation and of the machine without effects, and a
-    parameter.
-    """
-    rows = {row.name: row for row in result.explanations}
-    best, base = rows[result.preferred], result.explanations[0]
-    yield KeyFigure(f"{best.rms:.4g}", result.unit, "residual of the preferred explanation, rms")
-    if best is not base:
-        yield KeyFigure(f"{base.rms:.4g}", result.unit, f"residual of the {base.name} machine, rms")
-    for parameter in best.parameters[:1]:
-        if parameter.value is not None:
-            number = f"{parameter.value:.4g}".replace("-", "\N{MINUS SIGN}")
-            yield KeyFigure(
-                number,
-                parameter.unit,
-                f"{parameter.name.rpartition('.')[2]} of the preferred explanation",
-            )
 
 
 def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
@@ -320,7 +282,6 @@ def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Secti
 
 def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
-    yield from _list_data(result.reading, result.treatment)
     head: tuple[str, ...] = ("input", "value", "from", "to", "unit", "", "lower", "upper", "origin")
     rows: list[tuple[Cell, ...]] = [
         (
@@ -386,40 +347,30 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
             f"which were not fitted"
         )
         yield Section(title, [Table(("model", f"rms / {result.unit}"), [*prediction.rms.items()])])
-
-
-def machine_text(calibrated: Calibrated) -> str:
-    """Return the machine file (TOML) with the fitted inputs, and with nuisance parameters as
-    comments at its top.
-    """
-    result = calibrated.result
-    origin = f"calibrated ({result.model} model, {result.reached.points} points)"
-    return _format_machine(calibrated.machine, result.fitted, origin, result.statement)
+    yield from _list_data(result.reading, result.treatment)
 
 
 def _write_explained(explained: ExplanationFits) -> dict[str, str]:
     result = explained.result
     has_effects = bool(explained.fits[result.preferred].effects)
-    if explained.machine is None or (
-        not has_effects and all(is_nuisance(entry.name) for entry in result.fitted)
-    ):
+    if not has_effects and all(is_nuisance(entry.name) for entry in result.fitted):
         return {}
-    origin = f"calibrated ({result.model} model, {result.reading.used} points, {result.preferred})"
-    return {
-        MACHINE_FILE: _format_machine(
-            explained.machine, result.fitted, origin, result.statement, has_effects
-        )
-    }
+    source = f"{result.reading.used} points, {result.preferred}"
+    return _write_machine(explained.machine, result, source, has_effects)
 
 
-def _format_machine(
+def _write_machine(
     machine: Document | None,
-    fitted: Sequence[FittedInput],
-    origin: str,
-    statement: str,
+    result: MeasuredFound | ExplanationFound,
+    source: str,
     is_sensor_fitted: bool = False,
-) -> str:
-    assert machine is not None
+) -> dict[str, str]:
+    """Return the machine file (TOML) with the fitted inputs by its name, and with nuisance
+    parameters as comments at its top; nothing without a machine.
+    """
+    if machine is None:
+        return {}
+    fitted, origin = result.fitted, f"calibrated ({result.model} model, {source})"
     table = machine.written_table()
     names = [entry.name for entry in fitted if not is_nuisance(entry.name)]
     origins = {name: words for name, words in machine.origins.items() if name not in names}
@@ -433,8 +384,8 @@ def _format_machine(
         names.append(SECTION)
     table["origin"] = origins | {name.partition("[")[0]: origin for name in names}
     nuisances = [f"# {e.name} = {e.value!r}" for e in fitted if is_nuisance(e.name)]
-    head = [f"# {machine.name}, inputs fitted to measured data: {statement}.", *nuisances]
-    return "\n".join([*head, "", *format_lines(table, {})]) + "\n"
+    head = [f"# {machine.name}, inputs fitted to measured data: {result.statement}.", *nuisances]
+    return {MACHINE_FILE: "\n".join([*head, "", *format_lines(table, {})]) + "\n"}
 
 
 def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
