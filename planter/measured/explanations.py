@@ -177,12 +177,8 @@ def explain_curve(
         phase.total += len(pairs)
         fits += [fit_effects(*pair) for pair in pairs]
         compared += len(pairs)
-    preferred = _choose_explanation(fits, compared)
-    undecided = [
-        each.name
-        for each in fits
-        if each is not preferred and _is_undecided(each, preferred, rigid, compared)
-    ]
+    preferred, others = _find_better(fits, compared)
+    undecided = [each.name for each in others]
     detailed = {preferred.name, *undecided}
     rows = [_describe_explanation(each, rigid, compared, each.name in detailed) for each in fits]
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(preferred.fit, rebuild)
@@ -350,13 +346,27 @@ def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
     )
 
 
-def _compare_with_rigid(each: ExplainedFit, rigid: ExplainedFit, compared: int) -> bool:
-    """Return whether an explanation is better than the rigid machine beyond chance."""
-    test = compare_likelihoods(rigid.likelihood, each.likelihood)
-    return (
-        correct_probability(test.probability, compared) < LEVEL
-        and _log10_ratio(each, rigid) > DECISIVE
-    )
+def _find_better(
+    fits: Sequence[ExplainedFit], compared: int
+) -> tuple[ExplainedFit, list[ExplainedFit]]:
+    """Return the preferred one of fits, the rigid machine first, and those that the data cannot
+    tell from it.
+
+    Only fits that are better than the rigid machine beyond chance are considered.
+    """
+    rigid, better = fits[0], []
+    for each in fits[1:]:
+        probability = compare_likelihoods(rigid.likelihood, each.likelihood).probability
+        is_likely = correct_probability(probability, compared) < LEVEL
+        if is_likely and _log10_ratio(each, rigid) > DECISIVE:
+            better.append(each)
+    preferred = max(better, key=lambda each: each.log_evidence, default=rigid)
+    undecided = [
+        each
+        for each in better
+        if each is not preferred and _log10_ratio(preferred, each) < DECISIVE
+    ]
+    return preferred, undecided
 
 
 def correct_probability(probability: float, compared: int) -> float:
@@ -368,20 +378,6 @@ def correct_probability(probability: float, compared: int) -> float:
 
 def _log10_ratio(each: ExplainedFit, other: ExplainedFit) -> float:
     return (each.log_evidence - other.log_evidence) / float(np.log(10))
-
-
-def _choose_explanation(fits: Sequence[ExplainedFit], compared: int) -> ExplainedFit:
-    rigid = fits[0]
-    better = [each for each in fits[1:] if _compare_with_rigid(each, rigid, compared)]
-    return max(better, key=lambda each: each.log_evidence, default=rigid)
-
-
-def _is_undecided(
-    each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedFit, compared: int
-) -> bool:
-    if each is rigid or preferred is rigid:
-        return False
-    return _log10_ratio(preferred, each) < DECISIVE and _compare_with_rigid(each, rigid, compared)
 
 
 def _describe_explanation(

@@ -85,46 +85,30 @@ class Rows:
 
     def envelope(self) -> dict[str, SweepExtent]:
         """Return the range of each output over all rows."""
-        tallies = [_Tally() for _ in self.outputs]
+        size, columns = len(self.outputs), np.arange(len(self.outputs))
+        total, count, rows = np.zeros(size), np.zeros(size, dtype=int), 0
+        # of the values and of the negative ones: the least, and the points where they stand
+        least, places = np.full((2, size), np.inf), np.empty((2, size, len(self.inputs)))
         for points, outputs in self.blocks():
-            for tally, column in zip(tallies, outputs.T, strict=True):
-                tally.add(points, column)
-        return {name: tally.extent(self) for name, tally in zip(self.outputs, tallies, strict=True)}
-
-
-class _Tally:
-    """Extremes and mean of a column, accumulated over blocks."""
-
-    def __init__(self) -> None:
-        self.low, self.high, self.total, self.count, self.missing = np.inf, -np.inf, 0.0, 0, 0
-        self.low_at: Array | None = None
-        self.high_at: Array | None = None
-
-    def add(self, points: Array, column: Array) -> None:
-        valid = np.flatnonzero(~np.isnan(column))
-        self.missing += len(column) - len(valid)
-        self.count += len(valid)
-        if not len(valid):
-            return
-        self.total += float(column[valid].sum())
-        low, high = valid[column[valid].argmin()], valid[column[valid].argmax()]
-        if column[low] < self.low:
-            self.low, self.low_at = float(column[low]), points[low]
-        if column[high] > self.high:
-            self.high, self.high_at = float(column[high]), points[high]
-
-    def extent(self, rows: Rows) -> SweepExtent:
-        if self.low_at is None or self.high_at is None:
-            return SweepExtent(None, None, None, self.missing, None, None)
-        mean = self.total / self.count
-        return SweepExtent(
-            self.low,
-            self.high,
-            mean,
-            self.missing,
-            rows.describe_point(self.low_at),
-            rows.describe_point(self.high_at),
-        )
+            total += np.nansum(outputs, axis=0)
+            count += (~np.isnan(outputs)).sum(axis=0)
+            rows += len(outputs)
+            for side, sign in enumerate((1, -1)):
+                values = np.where(np.isnan(outputs), np.inf, sign * outputs)
+                first = values.argmin(axis=0)
+                is_less = values[first, columns] < least[side]
+                least[side, is_less] = values[first, columns][is_less]
+                places[side, is_less] = points[first[is_less]]
+        extents = {}
+        for k, name in enumerate(self.outputs):
+            missing = rows - int(count[k])
+            if not count[k]:
+                extents[name] = SweepExtent(None, None, None, missing, None, None)
+                continue
+            low_at, high_at = (self.describe_point(places[side, k]) for side in (0, 1))
+            low, high, mean = float(least[0, k]), -float(least[1, k]), float(total[k] / count[k])
+            extents[name] = SweepExtent(low, high, mean, missing, low_at, high_at)
+        return extents
 
 
 def has_parquet() -> bool:
