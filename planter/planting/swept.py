@@ -50,8 +50,6 @@ class PlantingSweepAdapter(MachineAdapter):
         "tip_y_min_mm",
         "tip_x_range_mm",
     )
-    curves = ("support_N", "M_L_Nm")
-    paths = (("tip_x_mm", "tip_y_mm"),)
 
     def build(self, machine: PlantingMachine) -> Machine:
         """Return the machine of a file, with deviations of its centre distances."""

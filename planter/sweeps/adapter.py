@@ -41,10 +41,6 @@ class SweepAdapter(ABC):
     """Inputs with texts as values, and their allowed values, the default first."""
     banded: Sequence[str] = ()
     """Default outputs of tolerances."""
-    curves: Sequence[str] = ()
-    """Quantities with figures over a cycle."""
-    paths: Sequence[tuple[str, str]] = ()
-    """Pairs of quantities with figures of a path."""
 
     def __init__(self, package: str | None, load: str = "load") -> None:
         self._package, self._load = package, load

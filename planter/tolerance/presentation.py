@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planter import safe_text
+from planter.engine.outputs import find_output
 from planter.files import units
 from planter.files.paths import last_part
 from planter.kernels import Array
@@ -43,8 +44,6 @@ LEAST_REDUCTION = 0.1
 """Reduction of a standard deviation [%] below which the tolerance of an input is not worth a
 row.
 """
-PATHS = 100
-"""Maximum number of machines with a path in the figure."""
 
 
 @style.with_style
@@ -137,8 +136,8 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]], meanings: Mapping[str
 
 
 @style.with_style
-def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
-    """Draw a quantity (m, n) over a cycle: nominal, median and the 5 to 95 % band of the
+def draw_cycle(phi_deg: Array, end: float, key: str, rows: Array, nominal: Array) -> Figure:
+    """Draw a quantity (m, n) over a cycle that ends at an angle [deg]: nominal, median and the 5 to 95 % band of the
     machines.
     """
     figure = style.new_figure(2.6)
@@ -149,7 +148,8 @@ def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
     )
     axes.plot(phi_deg, middle, color=style.BLUE, linewidth=0.9, label="median")
     axes.plot(phi_deg, nominal, color=style.INK, linewidth=0.9, linestyle="--", label="nominal")
-    style.over_a_turn(axes)
+    style.over_a_turn(axes, label=False, end=end)
+    axes.set_xlabel("angle of the drive / deg")
     axes.set_ylabel(format_label(key))
     figure.legend(
         *axes.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False
@@ -157,36 +157,8 @@ def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
     return figure
 
 
-@style.with_style
-def draw_path(
-    keys: Sequence[str], rows: tuple[Array, Array], nominal: tuple[Array, Array]
-) -> Figure:
-    """Draw paths, and percentiles of their distance from the nominal path at each angle."""
-    figure = style.new_figure(3.4)
-    plane, distance = figure.subplots(1, 2)
-    for x, y in zip(rows[0][:PATHS], rows[1][:PATHS], strict=True):
-        plane.plot(*_closed(x, y), color=style.SKY, alpha=0.25, linewidth=0.5)
-    plane.plot(*_closed(*nominal), color=style.INK, linewidth=0.8)
-    style.drawing_board(plane, *map(format_label, keys))
-    off = np.hypot(rows[0] - nominal[0], rows[1] - nominal[1])
-    angles = np.linspace(0, 360, off.shape[1], endpoint=False)
-    for share, shade in ((50, style.SKY), (95, style.BLUE)):
-        distance.plot(
-            angles, np.percentile(off, share, axis=0), color=shade, label=f"{share} % of machines"
-        )
-    style.over_a_turn(distance)
-    distance.set_ylabel("distance from the nominal path / mm")
-    distance.set_ylim(0, None)
-    distance.legend(frameon=False)
-    return figure
-
-
-def _closed(x: Array, y: Array) -> tuple[Array, Array]:
-    return np.append(x, x[0]), np.append(y, y[0])
-
-
-MACHINES = 500
-"""Number of machines of the bands over a cycle."""
+MACHINES, MOST_CYCLES = 500, 3
+"""Number of machines of the bands over a cycle, and maximum number of quantities that have them."""
 LARGEST = 3
 """Maximum number of inputs of an output in a table."""
 
@@ -216,7 +188,7 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
         meanings=resolved.inputs,
         figures=lambda: dict(_draw(analysis)),
         captions={"outputs": "Distributions of the outputs.", "indices": "Sobol' indices."}
-        | dict.fromkeys(_name_cycles(analysis), f"Bands of {MACHINES} machines."),
+        | {f"turn-{key}": f"Bands of {MACHINES} machines." for key in _list_cycles(analysis)},
         details=partial(_list_details, analysis),
         texts=lambda: {"tolerances.toml": format_tolerances(result)},
         provenance=files.list_provenance(resolved.machine, result.seed),
@@ -368,12 +340,16 @@ def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
     )
 
 
-def _name_cycles(analysis: ToleranceAnalysis) -> list[str]:
-    adapter = analysis.case.resolved.adapter
-    return [
-        *(f"turn-{key}" for key in adapter.curves),
-        *(f"path-{x}-{y}" for x, y in adapter.paths),
-    ]
+def _list_cycles(analysis: ToleranceAnalysis) -> list[str]:
+    """Return the keys of the quantities that the outputs are of; none where a machine has no
+    cycle.
+    """
+    if any(band.missing for band in analysis.result.outputs.values()):
+        return []
+    machine = analysis.case.subject.machine
+    terms = (t for name in analysis.result.outputs for t in find_output(machine, name).terms)
+    keys = dict.fromkeys(machine.find_quantity(term.name).key for term in terms)
+    return list(keys)[:MOST_CYCLES]
 
 
 def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
@@ -381,15 +357,11 @@ def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
     yield "outputs", draw_distributions(result.outputs, analysis.rows, _list_meanings(analysis))
     if result.sobol:
         yield "indices", draw_indices(result.sobol, _list_meanings(analysis))
-    adapter = case.resolved.adapter
-    keys = [*adapter.curves, *(key for pair in adapter.paths for key in pair)]
-    if not keys:
+    if not (keys := _list_cycles(analysis)):
         return
     points = RandomPoints(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
     subject = case.subject
     cycles, nominal = subject.curves(keys, points), subject.curves(keys, case.centre[None])
-    for key in adapter.curves:
-        yield f"turn-{key}", draw_cycle(cycles["phi_deg"], key, cycles[key], nominal[key][0])
-    for x, y in adapter.paths:
-        nominal_path = nominal[x][0], nominal[y][0]
-        yield f"path-{x}-{y}", draw_path((x, y), (cycles[x], cycles[y]), nominal_path)
+    end = float(np.degrees(subject.machine.turn))
+    for key in keys:
+        yield f"turn-{key}", draw_cycle(cycles["phi_deg"], end, key, cycles[key], nominal[key][0])

@@ -265,7 +265,7 @@ def test_tolerance_command_writes_report(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert all(format_label(name) in page for name in result["outputs"])
     kinds = {path.stem.partition("-")[0] for path in (tmp_path / "figures").glob("*.svg")}
-    assert kinds == {"outputs", "indices", "turn", "path"}
+    assert kinds == {"outputs", "indices", "turn"}
 
 
 @pytest.mark.long
