@@ -125,18 +125,10 @@ class MachineText:
             "name": self.name,
             "NAME": self.name.upper(),
             "turn": repr(float(self.machine.turn)),
-            "samples": self._samples_field,
+            "samples": "samples",
             "design_size": self._size("PARAMETERS", len(self.machine.moved)),
             "machine_size": self._size("MACHINE", len(self.fixed)),
         }
-
-    @property
-    def _samples_field(self) -> str:
-        """The name of the samples in the memory: `force` for a single row of forces, as in earlier
-        versions.
-        """
-        rows = self.goal.rows
-        return "force" if len(rows) == 1 and rows[0].quantity.unit == "N" else "samples"
 
     def _size(self, word: str, count: int) -> str:
         """Return an array's size, at least one as the language asks."""
@@ -218,8 +210,7 @@ class MachineText:
             goal.angles < goal.samples
         )
         return _fill_comment(
-            f" After a call `{self._samples_field}` holds {rows} at the first {big}_ANGLES of "
-            f"`phi`{part}."
+            f" After a call `samples` holds {rows} at the first {big}_ANGLES of `phi`{part}."
         )
 
     def _fields(self) -> list[str]:
@@ -235,7 +226,7 @@ class MachineText:
             rows = len(self.goal.rows) * self.lanes
             sizes = {
                 "phi": self.lanes,
-                self._samples_field: rows,
+                "samples": rows,
                 "weights": rows,
                 "g": rows * (1 + len(self.machine.moved)),
             } | sizes

@@ -39,8 +39,6 @@ class SweepAdapter(ABC):
 
     choices: Mapping[str, Sequence[str]] = {}
     """Inputs with texts as values, and their allowed values, the default first."""
-    banded: Sequence[str] = ()
-    """Default outputs of tolerances."""
 
     def __init__(self, package: str | None, load: str = "load") -> None:
         self._package, self._load = package, load

@@ -350,7 +350,7 @@ def analyse_tolerances(
     if request.base & (request.base - 1):
         raise InputError(f"--indices = {request.base}: the number must be a power of 2, or 0")
     started, adapter = time.perf_counter(), resolved.adapter
-    names = resolved.resolve_outputs(request.outputs or adapter.banded, "--output")
+    names = resolved.resolve_outputs(request.outputs, "--output")
     case = ToleranceCase(resolved, choices, tolerances.spreads(resolved, source), names)
     inputs, digests = list(case.spreads), list[str]()
 
