@@ -194,31 +194,22 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -
 
 
 def spread_heights(heights: Sequence[float], gap: float) -> list[float]:
-    """Return sorted heights in [0, 1], moved as little as needed so that neighbours are `gap`
+    """Return sorted heights in [0, 1], raised, and lowered at the top, so that neighbours are `gap`
     apart.
 
     >>> [round(h, 3) for h in spread_heights([0.1, 0.5, 0.52], 0.1)]
-    [0.1, 0.46, 0.56]
-    >>> [round(h, 3) for h in spread_heights([0.01, 0.02, 0.03], 0.1)]
-    [0.0, 0.1, 0.2]
+    [0.1, 0.5, 0.6]
+    >>> [round(h, 3) for h in spread_heights([0.01, 0.97, 0.98], 0.1)]
+    [0.01, 0.9, 1.0]
     """
-    blocks: list[list[float]] = []
+    spread: list[float] = []
     for height in heights:
-        blocks.append([height])
-        while len(blocks) > 1 and _top(blocks[-2], gap) + gap > _bottom(blocks[-1], gap):
-            last = blocks.pop()
-            blocks[-1] = blocks[-1] + last
-    separated = [_bottom(block, gap) + i * gap for block in blocks for i in range(len(block))]
-    raised = [max(height, i * gap) for i, height in enumerate(separated)]
-    return [min(height, 1 - (len(raised) - 1 - i) * gap) for i, height in enumerate(raised)]
-
-
-def _bottom(block: list[float], gap: float) -> float:
-    return sum(block) / len(block) - (len(block) - 1) * gap / 2
-
-
-def _top(block: list[float], gap: float) -> float:
-    return _bottom(block, gap) + (len(block) - 1) * gap
+        spread.append(max(height, spread[-1] + gap) if spread else height)
+    highest = 1.0
+    for k in reversed(range(len(spread))):
+        spread[k] = min(spread[k], highest)
+        highest = spread[k] - gap
+    return spread
 
 
 def render_svg(figure: Figure) -> str:

@@ -389,22 +389,10 @@ def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
     )
     file = write_file(tmp_path, build_knife(**STATED).document)
     result = answer(
-        "calibrate",
-        file,
-        "--data",
-        str(path),
-        "--angle",
-        "a",
-        "--column",
-        "F",
-        "--quantity",
-        "F_Ox",
-        "--column",
-        "M",
-        "--quantity",
-        "M_c",
-        "--fit",
-        "m_k_kg=0.8:1.8",
+        *(
+            f"calibrate {file} --data {path} --angle a --column F --quantity F_Ox --column M "
+            "--quantity M_c --fit m_k_kg=0.8:1.8"
+        ).split()
     )
     assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
     assert max(channel["rms"] for channel in result["models"]["derived"]["channels"]) < 1e-6
@@ -428,7 +416,7 @@ def test_explained_lever_is_written_to_the_calibrated_file(tmp_path: Path) -> No
     assert result["preferred"] == "lever M_c_Nm"
     calibrated = str(out / "calibrated.toml")
     assert "[measurement]" in Path(calibrated).read_text(encoding="utf-8")
-    written = answer("simulate", calibrated, "--samples", "120", "--out", str(tmp_path / "again"))
+    written = answer(*f"simulate {calibrated} --samples 120 --out {tmp_path / 'again'}".split())
     _, columns = read_cycle_csv(tmp_path / "again" / "values.csv")
     signal = columns["measured_F_Ox_N"]
     assert signal == pytest.approx(measured.signal, abs=0.05)
@@ -449,17 +437,7 @@ def test_second_effect_is_explained_upon_the_stated_one(tmp_path: Path) -> None:
     data = write_data(tmp_path, measured.angles_deg, measured.signal + noise)
     file, out = write_file(tmp_path, build_knife(**stated).document), tmp_path / "out"
     answer(
-        "calibrate",
-        file,
-        "--data",
-        data,
-        "--column",
-        "F",
-        "--angle",
-        "angle",
-        "--explain",
-        "--out",
-        str(out),
+        *f"calibrate {file} --data {data} --column F --angle angle --explain --out {out}".split()
     )
     written = answer("simulate", str(out / "calibrated.toml"), "--samples", "120")["measurement"]
     assert len(written["seen"]) == 2
