@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
 from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table
-from planter.report.labels import format_name
+from planter.report.labels import format_name, tabulate_records
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
 if TYPE_CHECKING:
@@ -62,6 +62,26 @@ LEAST_PROBABILITY, BELOW = 1e-6, "below 1e-6"
 """Probabilities below this are not given as numbers: the model of the noise is less certain than
 that.
 """
+INPUTS = {"input": "name", "value": "value", "interval": "interval", "unit": "unit"}
+PARAMETERS = {
+    "parameter": "name",
+    "value": "value",
+    "interval": "interval",
+    "unit": "unit",
+    "lower": "lower",
+    "upper": "upper",
+    "prior uniform in": "prior",
+}
+CHANNELS = {
+    "column": "column",
+    "unit": "unit",
+    "used": "used",
+    "gaps": "gaps",
+    "outliers": "outliers",
+    "noise": "noise_std",
+    "correlation": "noise_rho",
+}
+"""Columns of tables: attributes of inputs, of parameters of effects, and of measured columns."""
 LEGEND_WIDTH, LABEL_WIDTH = 90, 34
 """Characters of a line of a legend, and of the label of an axis."""
 
@@ -131,12 +151,16 @@ def present_preview(
 
 
 def _list_columns(result: MeasuredPreview) -> Section:
-    head = ("number", "column", "unit", "numbers", "least", "greatest", "text")
-    rows: list[tuple[Cell, ...]] = [
-        (c.number, c.name, c.unit or "", c.numbers, c.min, c.max, c.text or "")
-        for c in result.columns
-    ]
-    return Section("Columns", [Table(head, rows)])
+    columns = {
+        "number": "number",
+        "column": "name",
+        "unit": "unit",
+        "numbers": "numbers",
+        "least": "min",
+        "greatest": "max",
+        "text": "text",
+    }
+    return Section("Columns", [tabulate_records(result.columns, columns)])
 
 
 def present_explained(
@@ -166,74 +190,37 @@ def present_explained(
 def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
     result, words = explained.result, {name: fit.words for name, fit in explained.fits.items()}
     ordered = sorted(result.explanations, key=lambda e: -e.log10_bayes)
-    head = ("explanation", "outcome", f"rms / {result.unit}", "p", "log10 Bayes")
-    rows: list[tuple[Cell, ...]] = [
-        (
-            words[e.name],
-            e.outcome,
-            e.rms,
-            _format_probability(e.probability_of_any),
-            round(e.log10_bayes, 1),
-        )
-        for e in ordered
-    ]
     base = result.explanations[0].name
     caption = (
         f"p: probability that any of {result.compared} explanations improves {base} as much by "
-        f"chance; log10 Bayes: "
-        f"decimal logarithm of the evidence over "
-        f"that of {base}."
+        f"chance; log10 Bayes: decimal logarithm of the evidence over that of {base}."
     )
-    fits: list[tuple[Cell, ...]] = [
-        (
-            e.name,
-            f"{e.agreeing_starts} of {e.starts}",
-            e.noise.rho,
-            _format_probability(e.lack_of_fit.probability),
-        )
-        for e in ordered
+    columns: dict[str, str | Callable[[Any], Cell]] = {
+        "explanation": lambda e: words[e.name],
+        "outcome": "outcome",
+        f"rms / {result.unit}": "rms",
+        "p": lambda e: _format_probability(e.probability_of_any),
+        "log10 Bayes": lambda e: round(e.log10_bayes, 1),
+    }
+    details: dict[str, str | Callable[[Any], Cell]] = {
+        "key": "name",
+        "starts": "starts",
+        "starts that agree": "agreeing_starts",
+        "correlation of the noise": "noise.rho",
+        "p of what is left": lambda e: _format_probability(e.lack_of_fit.probability),
+    }
+    folded = Folded("Fits, by their keys", [tabulate_records(ordered, details)])
+    yield Section("Explanations", [tabulate_records(ordered, columns, caption), folded])
+    considered = [e for e in result.explanations if e.name in (result.preferred, *result.undecided)]
+    tables = [
+        tabulate_records(e.parameters, PARAMETERS, words[e.name], list(PARAMETERS)[-3:])
+        for e in considered
+        if e.parameters
     ]
-    details = Table(
-        ("key", "starts that agree", "correlation of the noise", "p of what is left"), fits
-    )
-    yield Section(
-        "Explanations", [Table(head, rows, caption), Folded("Fits, by their keys", [details])]
-    )
-    considered = {result.preferred, *result.undecided}
-    parameters: list[tuple[Cell, ...]] = [
-        (
-            words[e.name],
-            p.name.rpartition(".")[2],
-            *map(_cell, (p.value, *(p.interval or (None, None)))),
-            p.unit,
-            *map(_cell, (p.lower, p.upper)),
-            p.prior,
-        )
-        for e in result.explanations
-        if e.name in considered
-        for p in e.parameters
-    ]
-    if parameters:
-        columns = (
-            "explanation",
-            "parameter",
-            "value",
-            "from",
-            "to",
-            "unit",
-            "lower",
-            "upper",
-            "prior uniform in",
-        )
-        yield Section(
-            "Parameters, with 95 % intervals",
-            [Table(columns, parameters, page_columns=columns[-3:])],
-        )
-    inputs: list[tuple[Cell, ...]] = [(e.name, e.value, *e.interval, e.unit) for e in result.fitted]
+    if tables:
+        yield Section("Parameters, with 95 % intervals", tables)
     caption = f"Fitted inputs, {words[result.preferred]}"
-    yield Section(
-        "Fitted inputs", [Table(("input", "value", "from", "to", "unit"), inputs, caption)]
-    )
+    yield Section("Fitted inputs", [tabulate_records(result.fitted, INPUTS, caption)])
 
 
 def _format_probability(probability: float | None) -> Cell:
@@ -241,10 +228,6 @@ def _format_probability(probability: float | None) -> Cell:
     if probability is None:
         return ""
     return probability if probability > LEAST_PROBABILITY else BELOW
-
-
-def _cell(value: float | None) -> Cell:
-    return "infinite" if value is None else value
 
 
 def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Section]:
@@ -257,90 +240,57 @@ def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Secti
             f"{name} speed / (r/min)": v for name, v in zip(names, reading.speed_rpm, strict=True)
         }
     blocks: list[Block] = [Items(lines), Keys(keys)]
-    head = ("column", "unit", "used", "gaps", "outliers", "noise", "correlation")
-    rows: list[tuple[Cell, ...]] = [
-        (
-            c.column,
-            c.unit,
-            c.used,
-            c.gaps,
-            c.outliers,
-            c.noise_std,
-            "unknown" if c.noise_rho is None else c.noise_rho,
-        )
-        for c in reading.channels
-    ]
-    blocks.append(Table(head, rows))
+    blocks.append(tabulate_records(reading.channels, CHANNELS))
     if reading.dropped:
-        dropped: list[tuple[Cell, ...]] = [
-            (entry.count, entry.reason, ", ".join(map(str, entry.lines)))
-            for entry in reading.dropped
-        ]
-        blocks.append(Table(("rows", "left out", "lines"), dropped))
+        dropped = {"rows": "count", "left out": "reason", "lines": "lines"}
+        blocks.append(tabulate_records(reading.dropped, dropped))
     yield Section("Data", blocks)
 
 
 def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
-    head: tuple[str, ...] = ("input", "value", "from", "to", "unit", "", "lower", "upper", "origin")
-    rows: list[tuple[Cell, ...]] = [
-        (
-            e.name,
-            e.value,
-            *e.interval,
-            e.unit,
-            "open" if e.open else "",
-            e.lower,
-            e.upper,
-            e.origin,
-        )
-        for e in result.fitted
-    ]
     noise = (
         "white noise"
         if result.noise.model == "white"
         else f"noise correlated by {result.noise.rho:.2f}"
     )
-    title = f"Fitted inputs, with 95 % intervals for {noise}"
-    yield Section(title, [Table(head, rows, page_columns=head[-3:])])
-    head = (
-        "model",
-        "outcome",
-        f"rms / {result.unit}",
-        "/ noise",
-        f"largest / {result.unit}",
-        "at / deg",
-        "p",
-        "agree",
-        "rank",
-    )
-    rows = [
-        (
-            name,
-            fit.outcome,
-            fit.rms,
-            fit.rms_of_noise,
-            fit.largest_residual,
-            fit.largest_residual_deg,
-            fit.lack_of_fit.probability,
-            f"{fit.agreeing_starts} of {fit.starts}",
-            fit.rank,
-        )
+    further = {"open": "open", "lower": "lower", "upper": "upper", "origin": "origin"}
+    table = tabulate_records(result.fitted, INPUTS | further, "", list(further)[1:])
+    yield Section(f"Fitted inputs, with 95 % intervals for {noise}", [table])
+    unit = result.unit
+    columns = {
+        "outcome": "outcome",
+        f"rms / {unit}": "rms",
+        "/ noise": "rms_of_noise",
+        f"largest / {unit}": "largest_residual",
+        "p": "lack_of_fit.probability",
+        "starts": "starts",
+        "agree": "agreeing_starts",
+        "at / deg": "largest_residual_deg",
+        "rank": "rank",
+    }
+    tables = [
+        tabulate_records([fit], columns, f"{name} model", ("at / deg", "rank"))
         for name, fit in result.models.items()
     ]
-    yield Section("Residuals of the models", [Table(head, rows, page_columns=("at / deg", "rank"))])
+    yield Section("Residuals of the models", tables)
     channels = result.models[result.model].channels
     if len(channels) > 1:
-        rows = [(c.quantity, c.unit, c.points, c.rms, c.noise.std, c.noise.rho) for c in channels]
-        head = ("quantity", "unit", "points", "rms", "noise", "correlation")
-        yield Section(f"Residuals of the quantities, {result.model} model", [Table(head, rows)])
+        columns = {
+            "quantity": "quantity",
+            "unit": "unit",
+            "points": "points",
+            "rms": "rms",
+            "noise": "noise.std",
+            "correlation": "noise.rho",
+        }
+        title = f"Residuals of the quantities, {result.model} model"
+        yield Section(title, [tabulate_records(channels, columns)])
     correlation = result.models[result.model].correlation
     if correlation is not None:
-        rows = [(str(i), *row) for i, row in enumerate(correlation, 1)]
-        yield Section(
-            "Correlation of the inputs, in their order",
-            [Table(("", *(str(row[0]) for row in rows)), rows)],
-        )
+        rows: list[list[Cell]] = [[str(i), *row] for i, row in enumerate(correlation, 1)]
+        table = Table(("", *(str(row[0]) for row in rows)), rows)
+        yield Section("Correlation of the inputs, in their order", [table])
     if (prediction := result.prediction) is not None:
         title = (
             f"Prediction of {prediction.points} points at {prediction.speed_rpm:g} r/min, "
