@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, Self
 
@@ -145,6 +145,9 @@ def to_axis_table(entry: Any) -> Any:
     )
 
 
+Cube = Callable[[int, int], Array]
+
+
 class Coordinate(Protocol):
     """What a share of the unit interval is scaled to."""
 
@@ -169,12 +172,12 @@ class Grid:
 
 
 class UnitCubePoints:
-    """A number of `rows` points: random ones of the unit cube, scaled to the axes; each chunk has a
-    separate seed.
+    """A number of `rows` points of the unit cube, scaled to the axes; `cube` returns those from one
+    row, the first of a chunk, to another, (m, n).
     """
 
-    def __init__(self, axes: Sequence[Coordinate], rows: int, seed: int) -> None:
-        self.axes, self.rows, self.seed = axes, rows, seed
+    def __init__(self, axes: Sequence[Coordinate], rows: int, cube: Cube) -> None:
+        self.axes, self.rows, self.cube = axes, rows, cube
 
     def block(self, start: int, stop: int) -> Array:
         """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
@@ -188,32 +191,17 @@ class UnitCubePoints:
             [axis.from_unit(shares) for axis, shares in zip(self.axes, cube.T, strict=True)]
         )
 
-    def cube(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop` in [0, 1), (stop - start, n)."""
-        return chunk_generator(self.seed, start).random((stop - start, len(self.axes)))
+
+def draw_random(size: int, seed: int) -> Cube:
+    """Return random points; each chunk has a separate seed."""
+    return lambda start, stop: chunk_generator(seed, start).random((stop - start, size))
 
 
-class Sobol(UnitCubePoints):
-    """Points of one scrambled Sobol' sequence through all chunks."""
-
-    def __init__(self, axes: Sequence[Coordinate], rows: int, seed: int) -> None:
-        super().__init__(axes, rows, seed)
-        self._sequence = SobolSequence(len(axes), seed)
-
-    def cube(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop` of the sequence, (stop - start, n)."""
-        return self._sequence(start, stop)
-
-
-class Latin(UnitCubePoints):
-    """A Latin hypercube for each chunk: m rows, one in each of m slices of every axis."""
-
-    def cube(self, start: int, stop: int) -> Array:
-        """Return the hypercube of the chunk from `start` to `stop`, (stop - start, n)."""
-        return draw_latin_hypercube(stop - start, len(self.axes), chunk_generator(self.seed, start))
-
-
-SCHEMES = {"sobol": Sobol, "latin": Latin}
+def draw_latin(size: int, seed: int) -> Cube:
+    """Return a Latin hypercube for each chunk: m rows, one in each of m slices of every axis."""
+    return lambda start, stop: draw_latin_hypercube(
+        stop - start, size, chunk_generator(seed, start)
+    )
 
 
 class SobolSequence:
@@ -244,6 +232,7 @@ def chunk_generator(seed: int, start: int) -> np.random.Generator:
 
 
 Points = Grid | UnitCubePoints
+SCHEMES: Mapping[str, Callable[[int, int], Cube]] = {"sobol": SobolSequence, "latin": draw_latin}
 MOST_ROWS = 100_000_000
 
 
@@ -369,7 +358,8 @@ class Plan(FileSection):
         axes = list(self.axes.values())
         if self.scheme == "grid":
             return Grid(axes)
-        return SCHEMES[self.scheme](axes, self.points or 0, self.seed)
+        cube = SCHEMES[self.scheme](len(axes), self.seed)
+        return UnitCubePoints(axes, self.points or 0, cube)
 
 
 def load_plan(path: str | Path) -> Plan:

@@ -15,7 +15,7 @@ import scipy
 
 from planter.kernels import Array
 from planter.sweeps.adapter import SweepAdapter
-from planter.sweeps.plan import SobolSequence, UnitCubePoints
+from planter.sweeps.plan import SobolSequence, UnitCubePoints, draw_random
 
 Kind = Literal["normal", "uniform", "triangular"]
 ENDS = 3.0
@@ -93,7 +93,7 @@ class ToleranceJob:
         adapter: SweepAdapter = import_module(module).ADAPTER
         self.subject = adapter.subject(machine, choices, ends, outputs)
         kinds: dict[str, Callable[..., UnitCubePoints]] = {
-            "rows": RandomPoints,
+            "rows": draw_points,
             "base": Saltelli,
             "machines": HalvedTolerances,
         }
@@ -106,8 +106,9 @@ class ToleranceJob:
         return self.subject.evaluated(self.points.block(start, stop), threads)
 
 
-RandomPoints = UnitCubePoints
-"""Random points of the distributions of the inputs."""
+def draw_points(spreads: Sequence[Spread], rows: int, seed: int) -> UnitCubePoints:
+    """Return random points of the distributions of the inputs."""
+    return UnitCubePoints(spreads, rows, draw_random(len(spreads), seed))
 
 
 class StackedPoints(UnitCubePoints):
@@ -120,8 +121,8 @@ class StackedPoints(UnitCubePoints):
     def __init__(
         self, spreads: Sequence[Spread], base: int, matrices: int, size: int, seed: int
     ) -> None:
-        super().__init__(spreads, base * matrices, seed)
-        self.base, self.sequence = base, SobolSequence(size, seed)
+        super().__init__(spreads, base * matrices, SobolSequence(size, seed))
+        self.base = base
 
     def block(self, start: int, stop: int) -> Array:
         """Return the points from `start` to `stop`, (stop - start, n)."""
@@ -129,7 +130,7 @@ class StackedPoints(UnitCubePoints):
         while row < stop:
             matrix, first = divmod(row, self.base)
             last = min(first + stop - row, self.base)
-            parts.append(self.mix(matrix, self.sequence(first, last)))
+            parts.append(self.mix(matrix, self.cube(first, last)))
             row += last - first
         return np.vstack(parts)
 

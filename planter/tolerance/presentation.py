@@ -19,7 +19,7 @@ from planter.report.html import Block, Cell, KeyFigure, Keys, Section, Table, Te
 from planter.report.labels import format_label, label_axis
 from planter.report.presentation import MOST_KEY_FIGURES, ResultPresentation
 from planter.tolerance.analysis import ToleranceAnalysis
-from planter.tolerance.job import RandomPoints
+from planter.tolerance.job import draw_points
 from planter.tolerance.results import Band, RobustFound, Share, ToleranceFound, rank_shares
 
 if TYPE_CHECKING:
@@ -359,7 +359,7 @@ def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
         yield "indices", draw_indices(result.sobol, _list_meanings(analysis))
     if not (keys := _list_cycles(analysis)):
         return
-    points = RandomPoints(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
+    points = draw_points(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
     subject = case.subject
     cycles, nominal = subject.curves(keys, points), subject.curves(keys, case.centre[None])
     end = float(np.degrees(subject.machine.turn))

@@ -10,7 +10,7 @@ from matplotlib.collections import FillBetweenPolyCollection, QuadMesh
 
 from planter.kernels import Array
 from planter.sweeps.figures import SweepData, draw_envelope, draw_map
-from planter.sweeps.plan import Axis, Grid, Latin, to_axis_table
+from planter.sweeps.plan import Axis, Grid, UnitCubePoints, draw_latin, to_axis_table
 
 SPEED = {"from": 35, "to": 45, "steps": 61}
 MASS = [1.0, 1.1, 1.4]
@@ -20,7 +20,8 @@ def draw_sweep(at_random: bool = False, **inputs: Any) -> SweepData:
     """The points of a grid, or 300 at random, over inputs as a plan has them."""
     named = {name: Axis.model_validate(to_axis_table(entry)) for name, entry in inputs.items()}
     axes = list(named.values())
-    points = Latin(axes, 300, 5) if at_random else Grid(axes)
+    random = UnitCubePoints(axes, 300, draw_latin(len(axes), 5))
+    points = random if at_random else Grid(axes)
     return SweepData(named, points.block(0, points.rows), at_random)
 
 

@@ -13,7 +13,7 @@ from planter.tolerance.analysis import (
     compute_tightening,
     first_order_std,
 )
-from planter.tolerance.job import HalvedTolerances, RandomPoints, Saltelli, Spread
+from planter.tolerance.job import HalvedTolerances, Saltelli, Spread, draw_points
 
 LAWS = {
     "uniform": stats.uniform(2, 6),
@@ -39,9 +39,9 @@ def test_blocks_of_points_do_not_depend_on_start() -> None:
     a, b, first, second = block.reshape(4, 64, 2)
     assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
     assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
-    points = RandomPoints(spreads, 20_000, 3)
+    points = draw_points(spreads, 20_000, 3)
     assert np.array_equal(
-        points.block(10_000, 10_050), RandomPoints(spreads, 30_000, 3).block(10_000, 10_050)
+        points.block(10_000, 10_050), draw_points(spreads, 30_000, 3).block(10_000, 10_050)
     )
     assert not np.array_equal(points.block(10_000, 10_050), points.block(0, 50))
 
