@@ -441,8 +441,7 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
         _draw_channel(panels[2 * k : 2 * k + 2], measured, dense, curves, (name, unit))
     style.over_a_turn(panels[-1], label=False, end=dense[-1])
     panels[-1].set_xlabel(angle)
-    handles = panels[0].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper right", ncols=3, frameon=False)
+    style.add_legend(figure, panels[0], 3)
     return figure
 
 
@@ -474,8 +473,7 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     _draw_channel(panels, points, dense, curves, labels)
     style.over_a_turn(panels[1], label=False, end=dense[-1])
     panels[1].set_xlabel(angle)
-    handles = panels[0].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper left", frameon=False)
+    style.add_legend(figure, panels[0])
     return figure
 
 

@@ -151,6 +151,12 @@ def over_a_turn(axes: Axes, label: bool = True, end: float = 360.0) -> None:
         axes.set_xlabel("carrier angle φ / deg")
 
 
+def add_legend(figure: Figure, axes: Axes, columns: int = 1) -> None:
+    """Add the legend of axes above all axes of a figure."""
+    handles = axes.get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper left", ncols=columns, frameon=False)
+
+
 def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
     """Set equal scales and labels of the axes, for figures that show shapes."""
     axes.set_aspect("equal", adjustable="datalim")

@@ -96,8 +96,7 @@ def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
         for axes in shared.ravel()[len(names) :]:
             axes.set_visible(False)
         shared[0, 0].set_title(kind)
-    handles = panels[0, 0].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside upper right", ncols=2, frameon=False)
+    style.add_legend(figure, panels[0, 0], 2)
     return figure
 
 

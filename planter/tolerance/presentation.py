@@ -63,9 +63,7 @@ def draw_distributions(
         axes.locator_params(axis="x", nbins=4)
     for axes in panels[len(outputs) :]:
         axes.set_visible(False)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False
-    )
+    style.add_legend(figure, panels[0], 4)
     return figure
 
 
@@ -129,9 +127,7 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]], meanings: Mapping[str
         axes.set_ylim(-0.6, max(len(largest), LEAST_LINES) - 0.4)
     for axes in panels[len(sobol) :]:
         axes.set_visible(False)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False
-    )
+    style.add_legend(figure, panels[0], 2)
     return figure
 
 
@@ -151,9 +147,7 @@ def draw_cycle(phi_deg: Array, end: float, key: str, rows: Array, nominal: Array
     style.over_a_turn(axes, label=False, end=end)
     axes.set_xlabel("angle of the drive / deg")
     axes.set_ylabel(format_label(key))
-    figure.legend(
-        *axes.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False
-    )
+    style.add_legend(figure, axes, 3)
     return figure
 
 
