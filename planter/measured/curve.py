@@ -70,10 +70,10 @@ class Chosen:
         Raises InputError for an unknown name, empty bounds, or a prior that does not fit.
         """
         paths_of_inputs = [*(value.path for value in machine.values), *list_sensor_inputs(machine)]
-        known = paths.Names(paths_of_inputs)
+        input_names = paths.Names(paths_of_inputs)
         selected: dict[str, tuple[float, float]] = {}
         for name, (low, high) in bounds.items():
-            matches = [name] if is_nuisance(name) else known.candidates(name)
+            matches = [name] if is_nuisance(name) else input_names.candidates(name)
             if len(matches) != 1:
                 hint = paths.suggest_names(name, [*paths_of_inputs, OFFSET, PHASE])
                 raise InputError(f"--fit {name}: {hint}")
@@ -89,7 +89,7 @@ class Chosen:
         names = tuple(selected)
         normal = []
         for name, (mean, std) in (priors or {}).items():
-            matches = [name] if is_nuisance(name) else known.candidates(name)
+            matches = [name] if is_nuisance(name) else input_names.candidates(name)
             if len(matches) != 1 or matches[0] not in names:
                 raise InputError(
                     f"--prior {name}: it must be one of the inputs of --fit: {', '.join(names)}"

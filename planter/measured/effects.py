@@ -223,12 +223,12 @@ class ElasticMount(SensorEffect):
     def __init__(self, speed: float) -> None:
         high = speed / TURN * MOUNT_RATIO[1]
         lowest = float(np.log(MOUNT_RATIO[0] / MOUNT_RATIO[1]))
-        low, most, usual = map(float, np.log([*MOUNT_DAMPING, 0.05]))
+        low, high_damping, usual = map(float, np.log([*MOUNT_DAMPING, 0.05]))
         super().__init__(
             "elastic mount",
             "the machine stands on an elastic mount",
             Parameter("frequency", "Hz", lowest, 0.0, "log", high),
-            Parameter("damping", "1", low, most, "log", neutral=usual),
+            Parameter("damping", "1", low, high_damping, "log", neutral=usual),
         )
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:

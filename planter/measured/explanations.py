@@ -177,8 +177,8 @@ def explain_curve(
         phase.total += len(pairs)
         fits += [fit_effects(*pair) for pair in pairs]
         compared += len(pairs)
-    preferred, others = _find_better(fits, compared)
-    undecided = [each.name for each in others]
+    preferred, rivals = _find_better(fits, compared)
+    undecided = [each.name for each in rivals]
     detailed = {preferred.name, *undecided}
     rows = [_describe_explanation(each, rigid, compared, each.name in detailed) for each in fits]
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(preferred.fit, rebuild)

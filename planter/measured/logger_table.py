@@ -180,8 +180,8 @@ class LoggerTable:
         """Return whether columns hold the same numbers."""
         if len(columns) == 1:
             return True
-        first, *others = (self.read_numbers(i)[0] for i in columns)
-        return all(np.array_equal(first, other, equal_nan=True) for other in others)
+        first, *later = (self.read_numbers(i)[0] for i in columns)
+        return all(np.array_equal(first, other, equal_nan=True) for other in later)
 
     def read_numbers(self, column: int) -> tuple[Array, list[int]]:
         """Return the numbers (n,) of a column, NaN at gaps, and the indices of rows where the

@@ -253,8 +253,8 @@ def build_sensor_view(
         effects += _read_effects(section, LeakedTorque(torque.key))
     scale = speed or 1.0  # of the bounds of a search, which a known value does not need
     largest = max(map(abs, section.imbalance_kg_m or (0.0,)))
-    own = (Imbalance(largest), SpeedHarmonics(), ElasticMount(scale), Gain())
-    effects += _read_effects(section, *own, ElectricCoupling(scale))
+    plain = (Imbalance(largest), SpeedHarmonics(), ElasticMount(scale), Gain())
+    effects += _read_effects(section, *plain, ElectricCoupling(scale))
     return SensorView(target, tuple(sorted(effects, key=lambda stated: stated.effect.rank)))
 
 

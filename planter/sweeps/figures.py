@@ -143,13 +143,13 @@ def _draw_panels(rows: SweepData, x: str, y: str, output: str, values: Array) ->
     figure = style.new_figure(2.8, min(style.WIDTH, 0.5 + 3.6 * len(kinds)))
     panels = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
     for axes, (kind, mask) in zip(panels, kinds, strict=True):
-        across, up, shown = rows.column(x)[mask], rows.column(y)[mask], values[mask]
+        across, up, cell_values = rows.column(x)[mask], rows.column(y)[mask], values[mask]
         if rows.at_random:
-            mesh = axes.scatter(across, up, 4, shown, cmap="cividis", rasterized=True)
+            mesh = axes.scatter(across, up, 4, cell_values, cmap="cividis", rasterized=True)
         else:
             places, cells = np.unique(np.column_stack([up, across]), axis=0, return_inverse=True)
             heights, widths = np.unique(places[:, 0]), np.unique(places[:, 1])
-            means = _reduce(cells.ravel(), shown, len(places))[0]
+            means = _reduce(cells.ravel(), cell_values, len(places))[0]
             grid = means.reshape(len(heights), len(widths))
             mesh = axes.pcolormesh(
                 widths, heights, grid, cmap="cividis", shading="nearest", rasterized=True

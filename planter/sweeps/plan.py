@@ -148,8 +148,8 @@ def to_axis_table(entry: Any) -> Any:
 Cube = Callable[[int, int], Array]
 
 
-class Coordinate(Protocol):
-    """What a share of the unit interval is scaled to."""
+class UnitScale(Protocol):
+    """A scale of shares of the unit interval."""
 
     def from_unit(self, shares: Array) -> Array:
         """Return the numbers at shares (n,) in [0, 1)."""
@@ -176,7 +176,7 @@ class UnitCubePoints:
     row, the first of a chunk, to another, (m, n).
     """
 
-    def __init__(self, axes: Sequence[Coordinate], rows: int, cube: Cube) -> None:
+    def __init__(self, axes: Sequence[UnitScale], rows: int, cube: Cube) -> None:
         self.axes, self.rows, self.cube = axes, rows, cube
 
     def block(self, start: int, stop: int) -> Array:

@@ -88,7 +88,7 @@ class Rows:
         size, columns = len(self.outputs), np.arange(len(self.outputs))
         total, count, rows = np.zeros(size), np.zeros(size, dtype=int), 0
         # of the values and of the negative ones: the least, and the points where they stand
-        least, places = np.full((2, size), np.inf), np.empty((2, size, len(self.inputs)))
+        smallest, places = np.full((2, size), np.inf), np.empty((2, size, len(self.inputs)))
         for points, outputs in self.blocks():
             total += np.nansum(outputs, axis=0)
             count += (~np.isnan(outputs)).sum(axis=0)
@@ -96,8 +96,8 @@ class Rows:
             for side, sign in enumerate((1, -1)):
                 values = np.where(np.isnan(outputs), np.inf, sign * outputs)
                 first = values.argmin(axis=0)
-                is_less = values[first, columns] < least[side]
-                least[side, is_less] = values[first, columns][is_less]
+                is_less = values[first, columns] < smallest[side]
+                smallest[side, is_less] = values[first, columns][is_less]
                 places[side, is_less] = points[first[is_less]]
         extents = {}
         for k, name in enumerate(self.outputs):
@@ -106,7 +106,11 @@ class Rows:
                 extents[name] = SweepExtent(None, None, None, missing, None, None)
                 continue
             low_at, high_at = (self.describe_point(places[side, k]) for side in (0, 1))
-            low, high, mean = float(least[0, k]), -float(least[1, k]), float(total[k] / count[k])
+            low, high, mean = (
+                float(smallest[0, k]),
+                -float(smallest[1, k]),
+                float(total[k] / count[k]),
+            )
             extents[name] = SweepExtent(low, high, mean, missing, low_at, high_at)
         return extents
 
