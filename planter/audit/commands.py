@@ -133,10 +133,16 @@ def audit(
     """
     console = Console(as_json)
     with console.outcome():
+        from planter.audit import user_paper
         from planter.audit.presentation import present_audit
 
+        is_text = bool(against or names) or str(paper).lower().endswith(TEXTS)
+        is_user_paper = not is_text and _is_file(paper)
+        if benchmark or is_text or is_user_paper:
+            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
+        if not experiment:
+            _refuse_options("--experiment", machine=machine)
         if benchmark:
-            _refuse_options(PAPER_NAME, front=front, experiment=experiment, machine=machine)
             _refuse_options(
                 "a text or a paper, and does not go with --benchmark",
                 against=against,
@@ -146,14 +152,12 @@ def audit(
             _present_benchmark(console, out, paper, slips, seed, answers)
             return
         refuse_unused("without --benchmark", "--answers", "--slips", "--seed")
-        if not experiment:
-            _refuse_options("--experiment", machine=machine)
-        if against is not None or names is not None or str(paper).lower().endswith(TEXTS):
-            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
+        if is_text:
             audited = _audit_text(console, paper, against, names, numbers)
-        elif _is_file(paper):
-            _refuse_options(PAPER_NAME, front=front, experiment=experiment)
-            audited = _audit_user_paper(console, paper, numbers)
+        elif is_user_paper:
+            trial = user_paper.audit_user_paper(Path(paper or "."), numbers)
+            console.say(f"written to {trial.folder}")
+            audited = trial.result, trial.typeset
         else:
             audited = _audit_built_in(console, paper, numbers, front, experiment, machine)
         present_audit(*audited).show(console, out)
@@ -210,16 +214,6 @@ def _audit_text(
             f"{Path(text).with_suffix(user_paper.NAMES_SUFFIX)} exists and was not used: pass it "
             f"by --names"
         )
-    return trial.result, trial.typeset
-
-
-def _audit_user_paper(
-    console: Console, source: str | None, numbers: Path | None
-) -> tuple[dict[str, Any], Any]:
-    from planter.audit import user_paper
-
-    trial = user_paper.audit_user_paper(Path(source or "."), numbers)
-    console.say(f"written to {trial.folder}")
     return trial.result, trial.typeset
 
 

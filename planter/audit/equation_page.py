@@ -11,7 +11,6 @@ from difflib import SequenceMatcher
 from html import escape
 from typing import Any
 
-from planter.audit.formula_changes import mark_changes
 from planter.audit.verdicts import FAULTY, UNJUDGED
 from planter.report.html import Block, Cell, MarkupCell, Table, cell_text
 
@@ -134,6 +133,33 @@ def mark_verdict(verdict: str) -> MarkupCell:
 def equation_id(entry: Entry) -> str:
     """Return the id of an equation on the page."""
     return escape(f"{entry['paper']}-{entry['equation']}".replace(" ", "-").replace("'", "-"))
+
+
+CLASS = "changed"
+"""Class of the elements that differ."""
+_LEAF = re.compile(r"<(?!annotation)(\w+)[^<>]*?(?:/>|>[^<]*</\1>)")
+"""An element of MathML without elements in it."""
+
+
+def mark_changes(before: str, after: str) -> list[str]:
+    """Return two formulas in MathML with the elements marked in which they differ.
+
+    >>> mark_changes("<math><mi>a</mi><mo>+</mo></math>", "<math><mi>a</mi><mo>-</mo></math>")[1]
+    '<math><mi>a</mi><mo class="changed">-</mo></math>'
+    """
+    leaves = [list(_LEAF.finditer(text)) for text in (before, after)]
+    old, new = ([leaf[0] for leaf in part] for part in leaves)
+    marked: list[list[int]] = [[], []]
+    for operation, i, j, k, m in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
+        if operation != "equal":
+            marked[0] += [leaf.end(1) for leaf in leaves[0][i:j]]
+            marked[1] += [leaf.end(1) for leaf in leaves[1][k:m]]
+    texts = [before, after]
+    for number, places in enumerate(marked):
+        for place in reversed(places):
+            text = texts[number]
+            texts[number] = f'{text[:place]} class="{CLASS}"{text[place:]}'
+    return texts
 
 
 @dataclass(frozen=True)

@@ -263,17 +263,28 @@ def list_causes(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 def list_numbers(table: Mapping[str, Any]) -> Iterator[PrintedNumber]:
     """Yield the numbers of a data file, with rows of numbers expanded."""
     for row in table["number"]:
-        each: Mapping[str, Sequence[Any]] = row.get("each", {})
-        texts: Sequence[str] = row["printed"] if each else [row["printed"]]
-        for index, text in enumerate(texts):
-            build_entry = {name: values[index] for name, values in each.items()}
-            quantity = row["quantity"].format_map(build_entry)
-            arguments = {**row.get("with", {}), **build_entry}
-            origin = (row["paper"], quantity, row["unit"], text, row["by"], arguments)
-            reading = build_entry.get("reading", row.get("reading", ""))
+        entries = expand_each(row)
+        texts: Sequence[str] = row["printed"] if row.get("each") else [row["printed"]]
+        for text, entry in zip(texts, entries, strict=True):
             yield PrintedNumber(
-                *origin, row.get("needs", ()), reading, row.get("place", "").format_map(build_entry)
+                row["paper"],
+                row["quantity"].format_map(entry),
+                row["unit"],
+                text,
+                row["by"],
+                {**row.get("with", {}), **entry},
+                row.get("needs", ()),
+                entry.get("reading", row.get("reading", "")),
+                row.get("place", "").format_map(entry),
             )
+
+
+def expand_each(row: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the entries of `each` of a row, one for each of its numbers."""
+    each: Mapping[str, Sequence[Any]] = row.get("each", {})
+    return [
+        dict(zip(each, values, strict=True)) for values in zip(*each.values(), strict=True)
+    ] or [{}]
 
 
 def recompute(number: PrintedNumber, table: Mapping[str, Any]) -> Recomputed:

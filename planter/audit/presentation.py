@@ -539,11 +539,7 @@ def format_front_files(front: FrontTable) -> dict[str, str | bytes]:
 
 def format_figure_files(name: str, figure: Figure) -> dict[str, str | bytes]:
     """Return the contents of a figure's files by file name."""
-    return {
-        f"{name}.svg": style.render_svg(figure),
-        f"{name}.png": style.render_png(figure),
-        f"{name}.pdf": style.render_pdf(figure),
-    }
+    return {f"{name}.{ending}": text for ending, text in style.render_figure(figure).items()}
 
 
 EXPERIMENT_CAPTION = (

@@ -115,7 +115,7 @@ def list_headlines(
             continue
         rests_on = _find_faults(row, trial)
         if rests_on:
-            for entry in _list_entries(row):
+            for entry in numbers.expand_each(row):
                 yield _build_headline(row, entry, rests_on, table)
 
 
@@ -131,12 +131,6 @@ def _find_faults(
     return [name for name in row.get("equations", ()) if name in equations] + [
         name for name in row.get("quantities", ()) if name in numbers
     ]
-
-
-def _list_entries(row: Mapping[str, Any]) -> list[dict[str, Any]]:
-    each: Mapping[str, Sequence[Any]] = row.get("each", {})
-    count = len(next(iter(each.values()))) if each else 1
-    return [{name: values[i] for name, values in each.items()} for i in range(count)]
 
 
 def _build_headline(

@@ -103,11 +103,6 @@ def build_loops_text(loops_: KinematicLoops, name: str) -> str:
     return read_template("loops.c").substitute(fields)
 
 
-def compute_course_size(loops_: KinematicLoops) -> int:
-    """Return the numbers of a course: senses, gains and places (`loops.c`)."""
-    return loops_.count + (1 + PLACES) * loops_.size
-
-
 class MachineText:
     """Values of the templates for a machine."""
 
@@ -130,18 +125,10 @@ class MachineText:
             "name": self.name,
             "NAME": self.name.upper(),
             "turn": repr(float(self.machine.turn)),
-            "samples": self._samples_field,
+            "samples": "samples",
             "design_size": self._size("PARAMETERS", len(self.machine.moved)),
             "machine_size": self._size("MACHINE", len(self.fixed)),
         }
-
-    @property
-    def _samples_field(self) -> str:
-        """The name of the samples in the memory: `force` for a single row of forces, as in earlier
-        versions.
-        """
-        rows = self.goal.rows
-        return "force" if len(rows) == 1 and rows[0].quantity.unit == "N" else "samples"
 
     def _size(self, word: str, count: int) -> str:
         """Return an array's size, at least one as the language asks."""
@@ -175,7 +162,7 @@ class MachineText:
             "statuses": statuses,
             "fields": ";\n  ".join(self._fields()),
             **work,
-            "quantities": describe_quantities(machine),
+            "quantities": list_lines("Quantities q:", _number_quantities(self.quantities)),
             "equations": describe_equations(machine),
             "sides_order": _fill_comment(f" {order}") if sides > 1 else "",
             "loops_note": _fill_comment(loops_note) if self.coordinates else "",
@@ -223,8 +210,7 @@ class MachineText:
             goal.angles < goal.samples
         )
         return _fill_comment(
-            f" After a call `{self._samples_field}` holds {rows} at the first {big}_ANGLES of "
-            f"`phi`{part}."
+            f" After a call `samples` holds {rows} at the first {big}_ANGLES of `phi`{part}."
         )
 
     def _fields(self) -> list[str]:
@@ -240,7 +226,7 @@ class MachineText:
             rows = len(self.goal.rows) * self.lanes
             sizes = {
                 "phi": self.lanes,
-                self._samples_field: rows,
+                "samples": rows,
                 "weights": rows,
                 "g": rows * (1 + len(self.machine.moved)),
             } | sizes
@@ -253,7 +239,9 @@ class MachineText:
                 "guards": len(self.guards) * max(CHUNK, self.lanes * self.has_objective),
             }
         if self.machine.loops:
-            sizes["course"] = compute_course_size(self.machine.loops)
+            # senses, gains and places (`loops.c`)
+            loops = self.machine.loops
+            sizes["course"] = loops.count + (1 + PLACES) * loops.size
         numbers = ", ".join(f"{name}[{max(size, 1)}]" for name, size in sizes.items())
         return [f"double {numbers}", *(["int followed"] if self.coordinates else [])]
 
@@ -526,11 +514,6 @@ def describe_machine(machine: Machine) -> dict[str, str]:
             "Machine:", _number_values(fixed, [value.path for value in fixed], "machine")
         ),
     }
-
-
-def describe_quantities(machine: Machine) -> str:
-    """Return a line of comment for each quantity."""
-    return list_lines("Quantities q:", _number_quantities(list_quantities(machine)))
 
 
 def describe_equations(machine: Machine) -> str:

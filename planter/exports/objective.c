@@ -51,14 +51,14 @@ static int evaluate(${name}_memory *m, const double *x, const double *machine, $
   const int status = prepare_lanes(m, x, machine, gradient != NULL);
   if (status) return status;
   if (gradient)
-    slopes(LANES, m->phi, m->d, m->h, $coordinates, m->dh, m->$samples, m->g);
+    slopes(LANES, m->phi, m->d, m->h, $coordinates, m->dh, m->samples, m->g);
   else
-    rows(LANES, m->phi, m->d, m->h, $coordinates, m->$samples);
+    rows(LANES, m->phi, m->d, m->h, $coordinates, m->samples);
   for (int k = 0; k < ROWS; ++k) {
-    fold(m->$samples + k * LANES, m->weights + k * LANES, k);
-    summarise(m->$samples + k * LANES, statistics + 4 * k, high + k, low + k);
+    fold(m->samples + k * LANES, m->weights + k * LANES, k);
+    summarise(m->samples + k * LANES, statistics + 4 * k, high + k, low + k);
   }
-  for (int n = 0; n < NODES; ++n) nodes[n] = m->$samples[node_rows[n] * LANES + ${NAME}_ANGLES + n];
+  for (int n = 0; n < NODES; ++n) nodes[n] = m->samples[node_rows[n] * LANES + ${NAME}_ANGLES + n];
   weigh(1, m->d, statistics, nodes, &objective, slope, node_slope, moved_slope);
   const ${name}_found found = {$found};
   *result = found;
@@ -66,7 +66,7 @@ static int evaluate(${name}_memory *m, const double *x, const double *machine, $
   for (int k = 0; k < ROWS; ++k) failed |= !is_finite(statistics[4 * k + 2]);
   if (!gradient || failed) return failed ? ${NAME}_NOT_FINITE : 0;
   for (int k = 0; k < ROWS; ++k) {
-    const double *s = statistics + 4 * k, *along = slope + 4 * k, *row = m->$samples + k * LANES;
+    const double *s = statistics + 4 * k, *along = slope + 4 * k, *row = m->samples + k * LANES;
     const double rate = along[2] / ${NAME}_ANGLES, bend = 2.0 * along[3] / ${NAME}_ANGLES;
     double *weights = m->weights + k * LANES;
     for (long i = 0; i < ${NAME}_ANGLES; ++i)

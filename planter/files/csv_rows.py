@@ -137,7 +137,11 @@ def read_table(text: str, source: str, columns: Sequence[str] = ()) -> CsvTable:
     if first is None:
         raise InputError(f"{source}: the file is empty, it must have {expected} and rows")
     line, header = first
-    _check_kind(lines[line - 1], source, line, expected)
+    if _OTHER_KIND.fullmatch(lines[line - 1]):
+        raise InputError(
+            f"{source}: line {line} is {shorten_text(lines[line - 1])}, as in a file of another "
+            f"kind, but it must be a CSV file: {expected}, then rows"
+        )
     _check_header(header, f"{source}: line {line}", columns)
     rows = list(records)
     if not rows:
@@ -181,15 +185,6 @@ def _too_long(source: str, line: int) -> str:
         f"{source}: line {line} has a cell of more than {LONGEST} characters, but it must not "
         f"have (is a quote open?)"
     )
-
-
-def _check_kind(line: str, source: str, at: int, expected: str) -> None:
-    if _OTHER_KIND.fullmatch(line):
-        raise InputError(
-            f"{source}: line {at} is {shorten_text(line)}, as in a file of another kind, but it "
-            f"must be a CSV file: "
-            f"{expected}, then rows"
-        )
 
 
 def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> None:

@@ -324,7 +324,9 @@ class Document(FileSection):
         }
 
     def _values(self) -> dict[str, Any]:
-        return _values_of(self.table())
+        table = self.table()
+        table.pop("origin", None)
+        return dict(paths.walk_paths(table))
 
     def _path(self, name: str, values: Mapping[str, Any]) -> str:
         names = paths.Names(values)
@@ -375,7 +377,3 @@ def _list_templates(kind: type[Document]) -> list[_Template]:
         values = document._values()
         templates.append(_Template(document._entries(values), values))
     return templates
-
-
-def _values_of(table: Mapping[str, Any]) -> dict[str, Any]:
-    return dict(paths.walk_paths({key: value for key, value in table.items() if key != "origin"}))

@@ -158,7 +158,9 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
     location = (*details["loc"], context["key"]) if context.get("key") else details["loc"]
     path = paths.join_location(location)
     if details["type"] == "missing":
-        return f"{safe_text.quote_name(path)} is missing: it must be given{_in_unit(path)}"
+        unit = units.display_unit(path)
+        in_unit = f", in {unit}" if unit else ""
+        return f"{safe_text.quote_name(path)} is missing: it must be given{in_unit}"
     if details["type"] == "refused" and "value" not in context:
         return f"{safe_text.quote_name(path)} is missing: {context['allowed']}"
     value = context.get("value", details["input"])
@@ -173,11 +175,6 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
         )
     set_here = any(name == path or name.startswith(f"{path}[") for name in changed)
     return str(value_error(path, value, allowed, is_changed=set_here))
-
-
-def _in_unit(path: str) -> str:
-    unit = units.display_unit(path)
-    return f", in {unit}" if unit else ""
 
 
 def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:

@@ -20,6 +20,7 @@ from typing import Literal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from planter.files.units import parse_unit
 from planter.kernels import builds, compiler, toolchain
 from planter.kernels.compiler import CompilerError, Platform, find_compiler
 
@@ -31,17 +32,6 @@ TOKEN = "TOKEN_OF_THIS"
 INTERFACE = "interface.c"
 """The file that `MAIN` includes last."""
 
-_POWERS: dict[str, Mapping[str, int]] = {
-    "m": {"m": 1},
-    "kg": {"kg": 1},
-    "s": {"s": 1},
-    "rad": {"rad": 1},
-    "1": {},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "J": {"kg": 1, "m": 2, "s": -2},
-    "W": {"kg": 1, "m": 2, "s": -3},
-}
-_FACTOR = re.compile(r"([A-Za-z]+|1)(\d*)")
 _FRACTION = re.compile(r"\d\.\d")
 _VARIABILITY = {
     "input": "continuous",
@@ -120,18 +110,13 @@ def decompose_unit(unit: str) -> dict[str, int]:
     Raises ValueError for another unit.
 
     >>> decompose_unit("N m"), decompose_unit("rad/s2"), decompose_unit("1")
-    ({'kg': 1, 'm': 2, 's': -2}, {'rad': 1, 's': -2}, {})
+    ({'kg': 1, 'm': 2, 's': -2}, {'s': -2, 'rad': 1}, {})
     """
-    above, _, below = unit.partition("/")
-    exponents: dict[str, int] = {}
-    for text, sign in ((above, 1), (below, -1)):
-        for word in text.split():
-            factor = _FACTOR.fullmatch(word)
-            if factor is None or factor[1] not in _POWERS:
-                raise ValueError(f"{unit} is not a product of {', '.join(_POWERS)}")
-            for base, power in _POWERS[factor[1]].items():
-                exponents[base] = exponents.get(base, 0) + sign * power * int(factor[2] or 1)
-    return {base: power for base, power in exponents.items() if power}
+    parsed = parse_unit(unit)
+    if parsed.factor != 1:
+        raise ValueError(f"{unit} is not a unit of the SI without a prefix")
+    powers = zip(("kg", "m", "s", "rad"), parsed.dimension, strict=True)
+    return {base: int(power) for base, power in powers if power}
 
 
 def _describe_fmi2(model: UnitModel, token: str) -> dict[str, bytes]:

@@ -34,7 +34,6 @@ from planter.measured.findings import (
     ChannelFit,
     FitBound,
     FittedInput,
-    LackOfFitTest,
     MeasuredFound,
     ModelMeasured,
     Noise,
@@ -43,7 +42,7 @@ from planter.measured.findings import (
     Prediction,
 )
 from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
-from planter.measured.noise import REFUTING, LackOfFit, assess_lack_of_fit, assess_whiteness
+from planter.measured.noise import REFUTING, LackOfFit, assess_lack_of_fit
 from planter.measured.reading import Columns, Measurement
 from planter.measured.sensor_curve import build_curve, describe_view
 from planter.parallel.task import AUTO, Means, Task
@@ -161,7 +160,6 @@ def calibrate(
                 *notes,
             ],
             warnings=_warnings(first),
-            left_out=int((~measured.used).sum()),
             noise=first.noise,
             target=_spread(float(values.std()), len(values), unit),
             reached=_spread(first.rms, len(values), unit),
@@ -173,7 +171,6 @@ def calibrate(
             other_model=_spread(other_fits[0].rms, len(values), unit) if other_fits else None,
             reading=measured.reading,
             prediction=None if check is None else _predict(check, columns, fits, quantities),
-            noise_N=first.noise.std if unit == FORCE else None,
         ),
     )
 
@@ -203,12 +200,11 @@ def rebuild_machine(
 
 
 def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
-    curve, is_force = fit.curve, fit.curve.unit == FORCE
+    curve = fit.curve
     first = fit.residuals[curve.channels[0]]
     worst, correlation = int(np.argmax(np.abs(first))), fit.correlation()
-    largest = float(first[worst])
-    ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * _range_of(measured) + TINIEST_NOISE)
-    rho, is_white = assess_whiteness(curve, fit.residuals)
+    span = float(np.ptp(measured.values[measured.used]))
+    ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * span + TINIEST_NOISE)
     lack = assess_lack_of_fit(curve, fit.residuals, curve(fit.values)[1])
     noises = [describe_noise(*each) for each in zip(curve.noises, curve.units, strict=True)]
     described = zip(curve.keys, curve.units, curve.channels, fit.channel_rms, noises, strict=True)
@@ -216,29 +212,22 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
         outcome=judge_fit(fit, lack),
         rms=fit.rms,
         rms_of_noise=ratio,
-        largest_residual=largest,
+        largest_residual=float(first[worst]),
         largest_residual_deg=float(np.degrees(curve.phi[worst] % (2 * np.pi))),
-        autocorrelation=rho,
-        white=is_white,
         fitted=describe_inputs(fit),
         rank=fit.rank,
         correlation=None if correlation is None else correlation.tolist(),
         starts=len(fit.sums),
         agreeing_starts=fit.agreeing,
-        lack_of_fit=LackOfFitTest(lack.statistic, lack.probability, lack.harmonics),
+        lack_of_fit=lack,
         noise=noises[0],
         channels=[
             ChannelFit(key, unit, points.stop - points.start, rms, noise)
             for key, unit, points, rms, noise in described
         ],
         active_bounds=describe_active_bounds(fit),
-        rms_N=fit.rms if is_force else None,
-        largest_residual_N=largest if is_force else None,
+        rms_N=fit.rms if curve.unit == FORCE else None,
     )
-
-
-def _range_of(measured: Measurement) -> float:
-    return float(np.ptp(measured.values[measured.used]))
 
 
 def describe_noise(noise: ChannelNoise, unit: str) -> Noise:
@@ -298,21 +287,14 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
             if curve.is_cyclic:
                 ends = -moved, curve.period - moved
                 start[i] = np.mod(start[i], curve.period) - moved
-        display = [float((value + moved) / factor) for value in (fit.values[i], *ends, low, high)]
-        value, display_lower, display_upper, low95, high95 = display
+        all_values = (fit.values[i], *ends, start[i], low, high)
+        value, lowest, highest, begin, *interval = (
+            float((each + moved) / factor) for each in all_values
+        )
+        unit = find_unit(curve, name)
         inputs.append(
             FittedInput(
-                name=name,
-                value=value,
-                unit=find_unit(curve, name),
-                lower=display_lower,
-                upper=display_upper,
-                start=float((start[i] + moved) / factor),
-                low95=low95,
-                high95=high95,
-                interval=[low95, high95],
-                open=bool(is_open),
-                origin="calibrated",
+                name, value, unit, lowest, highest, begin, interval, bool(is_open), "calibrated"
             )
         )
     return inputs
@@ -366,23 +348,15 @@ def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) ->
 
 def _warnings(result: ModelMeasured) -> list[str]:
     """Return the warnings on the fit of the first model."""
-    warnings = []
-    if not result.white:
-        warnings.append(
-            "residuals are correlated in another way than the intervals assume, so these are too "
-            "narrow or the model "
-            "is incomplete"
-        )
     if result.active_bounds:
         names = ", ".join(bound.name for bound in result.active_bounds)
-        warnings.append(f"not settled: no fit inside the bounds of {names} is as good; widen them")
-    elif result.outcome == "not settled":
-        warnings.append(
-            f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better "
-            f"fit may exist; narrow "
-            "the bounds"
-        )
-    return warnings
+        return [f"not settled: no fit inside the bounds of {names} is as good; widen them"]
+    if result.outcome != "not settled":
+        return []
+    return [
+        f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better fit "
+        "may exist; narrow the bounds"
+    ]
 
 
 def _predict(

@@ -4,30 +4,15 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
-
 from planter.files import units
 from planter.files.units import parse_unit
 
-ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0, "rev": 2 * np.pi}
-TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
-VALUES = {
-    "N": {"N": 1.0, "kN": 1e3, "daN": 10.0, "mN": 1e-3},
-    "N m": {
-        "N m": 1.0,
-        "Nm": 1.0,
-        "kN m": 1e3,
-        "kNm": 1e3,
-        "N mm": 1e-3,
-        "Nmm": 1e-3,
-        "N cm": 1e-2,
-        "Ncm": 1e-2,
-    },
-}
-"""Units of a column by the unit of the measured quantity."""
 ALIKE = (
+    ("N", "kN", "daN", "mN"),
+    ("N m", "kN m", "N mm", "N cm"),
     ("mm", "m", "cm", "um"),
-    ("deg", "rad"),
+    ("deg", "rad", "rev"),
+    ("s", "ms", "us", "min", "h"),
     ("rad/s", "r/min", "deg/s"),
     ("rad/s2", "deg/s2"),
     ("m/s", "mm/s"),
@@ -36,7 +21,7 @@ ALIKE = (
     ("J", "kJ", "mJ"),
     ("1", "%"),
 )
-"""Units of columns of other quantities."""
+"""Units that a column may have, by their kinds."""
 
 _NAME_AND_UNIT = re.compile(
     r"(?P<name>.*?)\s*(?:\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|/\s*(?P<c>[^/]+)|\sin\s(?P<d>\S+)|_(?P<e>[A-Za-z°]+))\s*"
@@ -60,6 +45,7 @@ _UNIT_SPELLINGS = {
     "radian": "rad",
     "radians": "rad",
     "turns": "rev",
+    "°": "deg",
 }
 
 
@@ -70,8 +56,6 @@ def list_units(unit: str) -> dict[str, float]:
     >>> list_units("mm")["m"], list_units("N")["daN"]
     (1000.0, 10.0)
     """
-    if unit in VALUES:
-        return VALUES[unit]
     alike = next((names for names in ALIKE if (unit or "1") in names), (unit,))
     return {name: parse_unit(name).factor / parse_unit(unit).factor for name in alike}
 
@@ -79,8 +63,9 @@ def list_units(unit: str) -> dict[str, float]:
 def find_factor(allowed: dict[str, float], unit: str) -> float | None:
     """Return the factor of a unit in any spelling, None if it is not allowed.
 
-    >>> find_factor(list_units("N m"), "kN·m"), find_factor(TIMES, "sec"), find_factor(TIMES, "N")
-    (1000.0, 1.0, None)
+    >>> find_factor(list_units("N m"), "kN·m"), find_factor(list_units("s"), "sec")
+    (1000.0, 1.0)
+    >>> find_factor(list_units("s"), "N")
     """
     by_spelling = {normalise_unit(name): factor for name, factor in allowed.items()}
     return by_spelling.get(normalise_unit(unit))
@@ -114,7 +99,5 @@ def normalise_unit(unit: str) -> str:
     return _UNIT_SPELLINGS.get(text.lower(), text)
 
 
-KNOWN = frozenset(
-    normalise_unit(name) for names in (ANGLES, TIMES, *VALUES.values(), *ALIKE) for name in names
-) - {"1", "h"}
+KNOWN = frozenset(normalise_unit(name) for names in ALIKE for name in names) - {"1", "h"}
 """Spellings that count as units without brackets."""

@@ -70,9 +70,10 @@ class Chosen:
         Raises InputError for an unknown name, empty bounds, or a prior that does not fit.
         """
         paths_of_inputs = [*(value.path for value in machine.values), *list_sensor_inputs(machine)]
+        input_names = paths.Names(paths_of_inputs)
         selected: dict[str, tuple[float, float]] = {}
         for name, (low, high) in bounds.items():
-            matches = [name] if is_nuisance(name) else paths.Names(paths_of_inputs).candidates(name)
+            matches = [name] if is_nuisance(name) else input_names.candidates(name)
             if len(matches) != 1:
                 hint = paths.suggest_names(name, [*paths_of_inputs, OFFSET, PHASE])
                 raise InputError(f"--fit {name}: {hint}")
@@ -88,7 +89,7 @@ class Chosen:
         names = tuple(selected)
         normal = []
         for name, (mean, std) in (priors or {}).items():
-            matches = [name] if is_nuisance(name) else paths.Names(paths_of_inputs).candidates(name)
+            matches = [name] if is_nuisance(name) else input_names.candidates(name)
             if len(matches) != 1 or matches[0] not in names:
                 raise InputError(
                     f"--prior {name}: it must be one of the inputs of --fit: {', '.join(names)}"
@@ -199,7 +200,8 @@ class MeasuredCurve:
         self._positions, self.values = tuple(positions), values
         self.phi = np.concatenate([self._angles[each] for each in positions])
         self._ends = np.cumsum([0, *map(len, positions)])
-        self._gaps = tuple(_count_steps(self._angles[each], each) for each in positions)
+        # steps of the record between neighbouring points of each quantity
+        self.gaps = tuple(_count_steps(self._angles[each], each) for each in positions)
         self._last = None
 
     @property
@@ -346,7 +348,7 @@ class MeasuredCurve:
         """
         parts = [
             whiten_rows(rows[points], gaps, noise.rho) / noise.std
-            for points, gaps, noise in zip(self.channels, self._gaps, self.noises, strict=True)
+            for points, gaps, noise in zip(self.channels, self.gaps, self.noises, strict=True)
         ]
         return np.concatenate(parts)
 
@@ -358,23 +360,6 @@ class MeasuredCurve:
         prior, prior_slopes = self.chosen.prior_rows(z)
         both = self.whiten(np.column_stack([values - self.values, slopes]))
         return np.concatenate([both[:, 0], prior]), np.vstack([both[:, 1:], prior_slopes])
-
-    def log_determinant(self) -> float:
-        """Return the logarithm of the determinant of the noise's covariance over half, for
-        densities.
-        """
-        total = 0.0
-        for points, gaps, noise in zip(self.channels, self._gaps, self.noises, strict=True):
-            count = points.stop - points.start
-            total += count * np.log(noise.std) + 0.5 * float(
-                np.log1p(-(noise.rho ** (2.0 * gaps))).sum()
-            )
-        return float(total)
-
-    @property
-    def gaps(self) -> tuple[Array, ...]:
-        """Steps of the record between neighbouring points of each quantity."""
-        return self._gaps
 
     def evaluate(self, z: Array, phi: Array, speeds: Array | None = None) -> tuple[Array, Array]:
         """Return the quantities (k, m) and their Jacobians (k, m, n) at angles [rad], at `speeds`

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal, Protocol
+from typing import ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -92,46 +92,79 @@ class Curves:
         return np.linspace(0, self.turn, count, endpoint=False)
 
 
-class SensorEffect(Protocol):
-    """An operator with parameters, and the curves of the machine that it needs besides."""
+class SensorEffect:
+    """An operator on a curve, with parameters, and names of the curves of the machine that it needs
+    besides.
 
-    @property
-    def name(self) -> str:
-        """The name, unique among the operators of an explanation."""
+    `name` is unique among the operators of an explanation; `meaning` is a clause that describes it.
+    """
 
-    @property
-    def meaning(self) -> str:
-        """The clause that describes the operator."""
+    rank: ClassVar[int]
+    """Place between machine and amplifier: the speed acts on the machine, before what the sensor
+    adds.
+    """
+    keys: ClassVar[tuple[str, ...]] = ()
+    """Keys of [measurement] that state the parameters: a key for each, or one for a list."""
 
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The parameters."""
-
-    @property
-    def needed(self) -> tuple[str, ...]:
-        """Names of curves of the machine."""
+    def __init__(
+        self, name: str, meaning: str, *parameters: Parameter, needed: tuple[str, ...] = ()
+    ) -> None:
+        self.name, self.meaning, self.parameters, self.needed = name, meaning, parameters, needed
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the signal (S, c) for values of the parameters."""
+        return signal
 
 
-@dataclass(frozen=True)
-class TurnedAxis:
+class SpeedHarmonics(SensorEffect):
+    """A speed that swings with harmonics of the drive: F = W + omega^2 a + omega' b, with parts a,
+    b of the machine.
+    """
+
+    rank, keys, orders = 0, ("speed_harmonics",), (1, 2)
+
+    def __init__(self) -> None:
+        names = [f"{part}{order}" for order in self.orders for part in ("cos", "sin")]
+        swings = (Parameter(name, "1", -LARGEST_SWING, LARGEST_SWING) for name in names)
+        meaning = "the speed swings within a turn"
+        super().__init__("speed harmonics", meaning, *swings, needed=(SQUARE, RATE))
+
+    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
+        """Return the signal at the swinging speed."""
+        count = len(signal)
+        swing, slope = np.zeros(count), np.zeros(count)
+        for order, cosine, sine in zip(self.orders, values[::2], values[1::2], strict=True):
+            cosines, sines = _sample_wave(order, count, curves.turn)
+            swing += cosine * cosines + sine * sines
+            slope += order * (sine * cosines - cosine * sines)
+        square = curves.speed**2
+        more = square * (2 * swing + swing**2)
+        rate = square * (1 + swing) * slope
+        return signal + more[:, None] * curves.rows[SQUARE] + rate[:, None] * curves.rows[RATE]
+
+
+class AddedCurve(SensorEffect):
+    """A multiple of another curve of the machine, `key`, which the sensor sees besides."""
+
+    def __init__(self, key: str, name: str, meaning: str, parameter: Parameter) -> None:
+        super().__init__(name, meaning, parameter, needed=(key,))
+        self.key = key
+
+    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
+        """Return the signal with the multiple of the curve."""
+        return signal + values[0] * curves.rows[self.key]
+
+
+class TurnedAxis(AddedCurve):
     """A sensor in the plane of x and y: a force along x is turned towards y, along which another
     one acts.
     """
 
-    key: str
-    name: str = "axis"
-    meaning: str = "the axis of the sensor is turned from x towards y"
+    rank, keys = 1, ("axis_deg",)
 
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("angle", "deg", -180.0, 180.0),)
-
-    @property
-    def needed(self) -> tuple[str, ...]:
-        return (self.key,)
+    def __init__(self, key: str) -> None:
+        meaning = "the axis of the sensor is turned from x towards y"
+        super().__init__(key, "axis", meaning, Parameter("angle", "deg", -180.0, 180.0))
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the force along the axis of the sensor."""
@@ -140,75 +173,37 @@ class TurnedAxis:
         return turned
 
 
-@dataclass(frozen=True)
-class LeakedForce:
+class LeakedForce(AddedCurve):
     """A share of another force of the machine, which the sensor sees besides."""
 
-    key: str
+    rank = 2
 
-    @property
-    def name(self) -> str:
-        return f"enclosed {self.key}"
-
-    @property
-    def meaning(self) -> str:
-        return f"the sensor also sees a share of {self.key}"
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("share", "1", -LARGEST_SHARE, LARGEST_SHARE),)
-
-    @property
-    def needed(self) -> tuple[str, ...]:
-        return (self.key,)
-
-    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
-        """Return the signal with the share of the force."""
-        return signal + values[0] * curves.rows[self.key]
+    def __init__(self, key: str) -> None:
+        share = Parameter("share", "1", -LARGEST_SHARE, LARGEST_SHARE)
+        meaning = f"the sensor also sees a share of {key}"
+        super().__init__(key, f"enclosed {key}", meaning, share)
 
 
-@dataclass(frozen=True)
-class LeakedTorque:
+class LeakedTorque(AddedCurve):
     """The force of a torque of the machine at a lever, which the sensor sees besides."""
 
-    key: str
+    rank, keys = 3, ("lever_mm",)
 
-    @property
-    def name(self) -> str:
-        return f"lever {self.key}"
-
-    @property
-    def meaning(self) -> str:
-        return f"the sensor also sees the reaction of {self.key} at a lever"
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def __init__(self, key: str) -> None:
         largest = 1 / SHORTEST_LEVER_M
-        return (Parameter("lever", "mm", -largest, largest, "reciprocal", 1e3),)
-
-    @property
-    def needed(self) -> tuple[str, ...]:
-        return (self.key,)
-
-    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
-        """Return the signal with the force at the lever."""
-        return signal + values[0] * curves.rows[self.key]
+        lever = Parameter("lever", "mm", -largest, largest, "reciprocal", 1e3)
+        meaning = f"the sensor also sees the reaction of {key} at a lever"
+        super().__init__(key, f"lever {key}", meaning, lever)
 
 
-@dataclass(frozen=True)
-class Imbalance:
+class Imbalance(SensorEffect):
     """The force of a mass that turns with the drive off its axis, of at most `largest` [kg m]."""
 
-    largest: float
-    name: str = "imbalance"
-    meaning: str = "the drive carries an imbalance"
-    needed: tuple[str, ...] = ()
+    rank, keys = 4, ("imbalance_kg_m",)
 
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        return tuple(
-            Parameter(axis, "kg m", -self.largest, self.largest) for axis in ("along", "across")
-        )
+    def __init__(self, largest: float) -> None:
+        parts = (Parameter(axis, "kg m", -largest, largest) for axis in ("along", "across"))
+        super().__init__("imbalance", "the drive carries an imbalance", *parts)
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the signal with the turning force."""
@@ -218,133 +213,70 @@ class Imbalance:
         return turned
 
 
-@dataclass(frozen=True)
-class SpeedHarmonics:
-    """A speed that swings with harmonics of the drive: F = W + omega^2 a + omega' b, with parts a,
-    b of the machine.
-    """
-
-    orders: tuple[int, ...] = (1, 2)
-    name: str = "speed harmonics"
-    meaning: str = "the speed swings within a turn"
-    needed: tuple[str, ...] = (SQUARE, RATE)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        return tuple(
-            Parameter(f"{part}{order}", "1", -LARGEST_SWING, LARGEST_SWING)
-            for order in self.orders
-            for part in ("cos", "sin")
-        )
-
-    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
-        """Return the signal at the swinging speed."""
-        count = len(signal)
-        swing, slope = np.zeros(count), np.zeros(count)
-        for order, (cosine, sine) in zip(
-            self.orders, zip(values[::2], values[1::2], strict=True), strict=True
-        ):
-            cosines, sines = _sample_wave(order, count, curves.turn)
-            swing += cosine * cosines + sine * sines
-            slope += order * (sine * cosines - cosine * sines)
-        square = curves.speed**2
-        more = square * (2 * swing + swing**2)
-        return (
-            signal
-            + more[:, None] * curves.rows[SQUARE]
-            + (square * (1 + swing) * slope)[:, None] * curves.rows[RATE]
-        )
-
-
-@dataclass(frozen=True)
-class ElasticMount:
+class ElasticMount(SensorEffect):
     """A mount of one mass on a spring and a damper below a machine whose motion is prescribed, at a
     speed [rad/s].
     """
 
-    speed: float
-    name: str = "elastic mount"
-    meaning: str = "the machine stands on an elastic mount"
-    needed: tuple[str, ...] = ()
+    rank, keys = 5, ("mount_Hz", "mount_damping")
 
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        high = self.speed / TURN * MOUNT_RATIO[1]
-        return (
-            Parameter(
-                "frequency", "Hz", float(np.log(MOUNT_RATIO[0] / MOUNT_RATIO[1])), 0.0, "log", high
-            ),
-            Parameter(
-                "damping",
-                "1",
-                float(np.log(MOUNT_DAMPING[0])),
-                float(np.log(MOUNT_DAMPING[1])),
-                "log",
-                neutral=float(np.log(0.05)),
-            ),
+    def __init__(self, speed: float) -> None:
+        high = speed / TURN * MOUNT_RATIO[1]
+        lowest = float(np.log(MOUNT_RATIO[0] / MOUNT_RATIO[1]))
+        low, high_damping, usual = map(float, np.log([*MOUNT_DAMPING, 0.05]))
+        super().__init__(
+            "elastic mount",
+            "the machine stands on an elastic mount",
+            Parameter("frequency", "Hz", lowest, 0.0, "log", high),
+            Parameter("damping", "1", low, high_damping, "log", neutral=usual),
         )
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the signal below the mount."""
-        frequency, damping = (p.to_display(v) for p, v in zip(self.parameters, values, strict=True))
-        assert frequency is not None
-        assert damping is not None
-        s, wn = _list_rates(curves), TURN * frequency
-        return _filter(
-            signal, (2 * damping * wn * s + wn**2) / (s**2 + 2 * damping * wn * s + wn**2)
-        )
+        wn = TURN * self.parameters[0].reference * np.exp(values[0])
+        s, damping = _list_rates(curves), np.exp(values[1])
+        above = 2 * damping * wn * s + wn**2
+        return _filter(signal, above / (s**2 + above))
 
 
-@dataclass(frozen=True)
-class ElectricCoupling:
-    """An amplifier without direct current, of first order, as charge amplifiers of piezoelectric
-    sensors are.
-    """
-
-    speed: float
-    name: str = "coupling"
-    meaning: str = "the amplifier passes no direct current"
-    needed: tuple[str, ...] = ()
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        low = self.speed / TURN * CORNER_RATIO[0]
-        return (
-            Parameter(
-                "corner", "Hz", 0.0, float(np.log(CORNER_RATIO[1] / CORNER_RATIO[0])), "log", low
-            ),
-        )
-
-    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
-        """Return the signal behind the amplifier."""
-        corner = self.parameters[0].to_display(values[0])
-        assert corner is not None
-        s = _list_rates(curves)
-        return _filter(signal, s / (s + TURN * corner))
-
-
-@dataclass(frozen=True)
-class Gain:
+class Gain(SensorEffect):
     """A sensor that magnifies its signal, as one does whose sensitivity is not that of its
     sheet.
     """
 
-    name: str = "gain"
-    meaning: str = "the sensor magnifies its signal"
-    needed: tuple[str, ...] = ()
+    rank, keys = 6, ("gain",)
 
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def __init__(self) -> None:
         end = float(np.log(LARGEST_GAIN))
-        return (Parameter("factor", "1", -end, end, "log"),)
+        factor = Parameter("factor", "1", -end, end, "log")
+        super().__init__("gain", "the sensor magnifies its signal", factor)
 
     def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
         """Return the magnified signal."""
         return signal * float(np.exp(values[0]))
 
 
-@dataclass(frozen=True)
-class ZeroDrift:
+class ElectricCoupling(SensorEffect):
+    """An amplifier without direct current, of first order, as charge amplifiers of piezoelectric
+    sensors are.
+    """
+
+    rank, keys = 7, ("corner_Hz",)
+
+    def __init__(self, speed: float) -> None:
+        low = speed / TURN * CORNER_RATIO[0]
+        end = float(np.log(CORNER_RATIO[1] / CORNER_RATIO[0]))
+        corner = Parameter("corner", "Hz", 0.0, end, "log", low)
+        super().__init__("coupling", "the amplifier passes no direct current", corner)
+
+    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
+        """Return the signal behind the amplifier."""
+        corner = self.parameters[0].reference * np.exp(values[0])
+        s = _list_rates(curves)
+        return _filter(signal, s / (s + TURN * corner))
+
+
+class ZeroDrift(SensorEffect):
     """A zero that drifts over the record, by a polynomial over each of several records in `spans`
     [rad], two ends each.
 
@@ -353,39 +285,30 @@ class ZeroDrift:
     parameters multiply.
     """
 
-    degree: int
-    spans: tuple[tuple[float, float], ...]
-    largest: float
-    unit: str
-    needed: tuple[str, ...] = ()
+    rank = 8
 
-    @property
-    def name(self) -> str:
-        return f"{DRIFTS[self.degree]} drift of zero"
-
-    @property
-    def meaning(self) -> str:
-        return (
-            f"the zero of the sensor drifts, by a {DRIFTS[self.degree]} polynomial over each record"
-        )
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def __init__(
+        self, degree: int, spans: Sequence[tuple[float, float]], largest: float, unit: str
+    ) -> None:
+        self.degree, self.spans = degree, spans
         parameters = []
-        for record, (first, last) in enumerate(self.spans, 1):
-            number = f"{record}" if len(self.spans) > 1 else ""
+        for record, (first, last) in enumerate(spans, 1):
+            number = f"{record}" if len(spans) > 1 else ""
             half = abs(last - first) / 2 / TURN  # revolutions
             if record > 1:
-                parameters.append(
-                    Parameter(f"zero{number}", self.unit, -self.largest, self.largest)
-                )
-            rate = self.largest / half if half else self.largest
-            parameters.append(Parameter(f"slope{number}", f"{self.unit}/r", -rate, rate))
+                parameters.append(Parameter(f"zero{number}", unit, -largest, largest))
+            rate = largest / (half or 1.0)
+            parameters.append(Parameter(f"slope{number}", f"{unit}/r", -rate, rate))
             parameters += [
-                Parameter(f"bend{number}_{power}", self.unit, -self.largest, self.largest)
-                for power in range(2, self.degree + 1)
+                Parameter(f"bend{number}_{power}", unit, -largest, largest)
+                for power in range(2, degree + 1)
             ]
-        return tuple(parameters)
+        word = DRIFTS[degree]
+        super().__init__(
+            f"{word} drift of zero",
+            f"the zero of the sensor drifts, by a {word} polynomial over each record",
+            *parameters,
+        )
 
     def columns(self, phi: Array, records: Integers) -> Array:
         """Return what the parameters multiply (m, p) at angles (m,) [rad] of records (m,), counted
@@ -396,34 +319,14 @@ class ZeroDrift:
         """
         columns = []
         for record, (first, last) in enumerate(self.spans):
-            inside = records == record
             from_middle = phi - (first + last) / 2
             share = np.clip(2 * from_middle / ((last - first) or 1.0), -1.0, 1.0)
-            rows = [np.ones(len(phi))] if record else []
-            rows.append(from_middle / TURN)
-            rows += [legendre.Legendre.basis(power)(share) for power in range(2, self.degree + 1)]
-            columns += [np.where(inside, row, 0.0) for row in rows]
+            rows = legendre.legvander(share, self.degree)
+            rows[:, 1] = from_middle / TURN
+            columns.append(
+                np.where((records == record)[:, None], rows[:, 0 if record else 1 :], 0.0)
+            )
         return np.column_stack(columns)
-
-    def apply(self, signal: Array, curves: Curves, values: Sequence[float]) -> Array:
-        """Return the signal as it is, since drift is no part of a cycle."""
-        return signal
-
-
-def rank_effect(effect: SensorEffect) -> int:
-    """Return the place of an effect between machine and amplifier, in which effects act."""
-    # the speed acts on the machine, before what the sensor adds
-    return (
-        SpeedHarmonics,
-        TurnedAxis,
-        LeakedForce,
-        LeakedTorque,
-        Imbalance,
-        ElasticMount,
-        Gain,
-        ElectricCoupling,
-        ZeroDrift,
-    ).index(type(effect))
 
 
 @cache

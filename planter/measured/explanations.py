@@ -50,9 +50,8 @@ from planter.measured.effects import (
     SensorEffect,
     SpeedHarmonics,
     ZeroDrift,
-    rank_effect,
 )
-from planter.measured.findings import EffectParameter, Explanation, ExplanationFound, LackOfFitTest
+from planter.measured.findings import EffectParameter, Explanation, ExplanationFound
 from planter.measured.fit import MOST_POINTS, Fit, fit_curve
 from planter.measured.noise import (
     LackOfFit,
@@ -178,12 +177,8 @@ def explain_curve(
         phase.total += len(pairs)
         fits += [fit_effects(*pair) for pair in pairs]
         compared += len(pairs)
-    preferred = _choose_explanation(fits, compared)
-    undecided = [
-        each.name
-        for each in fits
-        if each is not preferred and _is_undecided(each, preferred, rigid, compared)
-    ]
+    preferred, rivals = _find_better(fits, compared)
+    undecided = [each.name for each in rivals]
     detailed = {preferred.name, *undecided}
     rows = [_describe_explanation(each, rigid, compared, each.name in detailed) for each in fits]
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(preferred.fit, rebuild)
@@ -254,13 +249,12 @@ def describe_effects(machine: Machine, effects: Sequence[SensorEffect]) -> str:
     named = {quantity.key: name_quantity(quantity) for quantity in machine.results}
     words = []
     for effect in effects:
-        match effect:
-            case LeakedForce(key):
-                words.append(f"share of {named[key]}")
-            case LeakedTorque(key):
-                words.append(f"{named[key]} at a lever")
-            case _:
-                words.append(effect.name)
+        if isinstance(effect, LeakedForce):
+            words.append(f"share of {named[effect.key]}")
+        elif isinstance(effect, LeakedTorque):
+            words.append(f"{named[effect.key]} at a lever")
+        else:
+            words.append(effect.name)
     return " + ".join(words)
 
 
@@ -338,7 +332,7 @@ def _pair_effects(fits: Sequence[ExplainedFit]) -> list[tuple[SensorEffect, ...]
     added = [
         effect for (effect,) in (each.effects for each in fits) if type(effect) is not type(best)
     ]
-    return [tuple(sorted((best, effect), key=rank_effect)) for effect in added]
+    return [tuple(sorted((best, effect), key=lambda each: each.rank)) for effect in added]
 
 
 def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
@@ -352,13 +346,27 @@ def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
     )
 
 
-def _compare_with_rigid(each: ExplainedFit, rigid: ExplainedFit, compared: int) -> bool:
-    """Return whether an explanation is better than the rigid machine beyond chance."""
-    test = compare_likelihoods(rigid.likelihood, each.likelihood)
-    return (
-        correct_probability(test.probability, compared) < LEVEL
-        and _log10_ratio(each, rigid) > DECISIVE
-    )
+def _find_better(
+    fits: Sequence[ExplainedFit], compared: int
+) -> tuple[ExplainedFit, list[ExplainedFit]]:
+    """Return the preferred one of fits, the rigid machine first, and those that the data cannot
+    tell from it.
+
+    Only fits that are better than the rigid machine beyond chance are considered.
+    """
+    rigid, better = fits[0], []
+    for each in fits[1:]:
+        probability = compare_likelihoods(rigid.likelihood, each.likelihood).probability
+        is_likely = correct_probability(probability, compared) < LEVEL
+        if is_likely and _log10_ratio(each, rigid) > DECISIVE:
+            better.append(each)
+    preferred = max(better, key=lambda each: each.log_evidence, default=rigid)
+    undecided = [
+        each
+        for each in better
+        if each is not preferred and _log10_ratio(preferred, each) < DECISIVE
+    ]
+    return preferred, undecided
 
 
 def correct_probability(probability: float, compared: int) -> float:
@@ -370,20 +378,6 @@ def correct_probability(probability: float, compared: int) -> float:
 
 def _log10_ratio(each: ExplainedFit, other: ExplainedFit) -> float:
     return (each.log_evidence - other.log_evidence) / float(np.log(10))
-
-
-def _choose_explanation(fits: Sequence[ExplainedFit], compared: int) -> ExplainedFit:
-    rigid = fits[0]
-    better = [each for each in fits[1:] if _compare_with_rigid(each, rigid, compared)]
-    return max(better, key=lambda each: each.log_evidence, default=rigid)
-
-
-def _is_undecided(
-    each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedFit, compared: int
-) -> bool:
-    if each is rigid or preferred is rigid:
-        return False
-    return _log10_ratio(preferred, each) < DECISIVE and _compare_with_rigid(each, rigid, compared)
 
 
 def _describe_explanation(
@@ -421,8 +415,8 @@ def _describe_explanation(
         outcome=judge_fit(fit, each.lack),
         rms=fit.rms,
         noise=describe_noise(curve.noises[0], curve.unit),
-        lack_of_fit=LackOfFitTest(each.lack.statistic, each.lack.probability, each.lack.harmonics),
-        F=None if test is None else test.statistic,
+        lack_of_fit=each.lack,
+        F=None if test is None else test.F,
         probability=None if test is None else test.probability,
         probability_of_any=None
         if test is None
@@ -465,6 +459,11 @@ def _state_result(
             f"{_describe_probability(lowest)}"
         )
     else:
+        decades = best.log10_bayes
+        # beyond a million the model itself is less certain
+        odds = "more than a million times"
+        if decades < MOST_DECADES:
+            odds = f"{round(10**decades, 1 - int(decades)):g} times"
         verb = {
             "explained": "explains",
             "not explained": "comes nearest but does not explain",
@@ -472,7 +471,7 @@ def _state_result(
         }[best.outcome]
         sentences.append(
             f"{words[preferred][0].upper()}{words[preferred][1:]} {verb} the curve: {subject} is "
-            f"{_describe_odds(best.log10_bayes)} less probable, and leaves "
+            f"{odds} less probable, and leaves "
             f"{rigid.rms / best.rms:.3g} times the "
             f"residual; by chance, the best of {compared} effects does as well with a probability "
             f"{_describe_probability(best.probability_of_any or 0.0)}"
@@ -498,12 +497,3 @@ def _describe_probability(probability: float) -> str:
     """
     smallest = 10**-MOST_DECADES
     return f"of {probability:.2g}" if probability >= smallest else f"below {smallest:g}"
-
-
-def _describe_odds(log10_bayes: float) -> str:
-    """Return how many times more probable an explanation is; beyond a million the model itself is
-    less certain.
-    """
-    if log10_bayes >= MOST_DECADES:
-        return "more than a million times"
-    return f"{round(10**log10_bayes, 1 - int(log10_bayes)):g} times"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planter.measured.curve import Side
+from planter.measured.noise import LackOfFit
 from planter.measured.reading import DataColumn, DataReading
 from planter.records import Record
 
@@ -16,8 +17,8 @@ Outcome = Literal["explained", "not explained", "not settled"]
 class FittedInput(Record):
     """Fitted input: `value` with its bounds and its confidence interval.
 
-    `low95` and `high95`, together `interval`, are the ends of the 95 % interval of the profile
-    likelihood, for the noise of the result; an interval that ends at a bound is open. A phase lies
+    `interval` has the ends of the 95 % interval of the profile likelihood, for the noise of the
+    result; an interval that ends at a bound is open. A phase lies
     between 0 and its period, with bounds and interval moved by whole periods: measured(phi) =
     computed(phi + phase).
     """
@@ -28,8 +29,6 @@ class FittedInput(Record):
     lower: float
     upper: float
     start: float
-    low95: float
-    high95: float
     interval: list[float]
     open: bool
     origin: str
@@ -70,19 +69,6 @@ class Noise(Record):
 
 
 @dataclass(frozen=True)
-class LackOfFitTest(Record):
-    """F test of harmonics of a cycle in what a model leaves, with whitened noise.
-
-    `probability` is that of at least this F for noise alone, the largest over all plausible
-    correlations.
-    """
-
-    F: float
-    probability: float
-    harmonics: int
-
-
-@dataclass(frozen=True)
 class FitBound(Record):
     """Bound of the input `name` on which a fit rests: no fit inside is as good, so a better one may
     lie beyond.
@@ -111,8 +97,7 @@ class ModelMeasured(Record):
     fit rests on `active_bounds`; else "not explained", or "not settled" if starts disagree. `rank`
     is the number of combinations of inputs that the data determine; `correlation` is the matrix of
     the inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS
-    residual over the noise of the data; `autocorrelation` is that of neighbouring residuals,
-    `white` whether these, less what their neighbours tell, pass a test for white noise.
+    residual over the noise of the data.
     """
 
     outcome: Outcome
@@ -120,19 +105,16 @@ class ModelMeasured(Record):
     rms_of_noise: float
     largest_residual: float
     largest_residual_deg: float
-    autocorrelation: float
-    white: bool
     fitted: list[FittedInput]
     rank: int
     correlation: list[list[float]] | None
     starts: int
     agreeing_starts: int
-    lack_of_fit: LackOfFitTest
+    lack_of_fit: LackOfFit
     noise: Noise
     channels: list[ChannelFit]
     active_bounds: list[FitBound]
     rms_N: float | None = None
-    largest_residual_N: float | None = None
 
 
 @dataclass(frozen=True)
@@ -167,8 +149,7 @@ class MeasuredFound(Record):
 
     `outcome`, `fitted`, `rank`, `starts` and `agreeing_starts` are those of `model`; `unit` is that
     of the quantity. `reading` and, in sentences, `treatment` describe how the data were read and
-    what was left out; `warnings` are limits of the result; `noise_N` is `noise.std` if the unit is
-    N.
+    what was left out; `warnings` are limits of the result.
     """
 
     machine: str
@@ -179,7 +160,6 @@ class MeasuredFound(Record):
     statement: str
     treatment: list[str]
     warnings: list[str]
-    left_out: int
     noise: Noise
     target: NoiseSpread
     reached: NoiseSpread
@@ -191,7 +171,6 @@ class MeasuredFound(Record):
     other_model: NoiseSpread | None
     reading: DataReading
     prediction: Prediction | None = None
-    noise_N: float | None = None
 
 
 @dataclass(frozen=True)
@@ -245,7 +224,7 @@ class Explanation(Record):
     outcome: Outcome
     rms: float
     noise: Noise
-    lack_of_fit: LackOfFitTest
+    lack_of_fit: LackOfFit
     F: float | None
     probability: float | None
     probability_of_any: float | None

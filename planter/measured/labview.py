@@ -108,7 +108,9 @@ class _LabviewReader:
                 f"{self.separator!r} stands behind it; correct the one or other",
             )
         # version 1 has no key for it, and writes that of the system
-        usual = "," if self.separator != "," and any(map(self._has_decimal_comma, lines)) else "."
+        cells = (cell for line in lines for cell in self._split(line))
+        has_commas = self.separator != "," and any(map(_DECIMAL_COMMA.fullmatch, cells))
+        usual = "," if has_commas else "."
         self.decimal = self._choose("Decimal_Separator", (".", ","), usual)
         if self.decimal == self.separator:
             raise self._refuse(
@@ -126,9 +128,6 @@ class _LabviewReader:
         if match is None:
             raise self._refuse(key, value, f"it must be one of {', '.join(allowed)}")
         return match
-
-    def _has_decimal_comma(self, line: str) -> bool:
-        return any(_DECIMAL_COMMA.fullmatch(cell) for cell in self._split(line))
 
     def _split(self, line: str) -> list[str]:
         return [cell.strip() for cell in line.split(self.separator)]

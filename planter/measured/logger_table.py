@@ -145,17 +145,12 @@ class LoggerTable:
         Of columns of one name with the same numbers it is the first. Raises InputError if no column
         or several fit.
         """
-        for names in (self.names, tuple(split_unit(name)[0] for name in self.names)):
+        bare_names = [split_unit(each)[0] for each in self.names]
+        for names in (self.names, bare_names):
             indices = [i for i, each in enumerate(names) if each == name]
-            if len(indices) == 1:
+            if indices and self._are_equal(indices):
                 return indices[0]
-            if len(indices) > 1:
-                same = self.read_numbers(indices[0])[0]
-                if all(
-                    np.array_equal(same, self.read_numbers(i)[0], equal_nan=True)
-                    for i in indices[1:]
-                ):
-                    return indices[0]
+            if indices:
                 numbers = " or ".join(str(i + 1) for i in indices)
                 raise InputError(
                     f"{self.source}: {option} = {name}: several columns have this name: use "
@@ -163,11 +158,8 @@ class LoggerTable:
                 )
         if name.isdigit() and 1 <= int(name) <= len(self.names):
             return int(name) - 1
-        parts = [
-            i
-            for i, each in enumerate(self.names)
-            if name and name.casefold() in split_unit(each)[0].casefold()
-        ]
+        folded = name.casefold()
+        parts = [i for i, each in enumerate(bare_names) if name and folded in each.casefold()]
         if len(parts) == 1:
             return parts[0]
         if parts:
@@ -176,13 +168,20 @@ class LoggerTable:
                 f"{self.source}: {option} = {name}: several columns have this in their names: "
                 f"{candidates}"
             )
-        bare = {split_unit(column)[0]: column for column in self.names}
+        bare = dict(zip(bare_names, self.names, strict=True))
         close = paths.find_similar(name, [*self.names, *bare])
         hint = f"did you mean {bare.get(close[0], close[0])!r}? " if close else ""
         columns = ", ".join(map(repr, self.names))
         raise InputError(
             f"{self.source}: {option} = {name} is not a column: {hint}it must be one of {columns}"
         )
+
+    def _are_equal(self, columns: Sequence[int]) -> bool:
+        """Return whether columns hold the same numbers."""
+        if len(columns) == 1:
+            return True
+        first, *later = (self.read_numbers(i)[0] for i in columns)
+        return all(np.array_equal(first, other, equal_nan=True) for other in later)
 
     def read_numbers(self, column: int) -> tuple[Array, list[int]]:
         """Return the numbers (n,) of a column, NaN at gaps, and the indices of rows where the

@@ -20,6 +20,7 @@ from planter.kernels import Array
 from planter.measured.curve import ChannelNoise, MeasuredCurve
 from planter.measured.reading import TWO_REVOLUTIONS, count_mean_harmonics, fourier_basis
 from planter.numerics.arrays import TURN, Integers
+from planter.records import Record
 
 RHOS = np.tanh(np.linspace(0.0, 3.2, 65))
 """Correlations that are tried, 0 to 0.997."""
@@ -33,10 +34,6 @@ INDEPENDENT = 1e-9
 """Share of the largest singular value below which a column follows from the others."""
 ROUNDING = 1e-14
 """Share of a sum of squares that is rounding."""
-LAGS = 10
-"""Maximum number of lags of a test, which has at most a fifth of the number of points."""
-SIGNIFICANCE = 0.01
-"""Level of the warning of residuals that are not white after all."""
 REFUTING = 1e-3
 """Probability below which what a model leaves is no noise."""
 PLAUSIBLE = 2.0
@@ -213,14 +210,14 @@ def find_independent(columns: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class LackOfFit:
-    """Test of what a model leaves: F of harmonics of a cycle in white residuals, and its
-    probability for noise alone.
+class LackOfFit(Record):
+    """F test of harmonics of a cycle in what a model leaves, with whitened noise.
 
-    The probability is the largest over all plausible correlations of the noise.
+    `probability` is that of at least this F for noise alone, the largest over all plausible
+    correlations.
     """
 
-    statistic: float
+    F: float
     probability: float
     harmonics: int
 
@@ -251,9 +248,9 @@ def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) ->
         for test in results:
             tests += 1
             if test.probability < worst.probability or not worst.harmonics:
-                worst = LackOfFit(test.statistic, test.probability, count)
+                worst = LackOfFit(test.F, test.probability, count)
     probability = min(1.0, worst.probability * max(tests, 1))
-    return LackOfFit(worst.statistic, probability, worst.harmonics)
+    return LackOfFit(worst.F, probability, worst.harmonics)
 
 
 def build_trends(phi: Array, records: Integers, degree: int) -> Array:
@@ -343,40 +340,3 @@ def compute_log_evidence(curve: MeasuredCurve, residuals: Array, slopes: Array) 
         + float(scipy.special.gammaln(free / 2))
         - free / 2 * np.log(np.pi)
     )
-
-
-def assess_whiteness(curve: MeasuredCurve, residuals: Array) -> tuple[float, bool]:
-    """Return the correlation of neighbours of the first quantity, and whether white residuals pass
-    as white noise.
-    """
-    first = residuals[curve.channels[0]]
-    total = float(first @ first)
-    if total == 0:
-        return 0.0, True
-    rho = float(first[1:] @ first[:-1]) / total
-    white = curve.whiten(residuals)
-    return rho, all(_is_white(white[points]) for points in curve.channels)
-
-
-def _is_white(residuals: Array) -> bool:
-    lags = max(min(LAGS, len(residuals) // 5), 1)
-    return ljung_box_probability(residuals, lags) > SIGNIFICANCE
-
-
-def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float:
-    """Return the probability of autocorrelations at least as large as those of residuals (m,) if
-    they are white noise.
-
-    Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m
-    (m + 2) times the sum over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its
-    degrees of freedom are `lags` less the number of `fitted` coefficients. Equal residuals have the
-    probability 0.
-    """
-
-    count, centred = len(residuals), residuals - residuals.mean()
-    total = float(centred @ centred)
-    if total == 0:
-        return 0.0
-    rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / total
-    statistic = count * (count + 2) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
-    return float(scipy.stats.chi2.sf(statistic, lags - fitted))

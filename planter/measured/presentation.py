@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +13,10 @@ from planter.engine.wording import name_quantity
 from planter.files import units
 from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
-from planter.measured.curve import is_nuisance
+from planter.measured.curve import MeasuredCurve, find_measured, is_nuisance
 from planter.measured.explanations import ExplanationFits
 from planter.measured.findings import (
     ExplanationFound,
-    FittedInput,
     MeasuredFound,
     MeasuredPreview,
     Outcome,
@@ -25,16 +25,16 @@ from planter.measured.reading import (
     DataReading,
     Measurement,
     describe_dropped,
-    find_repeat_residuals,
 )
 from planter.measured.section import SECTION, MeasurementSection
 from planter.numerics.arrays import TURN
 from planter.report import files, style
-from planter.report.html import Block, Cell, Folded, Items, KeyFigure, Keys, Section, Table
-from planter.report.labels import format_name
+from planter.report.html import Block, Cell, Folded, Items, Keys, Section, Table
+from planter.report.labels import format_name, tabulate_records
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from planter.files.document import Document
@@ -43,8 +43,7 @@ if TYPE_CHECKING:
 
 MACHINE_FILE = "calibrated.toml"
 DATA_CAPTION = (
-    "What was understood of the file before anything was fitted: the record, its "
-    "revolutions, and its noise."
+    "What was understood of the file before anything was fitted: the record and its revolutions."
 )
 EXPLAINED_CAPTION = (
     "Measured values with the rigid machine and the explanations that the data "
@@ -63,10 +62,28 @@ LEAST_PROBABILITY, BELOW = 1e-6, "below 1e-6"
 """Probabilities below this are not given as numbers: the model of the noise is less certain than
 that.
 """
+INPUTS = {"input": "name", "value": "value", "interval": "interval", "unit": "unit"}
+PARAMETERS = {
+    "parameter": "name",
+    "value": "value",
+    "interval": "interval",
+    "unit": "unit",
+    "lower": "lower",
+    "upper": "upper",
+    "prior uniform in": "prior",
+}
+CHANNELS = {
+    "column": "column",
+    "unit": "unit",
+    "used": "used",
+    "gaps": "gaps",
+    "outliers": "outliers",
+    "noise": "noise_std",
+    "correlation": "noise_rho",
+}
+"""Columns of tables: attributes of inputs, of parameters of effects, and of measured columns."""
 LEGEND_WIDTH, LABEL_WIDTH = 90, 34
 """Characters of a line of a legend, and of the label of an axis."""
-LAGS = 30
-"""Number of steps over which correlations of noise are drawn."""
 
 
 def present_fit(
@@ -83,7 +100,6 @@ def present_fit(
         title=f"{document.name}, fitted to measured data",
         conclusion=f"{result.statement}.",
         record=result,
-        key_figures=list(_list_fit_figures(result)),
         sections=list(_list_sections(result)),
         document=document,
         meanings=meanings,
@@ -94,24 +110,8 @@ def present_fit(
         captions={"data": DATA_CAPTION, "measured": FIT_CAPTION},
         tables=lambda: {"residuals.csv": _tabulate_curves(calibrated)},
         comments=files.list_comments(document, "machine"),
-        texts=lambda: (
-            {} if calibrated.machine is None else {MACHINE_FILE: machine_text(calibrated)}
-        ),
+        texts=lambda: _write_machine(calibrated.machine, result, f"{result.reached.points} points"),
     )
-
-
-def _list_fit_figures(result: MeasuredFound) -> Iterator[KeyFigure]:
-    """Yield the residual of the fit, and the inputs that the data determine best, as shares of
-    their values.
-    """
-    yield KeyFigure(
-        f"{result.models[result.model].rms:.4g}",
-        result.unit,
-        f"residual of the {result.model} model, rms",
-    )
-    determined = [entry for entry in result.fitted if not entry.open]
-    for entry in sorted(determined, key=lambda e: (e.high95 - e.low95) / (abs(e.value) or 1.0))[:2]:
-        yield KeyFigure(f"{entry.value:.4g}", entry.unit, f"fitted {entry.name.rpartition('.')[2]}")
 
 
 def present_preview(
@@ -151,12 +151,16 @@ def present_preview(
 
 
 def _list_columns(result: MeasuredPreview) -> Section:
-    head = ("number", "column", "unit", "numbers", "least", "greatest", "text")
-    rows: list[tuple[Cell, ...]] = [
-        (c.number, c.name, c.unit or "", c.numbers, c.min, c.max, c.text or "")
-        for c in result.columns
-    ]
-    return Section("Columns", [Table(head, rows)])
+    columns = {
+        "number": "number",
+        "column": "name",
+        "unit": "unit",
+        "numbers": "numbers",
+        "least": "min",
+        "greatest": "max",
+        "text": "text",
+    }
+    return Section("Columns", [tabulate_records(result.columns, columns)])
 
 
 def present_explained(
@@ -170,7 +174,6 @@ def present_explained(
         title=f"{document.name}: explanations of measured data",
         conclusion=f"{result.statement}.",
         record=result,
-        key_figures=list(_list_explained_figures(result)),
         sections=[*_list_explanations(explained), *_list_data(result.reading, result.treatment)],
         document=document,
         meanings=meanings,
@@ -184,98 +187,40 @@ def present_explained(
     )
 
 
-def _list_explained_figures(result: ExplanationFound) -> Iterator[KeyFigure]:
-    """Yield the residuals of the preferred explanation and of the machine without effects, and a
-    parameter.
-    """
-    rows = {row.name: row for row in result.explanations}
-    best, base = rows[result.preferred], result.explanations[0]
-    yield KeyFigure(f"{best.rms:.4g}", result.unit, "residual of the preferred explanation, rms")
-    if best is not base:
-        yield KeyFigure(f"{base.rms:.4g}", result.unit, f"residual of the {base.name} machine, rms")
-    for parameter in best.parameters[:1]:
-        if parameter.value is not None:
-            number = f"{parameter.value:.4g}".replace("-", "\N{MINUS SIGN}")
-            yield KeyFigure(
-                number,
-                parameter.unit,
-                f"{parameter.name.rpartition('.')[2]} of the preferred explanation",
-            )
-
-
 def _list_explanations(explained: ExplanationFits) -> Iterator[Section]:
     result, words = explained.result, {name: fit.words for name, fit in explained.fits.items()}
     ordered = sorted(result.explanations, key=lambda e: -e.log10_bayes)
-    head = ("explanation", "outcome", f"rms / {result.unit}", "p", "log10 Bayes")
-    rows: list[tuple[Cell, ...]] = [
-        (
-            words[e.name],
-            e.outcome,
-            e.rms,
-            _format_probability(e.probability_of_any),
-            round(e.log10_bayes, 1),
-        )
-        for e in ordered
-    ]
     base = result.explanations[0].name
     caption = (
         f"p: probability that any of {result.compared} explanations improves {base} as much by "
-        f"chance; log10 Bayes: "
-        f"decimal logarithm of the evidence over "
-        f"that of {base}."
+        f"chance; log10 Bayes: decimal logarithm of the evidence over that of {base}."
     )
-    fits: list[tuple[Cell, ...]] = [
-        (
-            e.name,
-            f"{e.agreeing_starts} of {e.starts}",
-            e.noise.rho,
-            _format_probability(e.lack_of_fit.probability),
-        )
-        for e in ordered
+    columns: dict[str, str | Callable[[Any], Cell]] = {
+        "explanation": lambda e: words[e.name],
+        "outcome": "outcome",
+        f"rms / {result.unit}": "rms",
+        "p": lambda e: _format_probability(e.probability_of_any),
+        "log10 Bayes": lambda e: round(e.log10_bayes, 1),
+    }
+    details: dict[str, str | Callable[[Any], Cell]] = {
+        "key": "name",
+        "starts": "starts",
+        "starts that agree": "agreeing_starts",
+        "correlation of the noise": "noise.rho",
+        "p of what is left": lambda e: _format_probability(e.lack_of_fit.probability),
+    }
+    folded = Folded("Fits, by their keys", [tabulate_records(ordered, details)])
+    yield Section("Explanations", [tabulate_records(ordered, columns, caption), folded])
+    considered = [e for e in result.explanations if e.name in (result.preferred, *result.undecided)]
+    tables = [
+        tabulate_records(e.parameters, PARAMETERS, words[e.name], list(PARAMETERS)[-3:])
+        for e in considered
+        if e.parameters
     ]
-    details = Table(
-        ("key", "starts that agree", "correlation of the noise", "p of what is left"), fits
-    )
-    yield Section(
-        "Explanations", [Table(head, rows, caption), Folded("Fits, by their keys", [details])]
-    )
-    considered = {result.preferred, *result.undecided}
-    parameters: list[tuple[Cell, ...]] = [
-        (
-            words[e.name],
-            p.name.rpartition(".")[2],
-            *map(_cell, (p.value, *(p.interval or (None, None)))),
-            p.unit,
-            *map(_cell, (p.lower, p.upper)),
-            p.prior,
-        )
-        for e in result.explanations
-        if e.name in considered
-        for p in e.parameters
-    ]
-    if parameters:
-        columns = (
-            "explanation",
-            "parameter",
-            "value",
-            "from",
-            "to",
-            "unit",
-            "lower",
-            "upper",
-            "prior uniform in",
-        )
-        yield Section(
-            "Parameters, with 95 % intervals",
-            [Table(columns, parameters, page_columns=columns[-3:])],
-        )
-    inputs: list[tuple[Cell, ...]] = [
-        (e.name, e.value, e.low95, e.high95, e.unit) for e in result.fitted
-    ]
+    if tables:
+        yield Section("Parameters, with 95 % intervals", tables)
     caption = f"Fitted inputs, {words[result.preferred]}"
-    yield Section(
-        "Fitted inputs", [Table(("input", "value", "from", "to", "unit"), inputs, caption)]
-    )
+    yield Section("Fitted inputs", [tabulate_records(result.fitted, INPUTS, caption)])
 
 
 def _format_probability(probability: float | None) -> Cell:
@@ -283,10 +228,6 @@ def _format_probability(probability: float | None) -> Cell:
     if probability is None:
         return ""
     return probability if probability > LEAST_PROBABILITY else BELOW
-
-
-def _cell(value: float | None) -> Cell:
-    return "infinite" if value is None else value
 
 
 def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Section]:
@@ -299,132 +240,87 @@ def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Secti
             f"{name} speed / (r/min)": v for name, v in zip(names, reading.speed_rpm, strict=True)
         }
     blocks: list[Block] = [Items(lines), Keys(keys)]
-    head = ("column", "unit", "used", "gaps", "outliers", "noise", "correlation")
-    rows: list[tuple[Cell, ...]] = [
-        (
-            c.column,
-            c.unit,
-            c.used,
-            c.gaps,
-            c.outliers,
-            c.noise_std,
-            "unknown" if c.noise_rho is None else c.noise_rho,
-        )
-        for c in reading.channels
-    ]
-    blocks.append(Table(head, rows))
+    blocks.append(tabulate_records(reading.channels, CHANNELS))
     if reading.dropped:
-        dropped: list[tuple[Cell, ...]] = [
-            (entry.count, entry.reason, ", ".join(map(str, entry.lines)))
-            for entry in reading.dropped
-        ]
-        blocks.append(Table(("rows", "left out", "lines"), dropped))
+        dropped = {"rows": "count", "left out": "reason", "lines": "lines"}
+        blocks.append(tabulate_records(reading.dropped, dropped))
     yield Section("Data", blocks)
 
 
 def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
-    yield from _list_data(result.reading, result.treatment)
-    head: tuple[str, ...] = ("input", "value", "from", "to", "unit", "", "lower", "upper", "origin")
-    rows: list[tuple[Cell, ...]] = [
-        (
-            e.name,
-            e.value,
-            e.low95,
-            e.high95,
-            e.unit,
-            "open" if e.open else "",
-            e.lower,
-            e.upper,
-            e.origin,
-        )
-        for e in result.fitted
-    ]
     noise = (
         "white noise"
         if result.noise.model == "white"
         else f"noise correlated by {result.noise.rho:.2f}"
     )
-    title = f"Fitted inputs, with 95 % intervals for {noise}"
-    yield Section(title, [Table(head, rows, page_columns=head[-3:])])
-    head = (
-        "model",
-        "outcome",
-        f"rms / {result.unit}",
-        "/ noise",
-        f"largest / {result.unit}",
-        "at / deg",
-        "p",
-        "agree",
-        "rank",
-    )
-    rows = [
-        (
-            name,
-            fit.outcome,
-            fit.rms,
-            fit.rms_of_noise,
-            fit.largest_residual,
-            fit.largest_residual_deg,
-            fit.lack_of_fit.probability,
-            f"{fit.agreeing_starts} of {fit.starts}",
-            fit.rank,
-        )
+    further = {"open": "open", "lower": "lower", "upper": "upper", "origin": "origin"}
+    table = tabulate_records(result.fitted, INPUTS | further, "", list(further)[1:])
+    yield Section(f"Fitted inputs, with 95 % intervals for {noise}", [table])
+    unit = result.unit
+    columns = {
+        "outcome": "outcome",
+        f"rms / {unit}": "rms",
+        "/ noise": "rms_of_noise",
+        f"largest / {unit}": "largest_residual",
+        "p": "lack_of_fit.probability",
+        "starts": "starts",
+        "agree": "agreeing_starts",
+        "at / deg": "largest_residual_deg",
+        "rank": "rank",
+    }
+    tables = [
+        tabulate_records([fit], columns, f"{name} model", ("at / deg", "rank"))
         for name, fit in result.models.items()
     ]
-    yield Section("Residuals of the models", [Table(head, rows, page_columns=("at / deg", "rank"))])
+    yield Section("Residuals of the models", tables)
     channels = result.models[result.model].channels
     if len(channels) > 1:
-        rows = [(c.quantity, c.unit, c.points, c.rms, c.noise.std, c.noise.rho) for c in channels]
-        head = ("quantity", "unit", "points", "rms", "noise", "correlation")
-        yield Section(f"Residuals of the quantities, {result.model} model", [Table(head, rows)])
+        columns = {
+            "quantity": "quantity",
+            "unit": "unit",
+            "points": "points",
+            "rms": "rms",
+            "noise": "noise.std",
+            "correlation": "noise.rho",
+        }
+        title = f"Residuals of the quantities, {result.model} model"
+        yield Section(title, [tabulate_records(channels, columns)])
     correlation = result.models[result.model].correlation
     if correlation is not None:
-        rows = [(str(i), *row) for i, row in enumerate(correlation, 1)]
-        yield Section(
-            "Correlation of the inputs, in their order",
-            [Table(("", *(str(row[0]) for row in rows)), rows)],
-        )
+        rows: list[list[Cell]] = [[str(i), *row] for i, row in enumerate(correlation, 1)]
+        table = Table(("", *(str(row[0]) for row in rows)), rows)
+        yield Section("Correlation of the inputs, in their order", [table])
     if (prediction := result.prediction) is not None:
         title = (
             f"Prediction of {prediction.points} points at {prediction.speed_rpm:g} r/min, "
             f"which were not fitted"
         )
         yield Section(title, [Table(("model", f"rms / {result.unit}"), [*prediction.rms.items()])])
-
-
-def machine_text(calibrated: Calibrated) -> str:
-    """Return the machine file (TOML) with the fitted inputs, and with nuisance parameters as
-    comments at its top.
-    """
-    result = calibrated.result
-    origin = f"calibrated ({result.model} model, {result.reached.points} points)"
-    return _format_machine(calibrated.machine, result.fitted, origin, result.statement)
+    yield from _list_data(result.reading, result.treatment)
 
 
 def _write_explained(explained: ExplanationFits) -> dict[str, str]:
     result = explained.result
     has_effects = bool(explained.fits[result.preferred].effects)
-    if explained.machine is None or (
-        not has_effects and all(is_nuisance(entry.name) for entry in result.fitted)
-    ):
+    if not has_effects and all(is_nuisance(entry.name) for entry in result.fitted):
         return {}
-    origin = f"calibrated ({result.model} model, {result.reading.used} points, {result.preferred})"
-    return {
-        MACHINE_FILE: _format_machine(
-            explained.machine, result.fitted, origin, result.statement, has_effects
-        )
-    }
+    source = f"{result.reading.used} points, {result.preferred}"
+    return _write_machine(explained.machine, result, source, has_effects)
 
 
-def _format_machine(
+def _write_machine(
     machine: Document | None,
-    fitted: Sequence[FittedInput],
-    origin: str,
-    statement: str,
+    result: MeasuredFound | ExplanationFound,
+    source: str,
     is_sensor_fitted: bool = False,
-) -> str:
-    assert machine is not None
+) -> dict[str, str]:
+    """Return the machine file (TOML) with the fitted inputs by its name, and with nuisance
+    parameters as comments at its top; nothing without a machine.
+    """
+    if machine is None:
+        return {}
+    fitted, origin = result.fitted, f"calibrated ({result.model} model, {source})"
     table = machine.written_table()
     names = [entry.name for entry in fitted if not is_nuisance(entry.name)]
     origins = {name: words for name, words in machine.origins.items() if name not in names}
@@ -438,8 +334,8 @@ def _format_machine(
         names.append(SECTION)
     table["origin"] = origins | {name.partition("[")[0]: origin for name in names}
     nuisances = [f"# {e.name} = {e.value!r}" for e in fitted if is_nuisance(e.name)]
-    head = [f"# {machine.name}, inputs fitted to measured data: {statement}.", *nuisances]
-    return "\n".join([*head, "", *format_lines(table, {})]) + "\n"
+    head = [f"# {machine.name}, inputs fitted to measured data: {result.statement}.", *nuisances]
+    return {MACHINE_FILE: "\n".join([*head, "", *format_lines(table, {})]) + "\n"}
 
 
 def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
@@ -468,52 +364,84 @@ def key_of(name: str, unit: str) -> str:
     return f"{name}{suffix}"
 
 
+@dataclass(frozen=True)
+class _FittedCurve:
+    """A curve of a figure: values (d,) at its angles, half the width of its band or None, and the
+    residuals (m,) of the points.
+    """
+
+    label: str
+    shade: str
+    values: Array
+    half_widths: Array | None
+    residuals: Array
+
+
+def _draw_channel(
+    panels: Sequence[Axes],
+    points: tuple[Array, Array, str],
+    dense: Array,
+    curves: Iterable[_FittedCurve],
+    labels: tuple[str, str],
+) -> None:
+    """Draw measured points (angles [deg], values, label) with curves at angles [deg], and their
+    residuals below; `labels` are the quantity and its unit.
+    """
+    top, bottom = panels
+    phi, values, label = points
+    thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
+    phi = np.mod(phi, dense[-1])[thin]
+    top.plot(phi, values[thin], "o", color=style.SOFT, markersize=2, label=label)
+    for curve in curves:
+        top.plot(dense, curve.values, color=curve.shade, label=curve.label)
+        if curve.half_widths is not None:
+            low, high = curve.values - curve.half_widths, curve.values + curve.half_widths
+            top.fill_between(dense, low, high, color=curve.shade, alpha=0.25, linewidth=0)
+        bottom.plot(phi, curve.residuals[thin], "o", color=curve.shade, markersize=1.6)
+    bottom.axhline(0, color=style.SOFT, linewidth=0.6)
+    name, unit = labels
+    top.set_ylabel(f"{name} / {unit or '1'}")
+    bottom.set_ylabel(f"residual / {unit or '1'}")
+
+
+def _list_angles(curve: MeasuredCurve) -> Array:
+    """Return the angles [deg] of a cycle at which curves are drawn, half a degree apart."""
+    end = float(np.degrees(curve.machine.turn))
+    return np.linspace(0, end, round(2 * end) + 1)
+
+
 @style.with_style
 def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
     """Draw measured points with the fitted curves of all models, also where nothing was measured,
     and residuals.
     """
-    figure = style.new_figure(
-        5.0
-        if len(calibrated.measured.channels) == 1
-        else 2.6 * len(calibrated.measured.channels) + 2
-    )
     first = next(iter(calibrated.fits.values())).curve
-    count = len(first.keys)
+    count, dense = len(first.keys), _list_angles(first)
+    figure = style.new_figure(5.0 if count == 1 else 2.6 * count + 2)
     panels = figure.subplots(2 * count, 1, sharex=True, height_ratios=[1.6, 1] * count)
-    end = float(np.degrees(first.machine.turn))
-    dense = np.linspace(0, end, round(2 * end) + 1)
+    bands = {model: fit.curve_band(np.radians(dense)) for model, fit in calibrated.fits.items()}
     for k, (key, unit, points) in enumerate(
         zip(first.keys, first.units, first.channels, strict=True)
     ):
-        top, bottom = panels[2 * k], panels[2 * k + 1]
-        phi = np.mod(np.degrees(first.phi[points]), end)
-        thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
-        top.plot(
-            phi[thin],
-            first.values[points][thin],
-            "o",
-            color=style.SOFT,
-            markersize=2,
-            label="measured",
-        )
+        curves = []
         for index, (model, fit) in enumerate(calibrated.fits.items()):
-            shade = style.curve_colour(model, index)
-            values, half_widths = fit.curve_band(np.radians(dense))
-            top.plot(dense, values[k], color=shade, label=f"{model} model")
-            if calibrated.result.models[model].outcome != REFUTED:
-                low, high = values[k] - half_widths[k], values[k] + half_widths[k]
-                top.fill_between(dense, low, high, color=shade, alpha=0.25, linewidth=0)
-            bottom.plot(phi[thin], fit.residuals[points][thin], "o", color=shade, markersize=1.6)
-        bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-        name = "measured and fitted" if count == 1 else key
-        top.set_ylabel(f"{format_name(name)} / {unit or '1'}")
-        bottom.set_ylabel(f"residual / {unit or '1'}")
-    style.over_a_turn(panels[-1], label=False, end=end)
+            values, half_widths = bands[model]
+            is_refuted = calibrated.result.models[model].outcome == REFUTED
+            curves.append(
+                _FittedCurve(
+                    f"{model} model",
+                    style.curve_colour(model, index),
+                    values[k],
+                    None if is_refuted else half_widths[k],
+                    fit.residuals[points],
+                )
+            )
+        measured = np.degrees(first.phi[points]), first.values[points], "measured"
+        name = format_name("measured and fitted" if count == 1 else key)
+        _draw_channel(panels[2 * k : 2 * k + 2], measured, dense, curves, (name, unit))
+    style.over_a_turn(panels[-1], label=False, end=dense[-1])
     panels[-1].set_xlabel(angle)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False
-    )
+    style.add_legend(figure, panels[0], 3)
     return figure
 
 
@@ -523,109 +451,56 @@ def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
     and residuals.
     """
     figure = style.new_figure(5.0)
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
+    panels = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
     result, fits = explained.result, explained.fits
-    first = fits[result.preferred].fit.curve
-    end = float(np.degrees(first.machine.turn))
-    dense, phi = np.linspace(0, end, round(2 * end) + 1), np.mod(np.degrees(first.phi), end)
-    thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
-    drift = first.drift(fits[result.preferred].fit.values)[0]
+    preferred = fits[result.preferred].fit
+    first, dense = preferred.curve, _list_angles(preferred.curve)
+    drift = first.drift(preferred.values)[0]
     label = "measured, less the drift" if drift.any() else "measured"
-    top.plot(
-        phi[thin], (first.values - drift)[thin], "o", color=style.SOFT, markersize=2, label=label
-    )
     names = dict.fromkeys([fits[result.preferred].base, result.preferred, *result.undecided[:2]])
+    curves = []
     for index, name in enumerate(names):
-        fit, shade = fits[name].fit, style.curve_colour(name, index)
-        label = textwrap.fill(fits[name].words, LEGEND_WIDTH)
-        top.plot(
-            dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=label
+        fit = fits[name].fit
+        values = fit.curve.evaluate(fit.values, np.radians(dense))[0][0]
+        words, shade = (
+            textwrap.fill(fits[name].words, LEGEND_WIDTH),
+            style.curve_colour(name, index),
         )
-        bottom.plot(phi[thin], fit.residuals[thin], "o", color=shade, markersize=1.6)
-    bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    name = next(
-        name_quantity(quantity)
-        for quantity in first.machine.results
-        if quantity.key == result.quantity
-    )
-    top.set_ylabel(f"{textwrap.fill(name, LABEL_WIDTH)} / {result.unit or '1'}")
-    bottom.set_ylabel(f"residual / {result.unit or '1'}")
-    style.over_a_turn(bottom, label=False, end=end)
-    bottom.set_xlabel(angle)
-    figure.legend(*top.get_legend_handles_labels(), loc="outside upper left", frameon=False)
+        curves.append(_FittedCurve(words, shade, values, None, fit.residuals))
+    quantity = name_quantity(find_measured(first.machine, result.quantity))
+    points = np.degrees(first.phi), first.values - drift, label
+    labels = textwrap.fill(quantity, LABEL_WIDTH), result.unit
+    _draw_channel(panels, points, dense, curves, labels)
+    style.over_a_turn(panels[1], label=False, end=dense[-1])
+    panels[1].set_xlabel(angle)
+    style.add_legend(figure, panels[0])
     return figure
 
 
 @style.with_style
 def draw_reading(measured: Measurement) -> Figure:
-    """Draw the record with its revolutions and outliers, these over each other, and the correlation
-    of the noise.
-    """
-    correlations = [
-        _correlate_noise(measured.phi[c.used], c.values[c.used]) for c in measured.channels
-    ]
-    count, has_lags = len(correlations), any(each is not None for each in correlations)
+    """Draw the record over its revolutions, and these over each other, with outliers."""
+    count = len(measured.channels)
     figure = style.new_figure(1.0 + 2.6 * count)
-    grid = figure.subplots(
-        count, 2 + has_lags, squeeze=False, width_ratios=[2.2, 1.2, 0.9][: 2 + has_lags]
-    )
+    grid = figure.subplots(count, 2, squeeze=False, width_ratios=[2, 1])
     revolutions = (measured.phi - measured.phi.min()) / TURN
-    number = np.floor(revolutions + 1e-9).astype(int)
-    rows = np.arange(len(measured.phi))
-    thin = 1 + len(rows) // MOST_DRAWN
-    for (record, turns, *rest), channel, correlation in zip(
-        grid, measured.channels, correlations, strict=True
-    ):
-        for odd in (0, 1):
-            part = np.flatnonzero(channel.used & (number % 2 == odd))[::thin]
-            shade = (style.curve_colour("exact", 0), style.SOFT)[odd]
-            record.plot(revolutions[part], channel.values[part], ".", color=shade, markersize=1.6)
-        inside, span = (
-            channel.values[channel.used],
-            float(np.ptp(channel.values[channel.used])) or 1.0,
-        )
-        out = np.flatnonzero(np.isfinite(channel.values) & ~channel.used)
-        for axes, x in ((record, revolutions), (turns, np.degrees(measured.phi) % 360)):
-            low, high = inside.min() - 0.1 * span, inside.max() + 0.1 * span
-            axes.plot(
-                x[out], np.clip(channel.values[out], low, high), "x", color=OUTLIER, markersize=5
-            )
-        good = np.flatnonzero(channel.used)[::thin]
-        shade = style.curve_colour("exact", 0)
-        turns.plot(
-            np.degrees(measured.phi[good]) % 360,
-            channel.values[good],
-            ".",
-            color=shade,
-            markersize=1.4,
-        )
-        for axes in (record, turns):  # outliers beyond the edge do not hide the curve
-            axes.set_ylim(inside.min() - 0.15 * span, inside.max() + 0.15 * span)
-        record.set_ylabel(f"{channel.name} / {channel.unit or '1'}")
-        noise = f"noise {channel.noise:.2g} {channel.unit}"
-        record.set_title("record" if has_lags else f"record, {noise}", loc="left")
-        turns.set_title(f"{revolutions.max():.3g} revolutions", loc="left")
-        for lags in rest:
-            lags.set_title(noise, loc="left")
-            if correlation is None:
-                lags.set_axis_off()
-            else:
-                lags.bar(np.arange(len(correlation)), correlation, color=style.SOFT)
-                lags.set_ylim(min(-0.3, float(correlation.min())), 1.05)
-        turns.set_xlim(0, 360)
-        turns.set_xticks([0, 180, 360])
-    for axes, label in zip(grid[-1], ("revolutions", "angle / deg", "steps apart"), strict=False):
+    degrees = np.degrees(measured.phi) % 360
+    thin = slice(None, None, 1 + len(degrees) // MOST_DRAWN)
+    shade = style.curve_colour("exact", 0)
+    for panels, channel in zip(grid, measured.channels, strict=True):
+        used, values = np.flatnonzero(channel.used)[thin], channel.values
+        out = np.flatnonzero(np.isfinite(values) & ~channel.used)
+        low, high = float(values[used].min()), float(values[used].max())
+        margin = 0.1 * ((high - low) or 1.0)
+        # outliers beyond the edge do not hide the curve
+        clipped = np.clip(values[out], low - margin, high + margin)
+        for axes, x in zip(panels, (revolutions, degrees), strict=True):
+            axes.plot(x[used], values[used], ".", color=shade, markersize=1.5)
+            axes.plot(x[out], clipped, "x", color=OUTLIER, markersize=5)
+            axes.set_ylim(low - 1.5 * margin, high + 1.5 * margin)
+        panels[0].set_ylabel(f"{channel.name} / {channel.unit or '1'}")
+        panels[0].set_title(f"record, noise {channel.noise:.2g} {channel.unit}", loc="left")
+        panels[1].set_title(f"{revolutions.max():.3g} revolutions", loc="left")
+    for axes, label in zip(grid[-1], ("revolutions", "angle / deg"), strict=True):
         axes.set_xlabel(label)
     return figure
-
-
-def _correlate_noise(phi: Array, values: Array) -> Array | None:
-    """Return the correlations over steps of the scatter about the mean curve, None for less than
-    two revolutions.
-    """
-    residuals = find_repeat_residuals(phi, values)
-    if residuals is None or not residuals.any():
-        return None
-    total = float(residuals @ residuals)
-    steps = range(min(LAGS, len(residuals) // 4))
-    return np.array([residuals[k:] @ residuals[: len(residuals) - k] / total for k in steps])

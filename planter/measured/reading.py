@@ -18,7 +18,7 @@ import scipy
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.measured.column_units import ANGLES, TIMES, find_factor, list_units, split_unit
+from planter.measured.column_units import find_factor, list_units, split_unit
 from planter.measured.logger_table import DroppedRows, LoggerTable, read_logger_table
 from planter.numerics.arrays import TURN, Flags, Integers
 from planter.records import Record
@@ -452,7 +452,9 @@ def _read_times(
     # with an angle, --place-unit is that of the angle
     unit = columns.place_unit if columns.angle is None else None
     factor, name = (
-        (1.0, "clock times") if is_clock else _factor(table, column, TIMES, unit, "--place-unit")
+        (1.0, "clock times")
+        if is_clock
+        else _factor(table, column, list_units("s"), unit, "--place-unit")
     )
     seconds = table.read_numbers(column)[0] * factor
     finite = np.flatnonzero(np.isfinite(seconds))
@@ -512,7 +514,7 @@ def _follow_angle(
 ) -> _Positions:
     assert columns.angle is not None
     column = table.find_column(columns.angle, "--angle")
-    factor, unit = _factor(table, column, ANGLES, columns.place_unit, "--place-unit")
+    factor, unit = _factor(table, column, list_units("rad"), columns.place_unit, "--place-unit")
     angles = table.read_numbers(column)[0] * factor
     _check_angles(table, column, angles)
     name, finite = split_unit(table.names[column])[0], np.flatnonzero(np.isfinite(angles))

@@ -154,10 +154,6 @@ class MeasurementSection(FileSection):
         if self.shares is not None and len(self.shares) != len(enclosed):
             allowed = f"it must have as many numbers as enclosed has names, {len(enclosed)}"
             yield invalid_value_problem("shares", self.shares, allowed)
-        for name in sorted({name for name in enclosed if enclosed.count(name) > 1}):
-            yield invalid_value_problem(
-                "enclosed", enclosed, f"{name} must be in it once, with the sum of its shares"
-            )
 
     @check
     def _pairs_are_complete(self) -> Problems:

@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from planter.engine.machine import Machine, Quantity
+from planter.engine.machine import Machine
 from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.files import units
@@ -20,10 +20,8 @@ from planter.measured.effects import (
     RATE,
     SQUARE,
     Curves,
-    Parameter,
     SensorEffect,
     ZeroDrift,
-    rank_effect,
 )
 from planter.measured.findings import MeasurementResult
 from planter.measured.reading import Channel, Measurement
@@ -43,36 +41,26 @@ MEAN_SPEED = (
 
 
 @dataclass(frozen=True)
-class ParameterSource:
-    """The value of a parameter as it is searched, or the index of the chosen input that has it.
+class SensorOperator:
+    """An effect with the values of its parameters as they are searched.
 
-    That input is the value itself, or, with a `factor`, the value in the display unit times the
-    factor.
+    `moved` has those that chosen inputs have, by their places: the index of the input, which is the
+    value itself, or, with a factor, the value in the display unit times the factor.
     """
 
-    parameter: Parameter
-    value: float
-    index: int | None = None
-    factor: float | None = None
-
-    def read_value(self, z: Array) -> float:
-        """Return the searched value for chosen inputs z (n,)."""
-        if self.index is None:
-            return self.value
-        chosen = float(z[self.index])
-        return chosen if self.factor is None else self.parameter.from_display(chosen / self.factor)
-
-
-@dataclass(frozen=True)
-class SensorOperator:
-    """An effect, with the source of each of its parameters."""
-
     effect: SensorEffect
-    sources: tuple[ParameterSource, ...]
+    values: tuple[float, ...]
+    moved: Mapping[int, tuple[int, float | None]]
 
     def read_values(self, z: Array) -> tuple[float, ...]:
         """Return the searched values of the parameters for chosen inputs z (n,)."""
-        return tuple(source.read_value(z) for source in self.sources)
+        values = list(self.values)
+        for place, (index, factor) in self.moved.items():
+            chosen = float(z[index])
+            if factor is not None:
+                chosen = self.effect.parameters[place].from_display(chosen / factor)
+            values[place] = chosen
+        return tuple(values)
 
 
 class SensorCurve(MeasuredCurve):
@@ -105,7 +93,7 @@ class SensorCurve(MeasuredCurve):
         self._seen = [k for k, other in enumerate(self.keys) if other == key]
         self._operators = sorted(
             [*map(self._read_stated, self.stated), *map(self._read_fitted, self.effects)],
-            key=lambda operator: rank_effect(operator.effect),
+            key=lambda operator: operator.effect.rank,
         )
         needed = {name: None for operator in self._operators for name in operator.effect.needed}
         self._needed = {
@@ -159,8 +147,7 @@ class SensorCurve(MeasuredCurve):
         """
         values, names = super().machine_values(), self.chosen.names
         for effect in self.effects:
-            for parameter in effect.parameters:
-                values[names.index(name_parameter(effect, parameter.name))] = parameter.neutral
+            values[self._find_indices(effect)] = [p.neutral for p in effect.parameters]
         for stated in self.stated:
             for path, (_, value) in stated.parameters.items():
                 if path in names:
@@ -191,11 +178,7 @@ class SensorCurve(MeasuredCurve):
         values, slopes = super().drift(z)
         for effect in self.effects:
             if isinstance(effect, ZeroDrift):
-                indices = [
-                    self.chosen.names.index(name_parameter(effect, p.name))
-                    for p in effect.parameters
-                ]
-                slopes[:, indices] = effect.columns(self.phi, self.records)
+                slopes[:, self._find_indices(effect)] = effect.columns(self.phi, self.records)
         return values + slopes @ z, slopes
 
     def find_view(self, z: Array) -> SensorView:
@@ -204,10 +187,11 @@ class SensorCurve(MeasuredCurve):
 
         A drift belongs to a record and is left out.
         """
-        operators = [
-            operator for operator in self._operators if not isinstance(operator.effect, ZeroDrift)
-        ]
-        effects = (StatedEffect(operator.effect, operator.read_values(z)) for operator in operators)
+        effects = (
+            StatedEffect(operator.effect, operator.read_values(z))
+            for operator in self._operators
+            if not isinstance(operator.effect, ZeroDrift)
+        )
         return SensorView(find_measured(self.machine, self.keys[self._seen[0]]), tuple(effects))
 
     @property
@@ -219,12 +203,7 @@ class SensorCurve(MeasuredCurve):
         """Return the signal without offset (m,) and its Jacobian (m, n) at angles [rad]."""
         x = z[self._inputs]
         curves = self._compute_curves(x)
-        moved = [
-            source.index
-            for each in self._operators
-            for source in each.sources
-            if source.index is not None
-        ]
+        moved = [index for each in self._operators for index, _ in each.moved.values()]
         values = _drop_slopes(curves)
         columns = [self._apply(curves, z)]
         if self.machine.speed in self._grid_response.machine.moved:
@@ -262,27 +241,26 @@ class SensorCurve(MeasuredCurve):
 
     def _read_stated(self, stated: StatedEffect) -> SensorOperator:
         """Return an effect of the machine file, of whose values the chosen inputs may have some."""
-        names, paths = self.chosen.names, stated.paths or ("",) * len(stated.values)
-        sources = (
-            ParameterSource(
-                parameter, value, names.index(path) if path in names else None, factor_of(path)
-            )
-            for parameter, value, path in zip(
-                stated.effect.parameters, stated.values, paths, strict=True
-            )
-        )
-        return SensorOperator(stated.effect, tuple(sources))
+        names = self.chosen.names
+        moved = {
+            place: (names.index(path), factor_of(path))
+            for place, path in enumerate(stated.paths)
+            if path in names
+        }
+        return SensorOperator(stated.effect, stated.values, moved)
 
     def _read_fitted(self, effect: SensorEffect) -> SensorOperator:
         """Return an effect whose parameters are among the chosen inputs."""
-        names = self.chosen.names
-        sources = (
-            ParameterSource(
-                parameter, parameter.neutral, names.index(name_parameter(effect, parameter.name))
-            )
+        neutral = tuple(parameter.neutral for parameter in effect.parameters)
+        moved = {place: (index, None) for place, index in enumerate(self._find_indices(effect))}
+        return SensorOperator(effect, neutral, moved)
+
+    def _find_indices(self, effect: SensorEffect) -> list[int]:
+        """Return the places of an effect's parameters among the chosen inputs."""
+        return [
+            self.chosen.names.index(name_parameter(effect, parameter.name))
             for parameter in effect.parameters
-        )
-        return SensorOperator(effect, tuple(sources))
+        ]
 
     def _apply(self, curves: Curves, z: Array) -> Array:
         signal = curves.rows[""].copy()
@@ -400,18 +378,15 @@ def measure_cycle(
     if view is None:
         return None
     key = view.quantity.key
-    rigid = columns[key] if key in columns else _evaluate_quantity(machine, view.quantity, phi)
+    if key in columns:
+        rigid = columns[key]
+    else:
+        response = MachineResponse(machine, [view.quantity.name])
+        rigid = response.values(response.at_data(machine.data), phi)[0] / view.quantity.factor
     signal = rigid
     if view.effects:
         signal = SensorCurve.at_angles(machine, key, phi).evaluate(np.zeros(0), phi)[0][0]
     return SensorSignal(view, np.degrees(phi), rigid, signal)
-
-
-def _evaluate_quantity(machine: Machine, quantity: Quantity, phi: Array) -> Array:
-    """Return a quantity (n,) at angles (n,) [rad] in the unit of its key."""
-    response = MachineResponse(machine, [quantity.name])
-    values: Array = response.values(response.at_data(machine.data), phi)[0] / quantity.factor
-    return values
 
 
 def _drop_slopes(curves: Curves) -> Curves:

@@ -4,7 +4,7 @@ machine, and back.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,6 @@ from planter.measured.effects import (
     SensorEffect,
     SpeedHarmonics,
     TurnedAxis,
-    rank_effect,
 )
 from planter.measured.section import SECTION, MeasurementSection, name_carried_force
 
@@ -237,14 +236,13 @@ def build_sensor_view(
 
     effects: list[StatedEffect] = []
     if section.axis_deg is not None:
-        turned = TurnedAxis(name_carried_force(section.carried_axes[1]))
-        effects.append(StatedEffect.from_display(turned, [section.axis_deg], ["axis_deg"]))
+        effects += _read_effects(section, TurnedAxis(name_carried_force(section.carried_axes[1])))
     for index, (name, share) in enumerate(
         zip(section.enclosed or (), section.shares_of_enclosed, strict=True)
     ):
         rule = f"it must be a quantity in {unit or '1'} other than {target.key}"
         leaked = find_quantity("enclosed", name, is_other, rule)
-        if any(isinstance(e.effect, LeakedForce) and e.effect.key == leaked.key for e in effects):
+        if any(leaked.key in stated.effect.needed for stated in effects):
             raise refuse(
                 "enclosed", name, f"{leaked.key} must be in it once, with the sum of its shares"
             )
@@ -252,36 +250,25 @@ def build_sensor_view(
         effects.append(StatedEffect.from_display(LeakedForce(leaked.key), [share], keys))
     if section.drive is not None and section.lever_mm is not None:
         torque = find_quantity("drive", section.drive, _is_torque, "it must be a torque in N m")
-        effects.append(
-            StatedEffect.from_display(LeakedTorque(torque.key), [section.lever_mm], ["lever_mm"])
-        )
-    effects += _list_own_effects(section, speed)
-    return SensorView(target, tuple(sorted(effects, key=lambda stated: rank_effect(stated.effect))))
-
-
-def _list_own_effects(section: MeasurementSection, speed: float) -> Iterator[StatedEffect]:
-    """Yield the effects of a [measurement] that need no other quantity of the machine."""
+        effects += _read_effects(section, LeakedTorque(torque.key))
     scale = speed or 1.0  # of the bounds of a search, which a known value does not need
-    if section.imbalance_kg_m is not None:
-        largest = max(map(abs, section.imbalance_kg_m))
-        yield StatedEffect.from_display(
-            Imbalance(largest), section.imbalance_kg_m, _index("imbalance_kg_m", 2)
-        )
-    if section.speed_harmonics is not None:
-        yield StatedEffect.from_display(
-            SpeedHarmonics(), section.speed_harmonics, _index("speed_harmonics", 4)
-        )
-    if section.mount_Hz is not None and section.mount_damping is not None:
-        values, keys = [section.mount_Hz, section.mount_damping], ["mount_Hz", "mount_damping"]
-        yield StatedEffect.from_display(ElasticMount(scale), values, keys)
-    if section.gain is not None:
-        yield StatedEffect.from_display(Gain(), [section.gain], ["gain"])
-    if section.corner_Hz is not None:
-        yield StatedEffect.from_display(ElectricCoupling(scale), [section.corner_Hz], ["corner_Hz"])
+    largest = max(map(abs, section.imbalance_kg_m or (0.0,)))
+    plain = (Imbalance(largest), SpeedHarmonics(), ElasticMount(scale), Gain())
+    effects += _read_effects(section, *plain, ElectricCoupling(scale))
+    return SensorView(target, tuple(sorted(effects, key=lambda stated: stated.effect.rank)))
 
 
-def _index(key: str, count: int) -> list[str]:
-    return [f"{key}[{index}]" for index in range(count)]
+def _read_effects(section: MeasurementSection, *effects: SensorEffect) -> Iterator[StatedEffect]:
+    """Yield the effects whose parameters a [measurement] states under their keys."""
+    for effect in effects:
+        values = [getattr(section, key) for key in effect.keys]
+        if None in values:
+            continue
+        keys: Sequence[str] = effect.keys
+        if isinstance(values[0], tuple):
+            (values,) = values
+            keys = [f"{effect.keys[0]}[{index}]" for index in range(len(values))]
+        yield StatedEffect.from_display(effect, values, keys)
 
 
 def _is_torque(quantity: Quantity) -> bool:
@@ -318,30 +305,14 @@ def write_effects(view: SensorView) -> dict[str, Any]:
     is left out.
     """
     table: dict[str, Any] = {}
-    leaked = [stated for stated in view.effects if isinstance(stated.effect, LeakedForce)]
-    if leaked:
-        table["enclosed"] = [
-            stated.effect.key for stated in leaked if isinstance(stated.effect, LeakedForce)
-        ]
-        table["shares"] = [float(stated.values[0]) for stated in leaked]
     for stated in view.effects:
-        table |= _write_effect(
-            stated.effect, [value for value in stated.display_values if value is not None]
-        )
+        effect, values = stated.effect, stated.display_values
+        if isinstance(effect, LeakedForce):
+            table.setdefault("enclosed", []).append(effect.key)
+            table.setdefault("shares", []).append(float(stated.values[0]))
+        elif None not in values:
+            if isinstance(effect, LeakedTorque):
+                table["drive"] = effect.key
+            is_list = len(values) > len(effect.keys)
+            table |= zip(effect.keys, [list(values)] if is_list else values, strict=False)
     return table
-
-
-def _write_effect(effect: SensorEffect, values: Sequence[float]) -> Mapping[str, Any]:
-    if isinstance(effect, LeakedTorque):
-        return {"drive": effect.key, "lever_mm": values[0]} if values else {}
-    if isinstance(effect, TurnedAxis):
-        return {"axis_deg": values[0]}
-    if isinstance(effect, Imbalance):
-        return {"imbalance_kg_m": list(values)}
-    if isinstance(effect, SpeedHarmonics):
-        return {"speed_harmonics": list(values)}
-    if isinstance(effect, ElasticMount):
-        return {"mount_Hz": values[0], "mount_damping": values[1]}
-    if isinstance(effect, Gain):
-        return {"gain": values[0]}
-    return {"corner_Hz": values[0]} if isinstance(effect, ElectricCoupling) else {}

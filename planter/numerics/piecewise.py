@@ -114,7 +114,7 @@ class PiecewiseFunctions:
             panels = self._evaluate(pending)
             share = panels.weights / turn
             size = np.maximum(size, (np.abs(panels.values) * share).sum(axis=(1, 2)))
-            coefficients = np.abs(panels.values @ _to_tail()).max(axis=2)
+            coefficients = np.abs(panels.values @ to_series()[:, -TAIL_LENGTH:]).max(axis=2)
             tails = coefficients * share.sum(axis=1)
             is_rough = ~(tails <= SERIES_TOLERANCE * size[:, None])
             self._name_poles(panels, is_rough if depth == MAX_DEPTH else np.isnan(tails))
@@ -344,12 +344,6 @@ def to_series() -> Array:
         * (2 * orders + 1)
         / 2
     )
-
-
-@cache
-def _to_tail() -> Array:
-    """Return the matrix (n, TAIL_LENGTH) to the last coefficients of a series."""
-    return to_series()[:, -TAIL_LENGTH:]
 
 
 def _extrapolate(values: Array, end: int) -> Array:

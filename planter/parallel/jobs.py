@@ -13,7 +13,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.errors import ComputationError, InputError
@@ -21,53 +20,68 @@ from planter.parallel.task import AUTO, JobAnswer, Means, Task, count_cores, run
 from planter.workers import Worker, WorkerEndedError
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 
 MAX_LOST_PROCESSES = 5
 """Number of ended processes after which a job fails."""
 
 
-class LocalWorkers:
-    """A number of processes, each started with its first job, which put the answers of jobs into a
-    queue.
-    """
+class Workers:
+    """Threads that put the answers of jobs into a queue, each by a worker of its own."""
 
-    def __init__(self, task: bytes, count: int, answers: queue.SimpleQueue[JobAnswer]) -> None:
-        self.count, self._task, self._answers = count, task, answers
+    def __init__(self, threads: int, answers: queue.SimpleQueue[JobAnswer]) -> None:
+        self._answers, self._threads = answers, threads
         self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
-        self._workers: dict[int, Worker] = {}
-        self._lock, self._has_ended = threading.Lock(), False
-        for place in range(count):
+        for place in range(threads):
             threading.Thread(target=self._feed, args=(place,), daemon=True).start()
 
     def add(self, number: int, job: Any) -> None:
-        """Queue a job for the next free process."""
+        """Queue a job for the next free worker."""
         self._jobs.put((number, job))
 
     def end(self) -> None:
-        """End all processes."""
-        with self._lock:
-            self._has_ended = True
-            for process in self._workers.values():
-                process.end()
-        for _ in range(self.count):
+        """End all threads once their jobs have answers."""
+        for _ in range(self._threads):
             self._jobs.put(None)
+
+    def run(self, place: int, job: Any) -> Any:
+        """Return the result of a job by the worker with an index, or the error."""
+        raise NotImplementedError
 
     def _feed(self, place: int) -> None:
         """Answer one job after another; every job gets an answer, whatever fails."""
         while (entry := self._jobs.get()) is not None:
             number, job = entry
             try:
-                content = self._run(place, pickle.dumps(job))
+                content = self.run(place, job)
             except Exception as error:
                 content = ComputationError(
-                    f"a worker process cannot run this job: {type(error).__name__}: {error}"
+                    f"a worker cannot run job {number}: {type(error).__name__}: {error}"
                 )
             self._answers.put(JobAnswer(number, content))
 
-    def _run(self, place: int, message: bytes) -> Any:
-        """Return the result of a job, or the error."""
+
+class LocalWorkers(Workers):
+    """A number of processes, each started with its first job."""
+
+    def __init__(self, task: bytes, count: int, answers: queue.SimpleQueue[JobAnswer]) -> None:
+        self.count, self._task = count, task
+        self._processes: dict[int, Worker] = {}
+        self._lock, self._has_ended = threading.Lock(), False
+        super().__init__(count, answers)
+
+    def end(self) -> None:
+        """End all processes."""
+        with self._lock:
+            self._has_ended = True
+            for process in self._processes.values():
+                process.end()
+        super().end()
+
+    def run(self, place: int, job: Any) -> Any:
+        """Return the result of a job, or the error; a process that ends is replaced."""
+        message = pickle.dumps(job)
         for _ in range(MAX_LOST_PROCESSES):
             process = self._start(place)
             with suppress(WorkerEndedError):
@@ -85,71 +99,37 @@ class LocalWorkers:
         with self._lock:
             if self._has_ended:
                 raise WorkerEndedError("the workers have been ended")
-            if place not in self._workers or not self._workers[place].is_alive:
-                self._workers[place] = Worker(run_job.__module__, self._task)
-            return self._workers[place]
+            if place not in self._processes or not self._processes[place].is_alive:
+                self._processes[place] = Worker(run_job.__module__, self._task)
+            return self._processes[place]
 
 
 CONNECT_TIMEOUT_S = 5
 """Maximum response time of a scheduler."""
-QUEUE_PER_THREAD = 4
-"""Number of jobs per thread of the cluster that are submitted ahead."""
+QUEUE_PER_THREAD, MOST_AHEAD = 4, 512
+"""Number of jobs per thread of the cluster, and of all, that are submitted ahead."""
 
 
-class ClusterWorkers:
-    """Workers of a cluster, such as tcp://host:8786, which put the answers of jobs into a queue.
+class ClusterWorkers(Workers):
+    """Workers of a cluster, such as tcp://host:8786.
 
     Raises InputError if Dask is missing or no scheduler answers.
     """
 
     def __init__(self, task: bytes, address: str, answers: queue.SimpleQueue[JobAnswer]) -> None:
-        self._client, self._task, self._answers = _connect(address), task, answers
-        self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
-        self._futures: dict[int, Future] = {}
+        self._client, self._task = _connect(address), task
         self.count = len(self._client.scheduler_info(n_workers=-1)["workers"])
-        self._slots = threading.Semaphore(
-            QUEUE_PER_THREAD * max(1, sum(self._client.nthreads().values()))
-        )
-        threading.Thread(target=self._feed, daemon=True).start()
+        ahead = QUEUE_PER_THREAD * sum(self._client.nthreads().values())
+        super().__init__(min(max(ahead, 1), MOST_AHEAD), answers)
 
-    def add(self, number: int, job: Any) -> None:
-        """Queue a job for the next free worker."""
-        self._jobs.put((number, job))
+    def run(self, place: int, job: Any) -> Any:
+        """Return the result of a job."""
+        return self._client.submit(run_job, self._task, job, pure=False).result()
 
     def end(self) -> None:
         """Disconnect from the cluster, which drops the unfinished jobs."""
-        self._jobs.put(None)
+        super().end()
         self._client.close()
-
-    def _feed(self) -> None:
-        """Submit the jobs, only a limited number ahead of the results."""
-        while (entry := self._jobs.get()) is not None:
-            number, job = entry
-            self._slots.acquire()
-            try:
-                future = self._client.submit(run_job, self._task, job, pure=False)
-                self._futures[number] = future
-                future.add_done_callback(partial(self._finish, number))
-            except Exception as error:
-                self._answer(
-                    number,
-                    ComputationError(f"the cluster has failed: {type(error).__name__}: {error}"),
-                )
-
-    def _finish(self, number: int, future: Future) -> None:
-        """Answer a job that the cluster reports as finished or failed."""
-        try:
-            content = future.result()
-        except Exception as error:
-            content = ComputationError(
-                f"the cluster gave up job {number}: {type(error).__name__}: {error}"
-            )
-        self._answer(number, content)
-
-    def _answer(self, number: int, content: Any) -> None:
-        self._futures.pop(number, None)  # the cluster drops results without references
-        self._slots.release()
-        self._answers.put(JobAnswer(number, content))
 
 
 def _connect(address: str) -> Client:

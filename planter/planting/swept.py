@@ -42,16 +42,6 @@ class PlantingSweepAdapter(MachineAdapter):
     """Planting devices; centre distances may deviate from those of the pitch curves."""
 
     choices: Mapping[str, Sequence[str]] = {"model": ("exact", "printed")}
-    banded = (
-        "objective",
-        "support_range_N",
-        "support_max_N",
-        "M_L_max_Nm",
-        "tip_y_min_mm",
-        "tip_x_range_mm",
-    )
-    curves = ("support_N", "M_L_Nm")
-    paths = (("tip_x_mm", "tip_y_mm"),)
 
     def build(self, machine: PlantingMachine) -> Machine:
         """Return the machine of a file, with deviations of its centre distances."""

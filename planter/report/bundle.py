@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,13 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
-class RenderedFigure:
-    """A figure as SVG text, as PNG and as PDF."""
-
-    svg: str
-    png: bytes
-    pdf: bytes
+RenderedFigure = Mapping[str, str | bytes]
+"""A figure by the endings of its files."""
 
 
 def render_figures(
@@ -31,11 +25,10 @@ def render_figures(
     """Render figures by name as SVG, PNG and PDF, and report the number of rendered figures to
     `progress`.
     """
-    rendered, phase = {}, ProgressPhase("drawing", "figure", len(figures), progress)
+    rendered: dict[str, RenderedFigure] = {}
+    phase = ProgressPhase("drawing", "figure", len(figures), progress)
     for name, figure in figures.items():
-        rendered[name] = RenderedFigure(
-            style.render_svg(figure), style.render_png(figure), style.render_pdf(figure)
-        )
+        rendered[name] = style.render_figure(figure)
         phase.advance(name)
     return rendered
 
@@ -57,6 +50,5 @@ def write_bundle(
         ):  # names that differ only in characters which file names cannot have
             count += 1
             stem = f"{file_name(name)}-{count}"
-        kinds: dict[str, str | bytes] = {"svg": figure.svg, "png": figure.png, "pdf": figure.pdf}
-        contents |= {f"figures/{stem}.{ending}": content for ending, content in kinds.items()}
+        contents |= {f"figures/{stem}.{ending}": content for ending, content in figure.items()}
     files.write_all(out, contents | dict(texts))

@@ -5,7 +5,6 @@ A file is replaced at once, never in part.
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import math
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.files import csv_rows, paths, text
+from planter.files import csv_rows, paths
 from planter.report import folder
 from planter.report.folder import output_folder as output_folder
 from planter.version import __version__
@@ -62,17 +61,6 @@ def _encoded(content: str) -> bytes:
     return content.encode("utf-8", "backslashreplace")
 
 
-def write_cycle_csv(
-    path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]
-) -> None:
-    """Write the table of `cycle_csv`.
-
-    Raises ComputationError, naming the path, as `cycle_csv` does, and InputError if the file cannot
-    be written.
-    """
-    write_text(path, cycle_csv(str(path), comments, columns))
-
-
 def cycle_csv(
     name: str, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]
 ) -> str:
@@ -100,21 +88,6 @@ def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
         if not np.isfinite(array).all():
             row = int(np.argmin(np.isfinite(array)))
             raise ComputationError(f"{path}: {name} is not finite in row {row}: {array[row]}")
-
-
-LARGEST_CYCLE = 1_000_000_000
-"""Maximum size of a table of a cycle [byte]."""
-
-
-def read_cycle_csv(path: Path) -> tuple[list[str], dict[str, Array]]:
-    """Read the comments and columns (n,) of a file that `write_cycle_csv` wrote."""
-    lines = text.read_text(path, LARGEST_CYCLE).splitlines()
-    comments = [line.removeprefix("#").strip() for line in lines if line.startswith("#")]
-    header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
-    values = np.array([[float(value) for value in row] for row in rows]).reshape(
-        len(rows), len(header)
-    )
-    return comments, dict(zip(header, values.T, strict=True))
 
 
 def write_summary(path: Path, summary: Mapping[str, Any]) -> None:

@@ -173,9 +173,9 @@ def replace_file(path: Path) -> Iterator[Path]:
     """
     with _replacing(path) as part:
         yield part
-        content = text.hash_file(part)
-        _check(path, _manifest(path), content)
-        _enter(path, content)
+        content, manifest = text.hash_file(part), _manifest(path)
+        _check(path, manifest, content)
+        manifest.enter(path, content, independent=manifest is not _OPEN.get())
 
 
 @contextmanager
@@ -247,11 +247,6 @@ def _manifest(path: Path) -> Manifest:
     return manifest if manifest is not None and manifest.holds(path) else Manifest(path.parent)
 
 
-def _enter(path: Path, content: str) -> None:
-    manifest = _manifest(path)
-    manifest.enter(path, content, independent=manifest is not _OPEN.get())
-
-
 class Manifest:
     """The files in a folder that planter wrote, each with a hash of its content; `old` files are
     removed at the end.
@@ -290,8 +285,9 @@ class Manifest:
 
     def forget(self, path: Path) -> None:
         """Remove a file from all lists."""
+        name = path.relative_to(self._folder).as_posix()
         for part in (self.new, self.old, self.independent, self.earlier):
-            part.pop(path.relative_to(self._folder).as_posix(), None)
+            part.pop(name, None)
         self._save()
 
     def keep(self, path: Path) -> None:
@@ -342,7 +338,12 @@ def renew_files(out: str | Path | None) -> Iterator[None]:
     if out is None or _OPEN.get() is not None:
         yield
         return
-    with _owning(output_folder(out)) as folder:
+    folder = output_folder(out)
+    with ExitStack() as owned:
+        try:
+            owned.enter_context(lock_folder(folder))
+        except OSError as error:
+            raise _cannot_write(folder, error) from None
         manifest = Manifest(folder)
         token = _OPEN.set(manifest)
         try:
@@ -350,16 +351,6 @@ def renew_files(out: str | Path | None) -> Iterator[None]:
             manifest.clear()
         finally:
             _OPEN.reset(token)
-
-
-@contextmanager
-def _owning(folder: Path) -> Iterator[Path]:
-    with ExitStack() as owned:
-        try:
-            owned.enter_context(lock_folder(folder))
-        except OSError as error:
-            raise _cannot_write(folder, error) from None
-        yield folder
 
 
 def renews_files(write: Callable[P, T]) -> Callable[P, T]:

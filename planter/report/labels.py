@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -140,6 +141,20 @@ def tabulate_rows(
     head = [format_label(key, names.get(key)) for key in (*keys, *page_keys)]
     cells = [[_clean_cell(row[key]) for key in (*keys, *page_keys)] for row in rows]
     return Table(head, cells, caption, head[len(keys) :])
+
+
+def tabulate_records(
+    records: Iterable[Any],
+    columns: Mapping[str, str | Callable[[Any], Any]],
+    caption: str = "",
+    page_columns: Collection[str] = (),
+) -> Table:
+    """Return a table with a row for each record: a column is an attribute, by its path, or a
+    function of the record.
+    """
+    readers = [attrgetter(each) if isinstance(each, str) else each for each in columns.values()]
+    rows = [[format_cell(read(record)) for read in readers] for record in records]
+    return Table(list(columns), rows, caption, page_columns)
 
 
 def tabulate_angles(rows: Sequence[Mapping[str, Any]], angle: str) -> Table:

@@ -268,7 +268,7 @@ class ResultPresentation:
         """
         files.output_folder(out)
         images = bundle.render_figures(self.figures(), progress)
-        page = self.page({name: image.svg for name, image in images.items()})
+        page = self.page({name: str(image["svg"]) for name, image in images.items()})
         bundle.write_bundle(out, {**self._data(), "report.html": page}, images)
 
     def write_data(self, out: Path) -> None:

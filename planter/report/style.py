@@ -10,11 +10,9 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from planter.files import units
-from planter.report import files
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -153,6 +151,12 @@ def over_a_turn(axes: Axes, label: bool = True, end: float = 360.0) -> None:
         axes.set_xlabel("carrier angle φ / deg")
 
 
+def add_legend(figure: Figure, axes: Axes, columns: int = 1) -> None:
+    """Add the legend of axes above all axes of a figure."""
+    handles = axes.get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper left", ncols=columns, frameon=False)
+
+
 def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
     """Set equal scales and labels of the axes, for figures that show shapes."""
     axes.set_aspect("equal", adjustable="datalim")
@@ -196,31 +200,22 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -
 
 
 def spread_heights(heights: Sequence[float], gap: float) -> list[float]:
-    """Return sorted heights in [0, 1], moved as little as needed so that neighbours are `gap`
+    """Return sorted heights in [0, 1], raised, and lowered at the top, so that neighbours are `gap`
     apart.
 
     >>> [round(h, 3) for h in spread_heights([0.1, 0.5, 0.52], 0.1)]
-    [0.1, 0.46, 0.56]
-    >>> [round(h, 3) for h in spread_heights([0.01, 0.02, 0.03], 0.1)]
-    [0.0, 0.1, 0.2]
+    [0.1, 0.5, 0.6]
+    >>> [round(h, 3) for h in spread_heights([0.01, 0.97, 0.98], 0.1)]
+    [0.01, 0.9, 1.0]
     """
-    blocks: list[list[float]] = []
+    spread: list[float] = []
     for height in heights:
-        blocks.append([height])
-        while len(blocks) > 1 and _top(blocks[-2], gap) + gap > _bottom(blocks[-1], gap):
-            last = blocks.pop()
-            blocks[-1] = blocks[-1] + last
-    separated = [_bottom(block, gap) + i * gap for block in blocks for i in range(len(block))]
-    raised = [max(height, i * gap) for i, height in enumerate(separated)]
-    return [min(height, 1 - (len(raised) - 1 - i) * gap) for i, height in enumerate(raised)]
-
-
-def _bottom(block: list[float], gap: float) -> float:
-    return sum(block) / len(block) - (len(block) - 1) * gap / 2
-
-
-def _top(block: list[float], gap: float) -> float:
-    return _bottom(block, gap) + (len(block) - 1) * gap
+        spread.append(max(height, spread[-1] + gap) if spread else height)
+    highest = 1.0
+    for k in reversed(range(len(spread))):
+        spread[k] = min(spread[k], highest)
+        highest = spread[k] - gap
+    return spread
 
 
 def render_svg(figure: Figure) -> str:
@@ -228,14 +223,16 @@ def render_svg(figure: Figure) -> str:
     return _rendered(figure, "svg", {"Date": None, "Creator": None}).decode("utf-8")
 
 
-def render_png(figure: Figure) -> bytes:
-    """Return the figure as PNG; the same figure always gives the same bytes."""
-    return _rendered(figure, "png", {"Software": None})
-
-
-def render_pdf(figure: Figure) -> bytes:
-    """Return the figure as PDF; the same figure always gives the same bytes."""
-    return _rendered(figure, "pdf", {"CreationDate": None, "Creator": None, "Producer": None})
+def render_figure(figure: Figure) -> dict[str, str | bytes]:
+    """Return the figure as SVG, PNG and PDF by their endings; the same figure always gives the same
+    bytes.
+    """
+    undated = {"CreationDate": None, "Creator": None, "Producer": None}
+    return {
+        "svg": render_svg(figure),
+        "png": _rendered(figure, "png", {"Software": None}),
+        "pdf": _rendered(figure, "pdf", undated),
+    }
 
 
 def fix_layout(figure: Figure) -> None:
@@ -262,15 +259,3 @@ def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
     with _settings():
         figure.savefig(buffer, format=kind, dpi=DOTS, metadata=metadata)
     return buffer.getvalue()
-
-
-def save_figure(figure: Figure, folder: Path, name: str) -> str:
-    """Write `name.svg`, `name.pdf` and `name.png`; return the SVG text.
-
-    Raises InputError, naming the path, if the folder cannot be written.
-    """
-    drawing = render_svg(figure)
-    files.write_text(folder / f"{name}.svg", drawing)
-    files.write_bytes(folder / f"{name}.pdf", render_pdf(figure))
-    files.write_bytes(folder / f"{name}.png", render_png(figure))
-    return drawing

@@ -12,15 +12,15 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from planter import safe_text
-from planter.errors import ComputationError, InputError, PlanterError
+from planter.errors import ComputationError, InputError
 from planter.files.text import LIMIT_BYTES, parse_json
-from planter.studio.process import ExportTask, StudioProcess, export_file
-from planter.studio.session import DONE, Message, list_sources
+from planter.studio.process import ExportTask, StudioProcess, describe_error, export_file
+from planter.studio.session import FAILED, Message, list_sources
 from planter.studio.session import __name__ as WORKER
 from planter.workers import Worker, WorkerEndedError
 
@@ -30,11 +30,6 @@ GRACE_S = 1.0
 """Maximum remaining time of an answer that is no longer needed [s]."""
 LONGEST_ANSWER = 2**27
 """Maximum size of an answer [byte]."""
-Request = Literal[
-    "seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works"
-]
-
-
 Task = Callable[[], Coroutine[Any, Any, Any]]
 """Makes the coroutine of a task."""
 
@@ -45,10 +40,14 @@ class GivenUpError(ComputationError):
 
 @dataclass(frozen=True)
 class StudioAnswer:
-    """The JSON object of an answer, and whether it is a result rather than an error."""
+    """The JSON object of an answer."""
 
     text: str
-    done: bool
+
+    @property
+    def done(self) -> bool:
+        """Whether it is a result rather than an error."""
+        return not self.text.startswith(FAILED)
 
     def table(self) -> dict[str, Any]:
         """Return the JSON object. Raises ComputationError if it is an error."""
@@ -84,7 +83,7 @@ class RemoteSession:
         async with self._lock:
             return await self._open(message)
 
-    async def ask(self, request: Request, opening: Message, message: Message) -> StudioAnswer:
+    async def ask(self, request: str, opening: Message, message: Message) -> StudioAnswer:
         """Return the answer to a request on the machine opened by `opening`.
 
         If the caller is cancelled, the process still completes this request before the next. Raises
@@ -109,7 +108,7 @@ class RemoteSession:
         self._process = None
         self._thread.shutdown(wait=False)
 
-    async def _ask(self, request: Request, opening: Message, message: Message) -> StudioAnswer:
+    async def _ask(self, request: str, opening: Message, message: Message) -> StudioAnswer:
         async with self._lock:
             if opening and (self._opened is not opening or self._process is None):
                 answer = await self._open(opening)
@@ -129,10 +128,8 @@ class RemoteSession:
         self._busy, self._given_up = True, self._closed
         content, loop = _to_bytes({"do": request, "message": message}), asyncio.get_running_loop()
         try:
-            text = (
-                await loop.run_in_executor(self._thread, process.ask, content, LONGEST_S)
-            ).decode("ascii")
-            return StudioAnswer(text[1:], text.startswith(DONE))
+            answer = await loop.run_in_executor(self._thread, process.ask, content, LONGEST_S)
+            return StudioAnswer(answer.decode("ascii"))
         except TimeoutError:
             self._process = None
             raise ComputationError(f"this was given up after {LONGEST_S:g} s") from None
@@ -164,11 +161,11 @@ def _to_bytes(content: Mapping[str, Any]) -> bytes:
     return json.dumps(content).encode("ascii")
 
 
-PAUSES: Mapping[Request, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
+PAUSES: Mapping[str, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
 """Requests that are computed when the user pauses, with the additional pause before each [s]."""
 LONGEST_MESSAGE = 2 * LIMIT_BYTES
 """Maximum characters of a message: those of a file, in which JSON may escape each by two."""
-ANSWERED: Mapping[str, Request] = {"file": "file", "wish": "wished"}
+ANSWERED: Mapping[str, str] = {"file": "file", "wish": "wished"}
 """Requests that are answered immediately, by the `ask` of a message."""
 
 
@@ -206,7 +203,7 @@ class Live:
                 try:
                     await self._take(await self._receive())
                 except InputError as error:
-                    await self._send(error_message(error))
+                    await self._send({"error": describe_error(error)})
         except WebSocketDisconnect:
             pass
         finally:
@@ -273,7 +270,7 @@ class Live:
         try:
             await task()
         except Exception as error:
-            await self._send(error_message(error))
+            await self._send({"error": describe_error(error)})
 
     async def _search(self, message: Message) -> None:
         machine = self._opening
@@ -331,7 +328,7 @@ class Live:
         except GivenUpError:
             return False
         except Exception as error:
-            await self._send(error_message(error))
+            await self._send({"error": describe_error(error)})
             return False
         await self._send_text(answer.text)
         return bool(answer.done)
@@ -344,14 +341,3 @@ class Live:
             await self.socket.send_text(text)
         except (RuntimeError, WebSocketDisconnect):
             return
-
-
-def error_message(error: Exception) -> dict[str, str]:
-    """Return an exception as a message: the message of an error of planter, or type and text of any
-    other.
-    """
-    if isinstance(error, PlanterError):
-        return {"error": error.message}
-    return {
-        "error": safe_text.sanitise_line(f"this cannot be done ({type(error).__name__}: {error})")
-    }

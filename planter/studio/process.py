@@ -43,6 +43,13 @@ def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
     return typeset_degrees(sentence)
 
 
+def describe_error(error: Exception) -> str:
+    """Return the message of an error of planter, or type and text of any other, as a line."""
+    if isinstance(error, PlanterError):
+        return error.message
+    return safe_text.sanitise_line(f"this cannot be done ({type(error).__name__}: {error})")
+
+
 class StudioProcess:
     """A task of a page, such as a search or an export, which runs commands one after another."""
 
@@ -95,16 +102,8 @@ class StudioProcess:
     async def _done(self, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
         try:
             await work()
-        except PlanterError as error:
-            await self.send({"error": error.message})
         except Exception as error:
-            await self.send(
-                {
-                    "error": safe_text.sanitise_line(
-                        f"{self.name}: this cannot be done ({type(error).__name__}: {error})"
-                    )
-                }
-            )
+            await self.send({"error": describe_error(error)})
 
 
 def _lines(text: str) -> Iterator[str]:

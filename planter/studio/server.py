@@ -38,11 +38,6 @@ HEADERS = (
 )
 
 
-def create_token() -> str:
-    """Return a new random token."""
-    return secrets.token_urlsafe(24)
-
-
 class Guard:
     """Middleware that passes requests with valid host, origin and token, and refuses all others
     with status 403.
@@ -183,7 +178,7 @@ def serve_studio(machine: str | None, folder: Path, port: int, browser: bool) ->
             raise InputError(
                 f"--port {port}: another program uses this port; choose another"
             ) from None
-        secret, port = create_token(), listening.getsockname()[1]
+        secret, port = secrets.token_urlsafe(24), listening.getsockname()[1]
         name = f"#{quote(Path(machine).name)}" if machine else ""
         address = f"http://{HOST}:{port}/{secret}/{name}"
         print(

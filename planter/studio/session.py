@@ -20,7 +20,7 @@ from planter.files import examples
 from planter.files.derivation import GENERATED
 from planter.files.text import parse_toml, read_text
 from planter.report import files
-from planter.studio.process import export_path, to_page_words
+from planter.studio.process import describe_error, export_path, to_page_words
 from planter.view.animation import pack_curves, pack_scene
 from planter.view.picture import draw_picture
 from planter.view.scene import Scene
@@ -395,8 +395,8 @@ REQUESTS = (
 """Methods of a session that a request can name."""
 ECHOED = ("id", "opening")
 """Keys of a message that an answer repeats, so that the page can assign it."""
-DONE, FAILED = "+", "-"
-"""First character of an answer."""
+FAILED = '{"error": '
+"""Beginning of an answer that is an error."""
 
 
 def main() -> None:
@@ -430,7 +430,7 @@ def answer_request(session: Session, name: str, message: Message) -> str:
         if name not in REQUESTS:
             raise ValueError(name)
         answer = getattr(session, name)(message)
-        return DONE + _format_answer({**answer, **echoed})
+        return _format_answer({**answer, **echoed})
     except PlanterError as error:
         sentence = session.in_page_words(error)
     except MemoryError:
@@ -439,8 +439,8 @@ def answer_request(session: Session, name: str, message: Message) -> str:
             f"machine may take"
         )
     except Exception as error:
-        sentence = f"this cannot be computed ({type(error).__name__}: {error})"
-    return FAILED + _format_answer({"error": safe_text.sanitise_line(sentence), **echoed})
+        sentence = describe_error(error)
+    return _format_answer({"error": safe_text.sanitise_line(sentence), **echoed})
 
 
 def _format_answer(answer: Any) -> str:

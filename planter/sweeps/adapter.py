@@ -1,109 +1,138 @@
-"""Adapters of machines for sweeps: protocol of the object `ADAPTER` in the module `swept` of a
+"""Adapters of machines for sweeps and tolerances: the object `ADAPTER` in the module `swept` of a
 package of machines.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from types import ModuleType
+from typing import Any
 
+from planter.engine.machine import Machine
+from planter.engine.measures import parse_distance
+from planter.engine.outputs import (
+    SampledOutputs,
+    find_output,
+    list_default_outputs,
+    list_outputs,
+)
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.document import Document
 from planter.files.kinds import find_kind, load_part
-from planter.kernels import Array
+from planter.files.text import hash_file
+
+Ends = Mapping[str, tuple[float, float]]
+"""Two ends of inputs, by path."""
 
 
-class SweepSubject(Protocol):
-    """A machine that evaluates rows of inputs."""
+class SweepAdapter(ABC):
+    """Adapter of a kind of machines: inputs are their values, outputs measures of their quantities.
 
-    def evaluated(self, points: Array, threads: int) -> Array:
-        """Return outputs (m, k) at points (m, n), in display units; rows without a result are
-        NaN.
-        """
-
-
-class SweepAdapter(Protocol):
-    """Adapter of a kind of machines.
-
-    All values are in the display units [which their keys name].
+    The modules `file` and `machines` of the package load files and build machines. All values are
+    in the display units that their keys name.
     """
 
-    choices: Mapping[str, Sequence[str]]
+    choices: Mapping[str, Sequence[str]] = {}
     """Inputs with texts as values, and their allowed values, the default first."""
 
+    def __init__(self, package: str | None, load: str = "load") -> None:
+        self._package, self._load = package, load
+
+    def _import_module(self, name: str) -> ModuleType:
+        return import_module(f"{self._package}.{name}")
+
     def load(self, source: str, changes: Mapping[str, float]) -> Document:
-        """Load a machine from a file, with changed numbers."""
+        """Load the file of a machine, with changed numbers."""
+        document: Document = getattr(self._import_module("file"), self._load)(source, changes)
+        return document
 
-    def inputs(self, machine: Any) -> Mapping[str, str]:
-        """Return the meanings of the inputs, by path."""
+    def build(self, machine: Any) -> Machine:
+        """Build the machine of a file."""
+        built: Machine = self._import_module("machines").build_machine(machine)
+        return built
 
-    def outputs(self, machine: Any) -> Mapping[str, str]:
-        """Return the meanings of the outputs, by name."""
+    @abstractmethod
+    def frozen(self, machine: Any) -> dict[str, Any]:
+        """Return a description of the file, fit for JSON, from which `thaw` restores it."""
 
-    def describe_measure(self, machine: Any, text: str, label: str) -> tuple[str, str]:
-        """Return the name and the meaning of an output that is an expression in the language of
-        measures.
-
-        Raises InputError, which begins with `label`, if the expression is invalid.
-        """
+    @abstractmethod
+    def thaw(self, frozen: Mapping[str, Any]) -> Document:
+        """Return the file that `frozen` describes."""
 
     def default_outputs(self, machine: Any) -> Sequence[str]:
-        """Return the names of the outputs of a plan that names none."""
-
-    def hash_curves(self, machine: Any, outputs: Sequence[str]) -> Mapping[str, str]:
-        """Return the hashes of further files that outputs need, by path."""
-
-    def frozen(self, machine: Any) -> dict[str, Any]:
-        """Return a description of the machine, fit for JSON, from which `subject` builds it in
-        another process.
+        """Return the names of the outputs of a plan that names none: the objective of the
+        machine's file, if it has one, and the loads of its motors.
         """
+        return list_default_outputs(self.build(machine))
+
+    def nominal(self, machine: Any) -> dict[str, float]:
+        """Return the machine's values in the units of their paths, unrounded from the file where it
+        has them.
+        """
+        built, numbers = self.build(machine), machine.numbers()
+        return {
+            value.path: numbers.get(value.path, float(number / value.factor))
+            for value, number in zip(built.values, built.data, strict=True)
+        }
+
+    def tolerances(self, machine: Any) -> dict[str, dict[str, Any]]:
+        """Return the default tolerances as the table of a file: none."""
+        return {}
 
     def subject(
         self,
         frozen: Mapping[str, Any],
         choices: Mapping[str, str],
-        inputs: Mapping[str, tuple[float, float]],
+        inputs: Ends,
         outputs: Sequence[str],
-    ) -> SweepSubject:
-        """Build a machine whose `inputs`, by path, take values between two ends.
+    ) -> SampledOutputs:
+        """Return the outputs of a machine whose `inputs` take values between two ends.
 
-        Raises InputError if it cannot be built at these ends.
+        Raises InputError if its file does not allow an end of an input.
         """
+        document = self.thaw(frozen)
+        stated = document.numbers()
+        for end in (0, 1):
+            for name, ends in inputs.items():
+                if name in stated:
+                    document.with_numbers({name: ends[end]})
+        return SampledOutputs(self.build(document), tuple(inputs), outputs)
 
 
 class ResolvedMachine:
     """A machine with the adapter of its kind. Raises InputError if no adapter takes `source`."""
 
     def __init__(self, source: str, changes: Mapping[str, float] | None = None) -> None:
-        adapter = load_part(source, "swept") if find_kind(source) else None
-        if adapter is None:
+        module = load_part(source, "swept") if find_kind(source) else None
+        if module is None:
             raise InputError(
                 f"{source}: no such machine; name a machine file, or a built-in machine that can "
                 f"be swept"
             )
-        self.module, self.adapter, self.source = adapter.__name__, adapter.ADAPTER, source
+        self.module, self.source = module.__name__, source
+        self.adapter: Any = module.ADAPTER
         self.machine = self.adapter.load(source, changes or {})
+
+    @cached_property
+    def built(self) -> Machine:
+        """The machine of the engine."""
+        machine: Machine = self.adapter.build(self.machine)
+        return machine
 
     @cached_property
     def inputs(self) -> Mapping[str, str]:
         """Meanings of the inputs, by path."""
-        inputs: Mapping[str, str] = self.adapter.inputs(self.machine)
-        return inputs
+        return {value.path: value.meaning for value in self.built.values}
 
     @cached_property
     def outputs(self) -> Mapping[str, str]:
         """Meanings of the outputs, by name."""
-        outputs: Mapping[str, str] = self.adapter.outputs(self.machine)
-        return outputs
-
-    @property
-    def choices(self) -> Mapping[str, Sequence[str]]:
-        """Allowed values of inputs with texts, by name."""
-        choices: Mapping[str, Sequence[str]] = self.adapter.choices
-        return choices
+        return {name: output.meaning for name, output in list_outputs(self.built).items()}
 
     def path(self, name: str, label: str) -> str:
         """Return the full path of an input.
@@ -113,11 +142,17 @@ class ResolvedMachine:
         return find_full_name(name, self.inputs, label, "inputs")
 
     def hash_curves(self, outputs: Sequence[str]) -> dict[str, Any]:
-        """Return the hashes of files that outputs need, as arguments of a recipe: other curves give
-        other rows.
+        """Return the hashes of files with curves that outputs are distances from, as arguments of a
+        recipe: other curves give other rows.
         """
-        hashes = self.adapter.hash_curves(self.machine, outputs)
-        return {"curves": dict(hashes)} if hashes else {}
+        hashes = {}
+        for text in outputs:
+            names = (name for term in find_output(self.built, text).terms for name in term.names)
+            for curve in map(parse_distance, names):
+                if curve is not None and curve.file:
+                    path = curve.find_file(self.built.source)
+                    hashes[str(path)] = hash_file(path)
+        return {"curves": hashes} if hashes else {}
 
     def resolve_outputs(self, names: Sequence[str], label: str) -> list[str]:
         """Return full names of outputs, the default ones if `names` is empty.
@@ -132,10 +167,12 @@ class ResolvedMachine:
         return [self.describe_output(name, label)[0] for name in names]
 
     def describe_output(self, name: str, label: str) -> tuple[str, str]:
-        """Return the full name and the meaning of an output. Raises InputError as `path`."""
+        """Return the full name and the meaning of an output, which may be an expression in the
+        language of measures. Raises InputError as `path`.
+        """
         if " " in name:
-            described: tuple[str, str] = self.adapter.describe_measure(self.machine, name, label)
-            return described
+            output = find_output(self.built, name, label)
+            return output.name, output.meaning
         full = find_full_name(name, self.outputs, f"{label}: {name}", "outputs")
         return full, self.outputs[full]
 

@@ -65,5 +65,5 @@ def compute_sweep(
 def list_inputs(source: str) -> Varied:
     """List the inputs and outputs of a machine. Raises InputError if there is no such machine."""
     resolved = ResolvedMachine(source)
-    choices = {name: list(texts) for name, texts in resolved.choices.items()}
+    choices = {name: list(texts) for name, texts in resolved.adapter.choices.items()}
     return Varied(resolved.machine.name, choices, dict(resolved.inputs), dict(resolved.outputs))

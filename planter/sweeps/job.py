@@ -107,9 +107,10 @@ APPLICATION_ID = 0x706C6E74
 _MARK = f"PRAGMA application_id = {APPLICATION_ID}"
 _QUESTION = "CREATE TABLE asked (question TEXT NOT NULL)"
 _CHUNKS = (
-    "CREATE TABLE chunks (question TEXT NOT NULL, number INTEGER NOT NULL, sha256 TEXT NOT NULL, "
-    "content BLOB NOT NULL, PRIMARY KEY (question, number)) WITHOUT ROWID"
+    "CREATE TABLE chunks (number INTEGER NOT NULL PRIMARY KEY, sha256 TEXT NOT NULL, "
+    "content BLOB NOT NULL) WITHOUT ROWID"
 )
+_NUMBERS = "SELECT number FROM chunks ORDER BY number"
 
 
 def open_store(path: Path | None, question: str, rows: int, width: int) -> Store:
@@ -181,17 +182,11 @@ class Store:
     def list_finished(self) -> set[int]:
         """Return the numbers of the valid chunks; delete all others."""
         with self._reporting_errors():
-            stored = self._file.execute("SELECT question, number FROM chunks").fetchall()
-            sound = {
-                number
-                for question, number in stored
-                if question == self._question and self._is_sound(number)
-            }
-            for question, number in stored:
-                if question != self._question or number not in sound:
-                    self._file.execute(
-                        "DELETE FROM chunks WHERE question = ? AND number = ?", (question, number)
-                    )
+            stored = [number for (number,) in self._file.execute(_NUMBERS)]
+            sound = set(filter(self._is_sound, stored))
+            for number in stored:
+                if number not in sound:
+                    self._file.execute("DELETE FROM chunks WHERE number = ?", (number,))
         return sound
 
     def save(self, number: int, content: bytes) -> None:
@@ -200,10 +195,10 @@ class Store:
             raise ComputationError(
                 f"{self._name}: chunk {number} has {len(content)} bytes, not those of its rows"
             )
-        row = (self._question, number, self._hash(number, content), content)
+        row = (number, self._hash(number, content), content)
         with self._reporting_errors(), self._transaction():
             self._check_question()
-            self._file.execute("INSERT OR REPLACE INTO chunks VALUES (?, ?, ?, ?)", row)
+            self._file.execute("INSERT OR REPLACE INTO chunks VALUES (?, ?, ?)", row)
 
     def blocks(self) -> Iterator[Array]:
         """Yield the chunks in order, (m, width) each.
@@ -223,10 +218,7 @@ class Store:
     def _contents(self) -> Iterator[bytes]:
         numbers = range(count_chunks(self.rows))
         with self._reporting_errors():
-            stored = [
-                row[0]
-                for row in self._file.execute("SELECT number FROM chunks ORDER BY question, number")
-            ]
+            stored = [number for (number,) in self._file.execute(_NUMBERS)]
             if stored != list(numbers):
                 raise ComputationError(
                     f"{self._name}: the stored chunks are not those of the {self.rows} rows; "
@@ -245,8 +237,7 @@ class Store:
 
     def _row(self, number: int) -> tuple[str, bytes]:
         row = self._file.execute(
-            "SELECT sha256, content FROM chunks WHERE question = ? AND number = ?",
-            (self._question, number),
+            "SELECT sha256, content FROM chunks WHERE number = ?", (number,)
         ).fetchone()
         return row or ("", b"")
 
@@ -289,8 +280,6 @@ def _sha256(content: bytes) -> str:
 
 FEWEST = 20_000
 """Number of rows from which worker processes are started."""
-Chunk = tuple[int, bytes]
-"""Number and content."""
 
 
 @dataclass(frozen=True)
@@ -311,14 +300,14 @@ def run_job(
     """
     rows, done = store.rows, store.list_finished()
     todo = [number for number in range(count_chunks(rows)) if number not in done]
-    resumed_rows = _rows(done, rows)
+    resumed_rows = sum(stop - start for start, stop in (chunk_limits(n, rows) for n in done))
     phase = ProgressPhase("sweep", "row", rows, progress, resumed_rows)
     if resumed_rows:
         phase.report(resumed_rows, "done before")
     is_local = not todo or (means.cluster is None and rows < FEWEST)
     try:
         with nullcontext() if is_local else Jobs(recipe.task, todo, means) as jobs:
-            for number, content in _evaluate(recipe, todo) if jobs is None else _read(jobs, todo):
+            for number, content in _compute_chunks(recipe, todo, jobs):
                 store.save(number, content)
                 start, stop = chunk_limits(number, rows)
                 phase.report(phase.done + stop - start)
@@ -327,18 +316,16 @@ def run_job(
     return JobRun(len(done), 0 if jobs is None else jobs.workers)
 
 
-def _rows(chunks: set[int], rows: int) -> int:
-    return sum(stop - start for start, stop in (chunk_limits(number, rows) for number in chunks))
-
-
-def _read(jobs: Jobs, todo: Sequence[int]) -> Iterator[Chunk]:
-    for answer in jobs:
-        yield todo[answer.job], answer.result
-
-
-def _evaluate(recipe: Recipe, todo: Sequence[int]) -> Iterator[Chunk]:
-    """Yield chunks that all cores of this process evaluate."""
-    task = recipe.job() if todo else None
-    for number in todo:
-        assert task is not None
-        yield number, evaluate_chunk(task, number, count_cores())
+def _compute_chunks(
+    recipe: Recipe, todo: Sequence[int], jobs: Jobs | None
+) -> Iterator[tuple[int, bytes]]:
+    """Yield numbers and contents of chunks: those of jobs, else those that all cores of this
+    process evaluate.
+    """
+    if jobs is not None:
+        for answer in jobs:
+            yield todo[answer.job], answer.result
+    elif todo:
+        job = recipe.job()
+        for number in todo:
+            yield number, evaluate_chunk(job, number, count_cores())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, Self
 
@@ -94,6 +94,11 @@ class Axis(FileSection):
         numbers = self._numbers
         return float(numbers.min()), float(numbers.max())
 
+    def list_values(self, numbers: Array) -> list[Any]:
+        """Return the values of numbers (n,), texts by their indices."""
+        texts = self.texts
+        return numbers.tolist() if texts is None else [texts[int(index)] for index in numbers]
+
     @property
     def _numbers(self) -> Array:
         """The values: of texts their indices in the list, of a range its steps or its two ends."""
@@ -140,19 +145,18 @@ def to_axis_table(entry: Any) -> Any:
     )
 
 
-class Points(Protocol):
-    """A number of `rows` points."""
+Cube = Callable[[int, int], Array]
 
-    rows: int
 
-    def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
-        inputs.
-        """
+class UnitScale(Protocol):
+    """A scale of shares of the unit interval."""
+
+    def from_unit(self, shares: Array) -> Array:
+        """Return the numbers at shares (n,) in [0, 1)."""
 
 
 class Grid:
-    """All combinations of the values of all axes; the last axis changes fastest."""
+    """All combinations of the values of all axes, `rows` points; the last axis changes fastest."""
 
     def __init__(self, axes: Sequence[Axis]) -> None:
         self.axes = axes
@@ -168,44 +172,36 @@ class Grid:
 
 
 class UnitCubePoints:
-    """Points of the unit cube, scaled to the axes."""
+    """A number of `rows` points of the unit cube, scaled to the axes; `cube` returns those from one
+    row, the first of a chunk, to another, (m, n).
+    """
 
-    def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
-        self.axes, self.rows, self.seed = axes, rows, seed
+    def __init__(self, axes: Sequence[UnitScale], rows: int, cube: Cube) -> None:
+        self.axes, self.rows, self.cube = axes, rows, cube
 
     def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop`, (stop - start, n)."""
-        cube = self.cube(start, stop)
+        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
+        axes.
+        """
+        return self.scale(self.cube(start, stop))
+
+    def scale(self, cube: Array) -> Array:
+        """Return points (m, n) of the unit cube as values on the axes."""
         return np.column_stack(
             [axis.from_unit(shares) for axis, shares in zip(self.axes, cube.T, strict=True)]
         )
 
-    def cube(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop` in [0, 1), (stop - start, n)."""
-        raise NotImplementedError
+
+def draw_random(size: int, seed: int) -> Cube:
+    """Return random points; each chunk has a separate seed."""
+    return lambda start, stop: chunk_generator(seed, start).random((stop - start, size))
 
 
-class Sobol(UnitCubePoints):
-    """Points of one scrambled Sobol' sequence through all chunks."""
-
-    def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
-        super().__init__(axes, rows, seed)
-        self._sequence = SobolSequence(len(axes), seed)
-
-    def cube(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop` of the sequence, (stop - start, n)."""
-        return self._sequence(start, stop)
-
-
-class Latin(UnitCubePoints):
-    """A Latin hypercube for each chunk: m rows, one in each of m slices of every axis."""
-
-    def cube(self, start: int, stop: int) -> Array:
-        """Return the hypercube of the chunk from `start` to `stop`, (stop - start, n)."""
-        return draw_latin_hypercube(stop - start, len(self.axes), chunk_generator(self.seed, start))
-
-
-SCHEMES = {"sobol": Sobol, "latin": Latin}
+def draw_latin(size: int, seed: int) -> Cube:
+    """Return a Latin hypercube for each chunk: m rows, one in each of m slices of every axis."""
+    return lambda start, stop: draw_latin_hypercube(
+        stop - start, size, chunk_generator(seed, start)
+    )
 
 
 class SobolSequence:
@@ -235,6 +231,8 @@ def chunk_generator(seed: int, start: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(start // CHUNK,)))
 
 
+Points = Grid | UnitCubePoints
+SCHEMES: Mapping[str, Callable[[int, int], Cube]] = {"sobol": SobolSequence, "latin": draw_latin}
 MOST_ROWS = 100_000_000
 
 
@@ -360,7 +358,8 @@ class Plan(FileSection):
         axes = list(self.axes.values())
         if self.scheme == "grid":
             return Grid(axes)
-        return SCHEMES[self.scheme](axes, self.points or 0, self.seed)
+        cube = SCHEMES[self.scheme](len(axes), self.seed)
+        return UnitCubePoints(axes, self.points or 0, cube)
 
 
 def load_plan(path: str | Path) -> Plan:

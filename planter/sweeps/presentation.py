@@ -30,14 +30,12 @@ MOST_FIGURES = 12
 MOST_ROWS = 5_000_000
 """Number of rows up to which figures are drawn."""
 ALONG_INPUTS = (
-    "Along each input: a value without a result is a gap. Random values are averaged in slices of "
-    "their range. "
-    f"Of several texts the first {MOST_KINDS} are drawn."
+    f"Along each input: a value without a result is a gap. Of several texts the first {MOST_KINDS} "
+    "are drawn."
 )
 OVER_TWO_INPUTS = (
-    "Over two inputs: mean over all other inputs, empty where no row has a result. Random values "
-    "are averaged in "
-    "slices of their ranges."
+    "Over two inputs: mean over all other inputs, empty where no row has a result; random rows one "
+    "by one."
 )
 
 

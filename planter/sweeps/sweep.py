@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from planter import safe_text
+from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.progress import Listener, ProgressPhase
@@ -22,7 +22,6 @@ from planter.report import folder
 from planter.sweeps.adapter import (
     ResolvedMachine,
     SweepAdapter,
-    SweepSubject,
     find_full_name,
     resolve_source,
 )
@@ -65,70 +64,55 @@ class Rows:
         points, outputs = zip(*self.blocks(), strict=True)
         return np.vstack(points), np.vstack(outputs)
 
-    def tables(self) -> Iterator[dict[str, Array | list[str]]]:
-        """Yield the columns of each chunk by name; a text is itself, a row without a result NaN."""
+    def tables(self) -> Iterator[dict[str, list[Any]]]:
+        """Yield the columns of each chunk by name; a text is itself, a row without a result has
+        None.
+        """
         for points, outputs in self.blocks():
-            inputs = (
-                _input_column(axis, column)
+            columns = [
+                axis.list_values(column)
                 for axis, column in zip(self.inputs.values(), points.T, strict=True)
-            )
-            yield dict(zip(self.columns, [*inputs, *outputs.T], strict=True))
+            ]
+            columns += map(_list_cells, outputs.T)
+            yield dict(zip(self.columns, columns, strict=True))
 
     def describe_point(self, point: Array) -> dict[str, float | str]:
         """Return the inputs of a point (n,) by name."""
-        inputs: dict[str, float | str] = {}
-        for (name, axis), value in zip(self.inputs.items(), point, strict=True):
-            texts = axis.texts
-            inputs[name] = float(value) if texts is None else texts[int(value)]
-        return inputs
+        return {
+            name: axis.list_values(point[k : k + 1])[0]
+            for k, (name, axis) in enumerate(self.inputs.items())
+        }
 
     def envelope(self) -> dict[str, SweepExtent]:
         """Return the range of each output over all rows."""
-        tallies = [_Tally() for _ in self.outputs]
+        size, columns = len(self.outputs), np.arange(len(self.outputs))
+        total, count, rows = np.zeros(size), np.zeros(size, dtype=int), 0
+        # of the values and of the negative ones: the least, and the points where they stand
+        smallest, places = np.full((2, size), np.inf), np.empty((2, size, len(self.inputs)))
         for points, outputs in self.blocks():
-            for tally, column in zip(tallies, outputs.T, strict=True):
-                tally.add(points, column)
-        return {name: tally.extent(self) for name, tally in zip(self.outputs, tallies, strict=True)}
-
-
-def _input_column(axis: Axis, column: Array) -> Array | list[str]:
-    texts = axis.texts
-    return column if texts is None else [texts[int(index)] for index in column]
-
-
-class _Tally:
-    """Extremes and mean of a column, accumulated over blocks."""
-
-    def __init__(self) -> None:
-        self.low, self.high, self.total, self.count, self.missing = np.inf, -np.inf, 0.0, 0, 0
-        self.low_at: Array | None = None
-        self.high_at: Array | None = None
-
-    def add(self, points: Array, column: Array) -> None:
-        valid = np.flatnonzero(~np.isnan(column))
-        self.missing += len(column) - len(valid)
-        self.count += len(valid)
-        if not len(valid):
-            return
-        self.total += float(column[valid].sum())
-        low, high = valid[column[valid].argmin()], valid[column[valid].argmax()]
-        if column[low] < self.low:
-            self.low, self.low_at = float(column[low]), points[low]
-        if column[high] > self.high:
-            self.high, self.high_at = float(column[high]), points[high]
-
-    def extent(self, rows: Rows) -> SweepExtent:
-        if self.low_at is None or self.high_at is None:
-            return SweepExtent(None, None, None, self.missing, None, None)
-        mean = self.total / self.count
-        return SweepExtent(
-            self.low,
-            self.high,
-            mean,
-            self.missing,
-            rows.describe_point(self.low_at),
-            rows.describe_point(self.high_at),
-        )
+            total += np.nansum(outputs, axis=0)
+            count += (~np.isnan(outputs)).sum(axis=0)
+            rows += len(outputs)
+            for side, sign in enumerate((1, -1)):
+                values = np.where(np.isnan(outputs), np.inf, sign * outputs)
+                first = values.argmin(axis=0)
+                is_less = values[first, columns] < smallest[side]
+                smallest[side, is_less] = values[first, columns][is_less]
+                places[side, is_less] = points[first[is_less]]
+        extents = {}
+        for k, name in enumerate(self.outputs):
+            missing = rows - int(count[k])
+            if not count[k]:
+                extents[name] = SweepExtent(None, None, None, missing, None, None)
+                continue
+            low_at, high_at = (self.describe_point(places[side, k]) for side in (0, 1))
+            low, high, mean = (
+                float(smallest[0, k]),
+                -float(smallest[1, k]),
+                float(total[k] / count[k]),
+            )
+            extents[name] = SweepExtent(low, high, mean, missing, low_at, high_at)
+        return extents
 
 
 def has_parquet() -> bool:
@@ -156,14 +140,12 @@ def _write_csv(path: Path, rows: Rows, comments: Iterable[str], progress: Listen
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(rows.columns)
         for table in rows.tables():
-            columns = [
-                column if isinstance(column, list) else _cells(column) for column in table.values()
-            ]
-            writer.writerows(zip(*columns, strict=True))
-            phase.report(phase.done + len(columns[0]))
+            lines = list(zip(*table.values(), strict=True))
+            writer.writerows(lines)
+            phase.report(phase.done + len(lines))
 
 
-def _cells(column: Array) -> list[float | None]:
+def _list_cells(column: Array) -> list[float | None]:
     """Return numbers (m,) as cells, None for NaN."""
     cells: list[float | None] = column.tolist()
     for index in np.flatnonzero(np.isnan(column)):
@@ -184,8 +166,7 @@ def _write_parquet(path: Path, rows: Rows) -> None:
         ParquetWriter(part, schema, compression="zstd") as writer,
     ):
         for table in rows.tables():
-            columns = [pa.array(column, from_pandas=True) for column in table.values()]
-            writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=schema))
+            writer.write_batch(pa.RecordBatch.from_pydict(table, schema=schema))
 
 
 MACHINE = "machine"
@@ -206,30 +187,27 @@ class Sweep:
         first = self.machines[0]
         if any(resolved.module != first.module for resolved in self.machines):
             raise InputError(f"{plan.source}: machine: all machines must be of the same kind")
-        self.outputs = self._outputs()
+        self._choices: Mapping[str, Sequence[str]] = first.adapter.choices
+        names = [
+            resolved.resolve_outputs(plan.outputs, f"{plan.source}: outputs")
+            for resolved in self.machines
+        ]
+        self.outputs = list(dict.fromkeys(names[0]))
         self.inputs = {self._path(name): axis for name, axis in plan.axes.items()}
         if len(self.inputs) < len(plan.axes):
             raise InputError(f"{plan.source}: inputs names an input twice; keep one of the two")
         for name, axis in self.inputs.items():
             self._check(name, axis.texts)
 
-    def _outputs(self) -> list[str]:
-        """Return the full names of the outputs, which every machine must have."""
-        names = [
-            resolved.resolve_outputs(self.plan.outputs, f"{self.plan.source}: outputs")
-            for resolved in self.machines
-        ]
-        return list(dict.fromkeys(names[0]))
-
     def _path(self, name: str) -> str:
-        if name == MACHINE or name in self.machines[0].choices:
+        if name == MACHINE or name in self._choices:
             return name
         label = f"{self.plan.source}: inputs.{name}"
         (path,) = {resolved.path(name, label) for resolved in self.machines}
         return path
 
     def _check(self, name: str, texts: Sequence[str] | None) -> None:
-        allowed = self.machines[0].choices.get(name, () if name != MACHINE else self.plan.machine)
+        allowed = self._choices.get(name, () if name != MACHINE else self.plan.machine)
         if texts is None and not allowed:
             return
         invalid = [text for text in texts or ("a number",) if text not in allowed]
@@ -288,23 +266,23 @@ class PlanJob:
         self._adapter: SweepAdapter = import_module(module).ADAPTER
         self._machines, self._outputs = machines, outputs
         spec = Plan.read(plan, plan.get("name", "plan"))
-        self.points, self._axes = (
-            spec.sample_points,
-            dict(zip(inputs, spec.axes.values(), strict=True)),
-        )
-        self._texts = [
-            index for index, axis in enumerate(self._axes.values()) if axis.texts is not None
-        ]
+        self.points, axes = spec.sample_points, list(spec.axes.values())
+        self._texts = {
+            index: (name, axis.texts)
+            for index, (name, axis) in enumerate(zip(inputs, axes, strict=True))
+            if axis.texts is not None
+        }
         self._numbers = [index for index in range(len(inputs)) if index not in self._texts]
+        self._ends = {inputs[index]: axes[index].ends for index in self._numbers}
         self.rows, self.width = self.points.rows, len(outputs)
-        self._subjects: dict[tuple[int, ...], SweepSubject] = {}
+        self._subjects: dict[tuple[int, ...], SampledOutputs] = {}
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:
         """Return the outputs of the points from `start` to `stop`, (stop - start, width)."""
         block = self.points.block(start, stop)
         outputs = np.empty((len(block), self.width))
         kinds, kind_numbers = np.unique(
-            block[:, self._texts].astype(int), axis=0, return_inverse=True
+            block[:, list(self._texts)].astype(int), axis=0, return_inverse=True
         )
         for number, kind in enumerate(kinds):
             rows = kind_numbers.ravel() == number
@@ -312,21 +290,16 @@ class PlanJob:
             outputs[rows] = subject.evaluated(block[rows][:, self._numbers], threads)
         return outputs
 
-    def _subject(self, kind: tuple[int, ...]) -> SweepSubject:
+    def _subject(self, kind: tuple[int, ...]) -> SampledOutputs:
         """Return the machine that the texts of a row select, by their indices."""
         if kind not in self._subjects:
-            chosen = {}
-            for index, text_index in zip(self._texts, kind, strict=True):
-                name = self._names[index]
-                texts = self._axes[name].texts
-                assert texts is not None
-                chosen[name] = text_index if name == MACHINE else texts[text_index]
-            machine = self._machines[int(chosen.pop(MACHINE, 0))]
-            ends = {self._names[i]: self._axes[self._names[i]].ends for i in self._numbers}
-            choices = {name: str(text) for name, text in chosen.items()}
-            self._subjects[kind] = self._adapter.subject(machine, choices, ends, self._outputs)
+            machine, choices = self._machines[0], {}
+            for (name, texts), text_index in zip(self._texts.values(), kind, strict=True):
+                if name == MACHINE:
+                    machine = self._machines[text_index]
+                else:
+                    choices[name] = texts[text_index]
+            self._subjects[kind] = self._adapter.subject(
+                machine, choices, self._ends, self._outputs
+            )
         return self._subjects[kind]
-
-    @cached_property
-    def _names(self) -> list[str]:
-        return list(self._axes)

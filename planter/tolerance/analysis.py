@@ -9,13 +9,15 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Self, cast
+from typing import Annotated, Any, Self
 
 import numpy as np
 import scipy
 from pydantic import Field, ValidationError
 
+from planter.engine.outputs import SampledOutputs
 from planter.errors import ComputationError, InputError
 from planter.files.fields import (
     FileSection,
@@ -33,12 +35,12 @@ from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 from planter.report import folder
 from planter.sweeps.adapter import ResolvedMachine
-from planter.sweeps.job import open_store, run_job
+from planter.sweeps.job import Recipe, open_store, run_job
 from planter.tolerance import job
-from planter.tolerance.adapter import ToleranceAdapter, ToleranceSubject
+from planter.tolerance.adapter import MachineAdapter
 from planter.tolerance.job import Kind, Spread
 from planter.tolerance.results import Band, Share, Tightening, Toleranced, ToleranceFound
-from planter.tolerance.robust import Settings
+from planter.tolerance.robust import Settings, find_robust
 
 
 class Tolerance(FileSection):
@@ -142,7 +144,7 @@ def compute_bands(
     names: Sequence[str],
     rows: Array,
     nominal: Array,
-    slopes: Array | None,
+    slopes: Array,
     spreads: Sequence[Spread],
 ) -> dict[str, Band]:
     """Return the band of each output from rows (m, k); `nominal` (k,) and slopes (k, n) are those
@@ -157,7 +159,7 @@ def compute_bands(
         )
     low, high = np.percentile(valid, (5, 95), axis=0)
     mean, std = valid.mean(axis=0), valid.std(axis=0, ddof=1)
-    first = None if slopes is None else first_order_std(slopes, spreads)
+    first = first_order_std(slopes, spreads)
     return {
         name: Band(
             nominal=float(nominal[k]),
@@ -167,7 +169,7 @@ def compute_bands(
             p95=float(high[k]),
             mean_error=float(std[k] / np.sqrt(len(valid))),
             missing=len(rows) - len(valid),
-            first_order_std=None if first is None or not np.isfinite(first[k]) else float(first[k]),
+            first_order_std=float(first[k]) if np.isfinite(first[k]) else None,
         )
         for k, name in enumerate(names)
     }
@@ -287,25 +289,36 @@ class ToleranceCase:
     spreads: Mapping[str, Spread]
     outputs: Sequence[str]
 
-    @property
-    def adapter(self) -> ToleranceAdapter:
-        """Adapter of the machine."""
-        adapter: ToleranceAdapter = self.resolved.adapter
-        return adapter
-
-    @property
-    def subject(self) -> ToleranceSubject:
+    @cached_property
+    def subject(self) -> SampledOutputs:
         """The machine, built for inputs between the ends of their tolerances."""
-        ends = {name: (spread.low, spread.high) for name, spread in self.spreads.items()}
-        subject: Any = self.adapter.subject(
-            self.adapter.frozen(self.resolved.machine), self.choices, ends, self.outputs
-        )
-        return cast(ToleranceSubject, subject)
+        adapter: MachineAdapter = self.resolved.adapter
+        ends = {name: spread.ends for name, spread in self.spreads.items()}
+        frozen = adapter.frozen(self.resolved.machine)
+        return adapter.subject(frozen, self.choices, ends, self.outputs)
 
     @property
     def centre(self) -> Array:
         """Means of the inputs, (n,)."""
         return np.array([spread.centre for spread in self.spreads.values()])
+
+    def build_recipe(self, sampling: Mapping[str, int]) -> Recipe:
+        """Return the recipe of the rows; `sampling` is `rows` and `seed`, `base` and `seed` for
+        indices, or `machines` and `seed` for halved tolerances.
+        """
+        resolved = self.resolved
+        return Recipe(
+            f"{job.__name__}:{job.ToleranceJob.__name__}",
+            {
+                "module": resolved.module,
+                "machine": resolved.adapter.frozen(resolved.machine),
+                "choices": dict(self.choices),
+                "spreads": {name: [s.kind, s.low, s.high] for name, s in self.spreads.items()},
+                "outputs": list(self.outputs),
+                "drawn": sampling,
+                **resolved.hash_curves(self.outputs),
+            },
+        )
 
 
 @dataclass(frozen=True)
@@ -336,34 +349,39 @@ def analyse_tolerances(
     """
     if request.base & (request.base - 1):
         raise InputError(f"--indices = {request.base}: the number must be a power of 2, or 0")
-    started, adapter = time.perf_counter(), cast(ToleranceAdapter, resolved.adapter)
-    outputs = resolved.resolve_outputs(request.outputs or adapter.banded, "--output")
-    case = ToleranceCase(resolved, choices, tolerances.spreads(resolved, source), outputs)
-    cycles = _CycleRows(case, out, means, progress)
-    rows, digest = cycles.compute("bands", request.rows, rows=request.rows, seed=request.seed)
-    index_rows, shares = 0, dict[str, dict[str, Share]]()
+    started, adapter = time.perf_counter(), resolved.adapter
+    names = resolved.resolve_outputs(request.outputs, "--output")
+    case = ToleranceCase(resolved, choices, tolerances.spreads(resolved, source), names)
+    inputs, digests = list(case.spreads), list[str]()
+
+    def compute_rows(name: str, count: int, **sampling: int) -> Array:
+        """Return `count` rows of outputs at the points of `sampling`, stored by a name."""
+        recipe = case.build_recipe({**sampling, "seed": request.seed})
+        path = None if out is None else folder.output_folder(out) / f"{name}.sqlite"
+        with open_store(path, recipe.question, count, len(names)) as store:
+            run_job(recipe, store, means, progress)
+            digests.append(store.digest())
+            return np.vstack(list(store.blocks()))
+
+    rows = compute_rows("bands", request.rows, rows=request.rows)
+    nominal, slopes = case.subject.slopes(case.centre)
+    bands = compute_bands(names, rows, nominal, slopes, list(case.spreads.values()))
+    index_rows = request.base * (len(inputs) + 2)
+    sobol, tightened = dict[str, dict[str, Share]](), dict[str, dict[str, Tightening]]()
     if request.base:
-        index_rows = request.base * (len(case.spreads) + 2)
-        index_outputs, index_digest = cycles.compute(
-            "indices", index_rows, base=request.base, seed=request.seed
-        )
-        shares = compute_indices(
-            case.outputs, list(case.spreads), index_outputs, request.base, request.seed
-        )
-        digest = hashlib.sha256(f"{digest}{index_digest}".encode()).hexdigest()
-    bands, tightened = _bands(case, rows), dict[str, dict[str, Tightening]]()
-    halved_rows = request.halved * (len(case.spreads) + 1) if request.halved else 0
-    if halved_rows:
-        halved, halved_digest = cycles.compute(
-            "halved", halved_rows, machines=request.halved, seed=request.seed
-        )
-        tightened = compute_tightening(case.outputs, list(case.spreads), halved, bands)
-        digest = hashlib.sha256(f"{digest}{halved_digest}".encode()).hexdigest()
-    robust = (
-        None
-        if request.robust is None
-        else adapter.robust(resolved.machine, choices, case.spreads, request.robust, progress)
-    )
+        mixed = compute_rows("indices", index_rows, base=request.base)
+        sobol = compute_indices(names, inputs, mixed, request.base, request.seed)
+    halved_rows = request.halved * (len(inputs) + 1)
+    if request.halved:
+        halved = compute_rows("halved", halved_rows, machines=request.halved)
+        tightened = compute_tightening(names, inputs, halved, bands)
+    robust = None
+    if request.robust is not None:
+        goal = adapter.build_robust(resolved.machine, choices, case.spreads, request.robust)
+        robust = None if goal is None else find_robust(goal, request.robust, progress)
+    digest = digests[0]
+    for other in digests[1:]:
+        digest = hashlib.sha256(f"{digest}{other}".encode()).hexdigest()
     result = ToleranceFound(
         machine=resolved.machine.name,
         choices=dict(choices),
@@ -372,7 +390,7 @@ def analyse_tolerances(
         inputs=[Toleranced(name, s.kind, s.low, s.high, s.std) for name, s in case.spreads.items()],
         index_rows=index_rows,
         outputs=bands,
-        sobol=shares,
+        sobol=sobol,
         seconds=time.perf_counter() - started,
         hash=digest,
         robust=robust,
@@ -382,39 +400,9 @@ def analyse_tolerances(
     return ToleranceAnalysis(case, rows, result)
 
 
-@dataclass(frozen=True)
-class _CycleRows:
-    """Computation of rows of cycles, stored in a folder unless it is None."""
-
-    case: ToleranceCase
-    out: Path | None
-    means: Means
-    progress: Listener | None
-
-    def compute(self, name: str, count: int, **sampling: int) -> tuple[Array, str]:
-        """Return `count` rows of outputs at the points of `sampling`, and their hash."""
-        case = self.case
-        recipe = job.build_recipe(
-            case.resolved, case.choices, case.spreads, case.outputs, **sampling
-        )
-        path = None if self.out is None else folder.output_folder(self.out) / f"{name}.sqlite"
-        with open_store(path, recipe.question, count, len(case.outputs)) as store:
-            run_job(recipe, store, self.means, self.progress)
-            return np.vstack(list(store.blocks())), store.digest()
-
-
-def _bands(case: ToleranceCase, rows: Array) -> dict[str, Band]:
-    subject = case.subject
-    linear = subject.slopes(case.centre)
-    nominal, slopes = (
-        (subject.evaluated(case.centre[None], 1)[0], None) if linear is None else linear
-    )
-    return compute_bands(case.outputs, rows, nominal, slopes, list(case.spreads.values()))
-
-
 def default_tolerances(resolved: ResolvedMachine) -> Tolerances:
     """Return the default tolerances of a machine. Raises InputError if its kind has no defaults."""
-    table = cast(ToleranceAdapter, resolved.adapter).tolerances(resolved.machine)
+    table = resolved.adapter.tolerances(resolved.machine)
     if not table:
         raise InputError(
             f"{resolved.source}: this machine has no default tolerances; add --tolerances FILE"

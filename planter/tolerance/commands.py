@@ -141,7 +141,7 @@ def tolerance(
         limits = default_tolerances(resolved) if tolerances is None else Tolerances.load(tolerances)
         source = str(tolerances) if tolerances is not None else f"{machine}: default tolerances"
         with renew_files(out):
-            choices = _parse_choices(resolved.choices, choose or ())
+            choices = _parse_choices(resolved.adapter.choices, choose or ())
             analysis = analyse_tolerances(
                 resolved,
                 choices,

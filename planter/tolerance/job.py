@@ -4,7 +4,7 @@ Sobol' indices.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from math import erfc, exp, pi, sqrt
@@ -14,9 +14,8 @@ import numpy as np
 import scipy
 
 from planter.kernels import Array
-from planter.sweeps.adapter import ResolvedMachine, SweepSubject
-from planter.sweeps.job import Recipe
-from planter.sweeps.plan import SobolSequence, chunk_generator
+from planter.sweeps.adapter import SweepAdapter
+from planter.sweeps.plan import SobolSequence, UnitCubePoints, draw_random
 
 Kind = Literal["normal", "uniform", "triangular"]
 ENDS = 3.0
@@ -53,7 +52,12 @@ class Spread:
         lost = 2 * ENDS * exp(-(ENDS**2) / 2) / sqrt(2 * pi) / (1 - 2 * _TAIL)
         return width / (2 * ENDS) * sqrt(1 - lost)
 
-    def quantiles(self, shares: Array) -> Array:
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Both ends."""
+        return self.low, self.high
+
+    def from_unit(self, shares: Array) -> Array:
         """Return the quantiles (n,) at probabilities `shares` (n,) in [0, 1]."""
         width = self.high - self.low
         match self.kind:
@@ -68,36 +72,7 @@ class Spread:
         return values
 
 
-Spreads = Mapping[str, Spread]
-
-
-def build_recipe(
-    resolved: ResolvedMachine,
-    choices: Mapping[str, str],
-    spreads: Spreads,
-    outputs: Sequence[str],
-    **sampling: Any,
-) -> Recipe:
-    """Return the recipe of the rows; `sampling` is `rows` and `seed`, `base` and `seed` for
-    indices, or `machines` and `seed` for halved tolerances.
-    """
-    return Recipe(
-        f"{__name__}:{Turns.__name__}",
-        {
-            "module": resolved.module,
-            "machine": resolved.adapter.frozen(resolved.machine),
-            "choices": dict(choices),
-            "spreads": {
-                name: [spread.kind, spread.low, spread.high] for name, spread in spreads.items()
-            },
-            "outputs": list(outputs),
-            "drawn": sampling,
-            **resolved.hash_curves(outputs),
-        },
-    )
-
-
-class Turns:
+class ToleranceJob:
     """Job of the outputs of a machine at points within its tolerances."""
 
     def __init__(
@@ -114,20 +89,16 @@ class Turns:
         other files.
         """
         distributions = {name: Spread(*entry) for name, entry in spreads.items()}
-        ends = {name: (spread.low, spread.high) for name, spread in distributions.items()}
-        self.subject: SweepSubject = import_module(module).ADAPTER.subject(
-            machine, choices, ends, outputs
-        )
-        kind = (
-            Saltelli
-            if "base" in drawn
-            else HalvedTolerances
-            if "machines" in drawn
-            else RandomPoints
-        )
-        self.points: RandomPoints | Saltelli | HalvedTolerances = kind(
-            tuple(distributions.values()), **drawn
-        )
+        ends = {name: spread.ends for name, spread in distributions.items()}
+        adapter: SweepAdapter = import_module(module).ADAPTER
+        self.subject = adapter.subject(machine, choices, ends, outputs)
+        kinds: dict[str, Callable[..., UnitCubePoints]] = {
+            "rows": draw_points,
+            "base": Saltelli,
+            "machines": HalvedTolerances,
+        }
+        (kind,) = kinds.keys() & drawn.keys()
+        self.points = kinds[kind](tuple(distributions.values()), **drawn)
         self.rows, self.width = self.points.rows, len(outputs)
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:
@@ -135,23 +106,40 @@ class Turns:
         return self.subject.evaluated(self.points.block(start, stop), threads)
 
 
-class RandomPoints:
-    """Random points of the distributions of the inputs; each chunk has a separate seed."""
+def draw_points(spreads: Sequence[Spread], rows: int, seed: int) -> UnitCubePoints:
+    """Return random points of the distributions of the inputs."""
+    return UnitCubePoints(spreads, rows, draw_random(len(spreads), seed))
 
-    def __init__(self, spreads: Sequence[Spread], rows: int, seed: int) -> None:
-        self.spreads, self.rows, self.seed = spreads, rows, seed
+
+class StackedPoints(UnitCubePoints):
+    """Matrices of `base` points each, one below another, from one Sobol' sequence of `size`
+    numbers a point.
+    """
+
+    axes: Sequence[Spread]
+
+    def __init__(
+        self, spreads: Sequence[Spread], base: int, matrices: int, size: int, seed: int
+    ) -> None:
+        super().__init__(spreads, base * matrices, SobolSequence(size, seed))
+        self.base = base
 
     def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n
-        inputs.
-        """
-        return scale_points(
-            self.spreads,
-            chunk_generator(self.seed, start).random((stop - start, len(self.spreads))),
-        )
+        """Return the points from `start` to `stop`, (stop - start, n)."""
+        parts, row = [], start
+        while row < stop:
+            matrix, first = divmod(row, self.base)
+            last = min(first + stop - row, self.base)
+            parts.append(self.mix(matrix, self.cube(first, last)))
+            row += last - first
+        return np.vstack(parts)
+
+    def mix(self, matrix: int, cube: Array) -> Array:
+        """Return the rows (m, n) of a matrix from those of the sequence (m, size)."""
+        raise NotImplementedError
 
 
-class Saltelli:
+class Saltelli(StackedPoints):
     """Points for Sobol' indices (Saltelli et al. 2010): A, B, and for each column, A with that
     column of B.
 
@@ -159,32 +147,18 @@ class Saltelli:
     """
 
     def __init__(self, spreads: Sequence[Spread], base: int, seed: int) -> None:
-        self.spreads, self.base = spreads, base
-        self.rows = base * (len(spreads) + 2)
-        self._sequence = SobolSequence(2 * len(spreads), seed)
+        super().__init__(spreads, base, len(spreads) + 2, 2 * len(spreads), seed)
 
-    def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop`, (stop - start, n), of A, then B, then the mixed
-        matrices.
-        """
-        parts, row = [], start
-        while row < stop:
-            matrix, first = divmod(row, self.base)
-            last = min(first + stop - row, self.base)
-            parts.append(self._part(matrix, first, last))
-            row += last - first
-        return scale_points(self.spreads, np.vstack(parts))
-
-    def _part(self, matrix: int, first: int, last: int) -> Array:
-        size = len(self.spreads)
-        cube = self._sequence(first, last)
+    def mix(self, matrix: int, cube: Array) -> Array:
+        """Return rows of A, of B, or of a mixed matrix."""
+        size = len(self.axes)
         points = cube[:, size:] if matrix == 1 else cube[:, :size].copy()
         if matrix > 1:
             points[:, matrix - 2] = cube[:, size + matrix - 2]
-        return points
+        return self.scale(points)
 
 
-class HalvedTolerances:
+class HalvedTolerances(StackedPoints):
     """Points of the same machines with each tolerance halved in turn: X, then for each column X
     with half deviations.
 
@@ -193,30 +167,12 @@ class HalvedTolerances:
     """
 
     def __init__(self, spreads: Sequence[Spread], machines: int, seed: int) -> None:
-        self.spreads, self.machines = spreads, machines
-        self.rows = machines * (len(spreads) + 1)
-        self._sequence = SobolSequence(len(spreads), seed)
+        super().__init__(spreads, machines, len(spreads) + 1, len(spreads), seed)
 
-    def block(self, start: int, stop: int) -> Array:
-        """Return the points from `start` to `stop`, (stop - start, n), of X, then of each X with
-        one column halved.
-        """
-        parts, row = [], start
-        while row < stop:
-            halved, first = divmod(row, self.machines)
-            last = min(first + stop - row, self.machines)
-            points = scale_points(self.spreads, self._sequence(first, last))
-            if halved:
-                points[:, halved - 1] += (
-                    self.spreads[halved - 1].centre - points[:, halved - 1]
-                ) / 2
-            parts.append(points)
-            row += last - first
-        return np.vstack(parts)
-
-
-def scale_points(spreads: Sequence[Spread], cube: Array) -> Array:
-    """Return points (m, n) of the unit cube as values of the inputs."""
-    return np.column_stack(
-        [spread.quantiles(shares) for spread, shares in zip(spreads, cube.T, strict=True)]
-    )
+    def mix(self, matrix: int, cube: Array) -> Array:
+        """Return rows of X, with one column halved behind the first matrix."""
+        points = self.scale(cube)
+        if matrix:
+            column = points[:, matrix - 1]
+            points[:, matrix - 1] += (self.axes[matrix - 1].centre - column) / 2
+        return points

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planter import safe_text
+from planter.engine.outputs import find_output
 from planter.files import units
 from planter.files.paths import last_part
 from planter.kernels import Array
@@ -18,7 +19,7 @@ from planter.report.html import Block, Cell, KeyFigure, Keys, Section, Table, Te
 from planter.report.labels import format_label, label_axis
 from planter.report.presentation import MOST_KEY_FIGURES, ResultPresentation
 from planter.tolerance.analysis import ToleranceAnalysis
-from planter.tolerance.job import RandomPoints
+from planter.tolerance.job import draw_points
 from planter.tolerance.results import Band, RobustFound, Share, ToleranceFound, rank_shares
 
 if TYPE_CHECKING:
@@ -43,8 +44,6 @@ LEAST_REDUCTION = 0.1
 """Reduction of a standard deviation [%] below which the tolerance of an input is not worth a
 row.
 """
-PATHS = 100
-"""Maximum number of machines with a path in the figure."""
 
 
 @style.with_style
@@ -64,9 +63,7 @@ def draw_distributions(
         axes.locator_params(axis="x", nbins=4)
     for axes in panels[len(outputs) :]:
         axes.set_visible(False)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False
-    )
+    style.add_legend(figure, panels[0], 4)
     return figure
 
 
@@ -130,15 +127,13 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]], meanings: Mapping[str
         axes.set_ylim(-0.6, max(len(largest), LEAST_LINES) - 0.4)
     for axes in panels[len(sobol) :]:
         axes.set_visible(False)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False
-    )
+    style.add_legend(figure, panels[0], 2)
     return figure
 
 
 @style.with_style
-def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
-    """Draw a quantity (m, n) over a cycle: nominal, median and the 5 to 95 % band of the
+def draw_cycle(phi_deg: Array, end: float, key: str, rows: Array, nominal: Array) -> Figure:
+    """Draw a quantity (m, n) over a cycle that ends at an angle [deg]: nominal, median and the 5 to 95 % band of the
     machines.
     """
     figure = style.new_figure(2.6)
@@ -149,48 +144,17 @@ def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
     )
     axes.plot(phi_deg, middle, color=style.BLUE, linewidth=0.9, label="median")
     axes.plot(phi_deg, nominal, color=style.INK, linewidth=0.9, linestyle="--", label="nominal")
-    style.over_a_turn(axes)
+    style.over_a_turn(axes, label=False, end=end)
+    axes.set_xlabel("angle of the drive / deg")
     axes.set_ylabel(format_label(key))
-    figure.legend(
-        *axes.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False
-    )
+    style.add_legend(figure, axes, 3)
     return figure
 
 
-@style.with_style
-def draw_path(
-    keys: Sequence[str], rows: tuple[Array, Array], nominal: tuple[Array, Array]
-) -> Figure:
-    """Draw paths, and percentiles of their distance from the nominal path at each angle."""
-    figure = style.new_figure(3.4)
-    plane, distance = figure.subplots(1, 2)
-    for x, y in zip(rows[0][:PATHS], rows[1][:PATHS], strict=True):
-        plane.plot(*_closed(x, y), color=style.SKY, alpha=0.25, linewidth=0.5)
-    plane.plot(*_closed(*nominal), color=style.INK, linewidth=0.8)
-    style.drawing_board(plane, *map(format_label, keys))
-    off = np.hypot(rows[0] - nominal[0], rows[1] - nominal[1])
-    angles = np.linspace(0, 360, off.shape[1], endpoint=False)
-    for share, shade in ((50, style.SKY), (95, style.BLUE)):
-        distance.plot(
-            angles, np.percentile(off, share, axis=0), color=shade, label=f"{share} % of machines"
-        )
-    style.over_a_turn(distance)
-    distance.set_ylabel("distance from the nominal path / mm")
-    distance.set_ylim(0, None)
-    distance.legend(frameon=False)
-    return figure
-
-
-def _closed(x: Array, y: Array) -> tuple[Array, Array]:
-    return np.append(x, x[0]), np.append(y, y[0])
-
-
-MACHINES = 500
-"""Number of machines of the bands over a cycle."""
-LARGEST, MOST_INPUTS = 3, 10
-"""Maximum number of inputs of an output in the common table of indices, and in the table of the
-output.
-"""
+MACHINES, MOST_CYCLES = 500, 3
+"""Number of machines of the bands over a cycle, and maximum number of quantities that have them."""
+LARGEST = 3
+"""Maximum number of inputs of an output in a table."""
 
 
 def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
@@ -218,7 +182,7 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
         meanings=resolved.inputs,
         figures=lambda: dict(_draw(analysis)),
         captions={"outputs": "Distributions of the outputs.", "indices": "Sobol' indices."}
-        | dict.fromkeys(_name_cycles(analysis), f"Bands of {MACHINES} machines."),
+        | {f"turn-{key}": f"Bands of {MACHINES} machines." for key in _list_cycles(analysis)},
         details=partial(_list_details, analysis),
         texts=lambda: {"tolerances.toml": format_tolerances(result)},
         provenance=files.list_provenance(resolved.machine, result.seed),
@@ -343,70 +307,25 @@ def _list_tightening(result: ToleranceFound, count: int) -> Iterator[Section]:
 
 
 def _describe_robust(result: RobustFound) -> Iterator[Block]:
-    designs = (result.own, result.best_nominal, result.best_robust)
-    head = ("", "own design", "nominal optimum", "robust optimum")
-    attributes = {
-        "without tolerances": "nominal",
-        "mean": "mean",
-        "standard deviation": "std",
-        f"mean + {result.sigmas:g} std": "robust",
-    }
-    rows = [
-        (name, *(getattr(scored, key) for scored in designs)) for name, key in attributes.items()
-    ]
-    yield Table(
-        head,
-        rows,
-        f"Objective over {result.machines} machines, {result.samples} samples of a cycle",
-    )
-    yield Table(
-        head,
-        [
-            (format_label(name), *(scored.design[name] for scored in designs))
-            for name in result.design
-        ],
-        "Design",
-    )
-    yield Text(
-        f"The robust optimum has the smallest mean plus {result.sigmas:g} standard deviations "
-        f"within the bounds "
-        "of the file.",
-        "note",
-    )
+    total = f"mean + {result.sigmas:g} std"
     yield Keys(
-        {"starts": result.starts, "relative projected slope at the optimum": result.residual}
+        {
+            total: result.objective,
+            "mean": result.mean,
+            "standard deviation": result.std,
+            f"{total} of the file's design": result.own_objective,
+            "machines": result.machines,
+            "samples of a cycle": result.samples,
+            "starts": result.starts,
+        }
     )
+    rows = [(format_label(name), value) for name, value in result.design.items()]
+    yield Table(("", "robust optimum"), rows, "Design")
 
 
 def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
-    """Yield the indices of each output, and the tolerances with their meanings."""
+    """Yield the tolerances with their meanings."""
     result, meanings = analysis.result, analysis.case.resolved.inputs
-    tables = []
-    for name, shares in result.sobol.items():
-        rows: list[tuple[Cell, ...]] = [
-            (
-                path,
-                *(
-                    round(value, 3)
-                    for value in (share.first, share.first_error, share.total, share.total_error)
-                ),
-            )
-            for path, share in rank_shares(shares)[:MOST_INPUTS]
-            if share.total > 0
-        ]
-        tables += (
-            [
-                Table(
-                    ("input", "first", "\N{PLUS-MINUS SIGN}", "total", "\N{PLUS-MINUS SIGN}"),
-                    rows,
-                    format_label(name),
-                )
-            ]
-            if rows
-            else []
-        )
-    if tables:
-        yield Section("Sobol' indices of each output", tables)
     entries = [
         (x.name, x.distribution, x.low, x.high, x.std, meanings[x.name]) for x in result.inputs
     ]
@@ -415,12 +334,16 @@ def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
     )
 
 
-def _name_cycles(analysis: ToleranceAnalysis) -> list[str]:
-    adapter = analysis.case.adapter
-    return [
-        *(f"turn-{key}" for key in adapter.curves),
-        *(f"path-{x}-{y}" for x, y in adapter.paths),
-    ]
+def _list_cycles(analysis: ToleranceAnalysis) -> list[str]:
+    """Return the keys of the quantities that the outputs are of; none where a machine has no
+    cycle.
+    """
+    if any(band.missing for band in analysis.result.outputs.values()):
+        return []
+    machine = analysis.case.subject.machine
+    terms = (t for name in analysis.result.outputs for t in find_output(machine, name).terms)
+    keys = dict.fromkeys(machine.find_quantity(term.name).key for term in terms)
+    return list(keys)[:MOST_CYCLES]
 
 
 def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
@@ -428,14 +351,11 @@ def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
     yield "outputs", draw_distributions(result.outputs, analysis.rows, _list_meanings(analysis))
     if result.sobol:
         yield "indices", draw_indices(result.sobol, _list_meanings(analysis))
-    keys = [*case.adapter.curves, *(key for pair in case.adapter.paths for key in pair)]
-    if not keys:
+    if not (keys := _list_cycles(analysis)):
         return
-    points = RandomPoints(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
+    points = draw_points(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
     subject = case.subject
     cycles, nominal = subject.curves(keys, points), subject.curves(keys, case.centre[None])
-    for key in case.adapter.curves:
-        yield f"turn-{key}", draw_cycle(cycles["phi_deg"], key, cycles[key], nominal[key][0])
-    for x, y in case.adapter.paths:
-        nominal_path = nominal[x][0], nominal[y][0]
-        yield f"path-{x}-{y}", draw_path((x, y), (cycles[x], cycles[y]), nominal_path)
+    end = float(np.degrees(subject.machine.turn))
+    for key in keys:
+        yield f"turn-{key}", draw_cycle(cycles["phi_deg"], end, key, cycles[key], nominal[key][0])

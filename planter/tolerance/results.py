@@ -64,38 +64,23 @@ class Tightening(Record):
 
 
 @dataclass(frozen=True)
-class Scored(Record):
-    """A design with its objective: without tolerances, and mean, standard deviation and robust sum
-    with tolerances.
-    """
-
-    design: dict[str, float]
-    nominal: float
-    mean: float
-    std: float
-    robust: float
-
-
-@dataclass(frozen=True)
 class RobustFound(Record):
     """Design with the smallest mean plus `sigmas` standard deviations of the objective over
     `machines` random machines.
 
-    `objective` is that sum; all objectives are evaluated at `samples` angles of a cycle. `own` is
-    the design of the file, `best_nominal` the optimum without tolerances. `residual` is the largest
-    projected slope of the objective over the width of the bounds, relative to the objective.
+    `objective` is that sum, `own_objective` that of the design of the file; all objectives are
+    evaluated at `samples` angles of a cycle. `starts` local searches were made.
     """
 
     design: dict[str, float]
     objective: float
+    mean: float
+    std: float
+    own_objective: float
     samples: int
     sigmas: float
     machines: int
     starts: int
-    residual: float
-    own: Scored
-    best_nominal: Scored
-    best_robust: Scored
 
 
 @dataclass(frozen=True)

@@ -7,32 +7,33 @@ with gradients G_i,
     f = mean J + k s,   f' = mean G + k / (n s) sum (J_i - mean J) G_i,   s^2 = 1/n sum (J_i - mean
     J)^2,
 
-where an extreme stays at its sample, as in every gradient of a sampled objective. Local searches
-start at the design of the file, at the nominal optimum and at random designs; limits are those of
-the nominal design, without deviations.
+where an extreme stays at its sample, as in every gradient of a sampled objective: slopes of true
+extremes of so many machines would take seconds a step. Local searches start at the design of the
+file and at random designs; limits are those of the nominal design, without deviations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
+import scipy.optimize
 
 from planter.engine.machine import Machine
 from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import LastCallCache
+from planter.numerics.latin_hypercube import draw_latin_hypercube
+from planter.numerics.statistics import Statistic
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
-from planter.optimise.variance import Variance
 from planter.progress import Listener, ProgressPhase
 from planter.sweeps.plan import SobolSequence
 from planter.tolerance.job import Spread
-from planter.tolerance.results import RobustFound, Scored
+from planter.tolerance.results import RobustFound
 
 ROUNDING = 1e-12
 """Share of the mean below which a standard deviation is rounding and has no slope."""
@@ -48,8 +49,6 @@ shortened.
 """
 THREADS = 4
 """Number of threads that evaluate the machines."""
-NOMINAL = None
-"""Number of standard deviations that stands for the objective without tolerances."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +74,7 @@ class Settings:
         return self.sum_text is not None or bool(self.holds or self.ranges)
 
 
-@dataclass(frozen=True)
-class Moments:
+class Moments(NamedTuple):
     """Mean and standard deviation of the objective over the machines, and their gradients (p,) in
     the design [1/SI].
     """
@@ -109,15 +107,16 @@ class RobustGoal:
         moved = [machine.values[index].path for index in machine.moved]
         fixed = [path for path in spreads if path not in moved]
         self.outputs = SampledOutputs(machine, [*moved, *fixed], [OBJECTIVE], samples)
-        self._rest = self.outputs.machine.design[len(moved) :]
-        samples_by_path = sample_inputs(spreads, settings)
+        self.fixed_count = len(fixed)
         self.deviations = np.zeros((settings.machines, len(moved) + len(fixed)))
-        for column, path in enumerate([*moved, *fixed]):
-            if path in samples_by_path:
-                centre = spreads[path].centre if path in moved else 0.0
-                self.deviations[:, column] = (
-                    samples_by_path[path] - centre
-                ) * self.outputs.machine.scale[column]
+        # the machines are those of a Sobol' sequence, in the order of the tolerances
+        cube = np.empty((settings.machines, 0))
+        if spreads:
+            cube = SobolSequence(len(spreads), settings.seed)(0, settings.machines)
+        for shares, (path, spread) in zip(cube.T, spreads.items(), strict=True):
+            column = [*moved, *fixed].index(path)
+            deviations = spread.from_unit(shares) - (spread.centre if path in moved else 0.0)
+            self.deviations[:, column] = deviations * self.outputs.machine.scale[column]
         self.at = LastCallCache(self._moments)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
@@ -125,17 +124,7 @@ class RobustGoal:
 
         Raises ComputationError without one.
         """
-        return self._differentiate(self.deviations + np.concatenate([x, np.zeros_like(self._rest)]))
-
-    def nominal(self, x: Array) -> tuple[float, Array]:
-        """Return the objective without tolerances, and its gradient (p,).
-
-        Raises ComputationError without one.
-        """
-        values, slopes = self._differentiate(np.concatenate([x, self._rest])[None])
-        return float(values[0]), slopes[0]
-
-    def _differentiate(self, designs: Array) -> tuple[Array, Array]:
+        designs = self.deviations + np.concatenate([x, np.zeros(self.fixed_count)])
         points = designs / self.outputs.machine.scale
         values, slopes = self.outputs.gradients(points, THREADS)
         failed = np.flatnonzero(np.isnan(slopes).any(axis=(1, 2)))
@@ -152,40 +141,15 @@ class RobustGoal:
 
     def _moments(self, x: Array) -> Moments:
         values, slopes = self.evaluate(x)
-        variance = Variance(values)
-        std = float(np.sqrt(variance.value))
-        has_slope = std > ROUNDING * abs(variance.mean)
-        std_slope = variance.gradient(slopes) / (2 * std) if has_slope else np.zeros(len(x))
-        return Moments(variance.mean, std, slopes.mean(axis=0), std_slope)
+        mean, std = float(values.mean()), Statistic("std", values)
+        has_slope = std.value > ROUNDING * abs(mean)
+        std_slope = std.gradient(slopes) if has_slope else np.zeros(len(x))
+        return Moments(mean, std.value, slopes.mean(axis=0), std_slope)
 
-    def value(self, x: Array, sigmas: float | None) -> tuple[float, Array]:
-        """Return mean plus `sigmas` standard deviations at x, or the nominal objective, with
-        gradient (p,) [1/SI].
-        """
-        if sigmas is NOMINAL:
-            return self.nominal(x)
+    def value(self, x: Array, sigmas: float) -> tuple[float, Array]:
+        """Return mean plus `sigmas` standard deviations at x, with gradient (p,) [1/SI]."""
         at = self.at(x)
         return at.mean + sigmas * at.std, at.mean_slope + sigmas * at.std_slope
-
-    def score(self, x: Array, sigmas: float) -> Scored:
-        """Return a design with its objectives, for results."""
-        at = self.at(x)
-        return Scored(
-            self.to_display(x), self.nominal(x)[0], at.mean, at.std, at.mean + sigmas * at.std
-        )
-
-
-def sample_inputs(spreads: Mapping[str, Spread], settings: Settings) -> dict[str, Array]:
-    """Return values (m,) of each input: points of a Sobol' sequence, scaled to the
-    distributions.
-    """
-    if not spreads:
-        return {}
-    cube = SobolSequence(len(spreads), settings.seed)(0, settings.machines)
-    return {
-        name: spread.quantiles(shares)
-        for (name, spread), shares in zip(spreads.items(), cube.T, strict=True)
-    }
 
 
 def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | None) -> RobustFound:
@@ -194,73 +158,61 @@ def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | Non
     Raises ComputationError if none satisfies the limits, or if the design of the file has no
     objective.
     """
-    search, sigmas = _Search(robust), settings.sigmas
-    starts = [search.initial, *search.random_starts(settings)]
-    phase = ProgressPhase("robust design", "descent", 2 * len(starts) + 2, progress)
-
-    def descend(points: Sequence[Array], deviations: float | None) -> list[Array]:
-        return [search.descend(start, deviations, phase) for start in points]
-
-    ends = descend(starts, NOMINAL)
-    ends += descend([*starts, search.best(ends, NOMINAL)], sigmas)
-    ends += descend([search.best(ends, sigmas)], NOMINAL)
-    nominal, best = search.best(ends, NOMINAL), search.best(ends, sigmas)
-    if not search.is_feasible(best):
+    search = _Search(robust, settings.sigmas)
+    generator = np.random.default_rng(settings.seed)
+    random = draw_latin_hypercube(settings.starts, len(search.initial), generator)
+    starts = [search.initial, *random]
+    phase = ProgressPhase("robust design", "descent", len(starts), progress)
+    ends = [search.descend(start, phase) for start in starts]
+    best = min(filter(search.is_feasible, ends), key=lambda u: search.value(u)[0], default=None)
+    if best is None:
         raise ComputationError(
             "no robust design satisfies the requirements; relax a requirement or widen the bounds"
         )
-    score = robust.score(search.design(best), sigmas)
+    x = search.design(best)
+    at = robust.at(x)
     return RobustFound(
-        design=score.design,
-        objective=score.robust,
+        design=robust.to_display(x),
+        objective=search.value(best)[0],
+        mean=at.mean,
+        std=at.std,
+        own_objective=robust.value(robust.design, settings.sigmas)[0],
         samples=robust.samples,
-        sigmas=sigmas,
+        sigmas=settings.sigmas,
         machines=settings.machines,
-        starts=len(starts) + 1,
-        residual=search.residual(best, sigmas),
-        own=robust.score(robust.design, sigmas),
-        best_nominal=robust.score(search.design(nominal), sigmas),
-        best_robust=score,
+        starts=len(starts),
     )
 
 
 class _Search:
-    """Local searches within the bounds, in shares u (p,) of their width."""
+    """Local searches of mean plus `sigmas` standard deviations within the bounds, in shares u (p,)
+    of their width.
+    """
 
-    def __init__(self, robust: RobustGoal) -> None:
-        self.robust = robust
+    def __init__(self, robust: RobustGoal, sigmas: float) -> None:
+        self.robust, self.sigmas = robust, sigmas
         self.width = robust.upper - robust.lower
         self.initial = np.clip((robust.design - robust.lower) / self.width, 0, 1)
-        robust.at(robust.design)
-        self.scale = abs(robust.nominal(robust.design)[0]) or 1.0
+        self.scale = abs(robust.value(robust.design, sigmas)[0]) or 1.0
 
     def design(self, u: Array) -> Array:
         """Return the design x (p,) [SI] at a point."""
         return self.robust.lower + u * self.width
 
-    def random_starts(self, settings: Settings) -> Array:
-        """Return random initial points, (n, p)."""
-        generator = np.random.default_rng(settings.seed)
-        cube: Array = scipy.stats.qmc.LatinHypercube(len(self.initial), rng=generator).random(
-            settings.starts
-        )
-        return cube
-
-    def value(self, u: Array, sigmas: float | None) -> tuple[float, Array]:
+    def value(self, u: Array) -> tuple[float, Array]:
         """Return the objective at a point, and its gradient (p,) in the shares."""
         try:
-            value, slope = self.robust.value(self.design(u), sigmas)
+            value, slope = self.robust.value(self.design(u), self.sigmas)
         except ComputationError:
             return REFUSED * self.scale, np.zeros(len(u))
         return value, slope * self.width
 
-    def descend(self, start: Array, sigmas: float | None, phase: ProgressPhase) -> Array:
-        """Return the end of a local search from a point."""
-        scale = abs(self.value(self.initial, sigmas)[0]) or 1.0
+    def descend(self, start: Array, phase: ProgressPhase) -> Array:
+        """Return the end of a local search from a point, or the point if that is better."""
 
         def scaled(u: Array) -> tuple[float, Array]:
-            value, slope = self.value(np.clip(u, 0, 1), sigmas)
-            return value / scale, slope / scale
+            value, slope = self.value(np.clip(u, 0, 1))
+            return value / self.scale, slope / self.scale
 
         result = scipy.optimize.minimize(
             scaled,
@@ -273,20 +225,8 @@ class _Search:
         )
         phase.advance()
         end: Array = np.clip(result.x, 0, 1)
-        return (
-            end
-            if self.value(end, sigmas)[0] <= self.value(start, sigmas)[0]
-            or not self.is_feasible(start)
-            else start
-        )
-
-    def best(self, points: Sequence[Array], sigmas: float | None) -> Array:
-        """Return the best of some points that satisfy the limits; the first if none does."""
-        return min(
-            filter(self.is_feasible, points),
-            key=lambda u: self.value(u, sigmas)[0],
-            default=points[0],
-        )
+        is_better = self.value(end)[0] <= self.value(start)[0]
+        return end if is_better or not self.is_feasible(start) else start
 
     def is_feasible(self, u: Array) -> bool:
         """Return whether a point satisfies the limits."""
@@ -320,11 +260,3 @@ class _Search:
             return np.vstack([slopes[above], -slopes[below]])
 
         return [{"type": "ineq", "fun": rows, "jac": slopes}]
-
-    def residual(self, u: Array, sigmas: float) -> float:
-        """Return the largest projected slope relative to the value; active limits are not
-        subtracted.
-        """
-        value, slope = self.value(u, sigmas)
-        step = np.clip(u - slope, 0, 1) - u
-        return float(np.abs(np.where(np.abs(step) > 0, slope, 0.0)).max() / (abs(value) or 1.0))

@@ -56,9 +56,7 @@ class Socket:
 async def ask(self: Any, *words: Any) -> StudioAnswer:
     """Answer in place of a process, after a turn of the loop."""
     await asyncio.sleep(0)
-    return StudioAnswer(
-        '{"works": [], "command": ["help"], "labels": {}, "goal": "", "starts": 1}', True
-    )
+    return StudioAnswer('{"works": [], "command": ["help"], "labels": {}, "goal": "", "starts": 1}')
 
 
 async def run_nothing(self: Any, *words: Any) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from planter.planting.report.forces import draw_joint_forces, draw_support_force
 from planter.report import style
-from planter.report.style import render_svg, save_figure
+from planter.report.style import render_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -437,5 +437,4 @@ __all__ = [
     "draw_support_force",
     "draw_tip_path",
     "render_svg",
-    "save_figure",
 ]

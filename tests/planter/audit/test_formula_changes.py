@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from planter.audit.formula_changes import CLASS, mark_changes
+from planter.audit.equation_page import CLASS, mark_changes
 from planter.kernels import generated
 
 CORRECTED = [

@@ -16,8 +16,8 @@ from planter.audit import numbers
 from planter.files import examples, units
 from planter.gear_geometry import families
 from planter.planting import file
-from planter.report import files
 from tests.support.cli import answer, refusal, run
+from tests.support.tables import read_cycle_csv
 
 ROOT = Path(__file__).parents[3]
 SUPPORT = {"max_N", "min_N", "range_N", "mean_N", "variance_N2"}
@@ -341,7 +341,7 @@ def test_reused_folder_has_no_earlier_figures(simulated: Path, tmp_path: Path) -
 
 
 def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None:
-    _, columns = files.read_cycle_csv(simulated / "cycle.csv")
+    _, columns = read_cycle_csv(simulated / "cycle.csv")
     assert {"omega_2_rad_s", "omega_dot_2_rad_s2", "F_E_2_N", "tip_x_2_mm"} <= columns.keys()
     for key in columns:
         if key.replace("_2_", "_") in columns:

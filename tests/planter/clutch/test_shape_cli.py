@@ -11,8 +11,8 @@ import pytest
 
 from planter.clutch import file
 from planter.files import examples
-from planter.report import files
 from tests.support.cli import below
+from tests.support.tables import read_cycle_csv
 
 run, answer, refusal = below("clutch")
 
@@ -44,7 +44,7 @@ def test_geometry_files_are_consistent(tmp_path):
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["input"]["sleeve"]["hexagon_side_mm"] == 17
     assert len(summary["provenance"]["machine_sha256"]) == 64
-    _, columns = files.read_cycle_csv(tmp_path / "poses.csv")
+    _, columns = read_cycle_csv(tmp_path / "poses.csv")
     assert abs(columns["y_A_mm"] - summary["R_mm"] / 2).max() < 1e-12
     assert abs(columns["overlap_mm"]).max() / summary["R_mm"] == pytest.approx(
         summary["rotor"]["mismatch_over_R"], rel=1e-3
@@ -69,7 +69,7 @@ def test_optimisation_is_reproducible_and_within_limits(tmp_path):
         for n in ("one", "two")
     )
     assert first == second
-    _, columns = files.read_cycle_csv(tmp_path / "one" / "way.csv")
+    _, columns = read_cycle_csv(tmp_path / "one" / "way.csv")
     assert (
         "no friction in crank, rod and gears"
         in json.loads((tmp_path / "one" / "summary.json").read_text())["assumptions"]

@@ -77,7 +77,7 @@ def test_first_order_bands_are_those_of_drawn_machines() -> None:
     spreads = [Spread("normal", value * 0.9995, value * 1.0005) for value in centre]
     samples = SobolSequence(len(centre), 1)(0, 256)
     points = np.column_stack(
-        [spread.quantiles(shares) for spread, shares in zip(spreads, samples.T, strict=True)]
+        [spread.from_unit(shares) for spread, shares in zip(spreads, samples.T, strict=True)]
     )
     values, slopes = outputs.slopes(centre)
     rows = outputs.evaluated(points, 1)

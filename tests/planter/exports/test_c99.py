@@ -142,7 +142,7 @@ def test_the_header_says_units_meanings_and_the_sum() -> None:
 
 def test_without_an_objective_there_are_quantities_alone(tmp_path: Path) -> None:
     path = machine_file("cam_follower", objective=False)
-    answer("export", "c", str(path), "--out", str(tmp_path))
+    answer(*f"export c {path} --out {tmp_path}".split())
     header = (tmp_path / "my_cam_follower_2.h").read_text()
     assert "_gradient" not in header
     assert "my_cam_follower_2_quantities" in header
@@ -152,22 +152,20 @@ def test_without_an_objective_there_are_quantities_alone(tmp_path: Path) -> None
 def test_free_motion_export_is_refused(command: str, tmp_path: Path) -> None:
     path = own.generated("manipulator") / "manipulator.toml"
     out = tmp_path / "m.fmu" if command == "fmu" else tmp_path
-    message = refusal("export", command, str(path), "--out", str(out))
+    message = refusal(*f"export {command} {path} --out {out}".split())
     assert "no angle drives" in message
     assert not list(tmp_path.iterdir())
 
 
 def test_options_of_other_machines_are_refused(tmp_path: Path) -> None:
     path = str(machine_file("cam_follower"))
-    assert "one model" in refusal("export", "c", path, "--model", "printed", "--out", str(tmp_path))
-    assert "no such machine" in refusal("export", "c", "nothing_here", "--out", str(tmp_path))
+    assert "one model" in refusal(*f"export c {path} --model printed --out {tmp_path}".split())
+    assert "no such machine" in refusal(*f"export c nothing_here --out {tmp_path}".split())
 
 
 def test_speed_and_values_can_be_changed(tmp_path: Path) -> None:
     path = str(machine_file("cam_follower"))
-    code, _, err = run(
-        "export", "c", path, "--speed-rpm", "30", "--set", "m_s_kg=0.5", "--out", str(tmp_path)
-    )
+    code, _, err = run(*f"export c {path} --speed-rpm 30 --set m_s_kg=0.5 --out {tmp_path}".split())
     assert code == 0, err
     numbers = (
         (tmp_path / "my_cam_follower_2.c")

@@ -45,7 +45,7 @@ def test_a_unit_has_the_numbers_of_the_model(version: str, tmp_path: Path) -> No
     fmpy = pytest.importorskip("fmpy")
     validation = pytest.importorskip("fmpy.validation")
     path, unit = machine_file(SLIDER), tmp_path / "slider.fmu"
-    record = answer("export", "fmu", str(path), "--fmi", version, "--out", str(unit))
+    record = answer(*f"export fmu {path} --fmi {version} --out {unit}".split())
     jsonschema.validate(record, load_schema("export fmu"))
     assert validation.validate_fmu(str(unit)) == []
     changed = {"machine.m_r": 1.1, "design.r": 0.06, "speed": 20.0, "phi_start": 0.4}
@@ -81,9 +81,7 @@ def test_variables_are_the_values_of_the_file() -> None:
 
 def test_motion_has_quantities_and_places_of_points(tmp_path: Path) -> None:
     path = machine_file(SLIDER)
-    record = answer(
-        "export", "motion", str(path), "--samples", "24", "--turns", "2", "--out", str(tmp_path)
-    )
+    record = answer(*f"export motion {path} --samples 24 --turns 2 --out {tmp_path}".split())
     jsonschema.validate(record, load_schema("export motion"))
     owner = load_machine(str(path))
     model = Model(owner)
@@ -108,12 +106,6 @@ def test_backward_drive_motion_runs_forward_in_time(tmp_path: Path) -> None:
     assert columns["time"][-1] == pytest.approx(1.0)
     assert columns["phi"][-1] == pytest.approx(-2 * np.pi)
     message = refusal(
-        "export",
-        "motion",
-        str(machine_file("cam_follower")),
-        "--set",
-        "omega_rpm=0",
-        "--out",
-        str(tmp_path),
+        *f"export motion {machine_file('cam_follower')} --set omega_rpm=0 --out {tmp_path}".split()
     )
     assert "values.omega_rpm = 0" in message

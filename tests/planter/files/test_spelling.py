@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from planter.engine.goal import resolve_limit, resolve_measure
@@ -19,10 +18,6 @@ from planter.explain import dictionary
 from planter.explain.machine import explain_machine, find_meanings
 from planter.files.spelling import find_spelled, list_spellings
 from planter.mechanism.machines import build_machine
-from planter.planting.design_results import describe_force
-from planter.planting.design_summary import summarise_design
-from planter.planting.file import load
-from planter.planting.model import Device
 from planter.report.labels import format_name
 from tests.support import own
 from tests.support.cli import answer, run
@@ -79,18 +74,6 @@ def test_every_name_of_a_result_is_accepted(device: Machine) -> None:
             assert machine.find_quantity(format_name(peak.name)).name == peak.name
 
 
-def test_every_force_of_the_designers_table_is_accepted(device: Machine) -> None:
-    stated = Device(load("wang2017"))
-    forces = summarise_design(stated, stated.design).forces
-    for force in forces:
-        label = describe_force(force)
-        assert device.find_quantity(label).name == force.name
-        assert (
-            device.find_quantity(parse_limit(f"max {label} <= 1 kN").measure.name).name
-            == force.name
-        )
-
-
 def test_file_holds_limits_under_printed_names(tmp_path: Path) -> None:
     code, text, _ = run("example", "wang2017")
     assert code == 0
@@ -126,27 +109,3 @@ def test_spelling_that_fits_two_names_is_refused() -> None:
 def test_misspelt_words_of_the_language_are_no_names(text: str) -> None:
     with pytest.raises(InputError):
         resolve_limit(own.machine("slider_crank"), parse_limit(text))
-
-
-@pytest.mark.parametrize("name", ["F_B", "F B", "F_B_N", "x_rod__A", "beta dot"])
-def test_comparison_takes_any_quantity_under_any_name(name: str) -> None:
-    source = str(own.generated("slider_crank") / "slider_crank.toml")
-    (curve,) = (
-        c
-        for c in answer("diff", source, source, "--quantity", name)["curves"]
-        if c["name"] != "M_in"
-    )
-    machine = own.machine("slider_crank")
-    quantity = machine.find_quantity(name)
-    assert curve["name"] == quantity.name
-    parts = own.evaluate_lane(own.file("slider_crank"), np.radians(curve["phi_deg"]))
-    if name.startswith("F"):
-        assert curve["values"][0] == pytest.approx(
-            np.hypot(parts["F_Bx"], parts["F_By"]).tolist(), rel=1e-9
-        )
-    elif name.startswith("x"):
-        assert curve["values"][0] == pytest.approx(
-            (50 * np.cos(np.radians(curve["phi_deg"]))).tolist(), abs=1e-9
-        )
-    else:
-        assert curve["values"][0] == pytest.approx(parts["beta_dot"].tolist(), rel=1e-9)

@@ -22,9 +22,9 @@ from planter.mapping.train import Train, polar_curves
 from planter.planting import toothed
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.report.files import write_cycle_csv
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
+from tests.support.tables import write_cycle_csv
 
 STAGE = {
     "stage",

@@ -30,7 +30,7 @@ def test_powers_add_up_in_products() -> None:
     assert np.sum(list(decompose_unit("N").values())) == 0
 
 
-@pytest.mark.parametrize("unit", ["mm", "N*m", "furlong", "m-1"])
+@pytest.mark.parametrize("unit", ["mm", "furlong"])
 def test_invalid_si_units_are_refused(unit: str) -> None:
-    with pytest.raises(ValueError, match="is not a product of"):
+    with pytest.raises(ValueError, match="is not a unit"):
         decompose_unit(unit)

@@ -12,9 +12,9 @@ import pytest
 
 from planter.files import examples
 from planter.mapping.file import load_poses
-from planter.report.files import read_cycle_csv
 from tests.planter.mapping.data import CORRECTED
 from tests.support.cli import answer, refusal, run
+from tests.support.tables import read_cycle_csv
 
 SYNTHESIS = {"dyads", "complex_pairs", "singular_values", "linkages", "monotone"}
 LINKAGE = {

@@ -186,13 +186,3 @@ def test_preview_lists_columns_and_takes_an_interval(tmp_path: Path) -> None:
     assert "--place-unit" in refusal(
         *call, "--column", "Channel 0", "--interval-s", "0.002", "--place-unit", "s"
     )
-
-
-def test_layout_that_is_read_wrongly_fails(tmp_path: Path) -> None:
-    """The check sees times that do not follow their header."""
-    path = tmp_path / "own.lvm"
-    layout = Layout(x_columns="No")
-    write_lvm(path, layout)
-    spoil(path, "0.002", "0.003")
-    table = read_logger_table(path)
-    assert list_times(table, 0)[-1] == pytest.approx(0.003 * (layout.rows - 1))

@@ -125,7 +125,7 @@ def count_covered(fit: Fit, truth: dict[str, float]) -> list[bool]:
         value = truth[entry.name.removeprefix("values.")]
         if entry.name == "phase_deg":  # nearest repetition
             value = entry.value + (value - entry.value + 180) % 360 - 180
-        covered.append(entry.low95 <= value <= entry.high95)
+        covered.append(entry.interval[0] <= value <= entry.interval[1])
     return covered
 
 

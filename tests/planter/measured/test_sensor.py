@@ -4,7 +4,6 @@ explanations; refusals.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -29,12 +28,12 @@ from planter.numerics.arrays import TURN
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.simulation import Simulation, simulate
-from planter.report.files import read_cycle_csv
 from planter.studio.static_model import StaticPageModel
 from planter.studio.static_page import file_template
 from planter.view.subject import Movable, open_machine
 from tests.support import machines, own
 from tests.support.cli import answer, refusal
+from tests.support.tables import read_cycle_csv
 
 KNIFE = '''"""A knife drive: a crank turns clockwise and moves a knife bar by a connecting rod."""
 
@@ -379,32 +378,6 @@ def test_simulated_signal_gives_back_mass_and_lever(tmp_path: Path) -> None:
     assert missed["reached"]["rms"] > 1
 
 
-def test_simulated_signal_gives_back_a_mass_of_a_device(tmp_path: Path) -> None:
-    machine = build_wang(corner_Hz=0.1, **LEVER)
-    measured = simulate(Device(machine.with_numbers({"mass.planet_kg": 1.3}))).measured
-    assert measured is not None
-    path, data = (
-        write_file(tmp_path, machine),
-        write_data(tmp_path, measured.angles_deg, measured.signal),
-    )
-    result = answer(
-        "calibrate",
-        path,
-        "--data",
-        data,
-        "--column",
-        "F",
-        "--angle",
-        "angle",
-        "--model",
-        "exact",
-        "--fit",
-        "mass.planet_kg=0.5:2",
-    )
-    assert result["outcome"] == "explained"
-    assert result["fitted"][0]["value"] == pytest.approx(1.3, rel=1e-6)
-
-
 def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
     """The file speaks of one sensor; another column is another sensor."""
     cycle = simulate_machine(build_knife(**STATED).with_numbers({"m_k_kg": 1.43}))
@@ -416,22 +389,10 @@ def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
     )
     file = write_file(tmp_path, build_knife(**STATED).document)
     result = answer(
-        "calibrate",
-        file,
-        "--data",
-        str(path),
-        "--angle",
-        "a",
-        "--column",
-        "F",
-        "--quantity",
-        "F_Ox",
-        "--column",
-        "M",
-        "--quantity",
-        "M_c",
-        "--fit",
-        "m_k_kg=0.8:1.8",
+        *(
+            f"calibrate {file} --data {path} --angle a --column F --quantity F_Ox --column M "
+            "--quantity M_c --fit m_k_kg=0.8:1.8"
+        ).split()
     )
     assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
     assert max(channel["rms"] for channel in result["models"]["derived"]["channels"]) < 1e-6
@@ -455,7 +416,7 @@ def test_explained_lever_is_written_to_the_calibrated_file(tmp_path: Path) -> No
     assert result["preferred"] == "lever M_c_Nm"
     calibrated = str(out / "calibrated.toml")
     assert "[measurement]" in Path(calibrated).read_text(encoding="utf-8")
-    written = answer("simulate", calibrated, "--samples", "120", "--out", str(tmp_path / "again"))
+    written = answer(*f"simulate {calibrated} --samples 120 --out {tmp_path / 'again'}".split())
     _, columns = read_cycle_csv(tmp_path / "again" / "values.csv")
     signal = columns["measured_F_Ox_N"]
     assert signal == pytest.approx(measured.signal, abs=0.05)
@@ -476,17 +437,7 @@ def test_second_effect_is_explained_upon_the_stated_one(tmp_path: Path) -> None:
     data = write_data(tmp_path, measured.angles_deg, measured.signal + noise)
     file, out = write_file(tmp_path, build_knife(**stated).document), tmp_path / "out"
     answer(
-        "calibrate",
-        file,
-        "--data",
-        data,
-        "--column",
-        "F",
-        "--angle",
-        "angle",
-        "--explain",
-        "--out",
-        str(out),
+        *f"calibrate {file} --data {data} --column F --angle angle --explain --out {out}".split()
     )
     written = answer("simulate", str(out / "calibrated.toml"), "--samples", "120")["measurement"]
     assert len(written["seen"]) == 2
@@ -496,18 +447,14 @@ def test_second_effect_is_explained_upon_the_stated_one(tmp_path: Path) -> None:
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "unknown quantity": ({"quantity": "F_Oxx_N"}, "F_Ox_N"),
     "no quantity": ({"corner_Hz": 1.0}, "quantity"),
-    "unknown key": ({"quantity": "F_Ox_N", "lever_m": 0.1}, "lever_mm"),
     "unknown enclosed": ({"quantity": "F_Ox_N", "enclosed": ["F_Byy"]}, "F_By"),
     "enclosed of another unit": ({"quantity": "F_Ox_N", "enclosed": ["M_c"]}, "F_By_N"),
-    "enclosed itself": ({"quantity": "F_Ox_N", "enclosed": ["F_Ox"]}, "F_Ox_N"),
     "enclosed twice": ({"quantity": "F_Ox_N", "enclosed": ["F_By", "F_By_N"]}, "once"),
-    "enclosed empty": ({"quantity": "F_Ox_N", "enclosed": []}, "at least 1"),
     "shares without enclosed": ({"quantity": "F_Ox_N", "shares": [1.0]}, "enclosed"),
     "shares of another length": (
         {"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": [1.0, 1.0]},
         "1",
     ),
-    "share of text": ({"quantity": "F_Ox_N", "enclosed": ["F_By_N"], "shares": ["half"]}, "number"),
     "unknown body": ({"bodies": ["bat"], "axis": "x"}, "bar"),
     "body that the ground does not touch": ({"bodies": ["rod"], "axis": "x"}, "crank, bar"),
     "body twice": ({"bodies": ["bar", "bar"], "axis": "x"}, "once"),
@@ -517,9 +464,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "bodies without axis": ({"bodies": ["bar"]}, "axis_deg"),
     "axis without bodies": ({"quantity": "F_Ox_N", "axis": "x"}, "bodies"),
-    "two axes": ({"bodies": ["bar"], "axis": "x", "axis_deg": 3.0}, "left out"),
     "axis out of the plane": ({"bodies": ["bar"], "axis": "z"}, "along x, y alone"),
-    "unknown axis": ({"bodies": ["bar"], "axis": "w"}, "x"),
     "swing along a turned axis": (
         {"bodies": ["bar"], "axis_deg": 3.0, "speed_harmonics": [0.1, 0, 0, 0]},
         "use axis",
@@ -528,15 +473,9 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "unknown drive": ({"quantity": "F_Ox_N", "drive": "M_cc", "lever_mm": 9.0}, "M_c"),
     "drive that is a force": ({"quantity": "F_Ox_N", "drive": "F_By_N", "lever_mm": 9.0}, "M_c_Nm"),
     "drive without lever": ({"quantity": "F_Ox_N", "drive": "M_c"}, "lever_mm"),
-    "lever without drive": ({"quantity": "F_Ox_N", "lever_mm": 9.0}, "drive"),
     "lever of zero": ({"quantity": "F_Ox_N", "drive": "M_c", "lever_mm": 0.0}, "lever_mm"),
     "lever of a length": ({"quantity": "s_mm", "drive": "M_c", "lever_mm": 9.0}, "force in N"),
     "imbalance of a length": ({"quantity": "s_mm", "imbalance_kg_m": [0.1, 0.0]}, "force in N"),
-    "imbalance of one number": ({"quantity": "F_Ox_N", "imbalance_kg_m": [0.1]}, "2 numbers"),
-    "harmonics of three numbers": (
-        {"quantity": "F_Ox_N", "speed_harmonics": [0.1, 0.0, 0.0]},
-        "4 numbers",
-    ),
     "harmonics that reverse": (
         {"quantity": "F_Ox_N", "speed_harmonics": [0.8, 0.0, 0.0, 0.3]},
         "less than 1",
@@ -546,16 +485,6 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "acceleration=",
     ),
     "mount without damping": ({"quantity": "F_Ox_N", "mount_Hz": 9.0}, "mount_damping"),
-    "damping without mount": ({"quantity": "F_Ox_N", "mount_damping": 0.1}, "mount_Hz"),
-    "mount of negative frequency": (
-        {"quantity": "F_Ox_N", "mount_Hz": -9.0, "mount_damping": 0.1},
-        "greater than 0",
-    ),
-    "mount without loss": (
-        {"quantity": "F_Ox_N", "mount_Hz": 9.0, "mount_damping": 0.0},
-        "greater than 0",
-    ),
-    "corner of zero": ({"quantity": "F_Ox_N", "corner_Hz": 0.0}, "greater than 0"),
 }
 
 
@@ -587,22 +516,6 @@ def test_free_motion_has_no_measurement() -> None:
         build_from_table(
             file.table() | {"measurement": {"quantity": "F_Ox_N"}}, "top.toml", file.place
         )
-
-
-def test_record_is_that_of_the_json(tmp_path: Path) -> None:
-    path = write_file(tmp_path, build_wang(**LEVER))
-    assert json.loads(json.dumps(answer("simulate", path)["measurement"])).keys() == {
-        "quantity",
-        "unit",
-        "max",
-        "min",
-        "range",
-        "mean",
-        "variance",
-        "seen",
-    }
-    lever = answer("simulate", path, "--set", "measurement.lever_mm=1e9")
-    assert lever["measurement"]["max"] == pytest.approx(lever["support_force"]["max_N"], abs=1e-3)
 
 
 @pytest.mark.parametrize(

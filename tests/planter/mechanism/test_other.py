@@ -11,8 +11,8 @@ import pytest
 
 from planter.engine.machine import load_machine
 from planter.mechanism.cycle import simulate_machine
-from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
+from tests.support.tables import read_cycle_csv
 
 
 def test_pickup_simulation_equals_pickup_command() -> None:

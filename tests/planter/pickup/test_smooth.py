@@ -11,9 +11,9 @@ import pytest
 
 from planter.files import examples
 from planter.pickup.law import CosineLaw, Dwell
-from planter.report.files import read_cycle_csv
 from tests.planter.pickup.pickups import END, START, P
 from tests.support.cli import below
+from tests.support.tables import read_cycle_csv
 
 run, answer, refusal = below("pickup")
 

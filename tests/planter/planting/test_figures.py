@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -21,7 +20,6 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from planter.errors import InputError
 from planter.planting.report import figures
 from planter.planting.report.figures import find_nondominated
 from planter.planting.toothed import Gearing, PlottedPitchCurve
@@ -201,7 +199,7 @@ def test_the_same_data_give_the_same_bytes(name: str) -> None:
 def test_earlier_figures_have_no_influence() -> None:
     figure = FIGURES["tip path"]()
     first = figures.render_svg(figure)
-    assert style.render_png(figure) == style.render_png(FIGURES["tip path"]())
+    assert style.render_figure(figure) == style.render_figure(FIGURES["tip path"]())
     assert figures.render_svg(figure) == first
 
 
@@ -249,25 +247,6 @@ def test_matplotlib_is_imported_by_the_first_figure() -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == ["False", "True", "False"]
-
-
-def test_both_files_are_saved(tmp_path: Path) -> None:
-    figure = FIGURES["convergence"]()
-    assert figures.save_figure(figure, tmp_path, "convergence") == figures.render_svg(figure)
-    assert (tmp_path / "convergence.svg").read_text(encoding="utf-8") == figures.render_svg(figure)
-    assert (tmp_path / "convergence.png").read_bytes().startswith(b"\x89PNG")
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "convergence.svg",
-        "convergence.pdf",
-        "convergence.png",
-        ".planter.json",
-    }
-    assert (tmp_path / "convergence.pdf").read_bytes() == figures.style.render_pdf(figure)
-
-
-def test_missing_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="nowhere"):
-        figures.save_figure(FIGURES["convergence"](), tmp_path / "nowhere", "convergence")
 
 
 # --- forces

@@ -13,9 +13,9 @@ from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
 from planter.planting.model import Device
-from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
 from tests.support.schemas import load_schema
+from tests.support.tables import read_cycle_csv
 
 
 @pytest.mark.parametrize("model", MODELS)

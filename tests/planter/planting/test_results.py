@@ -21,6 +21,7 @@ from planter.planting.objective import find_curve_angles
 from planter.planting.optimisation import add_pareto_front, optimise
 from planter.planting.simulation import sensitivity, simulate
 from planter.report import files
+from tests.support.tables import read_cycle_csv
 
 MOTION = {"tip_path", "pitch_curves", "rotation"}
 FORCES = {"support_force", "joint_forces"}
@@ -55,7 +56,7 @@ def test_simulation_files_are_complete_and_reproducible(tmp_path: Path) -> None:
     result = simulation.result.table()
     assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
     assert summary["provenance"] == files.list_provenance(device.machine)
-    comments, columns = files.read_cycle_csv(tmp_path / "one" / "cycle.csv")
+    comments, columns = read_cycle_csv(tmp_path / "one" / "cycle.csv")
     assert "model: printed" in comments
     assert {k: v.tobytes() for k, v in columns.items()} == {
         k: np.asarray(v, dtype=float).tobytes() for k, v in simulation.cycle.columns().items()
@@ -76,7 +77,7 @@ def test_optimisation_writes_optimum_and_optional_front(
     figure_names = MOTION | FORCES | {"convergence"}
     assert set(written(tmp_path)) == names(figure_names, "report.html", *numbers)
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
-    _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
+    _, columns = read_cycle_csv(tmp_path / "cycle.csv")
     assert len(columns["support_N"]) == 60
     assert np.ptp(columns["support_N"]) == pytest.approx(summary["range_N"], abs=1e-9)
     assert summary["range_N"] < summary["start_range_N"]

@@ -42,7 +42,7 @@ COMMANDS = (
 )
 SLOW = "tolerance wang2017 --tolerances docs/examples/tolerances.toml --samples 128"
 OWN = ("slider_crank", "cam_follower", "rssr")
-EMPTY = bundle.RenderedFigure(style.render_svg(style.new_figure(1.0)), b"", b"")
+EMPTY = {"svg": style.render_svg(style.new_figure(1.0))}
 
 
 def collect_faults(

@@ -184,19 +184,14 @@ def test_kill_between_manifest_and_file_is_safe(
 
 
 def test_figures_whose_names_become_equal_have_files_each(tmp_path: Path) -> None:
-    figures = {
-        name: bundle.RenderedFigure(f"<svg>{name}</svg>", b"", b"")
-        for name in ("s < 3", "s > 3", "s * 3")
-    }
+    figures = {name: {"svg": f"<svg>{name}</svg>"} for name in ("s < 3", "s > 3", "s * 3")}
     bundle.write_bundle(tmp_path / "out", {}, figures)
     written = {
         path.read_text(encoding="utf-8") for path in (tmp_path / "out" / "figures").glob("*.svg")
     }
-    assert written == {figure.svg for figure in figures.values()}
+    assert written == {figure["svg"] for figure in figures.values()}
 
 
 def test_names_of_figures_stay_in_the_folder(tmp_path: Path) -> None:
-    bundle.write_bundle(
-        tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"", b"")}
-    )
+    bundle.write_bundle(tmp_path / "out", {}, {"../../own": {"svg": "<svg/>"}})
     assert {path.name for path in tmp_path.iterdir()} == {"out"}

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from planter.kernels import generated
-from planter.optimise.certificate import ActiveBound
 from planter.planting.design_presentation import present_optimum, present_simulation
 from planter.planting.file import load
 from planter.planting.model import Device
@@ -148,28 +147,6 @@ def test_inputs_have_their_origins(optimisation: Optimisation, drawings: dict[st
     assert by_key["sun_kg"][:3] == ["mass of the sun", "0.45", "kg"]
 
 
-def test_design_has_bounds_and_both_designs(
-    optimisation: Optimisation, drawings: dict[str, str]
-) -> None:
-    design = optimisation.result.design | {"k6": 0.0375}
-    page = render(optimisation, optimisation.devices["exact"], drawings, design=design)
-    assert re.search(r"k6 0\.031 0\.0375 (at its \w+ bound )?0\.03 0\.04 paper", words(page))
-
-
-def test_optimum_shows_certificate_and_provenance(optimisation: Optimisation, page: str) -> None:
-    certificate = replace(
-        optimisation.result.certificate,
-        kkt_residual=1.25e-11,
-        active_bounds=[ActiveBound("m31", "upper", -0.3125)],
-    )
-    text = words(render(optimisation, optimisation.devices["exact"], {}, certificate=certificate))
-    assert "KKT residual 1.25e\N{MINUS SIGN}11" in text
-    assert "m31 upper \N{MINUS SIGN}0.3125" in text
-    score = optimisation.result.cross["printed"]
-    assert f"printed model {score.start:.6g} {score.optimum:.6g}" in words(page)
-    assert "seed 0" in words(page)
-
-
 def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     simulation = simulate(Device(load("wang2017")), 24, [100.0])
     warning = PlantingWarning(
@@ -189,14 +166,6 @@ def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     clean = words(replace(present_simulation(simulation), motions=tuple).page({}))
     assert "Certificate" not in clean
     assert "Warnings" not in clean
-
-
-def test_page_of_second_machine_has_inputs() -> None:
-    simulation = simulate(Device(load("compact")), 24)
-    page = replace(present_simulation(simulation), motions=tuple).page({})
-    assert re.search(
-        "forward speed of the machine \N{MINUS SIGN}0.5 m/s .* forward_speed_m_s", words(page)
-    )
 
 
 def test_units_of_tables_and_figures_are_typeset() -> None:

@@ -42,11 +42,6 @@ def test_results_are_named_in_words(words: tuple[str, ...]) -> None:
     assert find_raw_keys(text) == []
 
 
-def test_raw_keys_are_found() -> None:
-    assert find_raw_keys("N_max / N  281.6  ok\nx_s 0.97  1") == ["N_max", "x_s"]
-    assert find_raw_keys("Largest load  281.6  N  N_max_N") == []
-
-
 def test_named_values_have_units_and_keys() -> None:
     names = {"t_max_s": "Time of the largest load", "x_s": "Split /", "error_per_s": "Error / 1/s"}
     table = tabulate_named({"t_max_s": 1.5, "x_s": 0.9, "error_per_s": 2.0, "mass_kg": 3.0}, names)

@@ -5,14 +5,12 @@ inputs.
 from typing import Any
 
 import numpy as np
-import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import FillBetweenPolyCollection, QuadMesh
-from matplotlib.patches import StepPatch
 
 from planter.kernels import Array
-from planter.sweeps.figures import SLICES, SweepData, draw_envelope, draw_map
-from planter.sweeps.plan import Axis, Grid, Latin, to_axis_table
+from planter.sweeps.figures import SweepData, draw_envelope, draw_map
+from planter.sweeps.plan import Axis, Grid, UnitCubePoints, draw_latin, to_axis_table
 
 SPEED = {"from": 35, "to": 45, "steps": 61}
 MASS = [1.0, 1.1, 1.4]
@@ -22,7 +20,8 @@ def draw_sweep(at_random: bool = False, **inputs: Any) -> SweepData:
     """The points of a grid, or 300 at random, over inputs as a plan has them."""
     named = {name: Axis.model_validate(to_axis_table(entry)) for name, entry in inputs.items()}
     axes = list(named.values())
-    points = Latin(axes, 300, 5) if at_random else Grid(axes)
+    random = UnitCubePoints(axes, 300, draw_latin(len(axes), 5))
+    points = random if at_random else Grid(axes)
     return SweepData(named, points.block(0, points.rows), at_random)
 
 
@@ -77,25 +76,15 @@ def test_missing_result_is_a_gap() -> None:
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [30]
 
 
-def test_random_points_are_averaged_in_slices() -> None:
+def test_random_points_are_drawn_one_by_one() -> None:
     rows = draw_sweep(at_random=True, speed={"from": 35, "to": 45}, mass=MASS)
-    speed, _ = rows.points.T
-    first, second = panels(rows, speed)
-    (steps,) = (patch for patch in first.patches if isinstance(patch, StepPatch))
-    means, edges, _ = steps.get_data()
-    assert str(SLICES) in first.get_xlabel()
-    assert np.array_equal(edges, np.linspace(35, 45, SLICES + 1))
-    inside = (speed >= edges[3]) & (speed < edges[4])
-    assert means[3] == pytest.approx(speed[inside].mean())
-    assert second.lines[0].get_xdata().tolist() == MASS
-    assert str(SLICES) not in second.get_xlabel()
-
-
-def test_single_random_input_is_line_through_rows() -> None:
-    rows = draw_sweep(at_random=True, speed={"from": 35, "to": 45})
-    (line,) = panels(rows, 2 * rows.points[:, 0])[0].lines
-    order = np.sort(rows.points[:, 0])
-    assert np.array_equal(line.get_xydata(), np.column_stack([order, 2 * order]))
+    values = rows.points @ [1.0, 2.0]
+    for axes, column in zip(panels(rows, values), rows.points.T, strict=True):
+        (line,) = axes.lines
+        assert np.array_equal(line.get_xydata(), np.column_stack([column, values]))
+    figure = draw_map(rows, "speed", "mass", "out", values)
+    assert figure is not None
+    assert np.array_equal(figure.axes[0].collections[0].get_array(), values)
 
 
 def test_map_has_cell_for_every_value() -> None:

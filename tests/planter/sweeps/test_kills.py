@@ -14,10 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from planter.planting import file
 from planter.sweeps.job import CHUNK, Recipe
-from planter.sweeps.plan import Plan
-from planter.sweeps.sweep import Sweep
 
 pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[3]
@@ -113,32 +110,6 @@ def counted(tmp_path_factory: pytest.TempPathFactory) -> Killed:
     return Killed(tmp_path_factory.mktemp("counted"), recipe, width=2)
 
 
-@pytest.fixture(scope="module")
-def turned(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> Killed:
-    """Of turns of a planting device."""
-    plan = Plan.read(
-        {
-            "machine": "wang2017",
-            "scheme": "sobol",
-            "points": ROWS,
-            "seed": 7,
-            "outputs": ["support_range_N"],
-            "inputs": {"model": ["exact", "printed"], "speed_rpm": {"from": 35, "to": 45}},
-        },
-        "plan.toml",
-    )
-    sweep = Sweep(plan)
-    sweep.machines[0].machine = file.load("wang2017", {"objective.samples": 72})
-    return Killed(tmp_path_factory.mktemp("turned"), sweep.recipe, width=1)
-
-
 @pytest.mark.parametrize("victim", ["driver", "worker"])
 def test_killed_sweep_resumes_to_same_rows(counted: Killed, victim: str) -> None:
     getattr(counted, victim)(f"{victim}.sqlite", random.Random(1))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(10))
-@pytest.mark.parametrize("victim", ["driver", "worker"])
-def test_many_kills_do_not_change_rows(turned: Killed, victim: str, seed: int) -> None:
-    getattr(turned, victim)(f"{victim}{seed}.sqlite", random.Random(seed))

@@ -6,7 +6,7 @@ from scipy.stats import qmc
 
 from planter.errors import InputError
 from planter.sweeps.job import CHUNK
-from planter.sweeps.plan import Axis, Grid, Latin, Plan, Sobol, SobolSequence
+from planter.sweeps.plan import Axis, Grid, Plan, SobolSequence, UnitCubePoints, draw_latin
 
 RANGE, LISTED = Axis.model_validate({"from": -2, "to": 6}), Axis(values=(1.0, 4.0, 9.0))
 TEXTS = Axis(values=("red", "blue"))
@@ -30,7 +30,7 @@ def test_sequence_blocks_are_independent_of_start() -> None:
 
 
 def test_sobol_points_are_evenly_distributed() -> None:
-    points = Sobol([RANGE, LISTED, TEXTS], 3 * 1024, 1).block(0, 1024)
+    points = UnitCubePoints([RANGE, LISTED, TEXTS], 3 * 1024, SobolSequence(3, 1)).block(0, 1024)
     assert ((points[:, 0] >= -2) & (points[:, 0] < 6)).all()
     assert qmc.discrepancy((points[:, [0]] + 2) / 8) < 1e-5
     _, counts = np.unique(points[:, 1], return_counts=True)
@@ -39,7 +39,7 @@ def test_sobol_points_are_evenly_distributed() -> None:
 
 
 def test_latin_hypercube_has_a_row_per_slice() -> None:
-    latin = Latin([RANGE, RANGE], CHUNK + 50, 1)
+    latin = UnitCubePoints([RANGE, RANGE], CHUNK + 50, draw_latin(2, 1))
     for start, stop in ((0, CHUNK), (CHUNK, CHUNK + 50)):
         slices = np.floor((latin.block(start, stop) + 2) / 8 * (stop - start)).astype(int)
         assert all(np.array_equal(np.sort(column), np.arange(stop - start)) for column in slices.T)

@@ -84,17 +84,12 @@ def test_recipe_replaced_during_run_is_rejected(tmp_path: Path) -> None:
 
 
 TAMPERED = {
-    "extra": "INSERT INTO chunks SELECT question, 4, sha256, content FROM chunks WHERE number = 3",
-    "negative": (
-        "INSERT INTO chunks SELECT question, -1, sha256, content FROM chunks WHERE number = 0"
-    ),
-    "another question's": (
-        "INSERT INTO chunks SELECT 'other', number, sha256, content FROM chunks WHERE number = 1"
-    ),
+    "extra": "INSERT INTO chunks SELECT 4, sha256, content FROM chunks WHERE number = 3",
+    "negative": ("INSERT INTO chunks SELECT -1, sha256, content FROM chunks WHERE number = 0"),
     "moved": "UPDATE chunks SET number = -1 WHERE number = 1",
     "short": "UPDATE chunks SET content = substr(content, 1, 16) WHERE number = 0",
     "no bytes": "UPDATE chunks SET content = 'text' WHERE number = 0",
-    "no number": "UPDATE chunks SET number = 'two' WHERE number = 2",
+    "another hash": "UPDATE chunks SET sha256 = 'two' WHERE number = 2",
     "missing": "DELETE FROM chunks WHERE number = 1",
 }
 SWAPPED = (
