@@ -22,8 +22,10 @@ help:  ## list the targets
 optimise: $(VENV)/.runtime  ## set up, optimise the paper's planting device, write the report to out/
 	$(BIN)/planter optimise wang2017 --out $(OUT)
 
+# Assertions are not rewritten at first, which costs every process ten seconds; what fails runs again with its values.
 test: $(VENV)/.complete  ## set up, run the whole test suite
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --assert=plain || \
+		{ $(BIN)/python -m pytest --last-failed --last-failed-no-failures none; exit 1; }
 
 test-long: $(VENV)/.extras  ## what the suite samples, in full: proofs, mutants, searches, extras, the browser (half an hour)
 	$(BIN)/python -m pytest -m long
