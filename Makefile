@@ -63,11 +63,11 @@ check-generated: $(VENV)/.derive  ## derive again into a temporary folder, compa
 bench: $(VENV)/.bench  ## time every way to evaluate a turn, write bench.json and the tables to out/
 	$(BIN)/planter bench --out $(OUT)
 
-lint: $(VENV)/.complete  ## format check, lint, types, names
+lint: $(VENV)/.complete  ## format check, lint, types; sizes and names, which may only fall
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
-	$(BIN)/python -m tests.support.names
+	$(BIN)/python -m tests.support.size --check
 
 test-page: $(VENV)/.docs  ## the page without a server: what it computes, and in a browser
 	$(BIN)/python -m pytest -n 0 tests/planter/kernels/test_programs.py tests/planter/studio/static
