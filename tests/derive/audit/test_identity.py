@@ -22,7 +22,7 @@ from tests.support.mutations import CASES
 
 Record = dict[str, Any]
 RECORDS: list[Record] = generated.sidecar("audit")["equations"]
-SEEDS = (101, 202, 303, 404)
+SEEDS = (101, 202)
 """Seeds of points at which no equation was judged."""
 COMPARED = [
     r

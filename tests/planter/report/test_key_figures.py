@@ -39,7 +39,7 @@ COMMANDS = (
     "clutch rotor",
     "explain wang2017",
     "audit wang2017",
-    "sweep docs/examples/sweep_speed.toml",
+    "sweep tests/support/sweep_speed.toml",
     "simulate slider_crank",
     "sensitivity slider_crank --least rms,F_Ox",
     "optimise slider_crank --least rms,F_Ox --starts 1",
