@@ -13,7 +13,7 @@ import pytest
 from planter.errors import ComputationError
 from planter.kernels import CallError, Kernel, backends, toolchain
 from planter.kernels.backends import Backend, LaneTask
-from tests.support.lanes import needs_compiler
+from tests.support.lanes import build_square, needs_compiler
 
 
 @pytest.fixture
@@ -168,8 +168,7 @@ class TestCompiled:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
-        x = ca.SX.sym("x")
-        kernel = Kernel(ca.Function("later", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+        kernel = build_square("later")
         assert not backends.is_compiled(kernel.work)
         kernel.compile(wait=False)
         assert kernel(x=[3.0])["y"][0, 0] == 9
@@ -184,8 +183,7 @@ class TestCompiled:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
-        x = ca.SX.sym("x")
-        kernel = Kernel(ca.Function("settled", [x], [x**2], ["x"], ["y"]), lanes=["x"])
+        kernel = build_square("settled")
         kernel.compile(wait=False)
         kernel.settle()
         assert kernel.way == "lanes"

@@ -185,6 +185,7 @@ def test_a_search_can_be_given_up(address: str) -> None:
         assert answer(talk, "file", ask="file", values={}).startswith("# The machine")
 
 
+@pytest.mark.long
 def test_page_of_a_search_names_goal_starts_and_progress(address: str) -> None:
     with page_of(address) as page:
         page.locator('[data-path="design.m61"] .lock').click()
@@ -363,6 +364,7 @@ def test_a_page_follows_a_hand(address: str) -> None:
     assert hosts <= {address.split("/")[2]}
 
 
+@pytest.mark.long
 def test_a_pose_is_drawn_about_by_hand(address: str) -> None:
     """The numbers of the pose go with the pointer, and no further than they may."""
     with page_of(address) as page:
