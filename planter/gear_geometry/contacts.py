@@ -10,17 +10,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planter.gear_geometry.flanks import Cut
-from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.mesh import FacingFlanks, Mesh
-from planter.gear_geometry.pitch_curves import RACK, CurvePair
+from planter.gear_geometry.pitch_curves import RACK
 from planter.kernels import Array
 from planter.numerics import roots
 from planter.numerics.arrays import Integers, wrap_angle
+
+if TYPE_CHECKING:
+    from planter.gear_geometry.intermittent_proof import RowMesh
 
 _START_OFFSET = 0.02
 """Displacement of the start of the search from the pitch point, in pitches."""
@@ -30,32 +32,11 @@ _MAX_STEPS = 0.25, 0.05
 """Longest steps of a search: along the pitch curves in pitches, and of the mate's turn [rad]."""
 
 
-class FlankMeshing(Protocol):
-    """Protocol of two gears in mesh (`Mesh`, `RowMesh`)."""
-
-    @property
-    def pair(self) -> CurvePair: ...
-
-    @property
-    def gears(self) -> tuple[Gear, Gear]: ...
-
-    @property
-    def pitch(self) -> float: ...
-
-    def places(self, at: Array) -> tuple[Array, Array]:
-        """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
-
-    def arc_lengths(self, at: Array) -> tuple[Array, Array]:
-        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,)
-        [m].
-        """
-
-
 @dataclass(frozen=True)
 class Contacts:
     """The contacts of flanks of a mesh that face each other (n,)."""
 
-    mesh: FlankMeshing
+    mesh: Mesh | RowMesh
     faced: FacingFlanks
 
     @property
@@ -261,7 +242,7 @@ class WiderMesh:
         pair, position = np.nonzero(np.abs(rolled) <= half[:, None])
         offset = rolled[pair, position]
         share = (offset / half[pair] + 1) / 2
-        faced = _select_pairs(mesh.pairs, middle[pair] + offset, pair)
+        faced = replace(mesh.pairs.select(pair), at=middle[pair] + offset)
         start = ((1 - share) * self.first[:, pair] + share * self.last[:, pair])[:AT]
         contacts = Contacts(mesh, faced)
         return find_smallest_turns(
@@ -310,7 +291,7 @@ def _find_limits(mesh: Mesh, starts: tuple[Array, ...] | None) -> tuple[Array, .
     pairs, contacts = mesh.pairs, list[Array]()
     flanks = Contacts(mesh, pairs).thinned
     for k in (0, 1):
-        tip, end = (reach[pairs.numbers[k]] for reach in mesh.reaches[k])
+        tip, end = (reach[pairs.numbers[k]] for reach in mesh.gears[k].reaches)
         for depth in (-tip, end):
             fixed = flanks[k] + pairs.side * depth
             start = (
@@ -343,7 +324,7 @@ def _solve_contacts(mesh: Mesh, k: int, fixed: Array, start: Array) -> Array:
 
     def system(values: Array) -> tuple[Array, Array]:
         rows = fill_rows(values)
-        contacts = Contacts(mesh, _select_pairs(mesh.pairs, rows[AT], np.arange(len(fixed))))
+        contacts = Contacts(mesh, replace(mesh.pairs, at=rows[AT]))
         gear_cut, mate_cut = contacts.cut_flanks(contacts.thinned, rows[:TURNED], rows[TURNED])
         residuals, slopes = contacts.residuals(gear_cut, mate_cut)
         rates = _rotation_rates(mesh, rows[AT])
@@ -378,15 +359,3 @@ def _rotation_rates(mesh: Mesh, at: Array) -> Array:
         x, y, tx, ty = curve.at(s)[:4]
         rates.append(-sense * (x * ty - y * tx) / (x**2 + y**2))
     return np.array(rates)
-
-
-def _select_pairs(pairs: FacingFlanks, at: Array, index: Integers) -> FacingFlanks:
-    """Return some of the pairs, by number, at rolling lengths (n,)."""
-    gear_numbers, mate_numbers = pairs.numbers
-    return FacingFlanks(
-        at,
-        pairs.side[index],
-        (gear_numbers[index], mate_numbers[index]),
-        pairs.xi[:, index],
-        np.full_like(at, np.nan),
-    )

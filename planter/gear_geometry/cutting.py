@@ -20,8 +20,8 @@ from planter.errors import GeometryError, InputError
 from planter.gear_geometry.contacts import Contacts, WiderMesh, move_apart
 from planter.gear_geometry.flanks import Flanks, Rack
 from planter.gear_geometry.gear import Gear
-from planter.gear_geometry.mesh import Mesh
-from planter.gear_geometry.pitch_curves import KAPPA, POLAR, RACK, CurvePair, PitchCurve
+from planter.gear_geometry.mesh import Mesh, compute_pressure_angles
+from planter.gear_geometry.pitch_curves import KAPPA, POLAR, CurvePair, PitchCurve
 from planter.gear_geometry.polygons import FINE_CHORDS, Overlay
 from planter.kernels import Array
 from planter.numerics import extrema
@@ -349,11 +349,7 @@ class ToothedPair:
         curve, alpha = self.mesh.gear.curve, self.order.pressure_angle
 
         def angle(s: Array) -> Array:
-            columns = (
-                RACK("pressure", place=curve.at(s)[:POLAR], side=side, alpha=alpha)
-                for side in (1.0, -1.0)
-            )
-            return np.array([column["pressure"] for column in columns])
+            return compute_pressure_angles(curve, s, alpha)
 
         places = np.linspace(0, curve.length, len(self.mesh.positions), endpoint=False)
         smallest = extrema.find_minimum(lambda s: angle(s).min(axis=0), places, closed=True)

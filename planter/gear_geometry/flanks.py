@@ -74,10 +74,6 @@ class Rack:
         """Return the rack of the conjugate gear, with the opposite profile shift."""
         return replace(self, shift=0.0 - self.shift)
 
-    def without_play(self) -> Rack:
-        """Return the rack of a pair without backlash."""
-        return replace(self, play=0.0)
-
     def run(self, depth: float) -> float:
         """Return the length of the pitch curve [m] on which a straight flank is cut down to a depth
         [m].

@@ -116,11 +116,6 @@ def split_at_joints(curve: PitchCurve, pieces: OutlinePieces) -> OutlinePieces:
     )
 
 
-def drop_empty(pieces: OutlinePieces, length: float) -> OutlinePieces:
-    """Return the pieces that have a length; a rack with a full tip radius leaves no root."""
-    return pieces.select(np.abs(pieces.end - pieces.start) > EMPTY_SHARE * length)
-
-
 TIP, ROOT = KINDS.index("tip"), KINDS.index("root")
 _NODES = 24
 """Nodes of a quadrature along a piece."""
@@ -205,10 +200,23 @@ class Gear:
         """Pieces tooth by tooth: fillet, flank, tip, flank, fillet, root; split at breakpoints of
         the pitch curve.
         """
-        rows = np.array(list(self._ordered()))
+        rows = self._arrange(np.array(list(self._ordered())))
         kind, flank, tooth, side = rows[:, :4].astype(int).T
         pieces = OutlinePieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
-        return drop_empty(split_at_joints(self.curve, pieces), self.curve.length)
+        # a rack with a full tip radius leaves no root
+        pieces = split_at_joints(self.curve, pieces)
+        return pieces.select(np.abs(pieces.end - pieces.start) > EMPTY_SHARE * self.curve.length)
+
+    def _arrange(self, rows: Array) -> Array:
+        """Return the rows of all pieces of the outline, from those of whole teeth."""
+        return rows
+
+    @cached_property
+    def reaches(self) -> tuple[Array, Array]:
+        """Lengths (2 z,) [m] from the flanks' crossings to their tips, and to their ends."""
+        flanks = self.flanks
+        ends = np.array([path[0].lower for path in self.paths])
+        return np.abs(flanks.tips[0] - flanks.xi), np.abs(ends - flanks.xi)
 
     def _ordered(self) -> Iterator[tuple[float, ...]]:
         """Yield the rows of `OutlinePieces` in order."""

@@ -38,10 +38,7 @@ from planter.gear_geometry.gear import (
     Gear,
     GearPiece,
     OutlinePiece,
-    OutlinePieces,
     ToothOutline,
-    drop_empty,
-    split_at_joints,
 )
 from planter.gear_geometry.locking_arcs import Horn, Rolling, compute_arc_radius, compute_horn
 from planter.gear_geometry.pitch_curves import KAPPA, RACK, PitchCurve
@@ -379,13 +376,10 @@ class ToothRow(Gear):
     high: float = 0.0
     tipped: bool = False
 
-    @cached_property
-    def pieces(self) -> OutlinePieces:
-        inner = np.array(list(self._ordered()))[:-1]
-        rows = self._between_tips(inner) if self.tipped else self._between_roots(inner)
-        kind, flank, tooth, side = rows[:, :4].astype(int).T
-        pieces = OutlinePieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
-        return drop_empty(split_at_joints(self.curve, pieces), self.curve.length)
+    def _arrange(self, rows: Array) -> Array:
+        """Return the rows of the teeth and of what the outline has beyond them."""
+        inner = rows[:-1]
+        return self._between_tips(inner) if self.tipped else self._between_roots(inner)
 
     def _between_roots(self, inner: Array) -> Array:
         last = 2 * self.z - 1

@@ -11,11 +11,15 @@ import numpy as np
 import shapely
 
 from planter.gear_geometry.contacts import Contacts
-from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.intermittent_gears import IntermittentPair, ToothRow
-from planter.gear_geometry.mesh import SIDES, FacingFlanks
-from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair
-from planter.gear_geometry.polygons import Shapes, move_shapes
+from planter.gear_geometry.mesh import (
+    SIDES,
+    FacingFlanks,
+    compute_pressure_angles,
+    limit_arcs,
+)
+from planter.gear_geometry.pitch_curves import CurvePair
+from planter.gear_geometry.polygons import Shapes, intersect_areas, move_shapes
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 
@@ -76,7 +80,7 @@ class IncompleteGearCycle:
         """Return the overlap (n,) [m2] of the outlines with both gears at angles [rad] and axes [m]
         (3, n).
         """
-        return _intersect_areas(self._clip_gear(0, gear), self._clip_gear(1, mate))
+        return intersect_areas(self._clip_gear(0, gear), self._clip_gear(1, mate))
 
     def _clip_gear(self, k: int, positions: Array) -> Shapes:
         """Return the parts of a gear near the line of centres, at angles [rad] and axes [m] (3,
@@ -180,7 +184,7 @@ class IncompleteGearCycle:
 
         def blocked(turn: Array) -> Flags:
             blocked_now: Flags = (
-                _intersect_areas(
+                intersect_areas(
                     gear_shapes,
                     move_shapes(mate_shapes, np.array([sense * turn, still + distance, still])),
                 )
@@ -200,20 +204,13 @@ class IncompleteGearCycle:
         return high
 
 
-def _intersect_areas(shapes: Shapes, mate_shapes: Shapes) -> Array:
-    """Return the overlaps (n,) [m2] of shapes."""
-    areas, touch = np.zeros(len(shapes)), np.flatnonzero(shapely.intersects(shapes, mate_shapes))
-    areas[touch] = shapely.area(shapely.intersection(shapes[touch], mate_shapes[touch]))
-    return areas
-
-
 _END_TOLERANCE = 1e-9
 """Share of a contact's length by which its ends are moved inwards against rounding."""
 
 
 @dataclass(frozen=True)
 class RowMesh:
-    """The teeth of an intermittent pair (`FlankMeshing`); rolling lengths count from the first
+    """The teeth of an intermittent pair (`Contacts`); rolling lengths count from the first
     contact.
     """
 
@@ -224,7 +221,7 @@ class RowMesh:
         return self.gears_pair.rolling.pair
 
     @property
-    def gears(self) -> tuple[Gear, Gear]:
+    def gears(self) -> tuple[ToothRow, ToothRow]:
         return self.gears_pair.gear.row, self.gears_pair.mate.row
 
     @property
@@ -268,14 +265,7 @@ class RowMesh:
         z = self.gears[0].z
         tooth, side = np.tile(np.arange(z), 2), np.repeat(SIDES, z)
         faced = self._facing(np.zeros(2 * z), tooth, side)
-        (tip, end), (mate_tip, mate_end) = (
-            (
-                np.abs(gear.flanks.tips[0] - gear.flanks.xi)[number],
-                np.abs([path[0].lower for path in gear.paths] - gear.flanks.xi)[number],
-            )
-            for gear, number in zip(self.gears, faced.numbers, strict=True)
-        )
-        above, below = np.minimum(tip, mate_end), np.minimum(mate_tip, end)
+        above, below = limit_arcs(self.gears, faced)
         meets = faced.xi[0] - self.gears_pair.rolling.lead
         inside = (1 - _END_TOLERANCE) * np.array([-above, below])
         begins, ends = meets + side * inside
@@ -291,14 +281,8 @@ class RowMesh:
         rolling lengths (n,).
         """
         gear = self.gears[0]
-        place = gear.curve.at(self.arc_lengths(at)[0])[:POLAR]
-        alpha = gear.rack.pressure_angle
-        return np.array(
-            [
-                RACK("pressure", place=place, side=np.full(len(at), side), alpha=alpha)["pressure"]
-                for side in SIDES
-            ]
-        )
+        arcs = self.arc_lengths(at)[0]
+        return compute_pressure_angles(gear.curve, arcs, gear.rack.pressure_angle)
 
     def _facing(self, at: Array, tooth: Integers, side: Array) -> FacingFlanks:
         """Return teeth (n,) of the gear with their flanks of a side, and those of the mate."""
@@ -319,14 +303,7 @@ class RowMesh:
         gears.
         """
         faced = self._facing(at, tooth, side)
-        rows = list(
-            zip(
-                (self.gears_pair.gear.row, self.gears_pair.mate.row),
-                self.arc_lengths(at),
-                faced.numbers,
-                strict=True,
-            )
-        )
+        rows = list(zip(self.gears, self.arc_lengths(at), faced.numbers, strict=True))
         point, back = (row.flanks.flank(place, number).points.T for row, place, number in rows)
         present = np.all([_are_cut(row, place, number) for row, place, number in rows], axis=0)
         untopped = np.all(

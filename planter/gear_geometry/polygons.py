@@ -107,10 +107,7 @@ class Overlay:
 
     def overlaps(self, at: Array) -> Array:
         """Return overlaps (n,) [m2] of both gears at rolling lengths (n,) [m]."""
-        shapes, mate_shapes = self.placed(at)
-        areas, touch = np.zeros(len(at)), np.flatnonzero(shapely.intersects(shapes, mate_shapes))
-        areas[touch] = shapely.area(shapely.intersection(shapes[touch], mate_shapes[touch]))
-        return areas
+        return intersect_areas(*self.placed(at))
 
     def depths(self, at: Array) -> Array:
         """Return the depth (n,) [m] of mutual penetration at rolling lengths (n,) [m].
@@ -126,11 +123,10 @@ class Overlay:
         corners, owner = shapely.get_coordinates(
             shapely.intersection(gear_shapes[touch], mate_shapes[touch]), return_index=True
         )
-        build_polygon, number = shapely.points(corners), touch[owner]
+        points, number = shapely.points(corners), touch[owner]
         for shapes in (gear_shapes, mate_shapes):
-            np.maximum.at(
-                depths, number, shapely.distance(build_polygon, shapely.boundary(shapes)[number])
-            )
+            edges = shapely.boundary(shapes)[number]
+            np.maximum.at(depths, number, shapely.distance(points, edges))
         return depths
 
     @cached_property
@@ -153,12 +149,17 @@ class Overlay:
 
 def move_shapes(shapes: Shapes, position: Array) -> Shapes:
     """Return shapes (n,) rotated and moved to positions (3, n): angle [rad], x and y [m]."""
-    build_polygon, index = shapely.get_coordinates(shapes, return_index=True)
+    points, index = shapely.get_coordinates(shapes, return_index=True)
     angle, x, y = position
-    turned = (build_polygon[:, 0] + 1j * build_polygon[:, 1]) * np.exp(1j * angle)[index] + (
-        x + 1j * y
-    )[index]
+    turned = points @ np.array([1, 1j]) * np.exp(1j * angle)[index] + (x + 1j * y)[index]
     placed: Shapes = shapely.set_coordinates(
         shapes.copy(), np.column_stack([turned.real, turned.imag])
     )
     return placed
+
+
+def intersect_areas(shapes: Shapes, mate_shapes: Shapes) -> Array:
+    """Return the overlaps (n,) [m2] of shapes."""
+    areas, touch = np.zeros(len(shapes)), np.flatnonzero(shapely.intersects(shapes, mate_shapes))
+    areas[touch] = shapely.area(shapely.intersection(shapes[touch], mate_shapes[touch]))
+    return areas
