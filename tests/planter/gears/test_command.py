@@ -24,6 +24,7 @@ from planter.planting.file import load
 from planter.planting.model import Device
 from planter.report.files import write_cycle_csv
 from tests.support.cli import answer, refusal, run
+from tests.support.outlines import read_dxf
 from tests.support.schemas import load_schema
 
 STAGE = {
@@ -221,6 +222,8 @@ def test_files_agree_with_json(tmp_path: Path) -> None:
     }
     assert names >= {"assembly.dxf", "assembly.svg", "sun_flanks.csv", "friction.csv"}
     assert all(Path(file).is_file() for file in result["files"])
+    document, lines = read_dxf((tmp_path / "out" / "assembly.dxf").read_bytes())
+    assert (document.audit().errors, len(lines["TEETH"])) == ([], 4)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["stages"] == result["stages"]
     assert summary["friction"] == result["friction"]
@@ -239,14 +242,6 @@ def test_user_curve_has_a_conjugate(tmp_path: Path, sense: int) -> None:
     assert stage["z"] == [40, 40]
     assert stage["transmission_error_rad"] < 1e-11
     assert stage["overlap_mm2"] < 1e-9
-
-
-def test_a_mate_may_turn_once_in_several_turns(tmp_path: Path) -> None:
-    file = curve_file(tmp_path / "own.csv", wavy(30, 2))
-    (stage,) = answer("gears", "--curve", file, "--teeth", "24,48", "--turns", "2")["stages"]
-    assert stage["z"] == [24, 48]
-    assert stage["perimeter_mm"][1] == pytest.approx(2 * stage["perimeter_mm"][0], rel=1e-11)
-    assert stage["transmission_error_rad"] < 1e-11
 
 
 def test_curves_of_a_train_are_taken(tmp_path: Path) -> None:

@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 
 from planter.errors import ComputationError
-from planter.kernels import Array, BoundKernel, CallError, Kernel, toolchain
+from planter.kernels import Array, BoundKernel, CallError, Kernel
 from planter.kernels import kernel as kernel_module
-from planter.planting.file import load
-from planter.planting.model import Device
 from tests.support.lanes import needs_compiler
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
@@ -109,21 +107,6 @@ class TestNumbers:
         angles += 1
         bound()
         assert values[0] == pytest.approx(2 * np.sin(PHI + 1) + 3, rel=1e-15)
-
-    def test_device_with_and_without_compiler_agree(
-        self, way: str, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        device = Device(load("wang2017"))
-        at, phi = device.prologue(device.design), np.linspace(0, 3, 30)[None]
-        kernel = compiled(device.force.response.slopes_kernel, way)
-        inputs = {"phi": phi, "d": at.d, "h": at.h, "dh": at.dh}
-        values = {name: value.copy() for name, value in kernel.bind(**inputs)().items()}
-        monkeypatch.setenv("CC", "/nonexistent")
-        monkeypatch.setattr(toolchain, "_warnings", [])
-        kernel.compile()
-        assert kernel.way == "casadi-vm"
-        for name, value in kernel.bind(**inputs)().items():
-            assert np.abs(values[name] - value).max() <= 1e-12 * np.abs(value).max()
 
 
 WRONG: dict[str, tuple[dict[str, object], str]] = {

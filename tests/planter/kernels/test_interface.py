@@ -28,13 +28,6 @@ def test_interface_equals_loop(summed: bool) -> None:
         assert (np.array(value) == reference.T).all()
 
 
-def test_names_and_shapes() -> None:
-    _, function = build_backend(summed=False)
-    assert (function.name_in(), function.name_out()) == (["phi", "x"], ["curve", "both"])
-    assert [function.size_in(i) for i in range(2)] == [(9, 1), (2, 1)]
-    assert [function.size_out(i) for i in range(2)] == [(9, 1), (9, 2)]
-
-
 def test_unrequested_results_are_skipped() -> None:
     """A graph that uses one output hands out no memory for the other."""
     _, function = build_backend(summed=False)
