@@ -345,7 +345,7 @@ def check_sweep(column: Column, folder: Path) -> None:
         "[inputs]",
     ]
     plan.write_text("\n".join([*lines, f'"{column.value}" = {values!r}']) + "\n", encoding="utf-8")
-    answer("sweep", str(plan), "--workers", "1", "--out", str(folder / "run"))
+    answer(f"sweep {plan} --workers 1 --out", str(folder / "run"))
     with (folder / "run" / "rows.csv").open(encoding="utf-8") as file:
         rows = [line for line in csv.reader(file) if line and line[0][:1] in "-0123456789"]
     phi = column.angles(20_000)  # rows have true extremes
@@ -516,9 +516,7 @@ def check_drawing(column: Column, folder: Path) -> None:
 
 @row("export")
 def check_c(column: Column, folder: Path) -> None:
-    files = tuple(
-        map(Path, answer("export", "c", column.source, "--out", str(folder / "c"))["files"])
-    )
+    files = tuple(map(Path, answer("export c", column.source, "--out", str(folder / "c"))["files"]))
     library = Library(files)
     status, values = library.quantities(column.angles())
     assert status == 0
@@ -532,7 +530,7 @@ def check_c(column: Column, folder: Path) -> None:
 def _unit(column: Column, folder: Path, version: str) -> None:
     fmpy = pytest.importorskip("fmpy")
     unit = folder / "unit.fmu"
-    answer("export", "fmu", column.source, "--fmi", version, "--out", str(unit))
+    answer("export fmu", column.source, "--fmi", version, "--out", str(unit))
     speed = float(column.machine().data[column.machine().speed])
     period = 2 * np.pi / abs(speed)
     name = column.quantity if column.name != "compact" else f"side1.{column.quantity}"
@@ -555,7 +553,7 @@ def check_fmu_3(column: Column, folder: Path) -> None:
 
 @row("export")
 def check_motion(column: Column, folder: Path) -> None:
-    answer("export", "motion", column.source, "--samples", str(SAMPLES), "--out", str(folder))
+    answer("export motion", column.source, "--samples", str(SAMPLES), "--out", str(folder))
     with (folder / "motion.csv").open(encoding="utf-8") as file:
         lines = [line for line in csv.reader(file) if not line[0].startswith("#")]
     place = lines[0].index(column.key)

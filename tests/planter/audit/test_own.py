@@ -40,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def result(folder: Path) -> Any:
     """The audit of the example, with its page in `trial`."""
     paper, numbers = folder / "slider_crank_paper.py", folder / "slider_crank_numbers.toml"
-    return answer("audit", str(paper), "--numbers", str(numbers), "--out", str(folder / "trial"))
+    return answer(f"audit {paper} --numbers {numbers} --out", str(folder / "trial"))
 
 
 def test_example_is_judged_with_planted_errors(result: Any) -> None:
@@ -272,7 +272,7 @@ def test_error_raised_by_paper_names_user_line(
 
 def test_options_of_other_papers_are_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
-    assert "--numbers" in refusal("audit", "wang2017", "--numbers", source)
+    assert "--numbers" in refusal(f"audit wang2017 --numbers {source}")
     assert "--front needs one of the papers" in refusal(
         "audit", str(folder / "slider_crank_paper.py"), "--front"
     )

@@ -71,7 +71,7 @@ def calibration_targets() -> list[str]:
 
 
 def test_simulate_has_the_keys_of_the_contract() -> None:
-    result = answer("simulate", "wang2017", "--at", "0", "--at", "100")
+    result = answer("simulate wang2017 --at 0 --at 100")
     assert result.keys() == SIMULATION
     assert result["support_force"].keys() == SUPPORT
     assert result["refined"].keys() == {
@@ -95,8 +95,7 @@ def test_simulate_has_the_keys_of_the_contract() -> None:
 
 def test_both_models_share_kinematics_and_differ_in_forces() -> None:
     exact, printed = (
-        answer("simulate", "wang2017", "--model", m, "--at", "200")["at"][0]
-        for m in ("exact", "printed")
+        answer("simulate wang2017 --model", m, "--at", "200")["at"][0] for m in ("exact", "printed")
     )
     same = {key for key in AT if exact[key] == pytest.approx(printed[key], abs=1e-9)}
     assert {"phi52_deg", "phi72_deg", "alpha_deg", "omega_rad_s", "tip_x_mm", "theta1_deg"} <= same
@@ -104,8 +103,8 @@ def test_both_models_share_kinematics_and_differ_in_forces() -> None:
 
 
 def test_only_printed_model_warns_of_pulling_teeth() -> None:
-    assert answer("simulate", "wang2017")["warnings"] == []
-    warnings = answer("simulate", "wang2017", "--model", "printed")["warnings"]
+    assert answer("simulate wang2017")["warnings"] == []
+    warnings = answer("simulate wang2017 --model printed")["warnings"]
     assert [w["name"] for w in warnings] == ["tooth_contact_P", "tooth_contact_Q"]
 
 
@@ -128,13 +127,13 @@ def test_a_weak_spring_loses_the_roller_at_an_angle() -> None:
 
 
 def test_design_outside_bounds_is_simulated_with_warning() -> None:
-    result = answer("simulate", "wang2017", "--set", "R3_mm=32")
+    result = answer("simulate wang2017 --set R3_mm=32")
     assert result["design"]["R3_mm"] == 32
     assert "R3_mm = 32 lies outside its bounds [30.46, 31.01]" in result["warnings"][-1]["message"]
 
 
 def test_sensitivity_names_parameters_without_effect() -> None:
-    result = answer("sensitivity", "wang2017")
+    result = answer("sensitivity wang2017")
     today = {"samples", "objective", "gradient", "effective_parameters", "insensitive"}
     assert result.keys() == today | {"machine", "kind", "least", "scaled", "combinations"}
     assert result["effective_parameters"] == 10 - len(result["insensitive"])
@@ -147,11 +146,11 @@ def test_examples_are_listed_printed_and_valid(tmp_path: Path) -> None:
     names = answer("example")["examples"]
     assert {"wang2017", "compact", "shi2021", "yu2023", "sun2019"} <= set(names)
     for name in examples.list_examples("planting"):
-        code, text, _ = run("example", name)
+        code, text, _ = run(f"example {name}")
         assert code == 0
         path = tmp_path / f"{name}.toml"
         path.write_text(text)
-        assert answer("validate", str(path))["valid"] is True
+        assert answer(f"validate {path}")["valid"] is True
 
 
 BAD = {
@@ -218,7 +217,7 @@ def test_misunderstood_call_is_refused_in_a_sentence(arguments: tuple[str, ...])
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a simulation, its figures drawn; tests that write work on a copy."""
     folder = tmp_path_factory.mktemp("simulated") / "run"
-    answer("simulate", "wang2017", "--out", str(folder))
+    answer(f"simulate wang2017 --out {folder}")
     return folder
 
 
@@ -253,16 +252,7 @@ OPTIMISATION = {
 
 def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
     result = answer(
-        "optimise",
-        "wang2017",
-        "--model",
-        "printed",
-        "--method",
-        "ipopt",
-        "--starts",
-        "1",
-        "--samples",
-        "90",
+        "optimise wang2017 --model printed --method ipopt --starts 1 --samples 90",
     )
     assert result.keys() >= OPTIMISATION
     assert result["evaluations"].keys() == {"objective", "gradient", "hessian"}
@@ -292,7 +282,7 @@ def test_reused_folder_has_no_earlier_figures(simulated: Path, tmp_path: Path) -
     folder = shutil.copytree(simulated, tmp_path / "run")
     (folder / "notes.txt").write_text("own")
     assert list(folder.glob("figures/*.svg"))
-    answer("sensitivity", "wang2017", "--out", str(folder))
+    answer(f"sensitivity wang2017 --out {folder}")
     assert {path.name for path in folder.iterdir()} == {
         "notes.txt",
         "summary.json",

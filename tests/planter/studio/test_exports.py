@@ -62,7 +62,7 @@ def motion(address: str) -> list[dict[str, Any]]:
 
 def test_export_equals_command(motion: list[dict[str, Any]], folder: Path, tmp_path: Path) -> None:
     changes = [word for name, value in VALUES.items() for word in ("--set", f"{name}={value}")]
-    command("export", "motion", "wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
+    command("export motion wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
     expected, motion_folder = (
         folder / "exports" / "wang2017" / "motion-csv",
         {path.name: path for path in tmp_path.glob("[!.]*")},

@@ -41,7 +41,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 @cache
 def simulated(source: str, *arguments: str) -> dict:
     """What the command tells of a machine."""
-    return command("simulate", source, *arguments)
+    return command(f"simulate {source}", *arguments)
 
 
 def status(address: str, **headers: str) -> int:
@@ -171,7 +171,7 @@ def test_a_search_ends_where_the_command_line_ends(address: str) -> None:
         answer(talk, "opened", ask="open", name="wang2017")
         talk.send(json.dumps({"ask": "optimise", "values": {}, "model": "exact"}))
         optimum = until(talk, "optimum", "error")
-    expected = command("optimise", "wang2017")["design"]
+    expected = command("optimise wang2017")["design"]
     assert optimum == pytest.approx(
         {f"design.{name}": value for name, value in expected.items()}, rel=1e-9
     )

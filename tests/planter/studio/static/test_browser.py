@@ -158,7 +158,7 @@ def test_saved_file_is_a_machine_of_same_numbers(page: Told, tmp_path: Path) -> 
         with browser_page.expect_download() as handed:
             browser_page.click("#save")
         handed.value.save_as(saved)
-    expected = answer("simulate", str(saved))
+    expected = answer(f"simulate {saved}")
     assert expected["objective"] == pytest.approx(objective, rel=1e-9)
     assert objective < 0.99 * first
     assert load(str(saved)).numbers()["operation.speed_rpm"] == 35.0
